@@ -60,6 +60,9 @@ pub struct Blended {
     pub picture: Picture,
     /// Whether most of a pixel's colour was filled in and seen by no camera, row by row.
     pub invented: Vec<bool>,
+    /// The inverse depth, in the view's camera, of the surface that has the largest share of a pixel, row by row; 0 where there
+    /// is none.
+    pub inverse_depths: Vec<f32>,
 }
 
 /// Makes a view of several layered depth images. Of the shot, the camera, the pose, the blending and whether sides are drawn
@@ -80,9 +83,9 @@ pub fn warp_blended(
     let light: Vec<_> = sources.iter().map(|source| light_of_bytes(source.exposure)).collect();
     let blender = Blender::new(sources, &plans, shot);
     let count = width as usize * height as usize;
-    let (mut rgba, mut invented) = (vec![0u8; 4 * count], vec![false; count]);
+    let (mut rgba, mut shown) = (vec![0u8; 4 * count], vec![Shown::default(); count]);
     let in_band = width as usize * BAND as usize;
-    let bands = rgba.par_chunks_mut(4 * in_band).zip(invented.par_chunks_mut(in_band)).enumerate();
+    let bands = rgba.par_chunks_mut(4 * in_band).zip(shown.par_chunks_mut(in_band)).enumerate();
     bands.try_for_each(|(band, out)| {
         task.go_on()?;
         let band = band as u32;
@@ -96,7 +99,20 @@ pub fn warp_blended(
         task.timed("resolve", || blend_band(&blender, lens, &canvases, top, out));
         Ok(())
     })?;
-    Ok(Blended { picture: Picture { width, height, rgba }, invented })
+    Ok(Blended {
+        picture: Picture { width, height, rgba },
+        invented: shown.iter().map(|shown| shown.invented).collect(),
+        inverse_depths: shown.iter().map(|shown| shown.inverse_depth).collect(),
+    })
+}
+
+/// What a pixel of a blended view shows, beside its colour.
+#[derive(Debug, Clone, Copy, Default)]
+struct Shown {
+    /// Whether most of its colour was filled in.
+    invented: bool,
+    /// The inverse depth of the surface with the largest share.
+    inverse_depth: f32,
 }
 
 /// Blends what the images show in a band whose first row is `top`.
@@ -105,11 +121,11 @@ fn blend_band(
     lens: &ViewLens,
     canvases: &[SumsCanvas<BLENDED>],
     top: u32,
-    (rgba, invented): (&mut [u8], &mut [bool]),
+    (rgba, shown): (&mut [u8], &mut [Shown]),
 ) {
     let width = blender.shot.camera.width;
     let mut pixels = Vec::new();
-    for (i, (out, invented)) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(invented).enumerate() {
+    for (i, (out, shown)) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(shown).enumerate() {
         let (x, y) = (i as u32 % width, i as u32 / width);
         pixels.clear();
         for (source, canvas) in canvases.iter().enumerate() {
@@ -117,7 +133,7 @@ fn blend_band(
         }
         let at = DVec2::new(f64::from(x) + 0.5, f64::from(top + y) + 0.5);
         let factor = lens.factor(squared_tangent(&blender.shot.camera, at));
-        (*out, *invented) = blender.colour(at, factor, &mut pixels);
+        (*out, *shown) = blender.colour(at, factor, &mut pixels);
     }
 }
 
@@ -199,11 +215,11 @@ impl<'a> Blender<'a> {
         Self { sources, levels, shot, eyes, viewpoint: shot.viewpoint() }
     }
 
-    /// Returns the colour of a pixel at `at` of the parts that the images show there, darkened by a factor, and whether most of
-    /// it was filled in.
-    fn colour(&self, at: DVec2, factor: f64, parts: &mut [Part]) -> ([u8; 4], bool) {
+    /// Returns the colour of a pixel at `at` of the parts that the images show there, darkened by a factor, and what it shows.
+    fn colour(&self, at: DVec2, factor: f64, parts: &mut [Part]) -> ([u8; 4], Shown) {
         parts.sort_by(|a, b| b.q.total_cmp(&a.q).then(a.source.cmp(&b.source)));
         let mut sum = [0.0f64; 5];
+        let (mut largest, mut inverse_depth) = (0.0, 0.0);
         let mut rest = &*parts;
         while let Some(first) = rest.first() {
             let level = |part: &Part| first.q - part.q <= SAME_SURFACE * first.q + first.spread + part.spread;
@@ -212,16 +228,20 @@ impl<'a> Blender<'a> {
             let colour = self.mixed(at, &one_of_each(surface));
             let left = 1.0 - sum[3];
             sum.iter_mut().zip(colour).for_each(|(sum, value)| *sum += left * value);
+            if left * colour[3] > largest {
+                (largest, inverse_depth) = (left * colour[3], first.q);
+            }
             if sum[3] >= OPAQUE {
                 break;
             }
         }
         if sum[3] <= 0.0 {
-            return ([0; 4], false);
+            return ([0; 4], Shown::default());
         }
         let srgb = Srgb::tables();
         let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded((factor * sum[c] / sum[3]) as f32));
-        ([r, g, b, (sum[3] * 255.0).round().min(255.0) as u8], sum[4] > INVENTED * sum[3])
+        let shown = Shown { invented: sum[4] > INVENTED * sum[3], inverse_depth };
+        ([r, g, b, (sum[3] * 255.0).round().min(255.0) as u8], shown)
     }
 
     /// Returns the mean of the images at one surface, less what other images contradict: linear light times share, the share of

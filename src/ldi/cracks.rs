@@ -7,7 +7,6 @@
 
 use rayon::prelude::*;
 
-use super::blend::Blended;
 use crate::projection::Picture;
 
 /// The widest crack that is closed, in pixels of the picture.
@@ -37,27 +36,54 @@ pub fn closed(picture: &Picture, faces: Option<&[u32]>) -> Picture {
     Picture { rgba, ..*picture }
 }
 
-/// Closes the cracks of a blended view, and also those one pixel wide through which it shows what was filled in behind a face: a
-/// pixel of which no camera saw the most gets the colours of the two beside it if cameras saw these, and `faces` says that all
-/// three show one face.
-pub fn closed_blend(blended: &Blended, faces: &[u32]) -> Picture {
-    let Blended { picture, invented } = blended;
+/// What a pixel of a blended view shows where a face is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shows {
+    /// The face, or there is none.
+    Face,
+    /// What was filled in: no camera saw most of it.
+    Filling,
+    /// Something behind the face.
+    Behind,
+}
+
+/// Closes the cracks of a blended view, and also those one pixel wide through which it shows something else than the face: such a
+/// pixel gets the colours of the two beside it if these show the same face. One that shows what is behind its face, and has no such
+/// sides, gets the mean colour of those around it that show the face: at outlines and corners splats end up to half a spacing early.
+/// `faces` has the number of each pixel's face, 0 for none.
+pub fn closed_blend(picture: &Picture, faces: &[u32], shows: &[Shows]) -> Picture {
     let width = picture.width as usize;
     let mut rgba = picture.rgba.clone();
     rgba.par_chunks_mut(4 * width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
             let at = y * width + x;
-            let is_side = |side: &Side| side.away == 1 && !invented[side.at] && faces[side.at] == faces[at];
-            let is_crack = |sides: &[Side; 2]| sides.iter().all(is_side);
-            if invented[at]
-                && faces[at] != 0
-                && let Some(sides) = narrowest(picture, [x as i32, y as i32], &is_crack)
-            {
+            if shows[at] == Shows::Face || faces[at] == 0 {
+                continue;
+            }
+            let is_same = |other: usize| shows[other] == Shows::Face && faces[other] == faces[at];
+            let is_crack = |sides: &[Side; 2]| sides.iter().all(|side| side.away == 1 && is_same(side.at));
+            if let Some(sides) = narrowest(picture, [x as i32, y as i32], &is_crack) {
                 *pixel = filled([0; 4], sides);
+            } else if shows[at] == Shows::Behind {
+                *pixel = mean_around(picture, [x, y], is_same).unwrap_or(*pixel);
             }
         }
     });
     closed(&Picture { rgba, ..*picture }, Some(faces))
+}
+
+/// Returns the mean of the covered pixels around a pixel that `counts` permits by their indices; `None` where there is none. For
+/// these few pixels, stored values stand for light.
+fn mean_around(picture: &Picture, [x, y]: [usize; 2], counts: impl Fn(usize) -> bool) -> Option<[u8; 4]> {
+    let [width, height] = [picture.width, picture.height].map(|side| side as usize);
+    let rows = y.saturating_sub(1)..(y + 2).min(height);
+    let around = rows.flat_map(|v| (x.saturating_sub(1)..(x + 2).min(width)).map(move |u| v * width + u));
+    let is_side = |at: &usize| *at != y * width + x && picture.pixels()[*at][3] >= COVERED && counts(*at);
+    let sides: Vec<[u8; 4]> = around.filter(is_side).map(|at| picture.pixels()[at]).collect();
+    let count = sides.len() as u32;
+    let mean =
+        |c: usize| ((sides.iter().map(|side| u32::from(side[c])).sum::<u32>() + count / 2) / count) as u8;
+    (count > 0).then(|| [mean(0), mean(1), mean(2), mean(3)])
 }
 
 /// A covered pixel beside a crack.
@@ -137,20 +163,21 @@ mod tests {
     }
 
     #[test]
-    fn what_was_filled_in_shows_through_no_crack_of_a_face() {
+    fn what_was_filled_in_or_is_behind_shows_through_no_crack_of_a_face() {
+        use Shows::{Behind, Face, Filling};
         // A crack in a seen surface, a strip that nobody saw, and a crack between two faces.
         let rows = [100, 0, 100, 0, 0, 0, 0, 100, 0, 200].map(grey);
-        let invented = [false, true, false, true, true, true, true, false, true, false];
         let faces = [1, 1, 1, 1, 1, 1, 1, 1, 1, 2];
-        let of_pixels =
-            |of_row: &dyn Fn(usize) -> u32| -> Vec<u32> { (0..50).map(|at| of_row(at / 5)).collect() };
-        let blended = Blended {
-            picture: of_rows(&rows),
-            invented: of_pixels(&|row| u32::from(invented[row])).iter().map(|is| *is == 1).collect(),
+        let of_pixels = |of_row: &[u32; 10]| -> Vec<u32> { (0..50).map(|at| of_row[at / 5]).collect() };
+        let closed_as = |wrong: Shows| {
+            let shows = [Face, wrong, Face, wrong, wrong, wrong, wrong, Face, wrong, Face];
+            let shows: Vec<Shows> = (0..50).map(|at| shows[at / 5]).collect();
+            assert_eq!(closed_blend(&of_rows(&rows), &[0; 50], &shows), of_rows(&rows), "there is no face");
+            closed_blend(&of_rows(&rows), &of_pixels(&faces), &shows)
         };
-        let found = closed_blend(&blended, &of_pixels(&|row| faces[row]));
-        assert_eq!(found, of_rows(&[100, 100, 100, 0, 0, 0, 0, 100, 0, 200].map(grey)));
-        assert_eq!(closed_blend(&blended, &[0; 50]), blended.picture, "there is no face");
+        assert_eq!(closed_as(Filling), of_rows(&[100, 100, 100, 0, 0, 0, 0, 100, 0, 200].map(grey)));
+        // What is behind a face is no part of it: it gets the colours beside it, one pixel far.
+        assert_eq!(closed_as(Behind), of_rows(&[100, 100, 100, 100, 0, 0, 100, 100, 100, 200].map(grey)));
     }
 
     #[test]

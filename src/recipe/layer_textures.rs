@@ -316,7 +316,7 @@ impl Texels for LayerTextureFiles {
         }
         let mut rgba = read_layer(&file.texels, file.rect, rect)?;
         let mut needed = read_mask(&file.needed, file.rect, rect)?;
-        mark_bleed(&rgba, &mut needed);
+        mark_bleed(&rgba, &mut needed, rect.w as usize);
         let mut filling =
             file.filled.as_ref().map(|files| Filling::read(files, file.rect, rect)).transpose()?;
         if let Some(longest) = file.longest_of_surroundings {
@@ -353,12 +353,22 @@ fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a, b), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Marks texels that contain the photo's colour outside of the layer's visible part: transparent pixels that are
-/// not black.
-fn mark_bleed(rgba: &[u8], needed: &mut [u8]) {
-    for (texel, needed) in rgba.as_chunks::<4>().0.iter().zip(needed) {
-        let [r, g, b, a] = *texel;
-        *needed |= if a == 0 && r | g | b != 0 { BLEED } else { 0 };
+/// Marks texels that contain the photo's colour beside the layer's visible part: transparent pixels that are not black and touch
+/// one that is visible. Those beside what the photo hides have the colours of what hides it, which must not be seen.
+fn mark_bleed(rgba: &[u8], needed: &mut [u8], width: usize) {
+    let texels = rgba.as_chunks::<4>().0;
+    let rows: Vec<&[[u8; 4]]> = texels.chunks(width.max(1)).collect();
+    for (y, needed) in needed.chunks_mut(width.max(1)).enumerate() {
+        let around = &rows[y.saturating_sub(1)..(y + 2).min(rows.len())];
+        for (x, needed) in needed.iter_mut().enumerate() {
+            let [r, g, b, a] = rows[y][x];
+            let columns = x.saturating_sub(1)..(x + 2).min(width);
+            let touches_visible =
+                || around.iter().any(|row| row[columns.clone()].iter().any(|texel| texel[3] > 0));
+            if a == 0 && r | g | b != 0 && touches_visible() {
+                *needed |= BLEED;
+            }
+        }
     }
 }
 
@@ -417,10 +427,20 @@ mod tests {
 
     #[test]
     fn transparent_pixels_with_a_colour_lie_beside_what_the_layer_shows() {
-        let rgba = [[7, 7, 7, 255], [0, 0, 1, 0], [0, 0, 0, 0], [0, 0, 0, 255], [9, 0, 0, 0]].concat();
-        let mut needed = [COVERED, COVERED, COVERED, COVERED, 0];
-        mark_bleed(&rgba, &mut needed);
-        assert_eq!(needed, [COVERED, COVERED | BLEED, COVERED, COVERED, BLEED]);
+        let (stone, other, none) = ([0, 0, 0, 255], [9, 0, 0, 0], [0; 4]);
+        let rgba = [[stone, other, other, none], [none, none, other, other]].concat().concat();
+        let mut needed = [COVERED, COVERED, COVERED, 0, COVERED, COVERED, 0, COVERED];
+        let before = needed;
+        mark_bleed(&rgba, &mut needed, 4);
+        let marked: Vec<bool> =
+            needed.iter().zip(before).map(|(now, before)| *now == before | BLEED).collect();
+        assert_eq!(marked, [false, true, false, false, false, false, false, false]);
+        // In rows of five, the seventh texel touches the first.
+        mark_bleed(&rgba, &mut needed, 5);
+        assert_eq!(
+            needed.map(|needed| needed & BLEED != 0),
+            [false, true, false, false, false, false, true, false]
+        );
     }
 
     #[test]

@@ -43,7 +43,6 @@ fn piazza(photos: &[&str]) -> Option<Bench> {
 fn the_piazzas_photos_come_back_in_their_own_cameras_with_trees_that_turn() {
     let Some(bench) = piazza(&["01", "02", "03", "08"]) else { return };
     // Previews take sRGB for a quartic, which is off by up to 0.7 steps: 51 dB.
-    check(&bench, 0, 0.5, [55.0, 50.0]);
     check(&bench, 1, 0.5, [55.0, 50.0]);
 }
 

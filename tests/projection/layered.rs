@@ -61,8 +61,8 @@ fn where_nothing_is_hidden_layers_show_what_the_whole_photo_shows() {
     let photo = &bench.site.photos[0];
     // A step aside and nearer, half as large again: level 0 everywhere.
     let mut camera = photo.camera;
-    (camera.width, camera.height) = (960, 640);
-    (camera.fx, camera.fy, camera.cx, camera.cy) = (1.5 * camera.fx, 1.5 * camera.fy, 480.0, 320.0);
+    (camera.width, camera.height) = (480, 320);
+    (camera.fx, camera.fy, camera.cx, camera.cy) = (1.5 * camera.fx, 1.5 * camera.fy, 240.0, 160.0);
     let mut pose = photo.pose;
     pose.translation += glam::DVec3::new(-0.6, 0.1, 0.4);
     let display = unhidden(&bench, &Shot::new(camera, pose));
@@ -76,7 +76,7 @@ fn where_nothing_is_hidden_layers_show_what_the_whole_photo_shows() {
         println!("{quality:?}: {} pixels, at most {most} off, {mean:.4} on average", off.len());
         // Both pictures look up the same texels; each may be stored 0.6 steps off, and a lookup lands up to 1/256 of a
         // texel elsewhere. 2 was seen; what is wrong by a layer is off by tens.
-        assert!(off.len() > 200_000 && most <= 3 && mean <= 0.1, "{most}, {mean} over {}", off.len());
+        assert!(off.len() > 50_000 && most <= 3 && mean <= 0.1, "{most}, {mean} over {}", off.len());
     }
 }
 

@@ -35,7 +35,7 @@ use crate::shoot::Shoot;
 const CONTINUOUS: [Mode; 3] = [Mode::Debevec, Mode::Lumigraph, Mode::Smooth];
 
 /// Surface points that are compared, at least.
-const POINTS: usize = 10_000;
+const POINTS: usize = 5_000;
 
 /// Frames that are looked at, a thousandth of the flight apart.
 const FRAMES: usize = 17;

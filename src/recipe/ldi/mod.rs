@@ -8,6 +8,7 @@ mod depth_fit;
 #[cfg(test)]
 mod depth_tests;
 pub mod export;
+mod face_depths;
 mod figures;
 mod inputs;
 pub mod live;

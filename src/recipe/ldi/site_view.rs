@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::controller::{Kept, OfPhoto, best_photos};
+use super::face_depths::shown;
 use super::of_photos::PhotosOptions;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
@@ -224,11 +225,13 @@ fn holes(picture: &Picture, faces: &[u32]) -> f64 {
 /// side, predict held-out photos worse than the filling does.
 fn complete_with(view: &mut Blended, more: &Blended, faces: &[u32]) {
     let srgb = Srgb::tables();
-    let pixels = view.picture.rgba.as_chunks_mut::<4>().0.iter_mut().zip(&mut view.invented);
-    let others = more.picture.pixels().iter().zip(&more.invented).zip(faces);
-    for ((pixel, invented), ((other, is_other_invented), face)) in pixels.zip(others) {
+    let pixels = view.picture.rgba.as_chunks_mut::<4>().0.iter_mut().enumerate();
+    for ((at, pixel), (other, face)) in pixels.zip(more.picture.pixels().iter().zip(faces)) {
         if shown_face(*face).is_some() {
-            *invented = if pixel[3] > 0 { *invented } else { *is_other_invented };
+            if pixel[3] == 0 {
+                view.invented[at] = more.invented[at];
+                view.inverse_depths[at] = more.inverse_depths[at];
+            }
             *pixel = laid_over(pixel, other, &srgb);
         }
     }
@@ -295,7 +298,11 @@ impl LdiView<'_> {
     ) -> Result<Blended> {
         let LdiViewOptions { splat, spacing, .. } = self.options;
         let options = WarpOptions { splat, spacing, ..WarpOptions::default() };
-        let alone = |picture: Picture| Blended { invented: vec![false; picture.pixels().len()], picture };
+        let alone = |picture: Picture| Blended {
+            invented: vec![false; picture.pixels().len()],
+            inverse_depths: vec![0.0; picture.pixels().len()],
+            picture,
+        };
         match sources {
             [] => Ok(alone(empty(shot, task))),
             [one] if !self.options.source.is_blend() => {
@@ -325,7 +332,8 @@ impl Renders for LdiView<'_> {
         }
         let faces = self.preview.seen_faces(asked, task)?;
         let blended = self.complete(blended, (others, &faces), view, task)?;
-        let picture = closed_blend(&blended, &faces);
+        let shows = shown(&blended, &faces, &self.opened.site.model, &shot);
+        let picture = closed_blend(&blended.picture, &faces, &shows);
         if !shot.surroundings {
             return Ok(picture);
         }
@@ -421,18 +429,21 @@ mod tests {
             |pixels: [[u8; 4]; 5]| Picture { width: 5, height: 1, rgba: pixels.as_flattened().to_vec() };
         let (red, blue, none) = ([255, 0, 0, 255], [0, 0, 255, 255], [0; 4]);
         let invented = vec![false, false, false, false, true];
-        let mut view = Blended { picture: row([red, none, none, [255, 0, 0, 51], red]), invented };
+        let picture = row([red, none, none, [255, 0, 0, 51], red]);
+        let mut view = Blended { picture, invented, inverse_depths: vec![0.25; 5] };
         let faces = [1, 2, 0, 1, 1];
         // All of the second, four fifths of the fourth.
         assert!((holes(&view.picture, &faces) - 1.8 / 4.0).abs() < 1e-6, "{}", holes(&view.picture, &faces));
-        let nothing = Blended { picture: row([none; 5]), invented: vec![false; 5] };
+        let nothing =
+            Blended { picture: row([none; 5]), invented: vec![false; 5], inverse_depths: vec![0.0; 5] };
         let mut same = view.clone();
         complete_with(&mut same, &nothing, &faces);
         assert_eq!(same, view);
-        let more = Blended { picture: row([blue; 5]), invented: vec![true; 5] };
+        let more = Blended { picture: row([blue; 5]), invented: vec![true; 5], inverse_depths: vec![0.5; 5] };
         complete_with(&mut view, &more, &faces);
         assert_eq!(view.picture, row([red, blue, none, [124, 0, 231, 255], red]));
         assert_eq!(view.invented, [false, true, false, false, true]);
+        assert_eq!(view.inverse_depths, [0.25, 0.5, 0.25, 0.25, 0.25]);
         assert_eq!((holes(&view.picture, &faces), holes(&view.picture, &[0; 5])), (0.0, 0.0));
     }
 

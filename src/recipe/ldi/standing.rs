@@ -22,6 +22,23 @@ use crate::projection::srgb::Srgb;
 /// with what is behind it.
 const BESIDE_PX: f32 = 2.5;
 
+/// The share of a pixel that nearer surfaces must leave for the photo to show what is behind them.
+const SEEN: f32 = 0.5;
+
+/// The share that they must leave for anything of it to be seen.
+const LEAST_SEEN: f32 = 0.01;
+
+/// The distance from a face up to which a rim of it may stand out of the model, as a share of the frame's longer side: as in the
+/// trust in surroundings beside outlines (`crate::recipe::layer_textures`).
+const RIM: f32 = 0.005;
+
+/// The difference from the surroundings around, as a natural logarithm of light, from which on a pixel beside an outline is a part of
+/// what stands there: as in the dome (`crate::layers::dome`).
+const STRAY: f32 = 0.25;
+
+/// The least light that enters a logarithm.
+const BLACK: f32 = 0.01;
+
 /// Where a photo's surroundings are near.
 pub struct Standing<'a> {
     /// The frame's width in pixels.
@@ -44,24 +61,32 @@ impl Standing<'_> {
         let nearest = nearest(&is_face, self.width);
         let is_beside = |at: usize| nearest[at].distance_px() <= BESIDE_PX;
         let mut is_near = self.rising(rows, is_beside);
+        self.add_rims(rows, &mut is_near, &|at| nearest[at].distance_px());
         let seeds = (0..is_near.len()).filter(|at| is_near[*at] && is_beside(*at)).collect();
         is_near = connected(&is_near, self.width, seeds);
         let colours = if self.filled { self.behind(rows, &is_near) } else { None };
         let moved = rows.par_iter_mut().enumerate().map(|(y, row)| {
             let mut added = Vec::new();
             let mut before = None;
-            for (place, found) in row.iter_mut().enumerate() {
+            let shown = self.shown(row, y);
+            for (place, (found, seen)) in row.iter_mut().zip(shown).enumerate() {
                 let nearer = before.filter(|(column, _)| *column == found.column).map(|(_, depth)| depth);
                 before = Some((found.column, found.inverse_depth));
                 let at = y * self.width + usize::from(found.column);
-                if !is_near[at] || !is_of_photos_surroundings(found) {
+                let Some(face) = nearest[at].index().filter(|_| is_near[at] && seen > LEAST_SEEN) else {
+                    continue;
+                };
+                let behind = colours.as_ref().map(|colours| Found {
+                    colour: colours.at(found.column, y),
+                    origin: DepthPixelOrigin::Invented,
+                    ..*found
+                });
+                // What hardly shows through something nearer is hidden in the photo: its colour is a guess, and this a better one.
+                if seen <= SEEN {
+                    *found = behind.unwrap_or(*found);
                     continue;
                 }
-                let Some(face) = nearest[at].index() else { continue };
-                if let Some(colour) = colours.as_ref().map(|colours| colours.at(found.column, y)) {
-                    let behind = Found { colour, origin: DepthPixelOrigin::Invented, ..*found };
-                    added.push((place + 1, behind));
-                }
+                added.extend(behind.map(|behind| (place + 1, behind)));
                 // Behind what one sees through, it is right behind that.
                 let most = nearer.map_or(f32::INFINITY, |nearer: f32| nearer.next_down());
                 (found.inverse_depth, found.plane) = (depths[face].min(most), UNKNOWN_PLANE);
@@ -77,13 +102,51 @@ impl Standing<'_> {
     fn rising(&self, rows: &[Vec<Found>], is_beside: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
         let mut rising = vec![false; rows.len() * self.width];
         rising.par_chunks_exact_mut(self.width).zip(rows).enumerate().for_each(|(y, (rising, row))| {
-            for found in row.iter().filter(|found| is_of_photos_surroundings(found)) {
+            for (found, _) in row.iter().zip(self.shown(row, y)).filter(|(_, seen)| *seen > SEEN) {
                 let x = usize::from(found.column);
                 rising[x] =
                     is_beside(y * self.width + x) || rises_above_outline(self.agreement_at(found.column, y));
             }
         });
         rising
+    }
+
+    /// Returns for each depth pixel of a row how much of it the photo itself shows, if it is of the surroundings and no paint; 0 for
+    /// all others. What the photo shows through the gaps of a see-through surface counts, wherever its colour was taken from.
+    fn shown(&self, row: &[Found], y: usize) -> Vec<f32> {
+        let mut left = (None, 1.0);
+        let seen = |found: &Found| {
+            if left.0 != Some(found.column) {
+                left = (Some(found.column), 1.0);
+            }
+            let seen = left.1;
+            left.1 *= 1.0 - f32::from(found.colour[3]) / 255.0;
+            let is_own = self.photo.contains(i32::from(found.column), y as i32)
+                && found.inverse_depth == 0.0
+                && found.origin != DepthPixelOrigin::Paint;
+            if is_own { seen } else { 0.0 }
+        };
+        row.iter().map(seen).collect()
+    }
+
+    /// Adds the rims of what stands on outlines, farther from faces than [`BESIDE_PX`]: surroundings up to [`RIM`] beside a face whose
+    /// colours are not those of the surroundings farther out.
+    fn add_rims(
+        &self,
+        rows: &[Vec<Found>],
+        is_near: &mut [bool],
+        distance_px: &(impl Fn(usize) -> f32 + Sync),
+    ) {
+        let rim = RIM * self.width.max(rows.len()) as f32;
+        // Not even what differs counts as surroundings there.
+        let in_rim: Vec<bool> = (0..is_near.len()).map(|at| is_near[at] || distance_px(at) <= rim).collect();
+        let Some(around) = self.behind(rows, &in_rim) else { return };
+        is_near.par_chunks_exact_mut(self.width).zip(rows).enumerate().for_each(|(y, (is_near, row))| {
+            for (found, _) in row.iter().zip(self.shown(row, y)).filter(|(_, seen)| *seen > LEAST_SEEN) {
+                let x = usize::from(found.column);
+                is_near[x] |= in_rim[y * self.width + x] && around.differs(found.colour, found.column, y);
+            }
+        });
     }
 
     /// Returns the agreement at the centre of a pixel of the frame, 1 outside of the photo.
@@ -96,7 +159,8 @@ impl Standing<'_> {
         }
     }
 
-    /// Inpaints the surroundings behind pixels that are near from those beside them that are far away; `None` where none is.
+    /// Inpaints the surroundings behind pixels that are near from those beside them that are far away; `None` where none is, or
+    /// nothing is near.
     fn behind(&self, rows: &[Vec<Found>], is_near: &[bool]) -> Option<Behind> {
         let near = || (0..is_near.len()).filter(|at| is_near[*at]);
         let (first, last) = (near().next()?, near().next_back()?);
@@ -138,16 +202,22 @@ struct Behind {
 }
 
 impl Behind {
+    /// Returns whether a colour is none of the surroundings at a pixel.
+    fn differs(&self, [r, g, b, _]: [u8; 4], column: u16, y: usize) -> bool {
+        let around = self.light[self.index(column, y)];
+        let apart =
+            |(value, light): (u8, f32)| (self.srgb.linear(value).max(BLACK) / light.max(BLACK)).ln().abs();
+        [r, g, b].into_iter().zip(around).map(apart).sum::<f32>() / 3.0 > STRAY
+    }
+
+    fn index(&self, column: u16, y: usize) -> usize {
+        (y - self.top) * self.columns.len() + usize::from(column) - self.columns.start
+    }
+
     fn at(&self, column: u16, y: usize) -> [u8; 4] {
-        let at = (y - self.top) * self.columns.len() + usize::from(column) - self.columns.start;
-        let [r, g, b] = self.light[at].map(|light| self.srgb.encoded(light));
+        let [r, g, b] = self.light[self.index(column, y)].map(|light| self.srgb.encoded(light));
         [r, g, b, u8::MAX]
     }
-}
-
-/// Returns whether a depth pixel is the photo's own, infinitely far away.
-fn is_of_photos_surroundings(found: &Found) -> bool {
-    found.inverse_depth == 0.0 && found.origin == DepthPixelOrigin::Photo
 }
 
 /// Returns the inverse depth of the nearest depth pixel of each pixel; 0 where there is none.
@@ -254,12 +324,49 @@ mod tests {
     #[test]
     fn what_is_behind_a_see_through_pixel_comes_right_behind_it() {
         let mut rows = rows();
-        let (leaf, at) = (Found { inverse_depth: 0.5, plane: 2, ..rows[10][22] }, 22);
-        rows[10].insert(at, leaf);
+        let leaf = |alpha: u8, pixel: &Found| {
+            let [r, g, b, _] = pixel.colour;
+            Found { inverse_depth: 0.5, plane: 2, colour: [r, g, b, alpha], ..*pixel }
+        };
+        // What is behind may have its colour from anywhere; behind an opaque leaf it is not what the photo shows.
+        rows[10][22].origin = DepthPixelOrigin::OtherPhotos;
+        let (sparse, dense) = (leaf(90, &rows[10][22]), leaf(200, &rows[10][24]));
+        rows[10].insert(24, dense);
+        rows[10].insert(22, sparse);
         standing(&agreement(), true).moved(&mut rows);
-        let depths: Vec<f32> =
-            rows[10].iter().filter(|found| found.column == 22).map(|found| found.inverse_depth).collect();
-        assert_eq!(depths, [0.5, 0.5f32.next_down(), 0.0]);
+        let depths = |column: u16| -> Vec<f32> {
+            rows[10].iter().filter(|found| found.column == column).map(|found| found.inverse_depth).collect()
+        };
+        assert_eq!(depths(22), [0.5, 0.5f32.next_down(), 0.0]);
+        assert_eq!(depths(24), [0.5, 0.0]);
+    }
+
+    #[test]
+    fn a_rim_that_differs_from_the_sky_comes_with_the_wall() {
+        let is_rim = |x: u16, y: usize| (300..500).contains(&x) && (36..40).contains(&y);
+        let row = |y: usize| -> Vec<Found> {
+            let pixel = |column: u16| {
+                let stone = is_rim(column, y) || y >= 40;
+                let (colour, inverse_depth) =
+                    (if stone { STONE } else { SKY }, if y < 40 { 0.0 } else { 0.25 });
+                Found { column, origin: DepthPixelOrigin::Photo, inverse_depth, colour, plane: 0 }
+            };
+            (0..1000).map(pixel).collect()
+        };
+        let mut rows: Vec<Vec<Found>> = (0..60).map(row).collect();
+        let agreement = PhotoAgreement { size: [1000, 60], contradicted: Vec::new(), beside: Vec::new() };
+        let (agreement, photo) = (agreement.whole([1000, 60]), PixelRect::of_size(1000, 60));
+        Standing { width: 1000, photo, agreement: &agreement, filled: true }.moved(&mut rows);
+        for (y, row) in rows.iter().enumerate().take(40) {
+            for found in row.chunk_by(|a, b| a.column == b.column) {
+                // All of the rim, and two rows of the sky.
+                let is_near = is_rim(found[0].column, y) || y >= 38;
+                assert_eq!(found[0].inverse_depth > 0.0, is_near, "column {} of row {y}", found[0].column);
+                let farthest = found[found.len() - 1];
+                assert!((0..3).all(|c| farthest.colour[c].abs_diff(SKY[c]) <= 1), "the sky is behind it");
+                assert_eq!((found.len(), farthest.inverse_depth), (1 + usize::from(is_near), 0.0));
+            }
+        }
     }
 
     #[test]
@@ -267,7 +374,10 @@ mod tests {
         let (before, mut rows) = (rows(), rows());
         let photo = PixelRect { x: 0, y: 0, w: 10, h: 30 };
         let added = Standing { photo, ..standing(&agreement(), true) }.moved(&mut rows);
-        assert_eq!((added, &rows[..18]), (2 * 60, &before[..18]), "but for what is beside the wall");
+        assert_eq!((added, &rows[..18]), (2 * 10, &before[..18]), "but for what is beside the wall");
+        let outside =
+            |row: &[Found]| row.iter().filter(|found| found.column >= 10).cloned().collect::<Vec<_>>();
+        assert!(rows.iter().zip(&before).all(|(row, before)| outside(row) == outside(before)));
     }
 
     #[test]
