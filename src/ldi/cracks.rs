@@ -45,6 +45,8 @@ pub enum Shows {
     Filling,
     /// Something behind the face.
     Behind,
+    /// Something before the face.
+    Before,
 }
 
 /// Closes the cracks of a blended view, and also those one pixel wide through which it shows something else than the face: such a
@@ -57,7 +59,7 @@ pub fn closed_blend(picture: &Picture, faces: &[u32], shows: &[Shows]) -> Pictur
     rgba.par_chunks_mut(4 * width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
             let at = y * width + x;
-            if shows[at] == Shows::Face || faces[at] == 0 {
+            if matches!(shows[at], Shows::Face | Shows::Before) || faces[at] == 0 {
                 continue;
             }
             let is_same = |other: usize| shows[other] == Shows::Face && faces[other] == faces[at];

@@ -362,9 +362,9 @@ fn mark_bleed(rgba: &[u8], needed: &mut [u8], width: usize) {
         let around = &rows[y.saturating_sub(1)..(y + 2).min(rows.len())];
         for (x, needed) in needed.iter_mut().enumerate() {
             let [r, g, b, a] = rows[y][x];
-            let columns = x.saturating_sub(1)..(x + 2).min(width);
+            let left = x.saturating_sub(1);
             let touches_visible =
-                || around.iter().any(|row| row[columns.clone()].iter().any(|texel| texel[3] > 0));
+                || around.iter().any(|row| row.iter().take(x + 2).skip(left).any(|texel| texel[3] > 0));
             if a == 0 && r | g | b != 0 && touches_visible() {
                 *needed |= BLEED;
             }

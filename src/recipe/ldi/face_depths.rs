@@ -11,8 +11,8 @@ use crate::projection::{Shot, shown_face};
 use crate::scene::impostor::Facing;
 use crate::scene::{FaceId, Model};
 
-/// The share of a face's inverse depth below which a pixel shows something behind the face. Relief moves surfaces off their faces'
-/// planes by less.
+/// The share of a face's inverse depth below which a pixel shows something behind the face, and of the pixel's below which the face
+/// is behind it. Relief moves surfaces off their faces' planes by less.
 const BEHIND: f64 = 0.9;
 
 /// The planes of a model's faces in a view.
@@ -42,17 +42,33 @@ impl FaceDepths<'_> {
 pub fn shown(blended: &Blended, faces: &[u32], model: &Arc<Model>, shot: &Shot) -> Vec<Shows> {
     let width = shot.camera.width as usize;
     let depths = FaceDepths { model: model.facing(&Facing::of_pose(&shot.pose)), shot };
-    let is_behind = |at: usize| {
-        let of_face = shown_face(faces[at]).and_then(|face| depths.at(face, [at % width, at / width]));
-        of_face.is_some_and(|of_face| f64::from(blended.inverse_depths[at]) < BEHIND * of_face)
+    let apart = |at: usize| {
+        let face = shown_face(faces[at]).and_then(|face| depths.at(face, [at % width, at / width]));
+        match (face, f64::from(blended.inverse_depths[at])) {
+            (Some(face), found) if found < BEHIND * face => Shows::Behind,
+            (Some(face), found) if face < BEHIND * found => Shows::Before,
+            _ => Shows::Face,
+        }
     };
     let shows = |at: usize| match (faces[at], blended.invented[at]) {
         (0, _) => Shows::Face,
         (_, true) => Shows::Filling,
-        _ if is_behind(at) => Shows::Behind,
-        _ => Shows::Face,
+        _ => apart(at),
     };
     (0..faces.len()).into_par_iter().map(shows).collect()
+}
+
+/// Returns the faces that images show, by pixel: those of `faces` but for billboards that turn towards the camera. These have a place
+/// of their own in each photo, and a view from images would show them from the side. Where a view has such faces, what images show
+/// before another face is one of them, too. All this is 0, as where no face is.
+pub fn shown_by_images(faces: &[u32], shows: &[Shows], model: &Model) -> Vec<u32> {
+    let turns = |number: u32| shown_face(number).is_some_and(|face| model.impostor(face).is_some());
+    if !faces.par_iter().any(|number| turns(*number)) {
+        return faces.to_vec();
+    }
+    let is_shown = |number: u32, shows: Shows| !turns(number) && shows != Shows::Before;
+    let pixels = faces.par_iter().zip(shows);
+    pixels.map(|(number, shows)| if is_shown(*number, *shows) { *number } else { 0 }).collect()
 }
 
 #[cfg(test)]
@@ -73,11 +89,27 @@ mod tests {
         let blended = Blended {
             picture: Picture { width: 6, height: 1, rgba: vec![255; 24] },
             invented: vec![false, false, false, false, true, true],
-            // On the wall, a little behind it, far behind it, far behind the turned one, where no face is.
-            inverse_depths: vec![0.25, 0.235, 0.2, 0.25, 0.25, 0.1],
+            // A little behind the wall, far behind it, far before it, far behind the turned one; filled in; where no face is.
+            inverse_depths: vec![0.235, 0.2, 0.3, 0.25, 0.25, 0.1],
         };
-        use Shows::{Behind, Face, Filling};
-        let found = shown(&blended, &[1, 1, 1, 2, 1, 0], &model, &shot);
-        assert_eq!(found, [Face, Face, Behind, Behind, Filling, Face]);
+        use Shows::{Before, Behind, Face, Filling};
+        let faces = [1, 1, 1, 2, 1, 0];
+        let found = shown(&blended, &faces, &model, &shot);
+        assert_eq!(found, [Face, Behind, Before, Behind, Filling, Face]);
+        assert_eq!(shown_by_images(&faces, &found, &model), faces, "nothing turns");
+    }
+
+    #[test]
+    fn billboards_that_turn_are_left_to_the_renderer_and_so_is_what_is_before_faces_beside_them() {
+        let mut modeller = Modeller::new();
+        modeller.object("wall").screen(4.0, [-2.0, -2.0, 2.0, 2.0]);
+        modeller.object("tree.billboard").screen(2.0, [-0.5, -1.0, 0.5, 1.0]);
+        let is_tree = |object: &crate::scene::Object| object.name == "tree.billboard";
+        let (model, refused) = (*modeller.finish()).clone().with_impostors(DVec3::NEG_Y, is_tree);
+        assert!(refused.is_empty());
+        use Shows::{Before, Behind, Face};
+        let shows = [Face, Before, Behind, Face, Face];
+        assert_eq!(shown_by_images(&[1, 1, 1, 2, 0], &shows, &model), [1, 0, 1, 0, 0]);
+        assert_eq!(shown_by_images(&[1, 1, 1, 1, 0], &shows, &model), [1, 1, 1, 1, 0]);
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::controller::{Kept, OfPhoto, best_photos};
-use super::face_depths::shown;
+use super::face_depths::{shown, shown_by_images};
 use super::of_photos::PhotosOptions;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
@@ -228,7 +228,7 @@ fn complete_with(view: &mut Blended, more: &Blended, faces: &[u32]) {
     let pixels = view.picture.rgba.as_chunks_mut::<4>().0.iter_mut().enumerate();
     for ((at, pixel), (other, face)) in pixels.zip(more.picture.pixels().iter().zip(faces)) {
         if shown_face(*face).is_some() {
-            if pixel[3] == 0 {
+            if pixel[3] == 0 && other[3] > 0 {
                 view.invented[at] = more.invented[at];
                 view.inverse_depths[at] = more.inverse_depths[at];
             }
@@ -332,15 +332,17 @@ impl Renders for LdiView<'_> {
         }
         let faces = self.preview.seen_faces(asked, task)?;
         let blended = self.complete(blended, (others, &faces), view, task)?;
-        let shows = shown(&blended, &faces, &self.opened.site.model, &shot);
+        let model = &self.opened.site.model;
+        let shows = shown(&blended, &faces, model, &shot);
         let picture = closed_blend(&blended.picture, &faces, &shows);
-        if !shot.surroundings {
+        let of_images = shown_by_images(&faces, &shows, model);
+        if !shot.surroundings && of_images == faces {
             return Ok(picture);
         }
-        // Surroundings that several photos show are one dome, and skirts continue faces that are drawn: the projective renderer
-        // has both.
+        // Surroundings that several photos show are one dome, skirts continue faces that are drawn, and billboards turn: the
+        // projective renderer has all of them.
         let behind = self.preview.picture(&shot, task)?;
-        Ok(over(&picture, &behind, &faces))
+        Ok(over(&picture, &behind, &of_images))
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
