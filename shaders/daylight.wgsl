@@ -74,7 +74,11 @@ fn reach_at(crown: Crown, point: vec3f, normal: vec3f) -> Reach {
 
 // What sky and ground give to a surface of this normal.
 fn around(normal: vec3f) -> vec3f {
-    let up = dot(normal, daylight.up);
+    return around_at(dot(normal, daylight.up));
+}
+
+// The same of a normal that is so far upwards.
+fn around_at(up: f32) -> vec3f {
     return daylight.sky * (0.5 * (1.0 + up)) + daylight.ground * (0.5 * (1.0 - up));
 }
 
@@ -87,6 +91,25 @@ fn light_of(normal: vec3f, reflected: vec3f, through: vec3f, is_leaf: bool, reac
         light += through * (sun * max(-facing, 0.0) + reach.back * around(-normal));
     }
     return light;
+}
+
+// The mean of |n.l| over leaves in all directions, each counted by what it covers, for the cosine between viewer and sun.
+fn in_all_directions(cosine: f32) -> f32 {
+    let held = clamp(cosine, -1.0, 1.0);
+    let half_turn = 3.14159265358979;
+    let sum = 2.0 * sqrt(1.0 - held * held) + (half_turn - 2.0 * acos(held)) * held;
+    return 2.0 / (3.0 * half_turn) * sum;
+}
+
+// The light of the leaves of a sample: the direction of their mean normal, the length of the mean, and the direction to the viewer.
+fn light_of_leaves(normal: vec3f, length: f32, towards: vec3f, reflected: vec3f, through: vec3f, reach: Reach) -> vec3f {
+    let facing = dot(normal, daylight.towards_sun);
+    let share = clamp(3.0 * (1.0 - length), 0.0, 1.0);
+    let across = mix(abs(facing), in_all_directions(dot(towards, daylight.towards_sun)), share);
+    let sun = 0.5 * reach.sun * daylight.sun;
+    let up = length * dot(normal, daylight.up);
+    return reflected * (sun * (across + length * facing) + reach.front * around_at(up))
+        + through * (sun * (across - length * facing) + reach.back * around_at(-up));
 }
 
 // The darkening of a pixel by the view's lens.

@@ -20,6 +20,10 @@ struct FlakeImage {
     through: vec3f,
     // Half of the image's columns.
     half: f32,
+    // The factor on the light of its samples.
+    gain: vec3f,
+    // The length of the mean normals of its leaves.
+    length: f32,
     // The first of its samples, and their number.
     first: u32,
     count: u32,

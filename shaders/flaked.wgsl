@@ -93,8 +93,13 @@ fn lit(@builtin(position) position: vec4f, @builtin(sample_index) sub_pixel: u32
     }
     let reflected = linear(flake.colour);
     let reach = reach_at(shown[image.tree].crown, point, normal);
-    let light = light_of(normal, reflected, reflected * image.through, flake.is_leaf, reach);
-    return Colour(vec4f(light * shown[image.tree].tint * darkening(position.xy), 1.0), found.depth);
+    var light = vec3f(0.0);
+    if flake.is_leaf {
+        light = light_of_leaves(normal, image.length, normalize(-point), reflected, reflected * image.through, reach);
+    } else {
+        light = light_of(normal, reflected, vec3f(0.0), false, reach);
+    }
+    return Colour(vec4f(image.gain * light * shown[image.tree].tint * darkening(position.xy), 1.0), found.depth);
 }
 
 @fragment

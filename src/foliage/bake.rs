@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use super::bounds::{Ball, Bounds};
 use super::directions::Directions;
 use super::drawer::{Canvas, Drawer, Facet};
-use super::images::{ImageCopy, MBuffer, ObjectImages, PlantImages};
+use super::gains::measured;
+use super::images::{ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages};
 use super::mbuffer::{LayeredPixels, Sample};
 use super::mesh::Mesh;
 use super::plant::Plant;
@@ -122,7 +123,7 @@ impl Baker<'_> {
             return Ok(None);
         }
         let finest = 2.0 * ball.radius / across;
-        let (from_the_side, _) = self.view(object, finest, FROM_THE_SIDE)?;
+        let from_the_side = self.view(object, finest, FROM_THE_SIDE)?.image;
         if self.plant.objects[object].counts.polygons <= from_the_side.samples.len() as u64 {
             return Ok(None);
         }
@@ -134,10 +135,8 @@ impl Baker<'_> {
             delta *= 2.0;
         }
         let sums = light.iter().fold([Vec3::ZERO; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
-        // Of what reflects next to nothing there is no share: what it lets through is cut off there.
-        let reflected = sums[0].max(sums[1] / MOST_THROUGH).max(Vec3::splat(f32::MIN_POSITIVE));
-        let through = sums[1] / reflected;
-        Ok(Some(ObjectImages { copies, through }))
+        let images = ObjectImages { copies, through: through_over_reflected(sums) };
+        measured((self.plant, object), images, self.options.directions, self.task).map(Some)
     }
 
     /// Returns how many pixels are across the whole plant in its finest images: half a leaf each.
@@ -151,13 +150,16 @@ impl Baker<'_> {
         let views = (0..self.options.directions.count())
             .into_par_iter()
             .map(|direction| self.view(object, delta, direction));
-        let (views, light) = views.collect::<Result<Vec<_>>>()?.into_iter().unzip();
+        let views = views.collect::<Result<Vec<_>>>()?;
+        let lengths = views.iter().map(|view| view.length).collect();
+        let (views, light) = views.into_iter().map(|view| (view.image, view.light)).unzip();
         let side = side_of(self.plant.objects[object].bounds.ball.radius, delta);
-        Ok((ImageCopy { delta, side, views }, light))
+        let correction = LightCorrection { gain: Vec3::ONE, lengths };
+        Ok((ImageCopy { delta, side, views, correction }, light))
     }
 
-    /// Makes a view; returns it with the sums of the light that its leaves reflect and let through.
-    fn view(&self, object: usize, delta: f64, direction: usize) -> Result<(MBuffer, [Vec3; 2])> {
+    /// Makes a view.
+    fn view(&self, object: usize, delta: f64, direction: usize) -> Result<BakedView> {
         let Bounds { ball, space } = self.plant.objects[object].bounds;
         let side = side_of(ball.radius, delta);
         let rotation = self.options.directions.view_from_object(direction);
@@ -178,12 +180,28 @@ impl Baker<'_> {
         let mut drawer = Drawer::new((self.plant, self.meshes), &view, (rect, canvas), self.task);
         drawer.visit(object, &view.view_from_plant)?;
         let ImageCanvas { pixels, light, .. } = drawer.canvas;
+        let through = through_over_reflected(light);
         let image = match slabs {
-            1 => MBuffer::of(&pixels, count, ball.radius),
-            _ => MBuffer::of_slabs(&pixels, (count, slabs), ball.radius),
+            1 => MBuffer::of(&pixels, count, (ball.radius, through)),
+            _ => MBuffer::of_slabs(&pixels, (count, slabs), (ball.radius, through)),
         };
-        Ok((image, light))
+        Ok(BakedView { image, light, length: pixels.mean_length_of_leaves() })
     }
+}
+
+/// A view that was made.
+struct BakedView {
+    image: MBuffer,
+    /// The sums of the light that its leaves reflect and let through.
+    light: [Vec3; 2],
+    /// The mean length of the mean normals of its leaves.
+    length: f32,
+}
+
+/// Returns what leaves let through over what they reflect. Of what reflects next to nothing there is no share: what it lets through is cut
+/// off there.
+fn through_over_reflected([reflected, through]: [Vec3; 2]) -> Vec3 {
+    through / reflected.max(through / MOST_THROUGH).max(Vec3::splat(f32::MIN_POSITIVE))
 }
 
 /// Returns columns and rows of images whose pixels have this side: the ball fits with a pixel to spare on each side.

@@ -118,6 +118,30 @@ pub fn draw_in_lights(
     Ok(drawn.into_iter().flat_map(|(pixels, _)| pixels).collect())
 }
 
+/// Returns the sums of the linear light of all sub-pixels that a plant covers, in each of some lights without shadows, and their number.
+///
+/// # Errors
+/// Those of [`draw`].
+pub(super) fn sums_of_light<const N: usize>(
+    plant: &Plant,
+    view: &View,
+    lights: [Light; N],
+    task: &Task,
+) -> Result<([Vec3; N], u32)> {
+    let lit = Lit::new(lights, view, None);
+    let sums = |band: &Band<'_, N>| {
+        let covered = band.nearness.iter().filter(|nearness| **nearness > f32::NEG_INFINITY).count();
+        let none = [Vec3::ZERO; N];
+        let add = |sums: [Vec3; N], light: &[Vec3; N]| std::array::from_fn(|of| sums[of] + light[of]);
+        vec![(band.light.iter().fold(none, add), covered as u32)]
+    };
+    let bands = drawn(plant, view, &|rect| Band::new(rect, lit), &sums, task)?;
+    let parts = bands.into_iter().flat_map(|(parts, _)| parts);
+    Ok(parts.fold(([Vec3::ZERO; N], 0), |(all, count), (sums, covered)| {
+        (std::array::from_fn(|of| all[of] + sums[of]), count + covered)
+    }))
+}
+
 /// Draws a plant in bands of rows, which begin as `begun` says; returns what `finished` makes of each, from the top, with the
 /// number of triangles.
 pub(super) fn drawn<C: Canvas, T: Send>(

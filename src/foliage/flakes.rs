@@ -1,6 +1,8 @@
 //! Pictures of plants whose images are drawn texel by texel (Max, Deussen & Keating 1999): as *flakes*, small pieces of surface at their
 //! own depths, or, as published, on planes of depth. The nearest one is kept at each sub-pixel, and what is seen is lit in the end.
 
+use glam::Vec3;
+
 use super::brute::check;
 use super::directions::{Directions, Serving};
 use super::door::Door;
@@ -80,6 +82,33 @@ pub fn draw_flakes(
     in_bands((view.rect(), BAND), &drawn, &|rect| scene.band(rect, task), task)
 }
 
+/// Returns the sums of the linear light of all sub-pixels that flakes of a plant's images cover, in each of some lights, and their number.
+///
+/// # Errors
+/// Those of [`super::draw`].
+pub(super) fn light_of_flakes<const N: usize>(
+    (plant, images): (&Plant, &PlantImages),
+    view: &View,
+    lights: [Light; N],
+    task: &Task,
+) -> Result<([Vec3; N], u32)> {
+    let options = &FlakeOptions::PREVIEW;
+    let drawn = walk(plant, images, view, &options.walk, 0);
+    let meshes = meshes_of(plant, &drawn);
+    let scene = Scene { plant, images, meshes: &meshes, drawn: &drawn, view, light: &lights[0], options };
+    let (canvas, _) = scene.drawn_into(view.rect(), task)?;
+    let mut lighting = Lighting { drawn: &canvas.drawn, view, last: 0 };
+    let (mut sums, mut covered) = ([Vec3::ZERO; N], 0);
+    for (x, y) in view.rect().pixels() {
+        covered += lighting.each_seen((x, y), &canvas.buffer.pixel(x, y), &mut |times, seen| {
+            for (sum, light) in sums.iter_mut().zip(&lights) {
+                *sum += times as f32 * seen.lit(light);
+            }
+        });
+    }
+    Ok((sums, covered))
+}
+
 /// Returns the screen door of the flakes of an image whose direction has this weight, after directions with the weight `before`.
 pub(super) fn door_of(directions: Directions, (before, weight): (f64, f64), path: u64) -> Door {
     match directions {
@@ -102,6 +131,12 @@ struct Scene<'a> {
 impl<'a> Scene<'a> {
     /// Draws a band of rows.
     fn band(&self, rect: PixelRect, task: &Task) -> Result<BandPicture> {
+        let (canvas, cost) = self.drawn_into(rect, task)?;
+        Ok((self.resolve(&canvas), cost))
+    }
+
+    /// Draws what is in a rectangle.
+    fn drawn_into(&self, rect: PixelRect, task: &Task) -> Result<(FlakeCanvas<'a>, ImageCost)> {
         let Self { plant, images, view, .. } = self;
         let half_spaces = view.projection.half_spaces(&rect);
         let canvas = FlakeCanvas { buffer: FlakeBuffer::new(rect), drawn: List::default() };
@@ -126,7 +161,7 @@ impl<'a> Scene<'a> {
             }
         }
         cost.triangles = drawer.triangles;
-        Ok((self.resolve(&drawer.canvas), cost))
+        Ok((drawer.canvas, cost))
     }
 
     /// Draws the images of an instance that serve; returns the number of samples.
@@ -145,7 +180,7 @@ impl<'a> Scene<'a> {
             }
             let place = Place::new(instance, projection, direction);
             let image = &instance.copy.views[direction];
-            let index = canvas.drawn.begin_image(image, (place.view_from_normal, instance.through))?;
+            let index = canvas.drawn.begin_image(image, instance.of_samples(&place, direction))?;
             let planes = match self.options.texels {
                 Texels::Flakes => None,
                 Texels::Planes { error_px } => Some(Planes::new(instance, &place, (direction, error_px))),
@@ -160,7 +195,8 @@ impl<'a> Scene<'a> {
     /// Returns R, G, B, A of the pixels: the mean light of the covered sub-pixels, and their share.
     fn resolve(&self, canvas: &FlakeCanvas) -> Vec<u8> {
         let FlakeCanvas { buffer, drawn } = canvas;
-        let mut lighting = Lighting { drawn, view: self.view, light: self.light, last: 0 };
-        buffer.rect.pixels().flat_map(|(x, y)| lighting.pixel((x, y), &buffer.pixel(x, y))).collect()
+        let mut lighting = Lighting { drawn, view: self.view, last: 0 };
+        let pixels = buffer.rect.pixels();
+        pixels.flat_map(|(x, y)| lighting.pixel((x, y), &buffer.pixel(x, y), self.light)).collect()
     }
 }

@@ -42,6 +42,24 @@ pub struct ImageCopy {
     pub side: u32,
     /// The views, by direction ([`Directions`]).
     pub views: Vec<MBuffer>,
+    /// How the light of its samples becomes that of the polygons.
+    pub correction: LightCorrection,
+}
+
+/// How the light of samples, each of which stands for several surfaces, becomes the light of these.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightCorrection {
+    /// The factor on the light, R, G, B: the mean of views all around in several suns.
+    pub gain: Vec3,
+    /// For each direction the mean length of the mean normals of leaves: 1 where the leaves of each sample are parallel.
+    pub lengths: Vec<f32>,
+}
+
+impl LightCorrection {
+    /// Returns the one that changes nothing, of so many directions.
+    pub fn none(directions: usize) -> Self {
+        Self { gain: Vec3::ONE, lengths: vec![1.0; directions] }
+    }
 }
 
 /// The images of a sub-object.
@@ -64,19 +82,25 @@ pub struct PlantImages {
 
 impl MBuffer {
     /// Makes the view of layered pixels whose depths are within `radius` of 0.
-    pub(super) fn of(pixels: &LayeredPixels, count: usize, radius: f64) -> Self {
+    /// `through` is what leaves let through over what they reflect.
+    pub(super) fn of(pixels: &LayeredPixels, count: usize, (radius, through): (f64, Vec3)) -> Self {
         let mut view = Self { counts: Vec::with_capacity(count), samples: Vec::new() };
         for pixel in 0..count {
             let layers = pixels.layers(pixel);
             view.counts.push(layers.len() as u8);
-            view.samples.extend(layers.iter().map(|layer| MSample::of(layer, layer.mask, radius)));
+            let sample = |layer: &Layer| MSample::of(layer, layer.mask, (radius, through));
+            view.samples.extend(layers.iter().map(sample));
         }
         view
     }
 
     /// Makes the view of `slabs` slabs, whose layered pixels follow each other. Of each slab, what is the nearest is kept in each
     /// sub-pixel.
-    pub(super) fn of_slabs(pixels: &LayeredPixels, (count, slabs): (usize, usize), radius: f64) -> Self {
+    pub(super) fn of_slabs(
+        pixels: &LayeredPixels,
+        (count, slabs): (usize, usize),
+        (radius, through): (f64, Vec3),
+    ) -> Self {
         let mut view = Self { counts: Vec::with_capacity(count), samples: Vec::new() };
         for pixel in 0..count {
             let before = view.samples.len();
@@ -86,7 +110,7 @@ impl MBuffer {
                     let mask = layer.mask & left;
                     left &= !mask;
                     if mask != 0 {
-                        view.samples.push(MSample::of(layer, mask, radius));
+                        view.samples.push(MSample::of(layer, mask, (radius, through)));
                     }
                 }
             }
@@ -97,10 +121,10 @@ impl MBuffer {
 }
 
 impl MSample {
-    fn of(layer: &Layer, mask: u16, radius: f64) -> Self {
+    fn of(layer: &Layer, mask: u16, (radius, through): (f64, Vec3)) -> Self {
         Self {
             depth: stored_depth(f64::from(layer.depth), radius),
-            colour: layer.reflected().to_array().map(srgb_byte),
+            colour: stored_reflected(layer, through).to_array().map(srgb_byte),
             normal: NormalCode::new(layer.normal(), layer.is_leaf()),
             mask,
         }
@@ -121,6 +145,17 @@ impl MSample {
         let [r, g, b] = self.colour;
         let linear = |byte: u8| LINEAR_FROM_BYTE[usize::from(byte)];
         Vec3::new(linear(r), linear(g), linear(b))
+    }
+}
+
+/// Returns the share of light that is stored as reflected. A sample is leaf or bark, but its surfaces may be both: what it reflects and lets
+/// through, as its light is computed, is together what they do.
+fn stored_reflected(layer: &Layer, through: Vec3) -> Vec3 {
+    let bark = layer.reflected_by_bark();
+    match layer.is_leaf() {
+        // Bark in a sample of leaves lets nothing through.
+        true => layer.reflected() - bark + bark / (1.0 + through),
+        false => layer.reflected() + layer.through(),
     }
 }
 
@@ -146,6 +181,35 @@ pub fn depth_from_stored(radius: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::foliage::mbuffer::Sample;
+
+    #[test]
+    fn what_a_sample_of_leaves_and_bark_reflects_and_lets_through_is_together_what_they_do() {
+        let through = Vec3::new(0.5, 1.5, 2.0);
+        let bark = Sample {
+            mask: 0x00FF,
+            depth: 0.0,
+            weight: 1.0,
+            reflected: Vec3::splat(0.2),
+            through: Vec3::ZERO,
+            normal: Vec3::NEG_Z,
+            is_leaf: false,
+        };
+        let reflected = Vec3::new(0.1, 0.2, 0.04);
+        let leaf = Sample { reflected, through: reflected * through, is_leaf: true, ..bark };
+        for (weight, is_leaf) in [(3.0, true), (0.25, false)] {
+            let mut pixels = LayeredPixels::new(1, 1);
+            pixels.insert(0, &bark, 1.0);
+            pixels.insert(0, &Sample { weight, ..leaf }, 1.0);
+            let view = MBuffer::of(&pixels, 1, (1.0, through));
+            let sample = view.samples[0];
+            assert_eq!(sample.normal.is_leaf(), is_leaf);
+            let together = sample.reflected() * if is_leaf { 1.0 + through } else { Vec3::ONE };
+            let expected = (bark.reflected + weight * (leaf.reflected + leaf.through)) / (1.0 + weight);
+            // A byte of sRGB.
+            assert!((together / expected - 1.0).abs().max_element() < 0.02, "{together} {expected}");
+        }
+    }
 
     #[test]
     fn a_stored_depth_is_off_by_half_a_step() {

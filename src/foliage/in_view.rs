@@ -5,6 +5,7 @@ use glam::{DAffine3, Mat3, Vec3};
 use super::directions::Serving;
 use super::flakes::door_of;
 use super::images::PlantImages;
+use super::lighting::OfSamples;
 use super::place::{Instance, Place};
 use super::plant::Plant;
 use super::view::View;
@@ -27,6 +28,10 @@ pub struct ImageInView {
     pub view_from_normal: Mat3,
     /// The share of light that leaves let through over what they reflect.
     pub through: Vec3,
+    /// The factor on the light of its samples.
+    pub gain: Vec3,
+    /// The length of the mean normals of its leaves.
+    pub length: f32,
     /// How many of 16 sub-pixels it draws in, and where they begin.
     pub open: [u32; 2],
     /// A hash of the way to the sub-object: images of one instance have the same.
@@ -72,9 +77,10 @@ fn add_images(
         if door.is_closed() {
             continue;
         }
-        let Place { linear, origin, view_from_normal, .. } =
-            Place::new(&instance, &view.projection, direction);
-        let (through, open, seed) = (instance.through, door.opening(), (path >> 32) as u32);
+        let place = Place::new(&instance, &view.projection, direction);
+        let Place { linear, origin, .. } = place;
+        let OfSamples { view_from_normal, through, gain, length } = instance.of_samples(&place, direction);
+        let (open, seed) = (door.opening(), (path >> 32) as u32);
         to.push(ImageInView {
             object,
             copy,
@@ -83,6 +89,8 @@ fn add_images(
             origin,
             view_from_normal,
             through,
+            gain,
+            length,
             open,
             seed,
         });

@@ -1,7 +1,7 @@
 //! Pictures of plants from the images of their sub-objects (Max 1996): what is drawn is found by a walk, images are brought into
 //! layered pixels, the rest is drawn into them as polygons, and what is seen is lit in the end.
 
-use glam::{Mat3, Vec3};
+use glam::{DVec2, DVec3, Mat3, Vec3};
 
 use super::brute::check;
 use super::drawer::{Canvas, Drawer, Facet};
@@ -13,7 +13,7 @@ use super::place::Instance;
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::reproject::{Rows, reproject};
-use super::shade::{Light, Reach, Surface, shade};
+use super::shade::{Light, Reach, Surface, shade_leaves};
 use super::view::{Projection, View};
 use super::walk::{Drawn, Part, WalkOptions, walk};
 use crate::error::Result;
@@ -110,14 +110,20 @@ impl Scene<'_> {
 
     /// Returns R, G, B, A of the pixels: the mean light of the covered sub-pixels, and their share.
     fn resolve(&self, canvas: &LayeredCanvas) -> Vec<u8> {
-        let light_from_view = self.view.light_from_view.as_mat3();
-        let pixels = 0..canvas.rect.area() as usize;
-        pixels.flat_map(|pixel| resolved(canvas.pixels.layers(pixel), &light_from_view, self.light)).collect()
+        let view = self.view;
+        let pixels = (0..).zip(canvas.rect.pixels());
+        let resolved = |(pixel, (x, y)): (usize, (i32, i32))| {
+            let point = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let towards = view.projection.towards_viewer(view.projection.view_from_image(point, 1.0));
+            let towards = (view.light_from_view * towards).normalize_or_zero();
+            resolved(canvas.pixels.layers(pixel), (&view.light_from_view.as_mat3(), towards), self.light)
+        };
+        pixels.flat_map(resolved).collect()
     }
 }
 
-/// Lights the layers of a pixel as far as they are seen, front to back.
-fn resolved(layers: &[Layer], light_from_view: &Mat3, light: &Light) -> [u8; 4] {
+/// Lights the layers of a pixel as far as they are seen, front to back; `towards` is the direction to the viewer.
+fn resolved(layers: &[Layer], (light_from_view, towards): (&Mat3, DVec3), light: &Light) -> [u8; 4] {
     let (mut left, mut sum) = (u16::MAX, Vec3::ZERO);
     for layer in layers {
         let seen = layer.mask & left;
@@ -126,7 +132,8 @@ fn resolved(layers: &[Layer], light_from_view: &Mat3, light: &Light) -> [u8; 4] 
             let normal = (*light_from_view * layer.normal()).as_dvec3().normalize_or_zero();
             let through = layer.is_leaf().then(|| layer.through());
             let surface = Surface { normal, reflected: layer.reflected(), through };
-            sum += seen.count_ones() as f32 * shade(&surface, light, &Reach::ALL);
+            let light = shade_leaves(&surface, (layer.length(), towards), light, &Reach::ALL);
+            sum += seen.count_ones() as f32 * light;
         }
     }
     let covered = left.count_zeros();

@@ -1,13 +1,13 @@
 //! What was drawn into a buffer of indices, and the light that comes from what is seen of it.
 
-use glam::{DVec2, Mat3, Vec3};
+use glam::{DVec2, DVec3, Mat3, Vec3};
 
 use super::drawer::{Canvas, Facet};
 use super::flake::FlakeBuffer;
 use super::images::MBuffer;
 use super::listed::rgba_of_light;
 use super::raster::Fragment;
-use super::shade::{Light, Reach, Surface, shade};
+use super::shade::{Light, Reach, Surface, shade_leaves};
 use super::view::View;
 use crate::error::{Error, Result};
 
@@ -26,10 +26,40 @@ pub(super) struct List<'a> {
 /// What some indices in a row belong to.
 #[derive(Clone, Copy)]
 enum Listed<'a> {
-    /// The samples of an image, the map of their normals into the view, and what leaves let through over what they reflect.
-    Image(&'a MBuffer, Mat3, Vec3),
+    /// The samples of an image.
+    Image(&'a MBuffer, OfSamples),
     /// Fragments: the first one's index among all.
     Facets(usize),
+}
+
+/// What the light of all samples of an image depends on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OfSamples {
+    /// The map of their normals into the view.
+    pub view_from_normal: Mat3,
+    /// What leaves let through over what they reflect.
+    pub through: Vec3,
+    /// The factor on the light.
+    pub gain: Vec3,
+    /// The length of the mean normals of leaves.
+    pub length: f32,
+}
+
+/// What is seen at an index.
+pub(super) struct Seen {
+    /// The surface.
+    surface: Surface,
+    /// The length of its mean normal, and the direction to the viewer.
+    spread: (f32, DVec3),
+    gain: Vec3,
+}
+
+impl Seen {
+    /// Returns the light that comes from it.
+    #[inline]
+    pub fn lit(&self, light: &Light) -> Vec3 {
+        self.gain * shade_leaves(&self.surface, self.spread, light, &Reach::ALL)
+    }
 }
 
 impl<'a> List<'a> {
@@ -37,11 +67,7 @@ impl<'a> List<'a> {
     ///
     /// # Errors
     /// [`Error::Request`] where indices run out.
-    pub fn begin_image(
-        &mut self,
-        image: &'a MBuffer,
-        (view_from_normal, through): (Mat3, Vec3),
-    ) -> Result<u32> {
+    pub fn begin_image(&mut self, image: &'a MBuffer, of_samples: OfSamples) -> Result<u32> {
         let first = self.next;
         let count = u32::try_from(image.samples.len()).ok();
         let Some(next) = count.and_then(|count| first.checked_add(count)) else {
@@ -51,7 +77,7 @@ impl<'a> List<'a> {
             )));
         };
         self.firsts.push(first);
-        self.parts.push(Listed::Image(image, view_from_normal, through));
+        self.parts.push(Listed::Image(image, of_samples));
         self.next = next;
         Ok(first)
     }
@@ -96,15 +122,25 @@ pub(super) struct Lighting<'a> {
     pub drawn: &'a List<'a>,
     /// The view.
     pub view: &'a View,
-    /// The light.
-    pub light: &'a Light,
     /// Where the last index was found.
     pub last: usize,
 }
 
 impl Lighting<'_> {
     /// Returns R, G, B, A of a pixel.
-    pub fn pixel(&mut self, at: (i32, i32), indices: &[Option<u32>; 16]) -> [u8; 4] {
+    pub fn pixel(&mut self, at: (i32, i32), indices: &[Option<u32>; 16], light: &Light) -> [u8; 4] {
+        let mut sum = Vec3::ZERO;
+        let covered = self.each_seen(at, indices, &mut |times, seen| sum += times as f32 * seen.lit(light));
+        rgba_of_light(sum, covered)
+    }
+
+    /// Calls `each` for what is seen in a pixel, with the number of its sub-pixels; returns how many sub-pixels are covered.
+    pub fn each_seen(
+        &mut self,
+        at: (i32, i32),
+        indices: &[Option<u32>; 16],
+        each: &mut dyn FnMut(u32, &Seen),
+    ) -> u32 {
         let (mut distinct, mut count) = ([(0u32, 0u32); 16], 0);
         for index in indices.iter().flatten() {
             match distinct[..count].iter_mut().find(|(other, _)| other == index) {
@@ -115,16 +151,14 @@ impl Lighting<'_> {
                 }
             }
         }
-        let (mut sum, mut covered) = (Vec3::ZERO, 0);
         for (index, times) in &distinct[..count] {
-            sum += *times as f32 * self.light_of(*index, at);
-            covered += times;
+            each(*times, &self.seen(*index, at));
         }
-        rgba_of_light(sum, covered)
+        distinct[..count].iter().map(|(_, times)| times).sum()
     }
 
-    /// Returns the light that comes from what has an index, at a pixel.
-    fn light_of(&mut self, index: u32, (x, y): (i32, i32)) -> Vec3 {
+    /// Returns what has an index, as seen at a pixel.
+    fn seen(&mut self, index: u32, (x, y): (i32, i32)) -> Seen {
         let List { firsts, parts, facets, .. } = self.drawn;
         let is_last =
             firsts[self.last] <= index && firsts.get(self.last + 1).is_none_or(|next| index < *next);
@@ -132,12 +166,13 @@ impl Lighting<'_> {
             self.last = firsts.partition_point(|first| *first <= index) - 1;
         }
         let offset = (index - firsts[self.last]) as usize;
-        let surface = match parts[self.last] {
+        match parts[self.last] {
             Listed::Facets(first) => {
                 let Facet { normal, reflected, through, .. } = facets[first + offset];
-                Surface { normal: self.view.light_from_view * normal, reflected, through }
+                let surface = Surface { normal: self.view.light_from_view * normal, reflected, through };
+                Seen { surface, spread: (1.0, DVec3::ZERO), gain: Vec3::ONE }
             }
-            Listed::Image(image, view_from_normal, through) => {
+            Listed::Image(image, OfSamples { view_from_normal, through, gain, length }) => {
                 let sample = &image.samples[offset];
                 let reflected = sample.reflected();
                 let normal = (view_from_normal * sample.normal.normal()).as_dvec3();
@@ -145,13 +180,14 @@ impl Lighting<'_> {
                 let towards = self.view.projection.view_from_image(point, 1.0);
                 let towards = self.view.projection.towards_viewer(towards);
                 let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
-                Surface {
+                let surface = Surface {
                     normal: (self.view.light_from_view * normal).normalize_or_zero(),
                     reflected,
                     through: sample.normal.is_leaf().then_some(reflected * through),
-                }
+                };
+                let towards = (self.view.light_from_view * towards).normalize_or_zero();
+                Seen { surface, spread: (length, towards), gain }
             }
-        };
-        shade(&surface, self.light, &Reach::ALL)
+        }
     }
 }

@@ -18,7 +18,7 @@ pub struct Sample {
     pub reflected: Vec3,
     /// The share of light that it lets through, linear; 0 for bark.
     pub through: Vec3,
-    /// The normal, of length 1.
+    /// The normal, of length 1; shorter as the mean of several leaves.
     pub normal: Vec3,
     /// True for leaves.
     pub is_leaf: bool,
@@ -49,6 +49,8 @@ pub struct Layer {
     reflected: Vec3,
     through: Vec3,
     normal: Vec3,
+    /// The part of `reflected` that is no leaf's.
+    bark: Vec3,
     leaf: f32,
     /// The sub-pixels that are covered.
     pub mask: u16,
@@ -69,7 +71,11 @@ impl Layer {
         self.reflected += weight * sample.reflected;
         self.through += weight * sample.through;
         self.normal += weight * sample.normal;
-        self.leaf += if sample.is_leaf { weight } else { 0.0 };
+        if sample.is_leaf {
+            self.leaf += weight;
+        } else {
+            self.bark += weight * sample.reflected;
+        }
         self.mask |= sample.mask;
     }
 
@@ -80,6 +86,7 @@ impl Layer {
         self.reflected += other.reflected;
         self.through += other.through;
         self.normal += other.normal;
+        self.bark += other.bark;
         self.leaf += other.leaf;
         self.mask |= other.mask;
     }
@@ -87,6 +94,11 @@ impl Layer {
     /// Returns the mean share of light that is reflected.
     pub fn reflected(&self) -> Vec3 {
         self.reflected / self.weight
+    }
+
+    /// Returns the part of [`Self::reflected`] that is no leaf's.
+    pub fn reflected_by_bark(&self) -> Vec3 {
+        self.bark / self.weight
     }
 
     /// Returns the mean share of light that is let through.
@@ -97,6 +109,11 @@ impl Layer {
     /// Returns the direction of the mean normal, of length 1; the viewer's where the normals cancel out.
     pub fn normal(&self) -> Vec3 {
         self.normal.try_normalize().unwrap_or(Vec3::NEG_Z)
+    }
+
+    /// Returns the length of the mean normal: 1 where all that was added looks in one direction.
+    pub fn length(&self) -> f32 {
+        self.normal.length() / self.weight
     }
 
     /// Returns true where most of it is leaves.
@@ -164,6 +181,18 @@ impl LayeredPixels {
             }
             None => layers[self.most - 1].add(sample),
         }
+    }
+}
+
+impl LayeredPixels {
+    /// Returns the mean length of the mean normals of leaves, by what they cover; 1 where there are none.
+    pub fn mean_length_of_leaves(&self) -> f32 {
+        let pixels = (0..self.counts.len()).flat_map(|pixel| self.layers(pixel));
+        let (sum, covered) = pixels.filter(|layer| layer.is_leaf()).fold((0.0, 0.0), |(sum, all), layer| {
+            let covered = f64::from(layer.mask.count_ones());
+            (sum + covered * f64::from(layer.length()), all + covered)
+        });
+        if covered > 0.0 { (sum / covered) as f32 } else { 1.0 }
     }
 }
 
@@ -249,6 +278,21 @@ mod tests {
             assert_eq!(layers.iter().map(|layer| layer.weight).sum::<f32>(), 60.0);
             assert_eq!(layers.iter().fold(0, |all, layer| all | layer.mask), mask);
         }
+    }
+
+    #[test]
+    fn the_mean_normal_of_two_leaves_at_right_angles_is_as_long_as_half_a_diagonal() {
+        let mut pixels = LayeredPixels::new(2, 2);
+        let leaf = Sample { is_leaf: true, ..sample(1.0, 0x00FF) };
+        pixels.insert(0, &leaf, 1.0);
+        pixels.insert(0, &Sample { normal: Vec3::X, mask: 0xFF00, ..leaf }, 1.0);
+        assert!((pixels.layers(0)[0].length() - 0.5f32.sqrt()).abs() < 1e-6);
+        // A leaf of a quarter of a pixel counts a quarter, and bark does not.
+        pixels.insert(1, &Sample { mask: 0x000F, ..leaf }, 0.1);
+        pixels.insert(1, &sample(5.0, 0x0FF0), 0.1);
+        let expected = (0.5f32.sqrt() + 0.25) / 1.25;
+        assert!((pixels.mean_length_of_leaves() - expected).abs() < 1e-6);
+        assert_eq!(LayeredPixels::new(3, 1).mean_length_of_leaves(), 1.0);
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod door;
 mod drawer;
 mod flake;
 mod flakes;
+mod gains;
 mod grow;
 mod images;
 mod in_view;
@@ -62,7 +63,9 @@ pub use curve::CurvePoint;
 pub use directions::Directions;
 pub use flakes::{FlakeOptions, Texels, draw_flakes};
 pub use grow::grow;
-pub use images::{ImageCopy, MBuffer, MSample, ObjectImages, PlantImages, depth_from_stored};
+pub use images::{
+    ImageCopy, LightCorrection, MBuffer, MSample, ObjectImages, PlantImages, depth_from_stored,
+};
 pub use in_view::{ImageInView, InView, in_view};
 pub use layered::{LayeredOptions, draw_layered};
 pub use listed::ImageCost;

@@ -4,7 +4,8 @@ use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 
 use super::bounds::Bounds;
 use super::directions::{Directions, Serving};
-use super::images::{ImageCopy, PlantImages};
+use super::images::{ImageCopy, LightCorrection, PlantImages};
+use super::lighting::OfSamples;
 use super::plant::Plant;
 use super::view::{Projection, normal_map};
 use super::walk::Drawn;
@@ -45,6 +46,17 @@ impl<'a> Instance<'a> {
     /// Returns the directions whose images serve in a view.
     pub fn serving(&self, projection: &Projection) -> Vec<Serving> {
         self.directions.serving(self.towards_viewer(projection))
+    }
+
+    /// Returns what the light of the samples of one of its images depends on.
+    pub fn of_samples(&self, place: &Place, direction: usize) -> OfSamples {
+        let LightCorrection { gain, lengths } = &self.copy.correction;
+        OfSamples {
+            view_from_normal: place.view_from_normal,
+            through: self.through,
+            gain: *gain,
+            length: lengths[direction],
+        }
     }
 
     /// Returns the direction from the middle of its ball to the viewer, in the sub-object's frame.

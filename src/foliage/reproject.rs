@@ -5,6 +5,7 @@ use glam::{Mat2, Vec2, Vec3};
 use super::directions::Serving;
 use super::door::Door;
 use super::images::{ImageCopy, MBuffer, MSample, depth_from_stored};
+use super::lighting::OfSamples;
 use super::mbuffer::{LayeredPixels, Sample};
 use super::place::{Instance, Place};
 use super::view::View;
@@ -27,7 +28,9 @@ pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), r
         let bringing = Bringing { epsilon: epsilon_px as f32 / place.focal.max_element(), place: &place };
         let door = Door::between(before, before + weight, instance.path);
         before += weight;
-        brought += bringing.bring(&instance.copy.views[direction], instance, (weight as f32, &door), rows);
+        let of_samples = instance.of_samples(&place, direction);
+        let image = &instance.copy.views[direction];
+        brought += bringing.bring((image, &of_samples), instance, (weight as f32, &door), rows);
     }
     brought
 }
@@ -42,15 +45,15 @@ struct Bringing<'a> {
 impl Bringing<'_> {
     fn bring(
         &self,
-        image: &MBuffer,
+        (image, of_samples): (&MBuffer, &OfSamples),
         instance: &Instance,
         (weight, door): (f32, &Door),
         rows: &mut Rows,
     ) -> u64 {
         let place = self.place;
-        let ImageCopy { delta, side, .. } = *instance.copy;
+        let ImageCopy { delta, side, .. } = instance.copy;
         let [step, first_depth] = depth_from_stored(instance.bounds.ball.radius).map(|value| value as f32);
-        let (delta, side) = (delta as f32, side as usize);
+        let (delta, side) = (*delta as f32, *side as usize);
         let half = 0.5 * side as f32;
         let depth_step = place.linear.z_axis * step;
         let (mut next, mut brought) = (0, 0);
@@ -68,7 +71,7 @@ impl Bringing<'_> {
                 let base = place.linear * Vec3::new(x, y, first_depth) + place.origin;
                 for sample in &image.samples[next..next + usize::from(count)] {
                     let at = base + depth_step * f32::from(sample.depth);
-                    self.scatter(at, (delta, sample), (weight, instance.through), (door, rows));
+                    self.scatter(at, (delta, sample), (weight, of_samples), (door, rows));
                 }
                 next += usize::from(count);
             }
@@ -82,7 +85,7 @@ impl Bringing<'_> {
         &self,
         at: Vec3,
         (delta, image): (f32, &MSample),
-        (weight, through): (f32, Vec3),
+        (weight, of_samples): (f32, &OfSamples),
         (door, rows): (&Door, &mut Rows),
     ) {
         let place = self.place;
@@ -115,14 +118,15 @@ impl Bringing<'_> {
         let (base_x, base_y) = ((px.x + 4.0) as i32 - 5, (px.y + 4.0) as i32 - 5);
         let from_base = px + shift - Vec2::new(base_x as f32, base_y as f32);
         let masks = gathered(from_base, Mat2::from_cols(across, down), image.mask);
-        let reflected = image.reflected();
-        let normal = normal.normalize_or_zero();
+        let reflected = of_samples.gain * image.reflected();
+        // The mean normal of leaves as long as it is; what is brought to one pixel adds up to a mean again.
+        let normal = if is_leaf { of_samples.length } else { 1.0 } * normal.normalize_or_zero();
         let sample = Sample {
             mask: 0,
             depth: at.z,
             weight: weight / 16.0,
             reflected,
-            through: if is_leaf { reflected * through } else { Vec3::ZERO },
+            through: if is_leaf { reflected * of_samples.through } else { Vec3::ZERO },
             normal: if looks_away { -normal } else { normal },
             is_leaf,
         };

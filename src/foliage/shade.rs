@@ -1,5 +1,7 @@
 //! Light on leaves and bark.
 
+use std::f64::consts::PI;
+
 use glam::{DVec3, Vec3};
 
 /// The light on plants, linear, in one frame: a plant's own, or the world. What each source gives is what a white surface reflects that faces
@@ -88,6 +90,36 @@ pub fn shade(surface: &Surface, light: &Light, reach: &Reach) -> Vec3 {
     }
 }
 
+/// Returns the light that comes from the leaves of a sample, which look in several directions: `surface` has the direction of their mean
+/// normal, and `length` is that of the mean itself. With R and T what they reflect and let through, each has the sun's light (R - T)/2 n.l +
+/// (R + T)/2 |n.l|. The first part is linear, so that it is exact for the mean. The second goes from its value for parallel leaves, of
+/// length 1, to that of leaves in all directions as a viewer sees them, whose mean has the length 2/3.
+pub(super) fn shade_leaves(
+    surface: &Surface,
+    (length, towards_viewer): (f32, DVec3),
+    light: &Light,
+    reach: &Reach,
+) -> Vec3 {
+    let Some(through) = surface.through else { return shade(surface, light, reach) };
+    let facing = surface.normal.dot(light.towards_sun) as f32;
+    let share = (3.0 * (1.0 - length)).clamp(0.0, 1.0);
+    let across =
+        facing.abs() + share * (in_all_directions(towards_viewer.dot(light.towards_sun)) - facing.abs());
+    let sun = 0.5 * reach.sun * light.sun;
+    let up = length * surface.normal.dot(light.up) as f32;
+    let around = |up: f32| light.sky * (0.5 * (1.0 + up)) + light.ground * (0.5 * (1.0 - up));
+    surface.reflected * (sun * (across + length * facing) + around(up) * reach.front)
+        + through * (sun * (across - length * facing) + around(-up) * reach.back)
+}
+
+/// Returns the mean of |n.l| over leaves in all directions, each counted by what it covers, where the viewer and the sun are an angle a
+/// apart: f(a) + f(pi - a) with f(a) = 2/(3 pi) (sin a + (pi - a) cos a).
+fn in_all_directions(cosine: f64) -> f32 {
+    let cosine = cosine.clamp(-1.0, 1.0);
+    let (angle, sine) = (cosine.acos(), (1.0 - cosine * cosine).sqrt());
+    (2.0 / (3.0 * PI) * (2.0 * sine + (PI - 2.0 * angle) * cosine)) as f32
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,6 +162,58 @@ mod tests {
         assert!((back - 0.25 * (0.1 * light.sky + 0.9 * light.ground)).abs().max_element() < 1e-6);
         let all = shade(&leaf, &light, &Reach::ALL);
         assert!((sun + front + back - all).abs().max_element() < 1e-6);
+    }
+
+    /// Leaves in all directions, one in each, turned to a viewer, and what each covers.
+    fn seen_in_all_directions(towards_viewer: DVec3) -> impl Iterator<Item = (DVec3, f64)> {
+        let count = 20_000;
+        let all = (0..count).map(move |i| {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
+            let (sin, cos) = (f64::from(i) * 2.399963).sin_cos();
+            let across = (1.0 - z * z).sqrt();
+            DVec3::new(across * cos, across * sin, z)
+        });
+        all.map(move |normal| {
+            let facing = normal.dot(towards_viewer);
+            (normal * facing.signum(), facing.abs())
+        })
+    }
+
+    #[test]
+    fn leaves_in_all_directions_have_the_light_of_their_mean_whose_length_is_two_thirds() {
+        let viewer = DVec3::new(0.48, -0.6, 0.64);
+        let (reflected, through) = (Vec3::new(0.06, 0.12, 0.03), Vec3::new(0.1, 0.18, 0.025));
+        let covered: f64 = seen_in_all_directions(viewer).map(|(_, covers)| covers).sum();
+        let mean =
+            seen_in_all_directions(viewer).map(|(normal, covers)| normal * covers).sum::<DVec3>() / covered;
+        assert!((mean.length() - 2.0 / 3.0).abs() < 1e-3, "{mean}");
+        for towards_sun in [viewer, -viewer, DVec3::Z, DVec3::X, DVec3::new(-0.6, 0.0, 0.8)] {
+            let light = Light { towards_sun, ..Light::day(DVec3::Z) };
+            let leaf = |normal| Surface { normal, reflected, through: Some(through) };
+            let expected = seen_in_all_directions(viewer).fold(Vec3::ZERO, |sum, (normal, covers)| {
+                sum + (covers / covered) as f32 * shade(&leaf(normal), &light, &Reach::ALL)
+            });
+            let spread = (mean.length() as f32, viewer);
+            let found = shade_leaves(&leaf(mean.normalize()), spread, &light, &Reach::ALL);
+            assert!((found / expected - 1.0).abs().max_element() < 2e-3, "{towards_sun}: {found} {expected}");
+            // The direction of the mean alone does not know it.
+            let alone = shade(&leaf(mean.normalize()), &light, &Reach::ALL);
+            assert!((alone / expected - 1.0).abs().max_element() > 0.04, "{towards_sun}: {alone} {expected}");
+        }
+    }
+
+    #[test]
+    fn parallel_leaves_have_the_light_of_one_and_bark_has_no_other() {
+        let normal = DVec3::new(0.36, -0.48, 0.8);
+        let leaf = Surface { normal, reflected: Vec3::splat(0.3), through: Some(Vec3::splat(0.2)) };
+        for towards_sun in [DVec3::Z, -DVec3::Z, DVec3::Y] {
+            let light = Light { towards_sun, ..Light::day(DVec3::X) };
+            let reach = Reach { sun: 0.5, front: 0.8, back: 0.3 };
+            let off = shade_leaves(&leaf, (1.0, DVec3::Z), &light, &reach) - shade(&leaf, &light, &reach);
+            assert!(off.abs().max_element() < 1e-6, "{off}");
+            let bark = Surface { through: None, ..leaf };
+            assert_eq!(shade_leaves(&bark, (0.5, DVec3::Z), &light, &reach), shade(&bark, &light, &reach));
+        }
     }
 
     #[test]

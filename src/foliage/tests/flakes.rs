@@ -5,8 +5,8 @@ use glam::{DAffine3, DVec3};
 use super::layered::{SMALL, ball, branch, brute, from};
 use super::{draft, square};
 use crate::foliage::{
-    BakeOptions, Directions, FlakeOptions, Light, Material, Plant, PlantImages, View, WalkOptions, assemble,
-    bake, draw_flakes, similarity,
+    BakeOptions, Directions, FlakeOptions, Light, LightCorrection, Material, Plant, PlantImages, View,
+    WalkOptions, assemble, bake, draw_flakes, similarity,
 };
 use crate::projection::Picture;
 use crate::scene::synthetic::Rng;
@@ -74,6 +74,33 @@ fn texel_by_texel_a_branch_looks_as_its_polygons_do() {
         }
     }
     assert!(all.iter().all(|(is_like, ..)| *is_like), "{all:#?}");
+}
+
+#[test]
+fn a_far_branch_is_as_bright_as_its_polygons_from_any_side_of_the_sun_and_would_not_be_without_its_correction()
+ {
+    let plant = branch();
+    let images = bake(&plant, &SLABS, &Task::silent()).unwrap();
+    let mut bare = images.clone();
+    for copy in bare.objects.iter_mut().flatten().flat_map(|of| &mut of.copies) {
+        copy.correction = LightCorrection::none(images.directions.count());
+    }
+    // Towards the sun, away from it and beside it.
+    let towards_sun = Light::day(plant.up).towards_sun;
+    let beside = towards_sun.any_orthonormal_vector();
+    let directions = [towards_sun + 0.6 * beside, -towards_sun + 0.5 * beside, beside, -beside];
+    let worst = |images: &PlantImages| {
+        let off = directions.map(|towards| {
+            let view = from(&plant, towards, 12);
+            let truth = brute(&plant, &view);
+            let light =
+                similarity(&truth, &flaked(&plant, images, &view, &FlakeOptions::PREVIEW)).unwrap().light;
+            (light - 1.0).abs()
+        });
+        off.into_iter().fold(0.0, f64::max)
+    };
+    let (corrected, bare) = (worst(&images), worst(&bare));
+    assert!(corrected < 0.05 && corrected < 0.8 * bare, "{corrected} {bare}");
 }
 
 /// Returns the share of a ball of bark, inside its outline, that shows the background.

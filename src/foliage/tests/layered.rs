@@ -6,9 +6,9 @@ use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::{draft, plant_of, square};
 use crate::foliage::{
-    BakeOptions, Corner, Directions, Drawn, ImageCopy, LayeredOptions, Light, MBuffer, Material,
-    ObjectImages, Part, Plant, PlantImages, Primitive, Projection, Shape, Species, TriangleList, View,
-    WalkOptions, assemble, bake, draw, draw_layered, grow, similarity, walk,
+    BakeOptions, Corner, Directions, Drawn, ImageCopy, LayeredOptions, Light, LightCorrection, MBuffer,
+    Material, ObjectImages, Part, Plant, PlantImages, Primitive, Projection, Shape, Species, TriangleList,
+    View, WalkOptions, assemble, bake, draw, draw_layered, grow, similarity, walk,
 };
 use crate::projection::Picture;
 use crate::scene::synthetic::{Rng, centred, look_at};
@@ -167,6 +167,7 @@ fn any_images(plant: &Plant, rng: &mut Rng) -> PlantImages {
                 delta: delta * f64::from(1 << step),
                 side: 2,
                 views: vec![MBuffer::default(); 22],
+                correction: LightCorrection::none(22),
             };
             ObjectImages { copies: (0..3).map(copy).collect(), through: glam::Vec3::ONE }
         })
@@ -232,7 +233,12 @@ fn the_coarsest_image_that_is_fine_enough_serves_and_none_behind_or_around_the_v
     let plant = branch();
     let mut images = PlantImages { directions: Directions::Around, objects: vec![None; plant.objects.len()] };
     let radius = plant.whole().bounds.ball.radius;
-    let copy = |delta: f64| ImageCopy { delta, side: 2, views: vec![MBuffer::default(); 22] };
+    let copy = |delta: f64| ImageCopy {
+        delta,
+        side: 2,
+        views: vec![MBuffer::default(); 22],
+        correction: LightCorrection::none(22),
+    };
     let copies = [0.01, 0.02, 0.04].map(|share| copy(share * radius)).to_vec();
     images.objects[plant.root] = Some(ObjectImages { copies, through: glam::Vec3::ONE });
     let part = |view: &View, threshold: f64| {

@@ -178,7 +178,7 @@ fn passes_over_images_of_trees_are_valid_and_their_structs_lie_alike() {
         for run in [Run::Only, Run::First, Run::Second] {
             let module = valid(flakes::source(samples, run));
             assert_alike!(&module, "FlakeImage", FlakeImageWords: right down forward normal_right delta normal_down
-                depth_step normal_forward first_depth through half first count before open opens_at seed tree species);
+                depth_step normal_forward first_depth through half gain length first count before open opens_at seed tree species);
             assert_alike!(&module, "FlakeRows", FlakeRowsWords: first count width pad0);
         }
         let module = valid(flaked::source(samples));

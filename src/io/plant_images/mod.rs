@@ -9,6 +9,7 @@ mod openness;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -18,12 +19,14 @@ pub use self::openness::{read_openness, write_openness};
 use super::atomic::{replace_folder_with, write_atomically};
 use super::json::{read_json, to_json};
 use crate::error::{Error, Result};
-use crate::foliage::{BakeOptions, Directions, ImageCopy, MBuffer, ObjectImages, PlantImages};
+use crate::foliage::{
+    BakeOptions, Directions, ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages,
+};
 
 /// The value of `format`.
 const FORMAT: &str = "quadratura-plant-images";
 /// The version that this program writes; it reads no other.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// The file that lists the others.
 const JSON: &str = "images.json";
 /// The largest `images.json`.
@@ -44,6 +47,13 @@ struct ImagesFile {
     objects: Vec<ObjectEntry>,
 }
 
+/// The first fields of `images.json` in any version.
+#[derive(Debug, Deserialize)]
+struct Head {
+    format: String,
+    version: u32,
+}
+
 /// A sub-object with images.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct ObjectEntry {
@@ -59,6 +69,10 @@ struct ObjectEntry {
 struct CopyEntry {
     delta: f64,
     side: u32,
+    /// The factor on the light of its samples, R, G, B.
+    gain: [f32; 3],
+    /// For each direction the mean length of the mean normals of leaves.
+    lengths: Vec<f32>,
 }
 
 /// Writes images into a folder, whole or not at all; what this program wrote there before is replaced. `inputs` is the hash of
@@ -74,7 +88,12 @@ pub fn write_plant_images(
 ) -> Result<u64> {
     let with_images =
         || images.objects.iter().enumerate().filter_map(|(index, of)| Some((index, of.as_ref()?)));
-    let copy = |ImageCopy { delta, side, .. }: &ImageCopy| CopyEntry { delta: *delta, side: *side };
+    let copy = |ImageCopy { delta, side, correction, .. }: &ImageCopy| CopyEntry {
+        delta: *delta,
+        side: *side,
+        gain: correction.gain.to_array(),
+        lengths: correction.lengths.clone(),
+    };
     let objects = with_images().map(|(object, of)| ObjectEntry {
         object,
         through: of.through.to_array(),
@@ -143,35 +162,47 @@ fn listed(
     if !file.exists() {
         return Ok(None);
     }
+    // Other versions have other fields.
+    let head: Head = read_json(&file, LARGEST_JSON, REMEDY)?;
+    if head.format != FORMAT || head.version != VERSION {
+        return Ok(None);
+    }
     let json: ImagesFile = read_json(&file, LARGEST_JSON, REMEDY)?;
     for entry in &json.objects {
-        if let Some(found) = fault(entry, sub_objects) {
+        if let Some(found) = fault(entry, sub_objects, json.options.directions.count()) {
             return Err(Error::input(&file, "objects", found, REMEDY));
         }
     }
-    let is_ours = json.format == FORMAT && json.version == VERSION;
     let is_of_these = json.inputs == inputs && json.options == *options && json.sub_objects == sub_objects;
-    Ok((is_ours && is_of_these).then_some(json))
+    Ok(is_of_these.then_some(json))
 }
 
 /// Returns what is wrong with the numbers of a sub-object's images.
-fn fault(ObjectEntry { object, through, copies }: &ObjectEntry, sub_objects: usize) -> Option<String> {
+fn fault(entry: &ObjectEntry, sub_objects: usize, directions: usize) -> Option<String> {
+    let ObjectEntry { object, through, copies } = entry;
     let is_share = |share: &f32| share.is_finite() && *share >= 0.0;
+    let is_lit = |copy: &CopyEntry| {
+        let numbers = copy.gain.iter().chain(&copy.lengths);
+        copy.lengths.len() == directions && numbers.into_iter().all(is_share)
+    };
     let is_size = |copy: &CopyEntry| copy.delta.is_finite() && copy.delta > 0.0 && copy.side > 0;
     let is_sound = *object < sub_objects
         && through.iter().all(is_share)
         && !copies.is_empty()
         && copies.iter().all(is_size)
+        && copies.iter().all(is_lit)
         && copies.is_sorted_by(|finer, coarser| finer.delta < coarser.delta);
     (!is_sound).then(|| format!("images of sub-object {object} that no plant of {sub_objects} has"))
 }
 
 fn of_entry(folder: &Path, directions: Directions, entry: &ObjectEntry) -> Result<ObjectImages> {
-    let copies = entry.copies.iter().enumerate().map(|(index, CopyEntry { delta, side })| {
+    let copies = entry.copies.iter().enumerate().map(|(index, CopyEntry { delta, side, gain, lengths })| {
         let file = |direction: usize| folder.join(name(entry.object, index, directions.angles(direction)));
         let views =
             (0..directions.count()).into_par_iter().map(|direction| read_mbuffer(&file(direction), *side));
-        Ok(ImageCopy { delta: *delta, side: *side, views: views.collect::<Result<Vec<MBuffer>>>()? })
+        let correction = LightCorrection { gain: Vec3::from(*gain), lengths: lengths.clone() };
+        let views = views.collect::<Result<Vec<MBuffer>>>()?;
+        Ok(ImageCopy { delta: *delta, side: *side, views, correction })
     });
     Ok(ObjectImages { copies: copies.collect::<Result<_>>()?, through: entry.through.into() })
 }
@@ -199,7 +230,10 @@ mod tests {
                 })
                 .to_vec(),
         };
-        let copy = ImageCopy { delta: 0.1, side: 2, views: (0..directions.count()).map(view).collect() };
+        let lengths = (0..directions.count()).map(|direction| 1.0 - 0.01 * direction as f32).collect();
+        let correction = LightCorrection { gain: Vec3::new(0.9, 1.1, 1.0), lengths };
+        let views = (0..directions.count()).map(view).collect();
+        let copy = ImageCopy { delta: 0.1, side: 2, views, correction };
         let of = ObjectImages { copies: vec![copy], through: [0.25, 0.5, 1.0].into() };
         PlantImages { directions, objects: vec![None, Some(of)] }
     }
@@ -219,6 +253,26 @@ mod tests {
             assert_eq!(read_plant_images(&folder, 2, &other, "hash").unwrap(), None);
             assert_eq!(read_plant_images(&folder, 2, &options, "another").unwrap(), None);
         }
+    }
+
+    #[test]
+    fn images_of_before_light_was_corrected_are_not_read() {
+        let (folder, options) = (tempfile::tempdir().unwrap(), BakeOptions::SLABS);
+        let folder = folder.path().join("images");
+        write_plant_images(&folder, &images(options.directions), &options, "hash").unwrap();
+        assert!(is_made_of(&folder, 2, &options, "hash"));
+        let file = folder.join(JSON);
+        let mut json: serde_json::Value = read_json(&file, LARGEST_JSON, REMEDY).unwrap();
+        json["version"] = 1.into();
+        let copy = json["objects"][0]["copies"][0].as_object_mut().unwrap();
+        assert!(copy.remove("gain").is_some() && copy.remove("lengths").is_some());
+        std::fs::write(&file, json.to_string()).unwrap();
+        assert_eq!(read_plant_images(&folder, 2, &options, "hash").unwrap(), None);
+        assert!(!is_made_of(&folder, 2, &options, "hash"));
+        // In this version, they are missing.
+        json["version"] = VERSION.into();
+        std::fs::write(&file, json.to_string()).unwrap();
+        assert!(read_plant_images(&folder, 2, &options, "hash").is_err());
     }
 
     #[test]

@@ -247,13 +247,10 @@ fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
             (area / area_expected - 1.0).abs() < 0.05,
             "at {distance}: {area} and {area_expected} pixels"
         );
-        // Leaves of a pixel of an image are lit by their mean normal: where trees are small, single views are off by up to an
-        // eighth (docs/quality.md); the sun shifts that from channel to channel.
+        // In single views of small trees, bark, which is little, makes blue differ most.
         let off = (light / light_expected - 1.0).abs().max_element();
-        assert!(
-            off < if distance > 10.0 { 0.16 } else { 0.05 },
-            "at {distance}: {light} and {light_expected}"
-        );
+        let most = if distance > 10.0 { 0.07 } else { 0.05 };
+        assert!(off < most, "at {distance}: {light} and {light_expected}");
         let similar = similarity(&expected, &found).unwrap().ssim;
         assert!(similar > like, "at {distance}: SSIM {similar}");
         // Numbers are where colours are, but for the filter of a preview.

@@ -1,0 +1,352 @@
+//! Trees from images beside brute force, which draws every polygon of every instance with as many samples a pixel, in one run: 13 maples
+//! on the processor and on the device; the time by number of trees and by polygons of a tree, with straight lines through it; and the
+//! walk alone.
+//!
+//! `cargo bench --bench trees`; one group alone: `cargo bench --bench trees -- wood`. Ratios and lines are printed at the end of each group.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, SamplingMode, criterion_group, criterion_main};
+use glam::{DAffine3, DVec3, Vec3, dvec3};
+use quadratura::task::Task;
+use quadratura::testing::foliage::{
+    BakeOptions, FlakeOptions, LayeredOptions, Light, Placing, Plant, PlantImages, Species, Tree, View,
+    WalkOptions, Wood, WoodSpecies, bake, draw, draw_flakes, draw_layered, grow, in_view, similarity, walk,
+};
+use quadratura::testing::gpu::{Gpu, Renderer, TextureOptions, TileStore};
+use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::projection::{
+    Gains, LayerTextureId, LayerTexturePixels, Picture, Quality, Renders, Shot, Sources, Texels, TreeMethod,
+};
+use quadratura::testing::scene::Model;
+use quadratura::testing::scene::synthetic::{centred, look_at};
+
+/// Columns and rows of the pictures.
+const SIZE: [u32; 2] = [960, 540];
+/// The focal length of the pictures of woods, in pixels.
+const FOCAL: f64 = 800.0;
+/// What takes longer than this, in seconds, is run [`FEW`] times, or once where that takes too long, whatever criterion asks for.
+const SLOW: f64 = 0.5;
+/// See [`SLOW`].
+const FEW: f64 = 3.0;
+
+type Group<'a> = BenchmarkGroup<'a, WallTime>;
+
+fn maple_species() -> Species {
+    serde_json::from_str(include_str!("../examples/maple.json")).expect("the example is a species")
+}
+
+fn grown(species: &Species) -> Arc<Plant> {
+    Arc::new(grow(species).expect("it is within the limits"))
+}
+
+fn baked(plant: &Plant, options: &BakeOptions) -> Arc<PlantImages> {
+    Arc::new(bake(plant, options, &Task::silent()).expect("nobody stops it"))
+}
+
+fn species(plant: &Arc<Plant>, images: Option<&Arc<PlantImages>>) -> WoodSpecies {
+    WoodSpecies { plant: plant.clone(), images: images.cloned(), openness: None }
+}
+
+/// The trees of a species in these places.
+fn wood(species: WoodSpecies, places: impl Iterator<Item = DAffine3>) -> Wood {
+    let tree = |(number, world_from_plant): (u32, DAffine3)| Tree {
+        number,
+        name: format!("tree {number}"),
+        species: 0,
+        world_from_plant,
+        tint: Vec3::ONE,
+        casts: false,
+    };
+    let light = Light::day(species.plant.up);
+    Wood { trees: (0..).zip(places).map(tree).collect(), species: vec![species], light }
+}
+
+/// A site without photos has no texels.
+struct NoTexels;
+
+impl Texels for NoTexels {
+    fn layer_texture(&self, _: LayerTextureId) -> quadratura::Result<LayerTexturePixels> {
+        Err(quadratura::Error::Request("the site has no photos".into()))
+    }
+}
+
+fn renderer(gpu: &Gpu, wood: Wood) -> Renderer {
+    let (model, sources) = (Arc::new(Model::default()), Arc::new(Sources::default()));
+    let tiles = TileStore::new(gpu, &sources, Arc::new(NoTexels), TextureOptions::default())
+        .expect("page tables fit into any device");
+    let mut renderer = Renderer::new(gpu, model, sources, Gains::none(0), &Relief::default(), tiles)
+        .expect("shaders are valid");
+    renderer.set_trees(Some(Arc::new(wood))).expect("the device has room for the trees");
+    renderer
+}
+
+fn median(times: &[f64]) -> Option<f64> {
+    let mut times = times.to_vec();
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied()
+}
+
+/// Times what is run: by criterion, or where it takes longer than [`SLOW`], a few times. Returns the median of its seconds and what it
+/// gave, or `None` where another benchmark was asked for.
+fn timed<T>(group: &mut Group<'_>, name: &str, mut run: impl FnMut() -> T) -> Option<(f64, T)> {
+    let (mut times, mut last) = (Vec::new(), None);
+    group.bench_function(name, |b| {
+        b.iter_custom(|count| {
+            let mut took = Duration::ZERO;
+            for _ in 0..count {
+                // Criterion asks for ten at least; what is slow is not run again for them.
+                let slow = median(&times).filter(|median| times.len() as f64 * median > SLOW * FEW);
+                let seconds = slow.unwrap_or_else(|| {
+                    let began = Instant::now();
+                    last = Some(run());
+                    times.push(began.elapsed().as_secs_f64());
+                    times[times.len() - 1]
+                });
+                took += Duration::from_secs_f64(seconds);
+            }
+            took
+        });
+    });
+    median(&times).zip(last)
+}
+
+/// Prints how many times faster a method is than brute force, and how like its picture is.
+fn report(name: &str, brute: &Option<(f64, Picture)>, found: &Option<(f64, Picture)>) {
+    let (Some((brute, truth)), Some((seconds, picture))) = (brute, found) else { return };
+    let Some(like) = similarity(truth, picture) else { return };
+    let off = |ratio: f64| 100.0 * (ratio - 1.0);
+    println!(
+        "{name}: {:.1} ms, {:.1} x faster; SSIM {:.3}, coverage {:+.1} %, light {:+.1} %",
+        1e3 * seconds,
+        brute / seconds,
+        like.ssim,
+        off(like.coverage),
+        off(like.light)
+    );
+}
+
+/// Prints the straight line through times that has the least squares, with the root mean square of what is left of the mean time.
+fn report_line(name: &str, unit: &str, times: &[(f64, Option<f64>)]) {
+    let points: Vec<(f64, f64)> = times.iter().filter_map(|(x, seconds)| Some((*x, (*seconds)?))).collect();
+    if points.len() < times.len() {
+        return;
+    }
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
+    let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
+    let slope = mean(&|point| (point.0 - x) * (point.1 - y)) / mean(&|point| (point.0 - x).powi(2));
+    let residual = mean(&|point| (point.1 - y - slope * (point.0 - x)).powi(2)).sqrt();
+    println!(
+        "{name}: {:.2} ms + {:.4} ms {unit}, residual {:.1} % of the mean",
+        1e3 * (y - slope * x),
+        1e3 * slope,
+        100.0 * residual / y
+    );
+}
+
+/// 13 maples, and a view in which the nearest is about 200 pixels tall.
+struct ThirteenMaples {
+    maple: Arc<Plant>,
+    wood: Plant,
+    shot: Shot,
+}
+
+impl ThirteenMaples {
+    fn new() -> Self {
+        let one = maple_species();
+        let wood = grow(&Species { trees: 13, ..one.clone() }).expect("it is within the limits");
+        let ball = wood.whole().bounds.ball;
+        let tallest = wood.whole().bounds.space.high.z;
+        let distance = FOCAL * tallest / 200.0 + ball.radius;
+        let eye = ball.middle + dvec3(0.0, -distance, 2.0 - ball.middle.z);
+        let shot = Shot::new(centred(SIZE[0], SIZE[1], FOCAL), look_at(eye, ball.middle));
+        Self { maple: grown(&one), wood, shot }
+    }
+
+    /// The places of the maples.
+    fn places(&self) -> impl Iterator<Item = DAffine3> {
+        self.wood.whole().uses.iter().map(|used| used.parent_from_child)
+    }
+
+    /// The images of the maple for the wood, whose other sub-objects are the same.
+    fn images_of_wood(&self, images: &PlantImages) -> PlantImages {
+        let names =
+            |plant: &Plant| plant.objects.iter().map(|object| object.name.clone()).collect::<Vec<_>>();
+        assert_eq!(names(&self.maple), names(&self.wood)[..self.maple.objects.len()]);
+        let mut images = images.clone();
+        images.objects.push(None);
+        images
+    }
+
+    fn view(&self) -> View {
+        View::perspective(self.shot.camera, &self.shot.pose, &self.wood.whole().bounds.ball)
+    }
+}
+
+fn few(group: &mut Group<'_>) {
+    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group.warm_up_time(Duration::from_millis(1)).measurement_time(Duration::from_secs(1));
+}
+
+fn thirteen_maples(c: &mut Criterion) {
+    let scene = ThirteenMaples::new();
+    let [slabs, layers] =
+        [BakeOptions::SLABS, BakeOptions::LAYERS].map(|options| baked(&scene.maple, &options));
+    on_processor(c, &scene, [&slabs, &layers]);
+    on_device(c, &scene, [&slabs, &layers]);
+}
+
+fn on_processor(c: &mut Criterion, scene: &ThirteenMaples, images: [&PlantImages; 2]) {
+    let (view, light, task) = (scene.view(), Light::day(scene.wood.up), Task::silent());
+    let [slabs, layers] = images.map(|images| scene.images_of_wood(images));
+    let mut group = c.benchmark_group("wood of 13 on the processor");
+    few(&mut group);
+    let brute = || draw(&scene.wood, &view, &light, &task).expect("nobody stops it").picture;
+    let truth = timed(&mut group, "brute force", brute);
+    let of_texels = |images: &PlantImages, options: &FlakeOptions| {
+        draw_flakes((&scene.wood, images), &view, &light, options, &task).expect("nobody stops it").0
+    };
+    let of_layers = |options: &LayeredOptions| {
+        draw_layered((&scene.wood, &layers), &view, &light, options, &task).expect("nobody stops it").0
+    };
+    let mut found = Vec::new();
+    for (name, images, options) in [
+        ("flakes of slabs, preview", &slabs, FlakeOptions::PREVIEW),
+        ("flakes of slabs, final", &slabs, FlakeOptions::FINAL),
+        ("flakes of layers, preview", &layers, FlakeOptions::PREVIEW),
+        ("flakes of layers, final", &layers, FlakeOptions::FINAL),
+        ("planes, preview", &slabs, FlakeOptions::PREVIEW_PLANES),
+    ] {
+        found.push((name, timed(&mut group, name, || of_texels(images, &options))));
+    }
+    for (name, options) in
+        [("layers, preview", LayeredOptions::PREVIEW), ("layers, final", LayeredOptions::FINAL)]
+    {
+        found.push((name, timed(&mut group, name, || of_layers(&options))));
+    }
+    group.finish();
+    found.iter().for_each(|(name, found)| report(name, &truth, found));
+}
+
+fn on_device(c: &mut Criterion, scene: &ThirteenMaples, [slabs, layers]: [&Arc<PlantImages>; 2]) {
+    let (Ok(gpu), task) = (Gpu::headless(), Task::silent()) else { return };
+    let mut group = c.benchmark_group("wood of 13 on the device");
+    few(&mut group);
+    let picture =
+        |renderer: &mut Renderer, shot: &Shot| renderer.picture(shot, &task).expect("the adapter works");
+    let mut found = Vec::new();
+    for (quality, of_quality) in [(Quality::Preview, "preview"), (Quality::Final, "final")] {
+        let polygons = Shot { quality, trees: TreeMethod::Polygons, ..scene.shot.clone() };
+        let mut brute = renderer(&gpu, wood(species(&scene.maple, None), scene.places()));
+        let name = format!("brute force, {of_quality}");
+        let truth = timed(&mut group, &name, || picture(&mut brute, &polygons));
+        for (kind, images) in [("slabs", slabs), ("layers", layers)] {
+            let mut drawn = renderer(&gpu, wood(species(&scene.maple, Some(images)), scene.places()));
+            let shot = Shot { trees: TreeMethod::Flakes, ..polygons.clone() };
+            let name = format!("flakes of {kind}, {of_quality}");
+            let drawn = timed(&mut group, &name, || picture(&mut drawn, &shot));
+            found.push((name, truth.clone(), drawn));
+        }
+    }
+    group.finish();
+    found.iter().for_each(|(name, truth, found)| report(name, truth, found));
+}
+
+/// Trees in rows of 40, 12 metres apart, of which each is about 16 pixels tall in the view; and that view.
+fn rows_of_trees(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> (Wood, Shot) {
+    let at = |i: u32| 12.0 * dvec3(f64::from(i % 40) - 19.5, f64::from(i / 40) - 12.0, 0.0);
+    let placing = |i: u32| Placing {
+        at: at(i),
+        up: DVec3::Z,
+        height: None,
+        width: None,
+        turn: 137.508 * f64::from(i),
+        unit: 1.0,
+    };
+    let places = (0..count).map(|i| placing(i).world_from_plant(maple));
+    let eye = dvec3(0.0, -700.0, 700.0);
+    let shot = Shot::new(centred(SIZE[0], SIZE[1], 1600.0), look_at(eye, DVec3::ZERO));
+    let quality = Quality::Preview;
+    (wood(species(maple, Some(images)), places), Shot { quality, ..shot })
+}
+
+fn by_trees(c: &mut Criterion) {
+    let Ok(gpu) = Gpu::headless() else { return };
+    let maple = grown(&maple_species());
+    let images = baked(&maple, &BakeOptions::SLABS);
+    let mut group = c.benchmark_group("picture by number of trees");
+    few(&mut group);
+    let mut times = Vec::new();
+    for count in [1, 10, 100, 1000] {
+        let (wood, shot) = rows_of_trees(&maple, &images, count);
+        let mut renderer = renderer(&gpu, wood);
+        let picture = || renderer.picture(&shot, &Task::silent()).expect("the adapter works");
+        let timed = timed(&mut group, &count.to_string(), picture);
+        times.push((f64::from(count), timed.map(|(seconds, _)| seconds)));
+    }
+    group.finish();
+    report_line("flakes of slabs, preview", "a tree", &times);
+}
+
+fn by_polygons(c: &mut Criterion) {
+    let mut group = c.benchmark_group("picture by polygons of a tree");
+    few(&mut group);
+    let (mut of_images, mut of_polygons) = (Vec::new(), Vec::new());
+    for (leaves, finer) in [(1, 1), (4, 1), (16, 1), (4, 3)] {
+        let mut species = maple_species();
+        species.leaf.count = leaves;
+        species.levels.iter_mut().for_each(|level| level.segments *= finer);
+        let plant = grown(&species);
+        let images = baked(&plant, &BakeOptions::SLABS);
+        let ball = plant.whole().bounds.ball;
+        let eye = ball.middle + dvec3(0.0, -FOCAL * 2.0 * ball.radius / 100.0, 2.0);
+        let pose = look_at(eye, ball.middle);
+        let view = View::perspective(centred(SIZE[0], SIZE[1], FOCAL), &pose, &ball);
+        let (light, task) = (Light::day(plant.up), Task::silent());
+        let polygons = plant.whole().counts.polygons as f64 / 1e6;
+        let name = format!("{leaves} leaves a twig, {polygons:.2} million polygons");
+        let flaked = || draw_flakes((&plant, &images), &view, &light, &FlakeOptions::PREVIEW, &task);
+        let flaked = timed(&mut group, &name, || flaked().expect("nobody stops it"));
+        of_images.push((polygons, flaked.map(|(seconds, _)| seconds)));
+        let brute = || draw(&plant, &view, &light, &task).expect("nobody stops it");
+        let brute = timed(&mut group, &format!("brute force, {name}"), brute);
+        of_polygons.push((polygons, brute.map(|(seconds, _)| seconds)));
+    }
+    group.finish();
+    report_line("flakes of slabs, preview", "a million polygons", &of_images);
+    report_line("brute force", "a million polygons", &of_polygons);
+}
+
+fn walks(c: &mut Criterion) {
+    let maple = grown(&maple_species());
+    let images = baked(&maple, &BakeOptions::SLABS);
+    let (far, shot) = rows_of_trees(&maple, &images, 1000);
+    let ball = maple.whole().bounds.ball;
+    let near = ThirteenMaples::new();
+    // Among the trees, at a metre and a half from the nearest trunk.
+    let foot = near.wood.whole().uses[0].parent_from_child.translation;
+    let eye = foot + dvec3(1.5, 0.0, 1.7);
+    let look = look_at(eye, near.wood.whole().bounds.ball.middle);
+    let near_shot = Shot::new(centred(SIZE[0], SIZE[1], FOCAL), look);
+    let near = wood(species(&maple, Some(&images)), near.places());
+    let mut group = c.benchmark_group("walk, one thread");
+    few(&mut group);
+    for (name, wood, shot) in [("1,000 far trees", &far, &shot), ("13 near trees", &near, &near_shot)] {
+        let view = |tree: &Tree| View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &ball);
+        let options: WalkOptions = FlakeOptions::PREVIEW.walk;
+        let number = |tree: &Tree| u64::from(tree.number);
+        let trees = || wood.trees.iter();
+        let drawn = || trees().map(|tree| walk(&maple, &images, &view(tree), &options, number(tree)).len());
+        let seen =
+            || trees().map(|tree| in_view(&maple, &images, &view(tree), &options, number(tree)).images.len());
+        println!("{name}: {} parts, {} images", drawn().sum::<usize>(), seen().sum::<usize>());
+        timed(&mut group, name, || drawn().sum::<usize>());
+        timed(&mut group, &format!("{name}, with the images that serve"), || seen().sum::<usize>());
+    }
+    group.finish();
+}
+
+criterion_group!(benches, thirteen_maples, by_trees, by_polygons, walks);
+criterion_main!(benches);
