@@ -1,7 +1,6 @@
 //! The gains of images: how much brighter the polygons of a sub-object are than its samples, as measured when images are made.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use rayon::prelude::*;
@@ -59,7 +58,6 @@ pub(super) fn measured(
     let mut all = PlantImages { directions, objects: vec![None; plant.objects.len()] };
     let deltas: Vec<f64> = images.copies.iter().map(|copy| copy.delta).collect();
     all.objects[object] = Some(images);
-    let all = Arc::new(all);
     // A little smaller, so that rounding asks for no finer copy.
     let threshold = (1.0 - 1e-9) * FlakeOptions::PREVIEW.walk.threshold;
     let gain = |delta: f64| {
@@ -72,7 +70,6 @@ pub(super) fn measured(
         Ok(Vec3::from_array(ratio.to_array().map(|gain| gain.clamp(MOST.recip(), MOST))))
     };
     let gains = deltas.into_iter().map(gain).collect::<Result<Vec<Vec3>>>()?;
-    let mut all = Arc::unwrap_or_clone(all);
     let mut images = all.objects[object].take().expect("they are those of this sub-object");
     for (copy, gain) in images.copies.iter_mut().zip(gains) {
         copy.correction.gain = gain;
