@@ -15,10 +15,10 @@ use crate::task::Task;
 const RAMP_PX: f32 = 8.0;
 
 /// The difference from the mean, as a natural logarithm, at which a photo loses most of its weight.
-const STRAY: f32 = 0.25;
+pub(crate) const STRAY: f32 = 0.25;
 
 /// The least light that enters a logarithm.
-const BLACK: f32 = 0.01;
+pub(crate) const BLACK: f32 = 0.01;
 
 /// The trust from which on a photo's colour spreads into unknown directions: less trusted ones lie beside outlines.
 const SPREADS: f32 = 0.5;

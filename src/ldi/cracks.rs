@@ -51,7 +51,7 @@ pub enum Shows {
 
 /// Closes the cracks of a blended view, and also those one pixel wide through which it shows something else than the face: such a
 /// pixel gets the colours of the two beside it if these show the same face. One that shows what is behind its face, and has no such
-/// sides, gets the mean colour of those around it that show the face: at outlines and corners splats end up to half a spacing early.
+/// sides, gets the mean colour of those around it that show the face: at outlines and corners splats may end half a spacing before their face does.
 /// `faces` has the number of each pixel's face, 0 for none.
 pub fn closed_blend(picture: &Picture, faces: &[u32], shows: &[Shows]) -> Picture {
     let width = picture.width as usize;

@@ -5,7 +5,7 @@ mod filling;
 mod origins;
 mod see_through;
 mod spared_paint;
-mod surroundings;
+pub(super) mod surroundings;
 
 use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};

@@ -194,14 +194,18 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     let listed = site.json("tree list project --json");
     assert_eq!((&listed["trees"][0]["masks"], &listed["species"][0]["trees"]), (&2.into(), &1.into()));
     let moved = stdout_of(&site.run("tree move project bush* --by 0.5,0,0 --turn 45").success());
-    assert!(moved.contains("0.500") && moved.contains("masks of them remain"), "{moved}");
+    assert!(moved.contains("0.500") && moved.contains("masks of bush_1 remain"), "{moved}");
     let kept = stderr_of(&site.run("tree species project bush --remove").failure().code(1));
     assert!(kept.contains("bush_1"), "{kept}");
     let unknown = stderr_of(&site.run("tree place project palm --at 0,0,0").failure().code(1));
     assert!(unknown.contains("palm") && unknown.contains("maple"), "{unknown}");
     site.run("tree place project bush").failure().code(2);
-    site.run("tree remove project bush_1").success();
-    site.run("mask project --clear=trees").success();
+    let removed = stdout_of(&site.run("tree remove project bush_1").success());
+    assert!(
+        removed.contains("masks of bush_1 remain") && removed.contains("'--clear=tree:bush_1'"),
+        "{removed}"
+    );
+    site.run("mask project --clear=tree:bush_1").success();
     let listed = site.json("tree list project --json");
     assert_eq!((listed["trees"].as_array().unwrap().len(), &listed["problems"]), (0, &serde_json::json!([])));
 }

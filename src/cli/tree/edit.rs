@@ -1,6 +1,7 @@
 //! The commands that change the trees of a project: `tree species`, `place`, `move` and `remove`.
 
 use std::path::Path;
+use std::slice::from_ref;
 
 use super::list::{changed_json, trees_table};
 use crate::cli::Outcome;
@@ -143,7 +144,7 @@ pub fn move_trees(args: &TreeMoveArgs, task: &Task) -> Result<Outcome> {
     write_project(&args.project, &project)?;
     note_doubts(&args.project, &project, &names, task)?;
     let text = format!("{} changed\n{}", counted(names.len(), "tree"), trees_table(&project));
-    let text = text + &about_masks(&project.masks, &names, "tree mask");
+    let text = text + &about_masks(&project.masks, &names, "tree mask", "renews");
     Ok(outcome(&project, text, &names))
 }
 
@@ -162,7 +163,11 @@ pub fn remove(args: &TreeRemoveArgs, task: &Task) -> Result<Outcome> {
     project.trees = trees;
     write_project(&args.project, &project)?;
     let text = format!("{} removed: {}\n{update}", counted(names.len(), "tree"), names.join(", "));
-    let text = text + &about_masks(&project.masks, &names, "mask --clear=trees");
+    // Trees that still stand keep their masks.
+    let of_tree = |name: &String| {
+        about_masks(&project.masks, from_ref(name), &format!("mask '--clear=tree:{name}'"), "removes")
+    };
+    let text = text + &names.iter().map(of_tree).collect::<String>();
     Ok(outcome(&project, text, &names))
 }
 
@@ -188,12 +193,13 @@ fn note_doubts(folder: &Path, project: &Project, names: &[String], task: &Task) 
     Ok(())
 }
 
-/// Returns what to do about masks of trees that were moved or removed.
-fn about_masks(masks: &Masks, names: &[String], command: &str) -> String {
+/// Returns what to do about masks of trees that were moved or removed: a command, and what it does with them.
+fn about_masks(masks: &Masks, names: &[String], command: &str, does: &str) -> String {
     let has_masks = names.iter().any(|name| cleared(masks, &[], &ClearedMasks::Tree(name.clone())).is_ok());
     match has_masks {
         true => format!(
-            "masks of them remain in the photos; {} renews or removes them\n",
+            "masks of {} remain in the photos; {} {does} them\n",
+            names.join(", "),
             command_for_project(command)
         ),
         false => String::new(),

@@ -9,7 +9,7 @@ use crate::raster::steps::steps_inside;
 const SQUARE: usize = 4;
 
 /// The width of the ramp beside outlines, as a share of the photo's longer side.
-const WIDTH: f64 = 0.005;
+pub(crate) const WIDTH: f64 = 0.005;
 
 /// The least alpha: a photo's own camera still shows it.
 const LEAST: u8 = 3;

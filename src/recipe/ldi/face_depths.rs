@@ -12,7 +12,9 @@ use crate::scene::impostor::Facing;
 use crate::scene::{FaceId, Model};
 
 /// The share of a face's inverse depth below which a pixel shows something behind the face, and of the pixel's below which the face
-/// is behind it. Relief moves surfaces off their faces' planes by less.
+/// is behind it. Relief reaches 0.06 of the photos' distance along the normal, so seen from 37 degrees or more to the face at that distance it
+/// moves surfaces by less. Of faces that are seen at a glance, relief may count as something else; then at most a single pixel between
+/// others gets their colours.
 const BEHIND: f64 = 0.9;
 
 /// The planes of a model's faces in a view.
@@ -22,8 +24,8 @@ struct FaceDepths<'a> {
 }
 
 impl FaceDepths<'_> {
-    /// Returns the inverse depth of a face's plane at the centre of a pixel; `None` where the plane is not before the camera, and where
-    /// one sees through the face: what is behind it shows rightly.
+    /// Returns the inverse depth of a face's plane at the centre of a pixel; `None` where the plane is not before the camera, and for
+    /// see-through faces, behind which other surfaces are seen.
     fn at(&self, face: FaceId, [x, y]: [usize; 2]) -> Option<f64> {
         if self.model.sees_through(face) {
             return None;
@@ -38,13 +40,14 @@ impl FaceDepths<'_> {
 }
 
 /// Returns what each pixel of a blended view shows of its face. `faces` are those of
-/// [`crate::projection::Renders::seen_faces`]; where there is none, nothing is wrong.
+/// [`crate::projection::Renders::seen_faces`]. Where there is none, and where nothing is drawn, nothing is wrong.
 pub fn shown(blended: &Blended, faces: &[u32], model: &Arc<Model>, shot: &Shot) -> Vec<Shows> {
     let width = shot.camera.width as usize;
     let depths = FaceDepths { model: model.facing(&Facing::of_pose(&shot.pose)), shot };
     let apart = |at: usize| {
         let face = shown_face(faces[at]).and_then(|face| depths.at(face, [at % width, at / width]));
         match (face, f64::from(blended.inverse_depths[at])) {
+            _ if blended.picture.pixels()[at][3] == 0 => Shows::Face,
             (Some(face), found) if found < BEHIND * face => Shows::Behind,
             (Some(face), found) if face < BEHIND * found => Shows::Before,
             _ => Shows::Face,
@@ -85,17 +88,17 @@ mod tests {
         let mut modeller = Modeller::new();
         modeller.object("wall").screen(4.0, [-2.0, -2.0, 2.0, 2.0]);
         modeller.object("turned").quad_facing(DVec3::Z, DVec3::new(-1.0, -1.0, 2.0), DVec3::X, DVec3::Y);
-        let (model, shot) = (modeller.finish(), Shot::new(centred(6, 1, 3.0), camera_is_world()));
+        let (model, shot) = (modeller.finish(), Shot::new(centred(7, 1, 3.0), camera_is_world()));
         let blended = Blended {
-            picture: Picture { width: 6, height: 1, rgba: vec![255; 24] },
-            invented: vec![false, false, false, false, true, true],
-            // A little behind the wall, far behind it, far before it, far behind the turned one; filled in; where no face is.
-            inverse_depths: vec![0.235, 0.2, 0.3, 0.25, 0.25, 0.1],
+            picture: Picture { width: 7, height: 1, rgba: [[255; 24].to_vec(), vec![0; 4]].concat() },
+            invented: vec![false, false, false, false, true, true, false],
+            // A little behind the wall, far behind it, far before it, far behind the turned one; filled in; where no face is; empty.
+            inverse_depths: vec![0.235, 0.2, 0.3, 0.25, 0.25, 0.1, 0.0],
         };
         use Shows::{Before, Behind, Face, Filling};
-        let faces = [1, 1, 1, 2, 1, 0];
+        let faces = [1, 1, 1, 2, 1, 0, 1];
         let found = shown(&blended, &faces, &model, &shot);
-        assert_eq!(found, [Face, Behind, Before, Behind, Filling, Face]);
+        assert_eq!(found, [Face, Behind, Before, Behind, Filling, Face, Face]);
         assert_eq!(shown_by_images(&faces, &found, &model), faces, "nothing turns");
     }
 

@@ -228,7 +228,8 @@ fn complete_with(view: &mut Blended, more: &Blended, faces: &[u32]) {
     let pixels = view.picture.rgba.as_chunks_mut::<4>().0.iter_mut().enumerate();
     for ((at, pixel), (other, face)) in pixels.zip(more.picture.pixels().iter().zip(faces)) {
         if shown_face(*face).is_some() {
-            if pixel[3] == 0 && other[3] > 0 {
+            let left = u32::from(u8::MAX - pixel[3]) * u32::from(other[3]) / 255;
+            if left > u32::from(pixel[3]) {
                 view.invented[at] = more.invented[at];
                 view.inverse_depths[at] = more.inverse_depths[at];
             }
@@ -444,8 +445,8 @@ mod tests {
         let more = Blended { picture: row([blue; 5]), invented: vec![true; 5], inverse_depths: vec![0.5; 5] };
         complete_with(&mut view, &more, &faces);
         assert_eq!(view.picture, row([red, blue, none, [124, 0, 231, 255], red]));
-        assert_eq!(view.invented, [false, true, false, false, true]);
-        assert_eq!(view.inverse_depths, [0.25, 0.5, 0.25, 0.25, 0.25]);
+        assert_eq!(view.invented, [false, true, false, true, true]);
+        assert_eq!(view.inverse_depths, [0.25, 0.5, 0.25, 0.5, 0.25]);
         assert_eq!((holes(&view.picture, &faces), holes(&view.picture, &[0; 5])), (0.0, 0.0));
     }
 

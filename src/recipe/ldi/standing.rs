@@ -12,32 +12,26 @@ use super::cover::Found;
 use super::figures::UNKNOWN_PLANE;
 use super::nearest::nearest;
 use crate::geometry::PixelRect;
+use crate::layers::dome::{BLACK, STRAY};
 use crate::layers::fill::push_pull::WeightedGrid;
 use crate::ldi::DepthPixelOrigin;
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::skirts::{is_far_away, rises_above_outline};
 use crate::projection::srgb::Srgb;
+use crate::recipe::layer_textures::surroundings::WIDTH;
 
 /// The largest distance from a face, in pixels, at which a pixel is beside it: outlines are rounded to pixels, and pixels mix the face
 /// with what is behind it.
 const BESIDE_PX: f32 = 2.5;
 
-/// The share of a pixel that nearer surfaces must leave for the photo to show what is behind them.
+/// The share of a pixel that nearer surfaces must leave for the photo to show what is behind them: most of it.
 const SEEN: f32 = 0.5;
 
-/// The share that they must leave for anything of it to be seen.
-const LEAST_SEEN: f32 = 0.01;
+/// The share that they must leave for anything of it to be seen: two steps of a byte.
+const LEAST_SEEN: f32 = 2.0 / 255.0;
 
-/// The distance from a face up to which a rim of it may stand out of the model, as a share of the frame's longer side: as in the
-/// trust in surroundings beside outlines (`crate::recipe::layer_textures`).
-const RIM: f32 = 0.005;
-
-/// The difference from the surroundings around, as a natural logarithm of light, from which on a pixel beside an outline is a part of
-/// what stands there: as in the dome (`crate::layers::dome`).
-const STRAY: f32 = 0.25;
-
-/// The least light that enters a logarithm.
-const BLACK: f32 = 0.01;
+/// The share of a pixel from which on nothing is before what it shows: bytes of mattes are not exact.
+const CLEAR: f32 = 0.98;
 
 /// Where a photo's surroundings are near.
 pub struct Standing<'a> {
@@ -68,8 +62,8 @@ impl Standing<'_> {
         let moved = rows.par_iter_mut().enumerate().map(|(y, row)| {
             let mut added = Vec::new();
             let mut before = None;
-            let shown = self.shown(row, y);
-            for (place, (found, seen)) in row.iter_mut().zip(shown).enumerate() {
+            let shares = self.shares_seen(row, y);
+            for (place, (found, seen)) in row.iter_mut().zip(shares).enumerate() {
                 let nearer = before.filter(|(column, _)| *column == found.column).map(|(_, depth)| depth);
                 before = Some((found.column, found.inverse_depth));
                 let at = y * self.width + usize::from(found.column);
@@ -102,7 +96,7 @@ impl Standing<'_> {
     fn rising(&self, rows: &[Vec<Found>], is_beside: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
         let mut rising = vec![false; rows.len() * self.width];
         rising.par_chunks_exact_mut(self.width).zip(rows).enumerate().for_each(|(y, (rising, row))| {
-            for (found, _) in row.iter().zip(self.shown(row, y)).filter(|(_, seen)| *seen > SEEN) {
+            for (found, _) in row.iter().zip(self.shares_seen(row, y)).filter(|(_, seen)| *seen > SEEN) {
                 let x = usize::from(found.column);
                 rising[x] =
                     is_beside(y * self.width + x) || rises_above_outline(self.agreement_at(found.column, y));
@@ -113,7 +107,7 @@ impl Standing<'_> {
 
     /// Returns for each depth pixel of a row how much of it the photo itself shows, if it is of the surroundings and no paint; 0 for
     /// all others. What the photo shows through the gaps of a see-through surface counts, wherever its colour was taken from.
-    fn shown(&self, row: &[Found], y: usize) -> Vec<f32> {
+    fn shares_seen(&self, row: &[Found], y: usize) -> Vec<f32> {
         let mut left = (None, 1.0);
         let seen = |found: &Found| {
             if left.0 != Some(found.column) {
@@ -129,22 +123,26 @@ impl Standing<'_> {
         row.iter().map(seen).collect()
     }
 
-    /// Adds the rims of what stands on outlines, farther from faces than [`BESIDE_PX`]: surroundings up to [`RIM`] beside a face whose
-    /// colours are not those of the surroundings farther out.
+    /// Adds the rims of what stands on outlines, farther from faces than [`BESIDE_PX`]: surroundings beside a face, as far as photos are
+    /// trusted less there ([`WIDTH`]), whose colours stray from those farther out as far as no photo may in the dome ([`STRAY`]), or that show
+    /// through something nearer, so that their colours are guesses.
     fn add_rims(
         &self,
         rows: &[Vec<Found>],
         is_near: &mut [bool],
         distance_px: &(impl Fn(usize) -> f32 + Sync),
     ) {
-        let rim = RIM * self.width.max(rows.len()) as f32;
-        // Not even what differs counts as surroundings there.
+        let rim = (WIDTH * f64::from(self.photo.w.max(self.photo.h))) as f32;
+        // All of it is left out of what it is compared with.
         let in_rim: Vec<bool> = (0..is_near.len()).map(|at| is_near[at] || distance_px(at) <= rim).collect();
         let Some(around) = self.behind(rows, &in_rim) else { return };
         is_near.par_chunks_exact_mut(self.width).zip(rows).enumerate().for_each(|(y, (is_near, row))| {
-            for (found, _) in row.iter().zip(self.shown(row, y)).filter(|(_, seen)| *seen > LEAST_SEEN) {
+            for (found, seen) in
+                row.iter().zip(self.shares_seen(row, y)).filter(|(_, seen)| *seen > LEAST_SEEN)
+            {
                 let x = usize::from(found.column);
-                is_near[x] |= in_rim[y * self.width + x] && around.differs(found.colour, found.column, y);
+                let is_other = || seen < CLEAR || around.differs(found.colour, found.column, y);
+                is_near[x] |= in_rim[y * self.width + x] && is_other();
             }
         });
     }

@@ -210,7 +210,8 @@ fn with_species(trees: &Trees, name: &str) -> Result<Trees> {
         "maple" => PlantSource::Maple(Grown::default()),
         "oak" => PlantSource::Oak(Grown::default()),
         _ => {
-            let known = trees.species.keys().map(String::as_str).chain(["maple", "oak"]);
+            let built_in = ["maple", "oak"].into_iter().filter(|name| !trees.species.contains_key(*name));
+            let known = trees.species.keys().map(String::as_str).chain(built_in);
             return Err(no_such("species", name, known, None));
         }
     };
