@@ -58,11 +58,17 @@ pub struct BlendSource<'a> {
 pub struct Blended {
     /// The view.
     pub picture: Picture,
-    /// Whether most of a pixel's colour was filled in and seen by no camera, row by row.
-    pub invented: Vec<bool>,
-    /// The inverse depth, in the view's camera, of the surface that has the largest share of a pixel, row by row; 0 where there
-    /// is none.
-    pub inverse_depths: Vec<f32>,
+    /// What its pixels show beside their colours, row by row.
+    pub surfaces: Vec<BlendedSurface>,
+}
+
+/// What a pixel of a blended view shows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BlendedSurface {
+    /// Whether most of its colour was filled in and seen by no camera.
+    pub invented: bool,
+    /// The inverse depth, in the view's camera, of the surface with the largest share; 0 where there is none.
+    pub inverse_depth: f32,
 }
 
 /// Makes a view of several layered depth images. Of the shot, the camera, the pose, the blending and whether sides are drawn
@@ -83,9 +89,9 @@ pub fn warp_blended(
     let light: Vec<_> = sources.iter().map(|source| light_of_bytes(source.exposure)).collect();
     let blender = Blender::new(sources, &plans, shot);
     let count = width as usize * height as usize;
-    let (mut rgba, mut shown) = (vec![0u8; 4 * count], vec![Shown::default(); count]);
+    let (mut rgba, mut surfaces) = (vec![0u8; 4 * count], vec![BlendedSurface::default(); count]);
     let in_band = width as usize * BAND as usize;
-    let bands = rgba.par_chunks_mut(4 * in_band).zip(shown.par_chunks_mut(in_band)).enumerate();
+    let bands = rgba.par_chunks_mut(4 * in_band).zip(surfaces.par_chunks_mut(in_band)).enumerate();
     bands.try_for_each(|(band, out)| {
         task.go_on()?;
         let band = band as u32;
@@ -99,20 +105,7 @@ pub fn warp_blended(
         task.timed("resolve", || blend_band(&blender, lens, &canvases, top, out));
         Ok(())
     })?;
-    Ok(Blended {
-        picture: Picture { width, height, rgba },
-        invented: shown.iter().map(|shown| shown.invented).collect(),
-        inverse_depths: shown.iter().map(|shown| shown.inverse_depth).collect(),
-    })
-}
-
-/// What a pixel of a blended view shows, beside its colour.
-#[derive(Debug, Clone, Copy, Default)]
-struct Shown {
-    /// Whether most of its colour was filled in.
-    invented: bool,
-    /// The inverse depth of the surface with the largest share.
-    inverse_depth: f32,
+    Ok(Blended { picture: Picture { width, height, rgba }, surfaces })
 }
 
 /// Blends what the images show in a band whose first row is `top`.
@@ -121,11 +114,11 @@ fn blend_band(
     lens: &ViewLens,
     canvases: &[SumsCanvas<BLENDED>],
     top: u32,
-    (rgba, shown): (&mut [u8], &mut [Shown]),
+    (rgba, surfaces): (&mut [u8], &mut [BlendedSurface]),
 ) {
     let width = blender.shot.camera.width;
     let mut pixels = Vec::new();
-    for (i, (out, shown)) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(shown).enumerate() {
+    for (i, (out, surface)) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(surfaces).enumerate() {
         let (x, y) = (i as u32 % width, i as u32 / width);
         pixels.clear();
         for (source, canvas) in canvases.iter().enumerate() {
@@ -133,7 +126,7 @@ fn blend_band(
         }
         let at = DVec2::new(f64::from(x) + 0.5, f64::from(top + y) + 0.5);
         let factor = lens.factor(squared_tangent(&blender.shot.camera, at));
-        (*out, *shown) = blender.colour(at, factor, &mut pixels);
+        (*out, *surface) = blender.colour(at, factor, &mut pixels);
     }
 }
 
@@ -216,7 +209,7 @@ impl<'a> Blender<'a> {
     }
 
     /// Returns the colour of a pixel at `at` of the parts that the images show there, darkened by a factor, and what it shows.
-    fn colour(&self, at: DVec2, factor: f64, parts: &mut [Part]) -> ([u8; 4], Shown) {
+    fn colour(&self, at: DVec2, factor: f64, parts: &mut [Part]) -> ([u8; 4], BlendedSurface) {
         parts.sort_by(|a, b| b.q.total_cmp(&a.q).then(a.source.cmp(&b.source)));
         let mut sum = [0.0f64; 5];
         let (mut largest, mut inverse_depth) = (0.0, 0.0);
@@ -236,12 +229,12 @@ impl<'a> Blender<'a> {
             }
         }
         if sum[3] <= 0.0 {
-            return ([0; 4], Shown::default());
+            return ([0; 4], BlendedSurface::default());
         }
         let srgb = Srgb::tables();
         let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded((factor * sum[c] / sum[3]) as f32));
-        let shown = Shown { invented: sum[4] > INVENTED * sum[3], inverse_depth };
-        ([r, g, b, (sum[3] * 255.0).round().min(255.0) as u8], shown)
+        let surface = BlendedSurface { invented: sum[4] > INVENTED * sum[3], inverse_depth };
+        ([r, g, b, (sum[3] * 255.0).round().min(255.0) as u8], surface)
     }
 
     /// Returns the mean of the images at one surface, less what other images contradict: linear light times share, the share of
@@ -344,7 +337,7 @@ impl<'a> Blender<'a> {
 }
 
 /// The inverse depth that counts as clearly farther than a point, as a share of the point's.
-const PAST: f64 = 0.95;
+pub const PAST: f64 = 0.95;
 /// The angle that a camera's distance from the viewpoint counts as where the sky is seen, in radians per world unit: only the
 /// order matters.
 const PER_UNIT_AT_THE_SKY: f64 = 1e-3;

@@ -86,7 +86,7 @@ impl<'a> Survey<'a> {
         }
     }
 
-    /// Returns true when the stack has the image layers that paint and decisions ask for now.
+    /// Returns true when the stack has the image layers that paint and decisions ask for.
     fn keeps_its_faces(&self, stack: &Stack) -> bool {
         Keeping::new(self.decisions, &self.paint).agrees(stack)
     }

@@ -4,13 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::controller::{Kept, OfPhoto, best_photos};
-use super::face_depths::{shown, shown_by_images};
+use super::face_depths::{FaceDepths, shown_by_images};
 use super::of_photos::PhotosOptions;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
 use crate::error::{Error, Result};
 use crate::ldi::cracks::closed_blend;
-use crate::ldi::{BlendSource, Blended, Spacing, SplatKind, WarpOptions, warp, warp_blended};
+use crate::ldi::{BlendSource, Blended, BlendedSurface, Spacing, SplatKind, WarpOptions, warp, warp_blended};
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::exposure::{Optics, ViewExposure, ViewLens};
 use crate::projection::srgb::Srgb;
@@ -58,6 +58,16 @@ pub struct LdiViewOptions {
     pub spacing: Spacing,
     /// The bytes that images may take that are kept for later views.
     pub memory: u64,
+}
+
+impl LdiViewOptions {
+    /// Returns whether surfaces are on the relief.
+    fn relief(&self) -> bool {
+        match &self.source {
+            LdiViewSource::Site(of) => of.relief,
+            _ => self.stack.relief,
+        }
+    }
 }
 
 impl Default for LdiViewOptions {
@@ -230,8 +240,7 @@ fn complete_with(view: &mut Blended, more: &Blended, faces: &[u32]) {
         if shown_face(*face).is_some() {
             let left = u32::from(u8::MAX - pixel[3]) * u32::from(other[3]) / 255;
             if left > u32::from(pixel[3]) {
-                view.invented[at] = more.invented[at];
-                view.inverse_depths[at] = more.inverse_depths[at];
+                view.surfaces[at] = more.surfaces[at];
             }
             *pixel = laid_over(pixel, other, &srgb);
         }
@@ -299,10 +308,9 @@ impl LdiView<'_> {
     ) -> Result<Blended> {
         let LdiViewOptions { splat, spacing, .. } = self.options;
         let options = WarpOptions { splat, spacing, ..WarpOptions::default() };
-        let alone = |picture: Picture| Blended {
-            invented: vec![false; picture.pixels().len()],
-            inverse_depths: vec![0.0; picture.pixels().len()],
-            picture,
+        let alone = |picture: Picture| {
+            let surfaces = vec![BlendedSurface::default(); picture.pixels().len()];
+            Blended { picture, surfaces }
         };
         match sources {
             [] => Ok(alone(empty(shot, task))),
@@ -334,7 +342,9 @@ impl Renders for LdiView<'_> {
         let faces = self.preview.seen_faces(asked, task)?;
         let blended = self.complete(blended, (others, &faces), view, task)?;
         let model = &self.opened.site.model;
-        let shows = shown(&blended, &faces, model, &shot);
+        let (_, relief) = self.preview.estimates_without(&shot.without, task)?;
+        let relief = relief.filter(|_| self.options.relief());
+        let shows = FaceDepths::new(model, relief, &shot).shown(&blended, &faces);
         let picture = closed_blend(&blended.picture, &faces, &shows);
         let of_images = shown_by_images(&faces, &shows, model);
         if !shot.surroundings && of_images == faces {
@@ -431,22 +441,21 @@ mod tests {
         let row =
             |pixels: [[u8; 4]; 5]| Picture { width: 5, height: 1, rgba: pixels.as_flattened().to_vec() };
         let (red, blue, none) = ([255, 0, 0, 255], [0, 0, 255, 255], [0; 4]);
-        let invented = vec![false, false, false, false, true];
         let picture = row([red, none, none, [255, 0, 0, 51], red]);
-        let mut view = Blended { picture, invented, inverse_depths: vec![0.25; 5] };
+        let near = |invented: bool| BlendedSurface { invented, inverse_depth: 0.25 };
+        let mut view = Blended { picture, surfaces: [false, false, false, false, true].map(near).to_vec() };
         let faces = [1, 2, 0, 1, 1];
         // All of the second, four fifths of the fourth.
         assert!((holes(&view.picture, &faces) - 1.8 / 4.0).abs() < 1e-6, "{}", holes(&view.picture, &faces));
-        let nothing =
-            Blended { picture: row([none; 5]), invented: vec![false; 5], inverse_depths: vec![0.0; 5] };
+        let nothing = Blended { picture: row([none; 5]), surfaces: vec![BlendedSurface::default(); 5] };
         let mut same = view.clone();
         complete_with(&mut same, &nothing, &faces);
         assert_eq!(same, view);
-        let more = Blended { picture: row([blue; 5]), invented: vec![true; 5], inverse_depths: vec![0.5; 5] };
+        let nearer = BlendedSurface { invented: true, inverse_depth: 0.5 };
+        let more = Blended { picture: row([blue; 5]), surfaces: vec![nearer; 5] };
         complete_with(&mut view, &more, &faces);
         assert_eq!(view.picture, row([red, blue, none, [124, 0, 231, 255], red]));
-        assert_eq!(view.invented, [false, true, false, true, true]);
-        assert_eq!(view.inverse_depths, [0.25, 0.5, 0.25, 0.5, 0.25]);
+        assert_eq!(view.surfaces, [near(false), nearer, near(false), nearer, near(true)]);
         assert_eq!((holes(&view.picture, &faces), holes(&view.picture, &[0; 5])), (0.0, 0.0));
     }
 
