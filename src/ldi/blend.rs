@@ -337,7 +337,7 @@ impl<'a> Blender<'a> {
 }
 
 /// The inverse depth that counts as clearly farther than a point, as a share of the point's.
-pub const PAST: f64 = 0.95;
+const PAST: f64 = 0.95;
 /// The angle that a camera's distance from the viewpoint counts as where the sky is seen, in radians per world unit: only the
 /// order matters.
 const PER_UNIT_AT_THE_SKY: f64 = 1e-3;

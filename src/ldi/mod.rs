@@ -26,7 +26,7 @@ pub mod tiles;
 pub mod transfer;
 pub mod warp;
 
-pub use blend::{BlendSource, Blended, BlendedSurface, PAST, warp_blended};
+pub use blend::{BlendSource, Blended, BlendedSurface, warp_blended};
 pub use combine::{Combining, Frame, Source, combine};
 pub use layout::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiSurface, Level, Splat};
 pub use report::LdiReport;

@@ -6,12 +6,16 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::cover::OnRelief;
+use crate::ldi::Blended;
 use crate::ldi::cracks::Shows;
-use crate::ldi::{Blended, PAST};
 use crate::projection::relief::Relief;
 use crate::projection::{Shot, shown_face};
 use crate::scene::impostor::Facing;
 use crate::scene::{FaceId, Model};
+
+/// The share of a face's inverse depth below which a pixel shows something behind the face, and of the pixel's below which the face
+/// is behind it. 0.95 predicted held-out photos of castle and fountain 0.01 and 0.02 dB worse.
+const BEHIND: f64 = 0.9;
 
 /// The depths of a model's faces in a view.
 pub struct FaceDepths<'a> {
@@ -55,8 +59,8 @@ impl<'a> FaceDepths<'a> {
             let face = shown_face(faces[at]).and_then(|face| self.at(face, place));
             match (face, f64::from(blended.surfaces[at].inverse_depth)) {
                 _ if blended.picture.pixels()[at][3] == 0 => Shows::Face,
-                (Some(face), found) if found < PAST * face => Shows::Behind,
-                (Some(face), found) if face < PAST * found => Shows::Before,
+                (Some(face), found) if found < BEHIND * face => Shows::Behind,
+                (Some(face), found) if face < BEHIND * found => Shows::Before,
                 _ => Shows::Face,
             }
         };
