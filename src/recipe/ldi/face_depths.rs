@@ -14,7 +14,7 @@ use crate::scene::impostor::Facing;
 use crate::scene::{FaceId, Model};
 
 /// The share of a face's inverse depth below which a pixel shows something behind the face, and of the pixel's below which the face
-/// is behind it. 0.95 predicted held-out photos of castle and fountain 0.01 and 0.02 dB worse.
+/// is behind it. 0.95 predicted the fountain's held-out photos 0.02 dB worse, and those of castle and piazza no better.
 const BEHIND: f64 = 0.9;
 
 /// The depths of a model's faces in a view.
