@@ -29,14 +29,13 @@ struct FlakeImage {
     count: u32,
     // The number of samples of all images before it.
     before: u32,
-    // Sixteenths of the sub-pixels that it draws in, and where they begin.
-    open: u32,
-    opens_at: u32,
-    // What its screen door depends on: the way to the sub-object.
-    seed: u32,
+    // The doors of its direction and of the sub-object's images of this resolution: it draws where both are open.
+    of_direction: u32,
+    of_part: u32,
     // The tree among those in view, and its species.
     tree: u32,
     species: u32,
+    pad0: u32,
 }
 
 // The rows of the picture that are drawn together.

@@ -1,6 +1,6 @@
 // Pass *flakes*: which sample of the images of plants is nearest at each sub-pixel of the view (Max 1996, section 4, with a depth
 // buffer in place of layers). Each sample is a parallelogram at its own depth that leans as its normal tells.
-// Rust: gpu/renderer/plants/flakes.rs. Before this text: surfaces.wgsl, flake.wgsl, and flakes_wide.wgsl or flakes_narrow.wgsl.
+// Rust: gpu/renderer/plants/flakes.rs. Before this text: surfaces.wgsl, door.wgsl, flake.wgsl, and flakes_wide.wgsl or flakes_narrow.wgsl.
 // CPU reference: foliage/flake.rs, foliage/place.rs.
 
 // Image and first sample of each workgroup.
@@ -32,18 +32,9 @@ fn middle_of(covered: u32) -> vec2f {
     return vec2f(x, y) / (8.0 * f32(countOneBits(covered)));
 }
 
-// A number of 4 bits that depends on the way to a sub-object and on a pixel, and is the same each time.
-fn scattered(seed: u32, pixel: vec2u) -> u32 {
-    var h = seed + pixel.x * 0x9e3779b9u + pixel.y * 0x85ebca6bu;
-    h = (h ^ (h >> 16u)) * 0x7feb352du;
-    h = (h ^ (h >> 15u)) * 0x846ca68bu;
-    return (h ^ (h >> 16u)) >> 28u;
-}
-
-// The screen door: whether an image draws in a sub-pixel. All images of a sub-object together draw in each, some in a few.
-fn is_open(image: FlakeImage, pixel: vec2u, sub_pixel: u32) -> bool {
-    let order = scattered(image.seed, pixel) + 4u * reverseBits(sub_pixel << 30u);
-    return ((order + 16u - image.opens_at) & 15u) < image.open;
+// Whether an image draws in a sub-pixel: it shares them with images from other directions, and with finer and coarser parts.
+fn is_drawn(image: FlakeImage, pixel: vec2u, sub_pixel: u32) -> bool {
+    return is_open(image.of_direction, pixel, sub_pixel) && is_open(image.of_part, pixel, sub_pixel);
 }
 
 @compute @workgroup_size(256)
@@ -100,7 +91,7 @@ fn flakes(
                 let v = (across.x * from_middle.y - across.y * from_middle.x) / area + 0.5;
                 if u >= 0.0 && u < 1.0 && v >= 0.0 && v < 1.0 {
                     let bit = 4u * u32(4.0 * v) + u32(4.0 * u);
-                    if ((flake.covered >> bit) & 1u) != 0u && is_open(image, pixel, sub_pixel) {
+                    if ((flake.covered >> bit) & 1u) != 0u && is_drawn(image, pixel, sub_pixel) {
                         keep(place * SAMPLES + sub_pixel, nearness, image.before + number + 1u);
                     }
                 }

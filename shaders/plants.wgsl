@@ -1,7 +1,8 @@
 // Trees as polygons: every triangle of every instance, hidden by faces and hiding them. Entry points: `lit` (colours), `plain`
 // (one colour a tree), `numbered` (the numbers of trees) and `shadow` (nothing but depths, for shadows).
 // Rust: gpu/renderer/plants.rs (Tree), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
-// daylight.wgsl, and the constant CUT, true where pictures are cut out.
+// daylight.wgsl, door.wgsl, and the constants CUT, true where pictures are cut out, and DOOR, true where
+// instances are drawn in part of the sub-pixels.
 // CPU reference: foliage/brute.rs, foliage/view.rs (normal_map).
 
 // A tree in the view.
@@ -42,6 +43,8 @@ struct PlantCorner {
     @location(5) z: vec4f,
     // The factors by which paint changes light plus DARK.
     @location(6) change: vec3f,
+    // The sub-pixels in which the instance is drawn.
+    @location(7) door: u32,
 }
 
 // foliage/paint/change.rs
@@ -62,6 +65,7 @@ struct Lit {
     @location(2) @interpolate(perspective, sample) cut: vec2f,
     @location(3) texture: vec2f,
     @location(4) change: vec3f,
+    @location(5) @interpolate(flat) door: u32,
 }
 
 @vertex
@@ -85,26 +89,32 @@ fn grown(corner: PlantCorner) -> Lit {
     lit.cut = corner.texture;
     lit.texture = corner.texture;
     lit.change = corner.change;
+    lit.door = corner.door;
     return lit;
 }
 
-// Leaves out what the picture cuts out.
-fn cut_out(at: vec2f) {
+// Leaves out what the picture cuts out, and sub-pixels in which something else is drawn.
+fn cut_out(surface: Lit, sub_pixel: u32) {
+    if DOOR {
+        if !is_open(surface.door, vec2u(surface.clip.xy), sub_pixel) {
+            discard;
+        }
+    }
     if CUT {
-        if textureSampleLevel(picture, picture_sampler, at, 0.0).a < matter.cutout {
+        if textureSampleLevel(picture, picture_sampler, surface.cut, 0.0).a < matter.cutout {
             discard;
         }
     }
 }
 
 @fragment
-fn lit(surface: Lit) -> @location(0) vec4f {
+fn lit(surface: Lit, @builtin(sample_index) sub_pixel: u32) -> @location(0) vec4f {
     // Averaged over about as much of the picture as a pixel shows; each copy has a fourth of the pixels.
     let right = dpdx(surface.texture) * matter.size;
     let down = dpdy(surface.texture) * matter.size;
     let area = abs(right.x * down.y - right.y * down.x);
     let shown = textureSampleLevel(picture, picture_sampler, surface.texture, 0.5 * log2(max(area, 1.0)));
-    cut_out(surface.cut);
+    cut_out(surface, sub_pixel);
     var normal = surface.normal * inverseSqrt(max(dot(surface.normal, surface.normal), 1e-37));
     if matter.leaf != 0u && dot(normal, surface.point) > 0.0 {
         normal = -normal;
@@ -123,18 +133,18 @@ fn lit(surface: Lit) -> @location(0) vec4f {
 }
 
 @fragment
-fn plain(surface: Lit) -> @location(0) vec4f {
-    cut_out(surface.cut);
+fn plain(surface: Lit, @builtin(sample_index) sub_pixel: u32) -> @location(0) vec4f {
+    cut_out(surface, sub_pixel);
     return tree.plain;
 }
 
 @fragment
-fn numbered(surface: Lit) -> @location(0) u32 {
-    cut_out(surface.cut);
+fn numbered(surface: Lit, @builtin(sample_index) sub_pixel: u32) -> @location(0) u32 {
+    cut_out(surface, sub_pixel);
     return tree.number;
 }
 
 @fragment
-fn shadow(surface: Lit) {
-    cut_out(surface.cut);
+fn shadow(surface: Lit, @builtin(sample_index) sub_pixel: u32) {
+    cut_out(surface, sub_pixel);
 }

@@ -16,11 +16,20 @@ static OPEN: LazyLock<[[u16; 16]; 17]> = LazyLock::new(|| {
     std::array::from_fn(|count| std::array::from_fn(|begin| mask(count, begin)))
 });
 
-/// The sub-pixels that one of several directions draws in.
+/// Doors open by this share of a pixel: 1/256, of which sixteen are a sub-pixel. Pixels open their sub-pixels at different moments, so
+/// that a door that opens steadily changes few pixels at a time.
+const FULL: u32 = 256;
+/// A sub-pixel in those shares.
+const SUB_PIXEL: u32 = FULL / 16;
+
+/// The part of the sub-pixels that something draws in: an interval of the order in which they open. The order begins elsewhere in
+/// each pixel, and doors with the same seed have the same order: those whose intervals follow each other share the sub-pixels among them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Door {
-    first: usize,
-    count: usize,
+pub struct Door {
+    /// Where it begins, below [`FULL`].
+    first: u16,
+    /// How much is open, up to [`FULL`].
+    count: u16,
     seed: u64,
 }
 
@@ -31,9 +40,14 @@ pub(super) struct Door {
 const TOGETHER: f64 = 4.0 / 3.0;
 
 impl Door {
+    /// Makes the door that is open in all sub-pixels.
+    pub fn wide(seed: u64) -> Self {
+        Self { first: 0, count: FULL as u16, seed }
+    }
+
     /// Makes the door that is open in this share of the sub-pixels; from 1 on in all.
-    pub fn open(share: f64, seed: u64) -> Self {
-        Self { first: 0, count: ((16.0 * share).round() as usize).min(16), seed }
+    pub(super) fn open(share: f64, seed: u64) -> Self {
+        Self { count: shares(share).min(FULL) as u16, ..Self::wide(seed) }
     }
 
     /// Returns true where nothing is drawn.
@@ -43,30 +57,68 @@ impl Door {
 
     /// Returns true where all is drawn.
     pub fn is_wide(&self) -> bool {
-        self.count == 16
+        u32::from(self.count) == FULL
     }
 
     /// Makes the door of a direction that has the weights from `from` to `to` of all, which go from 0 to 1: as wide as its weight, and
     /// beginning where that of the direction before ends, so that few sub-pixels are drawn twice.
-    pub fn between(from: f64, to: f64, seed: u64) -> Self {
-        let [first, last] = [from, to].map(|weight| (16.0 * TOGETHER * weight).round() as usize);
-        Self { first: first % 16, count: (last - first).min(16), seed }
+    pub(super) fn between(from: f64, to: f64, seed: u64) -> Self {
+        let [first, last] = [from, to].map(|weight| shares(TOGETHER * weight));
+        Self { first: (first % FULL) as u16, count: (last - first).min(FULL) as u16, seed }
     }
 
-    /// Returns how many sub-pixels of 16 are open, and where they begin.
-    pub fn opening(&self) -> [u32; 2] {
-        [self.count as u32, self.first as u32]
+    /// Divides the sub-pixels of this door: the first share of them, and the rest.
+    pub(super) fn divided(&self, share: f64) -> [Self; 2] {
+        let count = (share * f64::from(self.count)).round() as u16;
+        let first = Self { count, ..*self };
+        let first_of_rest = (u32::from(self.first + count) % FULL) as u16;
+        [first, Self { first: first_of_rest, count: self.count - count, ..*self }]
+    }
+
+    /// Returns the door in the layout of the shaders: where it begins (8 bits), how much is open (9 bits), and the seed (15 bits).
+    pub fn word(&self) -> u32 {
+        u32::from(self.first) | u32::from(self.count) << 8 | ((self.seed >> 49) as u32) << 17
+    }
+
+    /// Returns the sub-pixels of a pixel that are open.
+    #[inline]
+    pub(super) fn open_at(&self, x: i32, y: i32) -> u16 {
+        if self.is_wide() {
+            return u16::MAX;
+        }
+        let pixel = (x as u32 as u64) << 32 | y as u32 as u64;
+        let of_pixel = (mixed(self.seed ^ mixed(pixel)) >> 56) as u32;
+        let begin = (of_pixel + FULL - u32::from(self.first)) % FULL;
+        // Sub-pixel by sub-pixel the order goes on by 16 shares; the first of them is open from the offset within these on.
+        let open = (u32::from(self.count) + SUB_PIXEL - 1).saturating_sub(begin % SUB_PIXEL) / SUB_PIXEL;
+        OPEN[open as usize][(begin / SUB_PIXEL) as usize]
+    }
+}
+
+/// Returns a share of a pixel in the steps of doors.
+fn shares(share: f64) -> u32 {
+    (f64::from(FULL) * share).round() as u32
+}
+
+/// What something is drawn through: doors of which all have to be open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Doors {
+    /// That of the direction of an image.
+    pub of_direction: Door,
+    /// That of the part of a plant, while it comes or goes.
+    pub of_part: Door,
+}
+
+impl Doors {
+    /// Returns true where all is drawn.
+    pub fn are_wide(&self) -> bool {
+        self.of_direction.is_wide() && self.of_part.is_wide()
     }
 
     /// Returns the sub-pixels of a pixel that are open.
     #[inline]
     pub fn open_at(&self, x: i32, y: i32) -> u16 {
-        if self.count == 16 {
-            return u16::MAX;
-        }
-        let pixel = (x as u32 as u64) << 32 | y as u32 as u64;
-        let begin = (mixed(self.seed ^ mixed(pixel)) >> 60) as usize;
-        OPEN[self.count][(begin + 16 - self.first) % 16]
+        self.of_direction.open_at(x, y) & self.of_part.open_at(x, y)
     }
 }
 
@@ -95,8 +147,9 @@ mod tests {
             let (mut from, mut all, mut opened) = (0.0, 0u16, 0);
             for weight in weights {
                 let open = Door::between(from, from + weight, 9).open_at(5, -6);
+                // Rounded to a share of a pixel at either end, and to whole sub-pixels.
                 assert!(
-                    (f64::from(open.count_ones()) - 16.0 * TOGETHER * weight).abs() <= 1.0
+                    (f64::from(open.count_ones()) - 16.0 * TOGETHER * weight).abs() <= 1.1
                         || open == u16::MAX
                 );
                 (from, all, opened) = (from + weight, all | open, opened + open.count_ones());
@@ -105,5 +158,47 @@ mod tests {
         }
         assert_eq!(Door::between(0.0, 1.0, 3).open_at(5, 6), u16::MAX);
         assert_eq!(Door::between(0.5, 0.5, 3).open_at(5, 6), 0);
+    }
+
+    #[test]
+    fn a_door_that_is_divided_again_and_again_opens_each_sub_pixel_once() {
+        let mut rng = Rng::new(11);
+        for seed in 0..200 {
+            let (mut rest, mut parts) = (Door::wide(seed), Vec::new());
+            for _ in 0..4 {
+                let [first, others] = rest.divided(rng.unit());
+                parts.push(first);
+                rest = others;
+            }
+            parts.push(rest);
+            for (x, y) in [(0, 0), (5, -6), (1023, 511)] {
+                let open = parts.iter().map(|door| door.open_at(x, y));
+                assert_eq!(open.clone().fold(0, |all, open| all | open), u16::MAX);
+                assert_eq!(open.map(u16::count_ones).sum::<u32>(), 16);
+            }
+        }
+        let [all, nothing] = Door::wide(5).divided(1.0);
+        assert!(all.is_wide() && nothing.is_closed() && nothing.open_at(3, 4) == 0);
+        let [nothing, all] = Door::wide(5).divided(0.0);
+        assert!(all.is_wide() && nothing.is_closed());
+    }
+
+    #[test]
+    fn a_door_that_opens_steadily_changes_few_pixels_at_a_time_and_no_sub_pixel_twice() {
+        let pixels = || (0..64).flat_map(|y| (0..64).map(move |x| (x, y)));
+        let (mut before, mut most) = (vec![0u16; 64 * 64], 0);
+        for step in 0..=FULL {
+            let door = Door::open(f64::from(step) / f64::from(FULL), 9);
+            let now: Vec<u16> = pixels().map(|(x, y)| door.open_at(x, y)).collect();
+            assert!(
+                before.iter().zip(&now).all(|(before, now)| before & !now == 0),
+                "what is open stays open"
+            );
+            most = most.max(before.iter().zip(&now).filter(|(before, now)| before != now).count());
+            before = now;
+        }
+        assert!(before.iter().all(|open| *open == u16::MAX));
+        // A sixteenth of 4,096 pixels in the mean, 256; six standard deviations more.
+        assert!(most < 256 + 6 * 16, "{most}");
     }
 }

@@ -108,22 +108,22 @@ impl<'a, C: Canvas> Drawer<'a, C> {
             return Ok(());
         }
         self.task.go_on()?;
-        self.own(object, view_from_object);
+        self.own(object, view_from_object, &Door::wide(0));
         for Use { child, parent_from_child } in &of.uses {
             self.visit(*child, &(*view_from_object * *parent_from_child))?;
         }
         Ok(())
     }
 
-    /// Draws the primitives that an instance has of its own.
-    pub fn own(&mut self, object: usize, view_from_object: &DAffine3) {
+    /// Draws the primitives that an instance has of its own, where a door is open.
+    pub fn own(&mut self, object: usize, view_from_object: &DAffine3, door: &Door) {
         let (meshes, plant) = (self.meshes, self.plant);
         for mesh in &meshes[object] {
-            self.mesh(mesh, &plant.objects[object].paint, view_from_object);
+            self.mesh((mesh, door), &plant.objects[object].paint, view_from_object);
         }
     }
 
-    fn mesh(&mut self, mesh: &Mesh, paint: &[PaintAt], view_from_object: &DAffine3) {
+    fn mesh(&mut self, (mesh, door): (&Mesh, &Door), paint: &[PaintAt], view_from_object: &DAffine3) {
         let projection = &self.view.projection;
         self.corners.clear();
         self.corners.extend(mesh.corners.iter().map(|corner| {
@@ -135,6 +135,7 @@ impl<'a, C: Canvas> Drawer<'a, C> {
             projection,
             material: &mesh.material,
             paint,
+            door: Some(door).filter(|door| !door.is_wide()),
             view_from_normal: normal_map(&view_from_object.matrix3),
         };
         // Written out: closures over arrays stay calls in builds that do not optimise across functions.
@@ -182,6 +183,8 @@ struct Painter<'a> {
     material: &'a Material,
     /// The paint on the sub-object.
     paint: &'a [PaintAt],
+    /// Where it is drawn in a part of the sub-pixels.
+    door: Option<&'a Door>,
     view_from_normal: DMat3,
 }
 
@@ -223,7 +226,13 @@ impl Painter<'_> {
             let facet = self.facet(weights(fragment.weights), of_picture, of);
             canvas.put(fragment, visible, &change.map_or(facet, |change| facet.painted(change)));
         };
-        rasterise(target, corners, keeps, |fragment| {
+        rasterise(target, corners, keeps, |whole| {
+            let open = self.door.map(|door| whole.within(door.open_at(whole.x, whole.y)));
+            let fragment = match &open {
+                None => whole,
+                Some(Some(left)) => left,
+                Some(None) => return,
+            };
             if self.paint.is_empty() {
                 return put(fragment, None);
             }

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::brute::check;
 use super::directions::{Directions, Serving};
-use super::door::Door;
+use super::door::{Door, Doors};
 use super::drawer::Drawer;
 use super::flake::FlakeBuffer;
 use super::images::PlantImages;
@@ -143,7 +143,7 @@ impl<'a> Scene<'a> {
         let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
         let mut cost = ImageCost::default();
         for drawn in self.drawn {
-            let Drawn { object, part, view_from_object, .. } = drawn;
+            let Drawn { object, part, view_from_object, door, .. } = drawn;
             let in_view = plant.objects[*object].bounds.ball.mapped(view_from_object);
             if !half_spaces.iter().all(|half_space| half_space.touches(&in_view)) {
                 continue;
@@ -157,7 +157,7 @@ impl<'a> Scene<'a> {
                 Some(instance) => {
                     cost.samples += self.image(&instance, &mut drawer.canvas)?;
                 }
-                None => drawer.own(*object, view_from_object),
+                None => drawer.own(*object, view_from_object, door),
             }
         }
         cost.triangles = drawer.triangles;
@@ -178,6 +178,7 @@ impl<'a> Scene<'a> {
             if door.is_closed() {
                 continue;
             }
+            let doors = Doors { of_direction: door, of_part: instance.door };
             let place = Place::new(instance, projection, direction);
             let image = &instance.copy.views[direction];
             let index = canvas.drawn.begin_image(image, instance.of_samples(&place, direction))?;
@@ -186,8 +187,8 @@ impl<'a> Scene<'a> {
                 Texels::Planes { error_px } => Some(Planes::new(instance, &place, (direction, error_px))),
             };
             let drawing = Drawing::new((instance, &place), planes, canvas.buffer.rect);
-            drawn +=
-                drawing.draw((image, index), Some(&door).filter(|door| !door.is_wide()), &mut canvas.buffer);
+            let doors = Some(&doors).filter(|doors| !doors.are_wide());
+            drawn += drawing.draw((image, index), doors, &mut canvas.buffer);
         }
         Ok(drawn)
     }

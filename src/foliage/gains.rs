@@ -58,11 +58,11 @@ pub(super) fn measured(
     let mut all = PlantImages { directions, objects: vec![None; plant.objects.len()] };
     let deltas: Vec<f64> = images.copies.iter().map(|copy| copy.delta).collect();
     all.objects[object] = Some(images);
-    // A little smaller, so that rounding asks for no finer copy.
-    let threshold = (1.0 - 1e-9) * FlakeOptions::PREVIEW.walk.threshold;
+    // As large as the copy is where nothing else is drawn of the sub-object.
+    let largest = FlakeOptions::PREVIEW.walk.alone();
     let gain = |delta: f64| {
         let drawn = (0..VIEWS).into_par_iter().map(|number| {
-            let view = view(number, threshold / delta);
+            let view = view(number, largest / delta);
             light_of_flakes((&plant, &all), &view, suns(number, plant.up), &quiet).map(mean)
         });
         let drawn = sum(drawn.collect::<Result<_>>()?);

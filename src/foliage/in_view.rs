@@ -3,6 +3,7 @@
 use glam::{DAffine3, Mat3, Vec3};
 
 use super::directions::Serving;
+use super::door::Door;
 use super::flakes::door_of;
 use super::images::PlantImages;
 use super::lighting::OfSamples;
@@ -32,10 +33,21 @@ pub struct ImageInView {
     pub gain: Vec3,
     /// The length of the mean normals of its leaves.
     pub length: f32,
-    /// How many of 16 sub-pixels it draws in, and where they begin.
-    pub open: [u32; 2],
-    /// A hash of the way to the sub-object: images of one instance have the same.
-    pub seed: u32,
+    /// The sub-pixels in which its direction draws.
+    pub of_direction: Door,
+    /// The sub-pixels in which the sub-object is drawn by images of this copy.
+    pub of_part: Door,
+}
+
+/// The polygons that a sub-object has of its own, in a view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PolygonsInView {
+    /// The index of the sub-object.
+    pub object: usize,
+    /// The map from its frame to the view's.
+    pub view_from_object: DAffine3,
+    /// The sub-pixels in which they are drawn.
+    pub door: Door,
 }
 
 /// What is drawn of a plant in a view.
@@ -43,20 +55,22 @@ pub struct ImageInView {
 pub struct InView {
     /// Images.
     pub images: Vec<ImageInView>,
-    /// Sub-objects whose own primitives are drawn as polygons, with the maps from their frames to the view's; ordered by sub-object.
-    pub polygons: Vec<(usize, DAffine3)>,
+    /// Sub-objects whose own primitives are drawn as polygons; ordered by sub-object, and of each first those that are drawn in all
+    /// sub-pixels.
+    pub polygons: Vec<PolygonsInView>,
 }
 
 /// Returns what is drawn of a plant in a view. `seed` tells one tree from another.
 pub fn in_view(plant: &Plant, images: &PlantImages, view: &View, options: &WalkOptions, seed: u64) -> InView {
     let mut found = InView::default();
     for drawn in walk(plant, images, view, options, seed) {
+        let Drawn { object, view_from_object, door, .. } = drawn;
         match drawn.part {
-            Part::Polygons => found.polygons.push((drawn.object, drawn.view_from_object)),
+            Part::Polygons => found.polygons.push(PolygonsInView { object, view_from_object, door }),
             Part::Image(copy) => add_images(&mut found.images, &drawn, copy, (plant, images), view),
         }
     }
-    found.polygons.sort_by_key(|(object, _)| *object);
+    found.polygons.sort_by_key(|of| (of.object, !of.door.is_wide()));
     found
 }
 
@@ -69,18 +83,17 @@ fn add_images(
     view: &View,
 ) {
     let Some(instance) = Instance::of((plant, images), drawn, copy) else { return };
-    let (object, path) = (drawn.object, drawn.path);
+    let Drawn { object, path, door: of_part, .. } = *drawn;
     let mut before = 0.0;
     for Serving { direction, weight } in instance.serving(&view.projection) {
-        let door = door_of(images.directions, (before, weight), path);
+        let of_direction = door_of(images.directions, (before, weight), path);
         before += weight;
-        if door.is_closed() {
+        if of_direction.is_closed() {
             continue;
         }
         let place = Place::new(&instance, &view.projection, direction);
         let Place { linear, origin, .. } = place;
         let OfSamples { view_from_normal, through, gain, length } = instance.of_samples(&place, direction);
-        let (open, seed) = (door.opening(), (path >> 32) as u32);
         to.push(ImageInView {
             object,
             copy,
@@ -91,8 +104,8 @@ fn add_images(
             through,
             gain,
             length,
-            open,
-            seed,
+            of_direction,
+            of_part,
         });
     }
 }

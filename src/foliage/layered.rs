@@ -86,7 +86,7 @@ impl Scene<'_> {
         let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
         let mut cost = ImageCost::default();
         for drawn in self.drawn {
-            let Drawn { object, part, view_from_object, .. } = drawn;
+            let Drawn { object, part, view_from_object, door, .. } = drawn;
             let in_view = plant.objects[*object].bounds.ball.mapped(view_from_object);
             if !half_spaces.iter().all(|half_space| half_space.touches(&in_view)) {
                 continue;
@@ -101,7 +101,7 @@ impl Scene<'_> {
                     let mut rows = Rows { rect, pixels: &mut drawer.canvas.pixels };
                     cost.samples += reproject(&instance, (view, self.options.epsilon_px), &mut rows);
                 }
-                None => drawer.own(*object, view_from_object),
+                None => drawer.own(*object, view_from_object, door),
             }
         }
         cost.triangles = drawer.triangles;

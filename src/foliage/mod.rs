@@ -21,6 +21,7 @@ mod gains;
 mod grow;
 mod images;
 mod in_view;
+mod jump;
 mod layered;
 mod leaf_picture;
 mod leaves;
@@ -31,6 +32,7 @@ mod mesh;
 mod normal;
 mod openness;
 mod order;
+mod pace;
 mod paint;
 mod pixels;
 mod place;
@@ -61,17 +63,20 @@ pub use brute::{Drawing, InLights, MOST_TRIANGLES, draw, draw_in_lights, draw_sh
 pub use cast::{CastShadows, SUN_TANGENT, left_in_shadow};
 pub use curve::CurvePoint;
 pub use directions::Directions;
+pub use door::Door;
 pub use flakes::{FlakeOptions, Texels, draw_flakes};
 pub use grow::grow;
 pub use images::{
     ImageCopy, LightCorrection, MBuffer, MSample, ObjectImages, PlantImages, depth_from_stored,
 };
-pub use in_view::{ImageInView, InView, in_view};
+pub use in_view::{ImageInView, InView, PolygonsInView, in_view};
+pub use jump::{Jump, jump};
 pub use layered::{LayeredOptions, draw_layered};
 pub use listed::ImageCost;
 pub use mesh::Mesh;
 pub use normal::NormalCode;
 pub use openness::Openness;
+pub use pace::{TreeCost, TreePace};
 pub use paint::{
     BesidePixel, Change, DIRECTION_NAMES, PaintAt, PaintField, PaintPoint, PaintedPlant, PaintedSlab,
     SlabFrame, SlabTally, painted, painted_slabs, slab_pictures,
@@ -87,5 +92,5 @@ pub use species::{Bark, Blade, LeafShape, Level, Profile, Species};
 pub use stature::{Stature, level_axes};
 pub use sun_views::{MOST_SUN_VIEWS, SunScene, SunView, TAKES_OVER, sun_views};
 pub use view::{Projection, View, sees};
-pub use walk::{Drawn, Part, WalkOptions, walk};
+pub use walk::{DISSOLVE, Drawn, Part, WalkOptions, walk};
 pub use wood::{Placing, Tree, Wood, WoodSpecies};

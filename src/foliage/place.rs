@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 
 use super::bounds::Bounds;
 use super::directions::{Directions, Serving};
+use super::door::Door;
 use super::images::{ImageCopy, LightCorrection, PlantImages};
 use super::lighting::OfSamples;
 use super::plant::Plant;
@@ -26,12 +27,14 @@ pub(super) struct Instance<'a> {
     pub view_from_object: DAffine3,
     /// A hash of the way to the instance.
     pub path: u64,
+    /// The sub-pixels in which it is drawn.
+    pub door: Door,
 }
 
 impl<'a> Instance<'a> {
     /// Makes an instance that is drawn by the copy of an index; `None` where its sub-object has no images.
     pub fn of((plant, images): (&Plant, &'a PlantImages), drawn: &Drawn, copy: usize) -> Option<Self> {
-        let Drawn { object, view_from_object, path, .. } = *drawn;
+        let Drawn { object, view_from_object, path, door, .. } = *drawn;
         let of = images.objects.get(object)?.as_ref()?;
         Some(Self {
             directions: images.directions,
@@ -40,6 +43,7 @@ impl<'a> Instance<'a> {
             through: of.through,
             view_from_object,
             path,
+            door,
         })
     }
 

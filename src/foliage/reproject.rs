@@ -3,7 +3,7 @@
 use glam::{Mat2, Vec2, Vec3};
 
 use super::directions::Serving;
-use super::door::Door;
+use super::door::{Door, Doors};
 use super::images::{ImageCopy, MBuffer, MSample, depth_from_stored};
 use super::lighting::OfSamples;
 use super::mbuffer::{LayeredPixels, Sample};
@@ -26,11 +26,12 @@ pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), r
     for Serving { direction, weight } in instance.serving(&view.projection) {
         let place = Place::new(instance, &view.projection, direction);
         let bringing = Bringing { epsilon: epsilon_px as f32 / place.focal.max_element(), place: &place };
-        let door = Door::between(before, before + weight, instance.path);
+        let of_direction = Door::between(before, before + weight, instance.path);
+        let doors = Doors { of_direction, of_part: instance.door };
         before += weight;
         let of_samples = instance.of_samples(&place, direction);
         let image = &instance.copy.views[direction];
-        brought += bringing.bring((image, &of_samples), instance, (weight as f32, &door), rows);
+        brought += bringing.bring((image, &of_samples), instance, (weight as f32, &doors), rows);
     }
     brought
 }
@@ -47,7 +48,7 @@ impl Bringing<'_> {
         &self,
         (image, of_samples): (&MBuffer, &OfSamples),
         instance: &Instance,
-        (weight, door): (f32, &Door),
+        (weight, doors): (f32, &Doors),
         rows: &mut Rows,
     ) -> u64 {
         let place = self.place;
@@ -71,7 +72,7 @@ impl Bringing<'_> {
                 let base = place.linear * Vec3::new(x, y, first_depth) + place.origin;
                 for sample in &image.samples[next..next + usize::from(count)] {
                     let at = base + depth_step * f32::from(sample.depth);
-                    self.scatter(at, (delta, sample), (weight, of_samples), (door, rows));
+                    self.scatter(at, (delta, sample), (weight, of_samples), (doors, rows));
                 }
                 next += usize::from(count);
             }
@@ -86,7 +87,7 @@ impl Bringing<'_> {
         at: Vec3,
         (delta, image): (f32, &MSample),
         (weight, of_samples): (f32, &OfSamples),
-        (door, rows): (&Door, &mut Rows),
+        (doors, rows): (&Doors, &mut Rows),
     ) {
         let place = self.place;
         if place.perspective && at.z <= 0.0 {
@@ -137,7 +138,7 @@ impl Bringing<'_> {
             }
             let (x, y) = (base_x + index as i32 % 3, base_y + index as i32 / 3);
             let is_inside = x >= rect.x && x < rect.right() && y >= rect.y && y < rect.bottom();
-            let mask = if is_inside { covered & door.open_at(x, y) } else { 0 };
+            let mask = if is_inside { covered & doors.open_at(x, y) } else { 0 };
             if mask != 0 {
                 let weight = sample.weight * mask.count_ones() as f32;
                 rows.pixels.insert(rect.offset(x, y), &Sample { mask, weight, ..sample }, epsilon);

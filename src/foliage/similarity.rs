@@ -86,7 +86,7 @@ impl Sums {
 }
 
 /// Lays a picture over the sky, in linear light; returns R, G, B.
-fn over_sky(picture: &Picture) -> Vec<u8> {
+pub(super) fn over_sky(picture: &Picture) -> Vec<u8> {
     let over = |pixel: &[u8; 4]| {
         let alpha = f64::from(pixel[3]) / 255.0;
         std::array::from_fn::<u8, 3, _>(|channel| {

@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::door::Door;
+use super::door::Doors;
 use super::flake::{Flake, FlakeBuffer, key};
 use super::images::{MBuffer, MSample, depth_from_stored};
 use super::place::{Instance, Place};
@@ -67,7 +67,7 @@ impl<'a> Drawing<'a> {
     pub fn draw(
         &self,
         (image, first): (&MBuffer, u32),
-        door: Option<&Door>,
+        doors: Option<&Doors>,
         buffer: &mut FlakeBuffer,
     ) -> u64 {
         let half = 0.5 * self.side as f32;
@@ -92,10 +92,10 @@ impl<'a> Drawing<'a> {
                     match &self.planes {
                         None => {
                             let depth = f32::from(sample.depth);
-                            self.flake((depth, sample.normal.slope()), of_sample, door, buffer);
+                            self.flake((depth, sample.normal.slope()), of_sample, doors, buffer);
                         }
                         Some(planes) => planes.each_near(sample, |depth| {
-                            self.flake((depth, Vec2::ZERO), of_sample, door, buffer);
+                            self.flake((depth, Vec2::ZERO), of_sample, doors, buffer);
                         }),
                     }
                     next += 1;
@@ -111,7 +111,7 @@ impl<'a> Drawing<'a> {
         &self,
         (depth, slope): (f32, Vec2),
         (base, sample, index): (Vec3, &MSample, u32),
-        door: Option<&Door>,
+        doors: Option<&Doors>,
         buffer: &mut FlakeBuffer,
     ) {
         let place = self.place;
@@ -151,12 +151,12 @@ impl<'a> Drawing<'a> {
         };
         let key = key(nearness, index);
         let flake = Flake { middle, across, down, mask: sample.mask };
-        match door {
+        match doors {
             None => flake.cover(size, |x, y, is_covered| buffer.put(x, y, if is_covered { key } else { 0 })),
-            Some(door) => {
+            Some(doors) => {
                 let rect = self.rect;
                 flake.cover(size, |x, y, is_covered| {
-                    let open = door.open_at(rect.x + x / 4, rect.y + y / 4);
+                    let open = doors.open_at(rect.x + x / 4, rect.y + y / 4);
                     if is_covered && open >> (4 * (y & 3) + (x & 3)) & 1 != 0 {
                         buffer.put(x, y, key);
                     }

@@ -185,6 +185,12 @@ impl HalfSpace {
     pub fn touches(&self, ball: &Ball) -> bool {
         self.inside(ball.middle) >= -ball.radius
     }
+
+    /// Returns true when all of the ball is inside.
+    #[inline]
+    pub fn holds(&self, ball: &Ball) -> bool {
+        self.inside(ball.middle) >= ball.radius
+    }
 }
 
 /// Returns the map of normals that belongs to a map of points: its inverse transpose up to a positive factor, which also

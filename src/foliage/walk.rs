@@ -2,7 +2,8 @@
 
 use glam::DAffine3;
 
-use super::bounds::largest_stretch;
+use super::bounds::{Ball, largest_stretch};
+use super::door::Door;
 use super::images::PlantImages;
 use super::plant::{Plant, Use};
 use super::view::{HalfSpace, Projection, View};
@@ -10,9 +11,24 @@ use super::view::{HalfSpace, Projection, View};
 /// When a sub-object is drawn by its image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WalkOptions {
-    /// An image serves while its pixels are at most this large in the view, in pixels of the view.
+    /// An image serves while its pixels are smaller than this in the view, in pixels of the view. From [`DISSOLVE`] of it on, the image
+    /// gives way to the parts of the sub-object, or to a finer copy.
     pub threshold: f64,
 }
+
+impl WalkOptions {
+    /// Returns the size of an image's pixels up to which nothing but the image is drawn of any instance.
+    pub fn alone(&self) -> f64 {
+        // A little smaller, so that rounding changes nothing.
+        (1.0 - 1e-9) * (1.0 - SPREAD) * DISSOLVE * self.threshold
+    }
+}
+
+/// Where the dissolve of an image into finer parts begins, as a share of the threshold.
+pub const DISSOLVE: f64 = 0.7;
+
+/// By how much of the threshold the dissolve of one instance may lie below that of another, so that no ring of changes runs through a wood.
+const SPREAD: f64 = 0.1;
 
 /// What is drawn of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,10 +50,15 @@ pub struct Drawn {
     pub view_from_object: DAffine3,
     /// A hash of the way from the root to it.
     pub path: u64,
+    /// The sub-pixels in which it is drawn. What is drawn of an instance, by itself and by those that it uses, shares all sub-pixels.
+    pub door: Door,
 }
 
-/// Returns what is drawn of a plant in a view, in the order of the plant: every instance in view exactly once, itself or by one of
-/// those above it.
+/// Returns what is drawn of a plant in a view, in the order of the plant: every sub-pixel of every instance in view exactly once, by itself or
+/// by one of those above it.
+///
+/// Between an image and what is finer there is no jump, because both are drawn in a share of the sub-pixels each that depends on how large the
+/// image's pixels are in the view, and on nothing else (a dissolve; proposed by Max 1996 as future work).
 pub fn walk(
     plant: &Plant,
     images: &PlantImages,
@@ -46,50 +67,139 @@ pub fn walk(
     seed: u64,
 ) -> Vec<Drawn> {
     let half_spaces = view.projection.half_spaces(&view.rect());
-    let mut walk =
-        Walk { plant, images, projection: &view.projection, half_spaces, options, drawn: Vec::new() };
-    walk.visit(plant.root, &view.view_from_plant, mixed(seed));
+    let stretches = plant.objects.iter().map(|object| {
+        object.uses.iter().map(|used| largest_stretch(&used.parent_from_child.matrix3)).collect()
+    });
+    let stretches = stretches.collect();
+    let mut walk = Walk {
+        plant,
+        images,
+        stretches,
+        projection: &view.projection,
+        half_spaces,
+        options,
+        drawn: Vec::new(),
+    };
+    let path = mixed(seed);
+    let root = Visited {
+        object: plant.root,
+        view_from_object: view.view_from_plant,
+        stretch: largest_stretch(&view.view_from_plant.matrix3),
+        path,
+        // Another order than that of the directions of the root's image.
+        door: Door::wide(mixed(!path)),
+        crossed: (1 << walk.half_spaces.len()) - 1,
+    };
+    walk.visit(&root);
     walk.drawn
 }
 
 struct Walk<'a> {
     plant: &'a Plant,
     images: &'a PlantImages,
+    /// How much each use of each sub-object stretches at most.
+    stretches: Vec<Vec<f64>>,
     projection: &'a Projection,
     half_spaces: Vec<HalfSpace>,
     options: &'a WalkOptions,
     drawn: Vec<Drawn>,
 }
 
+/// An instance on the way.
+struct Visited {
+    object: usize,
+    view_from_object: DAffine3,
+    /// A factor by which the map stretches at most: the product of those of all uses on the way, so exact unless two of them stretch
+    /// some directions more than others.
+    stretch: f64,
+    path: u64,
+    door: Door,
+    /// The half-spaces that do not hold all of an instance above it: one bit each.
+    crossed: u32,
+}
+
 impl Walk<'_> {
-    fn visit(&mut self, object: usize, view_from_object: &DAffine3, path: u64) {
-        let of = &self.plant.objects[object];
-        let ball = of.bounds.ball.mapped(view_from_object);
-        if of.counts.triangles == 0 || !self.half_spaces.iter().all(|half_space| half_space.touches(&ball)) {
+    fn visit(&mut self, at: &Visited) {
+        let Visited { object, path, .. } = *at;
+        let plant = self.plant;
+        let of = &plant.objects[object];
+        let ball = Ball {
+            middle: at.view_from_object.transform_point3(of.bounds.ball.middle),
+            radius: at.stretch * of.bounds.ball.radius,
+        };
+        let Some(crossed) = self.crossed(&ball, at.crossed).filter(|_| of.counts.triangles > 0) else {
             return;
-        }
-        let drawn = |part| Drawn { object, part, view_from_object: *view_from_object, path };
+        };
         let nearest = ball.middle.z - ball.radius;
-        let magnification =
-            pixels_per_unit(self.projection, nearest) * largest_stretch(&view_from_object.matrix3);
-        if let Some(copy) = self.serving(object, magnification) {
-            self.drawn.push(drawn(Part::Image(copy)));
+        let magnification = pixels_per_unit(self.projection, nearest) * at.stretch;
+        let door = self.images_of(at, magnification);
+        if door.is_closed() {
             return;
         }
         if !of.primitives.is_empty() {
-            self.drawn.push(drawn(Part::Polygons));
+            self.drawn.push(at.drawn(Part::Polygons, door));
         }
         for (index, Use { child, parent_from_child }) in of.uses.iter().enumerate() {
-            let path = mixed(path ^ (index as u64 + 1));
-            self.visit(*child, &(*view_from_object * *parent_from_child), path);
+            self.visit(&Visited {
+                object: *child,
+                view_from_object: at.view_from_object * *parent_from_child,
+                stretch: at.stretch * self.stretches[object][index],
+                path: mixed(path ^ (index as u64 + 1)),
+                door,
+                crossed,
+            });
         }
     }
 
-    /// Returns the coarsest copy whose pixels are small enough.
-    fn serving(&self, object: usize, magnification: f64) -> Option<usize> {
-        let copies = &self.images.objects[object].as_ref()?.copies;
-        copies.iter().rposition(|copy| copy.delta * magnification <= self.options.threshold)
+    /// Returns those of the half-spaces that do not hold all of a ball; `None` where one of them holds nothing of it.
+    fn crossed(&self, ball: &Ball, of: u32) -> Option<u32> {
+        let mut left = of;
+        for (index, half_space) in self.half_spaces.iter().enumerate() {
+            let bit = 1 << index;
+            if of & bit == 0 {
+                continue;
+            }
+            if !half_space.touches(ball) {
+                return None;
+            }
+            if half_space.holds(ball) {
+                left &= !bit;
+            }
+        }
+        Some(left)
     }
+
+    /// Draws an instance by its images, the coarsest that serves first, and returns the sub-pixels that are left to its parts.
+    fn images_of(&mut self, at: &Visited, magnification: f64) -> Door {
+        let mut left = at.door;
+        let Some(images) = &self.images.objects[at.object] else { return left };
+        let lowered = SPREAD * (at.path >> 40) as f64 / (1u64 << 24) as f64;
+        let threshold = self.options.threshold * (1.0 - lowered);
+        for (copy, of_copy) in images.copies.iter().enumerate().rev() {
+            let [first, rest] = left.divided(served(of_copy.delta * magnification / threshold));
+            if !first.is_closed() {
+                self.drawn.push(at.drawn(Part::Image(copy), first));
+            }
+            left = rest;
+            if left.is_closed() {
+                break;
+            }
+        }
+        left
+    }
+}
+
+impl Visited {
+    fn drawn(&self, part: Part, door: Door) -> Drawn {
+        Drawn { object: self.object, part, view_from_object: self.view_from_object, path: self.path, door }
+    }
+}
+
+/// Returns the share of the sub-pixels in which an image is drawn whose pixels have this size in a view, as a share of the threshold.
+fn served(size: f64) -> f64 {
+    let past = ((size - DISSOLVE) / (1.0 - DISSOLVE)).clamp(0.0, 1.0);
+    // Without a size, as behind the viewer, no image serves.
+    if past.is_nan() { 0.0 } else { 1.0 - past * past * (3.0 - 2.0 * past) }
 }
 
 /// Returns how many pixels a unit at this depth takes at most; infinite at and behind the viewer.

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::time::Duration;
 
 use glam::DVec3;
 
@@ -189,6 +190,9 @@ pub struct Shot {
     pub hidden: HiddenFaces,
     /// How trees are drawn.
     pub trees: TreeMethod,
+    /// The time that trees may take in *previews* that follow each other: where they take longer, coarser images serve from picture to
+    /// picture. `None`: as fine as the quality says, so that the same view is always the same picture.
+    pub trees_within: Option<Duration>,
     /// True when the photos' surroundings are drawn where no face is, false when nothing is.
     pub surroundings: bool,
 }
@@ -208,6 +212,7 @@ impl Shot {
             without: Vec::new(),
             hidden: HiddenFaces::default(),
             trees: TreeMethod::default(),
+            trees_within: None,
             surroundings: true,
         }
     }

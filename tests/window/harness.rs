@@ -81,6 +81,9 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
+/// The time between two frames while a test waits: frames leave the processor's cores to the work that is waited for.
+const BETWEEN: Duration = Duration::from_millis(25);
+
 /// Lets frames go by until something is as it should be.
 pub fn wait(harness: &mut Harness<'_, Editor>, what: &str, done: impl Fn(&Editor) -> bool) {
     wait_for_window(harness, what, |harness| done(harness.state()));
@@ -101,7 +104,7 @@ fn wait_for_window(
     let start = Instant::now();
     while !done(harness) {
         harness.step();
-        std::thread::sleep(Duration::from_millis(5));
+        std::thread::sleep(BETWEEN);
         let notes: Vec<String> =
             harness.state().notes.list().iter().map(|note| note.text.to_string()).collect();
         assert!(start.elapsed() < NEVER, "waiting for {what:?}: {notes:?}");

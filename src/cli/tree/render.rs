@@ -32,6 +32,7 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(Size::Own);
     let views = plant_views(&plant, &from, size, args.pictures.fps, task)?;
     let drawing = PlantDrawing::new(&plant, method(args, &plant, task)?, args.compare);
+    let drawing = if views.path.is_some() { drawing.with_frames() } else { drawing };
     let mut drawing = match has_shadows(args) {
         true => task.timed("shadows", || drawing.with_shadows(task))?,
         false => drawing,
@@ -199,5 +200,19 @@ fn similarity_table(compared: &[Compared]) -> String {
         height_px: mean(&|of| f64::from(of.height_px)).round() as u32,
     };
     let speedup = shown.iter().map(|(of, _)| of.speedup).sum::<f64>() / shown.len().max(1) as f64;
-    text + &line("mean", &similarity, speedup)
+    text + &line("mean", &similarity, speedup) + &jumps(compared)
+}
+
+/// Returns the line on jumps between frames, where there are frames.
+fn jumps(compared: &[Compared]) -> String {
+    let with_jumps = || compared.iter().filter_map(|of| of.jump.map(|jump| (of, jump)));
+    let Some((at, largest)) = with_jumps().max_by(|a, b| a.1.most.total_cmp(&b.1.most)) else {
+        return String::new();
+    };
+    let mean = with_jumps().map(|(_, jump)| jump.mean).sum::<f64>() / with_jumps().count() as f64;
+    format!(
+        "from frame to frame, blocks of 8 x 8 pixels change by {mean:.2} steps of 255 more or less than those of polygons on average, and by {:.1} \
+         at most (frame {})\n",
+        largest.most, at.view
+    )
 }

@@ -93,8 +93,9 @@ fn a_far_branch_is_as_bright_as_its_polygons_from_any_side_of_the_sun_and_would_
         let off = directions.map(|towards| {
             let view = from(&plant, towards, 12);
             let truth = brute(&plant, &view);
-            let light =
-                similarity(&truth, &flaked(&plant, images, &view, &FlakeOptions::PREVIEW)).unwrap().light;
+            // From images alone.
+            let options = FlakeOptions { walk: WalkOptions { threshold: 9.0 }, ..FlakeOptions::PREVIEW };
+            let light = similarity(&truth, &flaked(&plant, images, &view, &options)).unwrap().light;
             (light - 1.0).abs()
         });
         off.into_iter().fold(0.0, f64::max)
@@ -109,16 +110,17 @@ fn open_share(options: &FlakeOptions) -> f64 {
     let images = bake(&plant, &BakeOptions { side: 24, least_side: 24, ..SLABS }, &Task::silent()).unwrap();
     let mut rng = Rng::new(31);
     let (mut count, mut open) = (0, 0.0);
-    for side in [26, 40, 26, 40, 26, 40] {
+    for side in [26, 20, 26, 20, 26, 20] {
         let mut axis = || rng.between(-1.0, 1.0);
         let view = from(&plant, DVec3::new(axis(), axis(), axis()), side);
-        // The finest image has 24 pixels across the ball, which takes some 24 and 37 pixels here.
-        let options = FlakeOptions { walk: WalkOptions { threshold: 2.0 }, ..*options };
+        // The finest image has 24 pixels across the ball, which takes some 24 and 19 pixels here; a pixel of it on the near side takes up
+        // to one and a half.
+        let options = FlakeOptions { walk: WalkOptions { threshold: 9.0 }, ..*options };
         let (truth, picture) = (brute(&plant, &view), flaked(&plant, &images, &view, &options));
         let inside = truth.pixels().iter().zip(picture.pixels()).filter(|(truth, _)| truth[3] == 255);
         inside.for_each(|(_, pixel)| (count, open) = (count + 1, open + 1.0 - f64::from(pixel[3]) / 255.0));
     }
-    assert!(count > 2000);
+    assert!(count > 1500, "{count}");
     open / f64::from(count)
 }
 

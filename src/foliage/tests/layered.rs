@@ -93,17 +93,18 @@ fn no_background_shines_through_a_ball_of_bark() {
     let images = bake(&plant, &BakeOptions { side: 24, least_side: 24, ..SMALL }, &Task::silent()).unwrap();
     assert!(images.objects[0].is_some());
     let mut rng = Rng::new(31);
-    for side in [26, 40] {
+    for side in [26, 20] {
         let mut axis = || rng.between(-1.0, 1.0);
         let view = from(&plant, DVec3::new(axis(), axis(), axis()), side);
-        // The finest image has 24 pixels across the ball, which takes some 24 and 37 pixels here.
-        let options = LayeredOptions { walk: WalkOptions { threshold: 2.0 }, ..LayeredOptions::PREVIEW };
+        // The finest image has 24 pixels across the ball, which takes some 24 and 19 pixels here; a pixel of it on the near side takes up
+        // to one and a half.
+        let options = LayeredOptions { walk: WalkOptions { threshold: 9.0 }, ..LayeredOptions::PREVIEW };
         let (truth, picture) = (brute(&plant, &view), layered(&plant, &images, &view, &options));
         let inside = truth.pixels().iter().zip(picture.pixels()).filter(|(truth, _)| truth[3] == 255);
         let (count, open) = inside.fold((0u32, 0.0), |(count, open), (_, pixel)| {
             (count + 1, open + 1.0 - f64::from(pixel[3]) / 255.0)
         });
-        assert!(count > 300 && open / f64::from(count) < 0.01, "{side}: {open} of {count}");
+        assert!(count > 150 && open / f64::from(count) < 0.01, "{side}: {open} of {count}");
     }
 }
 
@@ -197,16 +198,17 @@ fn any_plant(rng: &mut Rng) -> Plant {
 }
 
 #[test]
-fn a_walk_draws_every_instance_exactly_once_itself_or_by_one_above_it() {
+fn a_walk_draws_every_instance_in_each_sub_pixel_exactly_once_itself_or_by_one_above_it() {
     let mut rng = Rng::new(34);
-    let (mut by_image, mut by_polygons) = (0, 0);
+    let (mut by_image, mut by_polygons, mut in_part) = (0, 0, 0);
     for _ in 0..300 {
         let plant = any_plant(&mut rng);
         let images = any_images(&plant, &mut rng);
         let view = from(&plant, DVec3::new(1.0, 0.5, 0.3), 64);
         let options = WalkOptions { threshold: rng.between(0.05, 3.0) };
         let drawn = walk(&plant, &images, &view, &options, 5);
-        let triangles = |Drawn { object, part, .. }: &Drawn| {
+        let mut triangles = |Drawn { object, part, door, .. }: &Drawn| {
+            in_part += u32::from(!door.is_wide());
             let of = &plant.objects[*object];
             match part {
                 Part::Image(_) => {
@@ -219,13 +221,23 @@ fn a_walk_draws_every_instance_exactly_once_itself_or_by_one_above_it() {
                 }
             }
         };
-        assert_eq!(drawn.iter().map(triangles).sum::<u64>(), plant.whole().counts.triangles);
-        let mut paths: Vec<u64> = drawn.iter().map(|drawn| drawn.path).collect();
-        paths.sort_unstable();
-        paths.dedup();
-        assert_eq!(paths.len(), drawn.len(), "each instance has a way of its own");
+        let triangles: Vec<u64> = drawn.iter().map(&mut triangles).collect();
+        for (x, y) in [(0, 0), (17, 40), (63, 9)] {
+            let open = |drawn: &Drawn| u64::from(drawn.door.open_at(x, y).count_ones());
+            let in_sub_pixels =
+                drawn.iter().zip(&triangles).map(|(drawn, triangles)| open(drawn) * triangles);
+            assert_eq!(in_sub_pixels.sum::<u64>(), 16 * plant.whole().counts.triangles);
+        }
+        let key = |drawn: &Drawn| match drawn.part {
+            Part::Image(copy) => (drawn.path, copy),
+            Part::Polygons => (drawn.path, usize::MAX),
+        };
+        let mut parts: Vec<_> = drawn.iter().map(key).collect();
+        parts.sort_unstable();
+        parts.dedup();
+        assert_eq!(parts.len(), drawn.len(), "each instance has a way of its own");
     }
-    assert!(by_image > 100 && by_polygons > 100, "{by_image} {by_polygons}");
+    assert!(by_image > 100 && by_polygons > 100 && in_part > 100, "{by_image} {by_polygons} {in_part}");
 }
 
 #[test]
@@ -241,22 +253,26 @@ fn the_coarsest_image_that_is_fine_enough_serves_and_none_behind_or_around_the_v
     };
     let copies = [0.01, 0.02, 0.04].map(|share| copy(share * radius)).to_vec();
     images.objects[plant.root] = Some(ObjectImages { copies, through: glam::Vec3::ONE });
-    let part = |view: &View, threshold: f64| {
+    let parts = |view: &View, threshold: f64| {
         let drawn = walk(&plant, &images, view, &WalkOptions { threshold }, 0);
-        drawn.first().map(|drawn| drawn.part)
+        drawn.iter().map(|drawn| drawn.part).collect::<Vec<_>>()
     };
     // The nearest point is 3 radii away: a radius has 76 pixels there at most.
     let view = from(&plant, DVec3::X, 120);
     let of_radius = 1.9 * 120.0 / 3.0;
     for (copy, share) in [0.01, 0.02, 0.04].into_iter().enumerate() {
         let needed = share * of_radius;
-        assert_eq!(part(&view, 1.02 * needed), Some(Part::Image(copy)));
-        assert_ne!(part(&view, 0.98 * needed), Some(Part::Image(copy)));
+        let alone = needed / WalkOptions { threshold: 1.0 }.alone();
+        assert_eq!(parts(&view, 1.02 * alone), [Part::Image(copy)]);
+        // The instance's dissolve is within the lower tenth of the threshold.
+        assert_eq!(parts(&view, 1.15 * needed)[0], Part::Image(copy));
+        assert!(parts(&view, 1.15 * needed).len() > 1);
+        assert!(!parts(&view, 0.98 * needed).contains(&Part::Image(copy)));
     }
     let ball = plant.whole().bounds.ball;
     let inside =
         View::perspective(centred(64, 64, 64.0), &look_at(ball.middle, ball.middle + DVec3::X), &ball);
-    assert_eq!(part(&inside, 1e9), Some(Part::Polygons));
+    assert_eq!(parts(&inside, 1e9)[0], Part::Polygons);
     let away = look_at(ball.middle + 3.0 * radius * DVec3::X, ball.middle + 9.0 * radius * DVec3::X);
-    assert_eq!(part(&View::perspective(centred(64, 64, 64.0), &away, &ball), 1e9), None);
+    assert_eq!(parts(&View::perspective(centred(64, 64, 64.0), &away, &ball), 1e9), []);
 }

@@ -2,11 +2,14 @@
 //! large in a view is drawn as polygons (`shaders/plants.wgsl`), the rest from images ([`flakes`], [`flaked`]).
 
 pub(super) mod daylight;
+mod door;
 pub(super) mod flake;
 pub(super) mod flaked;
 pub(super) mod flakes;
 mod flakes_narrow;
 mod flakes_wide;
+#[cfg(test)]
+mod motion_tests;
 mod painted;
 pub(super) mod species;
 pub(super) mod stock;
@@ -78,8 +81,17 @@ impl TreeProgram {
     }
 }
 
-/// A pipeline's program, whether it cuts out pictures, and its samples per pixel.
-type Key = (TreeProgram, bool, u32);
+/// What the drawing of polygons leaves out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Cuts {
+    /// What a picture cuts out.
+    pub by_picture: bool,
+    /// Sub-pixels in which a door is closed.
+    pub by_door: bool,
+}
+
+/// A pipeline's program, what it leaves out, and its samples per pixel.
+type Key = (TreeProgram, Cuts, u32);
 
 /// The trees of a site on the device, and what a view shows of them.
 #[derive(Debug)]
@@ -192,11 +204,13 @@ fn tree_layout(gpu: &Gpu) -> BindGroupLayout {
 }
 
 /// Returns the complete WGSL source of a program.
-pub(super) fn source(is_cut: bool) -> String {
-    format!("const CUT = {is_cut};\n{SURFACES}{}{PLANTS}", daylight::SOURCE)
+pub(super) fn source(cuts: Cuts) -> String {
+    let Cuts { by_picture, by_door } = cuts;
+    let constants = format!("const CUT = {by_picture};\nconst DOOR = {by_door};\n");
+    [&constants, SURFACES, daylight::SOURCE, door::SOURCE, PLANTS].concat()
 }
 
-fn pipeline(gpu: &Gpu, (program, is_cut, samples): Key, layouts: &[BindGroupLayout; 4]) -> RenderPipeline {
+fn pipeline(gpu: &Gpu, (program, cuts, samples): Key, layouts: &[BindGroupLayout; 4]) -> RenderPipeline {
     let corner = wgpu::VertexBufferLayout {
         array_stride: size_of::<CornerWords>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
@@ -205,9 +219,9 @@ fn pipeline(gpu: &Gpu, (program, is_cut, samples): Key, layouts: &[BindGroupLayo
     let instance = wgpu::VertexBufferLayout {
         array_stride: size_of::<InstanceWords>() as u64,
         step_mode: wgpu::VertexStepMode::Instance,
-        attributes: &wgpu::vertex_attr_array![3 => Float32x4, 4 => Float32x4, 5 => Float32x4],
+        attributes: &wgpu::vertex_attr_array![3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 7 => Uint32],
     };
-    let (source, buffers) = (source(is_cut), [Some(corner), Some(instance)]);
+    let (source, buffers) = (source(cuts), [Some(corner), Some(instance)]);
     tree_pipeline(gpu, (program, samples), (&source, "grown", &buffers), &layouts.each_ref())
 }
 

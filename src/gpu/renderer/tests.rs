@@ -14,7 +14,7 @@ use super::plants::flake::{FlakeImageWords, FlakeRowsWords};
 use super::plants::flaked::{self, ShownWords};
 use super::plants::flakes::{self, Run};
 use super::plants::species::MatterWords;
-use super::plants::{self, TreeWords};
+use super::plants::{self, Cuts, TreeWords};
 use super::program::{Content, Program};
 use super::project::{PhotoTable, source};
 use super::shadows::{ShadowsWords, SunViewWords};
@@ -149,8 +149,8 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
 
 #[test]
 fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
-    for is_cut in [false, true] {
-        let source = plants::source(is_cut);
+    for (by_picture, by_door) in [(false, false), (true, false), (false, true), (true, true)] {
+        let source = plants::source(Cuts { by_picture, by_door });
         let module =
             naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
         let capabilities = Capabilities::MULTISAMPLED_SHADING;
@@ -178,7 +178,7 @@ fn passes_over_images_of_trees_are_valid_and_their_structs_lie_alike() {
         for run in [Run::Only, Run::First, Run::Second] {
             let module = valid(flakes::source(samples, run));
             assert_alike!(&module, "FlakeImage", FlakeImageWords: right down forward normal_right delta normal_down
-                depth_step normal_forward first_depth through half gain length first count before open opens_at seed tree species);
+                depth_step normal_forward first_depth through half gain length first count before of_direction of_part tree species pad0);
             assert_alike!(&module, "FlakeRows", FlakeRowsWords: first count width pad0);
         }
         let module = valid(flaked::source(samples));

@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::foliage::{
-    Caster, FlakeOptions, ImageCost, LayeredOptions, Light, Openness, Plant, PlantImages, Shades, Shadow,
-    Similarity, SunShade, View, draw, draw_flakes, draw_layered, draw_shaded, similarity,
+    Caster, FlakeOptions, ImageCost, Jump, LayeredOptions, Light, Openness, Plant, PlantImages, Shades,
+    Shadow, Similarity, SunShade, View, draw, draw_flakes, draw_layered, draw_shaded, jump, similarity,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Picture;
@@ -103,6 +103,8 @@ pub struct Compared {
     pub similarity: Option<Similarity>,
     /// The seconds that brute force took for it, over those that the method took.
     pub speedup: f64,
+    /// What it changes by since the frame before that brute force does not change by; `None` for views that are no frames, and for the first.
+    pub jump: Option<Jump>,
 }
 
 /// Draws views of a plant by day.
@@ -117,6 +119,10 @@ pub struct PlantDrawing<'a> {
     pub layered: ImageCost,
     /// The views that were compared so far; `None` where none shall be.
     pub compared: Option<Vec<Compared>>,
+    /// Whether views are the frames of a flight.
+    is_flight: bool,
+    /// The last frame that was compared: by brute force, and as it was drawn.
+    before: Option<[Picture; 2]>,
 }
 
 impl<'a> PlantDrawing<'a> {
@@ -130,7 +136,15 @@ impl<'a> PlantDrawing<'a> {
             triangles: 0,
             layered: ImageCost::default(),
             compared: compares.then(Vec::new),
+            is_flight: false,
+            before: None,
         }
+    }
+
+    /// Takes views as the frames of a flight, so that comparisons tell of jumps, too.
+    pub fn with_frames(mut self) -> Self {
+        self.is_flight = true;
+        self
     }
 
     /// Prepares the same with the plant's shadows on itself: the sun's, and what its crown keeps from sky and ground. Pictures from
@@ -182,7 +196,14 @@ impl<'a> PlantDrawing<'a> {
             let truth = task.timed("brute force", || draw(self.plant, &view, &self.light, task))?.picture;
             let speedup = began.elapsed().as_secs_f64() / seconds.max(f64::MIN_POSITIVE);
             let similarity = similarity(&truth, &picture);
-            compared.push(Compared { view: requested.name.clone(), similarity, speedup });
+            let frame = [truth, picture.clone()];
+            let before = self
+                .before
+                .as_ref()
+                .filter(|of| of[0].width == picture.width && of[0].height == picture.height);
+            let jump = before.and_then(|of| jump([&of[0], &frame[0]], [&of[1], &frame[1]]));
+            compared.push(Compared { view: requested.name.clone(), similarity, speedup, jump });
+            self.before = self.is_flight.then_some(frame);
         }
         Ok(picture)
     }

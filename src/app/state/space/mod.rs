@@ -14,6 +14,8 @@ pub mod sight;
 pub mod travel;
 pub mod visibility;
 
+use std::time::Duration;
+
 use self::brush::SpaceBrush;
 use self::exploded::Exploded;
 use self::images::{DrawnFrom, SpaceImages};
@@ -25,13 +27,15 @@ use super::session::Session;
 use crate::projection::flight::FrameLens;
 use crate::projection::hidden::HiddenFaces;
 use crate::projection::navigation::Viewpoint;
-use crate::projection::{DisplayMode, Quality};
+use crate::projection::{DisplayMode, Quality, Shot};
 use crate::recipe::ldi::live::LiveOptions;
 use crate::recipe::render::Appearance;
 use crate::scene::{FaceId, PhotoId};
 
 /// The time without a change after which the view is drawn in final quality, in seconds.
 const RESTS_S: f64 = 0.25;
+/// The time that trees may take in a picture of a moving view: more than half of that of all of it ([`DrawingPace`]).
+const TREES_WITHIN: Duration = Duration::from_millis(30);
 /// The time for which a picture may be another one than is asked for before the view says so, in seconds: a moving view
 /// is always one picture behind.
 const BEHIND_S: f64 = 0.3;
@@ -261,7 +265,10 @@ impl Space {
         let [width, height] = self.size_px.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
         let quality = if rests { Quality::Final } else { Quality::Preview };
         let look = Appearance { quality, ..self.look.clone() };
+        // A view at rest shows trees as fine as they are.
+        let trees_within = (!rests).then_some(TREES_WITHIN);
         let shot = look.shot(self.viewpoint.camera(width, height), self.viewpoint.pose);
+        let shot = Shot { trees_within, ..shot };
         let (lens, from) = (self.viewpoint.lens, self.drawn_from(moves, scale));
         Request { shot, lens, from, yields: !moves, background, revision: self.revision }
     }

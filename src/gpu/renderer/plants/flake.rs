@@ -38,11 +38,11 @@ pub struct FlakeImageWords {
     pub first: u32,
     pub count: u32,
     pub before: u32,
-    pub open: u32,
-    pub opens_at: u32,
-    pub seed: u32,
+    pub of_direction: u32,
+    pub of_part: u32,
     pub tree: u32,
     pub species: u32,
+    pub pad0: u32,
 }
 
 /// The rows that are drawn together in the layout of the shader (`FlakeRows`), which documents the fields.
@@ -126,9 +126,8 @@ impl SpeciesImages {
             length: image.length,
             first: start,
             count: end - start,
-            open: image.open[0],
-            opens_at: image.open[1],
-            seed: image.seed,
+            of_direction: image.of_direction.word(),
+            of_part: image.of_part.word(),
             ..FlakeImageWords::zeroed()
         }
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline, ShaderStages};
 
 use super::flake::{self, FlakeImageWords, FlakeRowsWords, SpeciesImages};
-use super::{flakes_narrow, flakes_wide};
+use super::{door, flakes_narrow, flakes_wide};
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::project::SURFACES;
@@ -25,7 +25,7 @@ pub fn source(samples: u32, run: Run) -> String {
         Run::First => flakes_narrow::source(false),
         Run::Second => flakes_narrow::source(true),
     };
-    [SURFACES, &flake::source(samples), &keep, FLAKES].concat()
+    [SURFACES, door::SOURCE, &flake::source(samples), &keep, FLAKES].concat()
 }
 
 /// A run over the samples.

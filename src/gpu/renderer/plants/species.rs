@@ -13,11 +13,11 @@ use super::daylight::CrownTextures;
 use super::flake::{SpeciesImages, rows_of};
 use super::painted::Painted;
 use crate::error::{Error, Result};
-use crate::foliage::{Material, Mesh, Pixels, Plant, Use, WoodSpecies, Wrap};
+use crate::foliage::{Door, Material, Mesh, Pixels, Plant, Use, WoodSpecies, Wrap};
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 
-/// The largest number of instances of sub-objects of a species that are drawn as polygons, 48 bytes each.
+/// The largest number of instances of sub-objects of a species that are drawn as polygons, 52 bytes each.
 const MOST_INSTANCES: u64 = 4_000_000;
 
 /// The attributes of a corner in the layout of the shader (`PlantCorner`).
@@ -31,10 +31,15 @@ pub struct CornerWords {
     change: [f32; 3],
 }
 
-/// The attributes of an instance likewise: the rows of its map to the plant's frame.
+/// The attributes of an instance likewise.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct InstanceWords([[f32; 4]; 3]);
+pub struct InstanceWords {
+    /// The rows of its map to the plant's frame.
+    rows: [[f32; 4]; 3],
+    /// [`Door::word`].
+    door: u32,
+}
 
 /// A material in the layout of the shader (`Matter`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -127,7 +132,7 @@ impl SpeciesBuffers {
         let (mut words, mut of_object) = (Vec::new(), Vec::new());
         for maps in instances(plant) {
             let first = words.len() as u32;
-            words.extend(maps.iter().map(instance_words));
+            words.extend(maps.iter().map(|map| InstanceWords::new(map, &Door::wide(0))));
             of_object.push(first..words.len() as u32);
         }
         let words = bindings::filled(gpu, "instances", &words, BufferUsages::VERTEX);
@@ -169,9 +174,11 @@ fn instances(plant: &Plant) -> Vec<Vec<DAffine3>> {
     found
 }
 
-/// Returns the attributes of an instance: the rows of its map.
-pub fn instance_words(map: &DAffine3) -> InstanceWords {
-    InstanceWords(rows_of(map))
+impl InstanceWords {
+    /// Returns the attributes of an instance that is drawn through a door.
+    pub fn new(map: &DAffine3, door: &Door) -> Self {
+        Self { rows: rows_of(map), door: door.word() }
+    }
 }
 
 fn mesh_buffers(gpu: &Gpu, painted: &Painted, object: usize, material: BindGroup) -> MeshBuffers {

@@ -9,14 +9,14 @@ use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages};
 use super::flake::SpeciesImages;
 use super::flaked::ShownWords;
 use super::species::{SpeciesBuffers, material_layout};
-use super::{Key, TreeProgram, TreeWords, daylight, pipeline, tree_layout};
+use super::{Cuts, Key, TreeProgram, TreeWords, daylight, pipeline, tree_layout};
 use crate::error::Result;
-use crate::foliage::{FlakeOptions, InView, View, Wood, WoodSpecies, in_view};
+use crate::foliage::{InView, View, WalkOptions, Wood, WoodSpecies, in_view};
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::target::FLAT_LINEAR;
 use crate::projection::legend::{self, colour_of_number, linear};
-use crate::projection::{DisplayMode, Quality, Shot, TREE};
+use crate::projection::{DisplayMode, Shot, TREE};
 
 /// Trees and species on the device.
 #[derive(Debug)]
@@ -77,26 +77,25 @@ impl Stock {
         depths.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
-    /// Makes the pipelines of a program with so many samples a pixel.
-    pub fn want_pipelines(&mut self, gpu: &Gpu, (program, samples): (TreeProgram, u32)) {
+    /// Makes the pipelines of a program with so many samples a pixel; those through doors where `in_part` is true.
+    pub fn want_pipelines(&mut self, gpu: &Gpu, (program, samples): (TreeProgram, u32), in_part: bool) {
         let layouts = &self.layouts;
-        for cut in [false, true] {
-            let key = (program, cut, samples);
+        let by_doors: &[bool] = if in_part { &[false, true] } else { &[false] };
+        let all =
+            by_doors.iter().flat_map(|&by_door| [false, true].map(|by_picture| Cuts { by_picture, by_door }));
+        for cuts in all {
+            let key = (program, cuts, samples);
             self.pipelines.entry(key).or_insert_with(|| pipeline(gpu, key, layouts));
         }
     }
 
     /// Returns what a view shows of a tree that has images.
-    pub fn seen(&self, shot: &Shot, number: usize, images: &SpeciesImages) -> InView {
+    pub fn seen(&self, shot: &Shot, number: usize, images: &SpeciesImages, options: &WalkOptions) -> InView {
         let tree = &self.wood.trees[number];
         let plant = &self.wood.species[tree.species].plant;
         let ball = plant.whole().bounds.ball;
         let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &ball);
-        let options = match shot.quality {
-            Quality::Preview => FlakeOptions::PREVIEW,
-            Quality::Final => FlakeOptions::FINAL,
-        };
-        in_view(plant, &images.images, &view, &options.walk, u64::from(tree.number))
+        in_view(plant, &images.images, &view, options, u64::from(tree.number))
     }
 
     /// Returns what a view shows of a tree.

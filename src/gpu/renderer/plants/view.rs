@@ -1,7 +1,9 @@
 //! What a view shows of the trees of a site: which parts of them are drawn from images and which as polygons, and the drawing.
 
+use std::cell::Cell;
 use std::num::NonZeroU64;
 use std::ops::Range;
+use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -11,15 +13,18 @@ use super::daylight::DaylightWords;
 use super::flake::{FlakeImageWords, rows_of};
 use super::flaked::{Flaked, ShownWords};
 use super::flakes::Flakes;
-use super::species::instance_words;
+use super::species::InstanceWords;
 use super::stock::Stock;
-use super::{TreeProgram, TreeWords};
+use super::{Cuts, TreeProgram, TreeWords};
 use crate::error::Result;
-use crate::foliage::{Ball, ImageInView, InView, Tree, WoodSpecies, sees};
+use crate::foliage::{
+    Ball, FlakeOptions, ImageInView, InView, PolygonsInView, Tree, TreeCost, TreePace, WalkOptions,
+    WoodSpecies, sees,
+};
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::table::GrowingBuffer;
-use crate::projection::{Shot, TreeMethod};
+use crate::projection::{Quality, Shot, TreeMethod};
 
 /// The trees of a view on the device.
 #[derive(Debug)]
@@ -35,6 +40,10 @@ pub struct PlantsView {
     flaked: Flaked,
     /// Whether images are in view.
     has_images: bool,
+    /// How fine they are in pictures that follow each other, and the time that trees may take in this one.
+    pace: Cell<TreePace>,
+    within: Option<Duration>,
+    cost: TreeCost,
 }
 
 /// Instances of a sub-object's triangles that are drawn as polygons.
@@ -47,6 +56,8 @@ struct PolygonDraw {
     object: Option<usize>,
     /// In [`PlantsView::parts`]; those of all sub-objects are in [`super::species::SpeciesBuffers::instances`].
     instances: Range<u32>,
+    /// Whether they are drawn in part of the sub-pixels.
+    in_part: bool,
 }
 
 impl PlantsView {
@@ -60,6 +71,9 @@ impl PlantsView {
             flakes: Flakes::new(gpu),
             flaked: Flaked::new(gpu),
             has_images: false,
+            pace: Cell::default(),
+            within: None,
+            cost: TreeCost::default(),
         }
     }
 
@@ -90,13 +104,23 @@ impl PlantsView {
         self.write_parts(gpu, stock, shot, (&in_view, samples))?;
         let exposure = DVec3::from_array(of_common).as_vec3();
         self.write_trees(gpu, stock, shot, (&in_view, exposure));
-        stock.want_pipelines(gpu, (program, samples));
+        let in_part = self.polygons.iter().any(|draw| draw.in_part);
+        stock.want_pipelines(gpu, (program, samples), in_part);
         if self.has_images {
             let shown: Vec<ShownWords> =
                 in_view.iter().map(|number| stock.shown(shot, *number, exposure)).collect();
             self.flaked.prepare(gpu, &shown, (program, samples), [&stock.layouts[0], &stock.layouts[3]]);
         }
         Ok(true)
+    }
+
+    /// Returns when images serve in a view.
+    fn options(&self, shot: &Shot) -> WalkOptions {
+        match (shot.quality, shot.trees_within) {
+            (Quality::Preview, Some(_)) => WalkOptions { threshold: self.pace.get().threshold() },
+            (Quality::Preview, None) => FlakeOptions::PREVIEW.walk,
+            (Quality::Final, _) => FlakeOptions::FINAL.walk,
+        }
     }
 
     /// Finds what of the trees in view is drawn from images, and what as polygons.
@@ -107,9 +131,10 @@ impl PlantsView {
         shot: &Shot,
         (in_view, samples): (&[usize], u32),
     ) -> Result<()> {
+        let options = self.options(shot);
         let from_images = |number: usize| {
             let images = stock.species[stock.wood.trees[number].species].images.as_ref()?;
-            (shot.trees == TreeMethod::Flakes).then(|| stock.seen(shot, number, images))
+            (shot.trees == TreeMethod::Flakes).then(|| stock.seen(shot, number, images, &options))
         };
         let seen: Vec<Option<InView>> = in_view.par_iter().map(|number| from_images(*number)).collect();
         let (mut images, mut parts) = (vec![Vec::new(); stock.species.len()], Vec::new());
@@ -121,7 +146,13 @@ impl PlantsView {
             let Some((InView { images: of_tree, polygons }, of_species)) = seen.zip(buffers.images.as_ref())
             else {
                 buffers.want_instances(gpu, plant)?;
-                self.polygons.push(PolygonDraw { slot, species, object: None, instances: 0..0 });
+                self.polygons.push(PolygonDraw {
+                    slot,
+                    species,
+                    object: None,
+                    instances: 0..0,
+                    in_part: false,
+                });
                 continue;
             };
             let words = |image: &ImageInView| FlakeImageWords {
@@ -130,21 +161,36 @@ impl PlantsView {
                 ..of_species.words(plant, image)
             };
             images[species].extend(of_tree.iter().map(words));
-            for of_object in polygons.chunk_by(|(a, _), (b, _)| a == b) {
+            let kind = |of: &PolygonsInView| (of.object, !of.door.is_wide());
+            for alike in polygons.chunk_by(|a, b| kind(a) == kind(b)) {
                 let first = parts.len() as u32;
-                parts.extend(
-                    of_object.iter().map(|(_, camera_from_object)| instance_words(camera_from_object)),
-                );
-                let (object, instances) = (Some(of_object[0].0), first..parts.len() as u32);
-                self.polygons.push(PolygonDraw { slot, species, object, instances });
+                parts.extend(alike.iter().map(|of| InstanceWords::new(&of.view_from_object, &of.door)));
+                let ((object, in_part), instances) = (kind(&alike[0]), first..parts.len() as u32);
+                self.polygons.push(PolygonDraw { slot, species, object: Some(object), instances, in_part });
             }
         }
         if !parts.is_empty() {
             self.parts.write(gpu, &parts);
         }
         let size = [shot.camera.width, shot.camera.height, samples];
+        self.within = shot.trees_within.filter(|_| shot.quality == Quality::Preview);
+        self.cost = self.cost_of(stock, &images);
         self.has_images = self.flakes.prepare(gpu, &mut images.concat(), stock.species.len(), size);
         Ok(())
+    }
+
+    /// Returns what the parts in view cost; trees that are drawn as polygons alone, whatever their size in the view, are left out.
+    fn cost_of(&self, stock: &Stock, images: &[Vec<FlakeImageWords>]) -> TreeCost {
+        let triangles = |draw: &PolygonDraw| {
+            let meshes =
+                stock.species[draw.species].meshes.iter().filter(|mesh| draw.object == Some(mesh.object));
+            let each: u64 = meshes.map(|mesh| u64::from(mesh.index_count / 3)).sum();
+            each * draw.instances.len() as u64
+        };
+        TreeCost {
+            samples: images.iter().flatten().map(|image| u64::from(image.count)).sum(),
+            triangles: self.polygons.iter().map(triangles).sum(),
+        }
     }
 
     fn write_trees(&mut self, gpu: &Gpu, stock: &Stock, shot: &Shot, (in_view, exposure): (&[usize], Vec3)) {
@@ -170,7 +216,8 @@ impl PlantsView {
         self.trees.write(gpu, &bytes);
     }
 
-    /// Finds the nearest samples of images in view, before the trees are drawn.
+    /// Finds the nearest samples of images in view, before the trees are drawn. Where trees may take so much time and no more, this is
+    /// waited for, and the next picture follows from how long it took.
     pub fn find(
         &self,
         gpu: &Gpu,
@@ -178,9 +225,24 @@ impl PlantsView {
         encoder: &mut wgpu::CommandEncoder,
         frame: wgpu::BindingResource,
     ) {
-        if self.has_images {
-            self.flakes.record(gpu, encoder, frame, &stock.images());
+        if !self.has_images {
+            return;
         }
+        let Some(within) = self.within else {
+            return self.flakes.record(gpu, encoder, frame, &stock.images());
+        };
+        // Waiting fails for a lost device alone, of which the drawing tells.
+        let wait = || gpu.device.poll(wgpu::PollType::wait_indefinitely()).is_ok();
+        let mut apart = gpu.device.create_command_encoder(&Default::default());
+        self.flakes.record(gpu, &mut apart, frame, &stock.images());
+        wait();
+        let (began, mut pace) = (Instant::now(), self.pace.get());
+        gpu.queue.submit([apart.finish()]);
+        if wait() {
+            pace.learn(self.cost.samples, began.elapsed().as_secs_f64());
+        }
+        pace.follow(self.cost, within.as_secs_f64());
+        self.pace.set(pace);
     }
 
     /// Draws the trees in view, for which [`Self::prepare`] was called.
@@ -227,7 +289,8 @@ impl PlantsView {
             species.meshes.iter().filter(|mesh| draw.object.is_none_or(|object| object == mesh.object))
         {
             let instances = all.map_or(&draw.instances, |all| &all.of_object[mesh.object]);
-            drawing.set_pipeline(&stock.pipelines[&(program, mesh.is_cut, samples)]);
+            let cuts = Cuts { by_picture: mesh.is_cut, by_door: draw.in_part };
+            drawing.set_pipeline(&stock.pipelines[&(program, cuts, samples)]);
             drawing.set_bind_group(2, &mesh.material, &[]);
             drawing.set_vertex_buffer(0, mesh.corners.slice(..));
             drawing.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);

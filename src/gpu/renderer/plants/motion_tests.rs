@@ -1,0 +1,94 @@
+//! Trees in views that move: parts that dissolve, and images that keep up.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use glam::DVec3;
+
+use super::tests::{measured, oak, renderer, with_images, wood};
+use crate::foliage::{FlakeOptions, View, Wood, in_view};
+use crate::gpu::Gpu;
+use crate::left_out::on_adapter;
+use crate::projection::{Picture, Quality, Renders, Shot, TreeMethod};
+use crate::scene::Model;
+use crate::scene::synthetic::{centred, look_at};
+use crate::task::Task;
+
+/// One oak with images.
+fn one_oak() -> Wood {
+    let mut wood = with_images(wood(oak()));
+    wood.trees.truncate(1);
+    wood
+}
+
+/// A view from so many radii away.
+fn from(wood: &Wood, distance: f64, quality: Quality) -> Shot {
+    let ball = wood.species[0].plant.whole().bounds.ball;
+    let eye = ball.middle + distance * ball.radius * DVec3::new(0.4, -0.9, 0.2).normalize();
+    Shot { quality, ..Shot::new(centred(240, 200, 250.0), look_at(eye, ball.middle)) }
+}
+
+#[test]
+fn images_and_the_parts_that_they_dissolve_into_share_the_samples() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let wood = one_oak();
+    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let mut in_part = [0, 0];
+    for step in 0..9 {
+        let distance = 1.3 * 1.45f64.powi(step);
+        for (quality, walk) in
+            [(Quality::Preview, FlakeOptions::PREVIEW.walk), (Quality::Final, FlakeOptions::FINAL.walk)]
+        {
+            let shot = from(&wood, distance, quality);
+            let (species, tree) = (&wood.species[0], &wood.trees[0]);
+            let ball = species.plant.whole().bounds.ball;
+            let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &ball);
+            let seen = in_view(&species.plant, species.images.as_ref().unwrap(), &view, &walk, 0);
+            in_part[0] += seen.images.iter().filter(|image| !image.of_part.is_wide()).count();
+            in_part[1] += seen.polygons.iter().filter(|polygons| !polygons.door.is_wide()).count();
+            let found = renderer.picture(&shot, &Task::silent()).unwrap();
+            let polygons = Shot { trees: TreeMethod::Polygons, ..shot };
+            let expected = renderer.picture(&polygons, &Task::silent()).unwrap();
+            let ((area, _), (area_expected, _)) = (measured(&found), measured(&expected));
+            // The goal for coverage at any height; of 100 covered pixels, as many are 5 %.
+            let off = (area - area_expected).abs();
+            assert!(off < 0.05 * area_expected + 3.0, "{distance}, {quality:?}: {area} and {area_expected}");
+        }
+    }
+    assert!(in_part[0] > 10 && in_part[1] > 100, "{in_part:?}");
+}
+
+#[test]
+fn where_trees_may_take_no_time_they_become_coarser_picture_by_picture_and_fine_again_where_they_may() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let wood = one_oak();
+    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let mut drawn = |shot: &Shot, within: Option<Duration>| -> Picture {
+        renderer.picture(&Shot { trees_within: within, ..shot.clone() }, &Task::silent()).unwrap()
+    };
+    let shot = from(&wood, 3.2, Quality::Preview);
+    let fine = drawn(&shot, None);
+    let (none, plenty) = (Some(Duration::from_nanos(1)), Some(Duration::from_secs(3600)));
+    // The first picture is the same, since nothing is known of the device before it.
+    assert!(drawn(&shot, none) == fine);
+    let changes: Vec<usize> = (0..30)
+        .scan(fine.clone(), |before, _| {
+            let next = drawn(&shot, none);
+            let changed = before.pixels().iter().zip(next.pixels()).filter(|(a, b)| a != b).count();
+            *before = next;
+            Some(changed)
+        })
+        .collect();
+    // It changes by steps, to the coarsest that is allowed.
+    assert!(changes[0] > 0 && changes[29] == 0, "{changes:?}");
+    let coarse = drawn(&shot, none);
+    let ((area, _), (area_fine, _)) = (measured(&coarse), measured(&fine));
+    let covered = fine.pixels().iter().filter(|pixel| pixel[3] > 0).count();
+    assert!(changes.iter().all(|changed| 3 * changed < covered), "no step changes most pixels: {changes:?}");
+    assert!((area / area_fine - 1.0).abs() < 0.1, "{area} {area_fine}");
+    // What is not limited is as fine as it is at once; what is, becomes so.
+    assert!(coarse != fine && drawn(&shot, None) == fine);
+    let rest = from(&wood, 3.2, Quality::Final);
+    assert!(drawn(&rest, none) == drawn(&rest, None), "final pictures take their time");
+    assert!((0..40).map(|_| drawn(&shot, plenty)).last() == Some(fine));
+}
