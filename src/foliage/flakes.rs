@@ -54,10 +54,10 @@ pub struct FlakeOptions {
 }
 
 impl FlakeOptions {
-    /// Previews: images serve while their pixels are at most 0.7 pixels large.
-    pub const PREVIEW: Self = Self { walk: WalkOptions { threshold: 0.7 }, texels: Texels::Flakes };
+    /// Previews.
+    pub const PREVIEW: Self = Self { walk: WalkOptions::PREVIEW, texels: Texels::Flakes };
     /// Final pictures.
-    pub const FINAL: Self = Self { walk: WalkOptions { threshold: 0.35 }, texels: Texels::Flakes };
+    pub const FINAL: Self = Self { walk: WalkOptions::FINAL, texels: Texels::Flakes };
     /// Previews on planes.
     pub const PREVIEW_PLANES: Self = Self { texels: Texels::Planes { error_px: 1.0 }, ..Self::PREVIEW };
     /// Final pictures on planes.

@@ -7,11 +7,12 @@ use rayon::prelude::*;
 
 use super::brute::sums_of_light;
 use super::directions::Directions;
-use super::flakes::{FlakeOptions, light_of_flakes};
+use super::flakes::light_of_flakes;
 use super::images::{ObjectImages, PlantImages};
 use super::plant::Plant;
 use super::shade::Light;
 use super::view::{Projection, View};
+use super::walk::WalkOptions;
 use crate::error::Result;
 use crate::task::Task;
 
@@ -59,7 +60,7 @@ pub(super) fn measured(
     let deltas: Vec<f64> = images.copies.iter().map(|copy| copy.delta).collect();
     all.objects[object] = Some(images);
     // As large as the copy is where nothing else is drawn of the sub-object.
-    let largest = FlakeOptions::PREVIEW.walk.alone();
+    let largest = WalkOptions::PREVIEW.alone();
     let gain = |delta: f64| {
         let drawn = (0..VIEWS).into_par_iter().map(|number| {
             let view = view(number, largest / delta);

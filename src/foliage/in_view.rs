@@ -63,14 +63,19 @@ pub struct InView {
 /// Returns what is drawn of a plant in a view. `seed` tells one tree from another.
 pub fn in_view(plant: &Plant, images: &PlantImages, view: &View, options: &WalkOptions, seed: u64) -> InView {
     let mut found = InView::default();
+    // By sub-object: drawn in all sub-pixels, or in part of them.
+    let mut polygons = vec![[Vec::new(), Vec::new()]; plant.objects.len()];
     for drawn in walk(plant, images, view, options, seed) {
         let Drawn { object, view_from_object, door, .. } = drawn;
         match drawn.part {
-            Part::Polygons => found.polygons.push(PolygonsInView { object, view_from_object, door }),
+            Part::Polygons => {
+                let of = PolygonsInView { object, view_from_object, door };
+                polygons[object][usize::from(!door.is_wide())].push(of);
+            }
             Part::Image(copy) => add_images(&mut found.images, &drawn, copy, (plant, images), view),
         }
     }
-    found.polygons.sort_by_key(|of| (of.object, !of.door.is_wide()));
+    found.polygons = polygons.into_iter().flatten().flatten().collect();
     found
 }
 

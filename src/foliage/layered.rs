@@ -36,10 +36,10 @@ pub struct LayeredOptions {
 }
 
 impl LayeredOptions {
-    /// Previews: images serve while their pixels are at most 0.7 pixels large.
-    pub const PREVIEW: Self = Self { walk: WalkOptions { threshold: 0.7 }, layers: 4, epsilon_px: 0.5 };
+    /// Previews.
+    pub const PREVIEW: Self = Self { walk: WalkOptions::PREVIEW, layers: 4, epsilon_px: 0.5 };
     /// Final pictures.
-    pub const FINAL: Self = Self { walk: WalkOptions { threshold: 0.35 }, layers: 8, epsilon_px: 0.25 };
+    pub const FINAL: Self = Self { walk: WalkOptions::FINAL, layers: 8, epsilon_px: 0.25 };
 }
 
 /// Draws a plant from its images.

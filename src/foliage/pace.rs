@@ -1,6 +1,6 @@
 //! How fine the images of trees are drawn in pictures that follow each other, so that each takes about a given time.
 
-use super::flakes::FlakeOptions;
+use super::walk::WalkOptions;
 
 /// How the drawing of trees keeps up with a moving view. Between two pictures the threshold changes by at most [`STEP`], and images
 /// dissolve into each other as it does, so that nobody sees it change.
@@ -38,7 +38,7 @@ impl TreeCost {
 
 impl Default for TreePace {
     fn default() -> Self {
-        Self { threshold: FlakeOptions::PREVIEW.walk.threshold, per_cost_s: None }
+        Self { threshold: WalkOptions::PREVIEW.threshold, per_cost_s: None }
     }
 }
 
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn quick_trees_are_as_fine_as_previews_and_very_slow_ones_no_coarser_than_a_sample_is_drawn() {
-        assert!(followed(1e5, 0.05).iter().all(|threshold| *threshold == 0.7));
+        assert!(followed(1e5, 0.05).iter().all(|threshold| *threshold == WalkOptions::PREVIEW.threshold));
         assert_eq!(followed(1e9, 0.05)[99], COARSEST);
     }
 
@@ -114,9 +114,9 @@ mod tests {
         let cost = TreeCost { samples: 0, triangles: 1_000_000 };
         pace.learn(0, 1.0);
         pace.follow(cost, 0.03);
-        assert_eq!(pace.threshold(), 0.7);
+        assert_eq!(pace.threshold(), WalkOptions::PREVIEW.threshold);
         pace.learn(1_000_000, 0.04);
         pace.follow(cost, 0.03);
-        assert!((pace.threshold() - 0.7 * STEP).abs() < 1e-12);
+        assert!((pace.threshold() - WalkOptions::PREVIEW.threshold * STEP).abs() < 1e-12);
     }
 }

@@ -17,6 +17,11 @@ pub struct WalkOptions {
 }
 
 impl WalkOptions {
+    /// Previews.
+    pub const PREVIEW: Self = Self { threshold: 0.8 };
+    /// Final pictures.
+    pub const FINAL: Self = Self { threshold: 0.4 };
+
     /// Returns the size of an image's pixels up to which nothing but the image is drawn of any instance.
     pub fn alone(&self) -> f64 {
         // A little smaller, so that rounding changes nothing.
@@ -25,7 +30,7 @@ impl WalkOptions {
 }
 
 /// Where the dissolve of an image into finer parts begins, as a share of the threshold.
-pub const DISSOLVE: f64 = 0.7;
+pub const DISSOLVE: f64 = 0.85;
 
 /// By how much of the threshold the dissolve of one instance may lie below that of another, so that no ring of changes runs through a wood.
 const SPREAD: f64 = 0.1;
@@ -67,10 +72,7 @@ pub fn walk(
     seed: u64,
 ) -> Vec<Drawn> {
     let half_spaces = view.projection.half_spaces(&view.rect());
-    let stretches = plant.objects.iter().map(|object| {
-        object.uses.iter().map(|used| largest_stretch(&used.parent_from_child.matrix3)).collect()
-    });
-    let stretches = stretches.collect();
+    let stretches = vec![Vec::new(); plant.objects.len()];
     let mut walk = Walk {
         plant,
         images,
@@ -97,7 +99,7 @@ pub fn walk(
 struct Walk<'a> {
     plant: &'a Plant,
     images: &'a PlantImages,
-    /// How much each use of each sub-object stretches at most.
+    /// How much each use of each sub-object stretches at most; found when the first of its instances is not drawn as a whole.
     stretches: Vec<Vec<f64>>,
     projection: &'a Projection,
     half_spaces: Vec<HalfSpace>,
@@ -138,6 +140,10 @@ impl Walk<'_> {
         }
         if !of.primitives.is_empty() {
             self.drawn.push(at.drawn(Part::Polygons, door));
+        }
+        if self.stretches[object].len() < of.uses.len() {
+            let stretch = |of: &Use| largest_stretch(&of.parent_from_child.matrix3);
+            self.stretches[object] = of.uses.iter().map(stretch).collect();
         }
         for (index, Use { child, parent_from_child }) in of.uses.iter().enumerate() {
             self.visit(&Visited {

@@ -1,6 +1,6 @@
 //! Tests of what changes from frame to frame of a flight.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::layered::{branch, brute};
 use crate::foliage::{

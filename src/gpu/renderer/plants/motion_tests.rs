@@ -6,7 +6,7 @@ use std::time::Duration;
 use glam::DVec3;
 
 use super::tests::{measured, oak, renderer, with_images, wood};
-use crate::foliage::{FlakeOptions, View, Wood, in_view};
+use crate::foliage::{View, WalkOptions, Wood, in_view};
 use crate::gpu::Gpu;
 use crate::left_out::on_adapter;
 use crate::projection::{Picture, Quality, Renders, Shot, TreeMethod};
@@ -37,7 +37,7 @@ fn images_and_the_parts_that_they_dissolve_into_share_the_samples() {
     for step in 0..9 {
         let distance = 1.3 * 1.45f64.powi(step);
         for (quality, walk) in
-            [(Quality::Preview, FlakeOptions::PREVIEW.walk), (Quality::Final, FlakeOptions::FINAL.walk)]
+            [(Quality::Preview, WalkOptions::PREVIEW), (Quality::Final, WalkOptions::FINAL)]
         {
             let shot = from(&wood, distance, quality);
             let (species, tree) = (&wood.species[0], &wood.trees[0]);

@@ -18,8 +18,7 @@ use super::stock::Stock;
 use super::{Cuts, TreeProgram, TreeWords};
 use crate::error::Result;
 use crate::foliage::{
-    Ball, FlakeOptions, ImageInView, InView, PolygonsInView, Tree, TreeCost, TreePace, WalkOptions,
-    WoodSpecies, sees,
+    Ball, ImageInView, InView, PolygonsInView, Tree, TreeCost, TreePace, WalkOptions, WoodSpecies, sees,
 };
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
@@ -118,8 +117,8 @@ impl PlantsView {
     fn options(&self, shot: &Shot) -> WalkOptions {
         match (shot.quality, shot.trees_within) {
             (Quality::Preview, Some(_)) => WalkOptions { threshold: self.pace.get().threshold() },
-            (Quality::Preview, None) => FlakeOptions::PREVIEW.walk,
-            (Quality::Final, _) => FlakeOptions::FINAL.walk,
+            (Quality::Preview, None) => WalkOptions::PREVIEW,
+            (Quality::Final, _) => WalkOptions::FINAL,
         }
     }
 
