@@ -13,6 +13,7 @@ use super::table::{Table, counted};
 use super::words::error_text;
 use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
+use crate::io::writable::check_folder;
 use crate::recipe::colour::even_factors;
 use crate::recipe::export::{ExportOptions, Exported, export, write_provenance};
 use crate::recipe::open::{Opened, open_site};
@@ -23,6 +24,8 @@ use crate::task::Task;
 /// Runs `export`: writes the layered files of the chosen photos, and returns a table of them with a problem for
 /// each photo that failed.
 pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
+    // What cannot be written is reported before the work, not after it.
+    check_folder(&args.out)?;
     let (_lock, project) = lock_and_read(&args.project, task)?;
     let opened = open_site(&args.project, project, task)?;
     let photos = opened.photos_named(&args.photos.names)?;

@@ -10,13 +10,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
-use clap::{CommandFactory, FromArgMatches};
+use clap::FromArgMatches;
 use serde_json::{Value, json};
 
 use self::words::{about_project, error_text, worded};
 use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically;
 use crate::io::lock::introduce;
+use crate::io::writable::check_file;
 use crate::task::Task;
 
 pub mod args;
@@ -86,7 +87,7 @@ struct Outcome {
 /// Parses the command line (with the program's name first), runs the command and returns the exit status.
 pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
     fault::install_message();
-    let matches = Cli::command().try_get_matches_from(typed);
+    let matches = args::command().try_get_matches_from(typed);
     let cli = match matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches))) {
         Ok((cli, matches)) => {
             introduce(matches.subcommand_name().unwrap_or("edit"));
@@ -143,6 +144,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
 }
 
 fn prepare(global: &Global, command: &CommandArgs, task: &Task) -> Result<()> {
+    global.json_file.as_deref().map(check_file).transpose()?;
     if let Some(threads) = global.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         pool.map_err(|error| Error::Request(format!("could not start {threads} threads: {error}")))?;
@@ -191,7 +193,9 @@ fn print_result(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> 
         }
     };
     let json = as_json(json, reporter);
-    let status = match global.json_file.as_deref().map(|file| write_atomically(file, json.as_bytes())) {
+    // A file that cannot be written may be the very error that was printed.
+    let json_file = global.json_file.as_deref().filter(|file| status == 0 || check_file(file).is_ok());
+    let status = match json_file.map(|file| write_atomically(file, json.as_bytes())) {
         Some(Err(error)) => {
             print_error(&error_text(&error));
             FAILED
@@ -224,13 +228,13 @@ fn as_json(mut result: Value, reporter: &Reporter) -> String {
 
 fn completions(shell: clap_complete::Shell) -> Outcome {
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "quadratura", &mut script);
+    clap_complete::generate(shell, &mut args::command(), "quadratura", &mut script);
     printed(&script)
 }
 
 /// Returns the manual pages of the program and of its commands.
 fn manual() -> Outcome {
-    let mut command = Cli::command();
+    let mut command = args::command();
     command.build();
     let visible = command.get_subcommands().filter(|sub| !sub.is_hide_set() && sub.get_name() != "help");
     let pages: Vec<_> = std::iter::once(command.clone()).chain(visible.cloned()).collect();

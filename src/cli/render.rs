@@ -14,9 +14,9 @@ use super::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::io::camera_path::write_camera_path;
-use crate::io::film::kind_of;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
+use crate::io::writable::check_file;
 use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
 use crate::projection::{DisplayMode, Renders};
 use crate::recipe::colour::{colour_report, usual_exposure};
@@ -37,8 +37,9 @@ const EXPLODED: (u32, u32) = (1800, 920);
 
 /// Runs `render`: renders views of the site to pictures or a video.
 pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
-    // An unsuitable file name is reported before the work, not after it.
-    args.pictures.video.as_deref().map(kind_of).transpose()?;
+    // What cannot be written is reported before the work, not after it.
+    args.pictures.check_places()?;
+    args.write_path.as_deref().map(check_file).transpose()?;
     if args.show == ShowArg::Exploded && !args.look.without.is_empty() {
         let found = "--show exploded shows the layers of each photo by itself; give the photos with --cameras, and no --without";
         return Err(Error::Request(found.into()));

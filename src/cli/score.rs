@@ -8,6 +8,7 @@ use super::view_args::{ScoreArgs, ScoreBackground, exposure_name, size};
 use super::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
+use crate::io::writable::check_folder;
 use crate::projection::metrics::ImageMetrics;
 use crate::projection::{DisplayMode, Exposure};
 use crate::recipe::ldi::StackLdiOptions;
@@ -28,6 +29,8 @@ const MOST_OBJECTS: usize = 12;
 
 /// Runs `score`: compares renderings with the photos at the same cameras.
 pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
+    // What cannot be written is reported before the work, not after it.
+    args.pictures.as_deref().map(check_folder).transpose()?;
     let (opened, gpu) =
         rayon::join(|| open(&args.project, task), || task.timed("start the GPU", Gpu::headless));
     let (opened, gpu) = (opened?, gpu?);

@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args, ValueEnum};
 
-use super::args::AsArgs;
+use super::args::{AsArgs, whole};
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::io::cameras::accepted;
+use crate::io::film::kind_of;
+use crate::io::writable::{check_file, check_folder};
 use crate::projection::hidden::HiddenFaces;
 use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality, TreeMethod};
 use crate::recipe::colour::reference;
@@ -32,7 +33,7 @@ pub struct PictureArgs {
     pub out: PathBuf,
     /// Size of the pictures [default: the camera's]. Another aspect ratio keeps the vertical field of view
     /// and crops or extends left and right equally
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = parse_size, allow_hyphen_values = true)]
     pub size: Option<(u32, u32)>,
     /// Size of the pictures as a factor of the camera's width and height
     #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
@@ -44,6 +45,19 @@ pub struct PictureArgs {
     /// Frames per second of a flight and of the video [default: the path's, else 25]
     #[arg(long, value_name = "N", value_parser = parse_fps)]
     pub fps: Option<f64>,
+}
+
+impl PictureArgs {
+    /// Checks where pictures and video go, before they are made.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a video of a kind that is not made; those of [`check_folder`] and [`check_file`].
+    pub fn check_places(&self) -> Result<()> {
+        check_folder(&self.out)?;
+        let Some(video) = &self.video else { return Ok(()) };
+        kind_of(video)?;
+        check_file(video)
+    }
 }
 
 #[derive(Debug, Args)]
@@ -98,7 +112,7 @@ pub struct ScoreArgs {
     #[arg(long, value_name = "DIR", requires = "cameras")]
     pub photos: Option<PathBuf>,
     /// The size at which photos are compared
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = parse_size, allow_hyphen_values = true)]
     pub size: Option<(u32, u32)>,
     /// The size at which photos are compared, as a factor of the photo's width and height [default: 0.5]
     #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
@@ -154,7 +168,7 @@ pub struct LookArgs {
     #[arg(long, value_enum, default_value_t)]
     pub quality: QualityArg,
     /// Maximum photos blended per point [default: 4]
-    #[arg(long, value_name = "K", value_parser = RangedU64ValueParser::<u32>::new().range(1..=Blend::MOST.into()))]
+    #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=Blend::MOST))]
     pub photos_per_point: Option<u32>,
     /// Exposure of the pictures [default: by the rule that predicts the project's own photos best, or that `colour` has
     /// set; of render: reference where `colour` has set one]
@@ -182,7 +196,7 @@ pub struct LookArgs {
     #[arg(long)]
     pub unfilled: bool,
     /// Limit on textures in GPU memory, such as 2G; if they do not fit, they are coarser [default: 4G]
-    #[arg(long, value_name = "BYTES", value_parser = super::bytes::parse_bytes)]
+    #[arg(long, value_name = "BYTES", value_parser = super::bytes::parse_bytes, allow_hyphen_values = true)]
     pub texture_memory: Option<u64>,
     /// Compress textures in GPU memory (BC7): a quarter of the memory, slightly lower quality, slower to load
     #[arg(long)]

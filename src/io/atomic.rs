@@ -76,17 +76,6 @@ fn not_created(target: &Path, error: &std::io::Error) -> Error {
     Error::io(path, if folder.is_dir() { "create it" } else { "write to this folder" })(source)
 }
 
-/// Checks that `target` can be made, in folders that may be missing yet, before a long computation is begun for it: that the
-/// nearest folder above it that is there may be written to. Nothing is left there.
-///
-/// # Errors
-/// [`Error::Io`] when it is no folder or may not be written to.
-pub fn check_writable(target: impl AsRef<Path>) -> Result<()> {
-    let target = target.as_ref();
-    let above = target.ancestors().skip(1).find(|above| above.exists()).unwrap_or(Path::new(""));
-    AtomicFile::create(above.join(target.file_name().unwrap_or_default())).map(drop)
-}
-
 /// Writes `bytes` as the whole content of `target`.
 ///
 /// # Errors
@@ -299,17 +288,6 @@ mod tests {
         write_atomically(&target, b"new").unwrap();
         assert_eq!(fs::read(&target).unwrap(), b"new");
         assert_eq!(names_in(folder.path()), ["a.json"]);
-    }
-
-    #[test]
-    fn what_can_be_made_is_known_before_it_is_and_nothing_is_left_of_the_check() {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("file"), "x").unwrap();
-        assert!(check_writable(folder.path().join("a.ldi")).is_ok());
-        assert!(check_writable(folder.path().join("new/folders/a.ldi")).is_ok());
-        let error = check_writable(folder.path().join("file/new/a.ldi")).unwrap_err().to_string();
-        assert!(error.contains("file: could not write to this folder"), "{error}");
-        assert_eq!(names_in(folder.path()), ["file"]);
     }
 
     #[test]

@@ -62,10 +62,62 @@ pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: impl In
         }
         let found = match near(text, error.line(), error.column()) {
             Some(near) if error.is_syntax() => format!("{found} near {near:?}"),
-            _ => found.to_owned(),
+            _ => in_words(found),
         };
         Error::input(file, place, found, remedy)
     })
+}
+
+/// Returns a message of the parser about JSON that is none of the expected kind, without the names that kinds have in the program:
+/// what was found there, and what was expected.
+pub fn in_words(message: &str) -> String {
+    let wrong = ["invalid type: ", "invalid value: ", "invalid length "];
+    let Some(rest) = wrong.iter().find_map(|start| message.strip_prefix(start)) else {
+        return message.to_owned();
+    };
+    let Some((found, expected)) = rest.split_once(", expected ") else { return message.to_owned() };
+    let found = match message.strip_prefix("invalid length ") {
+        Some(_) => format!("a list of {found} values"),
+        None => found_in_words(found),
+    };
+    format!("{found}, expected {}", expected_in_words(expected))
+}
+
+fn found_in_words(found: &str) -> String {
+    let quoted = |start: &str| found.strip_prefix(start).map(|value| value.replace('`', ""));
+    match found {
+        "sequence" => "a list".to_owned(),
+        "map" => "an object".to_owned(),
+        _ => quoted("integer ")
+            .or_else(|| quoted("floating point "))
+            .map(|number| format!("the number {number}"))
+            .or_else(|| found.strip_prefix("string ").map(|text| format!("the text {text}")))
+            .or_else(|| quoted("boolean "))
+            .unwrap_or_else(|| found.to_owned()),
+    }
+}
+
+fn expected_in_words(expected: &str) -> String {
+    let first = expected.split(' ').next().unwrap_or_default();
+    let is_whole = |name: &str| {
+        name.strip_prefix(['u', 'i'])
+            .is_some_and(|bits| ["8", "16", "32", "64", "128", "size"].contains(&bits))
+    };
+    let list = ["an array of length ", "a tuple of size ", "tuple of size "];
+    match expected {
+        "a sequence" => "a list".to_owned(),
+        "a map" | "map" => "an object, {...}".to_owned(),
+        "string or map" | "a string" => "a text".to_owned(),
+        "a boolean" => "true or false".to_owned(),
+        "f32" | "f64" => "a number".to_owned(),
+        _ if is_whole(first) => "a whole number that fits there".to_owned(),
+        _ if first == "struct" => "an object, {...}".to_owned(),
+        _ if first == "enum" => "a word".to_owned(),
+        _ => match list.iter().find_map(|start| expected.strip_prefix(start)) {
+            Some(length) => format!("a list of {length} values"),
+            None => expected.to_owned(),
+        },
+    }
 }
 
 /// Returns the text around a place that a message names by line and column, both counted from 1. A program's file is
@@ -177,6 +229,36 @@ mod tests {
             error.contains("the file ends before its JSON does") && error.ends_with("; mend it"),
             "{error}"
         );
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    #[allow(dead_code)]
+    struct Wheel {
+        spokes: u8,
+        hub: [f64; 3],
+        colour: Option<String>,
+    }
+
+    #[test]
+    fn what_is_of_another_kind_is_told_without_the_names_of_types() {
+        let told = |text: &str| {
+            let error = parse_json::<Wheel>(Path::new("w.json"), text.as_bytes(), "mend it").unwrap_err();
+            error.to_string().split(": ").nth(1).unwrap().split(';').next().unwrap().to_owned()
+        };
+        for (text, words) in [
+            ("[]", "a list of 0 values, expected an object, {...}"),
+            ("7", "the number 7, expected an object, {...}"),
+            (r#"{"spokes": "six"}"#, "the text \"six\", expected a whole number that fits there"),
+            (r#"{"spokes": -1}"#, "the number -1, expected a whole number that fits there"),
+            (r#"{"spokes": 2.5}"#, "the number 2.5, expected a whole number that fits there"),
+            (r#"{"hub": {}}"#, "an object, expected a list of 3 values"),
+            (r#"{"hub": [1, 2]}"#, "a list of 2 values, expected a list of 3 values"),
+            (r#"{"hub": [1, 2, true]}"#, "true, expected a number"),
+            (r#"{"colour": []}"#, "a list, expected a text"),
+            (r#"{"spokes": 3}"#, "missing field `hub`"),
+        ] {
+            assert_eq!(told(text), words, "{text}");
+        }
     }
 
     #[test]

@@ -52,3 +52,4 @@ pub mod thumbnails;
 pub mod tree_list;
 pub mod tree_paint;
 pub mod watch;
+pub mod writable;

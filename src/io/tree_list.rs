@@ -12,7 +12,7 @@ const REMEDY: &str = "correct it; docs/trees.md describes lists of trees";
 /// Coordinates and lengths beyond this are mistakes.
 const LARGEST_NUMBER: f64 = 1e15;
 /// The names of the columns that are read, in the order of [`Column`].
-const NAMES: [&str; 6] = ["name", "species", "x", "y", "height", "crown"];
+const NAMES: [&str; 7] = ["name", "species", "x", "y", "height", "crown", "casts"];
 
 /// A column of a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +29,8 @@ pub enum Column {
     Height,
     /// The width of the crown, in world units.
     Crown,
+    /// Whether the tree's sun shadow darkens faces: `yes` or `no`.
+    Casts,
 }
 
 /// A tree of a list.
@@ -37,7 +39,7 @@ pub struct ListedPlace {
     /// The line in the file, from 1.
     pub line: usize,
     /// The numbers of the columns in the file, from 1, in the order of [`Column`]; `None` for those that the list lacks.
-    columns: [Option<usize>; 6],
+    columns: [Option<usize>; 7],
     /// The name; `None` where the field is empty, as for all that follow.
     pub name: Option<String>,
     /// The species.
@@ -48,6 +50,8 @@ pub struct ListedPlace {
     pub height: Option<f64>,
     /// The width of the crown, in world units, above 0.
     pub crown: Option<f64>,
+    /// Whether the tree's sun shadow darkens faces.
+    pub casts: Option<bool>,
 }
 
 /// A list of trees.
@@ -55,8 +59,8 @@ pub struct ListedPlace {
 pub struct TreeList {
     /// The trees that can be read, in the order of the file.
     pub places: Vec<ListedPlace>,
-    /// What is wrong with the other lines.
-    pub problems: Vec<Error>,
+    /// What is wrong with the other lines, each with its line in the file, from 1.
+    pub problems: Vec<(usize, Error)>,
     /// The columns that are not read, by their names.
     pub ignored: Vec<String>,
 }
@@ -69,7 +73,8 @@ impl ListedPlace {
 }
 
 /// Reads a list of trees. Fields are separated by commas, or by semicolons where the header line has more of these; with
-/// semicolons the decimal sign may be a comma. A line that cannot be used is a problem, and the others are read.
+/// semicolons the decimal sign may be a comma. A line that cannot be used is a problem, and the others are read, so
+/// that all problems of a list are told at once.
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] with line and column where the file is no such list.
@@ -94,8 +99,7 @@ fn list_of(file: &Path, text: &str) -> Result<TreeList> {
     let separator = if count(';') > count(',') { ';' } else { ',' };
     let mut records = records(file, text, separator)?.into_iter();
     let Some(head) = records.next() else {
-        let found =
-            "an empty file, expected a header line with the columns name, species, x, y, height, crown";
+        let found = "an empty file, expected a header line with the columns name, species, x, y, height, crown, casts";
         return Err(Error::input(file, "", found, REMEDY));
     };
     let columns = columns_of(file, &head)?;
@@ -106,15 +110,19 @@ fn list_of(file: &Path, text: &str) -> Result<TreeList> {
     for record in records {
         match place_of(file, &record, (head.fields.len(), columns), separator) {
             Ok(place) => list.places.push(place),
-            Err(error) => list.problems.push(error),
+            Err(error) => list.problems.push((record.line, error)),
         }
+    }
+    if list.places.is_empty() && list.problems.is_empty() {
+        let found = "a header line alone: the list has no rows, expected a tree in each line after it";
+        return Err(Error::input(file, "", found, REMEDY));
     }
     Ok(list)
 }
 
 /// Returns the numbers of the columns, from 1, in the order of [`Column`].
-fn columns_of(file: &Path, head: &Record) -> Result<[Option<usize>; 6]> {
-    let mut columns = [None; 6];
+fn columns_of(file: &Path, head: &Record) -> Result<[Option<usize>; 7]> {
+    let mut columns = [None; 7];
     for (name, number) in head.fields.iter().zip(1..) {
         let Some(column) = NAMES.iter().position(|known| name.eq_ignore_ascii_case(known)) else { continue };
         if columns[column].replace(number).is_some() {
@@ -127,7 +135,7 @@ fn columns_of(file: &Path, head: &Record) -> Result<[Option<usize>; 6]> {
         if columns[column as usize].is_none() {
             let name = NAMES[column as usize];
             let found = format!(
-                "no column {name:?} among {:?}, expected a header line with the columns name, species, x, y, height, crown \
+                "no column {name:?} among {:?}, expected a header line with the columns name, species, x, y, height, crown, casts \
                  (x and y are needed)",
                 head.fields
             );
@@ -140,7 +148,7 @@ fn columns_of(file: &Path, head: &Record) -> Result<[Option<usize>; 6]> {
 fn place_of(
     file: &Path,
     record: &Record,
-    (most, columns): (usize, [Option<usize>; 6]),
+    (most, columns): (usize, [Option<usize>; 7]),
     separator: char,
 ) -> Result<ListedPlace> {
     if record.fields.len() > most {
@@ -158,8 +166,13 @@ fn place_of(
     let number = |column: Column| -> Result<Option<f64>> {
         let Some(text) = text(column) else { return Ok(None) };
         let point = if separator == ';' { text.replace(',', ".") } else { text.to_owned() };
-        let number = point.parse().ok().filter(|number: &f64| number.abs() <= LARGEST_NUMBER);
-        number.map(Some).ok_or_else(|| error(column, format!("{text:?}, expected a number")))
+        let number = point.parse().ok().filter(|number: &f64| number.is_finite());
+        let number = number.ok_or_else(|| error(column, format!("{text:?}, expected a number")))?;
+        if number.abs() > LARGEST_NUMBER {
+            let found = format!("{text}, expected a number from -{LARGEST_NUMBER:e} to {LARGEST_NUMBER:e}");
+            return Err(error(column, found));
+        }
+        Ok(Some(number))
     };
     let needed = |column: Column| {
         let nothing = || error(column, "nothing, expected a number".into());
@@ -169,6 +182,11 @@ fn place_of(
         Some(length) if length <= 0.0 => Err(error(column, format!("{length}, expected a length above 0"))),
         length => Ok(length),
     };
+    let casts = |text: &str| match &text.to_lowercase()[..] {
+        "yes" => Ok(true),
+        "no" => Ok(false),
+        _ => Err(error(Column::Casts, format!("{text:?}, expected yes or no"))),
+    };
     Ok(ListedPlace {
         line: record.line,
         columns,
@@ -177,6 +195,7 @@ fn place_of(
         at: [needed(Column::X)?, needed(Column::Y)?],
         height: length(Column::Height)?,
         crown: length(Column::Crown)?,
+        casts: text(Column::Casts).map(casts).transpose()?,
     })
 }
 
@@ -258,22 +277,32 @@ mod tests {
 
     #[test]
     fn a_line_that_cannot_be_used_is_told_with_its_column_and_the_others_are_read() {
-        let text = "name,x,y,height\na,1,2,3\nb,one,2,3\nc,1,,3\nd,1,2,-3\ne,1,inf,3\nf,1,2,3,4\n\"g\nh\",1,2,3\ni,1,2\n";
+        let text = "name,x,y,height\na,1,2,3\nb,one,2,3\nc,1,,3\nd,1,2,-3\ne,1,inf,3\nf,1,2,3,4\nj,1e300,2,3\n\"g\nh\",1,2,3\ni,1,2\n";
         let list = read(text).unwrap();
         let names: Vec<&str> = list.places.iter().filter_map(|place| place.name.as_deref()).collect();
         assert_eq!(names, ["a", "g\nh", "i"]);
-        assert_eq!(list.places[2].line, 10, "a line break within quotes is counted");
-        let problems: Vec<String> = list.problems.iter().map(ToString::to_string).collect();
+        assert_eq!(list.places[2].line, 11, "a line break within quotes is counted");
+        let problems: Vec<String> = list.problems.iter().map(|(_, error)| error.to_string()).collect();
         for (problem, words) in problems.iter().zip([
             ["line 3, column 2 (x)", "\"one\", expected a number"],
             ["line 4, column 3 (y)", "nothing, expected a number"],
             ["line 5, column 4 (height)", "-3, expected a length above 0"],
             ["line 6, column 3 (y)", "\"inf\", expected a number"],
             ["line 7", "5 fields, expected at most 4"],
+            ["line 8, column 2 (x)", "1e300, expected a number from -1e15 to 1e15"],
         ]) {
             assert!(words.iter().all(|word| problem.contains(word)), "{problem}");
         }
-        assert_eq!(problems.len(), 5);
+        assert_eq!(problems.len(), 6);
+    }
+
+    #[test]
+    fn a_tree_casts_a_shadow_or_not_as_the_list_says() {
+        let list = read("x,y,casts\n1,2,yes\n1,3,No\n1,4,\n1,5,maybe\n").unwrap();
+        let casts: Vec<_> = list.places.iter().map(|place| place.casts).collect();
+        assert_eq!(casts, [Some(true), Some(false), None]);
+        let problem = list.problems[0].1.to_string();
+        assert!(problem.contains("line 5, column 3 (casts): \"maybe\", expected yes or no"), "{problem}");
     }
 
     #[test]
@@ -288,6 +317,7 @@ mod tests {
         refused("", &["an empty file", "name, species, x, y"]);
         refused("1,2,3\n4,5,6\n", &["line 1", "no column \"x\""]);
         refused("x,y,X\n", &["line 1, column 3", "a second column called \"X\""]);
+        refused("name,x,y\n\n", &["the list has no rows"]);
         refused("x,y\n\"1,2\n", &["line 2", "not closed"]);
     }
 

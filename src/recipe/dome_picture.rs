@@ -16,6 +16,7 @@ use crate::error::{Error, Remedy, Result};
 use crate::io::dome_picture::{is_writable, read_dome_picture, write_dome_picture};
 use crate::io::project::{relative_to, resolved};
 use crate::io::stack_store::StackStore;
+use crate::io::writable::check_beside;
 use crate::projection::dome::{CubeMap, Dome, DomeFrame};
 use crate::raster::Image;
 use crate::raster::bilinear::Clamped;
@@ -98,10 +99,10 @@ pub fn dome_report(
 const NOTHING: &str = "there is nothing around the model to export: no photo shows anything where no surface is, and no \
                        picture is set; --set FILE sets one";
 
-/// Refuses files that exist and formats that are not written.
+/// Refuses files that exist, formats that are not written, and places where no file can be made.
 ///
 /// # Errors
-/// Returns [`Error::Request`].
+/// Returns [`Error::Request`], or the errors of [`check_beside`].
 pub fn check_target(file: &Path) -> Result<()> {
     let name = file.display();
     if !is_writable(file) {
@@ -111,7 +112,7 @@ pub fn check_target(file: &Path) -> Result<()> {
     if file.exists() {
         return Err(Error::Request(format!("{name} exists and is not overwritten; give another name")));
     }
-    Ok(())
+    check_beside(file)
 }
 
 /// Returns the frame of pictures of a site, with the usual middle where none is given.

@@ -52,6 +52,50 @@ fn a_folder_without_a_project_and_a_broken_project_are_named() {
 }
 
 #[test]
+fn a_place_that_cannot_be_written_to_is_told_before_the_work() {
+    let site = Site::new();
+    site.make_project();
+    // Nothing of the work is possible, so that only the place can be what is told: there is no stack and no image.
+    fs::write(site.path("file"), "mine").unwrap();
+    for words in [
+        "render project --cameras photos --out file/views",
+        "render project --cameras photos --out views --video file/flight.apng",
+        "render project --through left,left --out views --write-path file/path.json",
+        "score project --pictures file/views",
+        "export project --out file/layers",
+        "ldi build project --photo left --from site --out file/left.ldi",
+        "ldi build project --photo left --cube --out file/left.ldi",
+        "ldi render left.ldi --out file",
+        "ldi export left.ldi --format page --out file/page",
+        "ldi export left.ldi --format ply --out file/points.ply",
+        "tree render oak --cameras orbit --out file/views",
+        "tree render oak --cameras orbit --method flakes --images file --out views",
+        "tree export project oak --out file/layers",
+        "info project --json-file file/info.json",
+    ] {
+        let message = stderr_of(&site.run(words).failure().code(1));
+        assert!(message.contains("file: this is a file"), "{words}: {message}");
+        assert_eq!(message.matches("error:").count(), 1, "{words}: {message}");
+    }
+    assert!(!site.path("views").exists() && fs::read_to_string(site.path("file")).unwrap() == "mine");
+}
+
+#[test]
+fn a_camera_path_that_is_none_is_told_without_the_names_of_types() {
+    let site = Site::new();
+    fs::write(site.path("path.json"), "[]").unwrap();
+    let message = stderr_of(&site.run("tree render oak --cameras path.json --out views").failure().code(1));
+    assert!(
+        message.contains("path.json") && message.contains("a list of 0 values, expected an object, {...}"),
+        "{message}"
+    );
+    fs::write(site.path("depths.json"), "[]").unwrap();
+    let build = "ldi build --depth-images depths.json --reference a.png --out a.ldi";
+    let message = stderr_of(&site.run(build).failure().code(1));
+    assert!(message.contains("expected an object, {...}") && !message.contains("struct"), "{message}");
+}
+
+#[test]
 fn an_error_is_json_too_where_json_is_wanted() {
     let site = Site::new();
     let failed = json_of(&site.run("info nowhere --json").failure().code(1));

@@ -137,20 +137,27 @@ fn a_view_past_the_plant_is_empty_and_says_so() {
 }
 
 #[test]
-fn trees_of_a_list_are_placed_on_the_model_and_lines_that_cannot_be_used_are_told() {
+fn trees_of_a_list_are_placed_on_the_model_all_or_none() {
     let site = Site::new();
     site.make_project();
     // What is up in the photos is -y, so that x and z are level; the floor is at y = 2.
     let list = "name;species;x;y;height;crown;girth\nfirst;oak;-1,5;3;2;1;80\n;;1;3;;;\nlost;;90;3;;;\nbad;;one;3;;;\n";
     fs::write(site.path("trees.csv"), list).unwrap();
-    let done = site.run("tree place project maple --list trees.csv --height 3 --json").failure().code(1);
+    let place = "tree place project maple --list trees.csv --height 3 --json";
+    let told = stderr_of(&site.run(place).failure().code(1));
+    for words in ["line 4, column 3 (x)", "line 5, column 3 (x)", "no tree of the list was placed"] {
+        assert!(told.contains(words), "{words}: {told}");
+    }
+    assert_eq!(site.json("tree list project --json")["trees"], serde_json::json!([]));
+    // After the correction each tree stands once.
+    let list: String = list.lines().take(3).map(|line| format!("{line}\n")).collect();
+    fs::write(site.path("trees.csv"), list).unwrap();
+    let done = site.run(place).success();
     let (told, placed) = (stderr_of(&done), super::site::json_of(&done));
     assert_eq!(placed["changed"], serde_json::json!(["first", "maple_1"]));
     assert_eq!(placed["trees"][0]["at"], serde_json::json!([-1.5, 2.0, 3.0]));
     assert_eq!((&placed["trees"][0]["height"], &placed["trees"][1]["height"]), (&2.0.into(), &3.0.into()));
-    for words in
-        ["line 4, column 3 (x)", "line 5, column 3 (x)", "not read: girth", "are x and z of the world"]
-    {
+    for words in ["not read: girth", "are x and z of the world"] {
         assert!(told.contains(words), "{words}: {told}");
     }
     // The names are those of other trees now.
@@ -160,7 +167,14 @@ fn trees_of_a_list_are_placed_on_the_model_and_lines_that_cannot_be_used_are_tol
     fs::write(site.path("trees.csv"), "name,x,y\nlast,2,4\n").unwrap();
     let nameless = stderr_of(&site.run("tree place project --list trees.csv").failure().code(1));
     assert!(nameless.contains("line 2 (it has no column \"species\"): no species"), "{nameless}");
-    site.run("tree place project oak --list trees.csv").success();
+    fs::write(site.path("trees.csv"), "name,x,y,casts\nlast,2,4,no\nfar,2,5,\n").unwrap();
+    let placed = site.json("tree place project oak --list trees.csv --json");
+    let casts = |number: usize| placed["trees"][number]["casts"].as_bool();
+    // What is left out is false.
+    assert_eq!((casts(2), casts(3)), (None, Some(true)), "{placed:#}");
+    fs::write(site.path("trees.csv"), "name,x,y\n").unwrap();
+    let empty = stderr_of(&site.run("tree place project oak --list trees.csv").failure().code(1));
+    assert!(empty.contains("the list has no rows"), "{empty}");
 }
 
 #[test]

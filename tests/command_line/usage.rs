@@ -29,6 +29,35 @@ fn wrong_usage_has_exit_status_2_and_names_the_word() {
     }
 }
 
+#[test]
+fn a_number_out_of_range_is_answered_with_the_range_also_below_zero() {
+    let site = Site::new();
+    let render = "render project --cameras photos --out out";
+    let export = "ldi export a.ldi --format page --out out";
+    for (words, expected) in [
+        (format!("{export} --triangles -5"), "expected a whole number, 2 to 1000000000"),
+        (format!("{export} --triangles 99999999999999999999"), "expected a whole number, 2 to 1000000000"),
+        (format!("{export} --quality -1"), "1 to 100"),
+        (format!("{render} --photos-per-point -1"), "1 to 8"),
+        (format!("{render} --scale -0.5"), "above 0"),
+        (format!("{render} --fps -25"), "above 0"),
+        (format!("{render} --size -9x5"), "a width and a height"),
+        (format!("{render} --texture-memory -2G"), "-2G"),
+        ("build project --threads -1".into(), "1 to 1024"),
+        ("build project --min-support -1".into(), "a whole number, 0 to"),
+        ("build project --tolerance -0.1".into(), "tolerance"),
+        ("tree place project oak --at 0,0,0 --height -3".into(), "a length above 0"),
+        ("tree light project --sun-light -1,0".into(), "three numbers"),
+        ("tree render oak --cameras orbit --out out --seed -1".into(), "a whole number, 0 to"),
+        ("decide project --photo left --margin -1".into(), "a whole number of 0 or more"),
+        ("surroundings project --export a.png --width -1".into(), "2 to 16384"),
+        ("ldi render a.ldi --out out --stereo -0.065".into(), "above 0"),
+    ] {
+        let message = stderr_of(&site.run(&words).failure().code(2));
+        assert!(message.contains(expected) && !message.contains("unexpected"), "{words}: {message}");
+    }
+}
+
 /// Elsewhere a window might open, and nobody would close it.
 #[cfg(target_os = "linux")]
 #[test]

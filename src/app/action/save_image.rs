@@ -11,8 +11,8 @@ use crate::app::state::save_image::{ImageFormat, ImageSource, SaveImage};
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::error::{Error, Result};
-use crate::io::atomic::check_writable;
 use crate::io::ldi_file::Packing;
+use crate::io::writable::check_beside;
 use crate::recipe::ldi::export::{MeshOptions, export_page};
 use crate::recipe::ldi::{
     BuildCamera, BuildFrom, BuildRequest, Maker, PhotosOptions, SiteLdiOptions, StackLdiOptions, build_ldis,
@@ -50,7 +50,7 @@ fn save(state: &mut State, work: &mut Work, dialog: SaveImage) {
         // Files of layers that are being updated are read when they are complete.
         let _locks = (lock, stacks.take());
         // Otherwise it would be known after minutes.
-        check_writable(dialog.out())?;
+        check_beside(&dialog.out())?;
         let saved = match dialog.format {
             ImageFormat::Ldi => save_ldi(&dialog, &opened, task)?,
             ImageFormat::Page => save_page(&dialog, &opened, task)?,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::method;
+use super::number::whole;
 
 #[derive(Debug, Args)]
 #[command(
@@ -90,7 +91,7 @@ pub struct DecideArgs {
     #[arg(long, value_name = "OBJECT", num_args = 1..)]
     pub free_see_through: Vec<String>,
     /// Remove the decision with this number first, before applying others (may be given several times)
-    #[arg(long, value_name = "N", requires = "photos")]
+    #[arg(long, value_name = "N", requires = "photos", value_parser = whole::<usize>(1..=1_000_000))]
     pub forget: Vec<usize>,
     /// Remove all decisions about the photos, or all decisions about photos, before applying others
     #[arg(long)]
@@ -115,5 +116,5 @@ fn or_project<T>(
 }
 
 fn number(text: &str) -> Result<u32, String> {
-    text.parse().map_err(|_| "expected a number, or `project`".into())
+    text.parse().map_err(|_| "expected a whole number of 0 or more, or `project`".into())
 }

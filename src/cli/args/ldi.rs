@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::PhotoArgs;
+use super::number::whole;
 use crate::cli::view_args::{PictureArgs, parse_scale};
 use crate::error::{Error, Result};
 use crate::io::cameras::accepted;
@@ -17,6 +17,9 @@ use crate::recipe::ldi::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::Opened;
 use crate::scene::PhotoId;
+
+/// The largest number of triangles that may be asked for, more than a program shows.
+const MOST_TRIANGLES: usize = 1_000_000_000;
 
 #[derive(Debug, Args)]
 pub struct LdiArgs {
@@ -66,8 +69,7 @@ pub struct LdiBuildArgs {
     #[arg(long, requires = "out", conflicts_with_all = ["set", "depth_images", "guard", "published", "at"])]
     pub cube: bool,
     /// Make a set: images of as many photos as together show 99 % of what all photos show, N at most, in one file
-    #[arg(long, value_name = "N", requires = "out", conflicts_with = "depth_images", value_parser = parse_count,
-          allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", requires = "out", conflicts_with = "depth_images", value_parser = whole::<u32>(1..=MOST_IMAGES as u32))]
     pub set: Option<u32>,
     /// Leave faces flat, as modelled, without depth detail from photos
     #[arg(long)]
@@ -182,7 +184,7 @@ impl LdiShow {
 pub struct CombinedArgs {
     /// Take this many photos: the reference photo and those that show most of what it shows, or of the view [default: 3; 5
     /// for views from stacks]
-    #[arg(long, value_name = "K", value_parser = RangedU64ValueParser::<u32>::new().range(1..=64))]
+    #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=64))]
     pub best: Option<u32>,
     /// Take these photos; of views of several photos in one image the first one is the reference [default: those that show
     /// most]
@@ -193,16 +195,16 @@ pub struct CombinedArgs {
     pub hidden: bool,
     /// Grow the reference photo's frame on each side by this share of its sides, so that what moves into the picture is
     /// there [default: 0.3]
-    #[arg(long, value_name = "SHARE", value_parser = parse_guard, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", value_parser = parse_guard)]
     pub guard: Option<f64>,
     /// Factor of the reference camera's resolution [default: 1]
     #[arg(long = "ldi-scale", value_name = "S", value_parser = parse_scale)]
     pub ldi_scale: Option<f64>,
     /// Maximum layers at a pixel; beyond it the nearest ones and the farthest one stay [default: 10]
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(1..=64))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=64))]
     pub layers: Option<u32>,
     /// Samples of one pixel share a layer where their depths differ by no more than this share [default: 0.01]
-    #[arg(long, value_name = "E", value_parser = parse_epsilon, allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", value_parser = parse_epsilon)]
     pub epsilon: Option<f64>,
     /// The colour of a layer that several photos show
     #[arg(long, value_enum, default_value_t)]
@@ -323,11 +325,6 @@ fn parse_distance(text: &str) -> std::result::Result<f64, String> {
     distance.ok_or_else(|| format!("{text} is not a distance above 0, in world units"))
 }
 
-fn parse_count(text: &str) -> std::result::Result<u32, String> {
-    let count = text.parse().ok().filter(|count| (1..=MOST_IMAGES as u32).contains(count));
-    count.ok_or_else(|| format!("expected a number of images, 1 to {MOST_IMAGES}"))
-}
-
 fn parse_guard(text: &str) -> std::result::Result<f64, String> {
     within(text, 0.0, 2.0, "a share of the sides, 0 to 2")
 }
@@ -352,12 +349,12 @@ pub struct LdiExportArgs {
     /// NAME-2 is written
     #[arg(long, value_name = "PATH")]
     pub out: PathBuf,
-    #[arg(long, value_name = "N", value_parser = triangles, help = format!(
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(2..=MOST_TRIANGLES), help = format!(
         "The number of triangles above which meshes become coarser [default: {}]",
         MeshOptions::default().triangles
     ))]
     pub triangles: Option<usize>,
-    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100), help = format!(
+    #[arg(long, value_name = "Q", value_parser = whole::<u8>(1..=100), help = format!(
         "The quality of JPEG pictures, 1 to 100 [default: {}]",
         MeshOptions::default().quality
     ))]
@@ -365,14 +362,6 @@ pub struct LdiExportArgs {
     /// The text below the picture of a page [default: the photo's name]
     #[arg(long, value_name = "TEXT")]
     pub caption: Option<String>,
-}
-
-/// Parses a number of triangles.
-fn triangles(text: &str) -> std::result::Result<usize, String> {
-    match text.parse() {
-        Ok(number) if number >= 2 => Ok(number),
-        _ => Err("expected a whole number of at least 2".to_owned()),
-    }
 }
 
 /// What a layered depth image is exported as.

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 
 use super::PhotoArgs;
+use super::number::whole;
 use crate::recipe::masks::ClearedMasks;
 
 #[derive(Debug, Args)]
@@ -29,7 +29,7 @@ pub struct MaskArgs {
     /// Also mask pixels within this distance: of an object, because models are a few pixels off; of what --suggest finds;
     /// of suggestions that are accepted [default: 0; of --suggest: 6]
     #[arg(long, value_name = "PX", requires = "widened",
-          value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096), allow_negative_numbers = true)]
+          value_parser = whole::<u32>(0..=4096))]
     pub margin: Option<u32>,
     /// Find transient objects (people, cars), which only one photo shows, by comparing photos: writes
     /// pictures and a list, and masks nothing

@@ -1,8 +1,8 @@
 //! Options of the sorting method, which `new` and `build` take.
 
-use clap::builder::RangedU64ValueParser;
 use clap::{ArgAction, Args, ValueEnum};
 
+use super::number::whole;
 use crate::layers::{BoxShape, Method, Options};
 
 /// The options of the method; options that are not given are the project's.
@@ -17,10 +17,10 @@ pub struct OptionArgs {
     #[arg(long, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f32>,
     /// Ignore contradictions of at most this many pixels as contact noise
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX))]
     pub min_support: Option<u32>,
     /// Pixels to add around an image layer on every side
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=4096))]
     pub margin: Option<u32>,
     /// Sizes of image layers: as needed, or powers of two
     #[arg(long, value_enum)]
@@ -30,7 +30,7 @@ pub struct OptionArgs {
           default_missing_value = "true", value_name = "true|false", hide_possible_values = true)]
     pub published: Option<bool>,
     /// Longest side of an image layer, in pixels: larger surfaces are split into several layers side by side
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(64..=1 << 20))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(64..=1 << 20))]
     pub largest_side: Option<u32>,
     /// Make no image layer of a face that the photo shows at fewer pixels than this and at less than --min-share of the
     /// pixels that it covers; 0 makes all (OBJECT=N for one object; may be given several times)

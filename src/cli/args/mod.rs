@@ -12,6 +12,7 @@ mod ldi;
 mod mask;
 mod matte;
 mod method;
+mod number;
 mod paint;
 mod surroundings;
 mod tree;
@@ -20,8 +21,7 @@ mod view_of_ldi;
 
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 
 pub use colour::{ColourArgs, GroupArg, Switch};
 pub use decide::{DecideArgs, OptionOverride};
@@ -54,6 +54,7 @@ use crate::io::cameras::accepted;
 use crate::recipe::budget::default_memory;
 use crate::recipe::open::Opened;
 use crate::task::Task;
+pub use number::whole;
 
 /// Turns calibrated photos and a coarse model into editable image layers, sorted by proven visibility.
 #[derive(Debug, Parser)]
@@ -66,6 +67,21 @@ pub struct Cli {
     /// Without a command, the editor opens
     #[command(subcommand)]
     pub command: Option<CommandArgs>,
+}
+
+/// Returns the definition of all commands. Negative numbers are values of options, so that messages are about them and their range,
+/// not about an unknown option `-5`.
+pub fn command() -> Command {
+    fn with_negative_numbers(command: Command) -> Command {
+        let takes_any = |arg: &clap::Arg| !arg.is_positional() && arg.get_action().takes_values();
+        command
+            .mut_args(|arg| match takes_any(&arg) && !arg.is_allow_hyphen_values_set() {
+                true => arg.allow_negative_numbers(true),
+                false => arg,
+            })
+            .mut_subcommands(with_negative_numbers)
+    }
+    with_negative_numbers(Cli::command())
 }
 
 /// Options of every command.
@@ -85,7 +101,7 @@ pub struct Global {
     #[arg(short, long, global = true, conflicts_with = "quiet")]
     pub verbose: bool,
     /// Number of threads to use [default: one per core]
-    #[arg(long, global = true, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    #[arg(long, global = true, value_name = "N", value_parser = whole::<usize>(1..=1024))]
     pub threads: Option<usize>,
     /// Print a table of seconds per stage and photo, and the peak memory
     #[arg(long, global = true)]
@@ -266,7 +282,7 @@ impl PhotoArgs {
 #[derive(Debug, Args)]
 pub struct MemoryArg {
     /// Memory to use, such as 4G or 800M [default: a quarter of the machine's]
-    #[arg(long = "memory", value_name = "BYTES", value_parser = parse_bytes)]
+    #[arg(long = "memory", value_name = "BYTES", value_parser = parse_bytes, allow_hyphen_values = true)]
     pub bytes: Option<u64>,
 }
 
@@ -280,10 +296,9 @@ impl MemoryArg {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_definition_contradicts_itself_nowhere() {
-        Cli::command().debug_assert();
+        command().debug_assert();
     }
 }

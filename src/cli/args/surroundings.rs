@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
+
+use super::number::whole;
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("picture").multiple(true))]
@@ -15,7 +16,7 @@ pub struct SurroundingsArgs {
     #[arg(long, value_name = "FILE", group = "picture")]
     pub export: Option<PathBuf>,
     /// The width of the exported picture in pixels; it is half as high
-    #[arg(long, value_name = "PX", requires = "export", value_parser = RangedU64ValueParser::<u32>::new().range(2..=16384))]
+    #[arg(long, value_name = "PX", requires = "export", value_parser = whole::<u32>(2..=16384))]
     pub width: Option<u32>,
     /// Use this picture instead of the photos, where they show nothing: equirectangular, twice as wide as high
     #[arg(long, value_name = "FILE", group = "picture", conflicts_with = "remove")]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
+use super::number::{degrees, whole};
 use super::{PhotoArgs, TreeExportArgs, TreeImportArgs};
 use crate::cli::view_args::PictureArgs;
 use crate::document::trees::UpAxis;
@@ -51,7 +52,7 @@ pub struct PlantArgs {
     #[arg(value_name = "PLANT")]
     pub plant: PathBuf,
     /// Grow another plant of the species [default: the species' own number]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
 }
 
@@ -115,7 +116,7 @@ pub struct TreeSpeciesArgs {
     #[arg(long, value_name = "PLANT", required_unless_present = "remove")]
     pub from: Option<PathBuf>,
     /// Grow another maple or oak [default: the species' own number]
-    #[arg(long, value_name = "N", requires = "from")]
+    #[arg(long, value_name = "N", requires = "from", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
     /// What is up in the plant's frame [default: as its file says]
     #[arg(long, value_name = "AXIS", value_enum, allow_hyphen_values = true, requires = "from")]
@@ -168,7 +169,7 @@ pub struct TreeChangeArgs {
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub width: Option<f64>,
     /// The turn about what is up in degrees, against the clock as seen from above
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = degrees)]
     pub turn: Option<f64>,
     /// How much brighter than the species, in stops
     #[arg(long, value_name = "R,G,B", value_parser = three, allow_hyphen_values = true)]
@@ -202,8 +203,8 @@ pub struct TreePlaceArgs {
     /// stands for any characters)
     #[arg(long, value_name = "OBJECT", required_unless_present_any = ["at", "list"], conflicts_with_all = ["at", "name"])]
     pub on: Vec<String>,
-    /// Place the trees of a list: CSV with the columns name, species, x, y, height and crown, of which x and y are needed; feet
-    /// stand on the model's highest surface there
+    /// Place the trees of a list: CSV with the columns name, species, x, y, height, crown and casts (yes or no), of which x and y
+    /// are needed; feet stand on the model's highest surface there. Either all are placed or none
     #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "on", "name"])]
     pub list: Option<PathBuf>,
     /// The tree's name [default: the species' with a number]
@@ -252,13 +253,13 @@ pub struct TreeLightArgs {
     pub estimate: bool,
     /// What a white surface reflects that faces the sun: linear light in the photos' common exposure, where 1 is the brightest
     /// light of a picture
-    #[arg(long, value_name = "R,G,B", value_parser = three)]
+    #[arg(long, value_name = "R,G,B", value_parser = three, allow_hyphen_values = true)]
     pub sun_light: Option<[f64; 3]>,
     /// The same of the sky on a surface that looks up
-    #[arg(long, value_name = "R,G,B", value_parser = three)]
+    #[arg(long, value_name = "R,G,B", value_parser = three, allow_hyphen_values = true)]
     pub sky_light: Option<[f64; 3]>,
     /// The same of the ground on a surface that looks down
-    #[arg(long, value_name = "R,G,B", value_parser = three)]
+    #[arg(long, value_name = "R,G,B", value_parser = three, allow_hyphen_values = true)]
     pub ground_light: Option<[f64; 3]>,
     /// Forget what was set before: the sun is that of a clear day, and the rest is estimated
     #[arg(long)]
@@ -287,7 +288,7 @@ pub struct TreeMaskArgs {
     #[command(flatten)]
     pub photos: PhotoArgs,
     /// Also mask pixels within this distance, because trees are not quite like the real ones
-    #[arg(long, value_name = "PX", default_value_t = 24, value_parser = clap::value_parser!(u32).range(0..=4096))]
+    #[arg(long, value_name = "PX", default_value_t = 24, value_parser = whole::<u32>(0..=4096))]
     pub margin: u32,
 }
 

@@ -29,7 +29,7 @@ pub struct AsArgs {
     #[command(flatten)]
     pub combined: CombinedArgs,
     /// Memory for images that later views may use again, such as 4G or 800M [default: a quarter of the machine's]
-    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes, allow_hyphen_values = true)]
     pub memory: Option<u64>,
 }
 

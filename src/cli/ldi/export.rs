@@ -12,6 +12,7 @@ use crate::cli::table::counted;
 use crate::error::{Error, Result};
 use crate::io::ldi_layers::write_ldi_layers;
 use crate::io::ldi_mesh::write_ply;
+use crate::io::writable::check_beside;
 use crate::ldi::Ldi;
 use crate::ldi::segments::SegmentOptions;
 use crate::recipe::ldi::export::{ExportedMesh, MeshOptions, export_glb, export_page};
@@ -23,6 +24,8 @@ const PAGE_GOAL: u64 = 7_500_000;
 /// Runs `ldi export`.
 pub fn run(args: &LdiExportArgs, task: &Task) -> Result<Outcome> {
     refuse_of_others(args)?;
+    // What cannot be written is reported before the work, not after it.
+    check_beside(&args.out)?;
     let ldi = task.timed("read", || read_image(&args.file, task))?;
     if ldi.levels[0].is_empty() {
         let remedy = "build it of a photo that shows the model, or with its surroundings";

@@ -12,7 +12,6 @@ use crate::cli::table::counted;
 use crate::cli::view_args::{PHOTOS, size};
 use crate::cli::words::error_text;
 use crate::error::{Error, Result};
-use crate::io::film::kind_of;
 use crate::ldi::warp::check_splat;
 use crate::ldi::{LdiSet, Shown, Spacing, SplatKind, WarpOptions};
 use crate::recipe::ldi::COMFORTABLE;
@@ -26,8 +25,8 @@ const NOTHING_THERE: &str = "nothing in the image (transparent)";
 
 /// Runs `ldi render`.
 pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
-    // An unsuitable file name is reported before the work, not after it.
-    args.pictures.video.as_deref().map(kind_of).transpose()?;
+    // What cannot be written is reported before the work, not after it.
+    args.pictures.check_places()?;
     let (sets, mut problems) = read_all(args, task)?;
     let warp_options = warp_options(args);
     sets.iter().try_for_each(|set| check_splat(set, warp_options.splat))?;

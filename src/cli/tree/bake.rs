@@ -9,12 +9,15 @@ use crate::cli::table::Table;
 use crate::cli::words::worded;
 use crate::error::Result;
 use crate::io::project::read_project;
+use crate::io::writable::check_folder;
 use crate::recipe::trees::baked::{BakedSpecies, baked};
 use crate::task::Task;
 
 /// Runs `tree bake`: makes the images of species that have none, or of all.
 pub fn run(args: &TreeBakeArgs, task: &Task) -> Result<Outcome> {
     let project = read_project(&args.project)?;
+    // What cannot be kept is reported before the work, not after it.
+    check_folder(&args.project.join("cache"))?;
     let (species, problems) = baked(&args.project, &project.trees, (&args.species, args.force), task)?;
     let problems: Vec<String> = problems.iter().map(worded).collect();
     let text = match species.is_empty() && problems.is_empty() {

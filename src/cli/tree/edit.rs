@@ -8,7 +8,7 @@ use crate::cli::Outcome;
 use crate::cli::args::{Casts, TreeChangeArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs};
 use crate::cli::lock::lock_and_read;
 use crate::cli::table::counted;
-use crate::cli::words::{command_for_project, error_text};
+use crate::cli::words::command_for_project;
 use crate::document::trees::{Grown, PlantSource, TreeSpecies};
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
@@ -64,18 +64,12 @@ fn source(folder: &Path, from: &Path, seed: Option<u64>) -> Result<PlantSource> 
 pub fn place(args: &TreePlaceArgs, task: &Task) -> Result<Outcome> {
     let (_lock, mut project) = lock_and_read(&args.project, task)?;
     let change = args.change.change();
-    let PlacedList { trees, names, problems } = match (&args.list, args.species.as_deref()) {
+    let PlacedList { trees, names } = match (&args.list, args.species.as_deref()) {
         (Some(list), species) => place_list(args, &project, (list, species), task)?,
         (None, species) => place_some(args, &project, species.unwrap_or_default(), &change)?,
     };
-    let problems: Vec<String> = problems.iter().map(error_text).collect();
     if names.is_empty() {
-        let text = if args.list.is_some() {
-            "no tree was placed\n"
-        } else {
-            "trees stand there already; nothing changed\n"
-        };
-        return Ok(Outcome { problems, ..outcome(&project, text.into(), &[]) });
+        return Ok(outcome(&project, "trees stand there already; nothing changed\n".into(), &[]));
     }
     project.trees = trees;
     write_project(&args.project, &project)?;
@@ -87,7 +81,7 @@ pub fn place(args: &TreePlaceArgs, task: &Task) -> Result<Outcome> {
             "the photos still show what was replaced: {mask} masks the trees in them; then {update} updates the layers\n"
         ));
     }
-    Ok(Outcome { problems, ..outcome(&project, text, &names) })
+    Ok(outcome(&project, text, &names))
 }
 
 /// Places one tree, or one in place of each of some objects.
@@ -106,7 +100,7 @@ fn place_some(
         let up = up(&opened.site.photos);
         placed_on(&project.trees, species, &args.on, (&whole, up), change)?
     };
-    Ok(PlacedList { trees, names, problems: Vec::new() })
+    Ok(PlacedList { trees, names })
 }
 
 /// Places the trees of a list.
@@ -127,7 +121,8 @@ fn place_list(
     if [first, second] != ["x", "y"] {
         task.note(format!("x and y of the list are {first} and {second} of the world, which are level"));
     }
-    Ok(placed_list(&project.trees, (file, list), species, &ground, &args.change.change()))
+    let placed = placed_list(&project.trees, (file, list), species, &ground, &args.change.change());
+    placed.inspect_err(|_| task.note("no tree of the list was placed; correct it and run the command again"))
 }
 
 /// Runs `tree move`.

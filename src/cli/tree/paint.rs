@@ -14,6 +14,7 @@ use crate::cli::words::{command_for_project, error_text};
 use crate::document::tree_paint::TreeImport;
 use crate::error::Result;
 use crate::io::project::below;
+use crate::io::writable::check_folder;
 use crate::recipe::import::report::FileReport;
 use crate::recipe::trees::paint::{
     TreeExportOptions, TreeImportOptions, TreeImported, export_species, import_tree_paint,
@@ -23,6 +24,8 @@ use crate::task::Task;
 
 /// Runs `tree export`.
 pub fn export(args: &TreeExportArgs, task: &Task) -> Result<Outcome> {
+    // What cannot be written is reported before the work, not after it.
+    check_folder(&args.out)?;
     let (_lock, project) = lock_and_read(&args.project, task)?;
     let options = TreeExportOptions { format: args.format, part: args.part.clone() };
     let done = export_species(&args.project, (&project.trees, &args.species), &args.out, &options, task)?;

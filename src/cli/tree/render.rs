@@ -10,8 +10,8 @@ use crate::cli::view_args::size;
 use crate::cli::words::error_text;
 use crate::error::{Error, Result};
 use crate::foliage::{BakeOptions, FlakeOptions, LayeredOptions, Plant, Similarity};
-use crate::io::film::kind_of;
 use crate::io::plants::read_plant;
+use crate::io::writable::check_folder;
 use crate::recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
 use crate::recipe::trees::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_images, plant_views};
 use crate::recipe::views::{RequestedView, RequestedViews, Size};
@@ -22,8 +22,9 @@ const ORBIT: &str = "orbit";
 
 /// Runs `tree render`.
 pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
-    // An unsuitable file name is reported before the work, not after it.
-    args.pictures.video.as_deref().map(kind_of).transpose()?;
+    // What cannot be written is reported before the work, not after it.
+    args.pictures.check_places()?;
+    args.images.as_deref().map(check_folder).transpose()?;
     let plant = task.timed("read", || read_plant(&args.plant.plant, args.plant.seed, task))?;
     let from = match &args.cameras {
         word if word.as_os_str() == ORBIT => PlantViews::Orbit,

@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::error::{Error, Message, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::cameras::{Cameras, read_cameras};
-use crate::io::json::read_json;
+use crate::io::json::{in_words, read_json};
 use crate::io::ldi_file::{LdiCamera, wrong_camera};
 use crate::io::photo::picture_size;
 use crate::ldi::layout::LONGEST_SIDE;
@@ -206,8 +206,8 @@ impl Reading<'_> {
         let place =
             if named.is_empty() { format!("image {number}") } else { format!("image {number} ({named})") };
         let wrong = |found: String, remedy: &str| Error::input(self.file, place.clone(), found, remedy);
-        let entry: EntryFile =
-            serde_json::from_value(value.clone()).map_err(|error| wrong(error.to_string(), DESCRIBED))?;
+        let entry: EntryFile = serde_json::from_value(value.clone())
+            .map_err(|error| wrong(in_words(&error.to_string()), DESCRIBED))?;
         let EntryFile { scale, offset, .. } = entry;
         let background = entry.background.unwrap_or(f64::INFINITY);
         if !(scale.is_finite() && scale != 0.0 && offset.is_finite() && background > 0.0) {
@@ -261,8 +261,8 @@ impl Reading<'_> {
 
     /// Returns the camera that the list has itself, of a picture of this size.
     fn own_camera(&self, value: Value, [width, height]: [u32; 2]) -> Result<Camera, String> {
-        let camera: CameraFile =
-            serde_json::from_value(value).map_err(|error| format!("`camera`: {error}"))?;
+        let camera: CameraFile = serde_json::from_value(value)
+            .map_err(|error| format!("`camera`: {}", in_words(&error.to_string())))?;
         let sides = 1..=LONGEST_SIDE;
         if !(sides.contains(&width) && sides.contains(&height)) {
             return Err(format!(

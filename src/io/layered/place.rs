@@ -22,6 +22,11 @@ pub fn is_canvas(width: u32, height: u32) -> bool {
     (1..=LONGEST_SIDE).contains(&width) && (1..=LONGEST_SIDE).contains(&height)
 }
 
+/// Returns what was found in place of a size that a canvas may have, and which sizes these are.
+pub fn not_a_canvas(width: u32, height: u32) -> String {
+    format!("a canvas of {width} x {height} pixels, expected sides of 1 to {LONGEST_SIDE}")
+}
+
 /// Maximum length of a name in characters: editors allow 255, and a damaged file must not produce names of
 /// megabytes.
 const LONGEST_NAME: usize = 1000;
@@ -41,6 +46,15 @@ mod tests {
         assert_eq!(rect_at(0, 0, -1, 3), None);
         assert_eq!(rect_at(LARGEST_OFFSET + 1, 0, 1, 1), None);
         assert_eq!(rect_at(0, 0, 1 << 21, 1), None);
+    }
+
+    #[test]
+    fn a_canvas_beyond_the_limit_is_told_with_the_limit() {
+        assert!(is_canvas(LONGEST_SIDE, 1) && !is_canvas(LONGEST_SIDE + 1, 1) && !is_canvas(0, 1));
+        assert_eq!(
+            not_a_canvas(2_000_000, 5),
+            "a canvas of 2000000 x 5 pixels, expected sides of 1 to 1048576"
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@ use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::depth::Depth;
 use super::inflate::can_inflate_to;
-use super::place::is_canvas;
+use super::place::{is_canvas, not_a_canvas};
 use super::raster::Raster;
 use crate::scene::Samples;
 
@@ -34,7 +34,7 @@ pub fn head(input: impl BufRead + Seek) -> Result<PngHead, String> {
     let depth = if info.bit_depth == BitDepth::Sixteen { Depth::Sixteen } else { Depth::Eight };
     let (width, height) = info.size();
     if !is_canvas(width, height) {
-        return Err(format!("{width} x {height} pixels"));
+        return Err(not_a_canvas(width, height));
     }
     Ok(PngHead { width, height, depth, icc: info.icc_profile.as_deref().map(<[u8]>::to_vec) })
 }

@@ -14,6 +14,7 @@ use crate::io::ldi_file::{
     LdiFile, LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi,
 };
 use crate::io::picture_png::make_folder;
+use crate::io::writable::{check_beside, check_folder};
 use crate::ldi::{Arrangement, Ldi, LdiKind, LdiReport};
 use crate::recipe::open::Opened;
 use crate::recipe::preview::PreviewOptions;
@@ -131,7 +132,10 @@ pub fn build_ldis(
             cameras.len()
         )));
     }
-    request.out.as_deref().map(check_out).transpose()?;
+    match &request.out {
+        Some(out) => check_out(out)?,
+        None => check_folder(folder)?,
+    }
     if request.out.is_none() && !matches!(request.from, BuildFrom::Stack(_)) {
         let found = "only layered depth images of stacks are kept in the project's cache; give --out FILE";
         return Err(Error::Request(found.into()));
@@ -256,13 +260,13 @@ fn built(photo: &str, file: PathBuf, ldi: &Ldi, kept: bool) -> BuiltLdi {
 /// Refuses to write where no file can be, before the work and not after it.
 ///
 /// # Errors
-/// [`Error::Request`].
+/// [`Error::Request`]; those of [`check_beside`].
 pub(super) fn check_out(out: &Path) -> Result<()> {
     if out.exists() && !out.is_file() {
         let found = format!("{} is no plain file; give --out the name of a file", out.display());
         return Err(Error::Request(found));
     }
-    Ok(())
+    check_beside(out)
 }
 
 /// Returns the first name that is free or belongs to a whole layered depth image of the same photo, camera and options, and

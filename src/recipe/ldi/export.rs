@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::io::ldi_mesh::{Mesh, place_of_glb, write_glb};
 use crate::io::ldi_page::{Page, PageFile, place_of_page, write_page};
 use crate::io::picture_png::make_folder;
+use crate::io::writable::check_beside;
 use crate::ldi::lean::{SafeRegion, Window, seen};
 use crate::ldi::segments::{SegmentOptions, Segments, segments};
 use crate::ldi::{Ldi, WarpOptions, warp};
@@ -97,7 +98,7 @@ pub fn export_page(
 ) -> Result<ExportedMesh> {
     let place = place_of_page(out);
     // What cannot be written is refused before the work.
-    make_folder_above(&place.folder)?;
+    check_beside(&place.folder)?;
     let made =
         segments(ldi, &SegmentOptions { triangles: options.triangles, ..SegmentOptions::default() }, task)?;
     let zoom = if seen(ldi) == ldi.camera.rect() { ZOOM } else { 1.0 };
@@ -114,6 +115,7 @@ pub fn export_page(
         caption,
         quality: options.quality,
     };
+    make_folder_above(&place.folder)?;
     let files = task.timed("write", || write_page(&place, &page))?;
     Ok(ExportedMesh {
         seen: Some((window, safe)),
@@ -138,9 +140,10 @@ pub fn export_glb(
         ..SegmentOptions::default()
     };
     let (file, spared) = place_of_glb(out);
-    make_folder_above(&file)?;
+    check_beside(&file)?;
     let made = segments(ldi, &cells, task)?;
     let mesh = Mesh { name, camera: &ldi.camera, pose: &ldi.pose, segments: &made, quality: options.quality };
+    make_folder_above(&file)?;
     let bytes = task.timed("write", || write_glb(&file, &mesh))?;
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(ExportedMesh::new(&made, file, vec![PageFile { name, bytes }], spared))

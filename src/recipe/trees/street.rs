@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::edit::{TreeChange, placed};
 use crate::document::trees::Trees;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::io::tree_list::{Column, ListedPlace, TreeList};
 use crate::projection::surface::Surface;
 use crate::scene::Model;
@@ -18,8 +18,6 @@ pub struct PlacedList {
     pub trees: Trees,
     /// The names of the trees that were placed, in the order of the list.
     pub names: Vec<String>,
-    /// Why the others were not placed.
-    pub problems: Vec<Error>,
 }
 
 /// What trees stand on: the solid surfaces of a model, and the axis of the world that is nearest to what is up. Feet that are
@@ -66,30 +64,38 @@ impl Ground {
 }
 
 /// Places the trees of a list, which is in `file`. `species` is that of trees for which the list says none; `change` is what all
-/// have unless the list says otherwise. A tree that cannot be placed is a problem, and the others are placed.
+/// have unless the list says otherwise. Either all are placed or none, so that a list that was corrected can be placed again and
+/// nothing of it stands twice.
+///
+/// # Errors
+/// One [`Error::Input`] for each line that cannot be used, in the order of the list.
 pub fn placed_list(
     trees: &Trees,
     (file, list): (&Path, TreeList),
     species: Option<&str>,
     ground: &Ground,
     change: &TreeChange,
-) -> PlacedList {
-    let mut done = PlacedList { trees: trees.clone(), names: Vec::new(), problems: list.problems };
+) -> Result<PlacedList> {
+    let mut done = trees.clone();
+    let mut problems: Vec<(usize, Error)> = list.problems;
     // Trees without a name get theirs last, so that they take none that the list gives to another tree.
     let (named, nameless): (Vec<_>, Vec<_>) = list.places.iter().partition(|place| place.name.is_some());
     let mut names = Vec::new();
     for place in named.into_iter().chain(nameless) {
-        match placed_one(&done.trees, (file, place), species, ground, change) {
+        match placed_one(&done, (file, place), species, ground, change) {
             Ok((trees, name)) => {
-                done.trees = trees;
+                done = trees;
                 names.push((place.line, name));
             }
-            Err(error) => done.problems.push(error),
+            Err(error) => problems.push((place.line, error)),
         }
     }
+    problems.sort_by_key(|(line, _)| *line);
+    if let Some(error) = Error::of_all(problems.into_iter().map(|(_, error)| error).collect()) {
+        return Err(error);
+    }
     names.sort();
-    done.names = names.into_iter().map(|(_, name)| name).collect();
-    done
+    Ok(PlacedList { trees: done, names: names.into_iter().map(|(_, name)| name).collect() })
 }
 
 fn placed_one(
@@ -98,7 +104,7 @@ fn placed_one(
     species: Option<&str>,
     ground: &Ground,
     change: &TreeChange,
-) -> Result<(Trees, String), Error> {
+) -> Result<(Trees, String)> {
     let Some(species) = place.species.as_deref().or(species) else {
         let found = "no species, and the command names none";
         return Err(place.error(file, Column::Species, found));
@@ -116,6 +122,7 @@ fn placed_one(
         at: Some(foot.to_array()),
         height: place.height.or(change.height),
         width: place.crown.or(change.width),
+        casts: place.casts.or(change.casts),
         ..change.clone()
     };
     placed(trees, species, name, &change).map_err(|error| {
@@ -139,7 +146,7 @@ mod tests {
         Model::clone(&model.finish()).with_see_through(|object| object.name == "sign")
     }
 
-    fn listed(text: &str, trees: &Trees, species: Option<&str>) -> PlacedList {
+    fn listed(text: &str, trees: &Trees, species: Option<&str>) -> Result<PlacedList> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("trees.csv");
         std::fs::write(&file, text).unwrap();
@@ -156,15 +163,16 @@ mod tests {
 
     #[test]
     fn feet_stand_on_the_highest_solid_surface_with_exactly_the_coordinates_of_the_list() {
-        let text = "name,species,x,y,height,crown\nlow,oak,-3.25,4,6,3\n,,7,8,,\nsign,oak,-18,0,,\n";
-        let done = listed(text, &Trees::default(), Some("maple"));
-        assert!(done.problems.is_empty(), "{:?}", done.problems);
+        let text =
+            "name,species,x,y,height,crown,casts\nlow,oak,-3.25,4,6,3,no\n,,7,8,,,\nsign,oak,-18,0,,,\n";
+        let done = listed(text, &Trees::default(), Some("maple")).unwrap();
         assert_eq!(done.names, ["low", "maple_1", "sign"]);
         let tree = |name: &str| done.trees.find(name).unwrap();
         assert_eq!(
             (tree("low").at, tree("low").height, tree("low").width),
             ([-3.25, 4.0, 2.0], Some(6.0), Some(3.0))
         );
+        assert!(!tree("low").casts && tree("sign").casts);
         let on_roof = tree("maple_1");
         assert_eq!(
             (on_roof.at, on_roof.height, on_roof.width, on_roof.turn),
@@ -174,27 +182,32 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_placed_is_told_with_line_and_column_and_the_others_stand() {
-        let text = "name,x,y,species\na,1,1,oak\na,2,2,oak\nb,80,1,oak\nc,1,2,palm\nd,3,3,\ne,4,4,oak\n";
-        let done = listed(text, &Trees::default(), None);
-        assert_eq!(done.names, ["a", "e"]);
-        let problems: Vec<String> = done.problems.iter().map(ToString::to_string).collect();
+    fn what_cannot_be_placed_is_told_with_line_and_column_and_nothing_is_placed() {
+        let text = "name,x,y,species\na,1,1,oak\na,2,2,oak\nb,80,1,oak\nc,1,2,palm\nd,3,3,\ne,4,4,oak\nf,one,4,oak\n";
+        let refused = |text: &str, trees: &Trees| match listed(text, trees, None) {
+            Err(Error::Several(errors)) => errors.iter().map(ToString::to_string).collect(),
+            Err(error) => vec![error.to_string()],
+            Ok(done) => panic!("{:?} were placed", done.names),
+        };
+        let problems = refused(text, &Trees::default());
         for (problem, words) in problems.iter().zip([
             ["line 3, column 1 (name)", "\"a\", the name of another tree"],
             ["line 4, column 2 (x)", "no surface to stand on"],
             ["line 5, column 4 (species)", "\"palm\""],
             ["line 6, column 4 (species)", "no species"],
+            ["line 8, column 2 (x)", "\"one\", expected a number"],
         ]) {
             assert!(words.iter().all(|word| problem.contains(word)), "{problem}");
         }
-        assert_eq!(problems.len(), 4);
-        let again = listed("name,species,x,y\na,oak,5,5\n", &done.trees, None);
-        assert_eq!((again.names.len(), again.problems.len()), (0, 1), "the project has this tree");
+        assert_eq!(problems.len(), 5);
+        let one = "name,species,x,y\na,oak,5,5\n";
+        let done = listed(one, &Trees::default(), None).unwrap();
+        assert_eq!(refused(one, &done.trees).len(), 1, "the project has this tree");
     }
 
     #[test]
     fn names_that_are_given_go_before_those_that_are_made() {
-        let done = listed("x,y,name\n1,1,\n2,2,maple_1\n", &Trees::default(), Some("maple"));
+        let done = listed("x,y,name\n1,1,\n2,2,maple_1\n", &Trees::default(), Some("maple")).unwrap();
         assert_eq!(done.names, ["maple_2", "maple_1"]);
     }
 

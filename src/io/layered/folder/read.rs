@@ -17,7 +17,7 @@ use crate::io::hash::hash_file;
 use crate::io::json::read_json;
 use crate::io::layered::bytes::SAVE_AGAIN;
 use crate::io::layered::document::{LEFTOVERS, guide_name};
-use crate::io::layered::place::{is_canvas, rect_at, tidy_name};
+use crate::io::layered::place::{is_canvas, not_a_canvas, rect_at, tidy_name};
 use crate::io::layered::png_edited::{self, PngHead};
 use crate::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster};
 
@@ -79,7 +79,7 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
     let described: Described = read_json(&stack, LARGEST_STACK, REMEDY)?;
     let FolderCanvas { width, height } = described.photo;
     if !is_canvas(width, height) {
-        return Err(Error::input(stack, "photo", format!("{width} x {height} pixels"), REMEDY));
+        return Err(Error::input(stack, "photo", not_a_canvas(width, height), REMEDY));
     }
     let mut notes = Vec::new();
     let mut placed = Vec::new();

@@ -4,7 +4,7 @@ use roxmltree::{Document, Node};
 
 use crate::io::layered::BlendMode;
 use crate::io::layered::groups::{GroupProperties, OpenGroups};
-use crate::io::layered::place::{is_canvas, tidy_name};
+use crate::io::layered::place::{is_canvas, not_a_canvas, tidy_name};
 
 /// The content of `stack.xml`.
 #[derive(Debug)]
@@ -44,7 +44,7 @@ pub fn parse(xml: &str, notes: &mut Vec<String>) -> Result<OraImage, String> {
     let side = |name| image.attribute(name).and_then(|text| text.parse::<u32>().ok()).unwrap_or(0);
     let (width, height) = (side("w"), side("h"));
     if !is_canvas(width, height) {
-        return Err(format!("a canvas of {width} x {height} pixels"));
+        return Err(not_a_canvas(width, height));
     }
     let stack = image.children().find(|node| node.has_tag_name("stack")).ok_or("no <stack> was found")?;
     let mut layers = walk(stack, notes);

@@ -4,7 +4,7 @@ use super::{PsdVariant, SIGNATURE};
 use crate::error::{Error, Result};
 use crate::io::layered::Depth;
 use crate::io::layered::bytes::{Cursor, FileBytes};
-use crate::io::layered::place::is_canvas;
+use crate::io::layered::place::{is_canvas, not_a_canvas};
 
 /// The header and the resources that are needed.
 #[derive(Debug)]
@@ -47,7 +47,7 @@ impl PsdHeader {
         let channels = cursor.u16()?;
         let (height, width) = (cursor.u32()?, cursor.u32()?);
         if !is_canvas(width, height) {
-            return Err(bytes.damaged(14, format!("a canvas of {width} x {height} pixels")));
+            return Err(bytes.damaged(14, not_a_canvas(width, height)));
         }
         let depth = match cursor.u16()? {
             8 => Depth::Eight,

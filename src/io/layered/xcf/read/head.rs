@@ -4,7 +4,7 @@ use super::SIGNATURE;
 use super::precision::Precision;
 use crate::error::{Error, Result};
 use crate::io::layered::bytes::{Cursor, FileBytes};
-use crate::io::layered::place::is_canvas;
+use crate::io::layered::place::{is_canvas, not_a_canvas};
 
 /// The newest version that is fully known.
 const NEWEST: u32 = 14;
@@ -32,7 +32,7 @@ impl XcfHeader {
         let version = version(cursor.array()?, bytes)?;
         let (width, height) = (cursor.u32()?, cursor.u32()?);
         if !is_canvas(width, height) {
-            return Err(bytes.damaged(14, format!("a canvas of {width} x {height} pixels")));
+            return Err(bytes.damaged(14, not_a_canvas(width, height)));
         }
         let model = cursor.u32()?;
         if model > 2 {
