@@ -220,7 +220,7 @@ impl Shadows {
             let maps = maps.unwrap_or_else(|| Maps::new(gpu, side));
             let mut words = ShadowsWords::new(&wood.light, views.len());
             for (layer, view) in (0u32..).zip(&views) {
-                let near = self.draw(gpu, stock, catching, (view, trees), &maps.views(Some(layer)))?;
+                let near = self.draw(gpu, stock, catching, (view, shot), &maps.views(Some(layer)))?;
                 words.views[layer as usize] = SunViewWords::new(view, near, shot.viewpoint());
             }
             self.words.write(gpu, &[words]);
@@ -244,11 +244,17 @@ impl Shadows {
         gpu: &Gpu,
         stock: &mut Stock,
         catching: Catching<'_>,
-        (view, trees): (&SunView, TreeMethod),
+        (view, shown): (&SunView, &Shot),
         [of_trees, of_faces]: &[TextureView; 2],
     ) -> Result<f32> {
         let Catching { model, surfaces, sources } = catching;
-        let shot = Shot { trees, quality: Quality::Preview, ..Shot::new(view.camera, view.pose) };
+        let within = shown.trees_within.filter(|_| shown.quality == Quality::Preview);
+        let shot = Shot {
+            trees: shown.trees,
+            trees_within: within.map(|within| within / MOST_SUN_VIEWS as u32),
+            quality: Quality::Preview,
+            ..Shot::new(view.camera, view.pose)
+        };
         let cells = Cells { side_px: 1, depths: view.depths, ..Cells::default() };
         let frame = FrameUniform::new(&shot, &ViewLens::default(), surfaces.origin(), &cells, sources);
         self.frame.write(gpu, &[frame]);

@@ -100,6 +100,8 @@ impl PlantsView {
             return Ok(false);
         }
         self.daylight.write(gpu, &[DaylightWords::new(&wood.light, shot)]);
+        let follows = shot.quality == Quality::Preview && program != TreeProgram::Numbered;
+        self.within = shot.trees_within.filter(|_| follows);
         self.write_parts(gpu, stock, shot, (&in_view, samples))?;
         let exposure = DVec3::from_array(of_common).as_vec3();
         self.write_trees(gpu, stock, shot, (&in_view, exposure));
@@ -172,7 +174,6 @@ impl PlantsView {
             self.parts.write(gpu, &parts);
         }
         let size = [shot.camera.width, shot.camera.height, samples];
-        self.within = shot.trees_within.filter(|_| shot.quality == Quality::Preview);
         self.cost = self.cost_of(stock, &images);
         self.has_images = self.flakes.prepare(gpu, &mut images.concat(), stock.species.len(), size);
         Ok(())
