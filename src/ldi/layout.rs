@@ -105,6 +105,11 @@ impl Ldi {
         self.with_levels(self.levels.iter().map(|level| level.without_close(share)).collect())
     }
 
+    /// Returns the image without the depth pixels of the surfaces that `left_out` marks, in the order of [`Self::surfaces`].
+    pub fn without_surfaces(&self, left_out: &[bool]) -> Self {
+        self.with_levels(self.levels.iter().map(|level| level.without_surfaces(left_out)).collect())
+    }
+
     /// Returns the image without any depth pixels.
     pub fn with_empty_levels(&self) -> Self {
         let empty = |level: &Level| {
@@ -396,6 +401,15 @@ impl Level {
             let mut before = None;
             self.row(y).filter(move |index| is_left(&mut before, *index))
         })
+    }
+
+    /// Returns the level without the depth pixels of some surfaces: see [`Ldi::without_surfaces`].
+    fn without_surfaces(&self, left_out: &[bool]) -> Self {
+        let stays = |index: &usize| match self.surfaces[*index] {
+            0 => true,
+            number => !left_out[usize::from(number) - 1],
+        };
+        self.of_those(|y| self.row(y).filter(stays))
     }
 
     /// Returns the level of those depth pixels of each row whose indices are given, in their order.

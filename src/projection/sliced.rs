@@ -1,6 +1,8 @@
 //! Images drawn in slices, bands of rows with one submission each, so that other users of the device wait for one
 //! band and never for a whole image. Data common to all bands is computed once, for the whole image.
 
+use std::ops::Range;
+
 use super::exposure::ViewExposure;
 use super::{Picture, Shot};
 
@@ -20,14 +22,25 @@ pub struct Sliced {
     exposure: ViewExposure,
     /// sRGB and alpha of the rows drawn so far.
     rgba: Vec<u8>,
-    per_px_s: f64,
+    /// The row behind the last one that is drawn.
+    end: u32,
+    /// The measured time per pixel, in seconds; `None` where all rows are drawn at once.
+    per_px_s: Option<f64>,
 }
 
 impl Sliced {
     /// Creates an image without rows. `exposure` is common to all bands.
     pub fn new(shot: &Shot, exposure: ViewExposure) -> Self {
         let px = shot.camera.width as usize * shot.camera.height as usize;
-        Self { shot: shot.clone(), exposure, rgba: Vec::with_capacity(4 * px), per_px_s: FIRST_PER_PX_S }
+        let (end, per_px_s) = (shot.camera.height, Some(FIRST_PER_PX_S));
+        Self { shot: shot.clone(), exposure, rgba: Vec::with_capacity(4 * px), end, per_px_s }
+    }
+
+    /// Creates an image of which some rows are drawn at once; all others stay empty.
+    pub fn of_rows(shot: &Shot, exposure: ViewExposure, rows: Range<u32>) -> Self {
+        let whole = Self::new(shot, exposure);
+        let above = 4 * shot.camera.width as usize * rows.start as usize;
+        Self { rgba: vec![0; above], end: rows.end.min(whole.end), per_px_s: None, ..whole }
     }
 
     /// Returns the number of rows drawn so far.
@@ -39,9 +52,12 @@ impl Sliced {
     /// the whole image.
     pub fn band(&self, cell_px: u32) -> Shot {
         let (row, mut shot) = (self.row(), self.shot.clone());
-        let px = (WANTED_S / self.per_px_s).max(LEAST_PX);
-        let rows = ((px / f64::from(shot.camera.width)).ceil() as u32).next_multiple_of(cell_px);
-        shot.camera.height = rows.clamp(1, self.shot.camera.height - row);
+        let left = self.end.saturating_sub(row).max(1);
+        shot.camera.height = self.per_px_s.map_or(left, |per_px_s| {
+            let px = (WANTED_S / per_px_s).max(LEAST_PX);
+            let rows = ((px / f64::from(self.shot.camera.width)).ceil() as u32).next_multiple_of(cell_px);
+            rows.clamp(1, left)
+        });
         shot.camera.cy -= f64::from(row);
         shot
     }
@@ -51,15 +67,18 @@ impl Sliced {
         &self.exposure
     }
 
-    /// Appends the next rows; returns whether the image is complete.
+    /// Appends the next rows, or takes the whole image; returns whether it is complete.
     pub fn add(&mut self, band: &Picture) -> bool {
+        if band.height == self.shot.camera.height {
+            self.rgba.clear();
+        }
         self.rgba.extend_from_slice(&band.rgba);
-        self.row() >= self.shot.camera.height
+        self.row() >= self.end
     }
 
     /// Sets the measured time per pixel, in seconds.
     pub fn costs(&mut self, per_px_s: f64) {
-        self.per_px_s = per_px_s;
+        self.per_px_s = self.per_px_s.map(|_| per_px_s);
     }
 
     /// Returns the view that is drawn.
@@ -68,7 +87,31 @@ impl Sliced {
     }
 
     /// Returns the image, once it is complete.
-    pub fn picture(self) -> Picture {
-        Picture { width: self.shot.camera.width, height: self.shot.camera.height, rgba: self.rgba }
+    pub fn picture(mut self) -> Picture {
+        let (width, height) = (self.shot.camera.width, self.shot.camera.height);
+        self.rgba.resize(4 * width as usize * height as usize, 0);
+        Picture { width, height, rgba: self.rgba }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::{camera_is_world, centred};
+
+    #[test]
+    fn rows_are_drawn_at_once_where_they_are_in_the_image_and_the_others_stay_empty() {
+        let shot = Shot::new(centred(4, 9, 5.0), camera_is_world());
+        let mut sliced = Sliced::of_rows(&shot, ViewExposure::default(), 3..7);
+        let band = sliced.band(16);
+        assert_eq!((band.camera.height, band.camera.cy), (4, shot.camera.cy - 3.0));
+        sliced.costs(1.0);
+        assert!(sliced.add(&Picture { width: 4, height: 4, rgba: vec![7; 64] }));
+        let picture = sliced.picture();
+        let rows: Vec<u8> = picture.rgba.chunks(16).map(|row| row[0]).collect();
+        assert_eq!(rows, [0, 0, 0, 7, 7, 7, 7, 0, 0]);
+        let mut sliced = Sliced::of_rows(&shot, ViewExposure::default(), 3..7);
+        assert!(sliced.add(&Picture { width: 4, height: 9, rgba: vec![7; 144] }));
+        assert_eq!(sliced.picture().rgba, [7; 144], "a renderer without slices draws all");
     }
 }

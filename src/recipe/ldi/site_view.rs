@@ -248,7 +248,7 @@ fn complete_with(view: &mut Blended, more: &Blended, faces: &[u32]) {
 }
 
 /// Lays a pixel over another one, in linear light.
-fn laid_over(front: &[u8; 4], behind: &[u8; 4], srgb: &Srgb) -> [u8; 4] {
+pub(super) fn laid_over(front: &[u8; 4], behind: &[u8; 4], srgb: &Srgb) -> [u8; 4] {
     let share = |pixel: &[u8; 4]| f32::from(pixel[3]) / 255.0;
     let left = share(behind) * (1.0 - share(front));
     let all = share(front) + left;

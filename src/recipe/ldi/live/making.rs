@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
+use super::billboards::without_billboards;
 use super::builder::Workbench;
 use super::request::{BuiltImage, ImageRequest, LiveInputs, Stage};
 use crate::error::{Error, Result};
@@ -10,7 +11,7 @@ use crate::ldi::Ldi;
 use crate::ldi::splat::sums::LEVEL;
 use crate::recipe::ldi::controller::Kept;
 use crate::recipe::ldi::{LdiSite, PhotosOptions, StackLdiOptions};
-use crate::scene::PhotoId;
+use crate::scene::{Model, PhotoId};
 use crate::task::Task;
 
 /// Makes what is requested until the builder is gone; finished images are kept within `memory` bytes. Those of stacks are
@@ -76,8 +77,9 @@ fn made(
     task: &Task,
 ) -> Result<BuiltImage> {
     let ImageRequest { photos, stack, peeled, .. } = request;
-    let built = |ldi: &Ldi, photos: &[PhotoId], stage| BuiltImage {
-        ldi: drawable(ldi, *peeled),
+    let model = &request.inputs.opened.site.model;
+    let built = |ldi: &Arc<Ldi>, photos: &[PhotoId], stage| BuiltImage {
+        ldi: drawable(ldi, model, *peeled),
         photos: photos.to_vec(),
         stage,
     };
@@ -85,7 +87,7 @@ fn made(
     if !kept.has_stack(first) {
         let coarse = |photo| Some((site.cached_coarsely(photo, stack, COARSE_SIDE, task)?, photo));
         if let Some((ldi, photo)) = photos.iter().copied().find_map(coarse) {
-            bench.draft(task, built(&ldi, &[photo], Stage::Coarse));
+            bench.draft(task, built(&Arc::new(ldi), &[photo], Stage::Coarse));
         }
     }
     task.go_on()?;
@@ -100,8 +102,10 @@ fn made(
 }
 
 /// Returns an image as it is drawn: without layers that are hidden, and without what would be mixed with the surface before
-/// it.
-fn drawable(ldi: &Ldi, peeled: u32) -> Arc<Ldi> {
-    let apart = ldi.without_close(LEVEL);
-    Arc::new(if peeled == 0 { apart } else { apart.without_nearest(peeled) })
+/// it. Where no layer is hidden, it is without billboards that turn: the renderer draws them.
+fn drawable(ldi: &Arc<Ldi>, model: &Model, peeled: u32) -> Arc<Ldi> {
+    match peeled {
+        0 => Arc::new(without_billboards(ldi.clone(), model).without_close(LEVEL)),
+        _ => Arc::new(ldi.without_close(LEVEL).without_nearest(peeled)),
+    }
 }

@@ -4,10 +4,12 @@
 //! The *controller* chooses the photos that a view needs. The *builder* makes their image on a thread
 //! of its own. The *renderer* ([`LiveView`]) draws the image that there is and never waits for another one.
 
+mod billboards;
 mod builder;
 mod fade;
 mod making;
 mod request;
+mod rows;
 mod view;
 mod warper;
 

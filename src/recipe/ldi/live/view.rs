@@ -1,28 +1,34 @@
 //! The renderer: it draws the layered depth image that there is, and never waits for another one.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::billboards::Billboards;
 use super::builder::{Builder, Made};
 use super::fade::{FADE, mixed, share_after};
 use super::making::make_all;
 use super::request::{BuiltImage, ImageRequest, LiveInputs, LiveOptions, Stage};
+use super::rows::{drawn_rows, rows_of};
 use super::warper::{OnDevice, WarpOn, Warper};
 use crate::error::Result;
 use crate::ldi::WarpOptions;
 use crate::ldi::cracks::closed;
 use crate::projection::exposure::{Shares, ViewExposure};
-use crate::projection::{Picture, Renders, Shot};
+use crate::projection::{Picture, Renders, Shot, shown_face};
 use crate::recipe::budget::default_memory;
 use crate::recipe::ldi::StackLdiOptions;
 use crate::recipe::ldi::controller::{add_beside, best_photos, better_photos};
 use crate::recipe::ldi::site_view::{halvings, over};
 use crate::recipe::preview::Preview;
-use crate::scene::PhotoId;
+use crate::scene::{Model, PhotoId};
 use crate::task::Task;
 
 /// The number of photos of one image.
 const BEST: usize = 3;
+
+/// Of this many pixels of a row, one where an image is empty behind a billboard is a hole in a face; more are where no face is.
+const HOLES: usize = 100;
 
 /// An image that is drawn.
 struct Image {
@@ -113,23 +119,16 @@ impl LiveView {
         now: Instant,
         task: &Task,
     ) -> Result<LivePicture> {
-        let model = &self.inputs.opened.site.model;
+        let model = &self.inputs.opened.site.model.clone();
         let (mut shares, exposure) = preview.shares_and_exposure(shot, model);
         let best = best_photos(&shares, BEST);
         if !best.is_empty() && best.len() < BEST {
             let without = shot.without.iter().copied().chain(best).collect();
             add_beside(&mut shares, &preview.shares_and_exposure(&Shot { without, ..shot.clone() }, model).0);
         }
-        let mut drawn = self.drawn(&(shares, exposure), (shot, options), now, task)?;
-        if let Some(picture) = drawn.picture.as_mut().filter(|_| !shot.surroundings) {
-            *picture = closed(picture, None);
-        } else if let Some(picture) = drawn.picture.as_mut() {
-            // Surroundings that several photos show are one dome, which the projective renderer has.
-            // Between leaves one sees past a face.
-            let faces = preview.seen_faces(shot, task)?;
-            let hidden = self.inputs.opened.site.model.face_ids().collect();
-            let behind = preview.picture(&Shot { hidden, backs: false, ..shot.clone() }, task)?;
-            *picture = over(&closed(picture, Some(&faces)), &behind, &faces);
+        let mut drawn = self.drawn((&shares, &exposure), (shot, options), now, task)?;
+        if let Some(picture) = drawn.picture.as_mut() {
+            *picture = completed(picture, preview, model, (shot, &exposure, options), task)?;
         }
         Ok(drawn)
     }
@@ -137,7 +136,7 @@ impl LiveView {
     /// Draws a view of which it is known how much each photo contributes to it, and its exposure.
     fn drawn(
         &mut self,
-        (shares, exposure): &(Shares, ViewExposure),
+        (shares, exposure): (&Shares, &ViewExposure),
         (shot, options): (&Shot, &LiveOptions),
         now: Instant,
         task: &Task,
@@ -184,6 +183,48 @@ impl LiveView {
         };
         requested.is_none_or(|requested| !requested.is_same(&request)).then_some(request)
     }
+}
+
+/// Completes a view of images with what the projective renderer has: the surroundings, which are one dome where several photos show
+/// them, trees, and billboards that turn.
+fn completed(
+    picture: &Picture,
+    preview: &mut Preview,
+    model: &Model,
+    (shot, exposure, options): (&Shot, &ViewExposure, &LiveOptions),
+    task: &Task,
+) -> Result<Picture> {
+    // Where layers are hidden, the images have their billboards, too.
+    let has_billboards = options.peeled == 0 && model.has_impostors();
+    if !(shot.surroundings || has_billboards) {
+        return Ok(closed(picture, None));
+    }
+    let faces = preview.seen_faces(shot, task)?;
+    let billboards = match has_billboards {
+        true => Billboards::drawn(preview, model, (shot, exposure, &faces), task)?,
+        false => None,
+    };
+    // Between leaves one sees past a face.
+    let image = closed(picture, shot.surroundings.then_some(&faces));
+    let behind = match shot.surroundings {
+        true => {
+            let around = Shot { hidden: model.face_ids().collect(), backs: false, ..shot.clone() };
+            let is_empty = |row: Range<usize>| {
+                let is_open = |at: &usize| {
+                    let is_billboard = billboards.as_ref().is_some_and(|billboards| billboards.is_shown(*at));
+                    is_billboard && image.pixels()[*at][3] < u8::MAX
+                };
+                row.clone().any(|at| shown_face(faces[at]).is_none())
+                    || row.clone().filter(is_open).count() * HOLES > row.len()
+            };
+            let rows = rows_of(is_empty, [shot.camera.width, shot.camera.height]);
+            Some(drawn_rows(preview, (&around, exposure), rows, task)?)
+        }
+        false => None,
+    };
+    let view = behind.as_ref().map(|behind| over(&image, behind, &faces));
+    let view = view.unwrap_or(image);
+    Ok(billboards.map(|billboards| billboards.over(&view, behind.as_ref())).unwrap_or(view))
 }
 
 impl Images {

@@ -101,8 +101,8 @@ impl Bench {
     fn draw_with(&mut self, options: LiveOptions, shares: [f64; 4], after_ms: u64) -> LivePicture {
         self.now += Duration::from_millis(after_ms);
         let shares = Shares { of_photo: shares.to_vec(), of_common: 0.0, takes_part: vec![true; 4] };
-        let seen = (shares, ViewExposure::neutral(4));
-        self.view.drawn(&seen, (&self.shot, &options), self.now, &Task::silent()).unwrap()
+        let seen = (&shares, &ViewExposure::neutral(4));
+        self.view.drawn(seen, (&self.shot, &options), self.now, &Task::silent()).unwrap()
     }
 
     /// Lets the builder finish what it makes.
