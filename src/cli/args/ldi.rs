@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use super::PhotoArgs;
 use super::number::whole;
-use crate::cli::view_args::{PictureArgs, parse_scale};
+use super::{PhotoArgs, PictureArgs};
+use crate::cli::view_args::parse_scale;
 use crate::error::{Error, Result};
 use crate::io::cameras::accepted;
 use crate::io::ldi_file::{MOST_IMAGES, Packing};

@@ -14,6 +14,7 @@ mod matte;
 mod method;
 mod number;
 mod paint;
+mod pictures;
 mod surroundings;
 mod tree;
 mod tree_paint;
@@ -36,6 +37,7 @@ pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
+pub use pictures::PictureArgs;
 pub use surroundings::SurroundingsArgs;
 pub use tree::{
     Casts, FlakesOf, Shadows, TreeArgs, TreeBakeArgs, TreeChangeArgs, TreeCommand, TreeInfoArgs,

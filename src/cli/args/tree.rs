@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::number::{degrees, whole};
-use super::{PhotoArgs, TreeExportArgs, TreeImportArgs};
-use crate::cli::view_args::PictureArgs;
+use super::{PhotoArgs, PictureArgs, TreeExportArgs, TreeImportArgs};
 use crate::document::trees::UpAxis;
 use crate::io::cameras::accepted;
 
