@@ -20,8 +20,8 @@ pub struct TreeCost {
     pub triangles: u64,
 }
 
-/// The largest factor by which the threshold changes from one picture to the next.
-const STEP: f64 = 1.05;
+/// The largest factor by which the threshold changes from one picture to the next: a dissolve takes eight pictures.
+const STEP: f64 = 1.02;
 
 /// Samples of this many pixels' sides are the largest: a sample is drawn in at most 3 x 3 pixels.
 const COARSEST: f64 = 2.0;

@@ -110,17 +110,17 @@ fn open_share(options: &FlakeOptions) -> f64 {
     let images = bake(&plant, &BakeOptions { side: 24, least_side: 24, ..SLABS }, &Task::silent()).unwrap();
     let mut rng = Rng::new(31);
     let (mut count, mut open) = (0, 0.0);
-    for side in [26, 20, 26, 20, 26, 20] {
+    for side in [20, 17, 20, 17, 20, 17] {
         let mut axis = || rng.between(-1.0, 1.0);
         let view = from(&plant, DVec3::new(axis(), axis(), axis()), side);
-        // The finest image has 24 pixels across the ball, which takes some 24 and 19 pixels here; a pixel of it on the near side takes up
-        // to one and a half.
+        // The finest image has 24 pixels across the ball, which takes some 19 and 16 pixels here: a pixel of it on the near side takes
+        // about one.
         let options = FlakeOptions { walk: WalkOptions { threshold: 9.0 }, ..*options };
         let (truth, picture) = (brute(&plant, &view), flaked(&plant, &images, &view, &options));
         let inside = truth.pixels().iter().zip(picture.pixels()).filter(|(truth, _)| truth[3] == 255);
         inside.for_each(|(_, pixel)| (count, open) = (count + 1, open + 1.0 - f64::from(pixel[3]) / 255.0));
     }
-    assert!(count > 1500, "{count}");
+    assert!(count > 900, "{count}");
     open / f64::from(count)
 }
 

@@ -8,8 +8,6 @@ pub(super) mod flaked;
 pub(super) mod flakes;
 mod flakes_narrow;
 mod flakes_wide;
-#[cfg(test)]
-mod motion_tests;
 mod painted;
 pub(super) mod species;
 pub(super) mod stock;

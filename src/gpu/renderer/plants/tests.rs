@@ -1,5 +1,7 @@
 //! Trees on the device against brute force on the CPU, and beside faces.
 
+mod motion;
+
 use std::path::Path;
 use std::sync::Arc;
 
@@ -28,7 +30,7 @@ pub(super) fn oak() -> Plant {
 }
 
 /// A plant in two places: upright in the origin, and turned, squeezed and mirrored beside it.
-pub(super) fn wood(plant: Plant) -> Wood {
+fn wood(plant: Plant) -> Wood {
     let light = Light::day(plant.up);
     let squeezed = DMat3::from_rotation_z(1.0) * DMat3::from_diagonal(DVec3::new(0.7, -0.5, 0.9));
     let tree = |number: u32, world_from_plant: DAffine3, tint: f32| Tree {
@@ -44,7 +46,7 @@ pub(super) fn wood(plant: Plant) -> Wood {
     Wood { species: vec![WoodSpecies { plant: Arc::new(plant), images: None, openness: None }], trees, light }
 }
 
-pub(super) fn renderer(gpu: &Gpu, model: Arc<Model>, wood: Option<Wood>) -> Renderer {
+fn renderer(gpu: &Gpu, model: Arc<Model>, wood: Option<Wood>) -> Renderer {
     let of_face = vec![0..0; model.faces.len()];
     let sources = Arc::new(Sources { of_face, ..Sources::default() });
     let texels = Arc::new(super::super::tests::NoTextures);
@@ -61,7 +63,7 @@ fn shot(plant: &Plant, quality: Quality) -> Shot {
 }
 
 /// Returns covered pixels, and mean linear light of the covered part.
-pub(super) fn measured(picture: &Picture) -> (f64, DVec3) {
+fn measured(picture: &Picture) -> (f64, DVec3) {
     let (mut covered, mut light) = (0.0, DVec3::ZERO);
     for [r, g, b, a] in picture.pixels() {
         let share = f64::from(*a) / 255.0;
@@ -215,7 +217,7 @@ fn faces_hide_trees_and_trees_hide_faces_and_both_have_their_numbers() {
 }
 
 /// Returns the wood with images of its plant.
-pub(super) fn with_images(mut wood: Wood) -> Wood {
+fn with_images(mut wood: Wood) -> Wood {
     let options = BakeOptions { least_side: 192, most_side: 192, ..BakeOptions::SLABS };
     for species in &mut wood.species {
         species.images = Some(Arc::new(bake(&species.plant, &options, &Task::silent()).unwrap()));
