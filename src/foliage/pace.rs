@@ -2,7 +2,7 @@
 
 use super::walk::WalkOptions;
 
-/// How the drawing of trees keeps up with a moving view. Between two pictures the threshold changes by at most [`STEP`], and images
+/// How the drawing of trees keeps up with a moving view. Between two pictures the threshold changes by 2 % at most, and images
 /// dissolve into each other as it does, so that nobody sees it change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TreePace {
