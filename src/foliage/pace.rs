@@ -3,7 +3,7 @@
 use super::walk::WalkOptions;
 
 /// How the drawing of trees keeps up with a moving view. Between two pictures the threshold changes by 2 % at most, and images
-/// dissolve into each other as it does, so that nobody sees it change.
+/// dissolve into each other as it does, so that no part of a tree changes at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TreePace {
     threshold: f64,

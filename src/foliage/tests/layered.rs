@@ -264,7 +264,7 @@ fn the_coarsest_image_that_is_fine_enough_serves_and_none_behind_or_around_the_v
         let needed = share * of_radius;
         let alone = needed / WalkOptions { threshold: 1.0 }.alone();
         assert_eq!(parts(&view, 1.02 * alone), [Part::Image(copy)]);
-        // The instance's dissolve is within the lower tenth of the threshold.
+        // The dissolve of an instance ends at the threshold or up to a tenth below it: it has begun here, and has not ended.
         assert_eq!(parts(&view, 1.15 * needed)[0], Part::Image(copy));
         assert!(parts(&view, 1.15 * needed).len() > 1);
         assert!(!parts(&view, 0.98 * needed).contains(&Part::Image(copy)));
