@@ -1,6 +1,6 @@
 // Where depth pixels are in the picture, and on which pixels each is drawn.
-// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, and SINGLE, true where splats are one
-// pixel. The pass defines `touch`, which is called for each pixel of a splat with its weight there.
+// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, LEAST, and SINGLE, true where splats
+// are one pixel. The pass defines `touch`, which is called for each pixel of a splat with its weight there.
 // CPU reference: ldi/transfer.rs, ldi/spacing.rs, ldi/splat/sums.rs.
 
 // A depth pixel in the picture.
@@ -95,12 +95,12 @@ fn draw(dot: Dot) {
 
 // Returns the half side of a splat in pixels.
 fn radius_of(dot: Dot) -> f32 {
-    return select(min(dot.s, LARGEST), 1.0, dot.s <= CLOSED_BY_ONE);
+    return select(min(dot.s, LARGEST), clamp(dot.s, LEAST, 1.0), dot.s <= CLOSED_BY_ONE);
 }
 
 // Returns the weight of a splat at its centre.
 fn full_weight(dot: Dot) -> f32 {
-    let shrink = min(dot.s, 1.0);
+    let shrink = min(dot.s, 1.0) / clamp(dot.s, LEAST, 1.0);
     return shrink * shrink;
 }
 

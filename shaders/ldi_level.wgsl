@@ -10,7 +10,7 @@ fn is_level(dot: Dot, plane: u32, pixel: u32) -> bool {
     var tolerance = LEVEL * other;
     if surface != dot.surface && surface != 0u && dot.surface != 0u {
         let slope = max(surfaces[surface].y, surfaces[dot.surface].y);
-        tolerance = min(tolerance, APART * other + APART_PIXELS * radius_of(dot) * slope);
+        tolerance = min(tolerance, APART * other + APART_PIXELS * max(radius_of(dot), 1.0) * slope);
     }
     return word != 0u && abs(dot.q - other) <= tolerance;
 }

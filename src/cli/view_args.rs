@@ -203,6 +203,15 @@ pub enum QualityArg {
     Final,
 }
 
+impl From<QualityArg> for Quality {
+    fn from(quality: QualityArg) -> Self {
+        match quality {
+            QualityArg::Preview => Self::Preview,
+            QualityArg::Final => Self::Final,
+        }
+    }
+}
+
 /// The exposures of pictures.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum ExposureArg {
@@ -312,10 +321,7 @@ impl LookArgs {
                 without_transients: self.without_transients,
                 ..blend
             },
-            quality: match self.quality {
-                QualityArg::Preview => Quality::Preview,
-                QualityArg::Final => Quality::Final,
-            },
+            quality: self.quality.into(),
             display,
             exposure: match self.exposure {
                 None => self.like(opened)?.unwrap_or(usual),

@@ -71,7 +71,7 @@ pub struct BlendedSurface {
     pub inverse_depth: f32,
 }
 
-/// Makes a view of several layered depth images. Of the shot, the camera, the pose, the blending and whether sides are drawn
+/// Makes a view of several layered depth images. Of the shot, the camera, the pose, the quality, the blending and whether sides are drawn
 /// that the reference cameras do not see count; `lens` darkens it towards its corners. Of the options the spacing counts, and
 /// the level.
 ///

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use super::number::whole;
 use super::{PhotoArgs, PictureArgs};
-use crate::cli::view_args::parse_scale;
+use crate::cli::view_args::{QualityArg, parse_scale};
 use crate::error::{Error, Result};
 use crate::io::cameras::accepted;
 use crate::io::ldi_file::{MOST_IMAGES, Packing};
@@ -135,6 +135,9 @@ pub struct LdiRenderArgs {
     /// Select what is shown
     #[arg(long, value_enum, default_value_t)]
     pub show: LdiShow,
+    /// Preview: quick; final: sharp also where surfaces are seen from the side, from up to four times as many depth pixels
+    #[arg(long, value_enum, default_value_t)]
+    pub quality: QualityArg,
     /// How a depth pixel is drawn
     #[arg(long, value_enum, default_value_t)]
     pub splat: SplatArg,

@@ -10,9 +10,12 @@ use crate::projection::srgb::Srgb;
 
 /// The largest half side of a splat in pixels: what is magnified more lets through what is behind it.
 pub const LARGEST: f32 = 8.0;
-/// Up to this spacing, splats have a half side of 1: also on a grid turned by 45 degrees, the weights at a pixel sum up to more
-/// than what is opaque.
+/// Up to this spacing, splats have a half side of no more than 1: also on a grid turned by 45 degrees, the weights at a pixel sum
+/// up to more than what is opaque.
 pub const CLOSED_BY_ONE: f32 = 1.25;
+/// The least half side of a splat in pixels. Splats are as large as the gaps between depth pixels, so that they blur no more than
+/// they must; smaller ones would alias. docs/quality.md has the figures.
+pub const LEAST: f32 = 0.75;
 /// The tolerance within which inverse depths are of one surface, as a share, where it is not known that they are of two. Figures
 /// at 0.02 and 0.05 are the same.
 pub const LEVEL: f32 = 0.02;
@@ -189,11 +192,14 @@ impl Fours {
             let (u, v, s) = (us[i] - 0.5, vs[i] - batch.top - 0.5, ss[i]);
             let (x, y) = (floor_of_positive(u + 16.0) - 16.0, floor_of_positive(v + 16.0) - 16.0);
             let (right, lower) = (u - x, v - y);
-            let shrink = s.min(1.0);
-            let full = shrink * shrink;
-            let (upper_row, lower_row) = (full * (1.0 - lower), full * lower);
-            (a[i], b[i]) = (upper_row * (1.0 - right), upper_row * right);
-            (c[i], d[i]) = (lower_row * (1.0 - right), lower_row * right);
+            let within_one = s.min(1.0);
+            let per_side = 1.0 / within_one.max(LEAST);
+            let full = (within_one * per_side) * (within_one * per_side);
+            let tent = |apart: f32| (1.0 - apart * per_side).max(0.0);
+            let (upper_row, lower_row) = (full * tent(lower), full * tent(1.0 - lower));
+            let (left_column, right_column) = (tent(right), tent(1.0 - right));
+            (a[i], b[i]) = (upper_row * left_column, upper_row * right_column);
+            (c[i], d[i]) = (lower_row * left_column, lower_row * right_column);
             // Positions that are no numbers fail all comparisons.
             let within = (u > -1.0) & (u < width) & (v > -1.0) & (v < height) & (s <= CLOSED_BY_ONE);
             let index = index_of((y + 1.0) * (width + 2.0) + (x + 1.0));
@@ -310,17 +316,18 @@ fn add_apart<const N: usize>(near: &mut Slot<N>, far: &mut Slot<N>, weight: f32,
     }
 }
 
-/// Adds a depth pixel to four near slots at once, if each of them has a weight and is empty or of the same surface: what
+/// Adds a depth pixel to four near slots at once, if each of them that has a weight is empty or of the same surface: what
 /// [`Slot::add`] does, without a branch for each. Returns whether it did.
 #[inline(always)]
 fn add_to_four<const N: usize>(slots: [&mut Slot<N>; 4], weights: Vec4, sample: &Sample<N>) -> bool {
     let [a, b, c, d] = slots;
-    let Mat4 { x_axis: q, y_axis: sum, z_axis: surface, .. } =
+    let Mat4 { x_axis: q, y_axis: sum, z_axis: surface, w_axis: slope } =
         Mat4::from_cols(a.head, b.head, c.head, d.head).transpose();
     let (own_q, own) = (Vec4::splat(sample.q), Vec4::splat(sample.surface));
     let known = surface.cmpeq(own) | surface.cmpeq(Vec4::ZERO) | own.cmpeq(Vec4::ZERO);
     let holds = (own_q - q).abs().cmple(LEVEL * q) & known;
-    let simple: BVec4A = (holds | sum.cmpeq(Vec4::ZERO)) & weights.cmpgt(Vec4::ZERO);
+    let touched = weights.cmpgt(Vec4::ZERO);
+    let simple: BVec4A = holds | sum.cmpeq(Vec4::ZERO) | !touched;
     if !simple.all() {
         return false;
     }
@@ -334,7 +341,14 @@ fn add_to_four<const N: usize>(slots: [&mut Slot<N>; 4], weights: Vec4, sample: 
         c.keep_share(left.z);
         d.keep_share(left.w);
     }
-    let heads = Mat4::from_cols(q.max(own_q), whole, own, Vec4::splat(sample.slope)).transpose();
+    let of_touched = |new: Vec4, old: Vec4| Vec4::select(touched, new, old);
+    let heads = Mat4::from_cols(
+        of_touched(q.max(own_q), q),
+        whole,
+        of_touched(own, surface),
+        of_touched(Vec4::splat(sample.slope), slope),
+    );
+    let heads = heads.transpose();
     (a.head, b.head, c.head, d.head) = (heads.x_axis, heads.y_axis, heads.z_axis, heads.w_axis);
     a.add_share(weights.x, &sample.seen);
     b.add_share(weights.y, &sample.seen);

@@ -25,14 +25,21 @@ use super::splat::Canvas;
 use super::splat::pixel::IndexCanvas;
 use super::transfer::{RowTransfer, Transfer};
 use crate::error::Result;
-use crate::projection::{Picture, Shot};
+use crate::projection::{Picture, Quality, Shot};
 use crate::scene::light::LINEAR_FROM_BYTE;
 use crate::task::Task;
 
 /// The rows of a band.
 pub const BAND: u32 = 64;
-/// The spacing from which on a level is fine enough for a picture, as median over the tiles in view.
-const FINE_ENOUGH: f64 = 0.5;
+/// Returns the spacing from which on a level is fine enough for a picture, as median over the tiles in view. Depth pixels are
+/// squares in the reference camera: where a picture shows a surface from the side, they are closer together along one axis than
+/// along the other, so that final pictures take one level more.
+fn fine_enough(quality: Quality) -> f64 {
+    match quality {
+        Quality::Preview => 0.5,
+        Quality::Final => 0.25,
+    }
+}
 
 /// What depth pixels are drawn with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -86,8 +93,8 @@ pub struct Warped {
     pub too_near: u64,
 }
 
-/// Makes a view of a layered depth image. Of the shot, the camera, the pose and whether sides are drawn that the reference
-/// camera does not see ([`Shot::backs`]) count.
+/// Makes a view of a layered depth image. Of the shot, the camera, the pose, the quality, by which the level is chosen, and whether
+/// sides are drawn that the reference camera does not see ([`Shot::backs`]) count.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -146,7 +153,8 @@ pub(super) fn level_of(ldi: &Ldi, shot: &Shot, options: &WarpOptions) -> usize {
     match options.level {
         Some(level) => usize::from(level).min(ldi.levels.len() - 1),
         None => {
-            level_for(ldi, &Transfer::new((&ldi.levels[0].camera, &ldi.pose), (&shot.camera, &shot.pose)))
+            let transfer = Transfer::new((&ldi.levels[0].camera, &ldi.pose), (&shot.camera, &shot.pose));
+            level_by(&mut spacings_in_view(ldi, &transfer), ldi.levels.len(), shot.quality)
         }
     }
 }
@@ -272,12 +280,6 @@ fn seen_from_behind(ldi: &Ldi, transfer: &Transfer) -> Vec<bool> {
     if behind.contains(&true) { behind } else { Vec::new() }
 }
 
-/// Chooses the finest level whose depth pixels are not much closer together than the picture's pixels: their spacing is
-/// [`FINE_ENOUGH`] at least, as median over the tiles in view.
-fn level_for(ldi: &Ldi, transfer: &Transfer) -> usize {
-    level_by(&mut spacings_in_view(ldi, transfer), ldi.levels.len())
-}
-
 /// Returns the spacings in the middle of the tiles of the first level that are in view, each with its depth pixels.
 fn spacings_in_view(ldi: &Ldi, transfer: &Transfer) -> Vec<(f64, u64)> {
     let level = &ldi.levels[0];
@@ -293,8 +295,9 @@ fn spacings_in_view(ldi: &Ldi, transfer: &Transfer) -> Vec<(f64, u64)> {
     spacings
 }
 
-/// Chooses one of so many levels by the spacings in view.
-fn level_by(spacings: &mut [(f64, u64)], levels: usize) -> usize {
+/// Chooses one of so many levels by the spacings in view: the finest one whose depth pixels are not much closer together than the
+/// picture's pixels, see [`fine_enough`].
+fn level_by(spacings: &mut [(f64, u64)], levels: usize, quality: Quality) -> usize {
     spacings.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = spacings.iter().map(|(_, weight)| weight).sum::<u64>() / 2;
     let mut seen = 0;
@@ -303,6 +306,6 @@ fn level_by(spacings: &mut [(f64, u64)], levels: usize) -> usize {
         seen > half
     });
     let Some((median, _)) = median else { return 0 };
-    let coarser = (FINE_ENOUGH / median).log2().ceil().max(0.0) as usize;
+    let coarser = (fine_enough(quality) / median).log2().ceil().max(0.0) as usize;
     coarser.min(levels - 1)
 }

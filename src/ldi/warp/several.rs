@@ -96,5 +96,5 @@ fn common_level(set: &LdiSet, shot: &Shot) -> Option<u8> {
         spacings_in_view(image, &transfer)
     };
     let mut spacings: Vec<(f64, u64)> = set.images.iter().flat_map(in_view).collect();
-    Some(level_by(&mut spacings, levels) as u8)
+    Some(level_by(&mut spacings, levels, shot.quality) as u8)
 }

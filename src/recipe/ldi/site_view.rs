@@ -14,7 +14,7 @@ use crate::ldi::{BlendSource, Blended, BlendedSurface, Spacing, SplatKind, WarpO
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::exposure::{Optics, ViewExposure, ViewLens};
 use crate::projection::srgb::Srgb;
-use crate::projection::{DisplayMode, Picture, Renders, Shot, shown_face};
+use crate::projection::{DisplayMode, Picture, Quality, Renders, Shot, shown_face};
 use crate::recipe::budget::default_memory;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
@@ -152,7 +152,7 @@ impl<'a> LdiView<'a> {
             LdiViewSource::Photos(of) => {
                 let camera = &opened.site.photo(first).camera;
                 let stack = StackLdiOptions { surroundings, ..of.stack };
-                let request = (photos, halvings(camera.fx * of.scale / shot.camera.fx));
+                let request = (photos, halvings(camera.fx * of.scale / shot.camera.fx, shot.quality));
                 vec![(kept.photos(site, request, &PhotosOptions { stack, ..of.clone() }, task)?, first)]
             }
             LdiViewSource::Site(of) => {
@@ -160,7 +160,7 @@ impl<'a> LdiView<'a> {
                 for &photo in photos {
                     let finer = opened.site.photo(photo).camera.fx * of.scale / shot.camera.fx;
                     let of = SiteLdiOptions { surroundings: false, ..*of };
-                    let view = (photo, halvings(finer), &shot.without[..]);
+                    let view = (photo, halvings(finer, shot.quality), &shot.without[..]);
                     images.push((kept.site(site, preview, view, &of, task)?, photo));
                 }
                 images
@@ -292,10 +292,14 @@ fn empty(shot: &Shot, task: &Task) -> Picture {
     Picture { width, height, rgba: vec![0; 4 * width as usize * height as usize] }
 }
 
-/// Returns how often a camera can be halved so that it resolves at least twice as much as a picture of which it has `finer`
-/// times the resolution.
-pub(super) fn halvings(finer: f64) -> u32 {
-    (finer.log2().ceil() - 1.0).clamp(0.0, 8.0) as u32
+/// Returns how often a camera can be halved that has `finer` times the resolution of a picture, so that its image has the level
+/// that the picture is made of: it has more than the picture's resolution for previews, and more than twice as much for final pictures.
+pub(super) fn halvings(finer: f64, quality: Quality) -> u32 {
+    let spare = match quality {
+        Quality::Preview => 1.0,
+        Quality::Final => 2.0,
+    };
+    (finer.log2().ceil() - spare).clamp(0.0, 8.0) as u32
 }
 
 impl LdiView<'_> {
@@ -460,8 +464,10 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_is_halved_as_long_as_it_resolves_twice_what_the_picture_does() {
+    fn a_camera_is_halved_as_long_as_it_resolves_more_than_a_preview_and_twice_what_a_final_picture_does() {
         let finer = [0.5, 1.0, 1.9, 2.0, 2.1, 4.0, 4.1, 8.0];
-        assert_eq!(finer.map(halvings), [0, 0, 0, 0, 1, 1, 2, 2]);
+        let of = |quality| finer.map(|finer| halvings(finer, quality));
+        assert_eq!(of(Quality::Preview), [0, 0, 0, 0, 1, 1, 2, 2]);
+        assert_eq!(of(Quality::Final), [0, 0, 0, 0, 0, 0, 1, 1]);
     }
 }

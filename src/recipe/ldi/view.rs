@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::geometry::Pose;
 use crate::ldi::cube::{FACE, axis};
 use crate::ldi::{Arrangement, Ldi, LdiSet, Shown, WarpOptions, warp_set, warp_shown};
-use crate::projection::{Picture, Shot};
+use crate::projection::{Picture, Quality, Shot};
 use crate::recipe::views::{RequestedView, RequestedViews, ViewRequest, views};
 use crate::scene::{Model, Photo, Site};
 use crate::task::Task;
@@ -56,6 +56,7 @@ fn unused(name: &str, others: &[Photo]) -> String {
 pub struct LdiDrawing<'a> {
     sets: &'a [LdiSet],
     options: WarpOptions,
+    quality: Quality,
     /// The distance between the eyes in world units, for pictures of two views side by side.
     stereo: Option<f64>,
     /// What is shown instead of colours, of single images.
@@ -67,14 +68,14 @@ pub struct LdiDrawing<'a> {
 }
 
 impl<'a> LdiDrawing<'a> {
-    /// Prepares the drawing of images, of which there is at least one: for one eye or two, and of their colours or of another
-    /// quantity, which sets do not have.
+    /// Prepares the drawing of images, of which there is at least one, in a quality: for one eye or two, and of their colours or of
+    /// another quantity, which sets do not have.
     pub fn new(
         sets: &'a [LdiSet],
-        options: WarpOptions,
+        (options, quality): (WarpOptions, Quality),
         (stereo, shown): (Option<f64>, Option<Shown>),
     ) -> Self {
-        Self { sets, options, stereo, shown, too_near: Vec::new(), uncomfortable: Vec::new() }
+        Self { sets, options, quality, stereo, shown, too_near: Vec::new(), uncomfortable: Vec::new() }
     }
 
     /// Draws a view; for two eyes the left one's to the left of the right one's.
@@ -95,7 +96,7 @@ impl<'a> LdiDrawing<'a> {
     }
 
     fn one(&mut self, set: &LdiSet, view: &RequestedView, pose: Pose, task: &Task) -> Result<Picture> {
-        let shot = Shot { backs: false, ..Shot::new(view.camera, pose) };
+        let shot = Shot { backs: false, quality: self.quality, ..Shot::new(view.camera, pose) };
         let warped = match (self.shown, &set.images[..]) {
             (Some(shown), [ldi]) => warp_shown(ldi, &shot, shown, &self.options, task)?,
             _ => warp_set(set, &shot, &self.options, task)?,

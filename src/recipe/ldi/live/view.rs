@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::ldi::WarpOptions;
 use crate::ldi::cracks::closed;
 use crate::projection::exposure::{Shares, ViewExposure};
-use crate::projection::{Picture, Renders, Shot, shown_face};
+use crate::projection::{Picture, Quality, Renders, Shot, shown_face};
 use crate::recipe::budget::default_memory;
 use crate::recipe::ldi::StackLdiOptions;
 use crate::recipe::ldi::controller::{add_beside, best_photos, better_photos};
@@ -169,7 +169,8 @@ impl LiveView {
         let present = requested.map_or(&[][..], |request| &request.photos);
         let photos = better_photos(shares, present, BEST).unwrap_or_else(|| present.to_vec());
         let camera = &self.inputs.opened.site.photo(*photos.first()?).camera;
-        let needed = halvings(camera.fx / (shot.camera.fx * options.larger));
+        // Images are made while the view moves, and pictures at rest are made of the same ones.
+        let needed = halvings(camera.fx / (shot.camera.fx * options.larger), Quality::Preview);
         // A finer image than is needed stays: its levels are coarser.
         let known =
             requested.filter(|request| request.photos == photos).map_or(u32::MAX, |request| request.halvings);
