@@ -308,7 +308,8 @@ fn two_runs_of_narrow_words_find_what_one_run_of_wide_words_finds() {
     };
     let (wide, narrow) = (drawn(&gpu), drawn(&gpu.without_wide_atomics()));
     let different = wide.pixels().iter().zip(narrow.pixels()).filter(|(a, b)| a != b).count();
-    // Two runs cannot tell samples apart whose depths differ by the last bits.
+    // Two runs cannot tell samples apart whose depths differ by the last bits. On the software device no pixel is different; another
+    // device may round depths otherwise.
     let covered = wide.pixels().iter().filter(|pixel| pixel[3] > 0).count();
     assert!(different * 1000 <= covered, "{different} of {covered} pixels");
 }
