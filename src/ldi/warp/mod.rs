@@ -31,6 +31,7 @@ use crate::task::Task;
 
 /// The rows of a band.
 pub const BAND: u32 = 64;
+
 /// Returns the spacing from which on a level is fine enough for a picture, as median over the tiles in view. Depth pixels are
 /// squares in the reference camera: where a picture shows a surface from the side, they are closer together along one axis than
 /// along the other, so that final pictures take one level more.

@@ -64,6 +64,7 @@ mod tests {
     use super::*;
     use crate::ldi::levels::pyramid;
     use crate::ldi::{DepthPixel, LdiKind, LdiReport, Level, Splat, SplatKind, WarpOptions};
+    use crate::projection::Quality;
     use crate::recipe::ldi::view::LdiDrawing;
     use crate::recipe::views::RequestedView;
     use crate::scene::synthetic::{camera_is_world, centred};
@@ -132,8 +133,7 @@ mod tests {
         for splat in [SplatKind::Sums, SplatKind::Over, SplatKind::Pixel] {
             let options = WarpOptions { splat, ..WarpOptions::default() };
             let picture = |stereo: Option<f64>, pose| {
-                let mut drawing =
-                    LdiDrawing::new(&sets, (options, crate::projection::Quality::Final), (stereo, None));
+                let mut drawing = LdiDrawing::new(&sets, (options, Quality::Final), (stereo, None));
                 (drawing.picture(&view(pose), &Task::silent()).unwrap(), drawing.uncomfortable)
             };
             let (both, noted) = picture(Some(0.3), pose);
