@@ -1,6 +1,6 @@
 // Where depth pixels are in the picture, and on which pixels each is drawn.
-// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, LEAST, and SINGLE, true where splats
-// are one pixel. The pass defines `touch`, which is called for each pixel of a splat with its weight there.
+// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, LEAST, COVERS, and SINGLE, true where
+// splats are one pixel. The pass defines `touch`, which is called for each pixel of a splat with its weight there.
 // CPU reference: ldi/transfer.rs, ldi/spacing.rs, ldi/splat/sums.rs.
 
 // A depth pixel in the picture.
@@ -30,12 +30,20 @@ fn rounded3(product: vec3f) -> vec3f {
 
 // Returns the depth pixel that an invocation draws.
 fn dot_of(invocation: u32) -> Dot {
+    let index = max(view.within.x, part.x) + invocation;
+    let at = index - part.x;
     var dot: Dot;
-    dot.index = max(view.within.x, part.x) + invocation;
-    let at = dot.index - part.x;
-    if dot.index >= view.within.y || at >= arrayLength(&pixels) {
-        return dot;
+    if index < view.within.y && at < arrayLength(&pixels) {
+        dot = placed(at);
+        dot.drawn = dot.drawn && !is_covered(dot, at);
     }
+    dot.index = index;
+    return dot;
+}
+
+// Returns a depth pixel of the part at its place in the picture.
+fn placed(at: u32) -> Dot {
+    var dot: Dot;
     let pixel = pixels[at];
     let column = pixel.x & 0xffffu;
     let d = bitcast<f32>(pixel.y);
@@ -55,6 +63,16 @@ fn dot_of(invocation: u32) -> Dot {
     dot.s = select(g * (per * sqrt(per)), g * per, dot.surface == 0u);
     dot.drawn = true;
     return dot;
+}
+
+// Returns whether the next nearer depth pixel of its ray covers a depth pixel.
+fn is_covered(dot: Dot, at: u32) -> bool {
+    // Parts do not end within a ray.
+    if SINGLE || at == 0u || pixels[at - 1u].x != pixels[at].x || (pixels[at - 1u].z >> 24u) != 255u {
+        return false;
+    }
+    let nearer = placed(at - 1u);
+    return nearer.drawn && nearer.q > dot.q && all(abs(dot.at - nearer.at) <= vec2f(COVERS));
 }
 
 // Draws a depth pixel. Everything is compared before it becomes an integer, so that what is no number is not drawn. Positions

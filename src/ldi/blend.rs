@@ -122,7 +122,9 @@ fn blend_band(
         let (x, y) = (i as u32 % width, i as u32 / width);
         pixels.clear();
         for (source, canvas) in canvases.iter().enumerate() {
-            pixels.extend(canvas.slots(x, y).into_iter().filter_map(|slot| Part::new(source, slot)));
+            let [near, far] = canvas.slots(x, y);
+            pixels.extend(Part::new(source, near, 0.0));
+            pixels.extend(Part::new(source, far, near.weight()));
         }
         let at = DVec2::new(f64::from(x) + 0.5, f64::from(top + y) + 0.5);
         let factor = lens.factor(squared_tangent(&blender.shot.camera, at));
@@ -150,11 +152,11 @@ struct Part {
 }
 
 impl Part {
-    fn new(source: usize, slot: &Slot<BLENDED>) -> Option<Self> {
+    fn new(source: usize, slot: &Slot<BLENDED>, before: f32) -> Option<Self> {
         if slot.weight() <= 0.0 {
             return None;
         }
-        let colour = slot.covering()[0].to_array();
+        let colour = slot.covering(before)[0].to_array();
         let [spacing, own, paint, q] =
             slot.seen[COLOUR].to_array().map(|sum| (sum / slot.weight()).clamp(0.0, f32::MAX));
         Some(Self {

@@ -5,7 +5,7 @@ use wgpu::{ComputePass, ComputePipeline};
 
 use super::uploaded::Part;
 use super::view::WORKGROUP;
-use crate::ldi::splat::sums::{CLOSED_BY_ONE, LARGEST, LEAST};
+use crate::ldi::splat::sums::{CLOSED_BY_ONE, COVERS, LARGEST, LEAST};
 use crate::ldi::transfer::RUN;
 
 /// The WGSL source that is put before the passes over depth pixels.
@@ -16,7 +16,8 @@ pub fn constants(single: bool) -> String {
     let bits = RUN.ilog2();
     format!(
         "const RUN_BITS: u32 = {bits}u;\nconst LARGEST: f32 = {LARGEST:?};\n\
-         const CLOSED_BY_ONE: f32 = {CLOSED_BY_ONE:?};\nconst LEAST: f32 = {LEAST:?};\nconst SINGLE: bool = {single};\n"
+         const CLOSED_BY_ONE: f32 = {CLOSED_BY_ONE:?};\nconst LEAST: f32 = {LEAST:?};\n\
+         const COVERS: f32 = {COVERS:?};\nconst SINGLE: bool = {single};\n"
     )
 }
 

@@ -40,7 +40,7 @@ pub fn most_of_part(gpu: &Gpu) -> u64 {
 }
 
 impl GpuLdi {
-    /// Uploads all levels, in parts of at most `most` depth pixels.
+    /// Uploads all levels, in parts of at most `most` depth pixels that end between rays.
     pub(super) fn new(gpu: &Gpu, layouts: &Layouts, ldi: Arc<Ldi>, most: u64) -> Self {
         let levels = ldi.levels.iter().map(|level| parts(gpu, layouts, level, most as usize)).collect();
         Self { ldi, levels }
@@ -63,8 +63,25 @@ impl GpuLdi {
 }
 
 fn parts(gpu: &Gpu, layouts: &Layouts, level: &Level, most: usize) -> Vec<Part> {
-    let starts = (0..level.len()).step_by(most.max(1));
-    starts.map(|start| part(gpu, layouts, level, start..level.len().min(start + most.max(1)))).collect()
+    let mut parts = Vec::new();
+    let mut start = 0;
+    while start < level.len() {
+        let end = end_of_part(level, start, most);
+        parts.push(part(gpu, layouts, level, start..end));
+        start = end;
+    }
+    parts
+}
+
+/// Returns where a part ends that holds at most so many depth pixels: not within a ray, if it can hold one.
+fn end_of_part(level: &Level, start: usize, most: usize) -> usize {
+    let end = start + most.max(1);
+    if end >= level.len() {
+        return level.len();
+    }
+    // What is before the first column of a row is in another column, but for images of one column, where parts are shorter for it.
+    let is_between = |end: &usize| level.columns[*end - 1] != level.columns[*end];
+    (start + 1..=end).rev().find(is_between).unwrap_or(end)
 }
 
 fn part(gpu: &Gpu, layouts: &Layouts, level: &Level, pixels: Range<usize>) -> Part {

@@ -112,7 +112,9 @@ fn index(page: &Page<'_>) -> String {
         ("width", &width),
         ("height", &height),
         ("vertex", include_str!("vertex.glsl")),
-        ("fragment", include_str!("fragment.glsl")),
+        ("fragment", &with_encoding(include_str!("fragment.glsl"))),
+        ("whole", include_str!("whole.glsl")),
+        ("reduce", &with_encoding(include_str!("reduce.glsl"))),
     ];
     let mut parts = include_str!("index.html").split("{{");
     let mut out = parts.next().unwrap_or_default().to_owned();
@@ -123,6 +125,11 @@ fn index(page: &Page<'_>) -> String {
         out.push_str(rest);
     }
     out
+}
+
+/// Returns a shader with the function that it takes from another file.
+fn with_encoding(shader: &str) -> String {
+    shader.replace("#include encoded\n", include_str!("encoded.glsl"))
 }
 
 /// Returns text that means itself in HTML.

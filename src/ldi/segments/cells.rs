@@ -18,7 +18,7 @@ const RIDGE: f64 = 0.01;
 
 /// The error of a cell is no more than this share of the difference to another layer, so that neither of two comes before the
 /// other where it is behind: less than half, since both have one.
-const CLOSEST: f64 = 0.3;
+pub(super) const CLOSEST: f64 = 0.3;
 
 /// The depth pixels of a segment in a tile of the frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,6 +61,8 @@ pub struct Node {
     pub error: f64,
     /// The largest one as a share of the difference to the next layer of the ray.
     pub crowding: f64,
+    /// Whether most of its depth pixels have a nearer one on their rays.
+    pub hidden: bool,
     /// Its quarters, row by row, by their places in [`Patch::nodes`]; 0 where there is no depth pixel. All are 0 in a cell
     /// without quarters.
     pub quarters: [u32; 4],
@@ -80,7 +82,7 @@ impl Node {
         let only_one = self.quarters.iter().filter(|&&quarter| quarter != 0).count() == 1;
         // What lies in one quarter has a cell of a quarter, so that cells are no larger than their texels.
         let fits = self.error <= limits.error && self.crowding <= CLOSEST && self.is_straight(limits);
-        self.quarters == [0; 4] || (!only_one && fits)
+        !only_one && fits
     }
 
     /// Returns whether a texture that is affine on the cell in space is nearly so in the frame. Half way along an edge between
@@ -102,19 +104,31 @@ impl Node {
 }
 
 impl Patch {
-    /// Visits the cells that are not divided, in the order of their first pixels.
-    pub fn leaves<'a>(&'a self, limits: &Limits, visit: &mut impl FnMut(&'a Node)) {
-        self.leaves_below(0, limits, visit);
+    /// Visits the cells that are not divided, with their numbers, in the order of their first pixels. Cells that have quarters are
+    /// divided beyond the limits where `is_divided` says so of their numbers.
+    pub fn leaves<'a>(
+        &'a self,
+        limits: &Limits,
+        is_divided: &impl Fn(u32) -> bool,
+        visit: &mut impl FnMut(u32, &'a Node),
+    ) {
+        self.leaves_below(0, limits, is_divided, visit);
     }
 
-    fn leaves_below<'a>(&'a self, node: usize, limits: &Limits, visit: &mut impl FnMut(&'a Node)) {
-        let node = &self.nodes[node];
-        if node.is_leaf(limits) {
-            visit(node);
+    fn leaves_below<'a>(
+        &'a self,
+        number: u32,
+        limits: &Limits,
+        is_divided: &impl Fn(u32) -> bool,
+        visit: &mut impl FnMut(u32, &'a Node),
+    ) {
+        let node = &self.nodes[number as usize];
+        if node.quarters == [0; 4] || (node.is_leaf(limits) && !is_divided(number)) {
+            visit(number, node);
             return;
         }
         for quarter in node.quarters.into_iter().filter(|&quarter| quarter != 0) {
-            self.leaves_below(quarter as usize, limits, visit);
+            self.leaves_below(quarter, limits, is_divided, visit);
         }
     }
 }
@@ -123,7 +137,7 @@ impl Patch {
 pub fn count_leaves(patches: &[Patch], limits: &Limits) -> usize {
     let of_patch = |patch: &Patch| {
         let mut count = 0;
-        patch.leaves(limits, &mut |_| count += 1);
+        patch.leaves(limits, &|_| false, &mut |_, _| count += 1);
         count
     };
     patches.par_iter().map(of_patch).sum()
@@ -248,19 +262,29 @@ impl<'a> Divider<'a> {
         let [a, b, c] = sums.solved();
         let (b, c) = (b / half, c / half);
         let plane = base + DVec3::new(b, c, a - b * centre[0] - c * centre[1]);
-        let (mut error, mut crowding) = (0.0f64, 0.0f64);
+        let (mut error, mut crowding, mut behind) = (0.0f64, 0.0f64, 0u16);
         for (x, y, index) in self.pixels(at, side) {
             let off = (plane.dot(DVec3::new(x, y, 1.0)) - depth(index)).abs();
             error = error.max(off);
             crowding = crowding.max(off / gap(self.level, index));
+            behind += u16::from(has_nearer(self.level, index));
         }
-        Some(Node { at, side, pixels: sums.count as u16, range, plane, error, crowding, quarters: [0; 4] })
+        let pixels = sums.count as u16;
+        let hidden = 2 * behind > pixels;
+        Some(Node { at, side, pixels, range, plane, error, crowding, hidden, quarters: [0; 4] })
     }
+}
+
+/// Returns whether a depth pixel has a nearer one on its ray.
+fn has_nearer(level: &Level, index: usize) -> bool {
+    let before = index.checked_sub(1).filter(|&before| level.columns[before] == level.columns[index]);
+    // What is before the first column of a row is in another column, but for images of one column.
+    before.is_some_and(|before| level.inverse_depths[before] > level.inverse_depths[index])
 }
 
 /// Returns the difference of inverse depth to the next depth pixel of the same ray; infinite where there is none or where both
 /// are level.
-fn gap(level: &Level, index: usize) -> f64 {
+pub(super) fn gap(level: &Level, index: usize) -> f64 {
     let depth = f64::from(level.inverse_depths[index]);
     let beside = [index.checked_sub(1), Some(index + 1)];
     // What is before the first column of a row is in another column, but for images of one column, whose cells are small.

@@ -2,15 +2,17 @@
 //!
 //! Corners of cells are shared: each has one inverse depth, the mean of what the cells around it say. A cell whose neighbour is
 //! finer has that neighbour's corners on its sides, and its triangles go through them, so no gap opens between cells of
-//! different size. Outwards, sides are moved by a pixel, over which the atlas's opacity fades.
+//! different size. Cells that are wrong then are divided further ([`check`](super::check)). Outwards, sides are moved by a pixel, over which the atlas's opacity fades.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::cells::{Limits, Node, Patch};
+use super::check::Exceptions;
 use super::{SMALLEST_CELL, TILE};
 use crate::error::Result;
+use crate::ldi::layout::Level;
 use crate::task::Task;
 
 /// A corner of triangles, homogeneous: (x, y, 1, d).
@@ -76,7 +78,7 @@ impl SegmentMesh {
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
-pub fn meshes(patches: &[Patch], limits: &Limits, task: &Task) -> Result<Vec<SegmentMesh>> {
+pub fn meshes(level: &Level, patches: &[Patch], limits: &Limits, task: &Task) -> Result<Vec<SegmentMesh>> {
     let mut first = 0;
     let groups: Vec<(usize, &[Patch])> = patches
         .chunk_by(|a, b| a.segment == b.segment)
@@ -86,8 +88,14 @@ pub fn meshes(patches: &[Patch], limits: &Limits, task: &Task) -> Result<Vec<Seg
         })
         .collect();
     let of_segment = |(first, group): &(usize, &[Patch])| {
-        task.go_on()?;
-        Ok(Mesher::new(group, limits).mesh(*first))
+        let mut exceptions = Exceptions::default();
+        loop {
+            task.go_on()?;
+            let mesher = Mesher::new(group, limits, &exceptions);
+            if !exceptions.add(&mesher.poor_cells(level, limits)) {
+                return Ok(mesher.mesh(*first));
+            }
+        }
     };
     groups.par_iter().map(of_segment).collect()
 }
@@ -135,11 +143,15 @@ fn rectangles(group: &[Patch]) -> Vec<Vec<usize>> {
 
 /// A cell in the frame.
 #[derive(Debug, Clone, Copy)]
-struct Cell<'a> {
+pub(super) struct Cell<'a> {
     x: i32,
     y: i32,
     side: i32,
-    node: &'a Node,
+    pub node: &'a Node,
+    /// The places of its patch in the group and of its node in the patch.
+    pub place: (usize, u32),
+    /// Whether it shares no corners with others.
+    is_alone: bool,
 }
 
 impl Cell<'_> {
@@ -147,6 +159,13 @@ impl Cell<'_> {
     fn corners(&self) -> [[i32; 2]; 4] {
         let (right, bottom) = (self.x + self.side, self.y + self.side);
         [[self.x, self.y], [right, self.y], [right, bottom], [self.x, bottom]]
+    }
+
+    /// Returns what it says of the inverse depth at a corner that was moved.
+    fn inverse_depth(&self, at: [i32; 2], moved: [i32; 2]) -> f64 {
+        let depth = self.node.inverse_depth(moved[0], moved[1]);
+        // Where what is hidden ends at what hides it, it must not come before it beyond the end.
+        if self.node.hidden && moved != at { depth.min(self.node.range[1].into()) } else { depth }
     }
 }
 
@@ -160,10 +179,10 @@ struct Corner {
 }
 
 /// A segment whose mesh is made.
-struct Mesher<'a> {
-    group: &'a [Patch],
+pub(super) struct Mesher<'a> {
+    pub group: &'a [Patch],
     /// The cells of each patch.
-    cells: Vec<Vec<Cell<'a>>>,
+    pub cells: Vec<Vec<Cell<'a>>>,
     corners: FxHashMap<[i32; 2], Corner>,
     /// By tile, which squares of the smallest cells are covered, a word a row.
     covered: FxHashMap<[i32; 2], [u32; (TILE / SMALLEST_CELL) as usize]>,
@@ -172,15 +191,17 @@ struct Mesher<'a> {
 const STEP: i32 = SMALLEST_CELL as i32;
 
 impl<'a> Mesher<'a> {
-    fn new(group: &'a [Patch], limits: &Limits) -> Self {
+    fn new(group: &'a [Patch], limits: &Limits, exceptions: &Exceptions) -> Self {
         let mut mesher =
             Self { group, cells: Vec::new(), corners: FxHashMap::default(), covered: FxHashMap::default() };
-        for patch in group {
+        for (i, patch) in group.iter().enumerate() {
             let [left, top] = patch.tile.map(|at| (at * TILE) as i32);
             let mut cells = Vec::new();
-            patch.leaves(limits, &mut |node| {
+            patch.leaves(limits, &|number| exceptions.is_divided((i, number)), &mut |number, node| {
                 let [x, y] = node.at.map(i32::from);
-                cells.push(Cell { x: left + x, y: top + y, side: node.side.into(), node });
+                let (place, side) = ((i, number), node.side.into());
+                let is_alone = exceptions.is_alone(place);
+                cells.push(Cell { x: left + x, y: top + y, side, node, place, is_alone });
             });
             for cell in &cells {
                 mesher.cover(cell);
@@ -192,13 +213,13 @@ impl<'a> Mesher<'a> {
         }
         let mut corners = std::mem::take(&mut mesher.corners);
         corners.iter_mut().for_each(|(at, corner)| corner.moved = mesher.outwards(*at));
-        for cell in mesher.cells.iter().flatten() {
+        for cell in mesher.cells.iter().flatten().filter(|cell| !cell.is_alone) {
             // A fine cell knows the place better than a large one, and a full one better than one of few depth pixels.
             let weight = f64::from(cell.node.pixels) / f64::from(cell.side).powi(4);
             for at in sides(cell) {
                 if let Some(corner) = corners.get_mut(&at) {
                     corner.weight += weight;
-                    corner.sum += weight * cell.node.inverse_depth(corner.moved[0], corner.moved[1]);
+                    corner.sum += weight * cell.inverse_depth(at, corner.moved);
                 }
             }
         }
@@ -263,6 +284,60 @@ fn sides(cell: &Cell) -> impl Iterator<Item = [i32; 2]> + use<> {
     })
 }
 
+/// The mesh of a cell.
+pub(super) struct Shape {
+    /// The corners on its sides, clockwise from the upper left one: where each was before it was moved, and what it is.
+    ring: Vec<([i32; 2], Vertex)>,
+    /// A corner within it.
+    centre: Option<Vertex>,
+    /// The triangles by the corners' places in the ring; the one within it has the place behind the last one.
+    triangles: Vec<[usize; 3]>,
+}
+
+impl Shape {
+    /// Returns the corners of the triangles.
+    pub fn triangles(&self) -> impl Iterator<Item = [Vertex; 3]> + '_ {
+        let corner = |at: usize| self.ring.get(at).map_or_else(|| self.centre.expect("it has one"), |(_, at)| *at);
+        self.triangles.iter().map(move |triangle| triangle.map(corner))
+    }
+}
+
+impl Mesher<'_> {
+    /// Returns the mesh of a cell.
+    pub fn shape(&self, cell: &Cell) -> Shape {
+        let vertex = |at: [i32; 2]| {
+            let corner = self.corners.get(&at)?;
+            let [x, y] = corner.moved;
+            let depth =
+                if cell.is_alone { cell.inverse_depth(at, corner.moved) } else { corner.sum / corner.weight };
+            Some((at, Vertex { x, y, inverse_depth: depth as f32 }))
+        };
+        let ring: Vec<([i32; 2], Vertex)> = sides(cell).filter_map(vertex).collect();
+        if ring.len() == 4 {
+            let depth = |at: usize| ring[at].1.inverse_depth;
+            // The diagonal that changes less follows ridges and valleys.
+            let along = (depth(0) - depth(2)).abs() <= (depth(1) - depth(3)).abs();
+            let triangles = if along { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] };
+            return Shape { ring, centre: None, triangles: triangles.to_vec() };
+        }
+        let (x, y) = (cell.x + cell.side / 2, cell.y + cell.side / 2);
+        let centre = Vertex { x, y, inverse_depth: middle(&ring, cell, [x, y]) as f32 };
+        let triangles = (0..ring.len()).map(|i| [ring.len(), i, (i + 1) % ring.len()]).collect();
+        Shape { ring, centre: Some(centre), triangles }
+    }
+}
+
+/// Returns the inverse depth in the middle of a cell: its own, moved as its corners were.
+fn middle(ring: &[([i32; 2], Vertex)], cell: &Cell, [x, y]: [i32; 2]) -> f64 {
+    let plane = cell.node.plane;
+    let off = |(_, Vertex { x, y, inverse_depth }): &([i32; 2], Vertex)| {
+        f64::from(*inverse_depth) - plane.dot(DVec3::new((*x).into(), (*y).into(), 1.0))
+    };
+    let mean = ring.iter().map(off).sum::<f64>() / ring.len() as f64;
+    // Half of it: the middle is nearer to the cell's own depth pixels than its corners are.
+    cell.node.inverse_depth(x, y) + 0.5 * mean
+}
+
 /// A part whose mesh is made.
 struct PartMesh<'a> {
     mesher: &'a Mesher<'a>,
@@ -272,49 +347,26 @@ struct PartMesh<'a> {
 }
 
 impl PartMesh<'_> {
-    fn vertex(&mut self, at: [i32; 2]) -> u16 {
-        if let Some(&number) = self.numbers.get(&at) {
-            return number;
-        }
-        let corner = self.mesher.corners[&at];
-        let number = self.push(corner.moved[0], corner.moved[1], corner.sum / corner.weight);
-        self.numbers.insert(at, number);
-        number
-    }
-
-    fn push(&mut self, x: i32, y: i32, inverse_depth: f64) -> u16 {
-        self.vertices.push(Vertex { x, y, inverse_depth: inverse_depth as f32 });
-        (self.vertices.len() - 1) as u16
-    }
-
     /// Adds the triangles of a cell.
     fn add(&mut self, cell: &Cell) {
-        let places: Vec<[i32; 2]> = sides(cell).filter(|at| self.mesher.corners.contains_key(at)).collect();
-        let ring: Vec<u16> = places.into_iter().map(|at| self.vertex(at)).collect();
-        if let [a, b, c, d] = ring[..] {
-            let depth = |number: u16| self.vertices[usize::from(number)].inverse_depth;
-            // The diagonal that changes less follows ridges and valleys.
-            let along = (depth(a) - depth(c)).abs() <= (depth(b) - depth(d)).abs();
-            let triangles = if along { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
-            self.triangles.extend(triangles);
-            return;
+        let shape = self.mesher.shape(cell);
+        let mut numbers: Vec<u16> = Vec::with_capacity(shape.ring.len() + 1);
+        for (at, vertex) in &shape.ring {
+            let number = match self.numbers.get(at).filter(|_| !cell.is_alone) {
+                Some(&number) => number,
+                None => self.push(*vertex),
+            };
+            if !cell.is_alone {
+                self.numbers.insert(*at, number);
+            }
+            numbers.push(number);
         }
-        let (x, y) = (cell.x + cell.side / 2, cell.y + cell.side / 2);
-        let middle = self.middle(&ring, cell);
-        let centre = self.push(x, y, middle);
-        let next = ring[1..].iter().chain(&ring[..1]);
-        self.triangles.extend(ring.iter().zip(next).map(|(&a, &b)| [centre, a, b]));
+        numbers.extend(shape.centre.map(|centre| self.push(centre)));
+        self.triangles.extend(shape.triangles.iter().map(|triangle| triangle.map(|at| numbers[at])));
     }
 
-    /// Returns the inverse depth in the middle of a cell: its own, moved as its corners were.
-    fn middle(&self, ring: &[u16], cell: &Cell) -> f64 {
-        let plane = cell.node.plane;
-        let off = |&number: &u16| {
-            let Vertex { x, y, inverse_depth } = self.vertices[usize::from(number)];
-            f64::from(inverse_depth) - plane.dot(DVec3::new(x.into(), y.into(), 1.0))
-        };
-        let mean = ring.iter().map(off).sum::<f64>() / ring.len() as f64;
-        // Half of it: the middle is nearer to the cell's own depth pixels than its corners are.
-        cell.node.inverse_depth(cell.x + cell.side / 2, cell.y + cell.side / 2) + 0.5 * mean
+    fn push(&mut self, vertex: Vertex) -> u16 {
+        self.vertices.push(vertex);
+        (self.vertices.len() - 1) as u16
     }
 }

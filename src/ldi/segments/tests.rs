@@ -9,6 +9,7 @@ use super::{Piece, SegmentOptions, Segments, Vertex, segments};
 use crate::geometry::{Pinhole, Pose};
 use crate::ldi::levels::pyramid;
 use crate::ldi::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
+use crate::ldi::tests::tower;
 use crate::scene::synthetic::Rng;
 use crate::task::Task;
 
@@ -134,7 +135,7 @@ fn cells_of_different_size_meet_without_gap_or_overlap() {
     let labels = label(&ldi.levels[0], &ldi.surfaces, 0.01, &Task::silent()).unwrap();
     let mut sides = std::collections::BTreeSet::new();
     for patch in patches(&ldi, &labels, &Task::silent()).unwrap() {
-        patch.leaves(&limits, &mut |node| {
+        patch.leaves(&limits, &|_| false, &mut |_, node| {
             sides.insert(node.side);
         });
     }
@@ -186,6 +187,29 @@ fn a_plane_takes_few_large_cells_and_is_exact() {
         // Single precision.
         assert!((f64::from(vertex.inverse_depth) - exact).abs() < 1e-6, "{vertex:?}");
     }
+}
+
+#[test]
+fn what_a_wall_hides_stays_behind_it_also_where_both_meet() {
+    let ldi = tower();
+    let made = made(&ldi, &SegmentOptions::default());
+    let (front, side): (Vec<Piece>, Vec<Piece>) = made.pieces.into_iter().partition(|piece| piece.segment == 0);
+    let level = &ldi.levels[0];
+    let mut compared = 0;
+    for (x, y) in (0..160).flat_map(|y| (0..400).map(move |x| (x, y))) {
+        let of_ray = level.at(x, y);
+        // Also beside the edge, over the pixel by which sides are moved.
+        let beyond = of_ray.is_empty() && x > 0 && level.at(x - 1, y).len() == 2;
+        if of_ray.len() == 2 || beyond {
+            let at = DVec2::new(f64::from(x) + 0.497, f64::from(y) + 0.489);
+            let (before, behind) = (depths_at(&front, at), depths_at(&side, at));
+            assert!(before.len() == 1 && behind.len() <= 1, "at {x}, {y}: {before:?} {behind:?}");
+            // Single precision, in which corners are.
+            assert!(behind.iter().all(|depth| *depth <= before[0] + 1e-7), "at {x}, {y}: {before:?} {behind:?}");
+            compared += behind.len();
+        }
+    }
+    assert!(compared > 3000, "{compared}");
 }
 
 #[test]

@@ -24,6 +24,10 @@ pub const LEVEL: f32 = 0.02;
 pub const APART: f32 = 0.002;
 /// How many half sides of a splat two depth pixels may be apart at one pixel, along the steeper one of their planes.
 pub const APART_PIXELS: f32 = 1.5;
+/// A depth pixel is not drawn where the next nearer one of its ray is opaque and no farther from it in the picture than this, in
+/// pixels along either axis: it is behind it, and where both are nearly at one depth, as at the far end of a wall that another
+/// one hides, sums would mix them.
+pub const COVERS: f32 = 1.0;
 /// The sum of weights above which a slot holds more than one surface: planes whose pixels do not lie on a grid with the
 /// picture's sum up to 1 within a quarter.
 pub const OVERFULL: f32 = 1.25;
@@ -125,12 +129,13 @@ impl<const N: usize> Slot<N> {
     }
 
     /// Returns linear light R, G, B times the share of the pixel that the surface covers, that share, and further values
-    /// times the share that it would cover if it were opaque.
+    /// times the share that it would cover if it were opaque. `before` is the sum of weights of what is before it: where that
+    /// ends, what is behind it goes on.
     #[inline(always)]
-    pub fn covering(&self) -> [Vec4; N] {
+    pub fn covering(&self, before: f32) -> [Vec4; N] {
         let mut covering = [Vec4::ZERO; N];
         if self.weight() > 0.0 {
-            let share = (PER_OPAQUE * self.weight()).min(1.0) / self.weight();
+            let share = (PER_OPAQUE * (before + self.weight())).min(1.0) / self.weight();
             for i in 0..N {
                 covering[i] = self.seen[i] * share;
             }
@@ -288,9 +293,9 @@ impl<'a, const N: usize> SumsCanvas<'a, N> {
 /// Returns the colour of a pixel: near over far.
 #[inline(always)]
 fn over<const N: usize>(near: &Slot<N>, far: &Slot<N>, srgb: Srgb) -> [u8; 4] {
-    let mut sum = near.covering()[0];
+    let mut sum = near.covering(0.0)[0];
     if far.weight() > 0.0 {
-        sum += far.covering()[0] * (1.0 - sum.w);
+        sum += far.covering(near.weight())[0] * (1.0 - sum.w);
     }
     let share = sum.w;
     if share <= 0.0 {
@@ -366,6 +371,7 @@ fn floor(value: f32) -> i32 {
 
 impl<const N: usize> Canvas for SumsCanvas<'_, N> {
     const SPACED: bool = true;
+    const COVERED: bool = true;
     const ORIGINS: bool = N == BLENDED;
     const REACH: f32 = LARGEST;
 

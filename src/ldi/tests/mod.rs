@@ -19,7 +19,7 @@ use super::levels::pyramid;
 use super::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 use crate::geometry::{Pinhole, Pose};
 use crate::scene::Model;
-use crate::scene::synthetic::{Rng, look_at};
+use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred, look_at};
 
 /// Returns a layered depth image with these depth pixels and surfaces.
 pub(crate) fn with_level(level: Level, pose: Pose, surfaces: Vec<LdiSurface>) -> Ldi {
@@ -98,6 +98,17 @@ pub(crate) fn of_model(
     };
     let level = Level::of_rows(camera, (0..camera.height).map(row));
     with_level(level, pose, surfaces)
+}
+
+/// Returns an image of the front of a tower and of its right side, which the front hides as far as its edge: seen from straight
+/// ahead, surface 2 is a little behind surface 1 there.
+pub(crate) fn tower() -> Ldi {
+    let mut model = Modeller::new();
+    model.object("front").quad(DVec3::new(-0.5, -2.0, 4.0), DVec3::X * 1.5, DVec3::Y * 4.0);
+    model.object("side").quad(DVec3::new(1.0, -2.0, 4.0), DVec3::Z * 1.5, DVec3::Y * 4.0);
+    of_model(&model.finish(), centred(400, 160, 320.0), camera_is_world(), |face, _| {
+        if face == 0 { [200, 180, 150, 255] } else { [40, 30, 20, 255] }
+    })
 }
 
 /// Returns whether a ray from the origin passes through a triangle, from either side.

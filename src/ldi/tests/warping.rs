@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::super::warp::{Warped, warp};
-use super::{of_model, step_aside};
+use super::{of_model, step_aside, tower};
 use crate::geometry::{Pinhole, Pose};
 use crate::ldi::{Ldi, SplatKind, WarpOptions};
 use crate::projection::{Picture, Quality, Shot};
@@ -253,6 +253,20 @@ fn what_is_behind_shows_when_the_camera_steps_aside() {
         assert!(empty_aside <= empty + all / 8, "{empty} and {empty_aside} of {all} by {splat:?}");
         // The published masks blur by design.
         assert!(mixed < all / 20 || splat == SplatKind::Over, "{mixed} of {all} by {splat:?}");
+    }
+}
+
+#[test]
+fn the_far_side_of_a_tower_does_not_shine_through_the_edge_where_it_meets_the_front() {
+    let ldi = tower();
+    for (aside, width) in [(0.0, 400), (0.0, 120), (0.05, 200), (-0.05, 400)] {
+        let camera = centred(width, width * 2 / 5, 0.8 * f64::from(width));
+        let pose = Pose { translation: DVec3::new(aside, 0.0, 0.0), ..camera_is_world() };
+        let seen = picture(&ldi, &Shot::new(camera, pose), &WarpOptions::default()).picture;
+        let front = seen.pixels().iter().filter(|pixel| pixel[3] == 255);
+        // The front is (200, 180, 150); nothing else is before the empty background.
+        let mixed = front.clone().filter(|pixel| pixel[0] < 196).count();
+        assert!(front.count() > 500 && mixed == 0, "{mixed} pixels at {aside}, {width}");
     }
 }
 

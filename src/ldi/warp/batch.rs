@@ -7,6 +7,7 @@ use super::Plan;
 use super::pieces::Piece;
 use crate::ldi::layout::{DepthPixelOrigin, Splat};
 use crate::ldi::spacing::{Factors, exact};
+use crate::ldi::splat::sums::COVERS;
 use crate::ldi::splat::{Canvas, Dot, Placed};
 use crate::ldi::transfer::{Positions, RunStart};
 
@@ -98,6 +99,7 @@ impl Plan<'_> {
         batch: &mut Batch,
     ) {
         let mut rest = piece.row(self.level, y);
+        let single = self.level.tiles[piece.tile].single;
         while !rest.is_empty() {
             let range = self.next_batch(&rest, piece.right);
             if piece.right {
@@ -105,7 +107,7 @@ impl Plan<'_> {
             } else {
                 rest.end = range.start;
             }
-            let run = self.place::<C>(&range, y, batch);
+            let run = self.place::<C>(&range, (y, single), batch);
             self.draw_batch(canvas, piece, (range, &run), top, batch);
         }
     }
@@ -142,11 +144,17 @@ impl Plan<'_> {
         }
     }
 
-    /// Computes what the canvas needs of a batch. What is not to be seen gets a position that is no number.
+    /// Computes what the canvas needs of a batch, of which `single` tells whether no ray has two depth pixels. What is not to be
+    /// seen gets a position that is no number.
     // Iterators are calls in the profile `quick`, which does not optimise across all functions.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    fn place<C: Canvas>(&self, range: &Range<usize>, y: u32, batch: &mut Batch) -> RunStart {
+    fn place<C: Canvas>(
+        &self,
+        range: &Range<usize>,
+        (y, single): (u32, bool),
+        batch: &mut Batch,
+    ) -> RunStart {
         let level = self.level;
         let (columns, depths) = (&level.columns[range.clone()], &level.inverse_depths[range.clone()]);
         let run = self.rows.start(u32::from(columns[0]), y);
@@ -161,12 +169,15 @@ impl Plan<'_> {
         }
         if !self.behind.is_empty() {
             let surfaces = &level.surfaces[range.clone()];
-            let places = positions.u.iter_mut().zip(&mut positions.v).zip(s);
+            let places = positions.u.iter_mut().zip(&mut positions.v).zip(s.iter_mut());
             for (surface, ((u, v), s)) in surfaces.iter().zip(places) {
                 if self.behind[usize::from(*surface)] {
                     (*u, *v, *s) = (f32::NAN, f32::NAN, f32::NAN);
                 }
             }
+        }
+        if C::COVERED && !single {
+            leave_out_covered(columns, &level.colours[range.clone()], batch);
         }
         run
     }
@@ -243,6 +254,21 @@ impl Plan<'_> {
                 };
                 walk_pixels(columns, right, &mut draw_pixel);
             }
+        }
+    }
+}
+
+/// Leaves out the depth pixels that the nearer ones of their rays cover, see [`COVERS`].
+#[inline(always)]
+fn leave_out_covered(columns: &[u16], colours: &[[u8; 4]], batch: &mut Batch) {
+    let Batch { positions: Positions { u, v, .. }, q, .. } = batch;
+    // From the last one on, so that each is compared with a nearer one that is still there.
+    for i in (1..columns.len()).rev() {
+        let of_ray = columns[i] == columns[i - 1] && colours[i - 1][3] == u8::MAX;
+        // False where one of them is not to be seen.
+        let covers = (u[i] - u[i - 1]).abs() <= COVERS && (v[i] - v[i - 1]).abs() <= COVERS;
+        if of_ray && covers && q[i - 1] > q[i] {
+            (u[i], v[i]) = (f32::NAN, f32::NAN);
         }
     }
 }
