@@ -20,12 +20,12 @@ fn slot_of(words: Words) -> Slot {
 }
 
 // Returns linear light times the share of the pixel that a slot covers, and that share; the slot is opaque from a weight of
-// 1 / `per_weight` on.
-fn covering(slot: Slot, per_weight: f32) -> vec4f {
+// 1 / `per_weight` on, together with what is before it: where that ends, what is behind it goes on.
+fn covering(slot: Slot, per_weight: f32, before: f32) -> vec4f {
     if slot.weight <= 0.0 {
         return vec4f(0.0);
     }
-    return slot.seen * (min(per_weight * slot.weight, 1.0) / slot.weight);
+    return slot.seen * (min(per_weight * (before + slot.weight), 1.0) / slot.weight);
 }
 
 fn over(front: vec4f, back: vec4f) -> vec4f {
@@ -37,7 +37,7 @@ fn over(front: vec4f, back: vec4f) -> vec4f {
 fn near_of(pixel: u32) -> vec4f {
     var near = words_of(pixel, NEAR_SLOT);
     if !is_overfull(near[0]) {
-        return covering(slot_of(near), PER_OPAQUE);
+        return covering(slot_of(near), PER_OPAQUE, 0.0);
     }
     var front = words_of(pixel, FRONT_SLOT);
     var others: Words;
@@ -45,7 +45,7 @@ fn near_of(pixel: u32) -> vec4f {
         // Those of the front are part of the near slot's, but may be rounded in another way.
         others[i] = max(near[i], front[i]) - front[i];
     }
-    return over(covering(slot_of(front), 1.0), covering(slot_of(others), PER_OPAQUE));
+    return over(covering(slot_of(front), 1.0, 0.0), covering(slot_of(others), PER_OPAQUE, 0.0));
 }
 
 fn srgb_from_linear(light: f32) -> f32 {
@@ -59,7 +59,8 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     if pixel >= pixel_count() {
         return;
     }
-    let seen = over(near_of(pixel), covering(slot_of(words_of(pixel, FAR_SLOT)), PER_OPAQUE));
+    let before = slot_of(words_of(pixel, NEAR_SLOT)).weight;
+    let seen = over(near_of(pixel), covering(slot_of(words_of(pixel, FAR_SLOT)), PER_OPAQUE, before));
     if seen.a <= 0.0 {
         picture[pixel] = 0u;
         return;

@@ -82,19 +82,22 @@ window.QuadraturaPainter = (() => {
   // --- Drawing ------------------------------------------------------------------------------------------------------
 
   const VERTICAL = 5 * 4;
+  // The number of places of a picture at which colours are looked up, from which on they are no more than its pixels.
+  const MOST_SAMPLES = 5e6;
 
   class Painter {
     constructor(canvas, photo) {
-      const options = { alpha: false, antialias: true, powerPreference: "high-performance" };
+      const options = { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" };
       this.gl = canvas.getContext("webgl2", options);
       if (!this.gl) throw new Error("WebGL 2 is not available");
       this.photo = photo;
-      this.program = this.compiled();
+      this.program = this.compiled("vertex", "fragment");
+      this.reducing = this.compiled("whole", "reduce");
     }
 
-    compiled() {
+    compiled(vertex, fragment) {
       const gl = this.gl, program = gl.createProgram();
-      for (const [kind, id] of [[gl.VERTEX_SHADER, "vertex"], [gl.FRAGMENT_SHADER, "fragment"]]) {
+      for (const [kind, id] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
         const shader = gl.createShader(kind);
         gl.shaderSource(shader, document.getElementById(id).textContent.trim());
         gl.compileShader(shader);
@@ -173,9 +176,82 @@ window.QuadraturaPainter = (() => {
       return texture;
     }
 
-    begin() {
+    // --- The target --------------------------------------------------------------------------------------------------
+
+    // Makes what is drawn on before it is reduced to the canvas: several samples a pixel, in linear light, since that is what an
+    // eye and a camera mix.
+    makeTarget([width, height]) {
+      const gl = this.gl, old = this.target;
+      if (old && old.width === width && old.height === height) return old;
+      if (old) {
+        for (const buffer of [old.colours, old.depths]) gl.deleteRenderbuffer(buffer);
+        for (const framebuffer of [old.drawn, old.read]) gl.deleteFramebuffer(framebuffer);
+        gl.deleteTexture(old.texture);
+      }
+      const samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
+      const buffer = (format) => {
+        const made = gl.createRenderbuffer();
+        gl.bindRenderbuffer(gl.RENDERBUFFER, made);
+        gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, format, width, height);
+        return made;
+      };
+      const [colours, depths] = [buffer(gl.SRGB8_ALPHA8), buffer(gl.DEPTH_COMPONENT24)];
+      const drawn = gl.createFramebuffer();
+      gl.bindFramebuffer(gl.FRAMEBUFFER, drawn);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, colours);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depths);
+      const texture = gl.createTexture(), read = gl.createFramebuffer();
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, gl.SRGB8_ALPHA8, width, height);
+      for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
+      for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.LINEAR);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, read);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+      this.target = { width, height, colours, depths, drawn, texture, read };
+      return this.target;
+    }
+
+    // Draws a picture of the canvas's size. Several samples are taken of each of its pixels along either axis; `draw` is told the
+    // size that it draws in.
+    show(draw) {
+      const gl = this.gl, { width, height } = gl.canvas;
+      // One sample along an axis where pixels are many, and no more memory than phones have.
+      const fineness = Math.max(1, Math.min(2, Math.sqrt(MOST_SAMPLES / (width * height))));
+      const most = gl.getParameter(gl.MAX_RENDERBUFFER_SIZE);
+      const size = [width, height].map((side) => Math.min(most, Math.max(1, Math.round(side * fineness))));
+      const target = this.makeTarget(size);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, target.drawn);
+      gl.viewport(0, 0, ...size);
+      this.begin(false);
+      draw(size);
+      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, target.drawn);
+      gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, target.read);
+      gl.blitFramebuffer(0, 0, ...size, 0, 0, ...size, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+      this.reduce(target);
+    }
+
+    reduce(target) {
+      const gl = this.gl, { width, height } = gl.canvas;
+      // The middles of four parts of a pixel, where it has four; its own middle, where it has one.
+      const apart = [target.width / width, target.height / height].map((fineness) => 0.25 * Math.max(0, fineness - 1));
+      for (const option of [gl.DEPTH_TEST, gl.CULL_FACE, gl.SAMPLE_ALPHA_TO_COVERAGE]) gl.disable(option);
+      gl.viewport(0, 0, width, height);
+      gl.useProgram(this.reducing);
+      gl.uniform1i(gl.getUniformLocation(this.reducing, "drawn"), 0);
+      gl.uniform2f(gl.getUniformLocation(this.reducing, "apart"), apart[0] / width, apart[1] / height);
+      gl.activeTexture(gl.TEXTURE0);
+      gl.bindTexture(gl.TEXTURE_2D, target.texture);
+      gl.bindVertexArray(null);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+
+    // --- Segments ----------------------------------------------------------------------------------------------------
+
+    // Empties the framebuffer that is bound. `encodes` is true where that keeps values as they are given.
+    begin(encodes) {
       const gl = this.gl;
-      gl.clearColor(0.0627, 0.0627, 0.0667, 1);
+      gl.clearColor(...(encodes ? [0.0627, 0.0627, 0.0667] : [0.0052, 0.0052, 0.0056]), 1);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       gl.enable(gl.DEPTH_TEST);
       gl.depthFunc(gl.LESS);
@@ -184,6 +260,7 @@ window.QuadraturaPainter = (() => {
       gl.enable(gl.CULL_FACE);
       gl.frontFace(gl.CW);
       gl.useProgram(this.program);
+      gl.uniform1i(gl.getUniformLocation(this.program, "encodes"), encodes);
       gl.uniform1i(gl.getUniformLocation(this.program, "colours"), 0);
       gl.uniform1i(gl.getUniformLocation(this.program, "rims"), 1);
     }

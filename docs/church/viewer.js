@@ -115,16 +115,15 @@ window.QuadraturaViewer = (() => {
 
     render() {
       if (this.painter.gl.isContextLost()) return;
-      const gl = this.painter.gl, { width, height } = this.canvas;
       const zoom = this.exact ? this.exact.zoom : this.photo.zoom;
       const eyes = this.eyes();
       const offset = this.exact ? this.exact.at : offsetOf(this.lean, this.photo.safe, Math.abs(eyes[0]));
-      const size = [width / eyes.length, height];
-      gl.viewport(0, 0, width, height);
-      this.painter.begin();
-      eyes.forEach((eye, i) => {
-        gl.viewport(Math.round(i * size[0]), 0, Math.round(size[0]), height);
-        this.painter.draw(this.painter.windowMatrix([offset[0] + eye, offset[1], offset[2]], size, zoom), true);
+      this.painter.show(([width, height]) => {
+        const size = [width / eyes.length, height];
+        eyes.forEach((eye, i) => {
+          this.painter.gl.viewport(Math.round(i * size[0]), 0, Math.round(size[0]), height);
+          this.painter.draw(this.painter.windowMatrix([offset[0] + eye, offset[1], offset[2]], size, zoom), true);
+        });
       });
       document.documentElement.dataset.state = "drawn";
     }
@@ -315,7 +314,7 @@ window.QuadraturaViewer = (() => {
         origin = origin || space.getOffsetReferenceSpace(new XRRigidTransform({ x, y, z }));
         const seen = frame.getViewerPose(origin);
         gl.bindFramebuffer(gl.FRAMEBUFFER, layer.framebuffer);
-        this.painter.begin();
+        this.painter.begin(true);
         for (const eye of seen.views) {
           const at = layer.getViewport(eye);
           gl.viewport(at.x, at.y, at.width, at.height);

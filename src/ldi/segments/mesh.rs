@@ -297,7 +297,8 @@ pub(super) struct Shape {
 impl Shape {
     /// Returns the corners of the triangles.
     pub fn triangles(&self) -> impl Iterator<Item = [Vertex; 3]> + '_ {
-        let corner = |at: usize| self.ring.get(at).map_or_else(|| self.centre.expect("it has one"), |(_, at)| *at);
+        let corner =
+            |at: usize| self.ring.get(at).map_or_else(|| self.centre.expect("it has one"), |(_, at)| *at);
         self.triangles.iter().map(move |triangle| triangle.map(corner))
     }
 }

@@ -8,8 +8,8 @@ use super::join::label;
 use super::{Piece, SegmentOptions, Segments, Vertex, segments};
 use crate::geometry::{Pinhole, Pose};
 use crate::ldi::levels::pyramid;
-use crate::ldi::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 use crate::ldi::tests::tower;
+use crate::ldi::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 use crate::scene::synthetic::Rng;
 use crate::task::Task;
 
@@ -193,7 +193,8 @@ fn a_plane_takes_few_large_cells_and_is_exact() {
 fn what_a_wall_hides_stays_behind_it_also_where_both_meet() {
     let ldi = tower();
     let made = made(&ldi, &SegmentOptions::default());
-    let (front, side): (Vec<Piece>, Vec<Piece>) = made.pieces.into_iter().partition(|piece| piece.segment == 0);
+    let (front, side): (Vec<Piece>, Vec<Piece>) =
+        made.pieces.into_iter().partition(|piece| piece.segment == 0);
     let level = &ldi.levels[0];
     let mut compared = 0;
     for (x, y) in (0..160).flat_map(|y| (0..400).map(move |x| (x, y))) {
@@ -205,7 +206,10 @@ fn what_a_wall_hides_stays_behind_it_also_where_both_meet() {
             let (before, behind) = (depths_at(&front, at), depths_at(&side, at));
             assert!(before.len() == 1 && behind.len() <= 1, "at {x}, {y}: {before:?} {behind:?}");
             // Single precision, in which corners are.
-            assert!(behind.iter().all(|depth| *depth <= before[0] + 1e-7), "at {x}, {y}: {before:?} {behind:?}");
+            assert!(
+                behind.iter().all(|depth| *depth <= before[0] + 1e-7),
+                "at {x}, {y}: {before:?} {behind:?}"
+            );
             compared += behind.len();
         }
     }
