@@ -61,6 +61,8 @@ pub struct Node {
     pub error: f64,
     /// The largest one as a share of the difference to the next layer of the ray.
     pub crowding: f64,
+    /// The least difference of one of its depth pixels to the next layer of the ray.
+    pub closest: f64,
     /// Whether most of its depth pixels have a nearer one on their rays.
     pub hidden: bool,
     /// Its quarters, row by row, by their places in [`Patch::nodes`]; 0 where there is no depth pixel. All are 0 in a cell
@@ -262,16 +264,18 @@ impl<'a> Divider<'a> {
         let [a, b, c] = sums.solved();
         let (b, c) = (b / half, c / half);
         let plane = base + DVec3::new(b, c, a - b * centre[0] - c * centre[1]);
-        let (mut error, mut crowding, mut behind) = (0.0f64, 0.0f64, 0u16);
+        let (mut error, mut crowding, mut closest, mut behind) = (0.0f64, 0.0f64, f64::INFINITY, 0u16);
         for (x, y, index) in self.pixels(at, side) {
             let off = (plane.dot(DVec3::new(x, y, 1.0)) - depth(index)).abs();
             error = error.max(off);
-            crowding = crowding.max(off / gap(self.level, index));
+            let gap = gap(self.level, index);
+            crowding = crowding.max(off / gap);
+            closest = closest.min(gap);
             behind += u16::from(has_nearer(self.level, index));
         }
         let pixels = sums.count as u16;
         let hidden = 2 * behind > pixels;
-        Some(Node { at, side, pixels, range, plane, error, crowding, hidden, quarters: [0; 4] })
+        Some(Node { at, side, pixels, range, plane, error, crowding, closest, hidden, quarters: [0; 4] })
     }
 }
 

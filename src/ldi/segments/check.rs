@@ -52,7 +52,8 @@ impl<'a> Mesher<'a> {
             let mut rows = None;
             for cell in cells {
                 let shape = self.shape(cell);
-                if shape.differs_most(cell) <= 1e-6 * f64::from(cell.node.range[1]) {
+                // No triangle is farther from the plane than its corners are.
+                if shape.differs_most(cell) + cell.node.error <= most.min(CROWDED * cell.node.closest) {
                     continue;
                 }
                 let rows = rows.get_or_insert_with(|| rows_of(patch));
