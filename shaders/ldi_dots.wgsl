@@ -1,6 +1,6 @@
 // Where depth pixels are in the picture, and on which pixels each is drawn.
-// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, LEAST, COVERS, and SINGLE, true where
-// splats are one pixel. The pass defines `touch`, which is called for each pixel of a splat with its weight there.
+// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, LEAST, COVERS, COVERS_LEVEL, and SINGLE,
+// true where splats are one pixel. The pass defines `touch`, which is called for each pixel of a splat with its weight there.
 // CPU reference: ldi/transfer.rs, ldi/spacing.rs, ldi/splat/sums.rs.
 
 // A depth pixel in the picture.
@@ -72,7 +72,9 @@ fn is_covered(dot: Dot, at: u32) -> bool {
         return false;
     }
     let nearer = placed(at - 1u);
-    return nearer.drawn && nearer.q > dot.q && all(abs(dot.at - nearer.at) <= vec2f(COVERS));
+    let apart = nearer.q - dot.q;
+    let level = apart > 0.0 && apart <= rounded(COVERS_LEVEL * nearer.q);
+    return nearer.drawn && level && all(abs(dot.at - nearer.at) <= vec2f(COVERS));
 }
 
 // Draws a depth pixel. Everything is compared before it becomes an integer, so that what is no number is not drawn. Positions

@@ -20,7 +20,7 @@ fn slot_of(words: Words) -> Slot {
 }
 
 // Returns linear light times the share of the pixel that a slot covers, and that share; the slot is opaque from a weight of
-// 1 / `per_weight` on, together with what is before it: where that ends, what is behind it goes on.
+// 1 / `per_weight` on, together with what is before it, so that no gap is left where the near surface ends.
 fn covering(slot: Slot, per_weight: f32, before: f32) -> vec4f {
     if slot.weight <= 0.0 {
         return vec4f(0.0);

@@ -114,7 +114,7 @@ fn a_page_shows_what_the_warp_shows_wherever_one_can_go() {
     let Some(browser) = common::chromium() else { return };
     let folder = tempfile::tempdir().unwrap();
     let ldi = scene();
-    let options = MeshOptions { triangles: 72_000, quality: 95 };
+    let options = MeshOptions { quality: 95, ..MeshOptions::default() };
     let task = quadratura::task::Task::silent();
     let exported = export_page(&ldi, &folder.path().join("page"), "A square", &options, &task).unwrap();
     let (window, safe) = exported.seen.unwrap();

@@ -79,8 +79,9 @@ fn end_of_part(level: &Level, start: usize, most: usize) -> usize {
     if end >= level.len() {
         return level.len();
     }
-    // What is before the first column of a row is in another column, but for images of one column, where parts are shorter for it.
-    let is_between = |end: &usize| level.columns[*end - 1] != level.columns[*end];
+    let is_between = |end: &usize| {
+        level.columns[*end - 1] != level.columns[*end] || level.rows.binary_search(&(*end as u32)).is_ok()
+    };
     (start + 1..=end).rev().find(is_between).unwrap_or(end)
 }
 

@@ -268,10 +268,11 @@ impl<'a> Divider<'a> {
         for (x, y, index) in self.pixels(at, side) {
             let off = (plane.dot(DVec3::new(x, y, 1.0)) - depth(index)).abs();
             error = error.max(off);
-            let gap = gap(self.level, index);
+            let ray = Ray::of(self.level, y as u32, index);
+            let gap = ray.gap(self.level, index);
             crowding = crowding.max(off / gap);
             closest = closest.min(gap);
-            behind += u16::from(has_nearer(self.level, index));
+            behind += u16::from(ray.has_nearer(self.level, index));
         }
         let pixels = sums.count as u16;
         let hidden = 2 * behind > pixels;
@@ -279,23 +280,33 @@ impl<'a> Divider<'a> {
     }
 }
 
-/// Returns whether a depth pixel has a nearer one on its ray.
-fn has_nearer(level: &Level, index: usize) -> bool {
-    let before = index.checked_sub(1).filter(|&before| level.columns[before] == level.columns[index]);
-    // What is before the first column of a row is in another column, but for images of one column.
-    before.is_some_and(|before| level.inverse_depths[before] > level.inverse_depths[index])
+/// The depth pixels beside one on its ray, by their indices in the level.
+pub(super) struct Ray {
+    nearer: Option<usize>,
+    farther: Option<usize>,
 }
 
-/// Returns the difference of inverse depth to the next depth pixel of the same ray; infinite where there is none or where both
-/// are level.
-pub(super) fn gap(level: &Level, index: usize) -> f64 {
-    let depth = f64::from(level.inverse_depths[index]);
-    let beside = [index.checked_sub(1), Some(index + 1)];
-    // What is before the first column of a row is in another column, but for images of one column, whose cells are small.
-    let of_ray = |&other: &usize| level.columns.get(other) == Some(&level.columns[index]);
-    let gap = |other: usize| (f64::from(level.inverse_depths[other]) - depth).abs();
-    let gaps = beside.into_iter().flatten().filter(of_ray).map(gap);
-    gaps.filter(|gap| *gap > 1e-6 * depth).fold(f64::INFINITY, f64::min)
+impl Ray {
+    /// Finds them for a depth pixel of a row.
+    pub fn of(level: &Level, y: u32, index: usize) -> Self {
+        // The depth pixel before it may be the last one of the row above, of the same column.
+        let row = level.row(y);
+        let of_ray = |other: &usize| row.contains(other) && level.columns[*other] == level.columns[index];
+        Self { nearer: index.checked_sub(1).filter(of_ray), farther: Some(index + 1).filter(of_ray) }
+    }
+
+    /// Returns whether one is nearer than the depth pixel.
+    pub fn has_nearer(&self, level: &Level, index: usize) -> bool {
+        self.nearer.is_some_and(|nearer| level.inverse_depths[nearer] > level.inverse_depths[index])
+    }
+
+    /// Returns the least difference of inverse depth to them; infinite where there is none or where both are level.
+    pub fn gap(&self, level: &Level, index: usize) -> f64 {
+        let depth = f64::from(level.inverse_depths[index]);
+        let gap = |other: usize| (f64::from(level.inverse_depths[other]) - depth).abs();
+        let gaps = [self.nearer, self.farther].into_iter().flatten().map(gap);
+        gaps.filter(|gap| *gap > 1e-6 * depth).fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// The sums of a fit of a + b x + c y, x and y within -1..1.

@@ -5,13 +5,14 @@ use glam::DVec2;
 use rustc_hash::FxHashSet;
 
 use super::TILE;
-use super::cells::{CLOSEST, Limits, Patch, gap};
+use super::cells::{CLOSEST, Limits, Patch, Ray};
 use super::mesh::{Cell, Mesher, Shape, Vertex};
 use crate::ldi::layout::Level;
 
 /// The error of triangles is no more than this times that of cells: corners are means of two cells or more.
 const COMPROMISE: f64 = 2.0;
-/// The same, where a depth pixel has another layer near it: together two of them make less than the difference.
+/// The error of triangles is no more than this share of the difference to another layer: two layers that each err by so much
+/// still do not cross.
 const CROWDED: f64 = 1.5 * CLOSEST;
 
 /// Cells that are treated in another way than the limits say, each by the places of its patch in the segment and of its node.
@@ -60,9 +61,12 @@ impl<'a> Mesher<'a> {
                 let misses = |(x, y, index): (u8, u8, u32)| {
                     let at = DVec2::new((patch.tile[0] * TILE).into(), (patch.tile[1] * TILE).into())
                         + DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                    let depth = f64::from(level.inverse_depths[index as usize]);
+                    let index = index as usize;
+                    let depth = f64::from(level.inverse_depths[index]);
+                    // Beside triangles of no area, where corners were moved together, there is nothing to be seen.
                     let off = shape.inverse_depth(at).map_or(0.0, |found| (found - depth).abs());
-                    off > most || off > CROWDED * gap(level, index as usize)
+                    let row = patch.tile[1] * TILE + u32::from(y);
+                    off > most || off > CROWDED * Ray::of(level, row, index).gap(level, index)
                 };
                 if pixels_in(patch, rows, cell).any(misses) {
                     poor.push(*cell);

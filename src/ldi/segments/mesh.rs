@@ -2,7 +2,8 @@
 //!
 //! Corners of cells are shared: each has one inverse depth, the mean of what the cells around it say. A cell whose neighbour is
 //! finer has that neighbour's corners on its sides, and its triangles go through them, so no gap opens between cells of
-//! different size. Cells that are wrong then are divided further ([`check`](super::check)). Outwards, sides are moved by a pixel, over which the atlas's opacity fades.
+//! different size. Cells that are wrong then are divided further (`check`). Outwards, sides are moved by a pixel, over which
+//! the atlas's opacity fades.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -100,8 +101,9 @@ pub fn meshes(level: &Level, patches: &[Patch], limits: &Limits, task: &Task) ->
     groups.par_iter().map(of_segment).collect()
 }
 
-/// The side of the largest part in tiles: a part has fewer corners than 16 bits count.
-const LARGEST_PART: u32 = 4;
+/// The side of the largest part in tiles: also where each of the smallest cells has four corners of its own, a part has fewer
+/// than 16 bits count.
+const LARGEST_PART: u32 = 3;
 /// A tile of which a segment has less than this share is a part of its own, so that parts are mostly full.
 const MOSTLY: usize = (TILE * TILE / 2) as usize;
 
@@ -368,6 +370,6 @@ impl PartMesh<'_> {
 
     fn push(&mut self, vertex: Vertex) -> u16 {
         self.vertices.push(vertex);
-        (self.vertices.len() - 1) as u16
+        u16::try_from(self.vertices.len() - 1).expect("a part has fewer corners than 16 bits count")
     }
 }

@@ -97,6 +97,7 @@ pub fn segments(ldi: &Ldi, options: &SegmentOptions, task: &Task) -> Result<Segm
     // Sideways steps move points the most; the focal length is that of the wider spread axis.
     let pixels_per_depth = level.camera.fx.max(level.camera.fy) * reach / 2.0;
     let mut parallax = options.parallax;
+    let mut last = usize::MAX;
     loop {
         task.go_on()?;
         // Both errors grow alike.
@@ -109,11 +110,13 @@ pub fn segments(ldi: &Ldi, options: &SegmentOptions, task: &Task) -> Result<Segm
         if 2 * leaves <= options.triangles || coarsest {
             let meshes = task.timed("mesh", || mesh::meshes(level, &patches, &limits, task))?;
             let triangles: usize = meshes.iter().map(mesh::SegmentMesh::triangles).sum();
-            if triangles <= options.triangles || coarsest {
+            // Cells that keep layers apart stay, whatever the error that is allowed.
+            if triangles <= options.triangles || (coarsest && triangles >= last) {
                 let (pieces, atlases) =
                     task.timed("atlas", || paint::painted(level, &patches, meshes, task))?;
                 return Ok(Segments { count: labels.count, pieces, atlases, reach, parallax });
             }
+            last = triangles;
         }
         parallax *= std::f64::consts::SQRT_2;
     }

@@ -217,6 +217,18 @@ fn what_a_wall_hides_stays_behind_it_also_where_both_meet() {
 }
 
 #[test]
+fn rows_of_one_column_are_not_taken_for_a_ray() {
+    let plane = |y: u32| (1.0 + 0.003 * (f64::from(y) + 0.5)) as f32;
+    let pole = |columns: u32| {
+        image([64, 64], vec![surface([0.0, 0.003, 1.0])], move |x, y| {
+            if (20..20 + columns).contains(&x) { vec![pixel(plane(y), 1)] } else { Vec::new() }
+        })
+    };
+    let [one, two] = [1, 2].map(|columns| made(&pole(columns), &SegmentOptions::default()).triangles());
+    assert!(one <= two, "{one} and {two}");
+}
+
+#[test]
 fn more_triangles_than_allowed_make_cells_coarser() {
     let ldi = bumpy();
     let fine = made(&ldi, &SegmentOptions { parallax: 0.001, ..SegmentOptions::default() });

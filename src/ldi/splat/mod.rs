@@ -64,7 +64,7 @@ fn index_of(whole: f32) -> u32 {
 pub trait Canvas: Send {
     /// Whether it needs [`Dot::q`], [`Dot::s`], [`Dot::surface`] and [`Dot::slope`].
     const SPACED: bool;
-    /// Whether depth pixels are left out that a nearer one of their ray covers: see [`sums::COVERS`].
+    /// Whether depth pixels are left out that a nearer one of their ray covers, see [`sums::COVERS`]; needs [`Self::SPACED`].
     const COVERED: bool = false;
     /// Whether it needs [`Dot::origin`].
     const ORIGINS: bool = false;

@@ -24,10 +24,10 @@ pub const LEVEL: f32 = 0.02;
 pub const APART: f32 = 0.002;
 /// How many half sides of a splat two depth pixels may be apart at one pixel, along the steeper one of their planes.
 pub const APART_PIXELS: f32 = 1.5;
-/// A depth pixel is not drawn where the next nearer one of its ray is opaque and no farther from it in the picture than this, in
-/// pixels along either axis: it is behind it, and where both are nearly at one depth, as at the far end of a wall that another
-/// one hides, sums would mix them.
-pub const COVERS: f32 = 1.0;
+/// A depth pixel is not drawn where the next nearer one of its ray is opaque, nearly as far away (see [`LEVEL`]), and no farther
+/// from it in the picture than this, in pixels along either axis: it is behind it, and sums would mix them, as where a wall meets
+/// the edge of one that hides it.
+pub const COVERS: f32 = 0.5;
 /// The sum of weights above which a slot holds more than one surface: planes whose pixels do not lie on a grid with the
 /// picture's sum up to 1 within a quarter.
 pub const OVERFULL: f32 = 1.25;

@@ -271,6 +271,35 @@ fn the_far_side_of_a_tower_does_not_shine_through_the_edge_where_it_meets_the_fr
 }
 
 #[test]
+fn nothing_opens_where_a_board_is_before_a_wall_at_nearly_its_depth() {
+    let mut model = Modeller::new();
+    model.object("wall").screen(4.06, [-9.0, -9.0, 9.0, 9.0]);
+    model.object("board").screen(4.0, [-0.7, -0.5, 0.9, 0.6]);
+    let ldi = of_model(&model.finish(), centred(400, 160, 320.0), camera_is_world(), |face, _| {
+        if face == 0 { [40, 60, 90, 255] } else { [200, 180, 150, 255] }
+    });
+    for width in [200, 300, 400] {
+        let focal = 0.8 * f64::from(width);
+        // How far the camera steps for a pixel of parallax between them.
+        let step = 1.0 / (focal * (1.0 / 4.0 - 1.0 / 4.06));
+        for parallax in [-0.9, -0.7, -0.4, 0.2, 0.5, 0.6, 0.8, 1.0, 1.3] {
+            let pose = Pose { translation: DVec3::X * step * parallax, ..camera_is_world() };
+            let camera = centred(width, width * 2 / 5, focal);
+            let seen = picture(&ldi, &Shot::new(camera, pose), &WarpOptions::default()).picture;
+            // The image ends at the sides of the frame, which move aside, and fades over a splat.
+            let [width, height] = [width as usize, width as usize * 2 / 5];
+            let aside = (focal * (step * f64::from(parallax)).abs() / 4.0).ceil() as usize + 3;
+            let rows = seen.pixels().chunks_exact(width).skip(3).take(height - 6);
+            // What is seen moves with the translation.
+            let columns = if parallax > 0.0 { aside..width - 3 } else { 3..width - aside };
+            let inside = rows.flat_map(|row| &row[columns.clone()]);
+            let open = inside.clone().filter(|pixel| pixel[3] < 255).count();
+            assert!(inside.count() > 1000 && open == 0, "{open} pixels at {width}, {parallax}");
+        }
+    }
+}
+
+#[test]
 fn a_side_that_the_reference_camera_does_not_see_is_drawn_only_on_request() {
     let mut model = Modeller::new();
     model.object("wall").screen(4.0, [-4.0, -4.0, 4.0, 4.0]);

@@ -7,7 +7,7 @@ use super::Plan;
 use super::pieces::Piece;
 use crate::ldi::layout::{DepthPixelOrigin, Splat};
 use crate::ldi::spacing::{Factors, exact};
-use crate::ldi::splat::sums::COVERS;
+use crate::ldi::splat::sums::{COVERS, LEVEL};
 use crate::ldi::splat::{Canvas, Dot, Placed};
 use crate::ldi::transfer::{Positions, RunStart};
 
@@ -267,7 +267,8 @@ fn leave_out_covered(columns: &[u16], colours: &[[u8; 4]], batch: &mut Batch) {
         let of_ray = columns[i] == columns[i - 1] && colours[i - 1][3] == u8::MAX;
         // False where one of them is not to be seen.
         let covers = (u[i] - u[i - 1]).abs() <= COVERS && (v[i] - v[i - 1]).abs() <= COVERS;
-        if of_ray && covers && q[i - 1] > q[i] {
+        let level = q[i - 1] > q[i] && q[i - 1] - q[i] <= LEVEL * q[i - 1];
+        if of_ray && covers && level {
             (u[i], v[i]) = (f32::NAN, f32::NAN);
         }
     }
