@@ -82,8 +82,8 @@ window.QuadraturaPainter = (() => {
   // --- Drawing ------------------------------------------------------------------------------------------------------
 
   const VERTICAL = 5 * 4;
-  // The number of places of a picture at which colours are looked up, from which on they are no more than its pixels.
-  const MOST_SAMPLES = 5e6;
+  // The most places at which colours are looked up in a picture, unless it has more pixels than that.
+  const MOST_PLACES = 5e6;
 
   class Painter {
     constructor(canvas, photo) {
@@ -179,15 +179,12 @@ window.QuadraturaPainter = (() => {
     // --- The target --------------------------------------------------------------------------------------------------
 
     // Makes what is drawn on before it is reduced to the canvas: several samples a pixel, in linear light, since that is what an
-    // eye and a camera mix.
+    // eye and a camera mix. Returns null where the device has no memory for it.
     makeTarget([width, height]) {
       const gl = this.gl, old = this.target;
       if (old && old.width === width && old.height === height) return old;
-      if (old) {
-        for (const buffer of [old.colours, old.depths]) gl.deleteRenderbuffer(buffer);
-        for (const framebuffer of [old.drawn, old.read]) gl.deleteFramebuffer(framebuffer);
-        gl.deleteTexture(old.texture);
-      }
+      if (old) this.freeTarget(old);
+      while (gl.getError() !== gl.NO_ERROR && !gl.isContextLost());
       const samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
       const buffer = (format) => {
         const made = gl.createRenderbuffer();
@@ -208,18 +205,37 @@ window.QuadraturaPainter = (() => {
       gl.bindFramebuffer(gl.FRAMEBUFFER, read);
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
       this.target = { width, height, colours, depths, drawn, texture, read };
+      const isWhole = (framebuffer) => {
+        gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+        return gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE;
+      };
+      const fits = gl.getError() === gl.NO_ERROR && isWhole(drawn) && isWhole(read);
+      if (!fits && !gl.isContextLost()) this.freeTarget(this.target);
       return this.target;
+    }
+
+    freeTarget({ colours, depths, drawn, texture, read }) {
+      const gl = this.gl;
+      for (const buffer of [colours, depths]) gl.deleteRenderbuffer(buffer);
+      for (const framebuffer of [drawn, read]) gl.deleteFramebuffer(framebuffer);
+      gl.deleteTexture(texture);
+      this.target = null;
     }
 
     // Draws a picture of the canvas's size. Several samples are taken of each of its pixels along either axis; `draw` is told the
     // size that it draws in.
     show(draw) {
       const gl = this.gl, { width, height } = gl.canvas;
-      // One sample along an axis where pixels are many, and no more memory than phones have.
-      const fineness = Math.max(1, Math.min(2, Math.sqrt(MOST_SAMPLES / (width * height))));
-      const most = gl.getParameter(gl.MAX_RENDERBUFFER_SIZE);
-      const size = [width, height].map((side) => Math.min(most, Math.max(1, Math.round(side * fineness))));
-      const target = this.makeTarget(size);
+      const finest = Math.max(1, Math.min(2, Math.sqrt(MOST_PLACES / (width * height))));
+      const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
+      const sizeOf = (fineness) => {
+        const factor = Math.min(fineness, most / Math.max(width, height));
+        return [width, height].map((side) => Math.max(1, Math.round(side * factor)));
+      };
+      // What does not fit into the device's memory is drawn with fewer places.
+      const target = [finest, 1, 0.5].reduce((made, fineness) => made || this.makeTarget(sizeOf(fineness)), null);
+      if (!target) throw new Error("the graphics device has too little memory");
+      const size = [target.width, target.height];
       gl.bindFramebuffer(gl.FRAMEBUFFER, target.drawn);
       gl.viewport(0, 0, ...size);
       this.begin(false);
@@ -227,6 +243,7 @@ window.QuadraturaPainter = (() => {
       gl.bindFramebuffer(gl.READ_FRAMEBUFFER, target.drawn);
       gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, target.read);
       gl.blitFramebuffer(0, 0, ...size, 0, 0, ...size, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+      gl.invalidateFramebuffer(gl.READ_FRAMEBUFFER, [gl.COLOR_ATTACHMENT0, gl.DEPTH_ATTACHMENT]);
       gl.bindFramebuffer(gl.FRAMEBUFFER, null);
       this.reduce(target);
     }

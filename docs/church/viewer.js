@@ -60,6 +60,11 @@ window.QuadraturaViewer = (() => {
       }
       this.resize();
       this.render();
+      if (this.painter.gl.isContextLost()) {
+        this.canvas.hidden = true;
+        byId("tools").hidden = true;
+        throw new Error("the graphics device was lost");
+      }
       byId("poster").hidden = true;
     }
 
@@ -313,6 +318,7 @@ window.QuadraturaViewer = (() => {
         const { x, y, z } = pose.transform.position;
         origin = origin || space.getOffsetReferenceSpace(new XRRigidTransform({ x, y, z }));
         const seen = frame.getViewerPose(origin);
+        if (!seen) return;
         gl.bindFramebuffer(gl.FRAMEBUFFER, layer.framebuffer);
         this.painter.begin(true);
         for (const eye of seen.views) {

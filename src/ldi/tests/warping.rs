@@ -288,7 +288,7 @@ fn nothing_opens_where_a_board_is_before_a_wall_at_nearly_its_depth() {
             let seen = picture(&ldi, &Shot::new(camera, pose), &WarpOptions::default()).picture;
             // The image ends at the sides of the frame, which move aside, and fades over a splat.
             let [width, height] = [width as usize, width as usize * 2 / 5];
-            let aside = (focal * (step * f64::from(parallax)).abs() / 4.0).ceil() as usize + 3;
+            let aside = (focal * (step * parallax).abs() / 4.0).ceil() as usize + 3;
             let rows = seen.pixels().chunks_exact(width).skip(3).take(height - 6);
             // What is seen moves with the translation.
             let columns = if parallax > 0.0 { aside..width - 3 } else { 3..width - aside };
