@@ -129,8 +129,8 @@ impl<const N: usize> Slot<N> {
     }
 
     /// Returns linear light R, G, B times the share of the pixel that the surface covers, that share, and further values
-    /// times the share that it would cover if it were opaque. `before` is the sum of weights of what is before it: where that
-    /// ends, what is behind it goes on.
+    /// times the share that it would cover if it were opaque. `before` is the sum of weights of what is before it,
+    /// with which it counts together, so that no gap is left where the near surface ends.
     #[inline(always)]
     pub fn covering(&self, before: f32) -> [Vec4; N] {
         let mut covering = [Vec4::ZERO; N];
