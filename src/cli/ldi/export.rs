@@ -24,6 +24,7 @@ const PAGE_GOAL: u64 = 7_500_000;
 /// Runs `ldi export`.
 pub fn run(args: &LdiExportArgs, task: &Task) -> Result<Outcome> {
     refuse_of_others(args)?;
+    refuse_ending(args)?;
     // What cannot be written is reported before the work, not after it.
     check_beside(&args.out)?;
     let ldi = task.timed("read", || read_image(&args.file, task))?;
@@ -50,6 +51,20 @@ fn refuse_of_others(args: &LdiExportArgs) -> Result<()> {
         refuse(&given, "--format page or --format glb")?;
     }
     Ok(())
+}
+
+/// Refuses a name that programs would take for a file of another kind.
+fn refuse_ending(args: &LdiExportArgs) -> Result<()> {
+    let (format, kind, ending) = match args.format {
+        LdiExportFormat::Glb => ("glb", "one file of binary glTF", "glb"),
+        LdiExportFormat::Ply => ("ply", "a cloud of points", "ply"),
+        LdiExportFormat::Page | LdiExportFormat::Layers => return Ok(()),
+    };
+    if args.out.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending)) {
+        return Ok(());
+    }
+    let (given, meant) = (args.out.display(), args.out.with_extension(ending));
+    Err(Error::Usage(format!("--format {format} writes {kind}, and {given} does not end in .{ending}; give --out {}", meant.display())))
 }
 
 fn layers(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
