@@ -64,7 +64,10 @@ fn refuse_ending(args: &LdiExportArgs) -> Result<()> {
         return Ok(());
     }
     let (given, meant) = (args.out.display(), args.out.with_extension(ending));
-    Err(Error::Usage(format!("--format {format} writes {kind}, and {given} does not end in .{ending}; give --out {}", meant.display())))
+    Err(Error::Usage(format!(
+        "--format {format} writes {kind}, and {given} does not end in .{ending}; give --out {}",
+        meant.display()
+    )))
 }
 
 fn layers(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
