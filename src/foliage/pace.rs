@@ -3,7 +3,8 @@
 use super::walk::WalkOptions;
 
 /// How the drawing of trees keeps up with a moving view. Between two pictures the threshold changes by 2 % at most, and images
-/// dissolve into each other as it does, so that no part of a tree changes at once.
+/// dissolve into each other as it does, so that no part of a tree changes at once. Where trees take so long that pictures are no motion
+/// any more, it becomes as coarse as it should be at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TreePace {
     threshold: f64,
@@ -22,6 +23,12 @@ pub struct TreeCost {
 
 /// The largest factor by which the threshold changes from one picture to the next: a dissolve takes eight pictures.
 const STEP: f64 = 1.02;
+
+/// Where trees take this many times as long as they may, pictures follow each other so slowly that small steps would take minutes.
+const FAR_TOO_SLOW: f64 = 4.0;
+
+/// What costs more, in samples, is drawn coarsely while nothing is known about the device: software Vulkan takes half a second for it.
+const UNTRIED: f64 = 2e7;
 
 /// Samples of this many pixels' sides are the largest: a sample is drawn in at most 3 x 3 pixels.
 const COARSEST: f64 = 2.0;
@@ -49,6 +56,16 @@ impl TreePace {
         self.threshold
     }
 
+    /// Becomes as coarse as it may be where nothing is known about the device yet and a picture of this cost could take it minutes. Returns
+    /// whether it did.
+    pub fn begin(&mut self, cost: TreeCost) -> bool {
+        let begins = self.per_cost_s.is_none() && cost.in_samples() > UNTRIED && self.threshold < COARSEST;
+        if begins {
+            self.threshold = COARSEST;
+        }
+        begins
+    }
+
     /// Learns how fast the device draws: it took these seconds for samples of images alone.
     pub fn learn(&mut self, samples: u64, seconds: f64) {
         if samples == 0 {
@@ -62,10 +79,11 @@ impl TreePace {
     /// Chooses the next threshold, after a picture of this cost whose trees may take `allowed_s` seconds.
     pub fn follow(&mut self, cost: TreeCost, allowed_s: f64) {
         let Some(per_cost_s) = self.per_cost_s else { return };
+        let times = per_cost_s * cost.in_samples() / allowed_s.max(f64::MIN_POSITIVE);
+        let most = if times > FAR_TOO_SLOW { f64::INFINITY } else { STEP };
         // The samples of an image go with the inverse square of their size.
-        let wanted = (per_cost_s * cost.in_samples() / allowed_s.max(f64::MIN_POSITIVE)).sqrt();
-        let finest = Self::default().threshold;
-        self.threshold = (self.threshold * wanted.clamp(STEP.recip(), STEP)).clamp(finest, COARSEST);
+        let factor = times.sqrt().clamp(STEP.recip(), most);
+        self.threshold = (self.threshold * factor).clamp(Self::default().threshold, COARSEST);
     }
 }
 
@@ -92,7 +110,7 @@ mod tests {
 
     #[test]
     fn slow_trees_become_coarser_by_small_steps_until_they_keep_up_and_no_further() {
-        // 60 ms at a threshold of 1.
+        // 60 ms at a threshold of 1, and three times as long as allowed at the first.
         let thresholds = followed(1.2e6, 0.05);
         let steps = thresholds.windows(2).map(|pair| pair[1] / pair[0]);
         assert!(
@@ -110,14 +128,43 @@ mod tests {
     }
 
     #[test]
+    fn trees_that_are_far_too_slow_are_coarse_in_the_next_picture() {
+        // 320 ms at a threshold of 1, and 500 ms at the first.
+        let thresholds = followed(6.4e6, 0.05);
+        assert_eq!(thresholds[0], COARSEST);
+        // 80 ms then, which is as coarse as it goes.
+        assert_eq!(thresholds[99], COARSEST);
+        // 90 ms at a threshold of 1: the first picture takes 4.7 times as long as allowed, the second as long as allowed.
+        let thresholds = followed(1.8e6, 0.05);
+        assert!((thresholds[0] - 3f64.sqrt()).abs() < 1e-3, "{}", thresholds[0]);
+    }
+
+    #[test]
+    fn what_could_take_minutes_begins_coarse_and_becomes_finer_on_a_quick_device() {
+        let mut pace = TreePace::default();
+        assert!(!pace.begin(TreeCost { samples: 10_000_000, triangles: 1_000_000 }));
+        assert_eq!(pace, TreePace::default());
+        let many = TreeCost { samples: 10_000_000, triangles: 3_000_000 };
+        assert!(pace.begin(many) && !pace.begin(many), "once");
+        assert_eq!(pace.threshold(), COARSEST);
+        // Two milliseconds.
+        pace.learn(1_000_000, 0.002);
+        for _ in 0..100 {
+            assert!(!pace.begin(many));
+            pace.follow(TreeCost { samples: 1_000_000, triangles: 0 }, 0.03);
+        }
+        assert_eq!(pace.threshold(), WalkOptions::PREVIEW.threshold);
+    }
+
+    #[test]
     fn triangles_count_and_nothing_is_known_before_the_first_picture_with_images() {
         let mut pace = TreePace::default();
         let cost = TreeCost { samples: 0, triangles: 1_000_000 };
         pace.learn(0, 1.0);
-        pace.follow(cost, 0.03);
+        pace.follow(cost, 0.06);
         assert_eq!(pace.threshold(), WalkOptions::PREVIEW.threshold);
         pace.learn(1_000_000, 0.04);
-        pace.follow(cost, 0.03);
+        pace.follow(cost, 0.06);
         assert!((pace.threshold() - WalkOptions::PREVIEW.threshold * STEP).abs() < 1e-12);
     }
 }

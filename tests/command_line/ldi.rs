@@ -401,7 +401,6 @@ fn a_folder_of_layers_is_an_image_for_all_commands() {
         ("ldi export layered --format ply --out x.ply --caption hello", 2, "--format page"),
         ("ldi export layered --format ply --out x.obj", 2, "--out x.ply"),
         ("ldi export layered --format glb --out x.gltf", 2, "--out x.glb"),
-        ("ldi export layered --format glb --out x", 2, "--out x.glb"),
         ("ldi export layered --format layers --out x --quality 5", 2, "--format glb"),
         ("ldi render project --out x", 1, "another folder"),
         ("render project --as ldi --cameras photos --show weights --out x", 2, "colours alone"),

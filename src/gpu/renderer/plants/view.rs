@@ -124,7 +124,7 @@ impl PlantsView {
         }
     }
 
-    /// Finds what of the trees in view is drawn from images, and what as polygons.
+    /// Writes what of the trees in view is drawn from images, and what as polygons.
     fn write_parts(
         &mut self,
         gpu: &Gpu,
@@ -132,6 +132,27 @@ impl PlantsView {
         shot: &Shot,
         (in_view, samples): (&[usize], u32),
     ) -> Result<()> {
+        let mut found = self.find_parts(gpu, stock, shot, in_view)?;
+        if self.within.is_some() && self.pace.get_mut().begin(self.cost) {
+            found = self.find_parts(gpu, stock, shot, in_view)?;
+        }
+        let (mut images, parts) = found;
+        if !parts.is_empty() {
+            self.parts.write(gpu, &parts);
+        }
+        let size = [shot.camera.width, shot.camera.height, samples];
+        self.has_images = self.flakes.prepare(gpu, &mut images, stock.species.len(), size);
+        Ok(())
+    }
+
+    /// Finds what of the trees in view is drawn from images, which come species by species, and what as polygons, and what that costs.
+    fn find_parts(
+        &mut self,
+        gpu: &Gpu,
+        stock: &mut Stock,
+        shot: &Shot,
+        in_view: &[usize],
+    ) -> Result<(Vec<FlakeImageWords>, Vec<InstanceWords>)> {
         let options = self.options(shot);
         let from_images = |number: usize| {
             let images = stock.species[stock.wood.trees[number].species].images.as_ref()?;
@@ -170,17 +191,13 @@ impl PlantsView {
                 self.polygons.push(PolygonDraw { slot, species, object: Some(object), instances, in_part });
             }
         }
-        if !parts.is_empty() {
-            self.parts.write(gpu, &parts);
-        }
-        let size = [shot.camera.width, shot.camera.height, samples];
+        let images = images.concat();
         self.cost = self.cost_of(stock, &images);
-        self.has_images = self.flakes.prepare(gpu, &mut images.concat(), stock.species.len(), size);
-        Ok(())
+        Ok((images, parts))
     }
 
     /// Returns what the parts in view cost; trees that are drawn as polygons alone, whatever their size in the view, are left out.
-    fn cost_of(&self, stock: &Stock, images: &[Vec<FlakeImageWords>]) -> TreeCost {
+    fn cost_of(&self, stock: &Stock, images: &[FlakeImageWords]) -> TreeCost {
         let triangles = |draw: &PolygonDraw| {
             let meshes =
                 stock.species[draw.species].meshes.iter().filter(|mesh| draw.object == Some(mesh.object));
@@ -188,7 +205,7 @@ impl PlantsView {
             each * draw.instances.len() as u64
         };
         TreeCost {
-            samples: images.iter().flatten().map(|image| u64::from(image.count)).sum(),
+            samples: images.iter().map(|image| u64::from(image.count)).sum(),
             triangles: self.polygons.iter().map(triangles).sum(),
         }
     }
