@@ -56,8 +56,8 @@ impl TreePace {
         self.threshold
     }
 
-    /// Becomes as coarse as it may be where nothing is known about the device yet and a picture of this cost could take it minutes. Returns
-    /// whether it did.
+    /// Becomes as coarse as it may be where nothing is known about the device yet and a picture of this cost would take a slow one long.
+    /// Returns whether it did.
     pub fn begin(&mut self, cost: TreeCost) -> bool {
         let begins = self.per_cost_s.is_none() && cost.in_samples() > UNTRIED && self.threshold < COARSEST;
         if begins {
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn what_could_take_minutes_begins_coarse_and_becomes_finer_on_a_quick_device() {
+    fn what_could_take_long_begins_coarse_and_becomes_finer_on_a_quick_device() {
         let mut pace = TreePace::default();
         assert!(!pace.begin(TreeCost { samples: 10_000_000, triangles: 1_000_000 }));
         assert_eq!(pace, TreePace::default());

@@ -348,7 +348,7 @@ pub struct LdiExportArgs {
     /// What to write
     #[arg(long, value_enum)]
     pub format: LdiExportFormat,
-    /// The folder (page, layers) or file (glb, ply) to write. One that this program did not write, or that was changed since, stays, and
+    /// The folder (page, layers) or file (.glb, .ply) to write. One that this program did not write, or that was changed since, stays, and
     /// NAME-2 is written
     #[arg(long, value_name = "PATH")]
     pub out: PathBuf,
