@@ -56,16 +56,15 @@ const DARK = 0.01;
 @group(2) @binding(1) var picture: texture_2d<f32>;
 @group(2) @binding(2) var picture_sampler: sampler;
 
-// A point of a surface, in the camera's frame.
+// A point of a surface, in the camera's frame. All of it is that of the sample: elsewhere in the pixel, devices would be free to
+// choose where, and the triangles are so small that the pixel's centre is mostly beyond them.
 struct Lit {
     @invariant @builtin(position) clip: vec4f,
-    @location(0) point: vec3f,
-    @location(1) normal: vec3f,
-    // At each sample, so that every sample is cut out by itself.
-    @location(2) @interpolate(perspective, sample) cut: vec2f,
-    @location(3) texture: vec2f,
-    @location(4) change: vec3f,
-    @location(5) @interpolate(flat) door: u32,
+    @location(0) @interpolate(perspective, sample) point: vec3f,
+    @location(1) @interpolate(perspective, sample) normal: vec3f,
+    @location(2) @interpolate(perspective, sample) texture: vec2f,
+    @location(3) @interpolate(perspective, sample) change: vec3f,
+    @location(4) @interpolate(flat) door: u32,
 }
 
 @vertex
@@ -86,7 +85,6 @@ fn grown(corner: PlantCorner) -> Lit {
     lit.clip = vec4f(x, y, frame.near, camera.z);
     lit.point = camera;
     lit.normal = side * (cofactors * corner.normal);
-    lit.cut = corner.texture;
     lit.texture = corner.texture;
     lit.change = corner.change;
     lit.door = corner.door;
@@ -101,7 +99,7 @@ fn cut_out(surface: Lit, sub_pixel: u32) {
         }
     }
     if CUT {
-        if textureSampleLevel(picture, picture_sampler, surface.cut, 0.0).a < matter.cutout {
+        if textureSampleLevel(picture, picture_sampler, surface.texture, 0.0).a < matter.cutout {
             discard;
         }
     }

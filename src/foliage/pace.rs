@@ -37,9 +37,18 @@ const COARSEST: f64 = 2.0;
 /// 8 million triangles, depending on whether the rest of the time is taken to grow with the samples or to be the same in all.
 const TRIANGLE: f64 = 5.0;
 
+/// What is handed to the device at once takes about this time, in seconds, so that a picture can be given up soon.
+const AT_ONCE_S: f64 = 0.1;
+
+/// What is handed at once, in samples, to a device of which nothing is known: software Vulkan takes about as long for it.
+const UNTRIED_AT_ONCE: f64 = 4e6;
+
+/// No picture has more samples than this, because they are numbered.
+const MOST_AT_ONCE: f64 = u32::MAX as f64;
+
 impl TreeCost {
     /// Returns the cost in samples.
-    fn in_samples(self) -> f64 {
+    pub fn in_samples(self) -> f64 {
         self.samples as f64 + TRIANGLE * self.triangles as f64
     }
 }
@@ -64,6 +73,12 @@ impl TreePace {
             self.threshold = COARSEST;
         }
         begins
+    }
+
+    /// Returns what is handed to the device at once, as a cost in samples.
+    pub fn most_at_once(&self) -> f64 {
+        let samples = |per_cost_s: f64| (AT_ONCE_S / per_cost_s).clamp(1.0, MOST_AT_ONCE);
+        self.per_cost_s.map_or(UNTRIED_AT_ONCE, samples)
     }
 
     /// Learns how fast the device draws: it took these seconds for samples of images alone.
@@ -154,6 +169,21 @@ mod tests {
             pace.follow(TreeCost { samples: 1_000_000, triangles: 0 }, 0.03);
         }
         assert_eq!(pace.threshold(), WalkOptions::PREVIEW.threshold);
+    }
+
+    #[test]
+    fn what_is_handed_over_at_once_takes_a_tenth_of_a_second() {
+        let mut pace = TreePace::default();
+        assert_eq!(pace.most_at_once(), UNTRIED_AT_ONCE);
+        pace.learn(1_000_000, 0.04);
+        assert!((pace.most_at_once() - 2.5e6).abs() < 1.0);
+        // A clock that did not move, and a device that is hopeless.
+        let learned = |samples, seconds| {
+            let mut pace = TreePace::default();
+            pace.learn(samples, seconds);
+            pace.most_at_once()
+        };
+        assert_eq!((learned(1, 0.0), learned(1, 60.0)), (MOST_AT_ONCE, 1.0));
     }
 
     #[test]

@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use super::drawing::Attachments;
 use super::frame::PhotoRows;
-use super::pairs::PairTable;
+use super::pairs::{PairSlice, PairTable, pair_slices};
 use super::rasteriser::GpuRasteriser;
 use super::readback;
 use super::run::DrawnItems;
 use super::workspace::Workspace;
 use crate::error::{Error, Result};
-use crate::layers::Occlusion;
 use crate::layers::rasteriser::Band;
+use crate::layers::{FragmentLists, Occlusion, count_pairs};
 
 /// A part of a band: rows whose entries fit into a buffer.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -63,21 +63,37 @@ impl GpuRasteriser {
         });
     }
 
-    /// Returns the pairs in a filled part, in no particular order. `table_bits` grows where necessary.
+    /// Returns the pairs in a filled part, whose lists these are, in no particular order; a pair may come more than once. `table_bits` grows
+    /// where necessary. Rows on which the device would work for long without a pause are left to the processor.
     pub(super) fn pairs(
         &self,
         run: &DrawnItems,
         space: &Workspace,
-        part: &BandPart,
+        (part, lists): (&BandPart, &Band),
         table_bits: &mut u32,
     ) -> Result<Vec<Occlusion>> {
-        let shared = self.share(run, &part.frame);
+        let (here, there): (Vec<_>, Vec<_>) =
+            pair_slices(run.view.width, lists).into_iter().partition(|slice| slice.on_processor);
+        let of_rows = |slice: &PairSlice| lists.of_rows(run.view.width, slice.rows.clone());
+        let bands: Vec<Band> = here.iter().map(of_rows).collect();
+        let rest = FragmentLists { width: run.view.width, bands };
+        let mut found = count_pairs(run.view, &rest, run.tolerance);
+        let frames: Vec<PhotoRows> =
+            there.into_iter().map(|slice| PhotoRows { rows: slice.rows, ..part.frame.clone() }).collect();
+        if frames.is_empty() {
+            return Ok(found);
+        }
         loop {
             let table = PairTable::new(&self.gpu, *table_bits)?;
-            self.submit(|encoder| {
-                self.pairs_pass.record(&self.gpu, encoder, space, (&part.frame, &shared), &table);
-            });
-            if let Some(found) = table.read(&self.gpu, &run.items)? {
+            for frame in &frames {
+                let shared = self.share(run, frame);
+                // Each is a submission of its own, between which the device serves others, such as the screen.
+                self.submit(|encoder| {
+                    self.pairs_pass.record(&self.gpu, encoder, space, (frame, &shared), &table);
+                });
+            }
+            if let Some(pairs) = table.read(&self.gpu, &run.items)? {
+                found.extend(pairs);
                 return Ok(found);
             }
             *table_bits += 1;

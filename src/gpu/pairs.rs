@@ -5,6 +5,8 @@
 //! then encodes some of its bits, and a tag of 32 bits encodes the others and the distance from the pair's
 //! first slot. So comparing and exchanging one word is enough, and no key is stored.
 
+use std::ops::Range;
+
 use wgpu::{BindGroup, BindGroupLayout, Buffer, CommandEncoder, ComputePipeline, ShaderStages};
 
 use super::bindings::{self, BindingKind};
@@ -14,6 +16,7 @@ use super::readback;
 use super::workspace::Workspace;
 use crate::error::{Error, Result};
 use crate::layers::Occlusion;
+use crate::layers::rasteriser::Band;
 
 /// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/pairs.wgsl");
@@ -32,6 +35,13 @@ pub(super) const RUN: u32 = 64;
 /// The number of invocations in a workgroup, which are one below the other.
 pub(super) const WORKGROUP: u32 = 64;
 
+/// The most comparisons of two fragments that one invocation makes, a tenth of a second or so. It makes them one after the other, and
+/// drivers take what goes on for seconds for a fault: all of the program's work on the device is lost then.
+const MOST_OF_RUN: u64 = 1 << 17;
+
+/// About the most comparisons that are handed to the device at once, for the same reason.
+const MOST_AT_ONCE: u64 = 1 << 27;
+
 /// The least number of bits of a table: a tag then holds 40 - 16 bits of a pair, and the probes.
 const LEAST_BITS: u32 = 16;
 
@@ -39,6 +49,43 @@ const LEAST_BITS: u32 = 16;
 /// logarithm.
 pub fn table_bits(gpu: &Gpu, items: usize) -> u32 {
     (16 * items.max(1)).ilog2().max(LEAST_BITS).min(largest_bits(gpu))
+}
+
+/// Rows whose pairs are counted together.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PairSlice {
+    /// The rows of the photo.
+    pub rows: Range<u32>,
+    /// True where the device would take too long without a pause.
+    pub on_processor: bool,
+}
+
+/// Divides the rows of lists, `width` pixels wide, into slices, from the top. Pixels with the same entries count as if they had others,
+/// so that slices take less time than they might.
+pub fn pair_slices(width: u32, lists: &Band) -> Vec<PairSlice> {
+    let mut slices: Vec<PairSlice> = Vec::new();
+    let mut comparisons = 0;
+    for (row, offsets) in
+        (lists.y0..lists.y1).zip(lists.offsets.windows(width as usize + 1).step_by(width as usize))
+    {
+        let sizes = offsets.windows(2).map(|ends| u64::from(ends[1] - ends[0]));
+        let pairs: Vec<u64> = sizes.map(|size| size * size.saturating_sub(1) / 2).collect();
+        let largest = pairs.chunks(RUN as usize).map(|run| run.iter().sum::<u64>()).max().unwrap_or_default();
+        let (on_processor, of_row) = (largest > MOST_OF_RUN, pairs.iter().sum::<u64>());
+        comparisons += of_row;
+        match slices.last_mut() {
+            Some(last)
+                if last.on_processor == on_processor && (on_processor || comparisons <= MOST_AT_ONCE) =>
+            {
+                last.rows.end = row + 1;
+            }
+            _ => {
+                comparisons = of_row;
+                slices.push(PairSlice { rows: row..row + 1, on_processor });
+            }
+        }
+    }
+    slices
 }
 
 /// A hash table of 2^bits slots on the device.
@@ -169,6 +216,36 @@ mod tests {
     /// Computes the same as the shader's `scatter`.
     fn scatter(front: u32, back: u32) -> (u32, u32) {
         (0..4).fold((front, back), |(one, other), turn| (other, one ^ stir(other, turn)))
+    }
+
+    /// Lists of rows whose pixels have so many entries each.
+    fn lists(width: usize, of_rows: &[u32]) -> Band {
+        let sizes = of_rows.iter().flat_map(|size| std::iter::repeat_n(*size, width));
+        let mut end = 0;
+        let ends = sizes.map(|size| {
+            end += size;
+            end
+        });
+        let offsets = std::iter::once(0).chain(ends).collect();
+        Band { y0: 10, y1: 10 + of_rows.len() as u32, offsets, entries: vec![0; end as usize] }
+    }
+
+    #[test]
+    fn rows_with_more_pairs_than_the_device_counts_in_one_go_are_the_processors() {
+        let slice = |rows: Range<u32>, on_processor| PairSlice { rows, on_processor };
+        // 64 pixels of 64 entries have 129,024 pairs, of 65 entries 133,120.
+        let found = pair_slices(100, &lists(100, &[64, 64, 65, 200, 0, 3]));
+        assert_eq!(found, [slice(10..12, false), slice(12..14, true), slice(14..16, false)]);
+        assert_eq!(pair_slices(100, &lists(100, &[])), []);
+    }
+
+    #[test]
+    fn rows_are_handed_over_in_slices_of_a_bounded_number_of_pairs() {
+        // 2 million pairs a row.
+        let found = pair_slices(1000, &lists(1000, &[64; 140]));
+        let rows: Vec<Range<u32>> = found.iter().map(|slice| slice.rows.clone()).collect();
+        assert_eq!(rows, [10..76, 76..142, 142..150]);
+        assert!(found.iter().all(|slice| !slice.on_processor));
     }
 
     #[test]

@@ -178,10 +178,11 @@ impl GpuRasteriser {
             task.step("fragments", done as u64, bands.len() as u64)?;
             for part in self.places(run, space, rows, nearest_is_drawn)? {
                 self.fill(run, space, &part);
+                let band = self.read_lists(space, &part)?;
                 if self.pairs_on_device {
-                    occlusions.extend(self.pairs(run, space, &part, &mut table_bits)?);
+                    occlusions.extend(self.pairs(run, space, (&part, &band), &mut table_bits)?);
                 }
-                lists.bands.push(self.read_lists(space, &part)?);
+                lists.bands.push(band);
             }
         }
         lists.bands.sort_unstable_by_key(|band| band.y0);

@@ -24,11 +24,8 @@ pub fn read<const N: usize>(gpu: &Gpu, ranges: [(&Buffer, Range<u64>); N]) -> Re
         // The receiver is gone only when another mapping failed before.
         buffer.map_async(MapMode::Read, bytes.clone(), move |result| drop(sender.send(result)));
     }
-    gpu.device
-        .poll(PollType::wait_indefinitely())
-        .map_err(|error| Error::Gpu(format!("waiting for the device: {error}")))?;
+    wait(gpu)?;
     drop(sender);
-    let failed = |error: &dyn std::fmt::Display| Error::Gpu(format!("reading results back: {error}"));
     for result in receiver {
         result.map_err(|error| failed(&error))?;
     }
@@ -40,6 +37,31 @@ pub fn read<const N: usize>(gpu: &Gpu, ranges: [(&Buffer, Range<u64>); N]) -> Re
         buffer.unmap();
     }
     Ok(results)
+}
+
+/// Waits for the device and passes the contents of a buffer that can be mapped to `work`.
+pub fn mapped<T>(gpu: &Gpu, buffer: &Buffer, work: impl FnOnce(&[u8]) -> T) -> Result<T> {
+    let (sender, receiver) = mpsc::channel();
+    // The receiver is there until the device has answered.
+    buffer.map_async(MapMode::Read, .., move |result| drop(sender.send(result)));
+    wait(gpu)?;
+    for result in receiver {
+        result.map_err(|error| failed(&error))?;
+    }
+    let view = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
+    let result = work(&view);
+    drop(view);
+    buffer.unmap();
+    Ok(result)
+}
+
+fn wait(gpu: &Gpu) -> Result<()> {
+    let waited = gpu.device.poll(PollType::wait_indefinitely());
+    waited.map(drop).map_err(|error| Error::Gpu(format!("waiting for the device: {error}")))
+}
+
+fn failed(error: &dyn std::fmt::Display) -> Error {
+    Error::Gpu(format!("reading results back: {error}"))
 }
 
 /// Returns a buffer that can be mapped, and the range of its bytes: the buffer itself, or a copy of the

@@ -1,5 +1,7 @@
 //! The interface that the method needs of a rasteriser. `gpu` implements it; `software` is its CPU reference.
 
+use std::ops::Range;
+
 use super::view::View;
 use crate::error::Result;
 use crate::task::Task;
@@ -44,6 +46,19 @@ pub struct Band {
     /// Item indices, with [`VISIBLE`] set where the item is visible. The order within a pixel carries no
     /// meaning.
     pub entries: Vec<u32>,
+}
+
+impl Band {
+    /// Returns the lists of some of its rows, `width` pixels wide.
+    #[must_use]
+    pub fn of_rows(&self, width: u32, rows: Range<u32>) -> Self {
+        let pixel = |row: u32| ((row - self.y0) * width) as usize;
+        let offsets = &self.offsets[pixel(rows.start)..=pixel(rows.end)];
+        let first = offsets[0];
+        let entries = self.entries[first as usize..offsets[offsets.len() - 1] as usize].to_vec();
+        let offsets = offsets.iter().map(|offset| offset - first).collect();
+        Self { y0: rows.start, y1: rows.end, offsets, entries }
+    }
 }
 
 /// The fragments of the working set, as one list per pixel.

@@ -197,6 +197,27 @@ struct CellBlock<'a> {
     steps: &'a [u32],
 }
 
+impl CellBlock<'_> {
+    /// Returns the blocks within, or the single cells, row by row.
+    fn parts(&self) -> Vec<[u32; 4]> {
+        let [x0, y0, x1, y1] = self.cells;
+        let step = self.steps.first().copied().unwrap_or(1);
+        let rows = (y0..y1).step_by(step as usize);
+        let of_row = |y: u32| {
+            let columns = (x0..x1).step_by(step as usize);
+            columns.map(move |x| [x, y, (x + step).min(x1), (y + step).min(y1)])
+        };
+        rows.flat_map(of_row).collect()
+    }
+}
+
+/// The candidates of a cell, by its column and row in the face.
+struct FoundCell {
+    x: u32,
+    y: u32,
+    list: Vec<ServerCandidate>,
+}
+
 /// The part of a face within a block of cells.
 struct FacePatch {
     /// Corners of the part of the outline in the block, in the view's camera frame.
@@ -239,7 +260,12 @@ impl<C: TexelBounds> Finder<'_, C> {
         let mut lists = vec![Vec::new(); (size[0] * size[1]) as usize];
         let block =
             CellBlock { polygon: &polygon, servers: &all, cells: [0, 0, size[0], size[1]], steps: &BLOCKS };
-        self.descend(&subject, &block, &mut |x, y, list| lists[(y * size[0] + x) as usize] = list);
+        // A large face, such as the ground, has most of the cells, so that its blocks are examined beside each other.
+        let of_blocks: Vec<Vec<FoundCell>> =
+            block.parts().into_par_iter().map(|cells| self.cells_of(&subject, &block, cells)).collect();
+        for FoundCell { x, y, list } in of_blocks.into_iter().flatten() {
+            lists[(y * size[0] + x) as usize] = list;
+        }
         let depths = polygon.iter().fold([f64::INFINITY, 0.0f64], |[a, b], p| [a.min(p.z), b.max(p.z)]);
         Some(CellsOfFace { face: id, corner, size, depths, lists })
     }
@@ -251,33 +277,18 @@ impl<C: TexelBounds> Finder<'_, C> {
         side && !self.shot.without.contains(&server.photo)
     }
 
-    /// Calls `put` with the candidates of every single cell of a block, and its column and row in the face.
-    fn descend(
-        &self,
-        subject: &Subject,
-        block: &CellBlock,
-        put: &mut impl FnMut(u32, u32, Vec<ServerCandidate>),
-    ) {
-        let [x0, y0, x1, y1] = block.cells;
-        let step = block.steps.first().copied().unwrap_or(1);
-        for y in (y0..y1).step_by(step as usize) {
-            for x in (x0..x1).step_by(step as usize) {
-                let cells = [x, y, (x + step).min(x1), (y + step).min(y1)];
-                let Some(patch) = self.patch(subject, self.clipped_to_cells(subject, block.polygon, cells))
-                else {
-                    continue;
-                };
-                let list = self.candidates(subject, &patch, block.servers);
-                if block.steps.is_empty() {
-                    put(x, y, list);
-                    continue;
-                }
-                let servers: Vec<u32> = list.iter().map(|c| c.server).collect();
-                let steps = &block.steps[1..];
-                let inner = CellBlock { polygon: &patch.polygon, servers: &servers, cells, steps };
-                self.descend(subject, &inner, put);
-            }
-        }
+    /// Returns the candidates of every single cell of a part of a block.
+    fn cells_of(&self, subject: &Subject, block: &CellBlock, cells: [u32; 4]) -> Vec<FoundCell> {
+        let Some(patch) = self.patch(subject, self.clipped_to_cells(subject, block.polygon, cells)) else {
+            return Vec::new();
+        };
+        let list = self.candidates(subject, &patch, block.servers);
+        let Some((_, steps)) = block.steps.split_first() else {
+            return vec![FoundCell { x: cells[0], y: cells[1], list }];
+        };
+        let servers: Vec<u32> = list.iter().map(|c| c.server).collect();
+        let inner = CellBlock { polygon: &patch.polygon, servers: &servers, cells, steps };
+        inner.parts().into_iter().flat_map(|cells| self.cells_of(subject, &inner, cells)).collect()
     }
 
     /// Clips a polygon to these cells.

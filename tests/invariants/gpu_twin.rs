@@ -276,13 +276,22 @@ fn a_row_that_fits_no_buffer_is_an_error_that_names_it() {
 /// Thousands of small upright rectangles at random places and depths: tens of thousands of pairs,
 /// though few faces lie behind each other at any one pixel.
 fn confetti(count: u32) -> View {
-    let mut view = View { width: 160, height: 120, largest_inverse_depth: 1.0, ..View::default() };
     let mut rng = Rng::new(7);
-    for item in 0..count {
+    let card = |_| {
         let depth = rng.between(2.0, 20.0) as f32;
         let (x, y) = (rng.whole(0, 150) as f32, rng.whole(0, 112) as f32);
+        (depth, [x, y, x + 10.0, y + 8.0])
+    };
+    cards((0..count).map(card))
+}
+
+/// A view of 160 x 120 pixels of cards that face it: each has a depth and is seen from these columns and rows to the others.
+fn cards(all: impl Iterator<Item = (f32, [f32; 4])>) -> View {
+    let mut view = View { width: 160, height: 120, largest_inverse_depth: 1.0, ..View::default() };
+    for (item, (depth, [left, top, right, bottom])) in (0..).zip(all) {
         let corner = |x: f32, y: f32| [(x / 80.0 - 1.0) * depth, (1.0 - y / 60.0) * depth, depth];
-        let [a, b, c, d] = [corner(x, y), corner(x, y + 8.0), corner(x + 10.0, y + 8.0), corner(x + 10.0, y)];
+        let [a, b, c, d] =
+            [corner(left, top), corner(left, bottom), corner(right, bottom), corner(right, top)];
         let inverse_depth = InverseDepth { a: 0.0, b: 0.0, c: 1.0 / depth, u0: 80.0, v0: 60.0 };
         let (face, bounds) = (FaceId(item), PixelRect::from_edges(0, 0, 160, 120));
         view.items.push(Item {
@@ -297,6 +306,28 @@ fn confetti(count: u32) -> View {
         view.triangle_items.extend([item; 2]);
     }
     view
+}
+
+#[test]
+fn pairs_of_deep_piles_are_counted_with_those_of_shallow_ones() {
+    let Some(on_device) = rasteriser() else { return };
+    let Some(on_processor) = common::gpu_rasteriser().map(|here| here.counting_pairs_on_device(false)) else {
+        return;
+    };
+    // 10 cards lie over each other in the rows above, 150 in those below: more than a device counts without a pause.
+    let pile = |count: u32, top: f32, bottom: f32| {
+        (0..count).map(move |card| (2.0 + 0.1 * card as f32, [0.0, top, 160.0, bottom]))
+    };
+    let view = cards(pile(10, 0.0, 40.0).chain(pile(150, 40.0, 120.0)));
+    let alive = vec![true; view.items.len()];
+    let nobody = (u32::MAX, u32::MAX);
+    // All but the first of each pile are behind another.
+    let expected: Vec<bool> = (0..160).map(|item| !matches!(item, 0 | 10)).collect();
+    for rasteriser in [&on_device, &on_processor] {
+        let behind = rasteriser.occluded(&view, TOLERANCE, &alive, &[nobody]).expect("the device works");
+        assert_eq!(behind, expected);
+    }
+    assert_eq!(draw(&on_device, &view).occlusions, draw(&on_processor, &view).occlusions);
 }
 
 #[test]

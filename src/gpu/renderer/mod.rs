@@ -353,7 +353,7 @@ impl Renderer {
                 // Faces and numbers of faces are shown without what is behind them.
                 let has_surroundings = prepared.has_surroundings && shot.display != DisplayMode::Item;
                 let prepared = Prepared { has_surroundings, ..prepared };
-                self.draw(shot, [program, program.of_see_through()], &prepared)?;
+                self.draw(shot, [program, program.of_see_through()], &prepared, task)?;
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })
@@ -372,6 +372,7 @@ impl Renderer {
         shot: &Shot,
         [program, program_of_see_through]: [Program; 2],
         prepared: &Prepared,
+        task: &Task,
     ) -> Result<()> {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let multisampled = shot.quality == Quality::Final && program != Program::Faces;
@@ -395,8 +396,7 @@ impl Renderer {
             plants: self.trees(shot).filter(|_| has_trees).map(|plants| (plants, of_trees)),
             ..self.pass(shot, &self.targets[&key], prepared, program_of_see_through)
         };
-        self.passes.draw(&pass, program);
-        Ok(())
+        self.passes.draw(&pass, program, task)
     }
 
     /// Collects what a drawing of a view reads and writes.
@@ -445,7 +445,7 @@ impl Renders for Renderer {
             let content = TableData { shot, cells: &cells, exposure, optics, groups, origin };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
-            self.draw(shot, [Program::Faces; 2], &Prepared::default())?;
+            self.draw(shot, [Program::Faces; 2], &Prepared::default(), task)?;
             self.target(shot, false).faces(&gpu)
         })
     }

@@ -193,7 +193,7 @@ impl Peels for Renderer {
         gpu.guarded("drawing surroundings", || {
             let prepared = self.prepare_layers(shot, task)?;
             let program = Program::new(shot, &self.content(prepared.undoes_optics));
-            self.draw(shot, [program, program.of_see_through()], &prepared)?;
+            self.draw(shot, [program, program.of_see_through()], &prepared, task)?;
             self.target(shot, shot.quality == Quality::Final).picture(&gpu)
         })
     }

@@ -9,6 +9,7 @@ pub(super) mod flakes;
 mod flakes_narrow;
 mod flakes_wide;
 mod painted;
+pub(super) mod slices;
 pub(super) mod species;
 pub(super) mod stock;
 #[cfg(test)]
@@ -18,12 +19,13 @@ pub(super) mod view;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use wgpu::{BindGroupLayout, RenderPass, RenderPipeline, ShaderStages, TextureFormat};
+use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages, TextureFormat};
 
 use self::daylight::CrownWords;
+use self::slices::Slices;
 use self::species::{CornerWords, InstanceWords};
 use self::stock::Stock;
-use self::view::PlantsView;
+use self::view::{BeginPass, PlantsView};
 use super::Renderer;
 use super::project::SURFACES;
 use super::target::{COLOR, FACES};
@@ -132,20 +134,24 @@ impl Plants {
         &mut self.stock
     }
 
-    /// Finds the nearest samples of images in view, before the trees are drawn.
-    pub fn find(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, frame: wgpu::BindingResource) {
-        self.view.find(gpu, &self.stock, encoder, frame);
+    /// Returns what of the trees is handed to the device at once, as a cost in samples.
+    pub fn most_at_once(&self) -> f64 {
+        self.view.most_at_once()
     }
 
-    /// Draws the trees in view, for which [`Self::prepare`] was called.
+    /// Draws the trees in view, for which [`Self::prepare`] was called, in passes that `begin` begins.
+    ///
+    /// # Errors
+    /// Those of [`Slices::hand_over`].
     pub fn draw(
         &self,
-        gpu: &Gpu,
-        drawing: &mut RenderPass,
+        slices: &mut Slices,
+        begin: &BeginPass,
         frame: wgpu::BindingResource,
         of: (TreeProgram, u32),
-    ) {
-        self.view.draw(gpu, &self.stock, drawing, frame, of);
+    ) -> Result<()> {
+        self.view.find(&self.stock, slices, frame.clone())?;
+        self.view.draw(&self.stock, slices, begin, frame, of)
     }
 }
 

@@ -12,6 +12,8 @@ use wgpu::{
 use super::agreement::AgreementTexture;
 use super::heights::Heights;
 use super::peel::Peeling;
+use super::plants::slices::Slices;
+use super::plants::view::BeginPass;
 use super::plants::{Plants, TreeProgram};
 use super::program::{self, Program};
 use super::shadows;
@@ -20,11 +22,13 @@ use super::table::GrowingBuffer;
 use super::tables::{PhotoWords, Tables};
 use super::target::{COLOR, FACES, FLAT_LINEAR, Target};
 use super::texels::{self, TexelGroup};
+use crate::error::Result;
 use crate::gpu::TileStore;
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::projection::Sources;
+use crate::task::Task;
 
 pub(super) const SURFACES: &str = include_str!("../../../shaders/surfaces.wgsl");
 const WEIGHTS: &str = include_str!("../../../shaders/weights.wgsl");
@@ -129,11 +133,16 @@ impl Passes {
     }
 
     /// Draws into the target and submits the commands. The pipelines were made ([`Self::make`]).
-    pub fn draw(&self, pass: &Pass, program: Program) {
-        let [shot, texels] = self.groups(pass, program, self.peeling.nothing());
-        let mut encoder = pass.gpu.device.create_command_encoder(&Default::default());
-        self.record(&mut encoder, pass, program, &shot, &texels);
-        pass.gpu.queue.submit([encoder.finish()]);
+    ///
+    /// # Errors
+    /// Those of [`Slices::hand_over`].
+    pub fn draw(&self, pass: &Pass, program: Program, task: &Task) -> Result<()> {
+        let groups = self.groups(pass, program, self.peeling.nothing());
+        let most = pass.plants.map_or(f64::INFINITY, |(plants, _)| plants.most_at_once());
+        let mut slices = Slices::new(pass.gpu, task, most);
+        self.record(&mut slices, pass, program, &groups)?;
+        slices.submit();
+        Ok(())
     }
 
     /// Binds what a view is drawn with. `peeled` is the depth of the layer peeled off before.
@@ -159,12 +168,11 @@ impl Passes {
 
     fn record(
         &self,
-        encoder: &mut wgpu::CommandEncoder,
+        slices: &mut Slices,
         pass: &Pass,
         program: Program,
-        shot: &BindGroup,
-        texels: &BindGroup,
-    ) {
+        [shot, texels]: &[BindGroup; 2],
+    ) -> Result<()> {
         let draw = |encoder: &mut wgpu::CommandEncoder,
                     pipeline: &RenderPipeline,
                     color: Option<wgpu::RenderPassColorAttachment>,
@@ -207,13 +215,14 @@ impl Passes {
                 drawing.draw(first..skirts + count, 0..1);
             }
         };
-        draw(encoder, &self.nearness[&pass.target.samples], None, true);
+        draw(slices.encoder(), &self.nearness[&pass.target.samples], None, true);
         let has_trees = pass.plants.is_some();
         if has_trees {
-            record_trees(encoder, pass, program);
+            record_trees(slices, pass, program)?;
         }
         let colours = attachment(pass.target, program, has_trees);
-        draw(encoder, &self.programs[&program], Some(colours), false);
+        draw(slices.encoder(), &self.programs[&program], Some(colours), false);
+        Ok(())
     }
 
     /// Makes the pipelines of a program, for a number of samples, with the program of see-through surfaces and that of the
@@ -276,24 +285,25 @@ pub fn source(program: Program, photos: &PhotoTable) -> String {
 }
 
 /// Draws the trees of a view over nothing: they hide faces that are drawn later, and faces of *nearness* hide them.
-fn record_trees(encoder: &mut wgpu::CommandEncoder, pass: &Pass, program: Program) {
-    let Some((plants, of_trees)) = pass.plants else { return };
-    plants.find(pass.gpu, encoder, pass.tables.frame.binding());
-    let mut drawing = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("trees"),
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            // What is drawn later resolves the samples.
-            resolve_target: None,
-            ..attachment(pass.target, program, false)
-        })],
-        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-            view: &pass.target.depth,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
-            stencil_ops: None,
-        }),
-        ..Default::default()
-    });
-    plants.draw(pass.gpu, &mut drawing, pass.tables.frame.binding(), (of_trees, pass.target.samples));
+fn record_trees(slices: &mut Slices, pass: &Pass, program: Program) -> Result<()> {
+    let Some((plants, of_trees)) = pass.plants else { return Ok(()) };
+    let begin: &BeginPass = &|encoder, is_first| {
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("trees"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                // What is drawn later resolves the samples.
+                resolve_target: None,
+                ..attachment(pass.target, program, !is_first)
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &pass.target.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        })
+    };
+    plants.draw(slices, begin, pass.tables.frame.binding(), (of_trees, pass.target.samples))
 }
 
 /// Returns what a program draws on: what is there already, or the background.

@@ -20,7 +20,7 @@ impl Renderer {
                 None => self.prepare(shot, self.cell_px(shot), None, task)?,
             };
             let seen = Program::of_seen_faces(shot, &self.content(false));
-            self.draw(shot, [Program::Faces, seen], &prepared)?;
+            self.draw(shot, [Program::Faces, seen], &prepared, task)?;
             self.target(shot, false).faces(&gpu)
         })
     }

@@ -14,8 +14,9 @@ use wgpu::{
 use super::Renderer;
 use super::frame::FrameUniform;
 use super::plants::TreeProgram;
+use super::plants::slices::Slices;
 use super::plants::stock::Stock;
-use super::plants::view::PlantsView;
+use super::plants::view::{BeginPass, PlantsView};
 use super::project::{PipelineDescription, SURFACES};
 use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
@@ -196,7 +197,14 @@ impl Shadows {
     }
 
     /// Draws the depths that the sun sees for a view, unless they are those of the last view.
-    fn cast(&mut self, gpu: &Gpu, stock: &mut Stock, catching: Catching<'_>, shot: &Shot) -> Result<()> {
+    fn cast(
+        &mut self,
+        gpu: &Gpu,
+        stock: &mut Stock,
+        catching: Catching<'_>,
+        shot: &Shot,
+        task: &Task,
+    ) -> Result<()> {
         let Shot { camera, pose, trees, quality, .. } = *shot;
         let of = Some(Of { camera, pose, trees, quality });
         if self.of == of {
@@ -220,7 +228,7 @@ impl Shadows {
             let maps = maps.unwrap_or_else(|| Maps::new(gpu, side));
             let mut words = ShadowsWords::new(&wood.light, views.len());
             for (layer, view) in (0u32..).zip(&views) {
-                let near = self.draw(gpu, stock, catching, (view, shot), &maps.views(Some(layer)))?;
+                let near = self.draw((gpu, task), stock, catching, (view, shot), &maps.views(Some(layer)))?;
                 words.views[layer as usize] = SunViewWords::new(view, near, shot.viewpoint());
             }
             self.words.write(gpu, &[words]);
@@ -241,7 +249,7 @@ impl Shadows {
     /// Draws what one view from the sun sees of trees and of faces; returns the depth of the near plane.
     fn draw(
         &mut self,
-        gpu: &Gpu,
+        (gpu, task): (&Gpu, &Task),
         stock: &mut Stock,
         catching: Catching<'_>,
         (view, shown): (&SunView, &Shot),
@@ -262,17 +270,16 @@ impl Shadows {
         let casts = |tree: &Tree| tree.casts;
         let of = (TreeProgram::Shadow, 1);
         let has_trees = self.trees.prepare(gpu, (stock, &casts), &shot, of, [1.0; 3])?;
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        self.draw_faces(gpu, &mut encoder, surfaces, of_faces);
+        let mut slices = Slices::new(gpu, task, self.trees.most_at_once());
+        self.draw_faces(gpu, slices.encoder(), surfaces, of_faces);
+        let begin: &BeginPass = &|encoder, is_first| depths(encoder, of_trees, is_first);
         if has_trees {
-            self.trees.find(gpu, stock, &mut encoder, self.frame.binding());
+            self.trees.find(stock, &mut slices, self.frame.binding())?;
+            self.trees.draw(stock, &mut slices, begin, self.frame.binding(), of)?;
+        } else {
+            drop(begin(slices.encoder(), true));
         }
-        let mut drawing = depths(&mut encoder, of_trees);
-        if has_trees {
-            self.trees.draw(gpu, stock, &mut drawing, self.frame.binding(), of);
-        }
-        drop(drawing);
-        gpu.queue.submit([encoder.finish()]);
+        slices.submit();
         Ok(frame.near)
     }
 
@@ -298,7 +305,7 @@ impl Shadows {
         });
         let resources = [self.frame.binding(), surfaces.planes.as_entire_binding(), self.all_faces.binding()];
         let group = bindings::bind(gpu, "faces", layout, &resources);
-        let mut drawing = depths(encoder, onto);
+        let mut drawing = depths(encoder, onto, true);
         drawing.set_pipeline(pipeline);
         drawing.set_bind_group(0, &group, &[]);
         drawing.set_vertex_buffer(0, surfaces.corners.slice(..));
@@ -306,14 +313,19 @@ impl Shadows {
     }
 }
 
-/// Begins to draw depths where there is nothing.
-fn depths<'a>(encoder: &'a mut wgpu::CommandEncoder, view: &TextureView) -> wgpu::RenderPass<'a> {
+/// Begins to draw depths, where there is nothing or on what is there.
+fn depths<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    view: &TextureView,
+    is_first: bool,
+) -> wgpu::RenderPass<'a> {
+    let load = if is_first { LoadOp::Clear(0.0) } else { LoadOp::Load };
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("seen by the sun"),
         color_attachments: &[],
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view,
-            depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Store }),
+            depth_ops: Some(Operations { load, store: StoreOp::Store }),
             stencil_ops: None,
         }),
         ..Default::default()
@@ -376,7 +388,7 @@ impl Renderer {
         let Self { gpu, model, surfaces, sources, shadows, passes, .. } = self;
         let shadows = shadows.get_or_insert_with(|| Shadows::new(gpu, passes.shadows.clone()));
         let catching = Catching { model, surfaces, sources };
-        task.timed("shadows", || shadows.cast(gpu, plants.stock(), catching, shot))?;
+        task.timed("shadows", || shadows.cast(gpu, plants.stock(), catching, shot, task))?;
         Ok(shadows.group().is_some())
     }
 }

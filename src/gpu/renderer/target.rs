@@ -1,6 +1,10 @@
 //! The textures that views are drawn into, and their read-back.
 
-use wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
+use std::sync::OnceLock;
+
+use bytemuck::Pod;
+use rayon::prelude::*;
+use wgpu::{Buffer, Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
 
 use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
@@ -40,6 +44,8 @@ pub struct Target {
     faces: Option<Texture>,
     /// The view of the faces; `None` with multisampling.
     pub faces_view: Option<TextureView>,
+    /// What textures are read back through.
+    reading: OnceLock<Buffer>,
 }
 
 /// Checks that the device can draw images of the view's size.
@@ -104,49 +110,64 @@ impl Target {
             samples_view: many.as_ref().map(view),
             faces_view: faces.as_ref().map(view),
             faces,
+            reading: OnceLock::new(),
         }
     }
 
     /// Reads back the image that was drawn.
     pub fn picture(&self, gpu: &Gpu) -> Result<Picture> {
-        let words = self.words(gpu, &self.color)?;
-        let mut rgba: Vec<u8> = bytemuck::cast_slice(&words).to_vec();
-        rgba.chunks_exact_mut(4).filter(|p| !matches!(p[3], 0 | 255)).for_each(without_background);
-        Ok(Picture { width: self.width, height: self.height, rgba })
+        let rgba = self.read(gpu, &self.color, |pixels: &mut [[u8; 4]]| {
+            pixels.iter_mut().filter(|pixel| !matches!(pixel[3], 0 | 255)).for_each(without_background);
+        })?;
+        Ok(Picture { width: self.width, height: self.height, rgba: rgba.into_flattened() })
     }
 
     /// Reads back colours that were multiplied by their alpha and laid over nothing.
     pub fn colours(&self, gpu: &Gpu) -> Result<Vec<[u8; 4]>> {
-        let words = self.words(gpu, &self.color)?;
-        Ok(words.into_iter().map(|word| straight(word.to_le_bytes())).collect())
+        self.read(gpu, &self.color, |pixels: &mut [[u8; 4]]| {
+            pixels.iter_mut().for_each(|pixel| *pixel = straight(*pixel));
+        })
     }
 
     /// Reads back the faces that were drawn.
     pub fn faces(&self, gpu: &Gpu) -> Result<Vec<u32>> {
-        self.words(gpu, self.faces.as_ref().expect("faces are drawn without samples"))
+        self.read(gpu, self.faces.as_ref().expect("faces are drawn without samples"), |_: &mut [u32]| ())
     }
 
-    /// Reads the texels of a texture of 4 bytes each, row by row.
-    fn words(&self, gpu: &Gpu, texture: &Texture) -> Result<Vec<u32>> {
-        let row_bytes = row_bytes(self.width);
-        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("picture"),
-            size: row_bytes * u64::from(self.height),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
+    /// Reads the texels of a texture of 4 bytes each; `finish` is called for every row of them.
+    fn read<T: Pod + Send>(
+        &self,
+        gpu: &Gpu,
+        texture: &Texture,
+        finish: impl Fn(&mut [T]) + Sync,
+    ) -> Result<Vec<T>> {
+        let (row_bytes, width) = (row_bytes(self.width), self.width as usize);
+        let buffer = self.reading.get_or_init(|| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("picture"),
+                size: row_bytes * u64::from(self.height),
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            })
         });
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let bytes_per_row = Some(row_bytes as u32);
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
         encoder.copy_texture_to_buffer(
             texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
+            wgpu::TexelCopyBufferInfo { buffer, layout },
             texture.size(),
         );
         gpu.queue.submit([encoder.finish()]);
-        let row_words = row_bytes as usize / 4;
-        let [words] = readback::read(gpu, [(&buffer, 0..(row_words * self.height as usize) as u64)])?;
-        Ok(words.chunks_exact(row_words).flat_map(|row| &row[..self.width as usize]).copied().collect())
+        readback::mapped(gpu, buffer, |bytes| {
+            let mut texels = vec![T::zeroed(); width * self.height as usize];
+            let rows = texels.par_chunks_exact_mut(width).zip(bytes.par_chunks_exact(row_bytes as usize));
+            rows.for_each(|(row, bytes)| {
+                row.copy_from_slice(bytemuck::cast_slice(&bytes[..4 * width]));
+                finish(row);
+            });
+            texels
+        })
     }
 }
 
@@ -165,7 +186,7 @@ pub(super) fn straight(pixel: [u8; 4]) -> [u8; 4] {
 
 /// Removes the flat grey that a partly textured pixel was blended with, so that colour and alpha are
 /// straight.
-fn without_background(pixel: &mut [u8]) {
+fn without_background(pixel: &mut [u8; 4]) {
     let alpha = f64::from(pixel[3]) / 255.0;
     for channel in &mut pixel[..3] {
         let linear = linear_of_srgb(f64::from(*channel) / 255.0);

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::Shares;
 use crate::geometry::Plane;
@@ -33,12 +34,17 @@ pub fn visible_shares(
     cells: &Cells,
 ) -> Shares {
     let looker = Looker { shot, model, sources, surface, cells };
-    let mut of_photo = vec![0.0; sources.photos.len()];
-    for row in 0..RAYS[1] {
+    let of_row = |row: u32| {
+        let mut of_photo = vec![0.0; sources.photos.len()];
         for column in 0..RAYS[0] {
             looker.look(column, row, &mut |photo: usize, weight: f64| of_photo[photo] += weight);
         }
-    }
+        of_photo
+    };
+    let rows: Vec<Vec<f64>> = (0..RAYS[1]).into_par_iter().map(of_row).collect();
+    // The rows are added in their order, so that the result does not depend on the number of threads.
+    let of_photo = (0..sources.photos.len()).map(|photo| rows.iter().map(|row| row[photo]).sum::<f64>());
+    let mut of_photo: Vec<f64> = of_photo.collect();
     let all: f64 = of_photo.iter().sum();
     let takes_part =
         (0..sources.photos.len() as u32).map(|photo| !shot.without.contains(&PhotoId(photo))).collect();

@@ -234,17 +234,18 @@ impl Space {
     }
 
     /// Returns the request for the picture that is due, and the time in seconds after which the view is drawn again. A
-    /// picture is coarse while the view moves and final when it rests. None is due where it was requested already, or
-    /// where the view moves and the painter is busy.
+    /// picture is coarse while the view moves or shows nothing yet, and final when it rests. None is due where it was
+    /// requested already, or where the view moves and the painter is busy.
     pub fn due(&mut self, drawn: Drawn, now_s: f64, painter_is_busy: bool) -> (Option<Request>, Option<f64>) {
         if self.stirred {
             self.changed_s = now_s;
         }
         let moves = drawn.moves || self.stirred;
         let left_s = RESTS_S - (now_s - self.changed_s);
-        let rests = !moves && left_s <= 0.0;
         // A view that has stopped moving is refined after a moment.
-        let again_s = (!rests && !moves).then_some(left_s);
+        let again_s = (!moves && left_s > 0.0).then_some(left_s);
+        // A final picture can take a minute, so that a view which shows nothing yet gets a coarse one before it.
+        let rests = !moves && left_s <= 0.0 && self.shown.is_some();
         let request = self.request(drawn.background, moves, rests);
         let is_behind = self.shown.as_ref().is_some_and(|shown| !shown.request.shows_the_same(&request));
         self.behind_s = is_behind.then(|| self.behind_s.unwrap_or(now_s));

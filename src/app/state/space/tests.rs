@@ -21,6 +21,11 @@ fn requested(space: &mut Space, drawn: Drawn, now_s: f64) -> Request {
     space.due(drawn, now_s, false).0.expect("a picture is due")
 }
 
+/// Shows a small picture as the one that was requested.
+fn shows(space: &mut Space, request: Request) {
+    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+}
+
 fn painted(request: Request) -> PaintedPicture {
     let (width, height) = (request.shot.camera.width, request.shot.camera.height);
     let count = (width * height) as usize;
@@ -41,6 +46,7 @@ fn a_view_is_drawn_coarsely_while_it_moves_and_finally_when_it_rests() {
     let moving = requested(&mut space, MOVING, 10.0);
     assert_eq!((moving.shot.quality, moving.yields), (Quality::Preview, false));
     assert!(moving.shot.camera.width < 4000, "it is smaller than the view");
+    shows(&mut space, moving);
     let (stopped, again_s) = space.due(AT_REST, 10.1, false);
     let stopped = stopped.unwrap();
     assert_eq!((stopped.shot.quality, stopped.yields), (Quality::Preview, true));
@@ -48,6 +54,20 @@ fn a_view_is_drawn_coarsely_while_it_moves_and_finally_when_it_rests() {
     assert!((again_s.unwrap() - 0.15).abs() < 1e-9, "{again_s:?}");
     let (rests, again_s) = space.due(AT_REST, 10.3, false);
     assert_eq!((rests.unwrap().shot.quality, again_s), (Quality::Final, None));
+}
+
+#[test]
+fn a_view_that_shows_nothing_yet_gets_a_coarse_picture_before_the_final_one() {
+    let mut space = view();
+    let (first, again_s) = space.due(AT_REST, 5.0, false);
+    let first = first.unwrap();
+    assert_eq!((first.shot.quality, first.yields), (Quality::Preview, true));
+    assert!(first.shot.trees_within.is_some());
+    assert_eq!(again_s, None, "it waits for the picture, not for a time");
+    assert_eq!(space.due(AT_REST, 5.1, true), (None, None));
+    shows(&mut space, first);
+    let last = requested(&mut space, AT_REST, 6.0);
+    assert_eq!((last.shot.quality, last.shot.trees_within), (Quality::Final, None));
 }
 
 #[test]
@@ -82,6 +102,8 @@ fn a_moving_view_waits_for_a_busy_painter_and_one_at_rest_does_not() {
 #[test]
 fn changed_content_is_drawn_quickly_first_and_finally_after_a_moment() {
     let mut space = view();
+    let first = requested(&mut space, AT_REST, 5.0);
+    shows(&mut space, first);
     assert_eq!(requested(&mut space, AT_REST, 5.0).shot.quality, Quality::Final);
     space.redraw();
     let quick = requested(&mut space, AT_REST, 6.0);
@@ -105,7 +127,7 @@ fn content_that_changes_while_the_painter_is_busy_is_drawn_when_it_is_free() {
 fn a_reason_why_nothing_is_drawn_is_new_once() {
     let mut space = view();
     let request = requested(&mut space, AT_REST, 5.0);
-    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+    shows(&mut space, request);
     assert!(space.has_picture());
     assert!(space.fail("no driver") && !space.fail("no driver"));
     assert!(!space.has_picture() && space.trouble.as_deref() == Some("no driver"));

@@ -15,6 +15,7 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 pub use self::orders::Orders;
 
@@ -365,18 +366,24 @@ fn shades(model: &Model, viewpoint: DVec3) -> Vec<u8> {
     model.faces.iter().map(shade).collect()
 }
 
+/// The pixels that one thread composites without a pause: less work is not worth a thread.
+const PIXELS_AT_ONCE: usize = 1 << 15;
+
 /// Composites the picture over shaded faces over the background; the result is opaque. Without `faces`, nothing is shaded.
 fn composed(picture: &Picture, faces: &[u32], shades: &[u8], background: [u8; 3]) -> Picture {
-    let faces = faces.iter().copied().chain(std::iter::repeat(0));
-    let pixel = |(rgba, face): (&[u8; 4], u32)| {
-        let below = match shown_face(face) {
+    let pixel = |(index, rgba): (usize, &[u8; 4])| {
+        if rgba[3] == u8::MAX {
+            return *rgba;
+        }
+        let below = match faces.get(index).copied().and_then(shown_face) {
             Some(face) => [shades.get(face.0 as usize).copied().unwrap_or_default(); 3],
             None => background,
         };
         let [r, g, b] = [0, 1, 2].map(|c| on_opaque(rgba[c], rgba[3], below[c]));
         [r, g, b, u8::MAX]
     };
-    let pixels: Vec<[u8; 4]> = picture.rgba.as_chunks::<4>().0.iter().zip(faces).map(pixel).collect();
+    let pixels = picture.rgba.as_chunks::<4>().0.par_iter().enumerate().with_min_len(PIXELS_AT_ONCE);
+    let pixels: Vec<[u8; 4]> = pixels.map(pixel).collect();
     Picture { width: picture.width, height: picture.height, rgba: pixels.into_flattened() }
 }
 

@@ -5,7 +5,9 @@ use std::ops::Range;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline, ShaderStages};
 
 use super::flake::{self, FlakeImageWords, FlakeRowsWords, SpeciesImages};
+use super::slices::Slices;
 use super::{door, flakes_narrow, flakes_wide};
+use crate::error::Result;
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::project::SURFACES;
@@ -100,8 +102,7 @@ impl Flakes {
         let mut jobs: Vec<[u32; 2]> = Vec::new();
         self.of_species = vec![0..0; species];
         let mut before = 0u32;
-        let alignment =
-            u64::from(gpu.device.limits().min_storage_buffer_offset_alignment) / size_of::<[u32; 2]>() as u64;
+        let alignment = alignment(gpu);
         for (index, image) in (0..).zip(images.iter_mut()) {
             image.before = before;
             // Words can tell so many samples apart; the device could not draw more in minutes.
@@ -110,7 +111,7 @@ impl Flakes {
             let range = &mut self.of_species[image.species as usize];
             if range.is_empty() {
                 // Jobs past all samples fill up.
-                jobs.resize(jobs.len().next_multiple_of(alignment.max(1) as usize), [index, 1 << 31]);
+                jobs.resize(jobs.len().next_multiple_of(alignment as usize), [index, 1 << 31]);
                 *range = jobs.len() as u64..jobs.len() as u64;
             }
             jobs.extend((0..image.count).step_by(WORKGROUP as usize).map(|first| [index, first]));
@@ -134,33 +135,45 @@ impl Flakes {
     }
 
     /// Finds the nearest samples of all rows.
+    ///
+    /// # Errors
+    /// Those of [`Slices::hand_over`].
     pub fn record(
         &self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
+        slices: &mut Slices,
         frame: wgpu::BindingResource,
         species: &[Option<&SpeciesImages>],
-    ) {
+    ) -> Result<()> {
+        let gpu = slices.gpu();
         let frame = bindings::bind(gpu, "frame", &self.layouts[0], &[frame]);
         let pipelines = self.pipelines[usize::from(self.size[2] > 1)].as_ref().expect("they were made");
+        let at_once = (slices.most() / f64::from(WORKGROUP)) as usize;
+        let at_once = at_once.max(1).next_multiple_of(alignment(gpu) as usize);
         for band in &self.bands {
-            encoder.clear_buffer(&band.kept, 0, None);
+            slices.encoder().clear_buffer(&band.kept, 0, None);
             for pipeline in pipelines {
-                let mut pass = encoder.begin_compute_pass(&Default::default());
-                pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, &frame, &[]);
                 for (images, jobs) in species.iter().zip(&self.of_species) {
-                    let Some(images) = images.filter(|_| !jobs.is_empty()) else { continue };
-                    pass.set_bind_group(1, &self.tables(gpu, band, jobs), &[]);
+                    let Some(images) = images else { continue };
                     let samples = [images.samples.as_entire_binding()];
-                    pass.set_bind_group(2, &bindings::bind(gpu, "samples", &self.layouts[2], &samples), &[]);
-                    let count = (jobs.end - jobs.start) as u32;
-                    let most = gpu.device.limits().max_compute_workgroups_per_dimension;
-                    let across = count.min(most);
-                    pass.dispatch_workgroups(across, count.div_ceil(across), 1);
+                    let samples = bindings::bind(gpu, "samples", &self.layouts[2], &samples);
+                    for first in jobs.clone().step_by(at_once) {
+                        let jobs = first..jobs.end.min(first + at_once as u64);
+                        let mut pass = slices.encoder().begin_compute_pass(&Default::default());
+                        pass.set_pipeline(pipeline);
+                        pass.set_bind_group(0, &frame, &[]);
+                        pass.set_bind_group(1, &self.tables(gpu, band, &jobs), &[]);
+                        pass.set_bind_group(2, &samples, &[]);
+                        let count = (jobs.end - jobs.start) as u32;
+                        let most = gpu.device.limits().max_compute_workgroups_per_dimension;
+                        let across = count.min(most);
+                        pass.dispatch_workgroups(across, count.div_ceil(across), 1);
+                        drop(pass);
+                        slices.count(f64::from(count) * f64::from(WORKGROUP))?;
+                    }
                 }
             }
         }
+        Ok(())
     }
 
     fn tables(&self, gpu: &Gpu, band: &Band, jobs: &Range<u64>) -> BindGroup {
@@ -174,6 +187,12 @@ impl Flakes {
             [band.rows.as_entire_binding(), self.images.binding(), band.kept.as_entire_binding(), jobs];
         bindings::bind(gpu, "images in view", &self.layouts[1], &resources)
     }
+}
+
+/// Returns the number of jobs between two places at which a binding of jobs may begin.
+fn alignment(gpu: &Gpu) -> u64 {
+    let bytes = u64::from(gpu.device.limits().min_storage_buffer_offset_alignment);
+    (bytes / size_of::<[u32; 2]>() as u64).max(1)
 }
 
 /// Makes as many bands of rows as the device's bindings ask for.

@@ -1,6 +1,7 @@
 //! Trees on the device against brute force on the CPU, and beside faces.
 
 mod motion;
+mod slices;
 
 use std::path::Path;
 use std::sync::Arc;

@@ -10,15 +10,16 @@ use rayon::prelude::*;
 use wgpu::{BufferUsages, RenderPass};
 
 use super::daylight::DaylightWords;
-use super::flake::{FlakeImageWords, rows_of};
+use super::flake::{FlakeImageWords, SpeciesImages, rows_of};
 use super::flaked::{Flaked, ShownWords};
 use super::flakes::Flakes;
-use super::species::InstanceWords;
+use super::slices::Slices;
+use super::species::{InstanceWords, MeshBuffers};
 use super::stock::Stock;
 use super::{Cuts, TreeProgram, TreeWords};
 use crate::error::Result;
 use crate::foliage::{
-    Ball, ImageInView, InView, PolygonsInView, Tree, TreeCost, TreePace, WalkOptions, WoodSpecies, sees,
+    Ball, ImageInView, InView, PolygonsInView, Tree, TreeCost, TreePace, WalkOptions, sees,
 };
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
@@ -40,7 +41,7 @@ pub struct PlantsView {
     /// Whether images are in view.
     has_images: bool,
     /// How fine they are in pictures that follow each other, and the time that trees may take in this one.
-    pace: Cell<TreePace>,
+    pub(super) pace: Cell<TreePace>,
     within: Option<Duration>,
     cost: TreeCost,
 }
@@ -58,6 +59,48 @@ struct PolygonDraw {
     /// Whether they are drawn in part of the sub-pixels.
     in_part: bool,
 }
+
+/// What a view shows of a tree from its images and as polygons.
+struct TreeInView {
+    images: Vec<FlakeImageWords>,
+    parts: Vec<InstanceWords>,
+    /// What is drawn of `parts`: the sub-object, whether in part of the sub-pixels, and the parts.
+    draws: Vec<(usize, bool, Range<u32>)>,
+}
+
+impl TreeInView {
+    fn new(
+        stock: &Stock,
+        shot: &Shot,
+        (slot, number): (u32, usize),
+        images: &SpeciesImages,
+        options: &WalkOptions,
+    ) -> Self {
+        let species = stock.wood.trees[number].species;
+        let plant = &stock.wood.species[species].plant;
+        let InView { images: of_tree, polygons } = stock.seen(shot, number, images, options);
+        let words = |image: &ImageInView| FlakeImageWords {
+            tree: slot,
+            species: species as u32,
+            ..images.words(plant, image)
+        };
+        let kind = |of: &PolygonsInView| (of.object, !of.door.is_wide());
+        let mut end = 0;
+        let draw = |alike: &[PolygonsInView]| {
+            let ((object, in_part), first) = (kind(&alike[0]), end);
+            end += alike.len() as u32;
+            (object, in_part, first..end)
+        };
+        Self {
+            images: of_tree.iter().map(words).collect(),
+            parts: polygons.iter().map(|of| InstanceWords::new(&of.view_from_object, &of.door)).collect(),
+            draws: polygons.chunk_by(|a, b| kind(a) == kind(b)).map(draw).collect(),
+        }
+    }
+}
+
+/// Begins a pass over what is there, or where the second argument is true, over nothing.
+pub type BeginPass<'a> = dyn for<'e> Fn(&'e mut wgpu::CommandEncoder, bool) -> RenderPass<'e> + 'a;
 
 impl PlantsView {
     /// Creates empty tables.
@@ -154,20 +197,19 @@ impl PlantsView {
         in_view: &[usize],
     ) -> Result<(Vec<FlakeImageWords>, Vec<InstanceWords>)> {
         let options = self.options(shot);
-        let from_images = |number: usize| {
-            let images = stock.species[stock.wood.trees[number].species].images.as_ref()?;
-            (shot.trees == TreeMethod::Flakes).then(|| stock.seen(shot, number, images, &options))
+        let from_images = |(slot, number): (usize, &usize)| {
+            let images = stock.species[stock.wood.trees[*number].species].images.as_ref()?;
+            let is_wanted = shot.trees == TreeMethod::Flakes;
+            is_wanted.then(|| TreeInView::new(stock, shot, (slot as u32, *number), images, &options))
         };
-        let seen: Vec<Option<InView>> = in_view.par_iter().map(|number| from_images(*number)).collect();
+        let seen: Vec<Option<TreeInView>> = in_view.par_iter().enumerate().map(from_images).collect();
         let (mut images, mut parts) = (vec![Vec::new(); stock.species.len()], Vec::new());
+        let mut before = 0;
         self.polygons.clear();
-        for ((slot, &number), seen) in (0u32..).zip(in_view).zip(seen) {
+        for ((slot, &number), seen) in (0u32..).zip(in_view).zip(&seen) {
             let species = stock.wood.trees[number].species;
-            let WoodSpecies { plant, .. } = &stock.wood.species[species];
-            let buffers = &mut stock.species[species];
-            let Some((InView { images: of_tree, polygons }, of_species)) = seen.zip(buffers.images.as_ref())
-            else {
-                buffers.want_instances(gpu, plant)?;
+            let Some(TreeInView { images: of_tree, parts: of_polygons, draws }) = seen else {
+                stock.species[species].want_instances(gpu, &stock.wood.species[species].plant)?;
                 self.polygons.push(PolygonDraw {
                     slot,
                     species,
@@ -177,36 +219,29 @@ impl PlantsView {
                 });
                 continue;
             };
-            let words = |image: &ImageInView| FlakeImageWords {
-                tree: slot,
-                species: species as u32,
-                ..of_species.words(plant, image)
-            };
-            images[species].extend(of_tree.iter().map(words));
-            let kind = |of: &PolygonsInView| (of.object, !of.door.is_wide());
-            for alike in polygons.chunk_by(|a, b| kind(a) == kind(b)) {
-                let first = parts.len() as u32;
-                parts.extend(alike.iter().map(|of| InstanceWords::new(&of.view_from_object, &of.door)));
-                let ((object, in_part), instances) = (kind(&alike[0]), first..parts.len() as u32);
-                self.polygons.push(PolygonDraw { slot, species, object: Some(object), instances, in_part });
-            }
+            images[species].push(&of_tree[..]);
+            let first = before;
+            before += of_polygons.len() as u32;
+            parts.push(&of_polygons[..]);
+            self.polygons.extend(draws.iter().map(|(object, in_part, instances)| PolygonDraw {
+                slot,
+                species,
+                object: Some(*object),
+                instances: first + instances.start..first + instances.end,
+                in_part: *in_part,
+            }));
         }
-        let images = images.concat();
+        let (images, parts) = (images.concat().concat(), parts.concat());
         self.cost = self.cost_of(stock, &images);
         Ok((images, parts))
     }
 
     /// Returns what the parts in view cost; trees that are drawn as polygons alone, whatever their size in the view, are left out.
     fn cost_of(&self, stock: &Stock, images: &[FlakeImageWords]) -> TreeCost {
-        let triangles = |draw: &PolygonDraw| {
-            let meshes =
-                stock.species[draw.species].meshes.iter().filter(|mesh| draw.object == Some(mesh.object));
-            let each: u64 = meshes.map(|mesh| u64::from(mesh.index_count / 3)).sum();
-            each * draw.instances.len() as u64
-        };
+        let parts = self.polygons.iter().filter(|draw| draw.object.is_some());
         TreeCost {
             samples: images.iter().map(|image| u64::from(image.count)).sum(),
-            triangles: self.polygons.iter().map(triangles).sum(),
+            triangles: parts.map(|draw| triangles_of(stock, draw)).sum(),
         }
     }
 
@@ -233,60 +268,89 @@ impl PlantsView {
         self.trees.write(gpu, &bytes);
     }
 
-    /// Finds the nearest samples of images in view, before the trees are drawn. Where trees may take so much time and no more, this is
-    /// waited for, and the next picture follows from how long it took.
-    pub fn find(
-        &self,
-        gpu: &Gpu,
-        stock: &Stock,
-        encoder: &mut wgpu::CommandEncoder,
-        frame: wgpu::BindingResource,
-    ) {
-        if !self.has_images {
-            return;
-        }
-        let Some(within) = self.within else {
-            return self.flakes.record(gpu, encoder, frame, &stock.images());
-        };
-        // Waiting fails for a lost device alone, of which the drawing tells.
-        let wait = || gpu.device.poll(wgpu::PollType::wait_indefinitely()).is_ok();
-        let mut apart = gpu.device.create_command_encoder(&Default::default());
-        self.flakes.record(gpu, &mut apart, frame, &stock.images());
-        wait();
-        let (began, mut pace) = (Instant::now(), self.pace.get());
-        gpu.queue.submit([apart.finish()]);
-        if wait() {
-            pace.learn(self.cost.samples, began.elapsed().as_secs_f64());
-        }
-        pace.follow(self.cost, within.as_secs_f64());
-        self.pace.set(pace);
+    /// Returns what of the trees is handed to the device at once, as a cost in samples.
+    pub fn most_at_once(&self) -> f64 {
+        self.pace.get().most_at_once()
     }
 
-    /// Draws the trees in view, for which [`Self::prepare`] was called.
+    /// Finds the nearest samples of images in view, before the trees are drawn. Where trees may take so much time and no more, this is
+    /// waited for, and the next picture follows from how long it took.
+    ///
+    /// # Errors
+    /// Those of [`Slices::hand_over`].
+    pub fn find(&self, stock: &Stock, slices: &mut Slices, frame: wgpu::BindingResource) -> Result<()> {
+        if !self.has_images {
+            return Ok(());
+        }
+        let Some(within) = self.within else {
+            return self.flakes.record(slices, frame, &stock.images());
+        };
+        slices.hand_over()?;
+        let (began, mut pace) = (Instant::now(), self.pace.get());
+        self.flakes.record(slices, frame, &stock.images())?;
+        slices.hand_over()?;
+        pace.learn(self.cost.samples, began.elapsed().as_secs_f64());
+        pace.follow(self.cost, within.as_secs_f64());
+        self.pace.set(pace);
+        Ok(())
+    }
+
+    /// Draws the trees in view, for which [`Self::prepare`] was called. `begin` begins a pass that draws on what is there, or where
+    /// the second argument is true, on nothing.
+    ///
+    /// # Errors
+    /// Those of [`Slices::hand_over`].
     pub fn draw(
         &self,
-        gpu: &Gpu,
         stock: &Stock,
-        drawing: &mut RenderPass,
+        slices: &mut Slices,
+        begin: &BeginPass,
         frame: wgpu::BindingResource,
         (program, samples): (TreeProgram, u32),
-    ) {
+    ) -> Result<()> {
+        let gpu = slices.gpu();
         let frame = bindings::bind(gpu, "frame", &stock.layouts[0], &[frame]);
         let lights =
             stock.species.iter().map(|of| of.crown.bind(gpu, &stock.layouts[3], self.daylight.binding()));
         let species: Vec<_> = stock.images().into_iter().zip(lights).collect();
-        drawing.set_bind_group(0, &frame, &[]);
         let size = NonZeroU64::new(size_of::<TreeWords>() as u64);
         let tree = wgpu::BufferBinding { buffer: self.trees.buffer(), offset: 0, size };
         let tree = bindings::bind(gpu, "tree", &stock.layouts[1], &[wgpu::BindingResource::Buffer(tree)]);
-        for draw in &self.polygons {
-            drawing.set_bind_group(1, &tree, &[(u64::from(draw.slot) * stock.stride) as u32]);
-            drawing.set_bind_group(3, &species[draw.species].1, &[]);
-            self.draw_polygons(stock, drawing, draw, (program, samples));
+        let mut is_first = true;
+        for (draws, cost) in self.polygons_at_once(stock, slices.most()) {
+            let mut drawing = begin(slices.encoder(), std::mem::take(&mut is_first));
+            drawing.set_bind_group(0, &frame, &[]);
+            for draw in draws {
+                drawing.set_bind_group(1, &tree, &[(u64::from(draw.slot) * stock.stride) as u32]);
+                drawing.set_bind_group(3, &species[draw.species].1, &[]);
+                self.draw_polygons(stock, &mut drawing, draw, (program, samples));
+            }
+            drop(drawing);
+            slices.count(cost)?;
         }
+        let mut drawing = begin(slices.encoder(), is_first);
+        drawing.set_bind_group(0, &frame, &[]);
         if self.has_images {
-            self.flaked.draw(gpu, drawing, (program, samples), (&self.flakes, &species));
+            self.flaked.draw(gpu, &mut drawing, (program, samples), (&self.flakes, &species));
         }
+        Ok(())
+    }
+
+    /// Divides what is drawn as polygons into parts that cost about `most` samples, each with its cost.
+    fn polygons_at_once(&self, stock: &Stock, most: f64) -> Vec<(&[PolygonDraw], f64)> {
+        let cost = |draw: &PolygonDraw| {
+            let triangles = triangles_of(stock, draw);
+            TreeCost { samples: 0, triangles }.in_samples()
+        };
+        let (mut parts, mut first, mut sum) = (Vec::new(), 0, 0.0);
+        for (end, draw) in (1..).zip(&self.polygons) {
+            sum += cost(draw);
+            if sum >= most || end == self.polygons.len() {
+                parts.push((&self.polygons[first..end], sum));
+                (first, sum) = (end, 0.0);
+            }
+        }
+        parts
     }
 
     fn draw_polygons(
@@ -314,4 +378,16 @@ impl PlantsView {
             drawing.draw_indexed(0..mesh.index_count, 0, instances.clone());
         }
     }
+}
+
+/// Returns the number of triangles of what is drawn.
+fn triangles_of(stock: &Stock, draw: &PolygonDraw) -> u64 {
+    let species = &stock.species[draw.species];
+    let all = species.instances.as_ref().filter(|_| draw.object.is_none());
+    let meshes = species.meshes.iter().filter(|mesh| draw.object.is_none_or(|object| object == mesh.object));
+    let of_mesh = |mesh: &MeshBuffers| {
+        let instances = all.map_or(&draw.instances, |all| &all.of_object[mesh.object]);
+        u64::from(mesh.index_count / 3) * instances.len() as u64
+    };
+    meshes.map(of_mesh).sum()
 }

@@ -1,0 +1,57 @@
+//! Tests of trees that are handed to the device in slices.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::{oak, renderer, shot, with_images, wood};
+use crate::error::Error;
+use crate::gpu::{Gpu, Renderer};
+use crate::left_out::on_adapter;
+use crate::projection::{Quality, Renders, Shot, TreeMethod};
+use crate::scene::Model;
+use crate::task::{Event, Task};
+
+/// Pretends that a renderer's device was seen to take so many seconds for each sample.
+fn takes(renderer: &mut Renderer, seconds: f64) {
+    let view = &mut renderer.plants.as_mut().unwrap().view;
+    view.pace.get_mut().learn(1, seconds);
+}
+
+/// Returns a task that is cancelled once the tables of a picture are ready, just before it is drawn.
+fn cancelled_before_drawing() -> Task {
+    let stop = Arc::<AtomicBool>::default();
+    let sets = stop.clone();
+    let task = Task::new(move |event| {
+        if matches!(event, Event::Timing { stage: "tiles", .. }) {
+            sets.store(true, Ordering::Relaxed);
+        }
+    });
+    task.with_stop_flag(stop)
+}
+
+#[test]
+fn trees_drawn_in_slices_are_the_same_and_can_be_given_up() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let wood = with_images(wood(plant.clone()));
+    for (trees, quality) in [
+        (TreeMethod::Flakes, Quality::Final),
+        (TreeMethod::Flakes, Quality::Preview),
+        (TreeMethod::Polygons, Quality::Preview),
+    ] {
+        let made = || renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+        let shot = Shot { trees, ..shot(&plant, quality) };
+        let (mut whole, mut sliced) = (made(), made());
+        // All is handed over at once, and in slices as small as they become.
+        takes(&mut whole, 1e-9);
+        takes(&mut sliced, 60.0);
+        let expected = whole.picture(&shot, &Task::silent()).unwrap();
+        assert!(expected.pixels().iter().any(|pixel| pixel[3] == 255), "trees are in view");
+        let given_up = sliced.picture(&shot, &cancelled_before_drawing());
+        assert!(matches!(given_up, Err(Error::Cancelled)), "{trees:?}, {quality:?}: {:?}", given_up.err());
+        // What is drawn next is not what was left behind.
+        assert_eq!(sliced.picture(&shot, &Task::silent()).unwrap(), expected, "{trees:?}, {quality:?}");
+        // Without slices there is nothing between which it could be given up.
+        assert_eq!(whole.picture(&shot, &cancelled_before_drawing()).unwrap(), expected);
+    }
+}
