@@ -56,8 +56,8 @@ const DARK = 0.01;
 @group(2) @binding(1) var picture: texture_2d<f32>;
 @group(2) @binding(2) var picture_sampler: sampler;
 
-// A point of a surface, in the camera's frame. All of it is that of the sample: elsewhere in the pixel, devices would be free to
-// choose where, and the triangles are so small that the pixel's centre is mostly beyond them.
+// A point of a surface, in the camera's frame. All but `door` is interpolated at the sample: devices would be free to choose another place in the pixel,
+// and the triangles are so small that the pixel's centre is mostly beyond them.
 struct Lit {
     @invariant @builtin(position) clip: vec4f,
     @location(0) @interpolate(perspective, sample) point: vec3f,

@@ -74,15 +74,17 @@ impl GpuRasteriser {
     ) -> Result<Vec<Occlusion>> {
         let (here, there): (Vec<_>, Vec<_>) =
             pair_slices(run.view.width, lists).into_iter().partition(|slice| slice.on_processor);
-        let of_rows = |slice: &PairSlice| lists.of_rows(run.view.width, slice.rows.clone());
-        let bands: Vec<Band> = here.iter().map(of_rows).collect();
-        let rest = FragmentLists { width: run.view.width, bands };
-        let mut found = count_pairs(run.view, &rest, run.tolerance);
         let frames: Vec<PhotoRows> =
             there.into_iter().map(|slice| PhotoRows { rows: slice.rows, ..part.frame.clone() }).collect();
+        let on_processor = || {
+            let of_rows = |slice: &PairSlice| lists.of_rows(run.view.width, slice.rows.clone());
+            let bands = here.iter().map(of_rows).collect();
+            count_pairs(run.view, &FragmentLists { width: run.view.width, bands }, run.tolerance)
+        };
         if frames.is_empty() {
-            return Ok(found);
+            return Ok(on_processor());
         }
+        let mut found = None;
         loop {
             let table = PairTable::new(&self.gpu, *table_bits)?;
             for frame in &frames {
@@ -92,10 +94,13 @@ impl GpuRasteriser {
                     self.pairs_pass.record(&self.gpu, encoder, space, (frame, &shared), &table);
                 });
             }
+            // The processor counts while the device does.
+            let mut all = found.take().unwrap_or_else(on_processor);
             if let Some(pairs) = table.read(&self.gpu, &run.items)? {
-                found.extend(pairs);
-                return Ok(found);
+                all.extend(pairs);
+                return Ok(all);
             }
+            found = Some(all);
             *table_bits += 1;
         }
     }

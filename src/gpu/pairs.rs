@@ -1,5 +1,5 @@
 //! Pass *pairs* (`shaders/pairs.wgsl`): the table of occlusions, counted into a hash table on the device and
-//! decoded here.
+//! decoded here. Rows that would take the device too long without a pause are left to the processor ([`pair_slices`]).
 //!
 //! A pair of numbers below 2^20 is a number of 40 bits, which a Feistel network scatters invertibly. The slot
 //! then encodes some of its bits, and a tag of 32 bits encodes the others and the distance from the pair's
@@ -60,8 +60,8 @@ pub struct PairSlice {
     pub on_processor: bool,
 }
 
-/// Divides the rows of lists, `width` pixels wide, into slices, from the top. Pixels with the same entries count as if they had others,
-/// so that slices take less time than they might.
+/// Divides the rows of lists, `width` pixels wide, into slices, from the top. Pixels with the same entries count as if they had others:
+/// slices take less time than they might, and some rows are the processor's that the device could count.
 pub fn pair_slices(width: u32, lists: &Band) -> Vec<PairSlice> {
     let mut slices: Vec<PairSlice> = Vec::new();
     let mut comparisons = 0;
@@ -218,7 +218,7 @@ mod tests {
         (0..4).fold((front, back), |(one, other), turn| (other, one ^ stir(other, turn)))
     }
 
-    /// Lists of rows whose pixels have so many entries each.
+    /// Returns lists of rows, each with the number of entries of all its pixels.
     fn lists(width: usize, of_rows: &[u32]) -> Band {
         let sizes = of_rows.iter().flat_map(|size| std::iter::repeat_n(*size, width));
         let mut end = 0;

@@ -48,7 +48,8 @@ pub struct GpuRasteriser {
     pub(super) stencil: Stencil,
     /// Workspaces that are not in use.
     spare: Mutex<Vec<Workspace>>,
-    /// True when pass *pairs* counts the table of occlusions, false when the CPU does from the lists.
+    /// True when pass *pairs* counts the table of occlusions, but for rows that would take it too long, false when the CPU
+    /// does from the lists.
     pub(super) pairs_on_device: bool,
     pub(super) band_pixels: u64,
     pub(super) most_entries: u64,
@@ -82,8 +83,8 @@ impl GpuRasteriser {
         })
     }
 
-    /// Selects whether pass *pairs* counts the table of occlusions, as by default, or the CPU does from the
-    /// lists read back, as by default on software adapters. The table is the same. But a software adapter
+    /// Selects whether pass *pairs* counts the table of occlusions, as by default, except rows that would take the device too
+    /// long without a pause, or the CPU does from the lists read back, as by default on software adapters. The table is the same. But a software adapter
     /// takes ten times as long on the device, and Mesa's silently ends the loops of a shader after 65,535
     /// iterations: where some thirty faces lie behind each other, it would lose pairs.
     pub fn counting_pairs_on_device(self, on_device: bool) -> Self {

@@ -44,15 +44,16 @@ pub fn mapped<T>(gpu: &Gpu, buffer: &Buffer, work: impl FnOnce(&[u8]) -> T) -> R
     let (sender, receiver) = mpsc::channel();
     // The receiver is there until the device has answered.
     buffer.map_async(MapMode::Read, .., move |result| drop(sender.send(result)));
-    wait(gpu)?;
-    for result in receiver {
-        result.map_err(|error| failed(&error))?;
-    }
-    let view = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
-    let result = work(&view);
-    drop(view);
+    let waited = wait(gpu).and_then(|()| match receiver.try_iter().find_map(std::result::Result::err) {
+        Some(error) => Err(failed(&error)),
+        None => Ok(()),
+    });
+    let result = waited.and_then(|()| {
+        let view = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
+        Ok(work(&view))
+    });
     buffer.unmap();
-    Ok(result)
+    result
 }
 
 fn wait(gpu: &Gpu) -> Result<()> {

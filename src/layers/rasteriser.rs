@@ -176,3 +176,20 @@ pub trait Rasteriser: Sync {
         task: &Task,
     ) -> Result<StencilLayers>;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_some_rows_are_those_of_the_whole() {
+        // Rows 5 to 7, two pixels wide.
+        let offsets = vec![0, 1, 3, 3, 6, 7, 7];
+        let band = Band { y0: 5, y1: 8, offsets, entries: vec![10, 20, 21, 30, 31, 32, 40] };
+        let middle = Band { y0: 6, y1: 7, offsets: vec![0, 0, 3], entries: vec![30, 31, 32] };
+        assert_eq!(band.of_rows(2, 6..7), middle);
+        let last = Band { y0: 6, y1: 8, offsets: vec![0, 0, 3, 4, 4], entries: vec![30, 31, 32, 40] };
+        assert_eq!(band.of_rows(2, 6..8), last);
+        assert_eq!(band.of_rows(2, 5..8), band);
+    }
+}

@@ -228,7 +228,14 @@ impl Shadows {
             let maps = maps.unwrap_or_else(|| Maps::new(gpu, side));
             let mut words = ShadowsWords::new(&wood.light, views.len());
             for (layer, view) in (0u32..).zip(&views) {
-                let near = self.draw((gpu, task), stock, catching, (view, shot), &maps.views(Some(layer)))?;
+                let drawn = self.draw((gpu, task), stock, catching, (view, shot), &maps.views(Some(layer)));
+                let near = match drawn {
+                    Ok(near) => near,
+                    Err(error) => {
+                        self.maps = Some(maps);
+                        return Err(error);
+                    }
+                };
                 words.views[layer as usize] = SunViewWords::new(view, near, shot.viewpoint());
             }
             self.words.write(gpu, &[words]);

@@ -2,6 +2,7 @@
 
 use std::mem::offset_of;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use naga::TypeInner;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -31,7 +32,7 @@ use crate::projection::{
 };
 use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
-use crate::task::Task;
+use crate::task::{Event, Task};
 
 const DISPLAY_MODES: [DisplayMode; 12] = [
     DisplayMode::Colour,
@@ -85,6 +86,18 @@ fn programs() -> Vec<Program> {
     }
     programs.push(Program::of_seen_faces(&shot(70, 3), &everything));
     programs
+}
+
+/// Returns a task that is cancelled once the tables of a picture are ready, just before it is drawn.
+pub(super) fn cancelled_before_drawing() -> Task {
+    let stop = Arc::<AtomicBool>::default();
+    let sets = stop.clone();
+    let task = Task::new(move |event| {
+        if matches!(event, Event::Timing { stage: "tiles", .. }) {
+            sets.store(true, Ordering::Relaxed);
+        }
+    });
+    task.with_stop_flag(stop)
 }
 
 #[test]

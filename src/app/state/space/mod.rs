@@ -216,8 +216,11 @@ impl Space {
     pub fn show(&mut self, painted: PaintedPicture) {
         let PaintedPicture { request, image, faces, spent, images, .. } = painted;
         let is_of_images = images.as_ref().is_some_and(|status| !status.photos.is_empty());
-        let pace = if is_of_images { &mut self.images.pace } else { &mut self.pace };
-        pace.learn(&request.shot, spent);
+        // The first picture takes what textures and programs take, too.
+        if self.shown.is_some() {
+            let pace = if is_of_images { &mut self.images.pace } else { &mut self.pace };
+            pace.learn(&request.shot, spent);
+        }
         self.images.status = images.map(|status| (status, spent));
         self.brush.seen(request.revision);
         self.shown = Some(NewestPicture::new(request, image, faces));
@@ -235,7 +238,7 @@ impl Space {
 
     /// Returns the request for the picture that is due, and the time in seconds after which the view is drawn again. A
     /// picture is coarse while the view moves or shows nothing yet, and final when it rests. None is due where it was
-    /// requested already, or where the view moves and the painter is busy.
+    /// requested already, or where the view moves and the painter is busy with a picture that does not yield.
     pub fn due(&mut self, drawn: Drawn, now_s: f64, painter_is_busy: bool) -> (Option<Request>, Option<f64>) {
         if self.stirred {
             self.changed_s = now_s;
@@ -249,7 +252,9 @@ impl Space {
         let request = self.request(drawn.background, moves, rests);
         let is_behind = self.shown.as_ref().is_some_and(|shown| !shown.request.shows_the_same(&request));
         self.behind_s = is_behind.then(|| self.behind_s.unwrap_or(now_s));
-        if self.asked.as_ref() == Some(&request) || (moves && painter_is_busy) {
+        // A picture of a moving view is waited for, so that there are some; that of a view at rest is given up for the next one.
+        let waits = painter_is_busy && self.asked.as_ref().is_none_or(|asked| !asked.yields);
+        if self.asked.as_ref() == Some(&request) || (moves && waits) {
             return (None, again_s);
         }
         self.asked = Some(request.clone());

@@ -117,10 +117,50 @@ fn changed_content_is_drawn_quickly_first_and_finally_after_a_moment() {
 #[test]
 fn content_that_changes_while_the_painter_is_busy_is_drawn_when_it_is_free() {
     let mut space = view();
+    let first = requested(&mut space, MOVING, 4.0);
+    shows(&mut space, first);
     space.redraw();
     assert_eq!(space.due(AT_REST, 5.0, true).0, None);
     let later = requested(&mut space, AT_REST, 7.0);
-    assert_eq!(later.shot.quality, Quality::Preview, "it has waited as changed content");
+    assert_eq!(
+        (later.shot.quality, later.yields),
+        (Quality::Preview, false),
+        "it has waited as changed content"
+    );
+}
+
+#[test]
+fn a_view_that_moves_gives_up_the_final_picture_and_waits_for_that_of_a_moving_view() {
+    let mut space = view();
+    let first = requested(&mut space, AT_REST, 5.0);
+    shows(&mut space, first);
+    assert!(requested(&mut space, AT_REST, 6.0).yields);
+    space.moved(6.1);
+    let moving = space.due(MOVING, 6.1, true).0.expect("the final picture is given up");
+    assert_eq!((moving.shot.quality, moving.yields), (Quality::Preview, false));
+    let mut there = space.viewpoint;
+    there.orbit(0.3, 0.0, glam::DVec3::Z);
+    space.show_from(there, 6.2);
+    assert_eq!(space.due(MOVING, 6.2, true).0, None);
+    assert!(space.due(MOVING, 6.3, false).0.is_some());
+}
+
+#[test]
+fn the_time_of_the_first_picture_is_not_that_of_those_that_follow() {
+    // So small that it is drawn in full while it moves.
+    let small_view = || Space { size_px: [400, 300], ..Space::default() };
+    let mut space = small_view();
+    let first = requested(&mut space, AT_REST, 5.0);
+    let slow = |request: Request| PaintedPicture {
+        spent: Duration::from_secs(9),
+        ..painted(Request { shot: small(request.shot.clone()), ..request })
+    };
+    assert_eq!(requested(&mut small_view(), MOVING, 6.0).shot.camera.width, 400);
+    space.show(slow(first));
+    assert_eq!(requested(&mut space, MOVING, 6.0).shot.camera.width, 400);
+    let second = requested(&mut space, AT_REST, 7.0);
+    space.show(slow(Request { shot: Shot { quality: Quality::Preview, ..second.shot.clone() }, ..second }));
+    assert!(requested(&mut space, MOVING, 8.0).shot.camera.width < 400);
 }
 
 #[test]

@@ -147,7 +147,9 @@ impl Flakes {
         let gpu = slices.gpu();
         let frame = bindings::bind(gpu, "frame", &self.layouts[0], &[frame]);
         let pipelines = self.pipelines[usize::from(self.size[2] > 1)].as_ref().expect("they were made");
-        let at_once = (slices.most() / f64::from(WORKGROUP)) as usize;
+        // A sample is examined by each run and in each band.
+        let times = (self.bands.len() * pipelines.len()) as f64;
+        let at_once = (slices.most() * times / f64::from(WORKGROUP)) as usize;
         let at_once = at_once.max(1).next_multiple_of(alignment(gpu) as usize);
         for band in &self.bands {
             slices.encoder().clear_buffer(&band.kept, 0, None);
@@ -168,7 +170,7 @@ impl Flakes {
                         let across = count.min(most);
                         pass.dispatch_workgroups(across, count.div_ceil(across), 1);
                         drop(pass);
-                        slices.count(f64::from(count) * f64::from(WORKGROUP))?;
+                        slices.count(f64::from(count) * f64::from(WORKGROUP) / times)?;
                     }
                 }
             }

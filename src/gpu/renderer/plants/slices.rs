@@ -1,4 +1,4 @@
-//! Drawing of trees in slices, between which it can be given up: hundreds of trees take a software adapter minutes.
+//! Drawing of trees in slices, between which it can be given up: hundreds of trees take a software adapter half a minute or more.
 
 use wgpu::{CommandEncoder, PollType};
 
@@ -7,7 +7,7 @@ use crate::gpu::device::Gpu;
 use crate::task::Task;
 
 /// Commands that are handed to the device in slices of a bounded cost. The device has done one before the next is handed over. What
-/// costs less than one slice is not waited for.
+/// costs less than one slice is waited for only where [`Self::hand_over`] is called.
 pub struct Slices<'a> {
     gpu: &'a Gpu,
     task: &'a Task,
@@ -15,6 +15,8 @@ pub struct Slices<'a> {
     most: f64,
     /// The cost of the commands in `encoder`.
     recorded: f64,
+    /// The cost of the commands that the device has done.
+    done: f64,
     encoder: CommandEncoder,
 }
 
@@ -22,7 +24,7 @@ impl<'a> Slices<'a> {
     /// Begins without commands; a slice costs about `most` samples.
     pub fn new(gpu: &'a Gpu, task: &'a Task, most: f64) -> Self {
         let encoder = gpu.device.create_command_encoder(&Default::default());
-        Self { gpu, task, most, recorded: 0.0, encoder }
+        Self { gpu, task, most, recorded: 0.0, done: 0.0, encoder }
     }
 
     /// Returns the device.
@@ -30,7 +32,12 @@ impl<'a> Slices<'a> {
         self.gpu
     }
 
-    /// Returns the encoder of the present slice.
+    /// Returns the cost of the commands that the device has done, in samples.
+    pub fn done(&self) -> f64 {
+        self.done
+    }
+
+    /// Returns the encoder of the current slice.
     pub fn encoder(&mut self) -> &mut CommandEncoder {
         &mut self.encoder
     }
@@ -57,9 +64,9 @@ impl<'a> Slices<'a> {
         let next = self.gpu.device.create_command_encoder(&Default::default());
         let full = std::mem::replace(&mut self.encoder, next);
         self.gpu.queue.submit([full.finish()]);
-        self.recorded = 0.0;
         let waited = self.gpu.device.poll(PollType::wait_indefinitely());
-        waited.map_err(|error| Error::Gpu(format!("waiting for trees: {error}")))?;
+        waited.map_err(|error| Error::Gpu(format!("the device stopped while it drew trees: {error}")))?;
+        self.done += std::mem::take(&mut self.recorded);
         self.task.go_on()
     }
 

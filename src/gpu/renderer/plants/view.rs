@@ -41,7 +41,7 @@ pub struct PlantsView {
     /// Whether images are in view.
     has_images: bool,
     /// How fine they are in pictures that follow each other, and the time that trees may take in this one.
-    pub(super) pace: Cell<TreePace>,
+    pub(in crate::gpu::renderer) pace: Cell<TreePace>,
     within: Option<Duration>,
     cost: TreeCost,
 }
@@ -286,13 +286,14 @@ impl PlantsView {
             return self.flakes.record(slices, frame, &stock.images());
         };
         slices.hand_over()?;
-        let (began, mut pace) = (Instant::now(), self.pace.get());
-        self.flakes.record(slices, frame, &stock.images())?;
-        slices.hand_over()?;
-        pace.learn(self.cost.samples, began.elapsed().as_secs_f64());
+        let (began, done_before) = (Instant::now(), slices.done());
+        let recorded = self.flakes.record(slices, frame, &stock.images()).and_then(|()| slices.hand_over());
+        // Where it was given up, what was done tells as much.
+        let mut pace = self.pace.get();
+        pace.learn((slices.done() - done_before) as u64, began.elapsed().as_secs_f64());
         pace.follow(self.cost, within.as_secs_f64());
         self.pace.set(pace);
-        Ok(())
+        recorded
     }
 
     /// Draws the trees in view, for which [`Self::prepare`] was called. `begin` begins a pass that draws on what is there, or where

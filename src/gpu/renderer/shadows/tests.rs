@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::foliage::tests::{bushy, plant_of};
 use crate::foliage::{CastShadows, Light, Material, Plant, Tree, Wood, WoodSpecies, left_in_shadow};
 use crate::geometry::PixelRect;
+use crate::gpu::renderer::tests::cancelled_before_drawing;
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::left_out::on_adapter;
 use crate::projection::pyramid::PyramidOptions;
@@ -303,4 +304,25 @@ fn a_picture_that_is_drawn_in_bands_has_the_same_shadows() {
     let sliced = sliced.picture();
     let differing = whole.pixels().iter().zip(sliced.pixels()).filter(|(a, b)| a != b).count();
     assert!(bands > 1 && differing * 1000 < whole.pixels().len(), "{bands} bands, {differing} pixels differ");
+}
+
+#[test]
+fn shadows_drawn_in_slices_are_the_same_and_can_be_given_up() {
+    let Some((bench, mut wood)) = crown() else { return };
+    let Tree { world_from_plant, .. } = wood.trees[0];
+    let beside = DAffine3::from_translation(DVec3::new(3.0, -2.5, 0.0)) * world_from_plant;
+    wood.trees.push(Tree { number: 1, world_from_plant: beside, ..wood.trees[0].clone() });
+    let [before, shot] =
+        [DVec3::new(2.0, 8.0, 4.0), DVec3::new(-2.0, -9.0, 8.0)].map(|eye| from(eye, Quality::Preview));
+    let expected = bench.picture(Some(&wood), &shot);
+    let mut sliced = bench.renderer(Some(&wood));
+    sliced.picture(&before, &Task::silent()).unwrap();
+    // Each tree is a slice of its own, as on a device that takes a minute for each sample.
+    sliced.shadows.as_mut().unwrap().trees.pace.get_mut().learn(1, 60.0);
+    let given_up = sliced.picture(&shot, &cancelled_before_drawing());
+    assert!(matches!(given_up, Err(Error::Cancelled)), "{:?}", given_up.err());
+    assert_eq!(sliced.picture(&shot, &Task::silent()).unwrap(), expected);
+    // One tree alone has another shadow.
+    wood.trees.pop();
+    assert!(bench.picture(Some(&wood), &shot) != expected);
 }

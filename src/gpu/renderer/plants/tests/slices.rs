@@ -1,32 +1,20 @@
 //! Tests of trees that are handed to the device in slices.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::{oak, renderer, shot, with_images, wood};
 use crate::error::Error;
+use crate::gpu::renderer::tests::cancelled_before_drawing;
 use crate::gpu::{Gpu, Renderer};
 use crate::left_out::on_adapter;
 use crate::projection::{Quality, Renders, Shot, TreeMethod};
 use crate::scene::Model;
-use crate::task::{Event, Task};
+use crate::task::Task;
 
-/// Pretends that a renderer's device was seen to take so many seconds for each sample.
+/// Pretends that a renderer's device was seen to take these seconds for each sample.
 fn takes(renderer: &mut Renderer, seconds: f64) {
     let view = &mut renderer.plants.as_mut().unwrap().view;
     view.pace.get_mut().learn(1, seconds);
-}
-
-/// Returns a task that is cancelled once the tables of a picture are ready, just before it is drawn.
-fn cancelled_before_drawing() -> Task {
-    let stop = Arc::<AtomicBool>::default();
-    let sets = stop.clone();
-    let task = Task::new(move |event| {
-        if matches!(event, Event::Timing { stage: "tiles", .. }) {
-            sets.store(true, Ordering::Relaxed);
-        }
-    });
-    task.with_stop_flag(stop)
 }
 
 #[test]
