@@ -250,32 +250,9 @@ fn faces_that_are_seen_are_those_behind_a_see_through_one_where_nothing_of_it_is
             let first = gpu.seen_faces(&shot, &task).unwrap();
             gpu.seen_faces(&view(&scene, &mut rng), &task).unwrap();
             let seen = gpu.seen_faces(&shot, &task).unwrap();
-            let n = |a: &[u32], b: &[u32]| {
-                a.iter()
-                    .zip(b)
-                    .enumerate()
-                    .filter(|(_, (a, b))| a != b)
-                    .map(|(i, (a, b))| (i, *a, *b))
-                    .collect::<Vec<_>>()
-            };
-            let again = gpu.seen_faces(&shot, &task).unwrap();
-            gpu.picture(&shot, &task).unwrap();
-            let after = gpu.seen_faces(&shot, &task).unwrap();
-            let mut fresh = bench.renderer(&Relief::default());
-            let fresh_seen = fresh.seen_faces(&shot, &task).unwrap();
-            let tw = twin.seen_faces(&shot, &task).unwrap();
-            eprintln!(
-                "DBG {seed} {quality:?} seen-first {:?} again-seen {:?} after-first {:?} after-seen {:?} fresh-first {:?} fresh-seen {:?}",
-                n(&seen, &first),
-                n(&again, &seen),
-                n(&after, &first),
-                n(&after, &seen),
-                n(&fresh_seen, &first),
-                n(&fresh_seen, &seen)
-            );
-            for (i, _, _) in n(&seen, &first) {
-                eprintln!("DBG twin at {i}: {} nearest {}", tw[i], gpu.faces(&shot, &task).unwrap()[i]);
-            }
+            // Tiles may lie elsewhere by then, and graphics adapters filter with weights of 8 bits, which turn a matte of a half.
+            let others = seen.iter().zip(&first).filter(|(seen, first)| seen != first).count();
+            assert!(others * 1000 < seen.len(), "{others}, whether or not the picture was drawn before");
             let (expected, nearest) =
                 (twin.seen_faces(&shot, &task).unwrap(), gpu.faces(&shot, &task).unwrap());
             let (stacks, width) = (stacks(&bench, &shot), shot.camera.width as usize);
@@ -472,17 +449,10 @@ fn matte_shows_what_see_through_faces_cover_and_other_modes_show_those_that_cove
                 // One see-through face, before an opaque one.
                 ([_, face], [alone]) if face == alone && is_inside(&faces_alone, i, 144) => {
                     let expected = opaque(colour_at(MATTE, f32::from(alpha) / 255.0));
-                    assert!(apart(matte, &expected) <= 3.0, "{matte:?} at {alpha}");
+                    // Half a step of alpha is 3.3 steps at the dark end.
+                    assert!(apart(matte, &expected) <= 4.0, "{matte:?} at {alpha}");
                     let shows = apart(item, &opaque(colour_of_number(face.0))) <= 2.0;
-                    if !(shows == (alpha >= 128) || alpha.abs_diff(128) <= 1) {
-                        eprintln!(
-                            "DBG item {item:?} alpha {alpha} matte {matte:?} face {} colour {:?} stack {:?} alone {:?} i {i}",
-                            face.0,
-                            colour_of_number(face.0),
-                            faces[i].iter().map(|f| (f.0, colour_of_number(f.0))).collect::<Vec<_>>(),
-                            faces_alone[i].iter().map(|f| f.0).collect::<Vec<_>>()
-                        );
-                    }
+                    assert!(shows == (alpha >= 128) || alpha.abs_diff(128) <= 1, "{item:?} at {alpha}");
                     partial += u32::from(alpha % 255 != 0);
                     cut_out += u32::from(!shows);
                 }
