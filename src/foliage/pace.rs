@@ -40,7 +40,7 @@ const TRIANGLE: f64 = 5.0;
 /// What is handed to the device at once takes about this time, in seconds, so that a picture can be given up soon.
 const AT_ONCE_S: f64 = 0.1;
 
-/// What is handed at once, in samples, to a device of which nothing is known: software Vulkan takes about as long for it.
+/// What is handed over at once, in samples, to a device of which nothing is known: software Vulkan takes about as long for it.
 const UNTRIED_AT_ONCE: f64 = 4e6;
 
 /// No more is handed over at once, as a cost in samples; the samples of a picture are numbered, and are fewer.

@@ -36,7 +36,7 @@ pub(super) const RUN: u32 = 64;
 pub(super) const WORKGROUP: u32 = 64;
 
 /// The most comparisons of two fragments that one invocation makes, a tenth of a second or so. It makes them one after the other, and
-/// drivers take what goes on for seconds for a fault: all of the program's work on the device is lost then.
+/// what goes on for seconds can cost the device, and with it all of the program's work on it (docs/quality.md).
 const MOST_OF_RUN: u64 = 1 << 17;
 
 /// About the most comparisons that are handed to the device at once, for the same reason.
