@@ -121,8 +121,11 @@ photo=$(ls $sample/photos | head -n 1)
     --model $sample/piazza.obj >/dev/null
 one_photo piazza "$work/sample" "$photo" "$sample/photos/$photo"
 
+# In CI, a slow machine would not end within the limit.
 castle=../shared/data/castle
-if [ -d "$castle" ]; then
+if [ "${CI:-}" = true ] && [ $(($(date +%s) - ${QUADRATURA_BEGAN:-$(date +%s)})) -gt $((60 * 78)) ]; then
+    step "castle: left out, because this machine is slow: it began after more than 78 minutes"
+elif [ -d "$castle" ]; then
     photo=$(ls $castle/images | head -n 1)
     "$program" -q new "$work/castle-project" --photos $castle/images --cameras $castle/sparse \
         --model $castle/castle.obj >/dev/null

@@ -9,10 +9,17 @@ cd "$(dirname "$0")/.."
 export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
 . examples/setup.sh
 
-began=$(date +%s)
+began=${QUADRATURA_BEGAN:-$(date +%s)}
 step() {
     now=$(($(date +%s) - began))
     printf '\n== %d:%02d %s\n' $((now / 60)) $((now % 60)) "$*"
+}
+
+# late MINUTES NAME: in CI, whether this took longer already. On a slow machine, the whole would not end within the limit of CI, so that
+# what repeats other tests under other conditions is left out there, and named at the end.
+late() {
+    [ "${CI:-}" = true ] && [ $(($(date +%s) - began)) -gt $((60 * $1)) ] || return 1
+    printf 'this machine is slow: it began after more than %d minutes\t%s\n' "$1" "$2" >>"$LEFT_OUT_LOG"
 }
 
 # component NAME: rustup's minimal toolchain comes without rustfmt and clippy.
@@ -94,7 +101,7 @@ cargo test --profile "$profile" --quiet
 # pictures differ most from the usual (docs/quality.md, "Pictures on another processor"). Other adapters ignore
 # the variable. Comparisons of whole photos and all flights but those over the synthetic site are left to the first run: this code is
 # slow.
-if [ "${CI:-}" = true ]; then
+if [ "${CI:-}" = true ] && ! late 35 "pictures, with other arithmetic"; then
     step "pictures, with other arithmetic"
     GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --profile "$profile" --quiet --test projection -- \
         --skip own_camera --skip layered --skip gpu_twin:: \
@@ -108,8 +115,10 @@ checking=
 cat "$work/checks"
 [ "$checked" = 0 ] || fail "one of the checks above failed"
 
-step "the demo"
-sh examples/demo.sh "$work/demo"
+if ! late 60 "the demo"; then
+    step "the demo"
+    sh examples/demo.sh "$work/demo"
+fi
 
 if [ -s "$LEFT_OUT_LOG" ]; then
     step "all tests passed that could run here; $(sort -u "$LEFT_OUT_LOG" | wc -l | tr -d ' ') were left out"
