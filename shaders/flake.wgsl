@@ -35,7 +35,8 @@ struct FlakeImage {
     // The tree among those in view, and its species.
     tree: u32,
     species: u32,
-    pad0: u32,
+    // The first of its blocks of samples.
+    first_block: u32,
 }
 
 // The rows of the picture that are drawn together.

@@ -5,6 +5,8 @@
 
 // Image and first sample of each workgroup.
 @group(1) @binding(3) var<storage, read> jobs: array<vec2u>;
+// 1 for each job that pass *hidden* found to be hidden.
+@group(1) @binding(4) var<storage, read> is_hidden: array<u32>;
 
 // The steepest surface that a normal is taken for, as a slope.
 const STEEPEST = 3.0;
@@ -48,6 +50,9 @@ fn flakes(
         return;
     }
     let job = jobs[job_index];
+    if is_hidden[job_index] != 0u {
+        return;
+    }
     let image = images[job.x];
     let number = job.y + index;
     if number >= image.count {

@@ -123,8 +123,9 @@ one_photo piazza "$work/sample" "$photo" "$sample/photos/$photo"
 
 # In CI, a slow machine would not end within the limit.
 castle=../shared/data/castle
-if [ "${CI:-}" = true ] && [ $(($(date +%s) - ${QUADRATURA_BEGAN:-$(date +%s)})) -gt $((60 * 78)) ]; then
-    step "castle: left out, because this machine is slow: it began after more than 78 minutes"
+left_out=
+if [ -d "$castle" ] && [ "${CI:-}" = true ] && [ $(($(date +%s) - ${QUADRATURA_BEGAN:-$(date +%s)})) -gt $((60 * 78)) ]; then
+    left_out=", but for the castle, left out because this machine is slow (more than 78 minutes had passed)"
 elif [ -d "$castle" ]; then
     photo=$(ls $castle/images | head -n 1)
     "$program" -q new "$work/castle-project" --photos $castle/images --cameras $castle/sparse \
@@ -133,4 +134,4 @@ elif [ -d "$castle" ]; then
 fi
 step "pages, drawn by Chromium"
 cargo test --profile "$profile" --quiet --test recipes page:: >/dev/null || fail "Chromium: tests/recipes/page.rs"
-step "every layer came back"
+step "every layer came back$left_out"

@@ -19,7 +19,7 @@ step() {
 # what repeats other tests under other conditions is left out there, and named at the end.
 late() {
     [ "${CI:-}" = true ] && [ $(($(date +%s) - began)) -gt $((60 * $1)) ] || return 1
-    printf 'this machine is slow: it began after more than %d minutes\t%s\n' "$1" "$2" >>"$LEFT_OUT_LOG"
+    printf 'this machine is slow (more than %d minutes had passed)\t%s\n' "$1" "$2" >>"$LEFT_OUT_LOG"
 }
 
 # component NAME: rustup's minimal toolchain comes without rustfmt and clippy.

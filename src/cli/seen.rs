@@ -4,13 +4,13 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::PaintArgs;
+use super::lock::read_with_lock_if;
 use super::painted::PaintReport;
 use crate::document::Project;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
-use crate::io::lock::ProjectLock;
 use crate::io::paint_store::PaintStore;
-use crate::io::project::{change_project, read_project};
+use crate::io::project::change_project;
 use crate::io::stack_store::StackStore;
 use crate::recipe::decide::faces_named;
 use crate::recipe::fill::seen::{
@@ -22,13 +22,7 @@ use crate::task::Task;
 
 /// Runs `paint`: changes where paint is seen as the arguments ask, and lists the paint with that.
 pub fn run(args: &PaintArgs, task: &Task) -> Result<Outcome> {
-    let mut project = read_project(&args.project)?;
-    let mut _lock = None;
-    if args.changes() {
-        _lock = Some(ProjectLock::take(&args.project)?);
-        // Another program may have changed the project before the lock was taken.
-        project = read_project(&args.project)?;
-    }
+    let (_lock, project) = read_with_lock_if(args.changes(), &args.project, task)?;
     let mut opened = open_site(&args.project, project, task)?;
     let book = PaintStore::new(&args.project).read()?;
     let before = opened.project.fill.clone();

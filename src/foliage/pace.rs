@@ -30,8 +30,8 @@ const FAR_TOO_SLOW: f64 = 4.0;
 /// What costs more, in samples, is drawn coarsely while nothing is known about the device: software Vulkan takes half a second for it.
 const UNTRIED: f64 = 2e7;
 
-/// Samples of this many pixels' sides are the largest: a sample is drawn in at most 3 x 3 pixels.
-const COARSEST: f64 = 2.0;
+/// The largest threshold.
+const COARSEST: f64 = WalkOptions::COARSEST.threshold;
 
 /// What a triangle costs, in samples: in six previews of 200 trees the software device found 34 million samples a second, and drew 5 to
 /// 8 million triangles, depending on whether the rest of the time is taken to grow with the samples or to be the same in all.

@@ -21,6 +21,8 @@ impl WalkOptions {
     pub const PREVIEW: Self = Self { threshold: 0.8 };
     /// Final pictures.
     pub const FINAL: Self = Self { threshold: 0.4 };
+    /// Whatever is drawn: a sample is drawn in at most 3 x 3 pixels.
+    pub const COARSEST: Self = Self { threshold: 2.0 };
 
     /// Returns the size of an image's pixels up to which nothing but the image is drawn of any instance.
     pub fn alone(&self) -> f64 {

@@ -17,6 +17,8 @@ pub enum BindingKind {
     Write,
     /// `texture_depth_2d`
     Depth,
+    /// `texture_depth_multisampled_2d`
+    DepthSamples,
     /// `texture_depth_2d_array`
     DepthArray,
     /// `texture_2d<u32>`
@@ -48,6 +50,11 @@ impl BindingKind {
             Self::Read => buffer(BufferBindingType::Storage { read_only: true }),
             Self::Write => buffer(BufferBindingType::Storage { read_only: false }),
             Self::Depth => texture(TextureSampleType::Depth),
+            Self::DepthSamples => BindingType::Texture {
+                sample_type: TextureSampleType::Depth,
+                view_dimension: TextureViewDimension::D2,
+                multisampled: true,
+            },
             Self::DepthArray => seen_as(TextureSampleType::Depth, TextureViewDimension::D2Array),
             Self::Ids => texture(TextureSampleType::Uint),
             Self::Filtered => texture(filtered),
@@ -127,6 +134,12 @@ pub fn compute(
         },
         cache: None,
     })
+}
+
+/// Dispatches workgroups, in as many rows as the device's limit asks for.
+pub fn dispatch(gpu: &Gpu, pass: &mut wgpu::ComputePass, workgroups: u32) {
+    let across = workgroups.clamp(1, gpu.device.limits().max_compute_workgroups_per_dimension);
+    pass.dispatch_workgroups(across, workgroups.div_ceil(across), 1);
 }
 
 /// Creates a zeroed buffer of `words` words that shaders read and write. With `read_back`, it can be read by

@@ -4,13 +4,17 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
 use std::path::Path;
 use std::sync::OnceLock;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
 use crate::task::Task;
 
 /// The name of the lock file in the project folder.
 pub const LOCK_FILE: &str = "project.lock";
+
+/// How long the lock file has to name a holder that keeps the lock until that is believed. Between the taking of the lock and the
+/// signing, it names nobody, or the holder before.
+const BELIEVED: Duration = Duration::from_millis(300);
 
 /// The right to write to a project; dropping it releases the lock.
 ///
@@ -32,7 +36,8 @@ impl ProjectLock {
     }
 
     /// Takes the lock of the project in `folder`. While another program holds it for which `is_brief` returns true,
-    /// this tries again after each `pause`, and says once whom it waits for.
+    /// this tries again after each `pause`, and says once whom it waits for. Other holders are believed in after a moment: one that
+    /// has just taken the lock has not signed yet.
     ///
     /// # Errors
     /// As [`ProjectLock::take`] for other holders; [`Error::Cancelled`].
@@ -42,19 +47,24 @@ impl ProjectLock {
         pause: Duration,
         task: &Task,
     ) -> Result<Self> {
-        let mut noted = false;
+        let (mut noted, mut other_since) = (false, None);
         loop {
             task.go_on()?;
             match Self::try_take(folder)? {
                 Ok(lock) => return Ok(lock),
-                Err(holder) if !is_brief(&holder) => return Err(held(folder, &holder)),
+                Err(holder) if !is_brief(&holder) => {
+                    if other_since.get_or_insert_with(Instant::now).elapsed() >= BELIEVED {
+                        return Err(held(folder, &holder));
+                    }
+                }
                 Err(holder) => {
+                    other_since = None;
                     if !std::mem::replace(&mut noted, true) {
                         task.note(format!("{holder} is writing to this project; waiting for it"));
                     }
-                    std::thread::sleep(pause);
                 }
             }
+            std::thread::sleep(pause);
         }
     }
 
@@ -185,6 +195,8 @@ fn signature(file: &mut File) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::RefCell;
+
     use super::*;
 
     #[test]
@@ -216,6 +228,36 @@ mod tests {
         let command = report(&["--json", "build", "castle"]);
         assert!(command.contains("quadratura build (process 7) is writing") && command.contains("stop it"));
         assert_eq!(command_of("harness", ["edit".to_owned()].into_iter()), None);
+    }
+
+    #[test]
+    fn a_holder_that_has_not_signed_yet_is_waited_for_and_one_that_keeps_the_lock_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(LOCK_FILE);
+        std::fs::write(&path, "quadratura build (process 1)\n").unwrap();
+        let open = || OpenOptions::new().read(true).write(true).open(&path).unwrap();
+        let (pause, task) = (Duration::from_millis(1), Task::silent());
+        let holder = RefCell::new(Some(open()));
+        holder.borrow().as_ref().unwrap().lock().unwrap();
+        let refused =
+            ProjectLock::take_after(folder.path(), |_| false, pause, &task).unwrap_err().to_string();
+        assert!(refused.contains("quadratura build (process 1) is writing"), "{refused}");
+        // What the file names at each try: the holder before, nobody, and the holder, who goes after a while.
+        let seen = RefCell::new(Vec::new());
+        let is_brief = |name: &str| {
+            seen.borrow_mut().push(name.to_owned());
+            match seen.borrow().len() {
+                1 => holder.borrow().as_ref().unwrap().set_len(0).unwrap(),
+                2 => std::fs::write(&path, "quadratura update (process 2)\n").unwrap(),
+                5 => *holder.borrow_mut() = None,
+                _ => (),
+            }
+            name.contains("update")
+        };
+        ProjectLock::take_after(folder.path(), is_brief, pause, &task).unwrap();
+        let seen = seen.into_inner();
+        assert!(seen[0].contains("build") && seen[1] == "another program", "{seen:?}");
+        assert!(seen.len() == 5 && seen[2..].iter().all(|name| name.contains("update")), "{seen:?}");
     }
 
     #[test]

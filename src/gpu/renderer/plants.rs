@@ -8,6 +8,7 @@ pub(super) mod flaked;
 pub(super) mod flakes;
 mod flakes_narrow;
 mod flakes_wide;
+pub(super) mod hidden;
 mod painted;
 pub(super) mod slices;
 pub(super) mod species;
@@ -25,7 +26,7 @@ use self::daylight::CrownWords;
 use self::slices::Slices;
 use self::species::{CornerWords, InstanceWords};
 use self::stock::Stock;
-use self::view::{BeginPass, PlantsView};
+use self::view::{Onto, PlantsView};
 use super::Renderer;
 use super::project::SURFACES;
 use super::target::{COLOR, FACES};
@@ -139,19 +140,18 @@ impl Plants {
         self.view.most_at_once()
     }
 
-    /// Draws the trees in view, for which [`Self::prepare`] was called, in passes that `begin` begins.
+    /// Draws the trees in view, for which [`Self::prepare`] was called, onto what is there.
     ///
     /// # Errors
     /// Those of [`Slices::hand_over`].
     pub fn draw(
         &self,
         slices: &mut Slices,
-        begin: &BeginPass,
+        onto: &Onto,
         frame: wgpu::BindingResource,
         of: (TreeProgram, u32),
     ) -> Result<()> {
-        self.view.find(&self.stock, slices, frame.clone())?;
-        self.view.draw(&self.stock, slices, begin, frame, of)
+        self.view.draw(&self.stock, slices, onto, frame, of)
     }
 }
 

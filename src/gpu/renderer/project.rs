@@ -13,7 +13,7 @@ use super::agreement::AgreementTexture;
 use super::heights::Heights;
 use super::peel::Peeling;
 use super::plants::slices::Slices;
-use super::plants::view::BeginPass;
+use super::plants::view::{BeginPass, Onto};
 use super::plants::{Plants, TreeProgram};
 use super::program::{self, Program};
 use super::shadows;
@@ -303,7 +303,8 @@ fn record_trees(slices: &mut Slices, pass: &Pass, program: Program) -> Result<()
             ..Default::default()
         })
     };
-    plants.draw(slices, begin, pass.tables.frame.binding(), (of_trees, pass.target.samples))
+    let onto = Onto { begin, depths: &pass.target.depth };
+    plants.draw(slices, &onto, pass.tables.frame.binding(), (of_trees, pass.target.samples))
 }
 
 /// Returns what a program draws on: what is there already, or the background.

@@ -16,13 +16,13 @@ use super::frame::FrameUniform;
 use super::plants::TreeProgram;
 use super::plants::slices::Slices;
 use super::plants::stock::Stock;
-use super::plants::view::{BeginPass, PlantsView};
+use super::plants::view::{BeginPass, Onto, PlantsView};
 use super::project::{PipelineDescription, SURFACES};
 use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
 use super::tables::FaceCellsWords;
 use crate::error::Result;
-use crate::foliage::{Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, sun_views};
+use crate::foliage::{Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, WalkOptions, sun_views};
 use crate::geometry::{Pinhole, Pose};
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
@@ -44,6 +44,9 @@ pub const NONE: &str =
 const SIDE_PX: [u32; 2] = [1024, 2048];
 /// The radius of the widest penumbra in pixels of a view from the sun: wider ones would show the places of single lookups.
 const WIDEST_PX: f64 = 10.0;
+/// The size of the pixels up to which an image of a tree serves, as a share of the radius of the widest penumbra: shadows are averaged
+/// over penumbras, so that finer images show little more, and there are many more samples in them (docs/performance.md).
+const OF_PENUMBRA: f64 = 0.5;
 
 /// Returns the layout of what is bound where faces are shaded.
 pub fn layout(gpu: &Gpu) -> BindGroupLayout {
@@ -186,6 +189,12 @@ impl Shadows {
         }
     }
 
+    /// Returns how the images of trees are drawn as the sun sees them.
+    #[cfg(test)]
+    pub fn flakes(&mut self) -> &mut super::plants::flakes::Flakes {
+        &mut self.trees.flakes
+    }
+
     /// Forgets what was drawn, because trees or faces have changed.
     pub fn forget(&mut self) {
         self.of = None;
@@ -276,13 +285,16 @@ impl Shadows {
         self.all_faces.write(gpu, &vec![FaceCellsWords::zeroed(); model.faces.len().max(1)]);
         let casts = |tree: &Tree| tree.casts;
         let of = (TreeProgram::Shadow, 1);
+        let [finest, coarsest] = [WalkOptions::PREVIEW, WalkOptions::COARSEST].map(|of| of.threshold);
+        let threshold = (OF_PENUMBRA * view.penumbra / view.pixel).clamp(finest, coarsest);
+        self.trees.finest = WalkOptions { threshold };
         let has_trees = self.trees.prepare(gpu, (stock, &casts), &shot, of, [1.0; 3])?;
         let mut slices = Slices::new(gpu, task, self.trees.most_at_once());
         self.draw_faces(gpu, slices.encoder(), surfaces, of_faces);
         let begin: &BeginPass = &|encoder, is_first| depths(encoder, of_trees, is_first);
         if has_trees {
-            self.trees.find(stock, &mut slices, self.frame.binding())?;
-            self.trees.draw(stock, &mut slices, begin, self.frame.binding(), of)?;
+            let onto = Onto { begin, depths: of_trees };
+            self.trees.draw(stock, &mut slices, &onto, self.frame.binding(), of)?;
         } else {
             drop(begin(slices.encoder(), true));
         }

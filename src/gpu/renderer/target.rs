@@ -98,7 +98,7 @@ impl Target {
         let faces = (!multisampled).then(|| made("faces", FACES, 1, TextureUsages::COPY_SRC));
         // Layers that are peeled off are drawn without samples.
         let copied = if multisampled { TextureUsages::empty() } else { TextureUsages::COPY_SRC };
-        let depth = made("depth", DEPTH, samples, copied);
+        let depth = made("depth", DEPTH, samples, copied | TextureUsages::TEXTURE_BINDING);
         Self {
             width,
             height,

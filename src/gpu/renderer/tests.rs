@@ -11,9 +11,10 @@ use super::agreement::PlaceWords;
 use super::frame::FrameUniform;
 use super::heights::ReliefWords;
 use super::plants::daylight::{CrownWords, DaylightWords, GridWords};
-use super::plants::flake::{FlakeImageWords, FlakeRowsWords};
+use super::plants::flake::{self, FlakeImageWords, FlakeRowsWords};
 use super::plants::flaked::{self, ShownWords};
 use super::plants::flakes::{self, Run};
+use super::plants::hidden::{self, TestedWords};
 use super::plants::species::MatterWords;
 use super::plants::{self, Cuts, TreeWords};
 use super::program::{Content, Program};
@@ -187,12 +188,30 @@ fn passes_over_images_of_trees_are_valid_and_their_structs_lie_alike() {
         validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
         module
     };
+    let workgroups = |module: &naga::Module| -> Vec<[u32; 3]> {
+        let compute = module.entry_points.iter().filter(|entry| entry.stage == naga::ShaderStage::Compute);
+        compute.map(|entry| entry.workgroup_size).collect()
+    };
     for samples in [1, 4] {
         for run in [Run::Only, Run::First, Run::Second] {
             let module = valid(flakes::source(samples, run));
             assert_alike!(&module, "FlakeImage", FlakeImageWords: right down forward normal_right delta normal_down
-                depth_step normal_forward first_depth through half gain length first count before of_direction of_part tree species pad0);
+                depth_step normal_forward first_depth through half gain length first count before of_direction of_part tree species first_block);
+            assert_eq!(workgroups(&module), [[flake::BLOCK, 1, 1]]);
             assert_alike!(&module, "FlakeRows", FlakeRowsWords: first count width pad0);
+        }
+        let module = valid(hidden::source(samples));
+        assert_alike!(&module, "Tested", TestedWords: first count pad0 pad1);
+        assert_eq!(workgroups(&module), [[hidden::WORKGROUP, 1, 1]; 2]);
+        for (name, rust) in
+            [("TILE", hidden::TILE), ("BLOCK", flake::BLOCK), ("WORKGROUP", hidden::WORKGROUP)]
+        {
+            let (_, found) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name)).unwrap();
+            let says = &module.global_expressions[found.init];
+            assert!(
+                matches!(says, naga::Expression::Literal(naga::Literal::U32(value)) if *value == rust),
+                "{name} is {says:?}"
+            );
         }
         let module = valid(flaked::source(samples));
         assert_alike!(&module, "Shown", ShownWords: tint number plain crown);

@@ -17,6 +17,10 @@ const SOURCE: &str = include_str!("../../../../shaders/flake.wgsl");
 const WORDS: usize = 3;
 /// The most columns and rows of an image whose samples fit into them.
 const MOST_SIDE: u32 = 1 << 12;
+/// The samples of a block: of an image, except for those of its last one.
+pub const BLOCK: u32 = 256;
+/// The side of the parts of an image whose samples come together, in pixels: of one layer of samples they would be a block.
+const PART_SIDE: u32 = 16;
 
 /// An image in a view in the layout of the shader (`FlakeImage`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -42,7 +46,7 @@ pub struct FlakeImageWords {
     pub of_part: u32,
     pub tree: u32,
     pub species: u32,
-    pub pad0: u32,
+    pub first_block: u32,
 }
 
 /// The rows that are drawn together in the layout of the shader (`FlakeRows`), which documents the fields.
@@ -55,6 +59,45 @@ pub struct FlakeRowsWords {
     pub pad0: u32,
 }
 
+/// The box around neighbouring samples of an image: the lowest and the highest column, row and stored depth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Block {
+    low: [u16; 3],
+    high: [u16; 3],
+}
+
+impl Block {
+    /// Encloses samples.
+    fn around(samples: &[FlakeSample]) -> Self {
+        let all = samples.iter().map(|(column, row, sample)| [*column, *row, sample.depth]);
+        let nothing = Self { low: [u16::MAX; 3], high: [0; 3] };
+        all.fold(nothing, |Self { low, high }, at| Self {
+            low: [0, 1, 2].map(|axis| low[axis].min(at[axis])),
+            high: [0, 1, 2].map(|axis| high[axis].max(at[axis])),
+        })
+    }
+
+    fn words(&self) -> [u32; 3] {
+        [0, 1, 2].map(|axis| u32::from(self.low[axis]) | u32::from(self.high[axis]) << 16)
+    }
+
+    /// Returns the depth in the view of its nearest point, of an image in the view.
+    pub fn nearest(&self, image: &FlakeImageWords) -> f32 {
+        let end = |axis: usize, stored: u16, side: f32| match axis {
+            2 => image.first_depth + image.depth_step * f32::from(stored),
+            _ => (f32::from(stored) + side - image.half) * image.delta,
+        };
+        let along = |axis: usize| {
+            let (low, high) = (end(axis, self.low[axis], 0.0), end(axis, self.high[axis], 1.0));
+            (image.forward[axis] * low).min(image.forward[axis] * high)
+        };
+        image.forward[3] + along(0) + along(1) + along(2)
+    }
+}
+
+/// Column, row, and the sample.
+type FlakeSample = (u16, u16, MSample);
+
 /// Returns the text before the passes, with so many sub-pixels a pixel.
 pub fn source(samples: u32) -> String {
     format!("const SAMPLES = {samples}u;\n{SOURCE}")
@@ -65,12 +108,16 @@ pub fn source(samples: u32) -> String {
 pub struct SpeciesImages {
     /// Three words a sample.
     pub samples: Buffer,
+    /// The blocks of all images, in the order of the samples.
+    pub blocks: Vec<Block>,
+    /// Three words a block.
+    pub blocks_on_device: Buffer,
     /// The number of the species, as a uniform.
     pub number: Buffer,
     /// Without the copies that the device has no room for.
     pub images: PlantImages,
-    /// The samples of each image: by sub-object, copy and direction.
-    ranges: Vec<Vec<Vec<Range<u32>>>>,
+    /// The samples of each image and the first of its blocks: by sub-object, copy and direction.
+    ranges: Vec<Vec<Vec<(Range<u32>, u32)>>>,
 }
 
 impl SpeciesImages {
@@ -79,11 +126,11 @@ impl SpeciesImages {
         let mut images = images.clone();
         let room = gpu.largest_binding() / (4 * WORDS as u64);
         leave_out_finest(&mut images, room.min(u64::from(u32::MAX)));
-        let mut words: Vec<[u32; WORDS]> = Vec::new();
+        let (mut words, mut blocks): (Vec<[u32; WORDS]>, Vec<Block>) = Default::default();
         let mut add = |view: &MBuffer, side: u32| {
-            let first = words.len() as u32;
-            add_samples(&mut words, view, side);
-            first..words.len() as u32
+            let (first, first_block) = (words.len() as u32, blocks.len() as u32);
+            add_samples((&mut words, &mut blocks), view, side);
+            (first..words.len() as u32, first_block)
         };
         let ranges = images.objects.iter().map(|object| {
             let copies = object.iter().flat_map(|object| &object.copies);
@@ -91,6 +138,9 @@ impl SpeciesImages {
         });
         let ranges = ranges.collect();
         let samples = bindings::filled(gpu, "samples of plants", words.as_flattened(), BufferUsages::STORAGE);
+        let of_blocks: Vec<[u32; 3]> = blocks.iter().map(Block::words).collect();
+        let blocks_on_device =
+            bindings::filled(gpu, "blocks of samples", of_blocks.as_flattened(), BufferUsages::STORAGE);
         // Their places are all that is needed from now on.
         for view in
             images.objects.iter_mut().flatten().flat_map(|of| &mut of.copies).flat_map(|copy| &mut copy.views)
@@ -98,7 +148,7 @@ impl SpeciesImages {
             *view = MBuffer::default();
         }
         let number = bindings::filled(gpu, "species", &[[species; 4]], BufferUsages::UNIFORM);
-        Self { samples, number, images, ranges }
+        Self { samples, blocks, blocks_on_device, number, images, ranges }
     }
 
     /// Returns an image of a plant in a view; its place among the images in view is set by the caller.
@@ -106,7 +156,7 @@ impl SpeciesImages {
         let ImageInView { object, copy, direction, linear, origin, view_from_normal, .. } = image;
         let of = self.images.objects[*object].as_ref().expect("it has images");
         let copy_of = &of.copies[*copy];
-        let Range { start, end } = self.ranges[*object][*copy][*direction].clone();
+        let (Range { start, end }, first_block) = self.ranges[*object][*copy][*direction].clone();
         let [depth_step, first_depth] = depth_from_stored(plant.objects[*object].bounds.ball.radius);
         let row = |axis: usize| linear.row(axis).extend(origin[axis]).to_array();
         let normal = |axis: usize| view_from_normal.row(axis).to_array();
@@ -128,6 +178,7 @@ impl SpeciesImages {
             count: end - start,
             of_direction: image.of_direction.word(),
             of_part: image.of_part.word(),
+            first_block,
             ..FlakeImageWords::zeroed()
         }
     }
@@ -170,19 +221,32 @@ fn leave_out_finest(images: &mut PlantImages, room: u64) {
     }
 }
 
-/// Adds the samples of an image in their order.
-fn add_samples(words: &mut Vec<[u32; WORDS]>, view: &MBuffer, side: u32) {
+/// Adds the samples of an image block by block, part by part.
+fn add_samples(to: (&mut Vec<[u32; WORDS]>, &mut Vec<Block>), view: &MBuffer, side: u32) {
+    let (words, blocks) = to;
     let mut samples = view.samples.iter();
+    let mut all: Vec<FlakeSample> = Vec::with_capacity(view.samples.len());
     for (pixel, count) in (0u32..).zip(&view.counts) {
-        for MSample { depth, colour: [r, g, b], normal, mask } in samples.by_ref().take(usize::from(*count)) {
-            let [r, g, b] = [r, g, b].map(|byte| u32::from(*byte));
-            words.push([
-                (pixel % side) | ((pixel / side) << 12) | (r << 24),
-                u32::from(*depth) | u32::from(normal.0) << 16,
-                u32::from(*mask) | g << 16 | b << 24,
-            ]);
-        }
+        let at = |sample: &MSample| ((pixel % side) as u16, (pixel / side) as u16, *sample);
+        all.extend(samples.by_ref().take(usize::from(*count)).map(at));
     }
+    // Rows of parts are visited to and fro, and parts from near to far and from far to near in turn, so that a block that has samples
+    // of two parts has neighbours, too.
+    let across = side.div_ceil(PART_SIDE);
+    all.sort_by_key(|(column, row, sample)| {
+        let [row, column] = [*row, *column].map(|at| u32::from(at) / PART_SIDE);
+        let part = row * across + if row % 2 == 0 { column } else { across - 1 - column };
+        (part, if part % 2 == 0 { sample.depth } else { u16::MAX - sample.depth })
+    });
+    blocks.extend(all.chunks(BLOCK as usize).map(Block::around));
+    words.extend(all.iter().map(|(column, row, MSample { depth, colour: [r, g, b], normal, mask })| {
+        let [r, g, b] = [r, g, b].map(|byte| u32::from(*byte));
+        [
+            u32::from(*column) | u32::from(*row) << 12 | r << 24,
+            u32::from(*depth) | u32::from(normal.0) << 16,
+            u32::from(*mask) | g << 16 | b << 24,
+        ]
+    }));
 }
 
 #[cfg(test)]
@@ -220,8 +284,12 @@ mod tests {
         };
         let mut counts = vec![0; 12];
         counts[7] = 1;
-        let mut words = Vec::new();
-        add_samples(&mut words, &MBuffer { counts, samples: vec![sample] }, 4);
+        let (mut words, mut blocks) = Default::default();
+        add_samples((&mut words, &mut blocks), &MBuffer { counts, samples: vec![sample] }, 4);
         assert_eq!(words, [[3 | 1 << 12 | 1 << 24, 0x8123_ABCD, 0xF00F | 2 << 16 | 255 << 24]]);
+        assert_eq!(
+            blocks.iter().map(Block::words).collect::<Vec<_>>(),
+            [[3 | 3 << 16, 1 | 1 << 16, 0xABCD_ABCD]]
+        );
     }
 }

@@ -1,10 +1,13 @@
-//! Pass *flakes* (`shaders/flakes.wgsl`): the nearest sample of the images in view at each sub-pixel.
+//! Pass *flakes* (`shaders/flakes.wgsl`): the nearest sample of the images in view at each sub-pixel. Blocks of samples come in batches from
+//! near to far, and pass *hidden* finds which of a batch are behind what was drawn before it.
 
 use std::ops::Range;
 
+use rayon::prelude::*;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline, ShaderStages};
 
-use super::flake::{self, FlakeImageWords, FlakeRowsWords, SpeciesImages};
+use super::flake::{self, BLOCK, Block, FlakeImageWords, FlakeRowsWords, SpeciesImages};
+use super::hidden::{Hidden, tiles};
 use super::slices::Slices;
 use super::{door, flakes_narrow, flakes_wide};
 use crate::error::Result;
@@ -15,10 +18,18 @@ use crate::gpu::renderer::table::GrowingBuffer;
 
 const FLAKES: &str = include_str!("../../../../shaders/flakes.wgsl");
 
-/// The invocations of a workgroup.
-const WORKGROUP: u32 = 256;
+/// Bindings of jobs begin at multiples of this many: at a multiple of 256 bytes, the most that a device may ask for, of a word each.
+const ALIGNMENT: u32 = 64;
 /// The bytes that are kept of a sub-pixel.
 const BYTES: u64 = 8;
+/// The most batches of blocks in a picture: each is tested against those before it, which costs a look at every sub-pixel.
+const MOST_BATCHES: usize = 8;
+/// The least number of blocks in a batch: below it, testing it takes longer than drawing it.
+const LEAST_OF_BATCH: usize = 1 << 10;
+/// Looking at a sub-pixel costs about this part of drawing a sample.
+const LOOK: f64 = 1.0 / 16.0;
+/// The most samples in a picture. Words can tell twice as many apart; the device could not draw more in minutes.
+const MOST_SAMPLES: u32 = 1 << 31;
 
 /// Returns the complete WGSL source: one run where words of 64 bits can be compared, else the first of two or the second.
 pub fn source(samples: u32, run: Run) -> String {
@@ -48,6 +59,24 @@ pub struct Band {
     pub rows: Buffer,
     /// [`BYTES`] a sub-pixel.
     pub kept: Buffer,
+    /// A word for each tile of pass *hidden*.
+    pub tiles: Buffer,
+    /// The number of tiles.
+    pub tile_count: u32,
+}
+
+/// The jobs of blocks of about the same depth: of each species.
+type Batch = Vec<Range<u32>>;
+
+/// A block of samples in the view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct BlockInView {
+    /// The depth of its nearest point.
+    nearest: f32,
+    species: u32,
+    image: u32,
+    /// Its first sample.
+    first: u32,
 }
 
 /// The images in view with all that the pass needs.
@@ -56,12 +85,21 @@ pub struct Flakes {
     /// Frame, then images, then samples.
     layouts: [BindGroupLayout; 3],
     /// For 1 sample a pixel and for more: the runs.
-    pipelines: [Option<Vec<ComputePipeline>>; 2],
+    pipelines: [Option<(Vec<ComputePipeline>, Hidden)>; 2],
     /// [`FlakeImageWords`].
     pub images: GrowingBuffer,
+    /// Image and first sample of each block.
     jobs: GrowingBuffer,
-    /// The jobs of each species: image and first sample of each workgroup.
-    of_species: Vec<Range<u64>>,
+    /// From near to far.
+    pub batches: Vec<Batch>,
+    /// A word for each job, 1 where its block is hidden; found in each band anew.
+    pub is_hidden: Buffer,
+    /// Whether what is hidden is left out: always, but where tests compare.
+    pub leaves_out: bool,
+    /// [`LEAST_OF_BATCH`], or less in tests.
+    pub least_of_batch: usize,
+    /// The most bytes that a band keeps: what the device can bind, or less in tests.
+    pub most_of_band: u64,
     /// The size of the picture for which `bands` are, and its samples a pixel.
     size: [u32; 3],
     /// All rows of the picture.
@@ -72,69 +110,75 @@ impl Flakes {
     /// Creates empty tables.
     pub fn new(gpu: &Gpu) -> Self {
         let of = |label, kinds: &[BindingKind]| bindings::layout(gpu, label, ShaderStages::COMPUTE, kinds);
-        let tables = [BindingKind::Uniform, BindingKind::Read, BindingKind::Write, BindingKind::Read];
-        let layouts = [
-            of("frame", &[BindingKind::Uniform]),
-            of("images in view", &tables),
-            of("samples", &[BindingKind::Read]),
-        ];
+        use BindingKind::{Read, Uniform, Write};
+        let tables = [Uniform, Read, Write, Read, Read];
+        let layouts = [of("frame", &[Uniform]), of("images in view", &tables), of("samples", &[Read])];
         let table = |label| GrowingBuffer::new(gpu, label, BufferUsages::STORAGE);
         Self {
             layouts,
             pipelines: [None, None],
             images: table("images in view"),
             jobs: table("work on images"),
-            of_species: Vec::new(),
+            batches: Vec::new(),
+            is_hidden: bindings::storage(gpu, "hidden blocks", 0, false),
+            leaves_out: true,
+            least_of_batch: LEAST_OF_BATCH,
+            most_of_band: gpu.largest_binding(),
             size: [0; 3],
             bands: Vec::new(),
         }
     }
 
-    /// Writes the images in view, which come species by species, and makes room for a picture of this size (width, height,
-    /// samples a pixel). Returns whether there are any.
+    /// Writes the images in view and makes room for a picture of this size (width, height, samples a pixel). Returns whether there
+    /// are any.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
         images: &mut [FlakeImageWords],
-        species: usize,
+        species: &[Option<&SpeciesImages>],
         size: [u32; 3],
     ) -> bool {
-        let mut jobs: Vec<[u32; 2]> = Vec::new();
-        self.of_species = vec![0..0; species];
         let mut before = 0u32;
-        let alignment = alignment(gpu);
-        for (index, image) in (0..).zip(images.iter_mut()) {
+        for image in images.iter_mut() {
             image.before = before;
-            // Words can tell so many samples apart; the device could not draw more in minutes.
-            image.count = image.count.min(u32::MAX - 1 - before);
+            image.count = image.count.min(MOST_SAMPLES - before);
             before += image.count;
-            let range = &mut self.of_species[image.species as usize];
-            if range.is_empty() {
+        }
+        let mut jobs: Vec<[u32; 2]> = Vec::new();
+        self.batches.clear();
+        for batch in batched(in_view(images, species), self.least_of_batch) {
+            let mut of_species = vec![0..0; species.len()];
+            for blocks in batch.chunk_by(|a, b| a.species == b.species) {
                 // Jobs past all samples fill up.
-                jobs.resize(jobs.len().next_multiple_of(alignment as usize), [index, 1 << 31]);
-                *range = jobs.len() as u64..jobs.len() as u64;
+                jobs.resize(jobs.len().next_multiple_of(ALIGNMENT as usize), [0, 1 << 31]);
+                let first = jobs.len() as u32;
+                jobs.extend(blocks.iter().map(|block| [block.image, block.first]));
+                of_species[blocks[0].species as usize] = first..jobs.len() as u32;
             }
-            jobs.extend((0..image.count).step_by(WORKGROUP as usize).map(|first| [index, first]));
-            range.end = jobs.len() as u64;
+            self.batches.push(of_species);
         }
         if jobs.is_empty() {
             return false;
         }
         self.images.write(gpu, images);
         self.jobs.write(gpu, &jobs);
+        if self.is_hidden.size() < 4 * jobs.len() as u64 {
+            self.is_hidden = bindings::storage(gpu, "hidden blocks", 2 * jobs.len() as u64, false);
+        }
         if self.size != size {
             self.size = size;
-            self.bands = bands(gpu, size);
+            self.bands = bands(gpu, size, self.most_of_band);
         }
         let samples = size[2];
         let pipelines = &mut self.pipelines[usize::from(samples > 1)];
         if pipelines.is_none() {
-            *pipelines = Some(made(gpu, samples, &self.layouts));
+            *pipelines =
+                Some((made(gpu, samples, &self.layouts), Hidden::new(gpu, &self.layouts[0], samples)));
         }
         true
     }
 
-    /// Finds the nearest samples of all rows.
+    /// Finds the nearest samples of all rows, without blocks that are behind others or behind what `depths` holds.
     ///
     /// # Errors
     /// Those of [`Slices::hand_over`].
@@ -143,34 +187,35 @@ impl Flakes {
         slices: &mut Slices,
         frame: wgpu::BindingResource,
         species: &[Option<&SpeciesImages>],
+        depths: &wgpu::TextureView,
     ) -> Result<()> {
         let gpu = slices.gpu();
         let frame = bindings::bind(gpu, "frame", &self.layouts[0], &[frame]);
-        let pipelines = self.pipelines[usize::from(self.size[2] > 1)].as_ref().expect("they were made");
+        let samples = |of: &&SpeciesImages| {
+            let samples = [of.samples.as_entire_binding()];
+            bindings::bind(gpu, "samples", &self.layouts[2], &samples)
+        };
+        let samples: Vec<Option<BindGroup>> = species.iter().map(|of| of.as_ref().map(samples)).collect();
+        let (runs, hidden) = self.pipelines[usize::from(self.size[2] > 1)].as_ref().expect("they were made");
         // A sample is examined by each run and in each band.
-        let times = (self.bands.len() * pipelines.len()) as f64;
-        let at_once = (slices.most() * times / f64::from(WORKGROUP)) as usize;
-        let at_once = at_once.max(1).next_multiple_of(alignment(gpu) as usize);
+        let times = (self.bands.len() * runs.len()) as f64;
         for band in &self.bands {
             slices.encoder().clear_buffer(&band.kept, 0, None);
-            for pipeline in pipelines {
-                for (images, jobs) in species.iter().zip(&self.of_species) {
-                    let Some(images) = images else { continue };
-                    let samples = [images.samples.as_entire_binding()];
-                    let samples = bindings::bind(gpu, "samples", &self.layouts[2], &samples);
-                    for first in jobs.clone().step_by(at_once) {
-                        let jobs = first..jobs.end.min(first + at_once as u64);
-                        let mut pass = slices.encoder().begin_compute_pass(&Default::default());
-                        pass.set_pipeline(pipeline);
-                        pass.set_bind_group(0, &frame, &[]);
-                        pass.set_bind_group(1, &self.tables(gpu, band, &jobs), &[]);
-                        pass.set_bind_group(2, &samples, &[]);
-                        let count = (jobs.end - jobs.start) as u32;
-                        let most = gpu.device.limits().max_compute_workgroups_per_dimension;
-                        let across = count.min(most);
-                        pass.dispatch_workgroups(across, count.div_ceil(across), 1);
-                        drop(pass);
-                        slices.count(f64::from(count) * f64::from(WORKGROUP) / times)?;
+            slices.encoder().clear_buffer(&self.is_hidden, 0, None);
+            let read = [&band.rows, &band.kept, &band.tiles, &self.is_hidden];
+            let tables = hidden.bind(gpu, read, [self.images.binding(), self.jobs.binding()], depths);
+            for (run, pipeline) in runs.iter().enumerate() {
+                for batch in &self.batches {
+                    // What is found in the first run holds in the second.
+                    if run == 0 && self.leaves_out {
+                        let groups = [&frame, &tables];
+                        hidden.record(gpu, slices.encoder(), groups, band.tile_count, (species, batch));
+                        slices.count(LOOK * (band.kept.size() / BYTES) as f64)?;
+                    }
+                    for (samples, jobs) in samples.iter().zip(batch) {
+                        if let Some(samples) = samples {
+                            self.record_jobs(slices, (pipeline, band), [&frame, samples], jobs, times)?;
+                        }
                     }
                 }
             }
@@ -178,35 +223,92 @@ impl Flakes {
         Ok(())
     }
 
-    fn tables(&self, gpu: &Gpu, band: &Band, jobs: &Range<u64>) -> BindGroup {
-        let bytes = size_of::<[u32; 2]>() as u64;
-        let jobs = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: self.jobs.buffer(),
-            offset: jobs.start * bytes,
-            size: std::num::NonZeroU64::new((jobs.end - jobs.start) * bytes),
-        });
-        let resources =
-            [band.rows.as_entire_binding(), self.images.binding(), band.kept.as_entire_binding(), jobs];
+    /// Examines the samples of these jobs, which are of one species, as one of so many times.
+    fn record_jobs(
+        &self,
+        slices: &mut Slices,
+        (pipeline, band): (&ComputePipeline, &Band),
+        [frame, samples]: [&BindGroup; 2],
+        jobs: &Range<u32>,
+        times: f64,
+    ) -> Result<()> {
+        let gpu = slices.gpu();
+        let at_once = (slices.most() * times / f64::from(BLOCK)) as usize;
+        let at_once = at_once.max(1).next_multiple_of(ALIGNMENT as usize);
+        for first in jobs.clone().step_by(at_once) {
+            let jobs = first..jobs.end.min(first.saturating_add(at_once as u32));
+            let mut pass = slices.encoder().begin_compute_pass(&Default::default());
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, frame, &[]);
+            pass.set_bind_group(1, &self.tables(gpu, band, &jobs), &[]);
+            pass.set_bind_group(2, samples, &[]);
+            let count = jobs.end - jobs.start;
+            bindings::dispatch(gpu, &mut pass, count);
+            drop(pass);
+            slices.count(f64::from(count) * f64::from(BLOCK) / times)?;
+        }
+        Ok(())
+    }
+
+    fn tables(&self, gpu: &Gpu, band: &Band, jobs: &Range<u32>) -> BindGroup {
+        let of_jobs = |buffer, bytes: u64| {
+            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer,
+                offset: u64::from(jobs.start) * bytes,
+                size: std::num::NonZeroU64::new(u64::from(jobs.end - jobs.start) * bytes),
+            })
+        };
+        let resources = [
+            band.rows.as_entire_binding(),
+            self.images.binding(),
+            band.kept.as_entire_binding(),
+            of_jobs(self.jobs.buffer(), size_of::<[u32; 2]>() as u64),
+            of_jobs(&self.is_hidden, size_of::<u32>() as u64),
+        ];
         bindings::bind(gpu, "images in view", &self.layouts[1], &resources)
     }
 }
 
-/// Returns the number of jobs between two places at which a binding of jobs may begin.
-fn alignment(gpu: &Gpu) -> u64 {
-    let bytes = u64::from(gpu.device.limits().min_storage_buffer_offset_alignment);
-    (bytes / size_of::<[u32; 2]>() as u64).max(1)
+/// Returns the blocks of all images.
+fn in_view(images: &[FlakeImageWords], species: &[Option<&SpeciesImages>]) -> Vec<BlockInView> {
+    let of_image = |(index, image): (usize, &FlakeImageWords)| {
+        let of_species = species[image.species as usize];
+        let blocks = of_species.map_or(&[][..], |of| &of.blocks[image.first_block as usize..]);
+        let firsts = (0..image.count).step_by(BLOCK as usize);
+        let in_view = |(first, block): (u32, &Block)| BlockInView {
+            nearest: block.nearest(image),
+            species: image.species,
+            image: index as u32,
+            first,
+        };
+        firsts.zip(blocks).map(in_view).collect::<Vec<_>>()
+    };
+    images.par_iter().enumerate().flat_map_iter(of_image).collect()
 }
 
-/// Makes as many bands of rows as the device's bindings ask for.
-fn bands(gpu: &Gpu, [width, height, samples]: [u32; 3]) -> Vec<Band> {
+/// Returns blocks from near to far in batches of equal size, in a batch species by species.
+fn batched(mut blocks: Vec<BlockInView>, least_of_batch: usize) -> Vec<Vec<BlockInView>> {
+    let place = |of: &BlockInView| (of.species, of.image, of.first);
+    blocks.par_sort_unstable_by(|a, b| a.nearest.total_cmp(&b.nearest).then(place(a).cmp(&place(b))));
+    let count = (blocks.len() / least_of_batch).clamp(1, MOST_BATCHES);
+    let mut batches: Vec<_> = blocks.chunks(blocks.len().div_ceil(count).max(1)).map(<[_]>::to_vec).collect();
+    batches.iter_mut().for_each(|batch| batch.par_sort_unstable_by_key(place));
+    batches
+}
+
+/// Makes bands of rows that keep `most` bytes each at most, or a row.
+fn bands(gpu: &Gpu, [width, height, samples]: [u32; 3], most: u64) -> Vec<Band> {
     let row = BYTES * u64::from(width) * u64::from(samples);
-    let rows = (gpu.largest_binding() / row).clamp(1, u64::from(height)) as u32;
+    let rows = (most / row).clamp(1, u64::from(height)) as u32;
     let band = |first: u32| {
         let count = rows.min(height - first);
         let words = FlakeRowsWords { first, count, width, pad0: 0 };
+        let tile_count = tiles(width, count);
         Band {
             rows: bindings::filled(gpu, "rows", &[words], BufferUsages::UNIFORM),
             kept: bindings::storage(gpu, "nearest samples", u64::from(count) * row / 4, false),
+            tiles: bindings::storage(gpu, "tiles", u64::from(tile_count), false),
+            tile_count,
         }
     };
     (0..height).step_by(rows as usize).map(band).collect()

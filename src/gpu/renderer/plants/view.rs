@@ -36,13 +36,15 @@ pub struct PlantsView {
     polygons: Vec<PolygonDraw>,
     /// [`super::species::InstanceWords`] of sub-objects of trees whose other parts are drawn from images: to the camera's frame.
     parts: GrowingBuffer,
-    flakes: Flakes,
+    pub(in crate::gpu::renderer) flakes: Flakes,
     flaked: Flaked,
     /// Whether images are in view.
     has_images: bool,
     /// How fine they are in pictures that follow each other, and the time that trees may take in this one.
     pub(in crate::gpu::renderer) pace: Cell<TreePace>,
     within: Option<Duration>,
+    /// The finest images of previews.
+    pub(in crate::gpu::renderer) finest: WalkOptions,
     cost: TreeCost,
 }
 
@@ -102,6 +104,14 @@ impl TreeInView {
 /// Begins a pass over what is there, or where the second argument is true, over nothing.
 pub type BeginPass<'a> = dyn for<'e> Fn(&'e mut wgpu::CommandEncoder, bool) -> RenderPass<'e> + 'a;
 
+/// What trees are drawn onto.
+pub struct Onto<'a> {
+    /// Begins a pass.
+    pub begin: &'a BeginPass<'a>,
+    /// Its depth buffer.
+    pub depths: &'a wgpu::TextureView,
+}
+
 impl PlantsView {
     /// Creates empty tables.
     pub fn new(gpu: &Gpu) -> Self {
@@ -115,6 +125,7 @@ impl PlantsView {
             has_images: false,
             pace: Cell::default(),
             within: None,
+            finest: WalkOptions::PREVIEW,
             cost: TreeCost::default(),
         }
     }
@@ -161,8 +172,10 @@ impl PlantsView {
     /// Returns when images serve in a view.
     fn options(&self, shot: &Shot) -> WalkOptions {
         match (shot.quality, shot.trees_within) {
-            (Quality::Preview, Some(_)) => WalkOptions { threshold: self.pace.get().threshold() },
-            (Quality::Preview, None) => WalkOptions::PREVIEW,
+            (Quality::Preview, Some(_)) => {
+                WalkOptions { threshold: self.pace.get().threshold().max(self.finest.threshold) }
+            }
+            (Quality::Preview, None) => self.finest,
             (Quality::Final, _) => WalkOptions::FINAL,
         }
     }
@@ -184,7 +197,7 @@ impl PlantsView {
             self.parts.write(gpu, &parts);
         }
         let size = [shot.camera.width, shot.camera.height, samples];
-        self.has_images = self.flakes.prepare(gpu, &mut images, stock.species.len(), size);
+        self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images(), size);
         Ok(())
     }
 
@@ -273,22 +286,24 @@ impl PlantsView {
         self.pace.get().most_at_once()
     }
 
-    /// Finds the nearest samples of images in view, before the trees are drawn. Where trees may take so much time and no more, this is
-    /// waited for, and the next picture follows from how long it took.
-    ///
-    /// # Errors
-    /// Those of [`Slices::hand_over`].
-    pub fn find(&self, stock: &Stock, slices: &mut Slices, frame: wgpu::BindingResource) -> Result<()> {
-        if !self.has_images {
-            return Ok(());
-        }
+    /// Finds the nearest samples of images in view, of those that are not behind what `depths` holds. Where trees may take so much time
+    /// and no more, this is waited for, and the next picture follows from how long it took.
+    fn find(
+        &self,
+        stock: &Stock,
+        slices: &mut Slices,
+        frame: wgpu::BindingResource,
+        depths: &wgpu::TextureView,
+    ) -> Result<()> {
         let Some(within) = self.within else {
-            return self.flakes.record(slices, frame, &stock.images());
+            return self.flakes.record(slices, frame, &stock.images(), depths);
         };
         slices.hand_over()?;
         let (began, done_before) = (Instant::now(), slices.done());
-        let recorded = self.flakes.record(slices, frame, &stock.images()).and_then(|()| slices.hand_over());
-        // Where it was given up, what was done tells as much.
+        let recorded = self.flakes.record(slices, frame, &stock.images(), depths);
+        let recorded = recorded.and_then(|()| slices.hand_over());
+        // Where it was given up, what was done tells as much. Hidden samples count as drawn: how many are hidden changes little from one
+        // picture to the next.
         let mut pace = self.pace.get();
         pace.learn((slices.done() - done_before) as u64, began.elapsed().as_secs_f64());
         pace.follow(self.cost, within.as_secs_f64());
@@ -296,8 +311,7 @@ impl PlantsView {
         recorded
     }
 
-    /// Draws the trees in view, for which [`Self::prepare`] was called. `begin` begins a pass that draws on what is there, or where
-    /// the second argument is true, on nothing.
+    /// Draws the trees in view, for which [`Self::prepare`] was called: polygons first, since these are near and hide much.
     ///
     /// # Errors
     /// Those of [`Slices::hand_over`].
@@ -305,22 +319,26 @@ impl PlantsView {
         &self,
         stock: &Stock,
         slices: &mut Slices,
-        begin: &BeginPass,
+        onto: &Onto,
         frame: wgpu::BindingResource,
         (program, samples): (TreeProgram, u32),
     ) -> Result<()> {
         let gpu = slices.gpu();
-        let frame = bindings::bind(gpu, "frame", &stock.layouts[0], &[frame]);
+        let of_frame = bindings::bind(gpu, "frame", &stock.layouts[0], std::slice::from_ref(&frame));
         let lights =
             stock.species.iter().map(|of| of.crown.bind(gpu, &stock.layouts[3], self.daylight.binding()));
         let species: Vec<_> = stock.images().into_iter().zip(lights).collect();
         let size = NonZeroU64::new(size_of::<TreeWords>() as u64);
         let tree = wgpu::BufferBinding { buffer: self.trees.buffer(), offset: 0, size };
         let tree = bindings::bind(gpu, "tree", &stock.layouts[1], &[wgpu::BindingResource::Buffer(tree)]);
+        let parts = self.polygons_at_once(stock, slices.most());
+        if parts.is_empty() {
+            drop((onto.begin)(slices.encoder(), true));
+        }
         let mut is_first = true;
-        for (draws, cost) in self.polygons_at_once(stock, slices.most()) {
-            let mut drawing = begin(slices.encoder(), std::mem::take(&mut is_first));
-            drawing.set_bind_group(0, &frame, &[]);
+        for (draws, cost) in parts {
+            let mut drawing = (onto.begin)(slices.encoder(), std::mem::take(&mut is_first));
+            drawing.set_bind_group(0, &of_frame, &[]);
             for draw in draws {
                 drawing.set_bind_group(1, &tree, &[(u64::from(draw.slot) * stock.stride) as u32]);
                 drawing.set_bind_group(3, &species[draw.species].1, &[]);
@@ -329,9 +347,10 @@ impl PlantsView {
             drop(drawing);
             slices.count(cost)?;
         }
-        let mut drawing = begin(slices.encoder(), is_first);
-        drawing.set_bind_group(0, &frame, &[]);
         if self.has_images {
+            self.find(stock, slices, frame, onto.depths)?;
+            let mut drawing = (onto.begin)(slices.encoder(), false);
+            drawing.set_bind_group(0, &of_frame, &[]);
             self.flaked.draw(gpu, &mut drawing, (program, samples), (&self.flakes, &species));
         }
         Ok(())

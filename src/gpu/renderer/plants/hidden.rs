@@ -1,0 +1,114 @@
+//! Pass *hidden* (`shaders/hidden.wgsl`): which blocks of samples of trees are behind what was drawn before them.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use wgpu::{
+    BindGroup, BindGroupLayout, BindingResource, Buffer, BufferUsages, CommandEncoder, ComputePipeline,
+    ShaderStages, TextureView,
+};
+
+use super::flake::{self, SpeciesImages};
+use crate::gpu::bindings::{self, BindingKind};
+use crate::gpu::device::Gpu;
+use crate::gpu::renderer::project::SURFACES;
+
+const HIDDEN: &str = include_str!("../../../../shaders/hidden.wgsl");
+
+/// The side of a tile in pixels. With 8, a tenth less was found to be hidden.
+pub const TILE: u32 = 4;
+/// The invocations of a workgroup.
+pub const WORKGROUP: u32 = 64;
+
+/// The jobs that are tested in the layout of the shader (`Tested`), which documents the fields.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct TestedWords {
+    pub first: u32,
+    pub count: u32,
+    pub pad0: u32,
+    pub pad1: u32,
+}
+
+/// Returns the complete WGSL source for a number of samples a pixel.
+pub fn source(samples: u32) -> String {
+    let kind = if samples == 1 { "texture_depth_2d" } else { "texture_depth_multisampled_2d" };
+    let depths = format!("@group(1) @binding(6) var depths: {kind};\n");
+    [SURFACES, &flake::source(samples), &depths, HIDDEN].concat()
+}
+
+/// The pass, for a number of samples a pixel.
+#[derive(Debug)]
+pub struct Hidden {
+    /// What is tested, against what; then the blocks of a species, and which of them.
+    layouts: [BindGroupLayout; 2],
+    reduce: ComputePipeline,
+    hide: ComputePipeline,
+}
+
+/// Returns the number of tiles of rows of a picture.
+pub fn tiles(width: u32, rows: u32) -> u32 {
+    width.div_ceil(TILE) * rows.div_ceil(TILE)
+}
+
+impl Hidden {
+    /// Makes the pipelines; `frame` is the layout of the frame.
+    pub fn new(gpu: &Gpu, frame: &BindGroupLayout, samples: u32) -> Self {
+        use BindingKind::{Depth, DepthSamples, Read, Uniform, Write};
+        let of = |label, kinds: &[BindingKind]| bindings::layout(gpu, label, ShaderStages::COMPUTE, kinds);
+        let depths = if samples == 1 { Depth } else { DepthSamples };
+        let tables = of("hidden", &[Uniform, Read, Read, Write, Write, Read, depths]);
+        let blocks = of("blocks", &[Read, Uniform]);
+        let module = bindings::shader(gpu, "hidden", &source(samples));
+        let reduce = bindings::compute(gpu, "reduce", &module, &[frame, &tables]);
+        let hide = bindings::compute(gpu, "hide", &module, &[frame, &tables, &blocks]);
+        Self { layouts: [tables, blocks], reduce, hide }
+    }
+
+    /// Binds what is tested: of a band its rows, what is kept, its tiles, and a word for each job; the images and jobs in view; and the
+    /// depth buffer.
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        [rows, kept, tiles, is_hidden]: [&Buffer; 4],
+        [images, jobs]: [BindingResource; 2],
+        depths: &TextureView,
+    ) -> BindGroup {
+        let resources = [
+            rows.as_entire_binding(),
+            images,
+            kept.as_entire_binding(),
+            tiles.as_entire_binding(),
+            is_hidden.as_entire_binding(),
+            jobs,
+            BindingResource::TextureView(depths),
+        ];
+        bindings::bind(gpu, "hidden", &self.layouts[0], &resources)
+    }
+
+    /// Records the test of the jobs of each species against what is drawn by then. `tiles` is the number of tiles.
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        [frame, tables]: [&BindGroup; 2],
+        tiles: u32,
+        (species, jobs): (&[Option<&SpeciesImages>], &[Range<u32>]),
+    ) {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_bind_group(0, frame, &[]);
+        pass.set_bind_group(1, tables, &[]);
+        pass.set_pipeline(&self.reduce);
+        bindings::dispatch(gpu, &mut pass, tiles.div_ceil(WORKGROUP));
+        pass.set_pipeline(&self.hide);
+        for (species, jobs) in species.iter().zip(jobs).filter(|(_, jobs)| jobs.start < jobs.end) {
+            let Some(species) = species else { continue };
+            let words =
+                TestedWords { first: jobs.start, count: jobs.end - jobs.start, ..TestedWords::zeroed() };
+            let tested = bindings::filled(gpu, "tested", &[words], BufferUsages::UNIFORM);
+            let resources = [species.blocks_on_device.as_entire_binding(), tested.as_entire_binding()];
+            pass.set_bind_group(2, &bindings::bind(gpu, "blocks", &self.layouts[1], &resources), &[]);
+            bindings::dispatch(gpu, &mut pass, words.count.div_ceil(WORKGROUP));
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Tests of samples of trees that are left out because they are hidden.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+
+use super::super::flakes::Flakes;
+use super::{oak, renderer, with_images, wood};
+use crate::foliage::{Plant, Tree, Wood};
+use crate::gpu::readback;
+use crate::gpu::{Gpu, Renderer};
+use crate::left_out::on_adapter;
+use crate::projection::{Quality, Renders, Shot};
+use crate::scene::Model;
+use crate::scene::synthetic::{Modeller, centred, look_at};
+use crate::task::Task;
+
+/// A row of oaks, each so many radii behind the one before it and a little aside.
+fn row(plant: &Plant, count: u32, apart: f64) -> Wood {
+    let mut wood = with_images(wood(plant.clone()));
+    let radius = plant.whole().bounds.ball.radius;
+    let tree = |number: u32| {
+        let at = radius * DVec3::new(0.05 * f64::from(number % 3), apart * f64::from(number), 0.0);
+        let name = format!("tree {number}");
+        Tree { number, name, world_from_plant: DAffine3::from_translation(at), ..wood.trees[0].clone() }
+    };
+    wood.trees = (0..count).map(tree).collect();
+    wood
+}
+
+/// A view along the row, with trees in the size of the picture and smaller.
+fn along(plant: &Plant, quality: Quality) -> Shot {
+    let ball = plant.whole().bounds.ball;
+    let eye = ball.middle - 4.0 * ball.radius * DVec3::Y;
+    Shot { quality, ..Shot::new(centred(240, 200, 250.0), look_at(eye, ball.middle)) }
+}
+
+/// Returns whether each block of samples of the last picture was hidden.
+fn hidden(gpu: &Gpu, renderer: &Renderer) -> Vec<bool> {
+    hidden_of(gpu, &renderer.plants.as_ref().unwrap().view.flakes)
+}
+
+fn hidden_of(gpu: &Gpu, flakes: &Flakes) -> Vec<bool> {
+    let jobs = flakes.batches.iter().flatten();
+    let flags = |jobs: &Range<u32>| {
+        let range = u64::from(jobs.start)..u64::from(jobs.end);
+        let [words] = readback::read(gpu, [(&flakes.is_hidden, range)]).unwrap();
+        words.into_iter().map(|word| word != 0)
+    };
+    jobs.filter(|jobs| jobs.start < jobs.end).flat_map(flags).collect()
+}
+
+/// How the images of trees are drawn.
+#[derive(Debug, Clone, Copy)]
+struct How {
+    leaves_out: bool,
+    least_of_batch: usize,
+    /// Bytes.
+    most_of_band: u64,
+}
+
+/// Without tests, in the same batches as [`TESTED`].
+const ALL: How = How { leaves_out: false, ..TESTED };
+/// With tests, in batches that are small enough for a few trees.
+const TESTED: How = How { leaves_out: true, least_of_batch: 8, most_of_band: u64::MAX };
+
+fn set(flakes: &mut Flakes, how: How) {
+    let How { leaves_out, least_of_batch, most_of_band } = how;
+    (flakes.leaves_out, flakes.least_of_batch) = (leaves_out, least_of_batch);
+    flakes.most_of_band = flakes.most_of_band.min(most_of_band);
+}
+
+fn count(hidden: &[bool]) -> usize {
+    hidden.iter().filter(|hidden| **hidden).count()
+}
+
+#[test]
+fn samples_behind_others_are_left_out_and_no_pixel_changes() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let wood = row(&plant, 24, 0.3);
+    for gpu in [&gpu, &gpu.without_wide_atomics()] {
+        for quality in [Quality::Preview, Quality::Final] {
+            let shot = along(&plant, quality);
+            let drawn = |how: How| {
+                let mut renderer = renderer(gpu, Arc::new(Model::default()), Some(wood.clone()));
+                set(&mut renderer.plants.as_mut().unwrap().view.flakes, how);
+                let picture = renderer.picture(&shot, &Task::silent()).unwrap();
+                let hidden = hidden(gpu, &renderer);
+                let numbers = renderer.faces(&shot, &Task::silent()).unwrap();
+                (picture, numbers, hidden)
+            };
+            let (expected, expected_numbers, none) = drawn(ALL);
+            let (found, numbers, some) = drawn(TESTED);
+            assert!(found == expected && numbers == expected_numbers, "{quality:?}");
+            assert_eq!(count(&none), 0);
+            // In one batch, nothing is left out but what is outside of the picture.
+            let (_, _, outside) = drawn(How { least_of_batch: usize::MAX, ..TESTED });
+            // Of so many trees in each other, a tenth at least is behind others.
+            let (behind, all) = (count(&some) - count(&outside), some.len());
+            assert!(10 * behind > all, "{quality:?}: {behind} of {all}");
+            // Bands of 30 rows, which are no multiple of a tile's.
+            let samples = if quality == Quality::Final { 4 } else { 1 };
+            let banded = drawn(How { most_of_band: 8 * 240 * samples * 30, ..TESTED });
+            assert!(banded.0 == expected && banded.1 == expected_numbers, "{quality:?}, in bands");
+        }
+    }
+}
+
+#[test]
+fn samples_behind_a_wall_are_left_out_and_those_before_it_are_not() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let wood = row(&plant, 2, 2.0);
+    for quality in [Quality::Preview, Quality::Final] {
+        let shot = along(&plant, quality);
+        let [right, down, forward] = [0, 1, 2].map(|axis| shot.pose.rotation.row(axis));
+        let hidden = |wall_at: Option<f64>| {
+            let mut model = Modeller::new();
+            if let Some(at) = wall_at {
+                let corner = shot.viewpoint() + at * (forward - 2.0 * right - 2.0 * down);
+                model.object("wall").quad(corner, at * 4.0 * right, at * 4.0 * down);
+            }
+            let mut renderer = renderer(&gpu, model.finish(), Some(wood.clone()));
+            renderer.picture(&shot, &Task::silent()).unwrap();
+            hidden(&gpu, &renderer)
+        };
+        let radius = plant.whole().bounds.ball.radius;
+        let [without, wall_behind, wall_in_front] = [None, Some(20.0 * radius), Some(radius)].map(hidden);
+        assert!(wall_in_front.iter().all(|hidden| *hidden), "{quality:?}");
+        assert_eq!(wall_behind, without, "{quality:?}");
+        assert!(2 * count(&without) < without.len(), "{quality:?}: most blocks are in the picture");
+    }
+}
+
+#[test]
+fn what_the_sun_does_not_see_is_left_out_and_no_shadow_changes() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let mut wood = row(&plant, 16, 0.2);
+    wood.trees.iter_mut().for_each(|tree| tree.casts = true);
+    // Along the row and down.
+    wood.light.towards_sun = DVec3::new(0.0, -1.0, 0.5).normalize();
+    let mut model = Modeller::new();
+    let (side, up) = (40.0 * plant.whole().bounds.ball.radius, wood.light.up);
+    assert_eq!(up, DVec3::Z);
+    model.object("ground").quad(DVec3::new(-0.5 * side, -0.5 * side, 0.0), side * DVec3::X, side * DVec3::Y);
+    let model = model.finish();
+    let drawn = |how: How| {
+        let mut renderer = renderer(&gpu, model.clone(), Some(wood.clone()));
+        let catches =
+            |renderer: &mut Renderer| renderer.picture(&along(&plant, Quality::Preview), &Task::silent());
+        // The first picture makes what the second one is drawn with.
+        catches(&mut renderer).unwrap();
+        renderer.forget_shadows();
+        let shadows = renderer.shadows.as_mut().unwrap();
+        set(shadows.flakes(), how);
+        let picture = catches(&mut renderer).unwrap();
+        let hidden = hidden_of(&gpu, renderer.shadows.as_mut().unwrap().flakes());
+        (picture, hidden)
+    };
+    let ((expected, none), (found, some)) = (drawn(ALL), drawn(TESTED));
+    assert!(found == expected);
+    assert_eq!(count(&none), 0);
+    let (_, outside) = drawn(How { least_of_batch: usize::MAX, ..TESTED });
+    let (behind, all) = (count(&some) - count(&outside), some.len());
+    // The crowns of oaks are airy, and the sun's view is narrow.
+    assert!(100 * behind > all, "{behind} of {all}");
+}
