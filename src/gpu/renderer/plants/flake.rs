@@ -103,6 +103,9 @@ pub fn source(samples: u32) -> String {
     format!("const SAMPLES = {samples}u;\n{SOURCE}")
 }
 
+/// The samples of an image, and the first of its blocks.
+type PlaceOfImage = (Range<u32>, u32);
+
 /// The images of a species on the device.
 #[derive(Debug)]
 pub struct SpeciesImages {
@@ -116,8 +119,8 @@ pub struct SpeciesImages {
     pub number: Buffer,
     /// Without the copies that the device has no room for.
     pub images: PlantImages,
-    /// The samples of each image and the first of its blocks: by sub-object, copy and direction.
-    ranges: Vec<Vec<Vec<(Range<u32>, u32)>>>,
+    /// Where each image is: by sub-object, copy and direction.
+    places: Vec<Vec<Vec<PlaceOfImage>>>,
 }
 
 impl SpeciesImages {
@@ -132,11 +135,11 @@ impl SpeciesImages {
             add_samples((&mut words, &mut blocks), view, side);
             (first..words.len() as u32, first_block)
         };
-        let ranges = images.objects.iter().map(|object| {
+        let places = images.objects.iter().map(|object| {
             let copies = object.iter().flat_map(|object| &object.copies);
             copies.map(|copy| copy.views.iter().map(|view| add(view, copy.side)).collect()).collect()
         });
-        let ranges = ranges.collect();
+        let places = places.collect();
         let samples = bindings::filled(gpu, "samples of plants", words.as_flattened(), BufferUsages::STORAGE);
         let of_blocks: Vec<[u32; 3]> = blocks.iter().map(Block::words).collect();
         let blocks_on_device =
@@ -148,7 +151,7 @@ impl SpeciesImages {
             *view = MBuffer::default();
         }
         let number = bindings::filled(gpu, "species", &[[species; 4]], BufferUsages::UNIFORM);
-        Self { samples, blocks, blocks_on_device, number, images, ranges }
+        Self { samples, blocks, blocks_on_device, number, images, places }
     }
 
     /// Returns an image of a plant in a view; its place among the images in view is set by the caller.
@@ -156,7 +159,7 @@ impl SpeciesImages {
         let ImageInView { object, copy, direction, linear, origin, view_from_normal, .. } = image;
         let of = self.images.objects[*object].as_ref().expect("it has images");
         let copy_of = &of.copies[*copy];
-        let (Range { start, end }, first_block) = self.ranges[*object][*copy][*direction].clone();
+        let (Range { start, end }, first_block) = self.places[*object][*copy][*direction].clone();
         let [depth_step, first_depth] = depth_from_stored(plant.objects[*object].bounds.ball.radius);
         let row = |axis: usize| linear.row(axis).extend(origin[axis]).to_array();
         let normal = |axis: usize| view_from_normal.row(axis).to_array();
@@ -235,8 +238,8 @@ fn add_samples(to: (&mut Vec<[u32; WORDS]>, &mut Vec<Block>), view: &MBuffer, si
     let across = side.div_ceil(PART_SIDE);
     all.sort_by_key(|(column, row, sample)| {
         let [row, column] = [*row, *column].map(|at| u32::from(at) / PART_SIDE);
-        let part = row * across + if row % 2 == 0 { column } else { across - 1 - column };
-        (part, if part % 2 == 0 { sample.depth } else { u16::MAX - sample.depth })
+        let part = row * across + if row.is_multiple_of(2) { column } else { across - 1 - column };
+        (part, if part.is_multiple_of(2) { sample.depth } else { u16::MAX - sample.depth })
     });
     blocks.extend(all.chunks(BLOCK as usize).map(Block::around));
     words.extend(all.iter().map(|(column, row, MSample { depth, colour: [r, g, b], normal, mask })| {
