@@ -31,7 +31,8 @@ struct Tested {
 @group(1) @binding(4) var<storage, read_write> is_hidden: array<u32>;
 // Image and first sample of each block.
 @group(1) @binding(5) var<storage, read> jobs: array<vec2u>;
-// In place of the samples, which this pass does not read. Three words a block, of columns, rows and depths: the lowest in the lower half of a word, the highest in the upper.
+// In place of the samples, which this pass does not read. Three words a block, of columns, rows and depths: the lowest in the lower half
+// of a word, the highest in the upper.
 @group(2) @binding(0) var<storage, read> blocks: array<u32>;
 @group(2) @binding(1) var<uniform> tested: Tested;
 

@@ -8,17 +8,17 @@ set -eu
 cd "$(dirname "$0")/.."
 export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
 . examples/setup.sh
+. tests/late.sh
 
-began=${QUADRATURA_BEGAN:-$(date +%s)}
+began=$(date +%s)
 step() {
     now=$(($(date +%s) - began))
     printf '\n== %d:%02d %s\n' $((now / 60)) $((now % 60)) "$*"
 }
 
-# late MINUTES NAME: in CI, whether this took longer already. On a slow machine, the whole would not end within the limit of CI, so that
-# what repeats other tests under other conditions is left out there, and named at the end.
-late() {
-    [ "${CI:-}" = true ] && [ $(($(date +%s) - began)) -gt $((60 * $1)) ] || return 1
+# left_out_late MINUTES NAME: whether it is late for a step, which is named at the end then.
+left_out_late() {
+    late "$1" || return 1
     printf 'this machine is slow (more than %d minutes had passed)\t%s\n' "$1" "$2" >>"$LEFT_OUT_LOG"
 }
 
@@ -101,7 +101,7 @@ cargo test --profile "$profile" --quiet
 # pictures differ most from the usual (docs/quality.md, "Pictures on another processor"). Other adapters ignore
 # the variable. Comparisons of whole photos and all flights but those over the synthetic site are left to the first run: this code is
 # slow.
-if [ "${CI:-}" = true ] && ! late 35 "pictures, with other arithmetic"; then
+if [ "${CI:-}" = true ] && ! left_out_late 35 "pictures, with other arithmetic"; then
     step "pictures, with other arithmetic"
     GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --profile "$profile" --quiet --test projection -- \
         --skip own_camera --skip layered --skip gpu_twin:: \
@@ -115,7 +115,7 @@ checking=
 cat "$work/checks"
 [ "$checked" = 0 ] || fail "one of the checks above failed"
 
-if ! late 60 "the demo"; then
+if ! left_out_late 60 "the demo"; then
     step "the demo"
     sh examples/demo.sh "$work/demo"
 fi
