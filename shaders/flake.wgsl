@@ -44,7 +44,8 @@ struct FlakeRows {
     first: u32,
     count: u32,
     width: u32,
-    pad0: u32,
+    // A sample is drawn in so many pixels at most on each side of that of its point.
+    reach: u32,
 }
 
 // A sample of an image.

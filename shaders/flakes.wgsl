@@ -65,7 +65,8 @@ fn flakes(
     }
     let px = vec2f(frame.focal_x, frame.focal_y) * at.xy / at.z + frame.center;
     let last = vec2i(i32(rows.width), i32(rows.first + rows.count)) - 1;
-    let is_near = all(px > vec2f(-2.0, f32(rows.first) - 2.0)) && all(px < vec2f(last) + 3.0);
+    let beside = f32(rows.reach + 1u);
+    let is_near = all(px > vec2f(0.0, f32(rows.first)) - beside) && all(px < vec2f(last) + 1.0 + beside);
     let looks_away = dot(normal_in_view(image, flake), at) > 0.0;
     if !is_near || (looks_away && !flake.is_leaf) {
         return;
@@ -81,10 +82,11 @@ fn flakes(
     // The depth is that of the middle of the covered sub-pixels: the pixel's centre lies elsewhere on the surface.
     let middle = px - image.delta * dot(slope, middle_of(flake.covered)) * along;
     let reach = 0.5 * (abs(across) + abs(down));
-    // What leans most steeply does not reach beyond the neighbours.
+    // What leans most steeply reaches no farther than what does not lean.
     let home = vec2i(floor(px));
-    let low = max(max(home - 1, vec2i(floor(middle - reach))), vec2i(0, i32(rows.first)));
-    let high = min(min(home + 1, vec2i(floor(middle + reach))), last);
+    let most = i32(rows.reach);
+    let low = max(max(home - most, vec2i(floor(middle - reach))), vec2i(0, i32(rows.first)));
+    let high = min(min(home + most, vec2i(floor(middle + reach))), last);
     let nearness = bitcast<u32>(1.0 / at.z);
     for (var y = low.y; y <= high.y; y++) {
         for (var x = low.x; x <= high.x; x++) {

@@ -9,8 +9,6 @@ const WORKGROUP = 64u;
 const TILE = 4u;
 // A block in more tiles than this is not tested: an invocation would take long, and hardly all of them are covered.
 const MOST_TILES = 256u;
-// A sample reaches the pixels next to that of its point, so less than this.
-const REACH_PX = 2.0;
 // A block must be farther by this share of its depth to count as hidden. Depths of the box and of samples are rounded by a few units
 // in the last place, of 6e-8; the sun is a thousand times as far away as its view is wide, where this is two thousandths of the width.
 const ROUNDING = 2e-6;
@@ -98,8 +96,10 @@ fn is_covered(image: FlakeImage, block: u32) -> bool {
     let high = middle.xy + half_sides.xy;
     let focal = vec2f(frame.focal_x, frame.focal_y);
     let center = frame.center - vec2f(0.0, f32(rows.first));
-    let from_px = focal * min(low / nearest, low / farthest) + center - REACH_PX;
-    let to_px = focal * max(high / nearest, high / farthest) + center + REACH_PX;
+    // Samples reach so many pixels beside that of their point, so less than one more.
+    let reach_px = f32(rows.reach + 1u);
+    let from_px = focal * min(low / nearest, low / farthest) + center - reach_px;
+    let to_px = focal * max(high / nearest, high / farthest) + center + reach_px;
     let size = vec2f(vec2u(rows.width, rows.count));
     if any(to_px < vec2f(0.0)) || any(from_px >= size) {
         return true;

@@ -10,6 +10,8 @@ pub struct TreePace {
     threshold: f64,
     /// Seconds a unit of cost; `None` before the first picture.
     per_cost_s: Option<f64>,
+    /// The largest factor by which the threshold changes from one picture to the next.
+    step: f64,
 }
 
 /// What the parts of trees in a picture cost.
@@ -21,7 +23,7 @@ pub struct TreeCost {
     pub triangles: u64,
 }
 
-/// The largest factor by which the threshold changes from one picture to the next: a dissolve takes eight pictures.
+/// The step of pictures that are seen: a dissolve takes eight of them.
 const STEP: f64 = 1.02;
 
 /// Where trees take this many times as long as they may, pictures follow each other so slowly that small steps would take minutes.
@@ -55,11 +57,16 @@ impl TreeCost {
 
 impl Default for TreePace {
     fn default() -> Self {
-        Self { threshold: WalkOptions::PREVIEW.threshold, per_cost_s: None }
+        Self { threshold: WalkOptions::PREVIEW.threshold, per_cost_s: None, step: STEP }
     }
 }
 
 impl TreePace {
+    /// Returns the pace of maps that serve for several pictures: each is as fine as it may be.
+    pub fn of_maps() -> Self {
+        Self { step: f64::INFINITY, ..Self::default() }
+    }
+
     /// Returns the threshold for the next picture.
     pub fn threshold(&self) -> f64 {
         self.threshold
@@ -95,9 +102,9 @@ impl TreePace {
     pub fn follow(&mut self, cost: TreeCost, allowed_s: f64) {
         let Some(per_cost_s) = self.per_cost_s else { return };
         let times = per_cost_s * cost.in_samples() / allowed_s.max(f64::MIN_POSITIVE);
-        let most = if times > FAR_TOO_SLOW { f64::INFINITY } else { STEP };
+        let most = if times > FAR_TOO_SLOW { f64::INFINITY } else { self.step };
         // The samples of an image go with the inverse square of their size.
-        let factor = times.sqrt().clamp(STEP.recip(), most);
+        let factor = times.sqrt().clamp(self.step.recip(), most);
         self.threshold = (self.threshold * factor).clamp(Self::default().threshold, COARSEST);
     }
 }
@@ -144,10 +151,10 @@ mod tests {
 
     #[test]
     fn trees_that_are_far_too_slow_are_coarse_in_the_next_picture() {
-        // 320 ms at a threshold of 1, and 500 ms at the first.
-        let thresholds = followed(6.4e6, 0.05);
+        // 3.2 s at a threshold of 1, and 5 s at the first.
+        let thresholds = followed(6.4e7, 0.05);
         assert_eq!(thresholds[0], COARSEST);
-        // 80 ms then, which is as coarse as it goes.
+        // 50 ms then, which is as coarse as it goes.
         assert_eq!(thresholds[99], COARSEST);
         // 90 ms at a threshold of 1: the first picture takes 4.7 times as long as allowed, the second as long as allowed.
         let thresholds = followed(1.8e6, 0.05);

@@ -55,16 +55,36 @@ pub struct SunView {
     pub until: f64,
     /// The side of a pixel, in world units.
     pub pixel: f64,
+    /// What it has to show.
+    pub extent: Extent,
     /// The radius of the widest penumbra, that of the tip of a tree on level ground, in world units.
     pub penumbra: f64,
 }
 
-/// Returns the views from the sun for what a camera sees, each `side` pixels wide, from near to far. There are none where no
-/// shadow falls on what it sees.
+impl SunView {
+    /// Returns whether it shows all that another one has to show, from the same sun.
+    pub fn holds(&self, other: &Self) -> bool {
+        // Its middle is rounded to pixels.
+        let half = self.pixel * (0.5 * f64::from(self.camera.width) - MARGIN_PX + 1.0);
+        let middle = -self.pose.translation.truncate();
+        let Extent { low, high } = other.extent;
+        self.pose.rotation == other.pose.rotation
+            && low.cmpge(middle - half).all()
+            && high.cmple(middle + half).all()
+    }
+
+    /// Returns whether it is drawn as another one.
+    pub fn is_drawn_as(&self, other: &Self) -> bool {
+        Self { until: other.until, extent: other.extent, ..*self } == *other
+    }
+}
+
+/// Returns the views from the sun for what a camera sees, each `side` pixels wide, from near to far, with so much room on each side, as a
+/// share of what they have to show. There are none where no shadow falls on what it sees.
 ///
 /// The depths at which shadows may fall, from z to z', are divided into up to three parts, each as many times as deep as the one
 /// before. A view shows of its part what has a tree between itself and the sun.
-pub fn sun_views(camera: &Pinhole, pose: &Pose, scene: &SunScene<'_>, side: u32) -> Vec<SunView> {
+pub fn sun_views(camera: &Pinhole, pose: &Pose, scene: &SunScene<'_>, side: u32, room: f64) -> Vec<SunView> {
     let frame = SunFrame::new(scene);
     let Some([nearest, farthest]) = frame.depths_of_shadows(pose, scene) else { return Vec::new() };
     let count = ((farthest / nearest).log(DEPTH_RATIO).ceil() as usize).clamp(1, MOST_SUN_VIEWS);
@@ -74,14 +94,14 @@ pub fn sun_views(camera: &Pinhole, pose: &Pose, scene: &SunScene<'_>, side: u32)
         let until = border(index + 1);
         let seen = frame.around_part(camera, pose, [from, until]);
         let least = LEAST_PIXEL[0] * border(index) / camera.fx.min(camera.fy);
-        frame.view(seen.and_within(&frame.casters), (until, least), side)
+        frame.view(seen, (until, least), (side, room))
     };
     (0..count).map(view).collect()
 }
 
-/// A rectangle across the sun's rays.
-#[derive(Debug, Clone, Copy)]
-struct Extent {
+/// A rectangle across the sun's rays, in world units along the sun's axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
     low: DVec2,
     high: DVec2,
 }
@@ -91,6 +111,12 @@ impl Extent {
 
     fn with(self, point: DVec2, radius: f64) -> Self {
         Self { low: self.low.min(point - radius), high: self.high.max(point + radius) }
+    }
+
+    /// Returns the same with room around it, as a share of its longer side.
+    fn with_room(self, room: f64) -> Self {
+        let room = room * (self.high - self.low).max_element();
+        Self { low: self.low - room, high: self.high + room }
     }
 
     /// Returns what is in both; a point where nothing is.
@@ -169,13 +195,15 @@ impl SunFrame {
         extent
     }
 
-    /// Makes the view of an extent, which serves until a depth, with pixels of a least size.
-    fn view(&self, seen: Extent, (until, least): (f64, f64), side: u32) -> SunView {
-        let size = (seen.high - seen.low).max_element();
+    /// Makes the view of what a camera sees, which serves until a depth, with pixels of a least size, and with room.
+    fn view(&self, seen: Extent, (until, least): (f64, f64), (side, room): (u32, f64)) -> SunView {
+        let extent = seen.and_within(&self.casters);
+        let shown = extent.with_room(room).and_within(&self.casters);
+        let size = (shown.high - shown.low).max_element();
         let least = least.max(LEAST_PIXEL[1] * self.penumbra);
         let finest = (size / (f64::from(side) - 2.0 * MARGIN_PX)).max(least);
         let pixel = ((RUNGS * finest.log2()).ceil() / RUNGS).exp2();
-        let middle = ((0.5 * (seen.low + seen.high)) / pixel).round() * pixel;
+        let middle = ((0.5 * (shown.low + shown.high)) / pixel).round() * pixel;
         let [top, floor] = self.away;
         let distance = (SUN_WIDTHS * pixel * f64::from(side)).max(SUN_LENGTHS * (floor - top));
         let between = 0.5 * (top + floor);
@@ -191,6 +219,7 @@ impl SunFrame {
             depths: [distance - (between - top) - slack, distance + (floor - between) + slack],
             until,
             pixel,
+            extent,
             penumbra: self.penumbra,
         }
     }
@@ -228,7 +257,7 @@ mod tests {
                 [DVec3::new(0.0, -20.0, 1.7), DVec3::new(3.0, 9.0, 1.7), DVec3::new(-60.0, -60.0, 50.0)]
             {
                 let pose = look_at(eye, DVec3::new(1.0, 12.0, 0.0));
-                let views = sun_views(&camera, &pose, &scene, 1024);
+                let views = sun_views(&camera, &pose, &scene, 1024, 0.0);
                 assert!((1..=MOST_SUN_VIEWS).contains(&views.len()));
                 assert!(views.windows(2).all(|two| two[0].until < two[1].until), "from near to far");
                 for Ball { middle, radius } in &casters {
@@ -266,14 +295,14 @@ mod tests {
         let towards_sun = DVec3::new(0.6, -0.4, 0.5).normalize();
         let scene = SunScene { casters: &casters, corners: &GROUND, towards_sun, up: DVec3::Z };
         let pose = look_at(DVec3::new(-24.0, 8.0, 1.7), DVec3::new(0.0, 10.0, 1.0));
-        let views = sun_views(&camera, &pose, &scene, 1024);
+        let views = sun_views(&camera, &pose, &scene, 1024, 0.0);
         assert_eq!(views.len(), 3);
         assert!(views[0].pixel <= views[1].pixel && views[1].pixel < views[2].pixel);
         // Near by they are no finer than a penumbra asks for.
         assert!((0.2..0.3).contains(&(views[0].pixel / views[0].penumbra)), "{:?}", views[0]);
         // A camera that turns a little sees shadows from the same pixels.
         let turned = look_at(DVec3::new(-24.0, 8.0, 1.7), DVec3::new(0.0, 10.1, 1.0));
-        assert_eq!(sun_views(&camera, &turned, &scene, 1024)[2].pixel, views[2].pixel);
+        assert_eq!(sun_views(&camera, &turned, &scene, 1024, 0.0)[2].pixel, views[2].pixel);
     }
 
     #[test]
@@ -281,7 +310,8 @@ mod tests {
         let (camera, casters) = (centred(400, 300, 350.0), casters());
         let views = |corners: &[DVec3], casters: &[Ball], y: f64| {
             let scene = SunScene { casters, corners, towards_sun: DVec3::Z, up: DVec3::Z };
-            sun_views(&camera, &look_at(DVec3::new(0.0, 0.0, 1.7), DVec3::new(0.0, y, 1.7)), &scene, 64).len()
+            sun_views(&camera, &look_at(DVec3::new(0.0, 0.0, 1.7), DVec3::new(0.0, y, 1.7)), &scene, 64, 0.0)
+                .len()
         };
         assert!(views(&GROUND, &casters, 1.0) > 0);
         assert_eq!(

@@ -21,8 +21,14 @@ impl WalkOptions {
     pub const PREVIEW: Self = Self { threshold: 0.8 };
     /// Final pictures.
     pub const FINAL: Self = Self { threshold: 0.4 };
-    /// Whatever is drawn: a sample is drawn in at most 3 x 3 pixels.
-    pub const COARSEST: Self = Self { threshold: 2.0 };
+    /// Moving views of more trees than the device draws in time: parts of samples, of which each has 4 x 4, are as large as two pixels.
+    pub const COARSEST: Self = Self { threshold: 8.0 };
+
+    /// Returns in how many pixels at most, on each side of that of its point, a sample of an image is drawn on the device: what leans
+    /// steeply is not drawn longer.
+    pub fn reach_px(&self) -> u32 {
+        (0.5 * self.threshold).ceil().max(1.0) as u32
+    }
 
     /// Returns the size of an image's pixels up to which nothing but the image is drawn of any instance.
     pub fn alone(&self) -> f64 {

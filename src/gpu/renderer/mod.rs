@@ -451,7 +451,7 @@ impl Renders for Renderer {
     }
 
     fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
-        if self.mattes { self.drawn_seen(shot, task) } else { self.faces(shot, task) }
+        if self.mattes { self.drawn_seen(shot, task) } else { self.faces(&seen::of_seen(shot), task) }
     }
 
     fn begin(&mut self, shot: &Shot, _task: &Task) -> Result<Sliced> {

@@ -168,6 +168,7 @@ impl Renderer {
             && plants.stock.has_species_of(wood)
         {
             plants.stock.wood = wood.clone();
+            plants.view.forget();
             return Ok(());
         }
         let (gpu, faces) = (self.gpu.clone(), self.model.faces.len());

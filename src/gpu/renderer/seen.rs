@@ -4,8 +4,13 @@ use super::Renderer;
 use super::program::Program;
 use super::target;
 use crate::error::Result;
-use crate::projection::Shot;
+use crate::projection::{Quality, Shot};
 use crate::task::Task;
+
+/// Returns the view whose faces are those that a view shows: there is one a pixel, so that trees need not be finer than in previews.
+pub(super) fn of_seen(shot: &Shot) -> Shot {
+    Shot { quality: Quality::Preview, ..shot.clone() }
+}
 
 impl Renderer {
     /// Draws the faces that a view shows, on a site with mattes.
@@ -20,7 +25,7 @@ impl Renderer {
                 None => self.prepare(shot, self.cell_px(shot), None, task)?,
             };
             let seen = Program::of_seen_faces(shot, &self.content(false));
-            self.draw(shot, [Program::Faces, seen], &prepared, task)?;
+            self.draw(&of_seen(shot), [Program::Faces, seen], &prepared, task)?;
             self.target(shot, false).faces(&gpu)
         })
     }

@@ -1,16 +1,18 @@
 //! Pass *shadows* (`shaders/shadows.wgsl`): the depths of trees and faces as the sun sees them, and what binds them where faces
 //! are shaded.
 
+mod maps;
 #[cfg(test)]
 mod tests;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use wgpu::{
-    BindGroup, BindGroupLayout, BufferUsages, Extent3d, LoadOp, Operations, RenderPipeline, ShaderStages,
-    StoreOp, Texture, TextureUsages, TextureView,
+    BindGroup, BindGroupLayout, BufferUsages, LoadOp, Operations, RenderPipeline, ShaderStages, StoreOp,
+    TextureView,
 };
 
+use self::maps::{Layer, Maps};
 use super::Renderer;
 use super::frame::FrameUniform;
 use super::plants::TreeProgram;
@@ -22,11 +24,12 @@ use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
 use super::tables::FaceCellsWords;
 use crate::error::Result;
-use crate::foliage::{Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, WalkOptions, sun_views};
+use crate::foliage::{
+    Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, TreePace, WalkOptions, sun_views,
+};
 use crate::geometry::{Pinhole, Pose};
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
-use crate::gpu::drawing::DEPTH;
 use crate::projection::cells::Cells;
 use crate::projection::exposure::ViewLens;
 use crate::projection::{DisplayMode, Quality, Shot, Sources, TreeMethod};
@@ -47,6 +50,11 @@ const WIDEST_PX: f64 = 10.0;
 /// The size of the pixels up to which an image of a tree serves, as a share of the radius of the widest penumbra: shadows are averaged
 /// over penumbras, so that finer images show little more, and there are many more samples in them (docs/performance.md).
 const OF_PENUMBRA: f64 = 0.5;
+/// The largest such size.
+const COARSEST_PX: f64 = 2.0;
+/// The room around what a view from the sun has to show while the view moves, as a share of its size on each side, so that it serves for
+/// more pictures.
+const ROOM: f64 = 0.2;
 
 /// Returns the layout of what is bound where faces are shaded.
 pub fn layout(gpu: &Gpu) -> BindGroupLayout {
@@ -106,61 +114,23 @@ pub struct Shadows {
     /// [`FaceCellsWords`] of faces that are all drawn.
     all_faces: GrowingBuffer,
     trees: PlantsView,
-    maps: Option<Maps>,
-    /// What the maps are of; `None` where they are of nothing any more.
+    /// How fine the trees of each view from the sun are while the view moves.
+    paces: [TreePace; MOST_SUN_VIEWS],
+    /// Of previews and of final pictures.
+    maps: [Option<Maps>; 2],
+    /// What is bound is for this; `None` where trees or faces have changed.
     of: Option<Of>,
-    /// What is bound for that; `None` where no shadow falls.
+    /// `None` where no shadow falls.
     group: Option<BindGroup>,
 }
 
-/// What decides about the maps, besides trees and model.
+/// What decides about what is bound, besides trees and model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Of {
     camera: Pinhole,
     pose: Pose,
     trees: TreeMethod,
     quality: Quality,
-}
-
-/// Depths that the sun sees: of trees and of faces, a layer for each view.
-#[derive(Debug)]
-struct Maps {
-    side: u32,
-    textures: [Texture; 2],
-}
-
-impl Maps {
-    fn new(gpu: &Gpu, side: u32) -> Self {
-        let texture = |label| {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: Extent3d { width: side, height: side, depth_or_array_layers: MOST_SUN_VIEWS as u32 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: DEPTH,
-                usage: TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            })
-        };
-        Self { side, textures: ["trees in the sun", "faces in the sun"].map(texture) }
-    }
-
-    /// Returns the views of all layers, or of one, of trees and of faces.
-    fn views(&self, layer: Option<u32>) -> [TextureView; 2] {
-        let dimension = match layer {
-            Some(_) => wgpu::TextureViewDimension::D2,
-            None => wgpu::TextureViewDimension::D2Array,
-        };
-        self.textures.each_ref().map(|texture| {
-            texture.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(dimension),
-                base_array_layer: layer.unwrap_or(0),
-                array_layer_count: layer.map(|_| 1),
-                ..Default::default()
-            })
-        })
-    }
 }
 
 impl Shadows {
@@ -183,7 +153,8 @@ impl Shadows {
             frame: GrowingBuffer::new(gpu, "frame", BufferUsages::UNIFORM),
             all_faces: GrowingBuffer::new(gpu, "all faces", BufferUsages::STORAGE),
             trees: PlantsView::new(gpu),
-            maps: None,
+            paces: [TreePace::of_maps(); MOST_SUN_VIEWS],
+            maps: [None, None],
             of: None,
             group: None,
         }
@@ -198,6 +169,7 @@ impl Shadows {
     /// Forgets what was drawn, because trees or faces have changed.
     pub fn forget(&mut self) {
         self.of = None;
+        self.maps.iter_mut().flatten().for_each(|maps| maps.layers = Default::default());
     }
 
     /// Returns what is bound where faces are shaded; `None` where no shadow falls on what the view sees.
@@ -205,7 +177,7 @@ impl Shadows {
         self.group.as_ref()
     }
 
-    /// Draws the depths that the sun sees for a view, unless they are those of the last view.
+    /// Draws the depths that the sun sees for a view, as far as maps do not hold them yet.
     fn cast(
         &mut self,
         gpu: &Gpu,
@@ -229,26 +201,17 @@ impl Shadows {
             towards_sun: wood.light.towards_sun,
             up: wood.light.up,
         };
-        let side = SIDE_PX[usize::from(quality == Quality::Final)];
-        let side = side.min(gpu.device.limits().max_texture_dimension_2d);
-        let views = sun_views(&camera, &pose, &scene, side);
+        let is_final = quality == Quality::Final;
+        let side = SIDE_PX[usize::from(is_final)].min(gpu.device.limits().max_texture_dimension_2d);
+        let moves = shot.trees_within.is_some() && !is_final;
+        let views = sun_views(&camera, &pose, &scene, side, if moves { ROOM } else { 0.0 });
         if !views.is_empty() {
-            let maps = self.maps.take().filter(|maps| maps.side == side);
-            let maps = maps.unwrap_or_else(|| Maps::new(gpu, side));
-            let mut words = ShadowsWords::new(&wood.light, views.len());
-            for (layer, view) in (0u32..).zip(&views) {
-                let drawn = self.draw((gpu, task), stock, catching, (view, shot), &maps.views(Some(layer)));
-                let near = match drawn {
-                    Ok(near) => near,
-                    Err(error) => {
-                        self.maps = Some(maps);
-                        return Err(error);
-                    }
-                };
-                words.views[layer as usize] = SunViewWords::new(view, near, shot.viewpoint());
-            }
-            self.words.write(gpu, &[words]);
+            let maps = self.maps[usize::from(is_final)].take().filter(|maps| maps.side == side);
+            let mut maps = maps.unwrap_or_else(|| Maps::new(gpu, side));
+            let words = self.fill(&mut maps, (gpu, task), stock, catching, (&views, shot, moves));
             let [of_trees, of_faces] = maps.views(None);
+            self.maps[usize::from(is_final)] = Some(maps);
+            self.words.write(gpu, &[words?]);
             let resources = [
                 self.words.binding(),
                 wgpu::BindingResource::TextureView(&of_trees),
@@ -256,13 +219,49 @@ impl Shadows {
                 wgpu::BindingResource::Sampler(&self.sampler),
             ];
             self.group = Some(bindings::bind(gpu, "shadows", &self.layout, &resources));
-            self.maps = Some(maps);
         }
         self.of = of;
         Ok(())
     }
 
-    /// Draws what one view from the sun sees of trees and of faces; returns the depth of the near plane.
+    /// Draws those of the views from the sun that maps do not hold yet, and describes all.
+    fn fill(
+        &mut self,
+        maps: &mut Maps,
+        on: (&Gpu, &Task),
+        stock: &mut Stock,
+        catching: Catching<'_>,
+        (views, shot, moves): (&[SunView], &Shot, bool),
+    ) -> Result<ShadowsWords> {
+        let mut words = ShadowsWords::new(&stock.wood.light, views.len());
+        for (index, view) in views.iter().enumerate() {
+            self.trees.pace.set(self.paces[index]);
+            let threshold = self.threshold(view, moves);
+            let wanted = Layer { view: *view, near: 0.0, trees: shot.trees, threshold };
+            let held = maps.layers[index].take().filter(|held| held.serves(&wanted, moves));
+            let layer = match held {
+                Some(held) => held,
+                None => {
+                    let onto = maps.views(Some(index as u32));
+                    let drawn = self.draw(on, stock, catching, (view, shot), &onto);
+                    self.paces[index] = self.trees.pace.get();
+                    drawn?
+                }
+            };
+            maps.layers[index] = Some(layer);
+            let view = SunView { until: view.until, ..layer.view };
+            words.views[index] = SunViewWords::new(&view, layer.near, shot.viewpoint());
+        }
+        Ok(words)
+    }
+
+    /// Returns the size of pixels up to which images of trees serve in a view from the sun, if it is drawn now.
+    fn threshold(&self, view: &SunView, moves: bool) -> f64 {
+        let finest = finest(view).threshold;
+        if moves { self.trees.pace.get().threshold().max(finest) } else { finest }
+    }
+
+    /// Draws what one view from the sun sees of trees and of faces.
     fn draw(
         &mut self,
         (gpu, task): (&Gpu, &Task),
@@ -270,7 +269,7 @@ impl Shadows {
         catching: Catching<'_>,
         (view, shown): (&SunView, &Shot),
         [of_trees, of_faces]: &[TextureView; 2],
-    ) -> Result<f32> {
+    ) -> Result<Layer> {
         let Catching { model, surfaces, sources } = catching;
         let within = shown.trees_within.filter(|_| shown.quality == Quality::Preview);
         let shot = Shot {
@@ -285,9 +284,7 @@ impl Shadows {
         self.all_faces.write(gpu, &vec![FaceCellsWords::zeroed(); model.faces.len().max(1)]);
         let casts = |tree: &Tree| tree.casts;
         let of = (TreeProgram::Shadow, 1);
-        let [finest, coarsest] = [WalkOptions::PREVIEW, WalkOptions::COARSEST].map(|of| of.threshold);
-        let threshold = (OF_PENUMBRA * view.penumbra / view.pixel).clamp(finest, coarsest);
-        self.trees.finest = WalkOptions { threshold };
+        self.trees.finest = finest(view);
         let has_trees = self.trees.prepare(gpu, (stock, &casts), &shot, of, [1.0; 3])?;
         let mut slices = Slices::new(gpu, task, self.trees.most_at_once());
         self.draw_faces(gpu, slices.encoder(), surfaces, of_faces);
@@ -299,7 +296,8 @@ impl Shadows {
             drop(begin(slices.encoder(), true));
         }
         slices.submit();
-        Ok(frame.near)
+        let threshold = self.trees.options.threshold;
+        Ok(Layer { view: *view, near: frame.near, trees: shown.trees, threshold })
     }
 
     /// Draws the faces that keep the sun from others.
@@ -330,6 +328,12 @@ impl Shadows {
         drawing.set_vertex_buffer(0, surfaces.corners.slice(..));
         surfaces.casting.iter().for_each(|range| drawing.draw(range.clone(), 0..1));
     }
+}
+
+/// Returns how fine images of trees are in a view from the sun: as fine as penumbras show.
+fn finest(view: &SunView) -> WalkOptions {
+    let threshold = OF_PENUMBRA * view.penumbra / view.pixel;
+    WalkOptions { threshold: threshold.clamp(WalkOptions::PREVIEW.threshold, COARSEST_PX) }
 }
 
 /// Begins to draw depths, where there is nothing or on what is there.

@@ -56,7 +56,14 @@ pub struct FlakeRowsWords {
     pub first: u32,
     pub count: u32,
     pub width: u32,
-    pub pad0: u32,
+    pub reach: u32,
+}
+
+impl FlakeRowsWords {
+    /// Uploads them.
+    pub fn on_device(&self, gpu: &Gpu) -> Buffer {
+        bindings::filled(gpu, "rows", std::slice::from_ref(self), BufferUsages::UNIFORM)
+    }
 }
 
 /// The box around neighbouring samples of an image: the lowest and the highest column, row and stored depth.

@@ -55,7 +55,8 @@ pub enum Run {
 /// The rows of a picture that are drawn together, with what is kept of their sub-pixels.
 #[derive(Debug)]
 pub struct Band {
-    /// [`FlakeRowsWords`].
+    words: FlakeRowsWords,
+    /// The same on the device.
     pub rows: Buffer,
     /// [`BYTES`] a sub-pixel.
     pub kept: Buffer,
@@ -63,6 +64,13 @@ pub struct Band {
     pub tiles: Buffer,
     /// The number of tiles.
     pub tile_count: u32,
+}
+
+impl Band {
+    fn set_reach(&mut self, gpu: &Gpu, reach: u32) {
+        self.words.reach = reach;
+        self.rows = self.words.on_device(gpu);
+    }
 }
 
 /// The jobs of blocks of about the same depth: of each species.
@@ -77,6 +85,17 @@ struct BlockInView {
     image: u32,
     /// Its first sample.
     first: u32,
+}
+
+/// What the bands of a picture depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FlakesExtent {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples a pixel.
+    pub samples: u32,
+    /// A sample of an image is drawn in so many pixels at most on each side of that of its point.
+    pub reach: u32,
 }
 
 /// The images in view with all that the pass needs.
@@ -100,8 +119,8 @@ pub struct Flakes {
     pub least_of_batch: usize,
     /// The most bytes that a band keeps: what the device can bind, or less in tests.
     pub most_of_band: u64,
-    /// The size of the picture for which `bands` are, and its samples a pixel.
-    size: [u32; 3],
+    /// The size of the picture for which `bands` are, its samples a pixel, and how far samples reach.
+    extent: FlakesExtent,
     /// All rows of the picture.
     pub bands: Vec<Band>,
 }
@@ -124,19 +143,18 @@ impl Flakes {
             leaves_out: true,
             least_of_batch: LEAST_OF_BATCH,
             most_of_band: gpu.largest_binding(),
-            size: [0; 3],
+            extent: FlakesExtent::default(),
             bands: Vec::new(),
         }
     }
 
-    /// Writes the images in view and makes room for a picture of this size (width, height, samples a pixel). Returns whether there
-    /// are any.
+    /// Writes the images in view and makes room for their picture. Returns whether there are any.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
         images: &mut [FlakeImageWords],
         species: &[Option<&SpeciesImages>],
-        size: [u32; 3],
+        extent: FlakesExtent,
     ) -> bool {
         let mut before = 0u32;
         for image in images.iter_mut() {
@@ -165,11 +183,13 @@ impl Flakes {
         if self.is_hidden.size() < 4 * jobs.len() as u64 {
             self.is_hidden = bindings::storage(gpu, "hidden blocks", 2 * jobs.len() as u64, false);
         }
-        if self.size != size {
-            self.size = size;
-            self.bands = bands(gpu, size, self.most_of_band);
+        let before = std::mem::replace(&mut self.extent, extent);
+        if (before.size, before.samples) != (extent.size, extent.samples) {
+            self.bands = bands(gpu, extent, self.most_of_band);
+        } else if before.reach != extent.reach {
+            self.bands.iter_mut().for_each(|band| band.set_reach(gpu, extent.reach));
         }
-        let samples = size[2];
+        let samples = extent.samples;
         let pipelines = &mut self.pipelines[usize::from(samples > 1)];
         if pipelines.is_none() {
             *pipelines =
@@ -196,7 +216,8 @@ impl Flakes {
             bindings::bind(gpu, "samples", &self.layouts[2], &samples)
         };
         let samples: Vec<Option<BindGroup>> = species.iter().map(|of| of.as_ref().map(samples)).collect();
-        let (runs, hidden) = self.pipelines[usize::from(self.size[2] > 1)].as_ref().expect("they were made");
+        let (runs, hidden) =
+            self.pipelines[usize::from(self.extent.samples > 1)].as_ref().expect("they were made");
         // A sample is examined by each run and in each band.
         let times = (self.bands.len() * runs.len()) as f64;
         for band in &self.bands {
@@ -297,15 +318,17 @@ fn batched(mut blocks: Vec<BlockInView>, least_of_batch: usize) -> Vec<Vec<Block
 }
 
 /// Makes bands of rows that keep `most` bytes each at most, or a row.
-fn bands(gpu: &Gpu, [width, height, samples]: [u32; 3], most: u64) -> Vec<Band> {
+fn bands(gpu: &Gpu, extent: FlakesExtent, most: u64) -> Vec<Band> {
+    let FlakesExtent { size: [width, height], samples, reach } = extent;
     let row = BYTES * u64::from(width) * u64::from(samples);
     let rows = (most / row).clamp(1, u64::from(height)) as u32;
     let band = |first: u32| {
         let count = rows.min(height - first);
-        let words = FlakeRowsWords { first, count, width, pad0: 0 };
+        let words = FlakeRowsWords { first, count, width, reach };
         let tile_count = tiles(width, count);
         Band {
-            rows: bindings::filled(gpu, "rows", &[words], BufferUsages::UNIFORM),
+            words,
+            rows: words.on_device(gpu),
             kept: bindings::storage(gpu, "nearest samples", u64::from(count) * row / 4, false),
             tiles: bindings::storage(gpu, "tiles", u64::from(tile_count), false),
             tile_count,

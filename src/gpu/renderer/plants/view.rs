@@ -12,7 +12,7 @@ use wgpu::{BufferUsages, RenderPass};
 use super::daylight::DaylightWords;
 use super::flake::{FlakeImageWords, SpeciesImages, rows_of};
 use super::flaked::{Flaked, ShownWords};
-use super::flakes::Flakes;
+use super::flakes::{Flakes, FlakesExtent};
 use super::slices::Slices;
 use super::species::{InstanceWords, MeshBuffers};
 use super::stock::Stock;
@@ -21,6 +21,7 @@ use crate::error::Result;
 use crate::foliage::{
     Ball, ImageInView, InView, PolygonsInView, Tree, TreeCost, TreePace, WalkOptions, sees,
 };
+use crate::geometry::{Pinhole, Pose};
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::table::GrowingBuffer;
@@ -45,6 +46,12 @@ pub struct PlantsView {
     within: Option<Duration>,
     /// The finest images of previews.
     pub(in crate::gpu::renderer) finest: WalkOptions,
+    /// When images serve in the view.
+    pub(in crate::gpu::renderer) options: WalkOptions,
+    /// What the tables are of; `None` where they are of nothing any more.
+    of: Option<PartsOf>,
+    /// Whether the nearest samples of these tables were found.
+    is_found: Cell<bool>,
     cost: TreeCost,
 }
 
@@ -60,6 +67,19 @@ struct PolygonDraw {
     instances: Range<u32>,
     /// Whether they are drawn in part of the sub-pixels.
     in_part: bool,
+}
+
+/// What decides about what is drawn from images and what as polygons, besides the trees and the pace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct PartsOf {
+    camera: Pinhole,
+    pose: Pose,
+    trees: TreeMethod,
+    quality: Quality,
+    /// Samples a pixel.
+    samples: u32,
+    /// Whether coarse images may serve.
+    moves: bool,
 }
 
 /// What a view shows of a tree from its images and as polygons.
@@ -126,8 +146,16 @@ impl PlantsView {
             pace: Cell::default(),
             within: None,
             finest: WalkOptions::PREVIEW,
+            options: WalkOptions::PREVIEW,
+            of: None,
+            is_found: Cell::default(),
             cost: TreeCost::default(),
         }
+    }
+
+    /// Forgets the view, because the trees have changed.
+    pub fn forget(&mut self) {
+        self.of = None;
     }
 
     /// Writes what a view needs of the trees for which `is_drawn` is true, and makes the pipelines. `of_common` is the factor from
@@ -154,9 +182,17 @@ impl PlantsView {
             return Ok(false);
         }
         self.daylight.write(gpu, &[DaylightWords::new(&wood.light, shot)]);
-        let follows = shot.quality == Quality::Preview && program != TreeProgram::Numbered;
-        self.within = shot.trees_within.filter(|_| follows);
-        self.write_parts(gpu, stock, shot, (&in_view, samples))?;
+        let Shot { camera, pose, trees, quality, trees_within, .. } = *shot;
+        let is_preview = quality == Quality::Preview;
+        let of = PartsOf { camera, pose, trees, quality, samples, moves: trees_within.is_some() };
+        // Numbers are those of what the picture of the view shows, where that was drawn just before.
+        let is_numbered = program == TreeProgram::Numbered;
+        if !(is_numbered && self.of == Some(of)) {
+            (self.of, self.is_found) = (None, Cell::default());
+            self.within = trees_within.filter(|_| is_preview && !is_numbered);
+            self.write_parts(gpu, stock, shot, (&in_view, samples))?;
+            self.of = Some(of);
+        }
         let exposure = DVec3::from_array(of_common).as_vec3();
         self.write_trees(gpu, stock, shot, (&in_view, exposure));
         let in_part = self.polygons.iter().any(|draw| draw.in_part);
@@ -169,8 +205,8 @@ impl PlantsView {
         Ok(true)
     }
 
-    /// Returns when images serve in a view.
-    fn options(&self, shot: &Shot) -> WalkOptions {
+    /// Returns when images serve in a view, if it is drawn now.
+    fn options_now(&self, shot: &Shot) -> WalkOptions {
         match (shot.quality, shot.trees_within) {
             (Quality::Preview, Some(_)) => {
                 WalkOptions { threshold: self.pace.get().threshold().max(self.finest.threshold) }
@@ -196,8 +232,9 @@ impl PlantsView {
         if !parts.is_empty() {
             self.parts.write(gpu, &parts);
         }
-        let size = [shot.camera.width, shot.camera.height, samples];
-        self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images(), size);
+        let size = [shot.camera.width, shot.camera.height];
+        let extent = FlakesExtent { size, samples, reach: self.options.reach_px() };
+        self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images(), extent);
         Ok(())
     }
 
@@ -209,7 +246,8 @@ impl PlantsView {
         shot: &Shot,
         in_view: &[usize],
     ) -> Result<(Vec<FlakeImageWords>, Vec<InstanceWords>)> {
-        let options = self.options(shot);
+        let options = self.options_now(shot);
+        self.options = options;
         let from_images = |(slot, number): (usize, &usize)| {
             let images = stock.species[stock.wood.trees[*number].species].images.as_ref()?;
             let is_wanted = shot.trees == TreeMethod::Flakes;
@@ -348,7 +386,10 @@ impl PlantsView {
             slices.count(cost)?;
         }
         if self.has_images {
-            self.find(stock, slices, frame, onto.depths)?;
+            if !self.is_found.get() {
+                self.find(stock, slices, frame, onto.depths)?;
+                self.is_found.set(true);
+            }
             let mut drawing = (onto.begin)(slices.encoder(), false);
             drawing.set_bind_group(0, &of_frame, &[]);
             self.flaked.draw(gpu, &mut drawing, (program, samples), (&self.flakes, &species));

@@ -1,0 +1,89 @@
+//! Maps of what the sun sees, with what they hold, so that one serves for as many pictures as it can.
+
+use wgpu::{Extent3d, Texture, TextureUsages, TextureView};
+
+use crate::foliage::{MOST_SUN_VIEWS, SunView};
+use crate::gpu::device::Gpu;
+use crate::gpu::drawing::DEPTH;
+use crate::projection::TreeMethod;
+
+/// While the view moves, a map serves whose pixels are at most so many times as large as they would be in a new one.
+const COARSER: f64 = 1.5;
+/// The same for the pixels of the images from which its trees were drawn.
+const COARSER_IMAGES: f64 = 1.25;
+
+/// Depths that the sun sees: of trees and of faces, a layer for each view.
+#[derive(Debug)]
+pub struct Maps {
+    /// In pixels.
+    pub side: u32,
+    textures: [Texture; 2],
+    /// What is in each layer; `None` where it is of nothing any more.
+    pub layers: [Option<Layer>; MOST_SUN_VIEWS],
+}
+
+/// What is in a layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layer {
+    pub view: SunView,
+    /// The depth of its near plane.
+    pub near: f32,
+    pub trees: TreeMethod,
+    /// The size of the pixels up to which images of trees served.
+    pub threshold: f64,
+}
+
+impl Maps {
+    /// Creates maps of nothing.
+    pub fn new(gpu: &Gpu, side: u32) -> Self {
+        let texture = |label| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: Extent3d { width: side, height: side, depth_or_array_layers: MOST_SUN_VIEWS as u32 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: DEPTH,
+                usage: TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            })
+        };
+        Self {
+            side,
+            textures: ["trees in the sun", "faces in the sun"].map(texture),
+            layers: Default::default(),
+        }
+    }
+
+    /// Returns the views of all layers, or of one, of trees and of faces.
+    pub fn views(&self, layer: Option<u32>) -> [TextureView; 2] {
+        let dimension = match layer {
+            Some(_) => wgpu::TextureViewDimension::D2,
+            None => wgpu::TextureViewDimension::D2Array,
+        };
+        self.textures.each_ref().map(|texture| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(dimension),
+                base_array_layer: layer.unwrap_or(0),
+                array_layer_count: layer.map(|_| 1),
+                ..Default::default()
+            })
+        })
+    }
+}
+
+impl Layer {
+    /// Returns whether it serves in place of another one. Where `moves` is false, only what is the same does, so that a picture does not
+    /// depend on those before it.
+    pub fn serves(&self, wanted: &Self, moves: bool) -> bool {
+        self.trees == wanted.trees
+            && match moves {
+                true => {
+                    self.view.holds(&wanted.view)
+                        && self.view.pixel <= COARSER * wanted.view.pixel
+                        && self.threshold <= COARSER_IMAGES * wanted.threshold
+                }
+                false => self.view.is_drawn_as(&wanted.view) && self.threshold == wanted.threshold,
+            }
+    }
+}
