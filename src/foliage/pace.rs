@@ -4,7 +4,7 @@ use super::walk::WalkOptions;
 
 /// How the drawing of trees keeps up with a moving view. Between two pictures the threshold changes by 2 % at most, and images
 /// dissolve into each other as it does, so that no part of a tree changes at once. Where trees take so long that pictures are no motion
-/// any more, it becomes as coarse as it should be at once.
+/// any more, it becomes as coarse as it should be at once, and as fine as samples are that are not seen as squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TreePace {
     threshold: f64,
@@ -25,6 +25,9 @@ pub struct TreeCost {
 
 /// The step of pictures that are seen: a dissolve takes eight of them.
 const STEP: f64 = 1.02;
+
+/// Samples that are larger than this are seen as squares, so that small steps would hide no change.
+const SMOOTH: f64 = 2.0;
 
 /// Where trees take this many times as long as they may, pictures follow each other so slowly that small steps would take minutes.
 const FAR_TOO_SLOW: f64 = 4.0;
@@ -103,8 +106,9 @@ impl TreePace {
         let Some(per_cost_s) = self.per_cost_s else { return };
         let times = per_cost_s * cost.in_samples() / allowed_s.max(f64::MIN_POSITIVE);
         let most = if times > FAR_TOO_SLOW { f64::INFINITY } else { self.step };
+        let least = self.step.recip().min(SMOOTH / self.threshold);
         // The samples of an image go with the inverse square of their size.
-        let factor = times.sqrt().clamp(self.step.recip(), most);
+        let factor = times.sqrt().clamp(least, most);
         self.threshold = (self.threshold * factor).clamp(Self::default().threshold, COARSEST);
     }
 }
@@ -171,6 +175,8 @@ mod tests {
         assert_eq!(pace.threshold(), COARSEST);
         // Two milliseconds.
         pace.learn(1_000_000, 0.002);
+        pace.follow(TreeCost { samples: 1_000_000, triangles: 0 }, 0.03);
+        assert!((pace.threshold() - SMOOTH).abs() < 1e-12, "squares are gone at once");
         for _ in 0..100 {
             assert!(!pace.begin(many));
             pace.follow(TreeCost { samples: 1_000_000, triangles: 0 }, 0.03);

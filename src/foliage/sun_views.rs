@@ -306,6 +306,29 @@ mod tests {
     }
 
     #[test]
+    fn views_with_room_hold_what_cameras_near_by_see_and_those_without_hold_their_own() {
+        let (camera, casters) = (centred(400, 300, 350.0), casters());
+        let towards_sun = DVec3::new(0.6, -0.4, 0.5).normalize();
+        let scene = SunScene { casters: &casters, corners: &GROUND, towards_sun, up: DVec3::Z };
+        let views = |x: f64, room: f64| {
+            let pose = look_at(DVec3::new(x, 8.0, 1.7), DVec3::new(0.0, 10.0, 1.0));
+            sun_views(&camera, &pose, &scene, 1024, room)
+        };
+        let held = |held: &[SunView], wanted: &[SunView]| {
+            held.iter().zip(wanted).filter(|(held, wanted)| held.holds(wanted)).count()
+        };
+        for x in [-24.0, -23.7, -10.3, 5.1] {
+            let [tight, wide] = [0.0, 0.2].map(|room| views(x, room));
+            assert_eq!([held(&tight, &tight), held(&wide, &wide), held(&wide, &tight)], [tight.len(); 3]);
+            assert!(tight.iter().zip(&views(x, 0.0)).all(|(a, b)| a.is_drawn_as(b)));
+        }
+        let (tight, wide) = (views(-24.0, 0.0), views(-24.0, 0.2));
+        assert!(!tight[0].is_drawn_as(&wide[0]));
+        assert_eq!(held(&wide, &views(-23.9, 0.2)), 3);
+        assert!(held(&tight, &views(-23.5, 0.0)) < 3 && held(&wide, &views(-10.0, 0.2)) < 3);
+    }
+
+    #[test]
     fn without_faces_or_trees_before_the_camera_there_are_none() {
         let (camera, casters) = (centred(400, 300, 350.0), casters());
         let views = |corners: &[DVec3], casters: &[Ball], y: f64| {

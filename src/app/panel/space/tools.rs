@@ -1,6 +1,8 @@
 //! The toolbars over the 3D view: display mode, the photo that the view looks through, the hint.
 
-use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
+use eframe::egui::{
+    Align2, Area, Button, ComboBox, Frame, Id, Label, Rect, RichText, Slider, Spinner, Ui, vec2,
+};
 
 use super::{brush, hint, images, legend, trees};
 use crate::app::command;
@@ -236,7 +238,7 @@ fn without_picture(state: &State) -> Option<&'static str> {
 
 fn empty(state: &State, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
     ui.vertical_centered(|ui| {
-        ui.label(RichText::new(why).heading());
+        ui.add(Label::new(RichText::new(why).heading()).selectable(false));
         let runs = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| state.running.runs(kind));
         // The device is there: the first picture is being drawn.
         if runs || state.device.is_some() {

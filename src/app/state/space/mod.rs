@@ -237,7 +237,7 @@ impl Space {
     }
 
     /// Returns the request for the picture that is due, and the time in seconds after which the view is drawn again. A
-    /// picture is coarse while the view moves or shows something else, and final when it rests. None is due where it was
+    /// picture is coarse while the view moves, or shows something else or smaller, and final when it rests. None is due where it was
     /// requested already, or where the view moves and the painter is busy with a picture that does not yield.
     pub fn due(&mut self, drawn: Drawn, now_s: f64, painter_is_busy: bool) -> (Option<Request>, Option<f64>) {
         if self.stirred {
@@ -248,8 +248,10 @@ impl Space {
         // A view that has stopped moving is refined after a moment.
         let again_s = (!moves && left_s > 0.0).then_some(left_s);
         let coarse = self.request(drawn.background, moves, false);
-        let shows_it = |shown: &NewestPicture| shown.request.shows_the_same(&coarse);
-        // A final picture can take a minute, so that a coarse one of the same view is shown before it.
+        let shows_it = |shown: &NewestPicture| {
+            shown.request.shows_the_same(&coarse) && shown.request.shot.camera == coarse.shot.camera
+        };
+        // A final picture can take a minute, so that a coarse one of the same view, as large, is shown before it.
         let rests = !moves && left_s <= 0.0 && self.shown.as_ref().is_some_and(shows_it);
         let request = if rests { self.request(drawn.background, moves, rests) } else { coarse };
         let is_behind = self.shown.as_ref().is_some_and(|shown| !shown.request.shows_the_same(&request));

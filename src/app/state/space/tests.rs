@@ -23,7 +23,8 @@ fn requested(space: &mut Space, drawn: Drawn, now_s: f64) -> Request {
 
 /// Shows a small picture as the one that was requested.
 fn shows(space: &mut Space, request: Request) {
-    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+    let small = painted(Request { shot: small(request.shot.clone()), ..request.clone() });
+    space.show(PaintedPicture { request, ..small });
 }
 
 fn painted(request: Request) -> PaintedPicture {
@@ -52,6 +53,8 @@ fn a_view_is_drawn_coarsely_while_it_moves_and_finally_when_it_rests() {
     assert_eq!((stopped.shot.quality, stopped.yields), (Quality::Preview, true));
     assert_eq!((stopped.shot.camera.width, stopped.shot.camera.height), (4000, 3000));
     assert!((again_s.unwrap() - 0.15).abs() < 1e-9, "{again_s:?}");
+    assert_eq!(space.due(AT_REST, 10.3, true), (None, None), "it is shown before the final one is begun");
+    shows(&mut space, stopped);
     let (rests, again_s) = space.due(AT_REST, 10.3, false);
     assert_eq!((rests.unwrap().shot.quality, again_s), (Quality::Final, None));
 }
@@ -109,8 +112,10 @@ fn changed_content_is_drawn_quickly_first_and_finally_after_a_moment() {
     let quick = requested(&mut space, AT_REST, 6.0);
     assert_eq!((quick.shot.quality, quick.yields), (Quality::Preview, false));
     let (whole, again_s) = space.due(AT_REST, 6.1, false);
-    assert_eq!(whole.unwrap().shot.camera.width, 4000);
+    let whole = whole.unwrap();
+    assert_eq!(whole.shot.camera.width, 4000);
     assert!(again_s.is_some());
+    shows(&mut space, whole);
     assert_eq!(requested(&mut space, AT_REST, 6.5).shot.quality, Quality::Final);
 }
 

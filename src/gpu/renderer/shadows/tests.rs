@@ -326,3 +326,49 @@ fn shadows_drawn_in_slices_are_the_same_and_can_be_given_up() {
     wood.trees.pop();
     assert!(bench.picture(Some(&wood), &shot) != expected);
 }
+
+/// How far apart two pictures are: the share of the pixels that differ by more than 8 of 255.
+fn apart(a: &Picture, b: &Picture) -> f64 {
+    let differs = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).any(|channel| a[channel].abs_diff(b[channel]) > 8);
+    let count = a.pixels().iter().zip(b.pixels()).filter(|pair| differs(*pair)).count();
+    count as f64 / a.pixels().len() as f64
+}
+
+#[test]
+fn maps_serve_a_moving_view_while_they_hold_what_it_sees_and_others_only_where_they_are_the_same() {
+    let Some((bench, wood)) = crown() else { return };
+    let task = Task::silent();
+    let plenty = Some(std::time::Duration::from_secs(3600));
+    let moving = |x: f64| Shot { trees_within: plenty, ..from(DVec3::new(x, -9.0, 8.0), Quality::Preview) };
+    let layers = |renderer: &Renderer| renderer.shadows.as_ref().unwrap().maps[0].as_ref().unwrap().layers;
+    let mut renderer = bench.renderer(Some(&wood));
+    renderer.picture(&moving(-2.0), &task).unwrap();
+    let held = layers(&renderer);
+    assert!(held.iter().flatten().count() > 0);
+    let near_by = renderer.picture(&moving(-1.9), &task).unwrap();
+    assert!(layers(&renderer) == held, "no map was drawn anew");
+    let new = bench.renderer(Some(&wood)).picture(&moving(-1.9), &task).unwrap();
+    let without = bench.renderer(None).picture(&moving(-1.9), &task).unwrap();
+    // The maps' pixels lie elsewhere, which is seen on the borders of what lies in the shade.
+    let (found, shaded) = (apart(&near_by, &new), apart(&without, &new));
+    assert!(10.0 * found < shaded, "{found} of the pixels, where {shaded} are trees and their shadows");
+    // Pictures of views that do not move do not depend on those before them.
+    let rests = Shot { trees_within: None, ..moving(-1.9) };
+    let expected = bench.picture(Some(&wood), &rests);
+    assert!(renderer.picture(&rests, &task).unwrap() == expected);
+    assert!(layers(&renderer) != held);
+    assert!(renderer.picture(&rests, &task).unwrap() == expected);
+    // From the other side.
+    renderer.picture(&moving(-2.0), &task).unwrap();
+    let held = layers(&renderer);
+    renderer
+        .picture(&Shot { trees_within: plenty, ..from(DVec3::new(-1.0, 3.0, 1.0), Quality::Preview) }, &task)
+        .unwrap();
+    assert!(layers(&renderer) != held);
+    // Trees that have moved have other shadows.
+    let mut moved = wood.clone();
+    moved.trees[0].world_from_plant.translation += 2.0 * DVec3::X;
+    renderer.picture(&moving(-2.0), &task).unwrap();
+    renderer.set_trees(Some(moved.clone().into())).unwrap();
+    assert!(layers(&renderer).iter().all(Option::is_none));
+}

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Duration;
 
 use glam::{DAffine3, DVec3};
 
 use super::super::flakes::Flakes;
 use super::{oak, renderer, with_images, wood};
-use crate::foliage::{Plant, Tree, Wood};
+use crate::foliage::{Plant, Tree, WalkOptions, Wood};
 use crate::gpu::readback;
 use crate::gpu::{Gpu, Renderer};
 use crate::left_out::on_adapter;
@@ -163,4 +164,24 @@ fn what_the_sun_does_not_see_is_left_out_and_no_shadow_changes() {
     let (behind, all) = (count(&some) - count(&outside), some.len());
     // The crowns of oaks are airy, and the sun's view is narrow.
     assert!(100 * behind > all, "{behind} of {all}");
+}
+
+#[test]
+fn samples_that_reach_several_pixels_are_left_out_only_where_all_of_them_is_hidden() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let wood = row(&plant, 16, 0.3);
+    // A nanosecond is too little for any device, so that the second picture is as coarse as can be.
+    let shot = Shot { trees_within: Some(Duration::from_nanos(1)), ..along(&plant, Quality::Preview) };
+    let drawn = |how: How| {
+        let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+        set(&mut renderer.plants.as_mut().unwrap().view.flakes, How { least_of_batch: 2, ..how });
+        renderer.picture(&shot, &Task::silent()).unwrap();
+        let picture = renderer.picture(&shot, &Task::silent()).unwrap();
+        assert_eq!(renderer.plants.as_ref().unwrap().view.options, WalkOptions::COARSEST);
+        (picture, hidden(&gpu, &renderer))
+    };
+    let ((expected, none), (found, some)) = (drawn(ALL), drawn(TESTED));
+    assert!(found == expected);
+    assert!(count(&none) == 0 && count(&some) > 0, "{} of {}", count(&some), some.len());
 }

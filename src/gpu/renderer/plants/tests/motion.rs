@@ -9,7 +9,7 @@ use super::{measured, oak, renderer, with_images, wood};
 use crate::foliage::{View, WalkOptions, Wood, in_view, jump};
 use crate::gpu::Gpu;
 use crate::left_out::on_adapter;
-use crate::projection::{Picture, Quality, Renders, Shot, TreeMethod};
+use crate::projection::{Picture, Quality, Renders, Shot, TREE, TreeMethod};
 use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
 use crate::task::Task;
@@ -82,11 +82,50 @@ fn where_trees_may_take_no_time_they_are_coarse_at_once_and_become_fine_picture_
     assert!(drawn(&rest, none) == drawn(&rest, None), "final pictures take their time");
     // What may take its time becomes fine by steps.
     let mut pictures = vec![coarse];
+    // What is coarser than two pixels becomes finer at once; then steps of 2 % lead from 2 to 0.8 pixels in 47 pictures.
     pictures.extend((0..60).map(|_| drawn(&shot, plenty)));
     assert!(pictures[60] == fine && pictures[59] == fine);
     let change = |before: &Picture, after: &Picture| jump([&fine, &fine], [before, after]).unwrap().mean;
     let changes: Vec<f64> = pictures.windows(2).map(|pair| change(&pair[0], &pair[1])).collect();
-    let (all, most) = (change(&pictures[0], &fine), changes.iter().copied().fold(0.0, f64::max));
+    // Without the first one, after which no sample is seen as a square any more.
+    let (all, most) = (change(&pictures[1], &fine), changes[1..].iter().copied().fold(0.0, f64::max));
     // With steps of 5 %, from fine to coarse, the largest one, in which most of the tree changed to coarser images, was 0.7 of all.
     assert!(most < 0.6 * all, "no step is most of the change of {all}: {changes:?}");
+}
+
+#[test]
+fn numbers_are_those_of_the_picture_before_them_and_of_no_other_view_or_trees() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let wood = one_oak();
+    let none = Some(Duration::from_nanos(1));
+    let task = Task::silent();
+    let new = || renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let shot = from(&wood, 3.2, Quality::Preview);
+    let fine = new().faces(&shot, &task).unwrap();
+    let mut renderer = new();
+    // The first picture finds out that the device is too slow; the second one is coarse, and so are its numbers.
+    let moving = Shot { trees_within: none, ..shot.clone() };
+    renderer.picture(&moving, &task).unwrap();
+    let coarse = renderer.picture(&moving, &task).unwrap();
+    let numbers = renderer.seen_faces(&moving, &task).unwrap();
+    assert!(numbers != fine);
+    let both =
+        numbers.iter().zip(coarse.pixels()).filter(|(number, pixel)| (**number == TREE) == (pixel[3] > 0));
+    assert_eq!(both.count(), numbers.len());
+    renderer.picture(&shot, &task).unwrap();
+    assert_eq!(renderer.seen_faces(&shot, &task).unwrap(), fine);
+    // Those of a view at rest are those of its preview.
+    let rest = Shot { quality: Quality::Final, ..shot.clone() };
+    renderer.picture(&rest, &task).unwrap();
+    assert_eq!(renderer.seen_faces(&rest, &task).unwrap(), fine);
+    let other = from(&wood, 4.0, Quality::Preview);
+    assert_eq!(renderer.seen_faces(&other, &task).unwrap(), new().faces(&other, &task).unwrap());
+    // Trees that have moved.
+    renderer.picture(&shot, &task).unwrap();
+    let mut moved = wood.clone();
+    moved.trees[0].world_from_plant.translation += DVec3::X;
+    renderer.set_trees(Some(moved.clone().into())).unwrap();
+    let expected =
+        super::renderer(&gpu, Arc::new(Model::default()), Some(moved)).faces(&shot, &task).unwrap();
+    assert!(expected != fine && renderer.seen_faces(&shot, &task).unwrap() == expected);
 }
