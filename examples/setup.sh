@@ -113,10 +113,10 @@ openSUSE: libvulkan_lvp libvulkan1; Alpine: mesa-vulkan-swrast vulkan-loader)"
 
 # build_program [PACKAGE]...: the program, and packages of this repository beside it, with cargo's own progress.
 #
-# The estimate is the processor time of a fresh build on two machines, a quick and a slow one, divided by the cores
-# (docs/performance.md). Later builds compile only what changed.
+# The estimate is the processor time of a fresh build on two machines, a quick one and a slow one with much other load, divided by the
+# cores (docs/performance.md). Later builds compile only what changed.
 BUILD_MINUTES_QUICK=13
-BUILD_MINUTES_SLOW=19
+BUILD_MINUTES_SLOW=40
 build_program() {
     cores=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
     if [ ! -e "$built/quadratura" ]; then

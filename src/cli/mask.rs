@@ -69,6 +69,9 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
     if args.find {
         let asked = opened.photos_named(&args.photos.names)?;
         let (found, wrong) = masks_beside(folder, project, site, task)?;
+        if found.is_empty() && wrong.is_empty() {
+            task.note("no files of masks were found: NAME.mask.png beside a photo, or NAME.png or NAME.jpg.png in a folder masks".to_owned());
+        }
         let found = found.into_iter().filter(|found| asked.iter().any(|photo| photo.name == found.photo));
         edits.extend(found.map(FoundMask::edit));
         problems.extend(wrong.iter().map(error_text));

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use self::words::{about_project, error_text, worded};
 use crate::error::{Error, Result};
-use crate::io::atomic::write_atomically;
+use crate::io::atomic::{is_stream, write_atomically};
 use crate::io::lock::introduce;
 use crate::io::writable::check_file;
 use crate::task::Task;
@@ -195,7 +195,11 @@ fn print_result(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> 
     let json = as_json(json, reporter);
     // A file that cannot be written may be the very error that was printed.
     let json_file = global.json_file.as_deref().filter(|file| status == 0 || check_file(file).is_ok());
-    let status = match json_file.map(|file| write_atomically(file, json.as_bytes())) {
+    let written = |file| match is_stream(file) {
+        true => std::fs::write(file, &json).map_err(Error::io(file, "write it")),
+        false => write_atomically(file, json.as_bytes()),
+    };
+    let status = match json_file.map(written) {
         Some(Err(error)) => {
             print_error(&error_text(&error));
             FAILED

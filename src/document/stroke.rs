@@ -78,6 +78,9 @@ pub struct Stroke {
     pub samples: Vec<StrokeSample>,
 }
 
+/// The largest side of the view of a stroke, in pixels.
+const MOST_SIDE: u32 = 16_384;
+
 /// The view of a stroke.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -173,9 +176,12 @@ impl Stroke {
             return wrong(&format!("samples[{index}]"), found);
         }
         let focal = [self.view.camera.K[0][0], self.view.camera.K[1][1]];
-        let has_size = self.view.width > 0 && self.view.height > 0;
-        if !has_size || focal.iter().any(|f| !(*f > 0.0 && f.is_finite())) {
-            return wrong("view", "expected a size and focal lengths above 0".into());
+        let StrokeView { width, height, .. } = self.view;
+        if [width, height].iter().any(|side| !(1..=MOST_SIDE).contains(side)) {
+            return wrong("view", format!("{width} x {height} pixels, expected sides of 1 to {MOST_SIDE}"));
+        }
+        if focal.iter().any(|f| !(*f > 0.0 && f.is_finite())) {
+            return wrong("view", "expected focal lengths above 0".into());
         }
         None
     }
@@ -213,6 +219,9 @@ mod tests {
         assert_eq!(place(&|stroke| stroke.brush.radius = 0.0), "brush.radius");
         assert_eq!(place(&|stroke| stroke.brush.opacity = 1.5), "brush");
         assert_eq!(place(&|stroke| stroke.source = None), "source");
+        assert_eq!(place(&|stroke| stroke.view.width = MOST_SIDE + 1), "view");
+        assert_eq!(place(&|stroke| stroke.view.height = 0), "view");
+        assert_eq!(place(&|stroke| stroke.view.camera.K[1][1] = f64::NAN), "view");
         assert_eq!(place(&|stroke| stroke.samples.clear()), "samples");
         assert_eq!(place(&|stroke| stroke.samples[1].pressure = f64::NAN), "samples[1]");
         assert_eq!(place(&|stroke| stroke.view.camera.K[0][0] = 0.0), "view");

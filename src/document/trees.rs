@@ -354,7 +354,9 @@ impl Trees {
             ));
         }
         if !at.iter().all(|value| value.abs() <= LARGEST) {
-            return Some(format!("stands at {at:?}, expected three world coordinates"));
+            return Some(format!(
+                "stands at {at:?}, expected three world coordinates of {LARGEST:e} at most"
+            ));
         }
         for (what, length) in [("height", height), ("width", width)] {
             if let Some(length) = length.filter(|length| !(*length > 0.0 && *length <= LARGEST)) {

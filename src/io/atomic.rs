@@ -22,12 +22,22 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Starts a file that will become `target`, whose folder must exist.
+    /// Starts a file that will become `target`, whose folder must exist. A symbolic link stays, and what it points to is written.
     ///
     /// # Errors
-    /// [`Error::Io`] when the folder does not exist or may not be written to.
+    /// [`Error::Io`] when the folder does not exist or may not be written to; [`Error::Input`] where a device or a pipe is in the way.
     pub fn create(target: impl Into<PathBuf>) -> Result<Self> {
         let target = target.into();
+        let is_link = target.symlink_metadata().is_ok_and(|found| found.is_symlink());
+        let target = target.canonicalize().ok().filter(|_| is_link).unwrap_or(target);
+        if is_stream(&target) {
+            return Err(Error::input(
+                &target,
+                "",
+                "this is a device or a pipe, expected a file or a new name",
+                "give another name",
+            ));
+        }
         let mut builder = tempfile::Builder::new();
         builder.prefix(UNFINISHED).suffix(".tmp");
         readable_by_others(&mut builder);
@@ -61,6 +71,11 @@ impl AtomicFile {
         file.persist(&target).map_err(|e| Error::io(&target, "put it in place")(e.error))?;
         sync_folder(folder_of(&target))
     }
+}
+
+/// Returns whether there is something at a path, behind links, that is neither a file nor a folder: a device or a pipe.
+pub(crate) fn is_stream(path: &Path) -> bool {
+    path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
 /// Returns the error for a file that could not be started. It names the target, or the folder where that does not exist,
@@ -288,6 +303,24 @@ mod tests {
         write_atomically(&target, b"new").unwrap();
         assert_eq!(fs::read(&target).unwrap(), b"new");
         assert_eq!(names_in(folder.path()), ["a.json"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_link_points_to_is_written_and_a_pipe_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("there")).unwrap();
+        write_atomically(path("there/a.json"), b"old").unwrap();
+        std::os::unix::fs::symlink("there/a.json", path("link")).unwrap();
+        write_atomically(path("link"), b"new").unwrap();
+        assert!(path("link").symlink_metadata().unwrap().is_symlink());
+        assert_eq!(fs::read(path("there/a.json")).unwrap(), b"new");
+        // A socket is the one of its kind that the standard library makes.
+        let _socket = std::os::unix::net::UnixListener::bind(path("socket")).unwrap();
+        let refused = write_atomically(path("socket"), b"new").unwrap_err().to_string();
+        assert!(refused.contains("socket: this is a device or a pipe"), "{refused}");
+        assert!(is_stream(&path("socket")) && !is_stream(&path("link")) && !is_stream(&path("none")));
     }
 
     #[test]

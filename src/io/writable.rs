@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use super::atomic::AtomicFile;
+use super::atomic::{AtomicFile, is_stream};
 use crate::error::{Error, Result};
 
 /// The name of the file that is tried; it is removed before it gets this name.
@@ -43,7 +43,7 @@ pub fn check_beside(target: &Path) -> Result<()> {
     check_folder(target.parent().unwrap_or(target))
 }
 
-/// Checks that a file can be made or replaced.
+/// Checks that a file can be made or replaced, or that there is a device or a pipe, which is written to.
 ///
 /// # Errors
 /// Those of [`check_beside`]; [`Error::Io`] where there is a folder of this name.
@@ -51,7 +51,7 @@ pub fn check_file(file: &Path) -> Result<()> {
     if file.is_dir() {
         return Err(Error::io(file, "write it")(ErrorKind::IsADirectory.into()));
     }
-    check_beside(file)
+    if is_stream(file) { Ok(()) } else { check_beside(file) }
 }
 
 #[cfg(test)]

@@ -288,7 +288,9 @@ fn no_such_folder(project: &Path, photos: &Path) -> Error {
         true => format!("restore it, or set \"photos\" in {} to the folder with the photos", file.display()),
         false => "give the folder of the photos".to_owned(),
     };
-    Error::input(photos, "", "this folder does not exist", remedy)
+    let found =
+        if photos.exists() { "this is a file, expected a folder" } else { "this folder does not exist" };
+    Error::input(photos, "", found, remedy)
 }
 
 /// Reads the model and transforms it to the cameras' world.

@@ -89,6 +89,27 @@ fn a_result_goes_to_a_file_as_json_beside_the_table() {
     assert_eq!(json["problems"], serde_json::json!([]));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_result_is_written_into_a_pipe_and_through_a_link() {
+    let site = Site::new();
+    site.make_project();
+    assert!(std::process::Command::new("mkfifo").arg(site.path("pipe")).status().unwrap().success());
+    let pipe = site.path("pipe");
+    let reader = std::thread::spawn(move || fs::read(pipe).unwrap());
+    site.run("info project --json-file pipe").success();
+    let json: serde_json::Value = serde_json::from_slice(&reader.join().unwrap()).unwrap();
+    assert_eq!(json, json_of(&site.run("info project --json").success()));
+    std::os::unix::fs::symlink("there.json", site.path("link.json")).unwrap();
+    fs::write(site.path("there.json"), "old").unwrap();
+    site.run("info project --json-file link.json").success();
+    assert!(site.path("link.json").symlink_metadata().unwrap().is_symlink());
+    assert_eq!(
+        json,
+        serde_json::from_slice::<serde_json::Value>(&fs::read(site.path("there.json")).unwrap()).unwrap()
+    );
+}
+
 #[cfg(feature = "gui")]
 #[test]
 fn a_project_that_does_not_exist_is_named_before_the_display() {

@@ -213,10 +213,13 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     assert!(kept.contains("bush_1"), "{kept}");
     let unknown = stderr_of(&site.run("tree place project palm --at 0,0,0").failure().code(1));
     assert!(unknown.contains("palm") && unknown.contains("maple"), "{unknown}");
-    site.run("tree place project bush").failure().code(2);
+    let nowhere = stderr_of(&site.run("tree place project bush").failure().code(2));
+    assert!(["--at", "--on", "--list"].iter().all(|option| nowhere.contains(option)), "{nowhere}");
     let removed = stdout_of(&site.run("tree remove project bush_1").success());
     assert!(
-        removed.contains("masks of bush_1 remain") && removed.contains("'--clear=tree:bush_1'"),
+        removed.contains("masks of bush_1 remain")
+            && removed.contains("'--clear=tree:bush_1'")
+            && !removed.contains("is back"),
         "{removed}"
     );
     site.run("mask project --clear=tree:bush_1").success();

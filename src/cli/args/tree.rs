@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Subcommand, ValueEnum};
 
 use super::number::{degrees, whole};
 use super::{PhotoArgs, PictureArgs, TreeExportArgs, TreeImportArgs};
@@ -189,6 +189,7 @@ pub enum Casts {
 }
 
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("where").required(true).args(["at", "on", "list"]))]
 pub struct TreePlaceArgs {
     /// The project folder
     pub project: PathBuf,
@@ -200,11 +201,11 @@ pub struct TreePlaceArgs {
     pub change: TreeChangeArgs,
     /// Place a tree where this object of the model stands, as high and as wide, in its place (may be given several times; `*`
     /// stands for any characters)
-    #[arg(long, value_name = "OBJECT", required_unless_present_any = ["at", "list"], conflicts_with_all = ["at", "name"])]
+    #[arg(long, value_name = "OBJECT", conflicts_with = "name")]
     pub on: Vec<String>,
     /// Place the trees of a list: CSV with the columns name, species, x, y, height, crown and casts (yes or no), of which x and y
     /// are needed; feet stand on the model's highest surface there. Either all are placed or none
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "on", "name"])]
+    #[arg(long, value_name = "FILE", conflicts_with = "name")]
     pub list: Option<PathBuf>,
     /// The tree's name [default: the species' with a number]
     #[arg(long, value_name = "NAME")]

@@ -53,11 +53,15 @@ fn refuse_of_others(args: &LdiExportArgs) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a name that programs would take for a file of another kind.
+/// Refuses a name that programs would take for a file of another kind, and a file where a folder is to be.
 fn refuse_ending(args: &LdiExportArgs) -> Result<()> {
     let (format, kind, ending) = match args.format {
         LdiExportFormat::Glb => ("glb", "one file of binary glTF", "glb"),
         LdiExportFormat::Ply => ("ply", "a cloud of points", "ply"),
+        LdiExportFormat::Page | LdiExportFormat::Layers if args.out.is_file() => {
+            let found = "this is a file, and the export is a folder";
+            return Err(Error::input(&args.out, "", found, "give the name of a new folder"));
+        }
         LdiExportFormat::Page | LdiExportFormat::Layers => return Ok(()),
     };
     if args.out.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending)) {

@@ -147,9 +147,9 @@ pub fn move_trees(args: &TreeMoveArgs, task: &Task) -> Result<Outcome> {
 pub fn remove(args: &TreeRemoveArgs, task: &Task) -> Result<Outcome> {
     let (_lock, mut project) = lock_and_read(&args.project, task)?;
     let (trees, names) = removed(&project.trees, &args.names)?;
-    let replaced: Vec<&String> =
-        project.trees.replaced().filter(|name| !trees.replaced().any(|of| of == *name)).collect();
-    let update = match replaced.is_empty() {
+    let before = project.objects_left_out();
+    let left_out = Project { trees: trees.clone(), ..project.clone() };
+    let update = match before == left_out.objects_left_out() {
         true => String::new(),
         false => {
             format!("what they replaced is back; {} updates the layers\n", command_for_project("update"))
