@@ -173,8 +173,8 @@ mod tests {
         let many = TreeCost { samples: 10_000_000, triangles: 3_000_000 };
         assert!(pace.begin(many) && !pace.begin(many), "once");
         assert_eq!(pace.threshold(), COARSEST);
-        // Two milliseconds.
-        pace.learn(1_000_000, 0.002);
+        // A millisecond.
+        pace.learn(1_000_000, 0.001);
         pace.follow(TreeCost { samples: 1_000_000, triangles: 0 }, 0.03);
         assert!((pace.threshold() - SMOOTH).abs() < 1e-12, "squares are gone at once");
         for _ in 0..100 {

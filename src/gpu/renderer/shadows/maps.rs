@@ -87,3 +87,45 @@ impl Layer {
             }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::foliage::{Ball, SunScene, sun_views};
+    use crate::scene::synthetic::{centred, look_at};
+
+    #[test]
+    fn a_layer_serves_a_moving_view_that_it_holds_and_is_fine_enough_for_and_another_view_only_where_it_is_the_same()
+     {
+        let casters = [-90.0, 0.0, 90.0].map(|x| Ball { middle: DVec3::new(x, 10.0, 4.0), radius: 3.5 });
+        let corners = [DVec3::new(-99.0, -99.0, 0.0), DVec3::new(99.0, 99.0, 0.0)];
+        let towards_sun = DVec3::new(0.6, -0.4, 0.5).normalize();
+        let scene = SunScene { casters: &casters, corners: &corners, towards_sun, up: DVec3::Z };
+        let layer = |x: f64, room: f64| {
+            let pose = look_at(DVec3::new(x, -9.0, 8.0), DVec3::new(x, 10.0, 0.0));
+            let view = sun_views(&centred(200, 150, 170.0), &pose, &scene, 256, room)[0];
+            Layer { view, near: 1.0, trees: TreeMethod::Flakes, threshold: 1.0 }
+        };
+        let (held, near_by) = (layer(0.0, 0.2), layer(0.5, 0.2));
+        assert!(held.serves(&near_by, true) && !held.serves(&near_by, false));
+        assert!(held.serves(&held, true) && held.serves(&held, false));
+        assert!(!held.serves(&layer(40.0, 0.2), true), "it holds nothing there");
+        let polygons = Layer { trees: TreeMethod::Polygons, ..near_by };
+        assert!(!held.serves(&polygons, true));
+        let of_threshold = |threshold: f64| Layer { threshold, ..held };
+        let serves = |threshold: f64, moves: bool| of_threshold(threshold).serves(&held, moves);
+        assert_eq!([0.8, 1.0, 1.2, 1.3].map(|threshold| serves(threshold, true)), [true, true, true, false]);
+        assert_eq!(
+            [0.8, 1.0, 1.2, 1.3].map(|threshold| serves(threshold, false)),
+            [false, true, false, false]
+        );
+        let coarse = |factor: f64| {
+            let mut layer = held;
+            layer.view.pixel *= factor;
+            layer.serves(&held, true)
+        };
+        assert_eq!([1.4, 1.6].map(coarse), [true, false]);
+    }
+}

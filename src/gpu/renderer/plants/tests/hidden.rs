@@ -172,7 +172,9 @@ fn samples_that_reach_several_pixels_are_left_out_only_where_all_of_them_is_hidd
     let plant = oak();
     let wood = row(&plant, 16, 0.3);
     // A nanosecond is too little for any device, so that the second picture is as coarse as can be.
-    let shot = Shot { trees_within: Some(Duration::from_nanos(1)), ..along(&plant, Quality::Preview) };
+    let camera = centred(720, 600, 750.0);
+    let shot =
+        Shot { camera, trees_within: Some(Duration::from_nanos(1)), ..along(&plant, Quality::Preview) };
     let drawn = |how: How| {
         let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
         set(&mut renderer.plants.as_mut().unwrap().view.flakes, How { least_of_batch: 2, ..how });
