@@ -44,7 +44,7 @@ struct FlakeRows {
     first: u32,
     count: u32,
     width: u32,
-    // A sample is drawn in so many pixels at most on each side of that of its point.
+    // The most pixels that a sample reaches on each side of the pixel of its point.
     reach: u32,
 }
 

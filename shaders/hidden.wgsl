@@ -96,7 +96,7 @@ fn is_covered(image: FlakeImage, block: u32) -> bool {
     let high = middle.xy + half_sides.xy;
     let focal = vec2f(frame.focal_x, frame.focal_y);
     let center = frame.center - vec2f(0.0, f32(rows.first));
-    // Samples reach so many pixels beside that of their point, so less than one more.
+    // A sample reaches at most rows.reach pixels beside the pixel of its point: less than one more, since the point lies anywhere in that.
     let reach_px = f32(rows.reach + 1u);
     let from_px = focal * min(low / nearest, low / farthest) + center - reach_px;
     let to_px = focal * max(high / nearest, high / farthest) + center + reach_px;

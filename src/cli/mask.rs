@@ -69,11 +69,15 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
     if args.find {
         let asked = opened.photos_named(&args.photos.names)?;
         let (found, wrong) = masks_beside(folder, project, site, task)?;
+        let is_asked = |found: &FoundMask| asked.iter().any(|photo| photo.name == found.photo);
+        let found: Vec<FoundMask> = found.into_iter().filter(is_asked).collect();
         if found.is_empty() && wrong.is_empty() {
-            task.note("no files of masks were found: NAME.mask.png beside a photo, or NAME.png or NAME.jpg.png in a folder masks".to_owned());
+            task.note(
+                "no mask files were found; expected NAME.mask.png or NAME_mask.png beside the photo NAME.jpg, or masks/NAME.jpg.png"
+                    .to_owned(),
+            );
         }
-        let found = found.into_iter().filter(|found| asked.iter().any(|photo| photo.name == found.photo));
-        edits.extend(found.map(FoundMask::edit));
+        edits.extend(found.into_iter().map(FoundMask::edit));
         problems.extend(wrong.iter().map(error_text));
     }
     if let Some(file) = &args.add {

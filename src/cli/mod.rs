@@ -5,8 +5,9 @@
 //! people, JSON for programs. Results go to standard output, everything else to standard error.
 
 use std::ffi::OsString;
+use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
@@ -144,7 +145,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
 }
 
 fn prepare(global: &Global, command: &CommandArgs, task: &Task) -> Result<()> {
-    global.json_file.as_deref().map(check_file).transpose()?;
+    global.json_file.as_deref().filter(|file| !is_stream(file)).map(check_file).transpose()?;
     if let Some(threads) = global.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         pool.map_err(|error| Error::Request(format!("could not start {threads} threads: {error}")))?;
@@ -194,27 +195,34 @@ fn print_result(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> 
     };
     let json = as_json(json, reporter);
     // A file that cannot be written may be the very error that was printed.
-    let json_file = global.json_file.as_deref().filter(|file| status == 0 || check_file(file).is_ok());
-    let written = |file| match is_stream(file) {
-        true => std::fs::write(file, &json).map_err(Error::io(file, "write it")),
-        false => write_atomically(file, json.as_bytes()),
-    };
-    let status = match json_file.map(written) {
-        Some(Err(error)) => {
-            print_error(&error_text(&error));
+    let is_possible = |file: &&Path| status == 0 || is_stream(file) || check_file(file).is_ok();
+    let json_file = global.json_file.as_deref().filter(is_possible);
+    let text = if global.json { &json } else { &text };
+    let status = match std::io::stdout().lock().write_all(text.as_bytes()) {
+        // The reader of the output may have closed it on purpose, as `head` does.
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            print_error(&format!("could not write the result: {error}"));
             FAILED
         }
         _ => status,
     };
-    let text = if global.json { json } else { text };
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
-        // The reader of the output may have closed it on purpose, as `head` does.
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            print_error(&format!("could not write the result: {error}"));
+    // After the text, which may go to the same place.
+    match json_file.map(|file| write_json(file, &json)) {
+        Some(Err(error)) => {
+            print_error(&error_text(&error));
             ExitCode::from(FAILED)
         }
         _ => ExitCode::from(status),
     }
+}
+
+/// Writes the result to a file, or at the end of what takes a stream.
+fn write_json(file: &Path, json: &str) -> Result<()> {
+    if !is_stream(file) {
+        return write_atomically(file, json.as_bytes());
+    }
+    let written = OpenOptions::new().append(true).open(file).and_then(|mut to| to.write_all(json.as_bytes()));
+    written.map_err(Error::io(file, "write it"))
 }
 
 /// Prints an error to standard error.

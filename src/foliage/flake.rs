@@ -1,5 +1,5 @@
 //! What a texel of an image covers in a view, and what is the nearest at each sub-pixel. The shader of flakes does the same for one or
-//! four sub-pixels of a pixel, within its neighbours.
+//! four sub-pixels of a pixel, within the reach of [`super::walk::WalkOptions`].
 
 use glam::{Mat2, Vec2};
 

@@ -4,7 +4,8 @@ use super::walk::WalkOptions;
 
 /// How the drawing of trees keeps up with a moving view. Between two pictures the threshold changes by 2 % at most, and images
 /// dissolve into each other as it does, so that no part of a tree changes at once. Where trees take so long that pictures are no motion
-/// any more, it becomes as coarse as it should be at once, and as fine as samples are that are not seen as squares.
+/// any more, it becomes as coarse as it should be at once; and where samples are so large that they look like squares, it becomes finer
+/// at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TreePace {
     threshold: f64,

@@ -79,7 +79,7 @@ impl SunView {
     }
 }
 
-/// Returns the views from the sun for what a camera sees, each `side` pixels wide, from near to far, with so much room on each side, as a
+/// Returns the views from the sun for what a camera sees, each `side` pixels wide, from near to far, with `room` on each side, as a
 /// share of what they have to show. There are none where no shadow falls on what it sees.
 ///
 /// The depths at which shadows may fall, from z to z', are divided into up to three parts, each as many times as deep as the one

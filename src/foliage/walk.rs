@@ -24,8 +24,8 @@ impl WalkOptions {
     /// Moving views of more trees than the device draws in time: parts of samples, of which each has 4 x 4, are as large as two pixels.
     pub const COARSEST: Self = Self { threshold: 8.0 };
 
-    /// Returns in how many pixels at most, on each side of that of its point, a sample of an image is drawn on the device: what leans
-    /// steeply is not drawn longer.
+    /// Returns the most pixels that a sample of an image reaches on the device, on each side of the pixel of its point: what leans steeply
+    /// is not drawn longer.
     pub fn reach_px(&self) -> u32 {
         (0.5 * self.threshold).ceil().max(1.0) as u32
     }
@@ -231,4 +231,15 @@ pub(super) fn mixed(of: u64) -> u64 {
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     bits ^ (bits >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_reach_half_of_their_size_and_the_next_pixels_at_least() {
+        let reach = |threshold: f64| WalkOptions { threshold }.reach_px();
+        assert_eq!([0.4, 0.8, 2.0, 2.1, 4.0, 8.0].map(reach), [1, 1, 1, 2, 2, 4]);
+    }
 }

@@ -27,10 +27,8 @@ impl AtomicFile {
     /// # Errors
     /// [`Error::Io`] when the folder does not exist or may not be written to; [`Error::Input`] where a device or a pipe is in the way.
     pub fn create(target: impl Into<PathBuf>) -> Result<Self> {
-        let target = target.into();
-        let is_link = target.symlink_metadata().is_ok_and(|found| found.is_symlink());
-        let target = target.canonicalize().ok().filter(|_| is_link).unwrap_or(target);
-        if is_stream(&target) {
+        let target = followed(target.into());
+        if target.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
             return Err(Error::input(
                 &target,
                 "",
@@ -56,9 +54,9 @@ impl AtomicFile {
         self.file.path()
     }
 
-    /// Changes the target to another path in the same folder.
+    /// Changes the target to another path in the same folder. Where that is a link into another file system, the commit fails.
     pub fn redirect(&mut self, target: impl Into<PathBuf>) {
-        self.target = target.into();
+        self.target = followed(target.into());
     }
 
     /// Moves the file to its target and replaces what was there.
@@ -73,9 +71,30 @@ impl AtomicFile {
     }
 }
 
-/// Returns whether there is something at a path, behind links, that is neither a file nor a folder: a device or a pipe.
+/// The most links behind each other that are followed, as on Linux: there may be circles.
+const MOST_LINKS: usize = 40;
+
+/// Returns the path that a path stands for: where it is a symbolic link, what that points to, which may be missing.
+pub(crate) fn followed(path: PathBuf) -> PathBuf {
+    let next = |path: &PathBuf| fs::read_link(path).ok().map(|link| folder_of(path).join(link));
+    std::iter::successors(Some(path), next).take(MOST_LINKS).last().expect("the path itself")
+}
+
+/// Returns whether a path stands for what takes a stream of bytes: a pipe, a terminal or the like, or what the system has in its
+/// folders `/dev` and `/proc` for files that are open already.
 pub(crate) fn is_stream(path: &Path) -> bool {
-    path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir())
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        let of_system = |path: &Path| ["/dev", "/proc"].iter().any(|folder| path.starts_with(folder));
+        let kind = path.metadata().map(|found| found.file_type());
+        kind.is_ok_and(|kind| kind.is_fifo() || kind.is_char_device() || (kind.is_file() && of_system(path)))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = path;
+        false
+    }
 }
 
 /// Returns the error for a file that could not be started. It names the target, or the folder where that does not exist,
@@ -316,11 +335,26 @@ mod tests {
         write_atomically(path("link"), b"new").unwrap();
         assert!(path("link").symlink_metadata().unwrap().is_symlink());
         assert_eq!(fs::read(path("there/a.json")).unwrap(), b"new");
+        // What it points to may be missing, or be a link itself, in a circle even.
+        std::os::unix::fs::symlink("link", path("again")).unwrap();
+        fs::remove_file(path("there/a.json")).unwrap();
+        write_atomically(path("again"), b"made").unwrap();
+        assert_eq!(fs::read(path("there/a.json")).unwrap(), b"made");
+        assert!(path("link").is_symlink() && path("again").is_symlink());
+        std::os::unix::fs::symlink("circle", path("circle")).unwrap();
+        assert_eq!(followed(path("circle")), path("circle"));
+        // A file that is put in the place of another path, behind a link.
+        let mut file = AtomicFile::create(path("there/b.json")).unwrap();
+        file.file().write_all(b"moved").unwrap();
+        file.redirect(path("link"));
+        file.commit().unwrap();
+        assert!(path("link").is_symlink() && fs::read(path("there/a.json")).unwrap() == b"moved");
         // A socket is the one of its kind that the standard library makes.
         let _socket = std::os::unix::net::UnixListener::bind(path("socket")).unwrap();
         let refused = write_atomically(path("socket"), b"new").unwrap_err().to_string();
         assert!(refused.contains("socket: this is a device or a pipe"), "{refused}");
-        assert!(is_stream(&path("socket")) && !is_stream(&path("link")) && !is_stream(&path("none")));
+        let is_one = |path: &Path| is_stream(path);
+        assert!(is_one(Path::new("/dev/null")) && !is_one(&path("socket")) && !is_one(&path("link")));
     }
 
     #[test]

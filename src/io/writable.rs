@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use super::atomic::{AtomicFile, is_stream};
+use super::atomic::{AtomicFile, followed};
 use crate::error::{Error, Result};
 
 /// The name of the file that is tried; it is removed before it gets this name.
@@ -43,15 +43,24 @@ pub fn check_beside(target: &Path) -> Result<()> {
     check_folder(target.parent().unwrap_or(target))
 }
 
-/// Checks that a file can be made or replaced, or that there is a device or a pipe, which is written to.
+/// Checks that a file can be made or replaced; a symbolic link stands for what it points to.
 ///
 /// # Errors
-/// Those of [`check_beside`]; [`Error::Io`] where there is a folder of this name.
+/// Those of [`check_beside`]; [`Error::Io`] where there is a folder of this name; [`Error::Input`] for a device or a pipe.
 pub fn check_file(file: &Path) -> Result<()> {
     if file.is_dir() {
         return Err(Error::io(file, "write it")(ErrorKind::IsADirectory.into()));
     }
-    if is_stream(file) { Ok(()) } else { check_beside(file) }
+    let file = followed(file.to_path_buf());
+    if file.metadata().is_ok_and(|found| !found.is_file()) {
+        return Err(Error::input(
+            &file,
+            "",
+            "this is a device or a pipe, expected a file or a new name",
+            "give another name",
+        ));
+    }
+    check_beside(&file)
 }
 
 #[cfg(test)]

@@ -125,6 +125,11 @@ impl Plants {
         view.prepare(gpu, (stock, &|_| true), shot, of, of_common)
     }
 
+    /// Forgets the picture that was drawn last, because trees or faces have changed.
+    pub fn forget(&mut self) {
+        self.view.forget();
+    }
+
     /// Returns whether some tree casts a shadow.
     pub fn casts(&self) -> bool {
         self.stock.wood.trees.iter().any(|tree| tree.casts)
@@ -164,11 +169,15 @@ impl Renderer {
     pub fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
         self.ready = None;
         self.forget_shadows();
+        if !wood.as_ref().is_some_and(|wood| wood.trees.iter().any(|tree| tree.casts)) {
+            // Their maps take 125 MB.
+            self.shadows = None;
+        }
         if let (Some(plants), Some(wood)) = (&mut self.plants, &wood)
             && plants.stock.has_species_of(wood)
         {
             plants.stock.wood = wood.clone();
-            plants.view.forget();
+            plants.forget();
             return Ok(());
         }
         let (gpu, faces) = (self.gpu.clone(), self.model.faces.len());

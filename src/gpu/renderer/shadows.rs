@@ -15,10 +15,10 @@ use wgpu::{
 use self::maps::{Layer, Maps};
 use super::Renderer;
 use super::frame::FrameUniform;
-use super::plants::TreeProgram;
 use super::plants::slices::Slices;
 use super::plants::stock::Stock;
 use super::plants::view::{BeginPass, Onto, PlantsView};
+use super::plants::{Plants, TreeProgram};
 use super::project::{PipelineDescription, SURFACES};
 use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
@@ -116,7 +116,7 @@ pub struct Shadows {
     trees: PlantsView,
     /// How fine the trees of each view from the sun are while the view moves.
     paces: [TreePace; MOST_SUN_VIEWS],
-    /// Of previews and of final pictures.
+    /// Of previews and of final pictures: 25 and 100 MB.
     maps: [Option<Maps>; 2],
     /// What is bound is for this; `None` where trees or faces have changed.
     of: Option<Of>,
@@ -131,6 +131,8 @@ struct Of {
     pose: Pose,
     trees: TreeMethod,
     quality: Quality,
+    /// Whether the view moves.
+    moves: bool,
 }
 
 impl Shadows {
@@ -187,7 +189,9 @@ impl Shadows {
         task: &Task,
     ) -> Result<()> {
         let Shot { camera, pose, trees, quality, .. } = *shot;
-        let of = Some(Of { camera, pose, trees, quality });
+        let is_final = quality == Quality::Final;
+        let moves = shot.trees_within.is_some() && !is_final;
+        let of = Some(Of { camera, pose, trees, quality, moves });
         if self.of == of {
             return Ok(());
         }
@@ -201,9 +205,7 @@ impl Shadows {
             towards_sun: wood.light.towards_sun,
             up: wood.light.up,
         };
-        let is_final = quality == Quality::Final;
         let side = SIDE_PX[usize::from(is_final)].min(gpu.device.limits().max_texture_dimension_2d);
-        let moves = shot.trees_within.is_some() && !is_final;
         let views = sun_views(&camera, &pose, &scene, side, if moves { ROOM } else { 0.0 });
         if !views.is_empty() {
             let maps = self.maps[usize::from(is_final)].take().filter(|maps| maps.side == side);
@@ -296,7 +298,8 @@ impl Shadows {
             drop(begin(slices.encoder(), true));
         }
         slices.submit();
-        let threshold = self.trees.options.threshold;
+        // Without trees the map is as fine as any.
+        let threshold = if has_trees { self.trees.options.threshold } else { finest(view).threshold };
         Ok(Layer { view: *view, near: frame.near, trees: shown.trees, threshold })
     }
 
@@ -394,6 +397,11 @@ impl SunViewWords {
 }
 
 impl Renderer {
+    /// Forgets what was drawn of trees, because faces have changed.
+    pub(super) fn forget_drawn_trees(&mut self) {
+        self.plants.iter_mut().for_each(Plants::forget);
+    }
+
     /// Forgets shadows, because trees or faces have changed.
     pub(super) fn forget_shadows(&mut self) {
         if let Some(shadows) = &mut self.shadows {

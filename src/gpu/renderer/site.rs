@@ -47,6 +47,7 @@ impl SiteRenderer for Renderer {
         (self.sources, self.skirts) = (skirts.sources.clone(), skirts);
         self.surface = surface.into();
         self.forget_shadows();
+        self.forget_drawn_trees();
         self.pins = self.sources.servers.iter().any(|server| server.pinned);
         Ok(())
     }
@@ -58,6 +59,7 @@ impl SiteRenderer for Renderer {
 
     fn set_relief(&mut self, relief: &Relief) -> Result<()> {
         self.ready = None;
+        self.forget_drawn_trees();
         let origin = self.surfaces.origin();
         self.heights = self
             .gpu

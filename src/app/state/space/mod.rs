@@ -249,7 +249,9 @@ impl Space {
         let again_s = (!moves && left_s > 0.0).then_some(left_s);
         let coarse = self.request(drawn.background, moves, false);
         let shows_it = |shown: &NewestPicture| {
-            shown.request.shows_the_same(&coarse) && shown.request.shot.camera == coarse.shot.camera
+            let Request { shot, from, .. } = &shown.request;
+            shown.request.shows_the_same(&coarse)
+                && (&shot.camera, from) == (&coarse.shot.camera, &coarse.from)
         };
         // A final picture can take a minute, so that a coarse one of the same view, as large, is shown before it.
         let rests = !moves && left_s <= 0.0 && self.shown.as_ref().is_some_and(shows_it);

@@ -74,6 +74,40 @@ fn a_view_that_shows_nothing_yet_gets_a_coarse_picture_before_the_final_one() {
 }
 
 #[test]
+fn a_view_whose_size_changes_at_rest_has_a_coarse_picture_of_it_a_final_one_and_no_more() {
+    let mut space = view();
+    let first = requested(&mut space, AT_REST, 5.0);
+    shows(&mut space, first);
+    let last = requested(&mut space, AT_REST, 6.0);
+    shows(&mut space, last);
+    space.size_px = [400, 300];
+    let coarse = requested(&mut space, AT_REST, 7.0);
+    assert_eq!((coarse.shot.quality, coarse.shot.camera.width), (Quality::Preview, 400));
+    shows(&mut space, coarse);
+    let last = requested(&mut space, AT_REST, 7.0);
+    assert_eq!(last.shot.quality, Quality::Final);
+    shows(&mut space, last);
+    assert_eq!(space.due(AT_REST, 8.0, false), (None, None));
+}
+
+#[test]
+fn what_stands_in_for_the_model_while_the_view_moves_is_followed_by_a_coarse_picture_of_the_model() {
+    // So small that it is drawn in full while it moves.
+    let mut space = Space { size_px: [400, 300], ..Space::default() };
+    space.images.stands_in = true;
+    let first = requested(&mut space, AT_REST, 4.0);
+    shows(&mut space, first);
+    space.moved(5.0);
+    let moving = requested(&mut space, MOVING, 5.0);
+    assert!(matches!(moving.from, DrawnFrom::StandIn(_)) && moving.shot.camera.width == 400);
+    shows(&mut space, moving);
+    let coarse = requested(&mut space, AT_REST, 6.0);
+    assert_eq!((coarse.shot.quality, &coarse.from), (Quality::Preview, &DrawnFrom::Model));
+    shows(&mut space, coarse);
+    assert_eq!(requested(&mut space, AT_REST, 6.0).shot.quality, Quality::Final);
+}
+
+#[test]
 fn a_picture_is_requested_once_unless_it_shows_a_former_state() {
     let mut space = view();
     let first = requested(&mut space, AT_REST, 5.0);

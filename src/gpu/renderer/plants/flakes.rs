@@ -94,7 +94,7 @@ pub struct FlakesExtent {
     pub size: [u32; 2],
     /// Samples a pixel.
     pub samples: u32,
-    /// A sample of an image is drawn in so many pixels at most on each side of that of its point.
+    /// The most pixels that a sample reaches on each side of the pixel of its point.
     pub reach: u32,
 }
 

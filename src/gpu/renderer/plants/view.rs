@@ -21,7 +21,6 @@ use crate::error::Result;
 use crate::foliage::{
     Ball, ImageInView, InView, PolygonsInView, Tree, TreeCost, TreePace, WalkOptions, sees,
 };
-use crate::geometry::{Pinhole, Pose};
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::table::GrowingBuffer;
@@ -48,8 +47,8 @@ pub struct PlantsView {
     pub(in crate::gpu::renderer) finest: WalkOptions,
     /// When images serve in the view.
     pub(in crate::gpu::renderer) options: WalkOptions,
-    /// What the tables are of; `None` where they are of nothing any more.
-    of: Option<PartsOf>,
+    /// The picture that the tables are of, and its samples a pixel; `None` where that holds no more.
+    of: Option<(Shot, u32)>,
     /// Whether the nearest samples of these tables were found.
     is_found: Cell<bool>,
     cost: TreeCost,
@@ -67,19 +66,6 @@ struct PolygonDraw {
     instances: Range<u32>,
     /// Whether they are drawn in part of the sub-pixels.
     in_part: bool,
-}
-
-/// What decides about what is drawn from images and what as polygons, besides the trees and the pace.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct PartsOf {
-    camera: Pinhole,
-    pose: Pose,
-    trees: TreeMethod,
-    quality: Quality,
-    /// Samples a pixel.
-    samples: u32,
-    /// Whether coarse images may serve.
-    moves: bool,
 }
 
 /// What a view shows of a tree from its images and as polygons.
@@ -153,7 +139,7 @@ impl PlantsView {
         }
     }
 
-    /// Forgets the view, because the trees have changed.
+    /// Forgets the picture, because trees or faces have changed.
     pub fn forget(&mut self) {
         self.of = None;
     }
@@ -182,16 +168,14 @@ impl PlantsView {
             return Ok(false);
         }
         self.daylight.write(gpu, &[DaylightWords::new(&wood.light, shot)]);
-        let Shot { camera, pose, trees, quality, trees_within, .. } = *shot;
-        let is_preview = quality == Quality::Preview;
-        let of = PartsOf { camera, pose, trees, quality, samples, moves: trees_within.is_some() };
         // Numbers are those of what the picture of the view shows, where that was drawn just before.
         let is_numbered = program == TreeProgram::Numbered;
-        if !(is_numbered && self.of == Some(of)) {
+        let is_same = self.of.as_ref().is_some_and(|(of, count)| of == shot && *count == samples);
+        if !(is_numbered && is_same) {
             (self.of, self.is_found) = (None, Cell::default());
-            self.within = trees_within.filter(|_| is_preview && !is_numbered);
+            self.within = shot.trees_within.filter(|_| shot.quality == Quality::Preview && !is_numbered);
             self.write_parts(gpu, stock, shot, (&in_view, samples))?;
-            self.of = Some(of);
+            self.of = (!is_numbered).then(|| (shot.clone(), samples));
         }
         let exposure = DVec3::from_array(of_common).as_vec3();
         self.write_trees(gpu, stock, shot, (&in_view, exposure));

@@ -7,9 +7,9 @@ use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::projection::TreeMethod;
 
-/// While the view moves, a map serves whose pixels are at most so many times as large as they would be in a new one.
+/// While the view moves, a map serves if its pixels are at most this factor larger than those of a new one.
 const COARSER: f64 = 1.5;
-/// The same for the pixels of the images from which its trees were drawn.
+/// The same for the pixels of the images from which its trees are drawn.
 const COARSER_IMAGES: f64 = 1.25;
 
 /// Depths that the sun sees: of trees and of faces, a layer for each view.

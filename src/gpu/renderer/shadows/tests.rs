@@ -336,10 +336,25 @@ fn apart(a: &Picture, b: &Picture) -> f64 {
 
 #[test]
 fn maps_serve_a_moving_view_while_they_hold_what_it_sees_and_others_only_where_they_are_the_same() {
-    let Some((bench, wood)) = crown() else { return };
+    let Some((bench, mut wood)) = crown() else { return };
+    // A row that is wider than the view, so that maps are of a part of it.
+    let Tree { world_from_plant, .. } = wood.trees[0];
+    let beside = |number: u32| {
+        let apart = DVec3::new(6.0 * (f64::from(number) - 4.0), 0.0, 0.0);
+        Tree {
+            number,
+            world_from_plant: DAffine3::from_translation(apart) * world_from_plant,
+            ..wood.trees[0].clone()
+        }
+    };
+    wood.trees = (0..9).map(beside).collect();
     let task = Task::silent();
     let plenty = Some(std::time::Duration::from_secs(3600));
-    let moving = |x: f64| Shot { trees_within: plenty, ..from(DVec3::new(x, -9.0, 8.0), Quality::Preview) };
+    let moving = |x: f64| {
+        let pose = look_at(DVec3::new(x, -9.0, 8.0), DVec3::new(x - 1.0, 0.0, 0.0));
+        let shot = Shot { quality: Quality::Preview, ..Shot::new(centred(200, 150, 340.0), pose) };
+        Shot { trees_within: plenty, ..shot }
+    };
     let layers = |renderer: &Renderer| renderer.shadows.as_ref().unwrap().maps[0].as_ref().unwrap().layers;
     let mut renderer = bench.renderer(Some(&wood));
     renderer.picture(&moving(-2.0), &task).unwrap();
@@ -347,19 +362,32 @@ fn maps_serve_a_moving_view_while_they_hold_what_it_sees_and_others_only_where_t
     assert!(held.iter().flatten().count() > 0);
     let near_by = renderer.picture(&moving(-1.9), &task).unwrap();
     assert!(layers(&renderer) == held, "no map was drawn anew");
-    let new = bench.renderer(Some(&wood)).picture(&moving(-1.9), &task).unwrap();
+    let mut new = bench.renderer(Some(&wood));
+    let expected = new.picture(&moving(-1.9), &task).unwrap();
+    assert!(layers(&new) != held, "a new renderer has other maps");
     let without = bench.renderer(None).picture(&moving(-1.9), &task).unwrap();
     // The maps' pixels lie elsewhere, which is seen on the borders of what lies in the shade.
-    let (found, shaded) = (apart(&near_by, &new), apart(&without, &new));
-    assert!(10.0 * found < shaded, "{found} of the pixels, where {shaded} are trees and their shadows");
-    // Pictures of views that do not move do not depend on those before them.
+    let (found, shaded) = (apart(&near_by, &expected), apart(&without, &expected));
+    assert!(
+        found > 0.0 && 10.0 * found < shaded,
+        "{found} of the pixels, where {shaded} are trees and their shadows"
+    );
+    // Pictures of views that do not move do not depend on those before them, of the same view even.
     let rests = Shot { trees_within: None, ..moving(-1.9) };
     let expected = bench.picture(Some(&wood), &rests);
     assert!(renderer.picture(&rests, &task).unwrap() == expected);
-    // Trees that have moved have other shadows.
-    let mut moved = wood.clone();
-    moved.trees[0].world_from_plant.translation += 2.0 * DVec3::X;
+    assert!(layers(&renderer) != held);
+    assert!(renderer.picture(&rests, &task).unwrap() == expected);
+    // Far away.
     renderer.picture(&moving(-2.0), &task).unwrap();
-    renderer.set_trees(Some(moved.clone().into())).unwrap();
+    let held = layers(&renderer);
+    renderer.picture(&moving(9.0), &task).unwrap();
+    assert!(layers(&renderer) != held);
+    // Trees that have moved have other shadows, and those that cast none have no maps.
+    wood.trees.pop();
+    renderer.set_trees(Some(wood.clone().into())).unwrap();
     assert!(layers(&renderer).iter().all(Option::is_none));
+    wood.trees.iter_mut().for_each(|tree| tree.casts = false);
+    renderer.set_trees(Some(wood.into())).unwrap();
+    assert!(renderer.shadows.is_none());
 }

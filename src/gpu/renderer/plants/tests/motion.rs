@@ -10,8 +10,8 @@ use crate::foliage::{View, WalkOptions, Wood, in_view, jump};
 use crate::gpu::Gpu;
 use crate::left_out::on_adapter;
 use crate::projection::{Picture, Quality, Renders, Shot, TREE, TreeMethod};
-use crate::scene::Model;
-use crate::scene::synthetic::{centred, look_at};
+use crate::scene::synthetic::{Modeller, centred, look_at};
+use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
 /// One oak with images.
@@ -120,6 +120,9 @@ fn numbers_are_those_of_the_picture_before_them_and_of_no_other_view_or_trees() 
     assert_eq!(renderer.seen_faces(&rest, &task).unwrap(), fine);
     let other = from(&wood, 4.0, Quality::Preview);
     assert_eq!(renderer.seen_faces(&other, &task).unwrap(), new().faces(&other, &task).unwrap());
+    // After numbers of another drawing, those of no picture are taken.
+    renderer.faces(&other, &task).unwrap();
+    assert_eq!(renderer.seen_faces(&shot, &task).unwrap(), fine);
     // Trees that have moved.
     renderer.picture(&shot, &task).unwrap();
     let mut moved = wood.clone();
@@ -128,4 +131,26 @@ fn numbers_are_those_of_the_picture_before_them_and_of_no_other_view_or_trees() 
     let expected =
         super::renderer(&gpu, Arc::new(Model::default()), Some(moved)).faces(&shot, &task).unwrap();
     assert!(expected != fine && renderer.seen_faces(&shot, &task).unwrap() == expected);
+}
+
+#[test]
+fn trees_behind_a_face_that_is_hidden_now_have_their_numbers() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let wood = one_oak();
+    let task = Task::silent();
+    let shot = from(&wood, 3.2, Quality::Preview);
+    let [right, down, forward] = [0, 1, 2].map(|axis| shot.pose.rotation.row(axis));
+    let mut model = Modeller::new();
+    let at = wood.species[0].plant.whole().bounds.ball.radius;
+    model.object("wall").quad(
+        shot.viewpoint() + at * (forward - right - down),
+        2.0 * at * right,
+        2.0 * at * down,
+    );
+    let mut renderer = renderer(&gpu, model.finish(), Some(wood));
+    let trees = |numbers: Vec<u32>| numbers.iter().filter(|number| **number == TREE).count();
+    renderer.picture(&shot, &task).unwrap();
+    assert_eq!(trees(renderer.seen_faces(&shot, &task).unwrap()), 0);
+    let hidden = Shot { hidden: std::iter::once(FaceId(0)).collect(), ..shot };
+    assert!(trees(renderer.seen_faces(&hidden, &task).unwrap()) > 1000);
 }
