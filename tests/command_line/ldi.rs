@@ -146,11 +146,6 @@ fn an_image_is_exported_as_a_page_and_as_a_mesh_and_nothing_of_others_is_overwri
     let noted = stderr_of(&site.run("ldi export left.ldi --format page --out page").success());
     assert!(noted.contains("page-2") && site.path("page-2/index.html").is_file(), "{noted}");
     assert_eq!(fs::read_to_string(site.path("page/index.html")).unwrap(), "mine");
-    for format in ["page", "layers"] {
-        let words = format!("ldi export left.ldi --format {format} --out project/project.json");
-        let refused = stderr_of(&site.run(&words).failure().code(1));
-        assert!(refused.contains("project.json: this is a file"), "{refused}");
-    }
 
     let mesh = site.json("ldi export left.ldi --format glb --out meshes/left.glb --json");
     let bytes = fs::read(site.path("meshes/left.glb")).unwrap();
