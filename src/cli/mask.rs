@@ -73,7 +73,7 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
         let found: Vec<FoundMask> = found.into_iter().filter(is_asked).collect();
         if found.is_empty() && wrong.is_empty() {
             task.note(
-                "no mask files were found; expected NAME.mask.png or NAME_mask.png beside the photo NAME.jpg, or masks/NAME.jpg.png"
+                "no mask files were found for these photos; expected NAME.mask.png or NAME_mask.png beside the photo NAME.jpg, or masks/NAME.jpg.png"
                     .to_owned(),
             );
         }

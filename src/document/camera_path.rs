@@ -10,7 +10,7 @@ use crate::projection::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
 pub const PATH_VERSION: u32 = 1;
 
 /// The longest permitted side of a frame in pixels, far beyond any film format.
-const LONGEST_SIDE: u32 = 16_384;
+pub(super) const LONGEST_SIDE: u32 = 16_384;
 /// The most permitted frames of a flight.
 const MOST_FRAMES: f64 = 100_000.0;
 

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::camera_path::LONGEST_SIDE;
 use super::stack::StackCamera;
 #[cfg(feature = "gui")]
 use crate::geometry::{Pinhole, Pose};
@@ -77,9 +78,6 @@ pub struct Stroke {
     /// The positions of the brush, in order.
     pub samples: Vec<StrokeSample>,
 }
-
-/// The largest side of the view of a stroke, in pixels.
-const MOST_SIDE: u32 = 16_384;
 
 /// The view of a stroke.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -177,8 +175,11 @@ impl Stroke {
         }
         let focal = [self.view.camera.K[0][0], self.view.camera.K[1][1]];
         let StrokeView { width, height, .. } = self.view;
-        if [width, height].iter().any(|side| !(1..=MOST_SIDE).contains(side)) {
-            return wrong("view", format!("{width} x {height} pixels, expected sides of 1 to {MOST_SIDE}"));
+        if [width, height].iter().any(|side| !(1..=LONGEST_SIDE).contains(side)) {
+            return wrong(
+                "view",
+                format!("{width} x {height} pixels, expected sides of 1 to {LONGEST_SIDE}"),
+            );
         }
         if focal.iter().any(|f| !(*f > 0.0 && f.is_finite())) {
             return wrong("view", "expected focal lengths above 0".into());
@@ -219,7 +220,7 @@ mod tests {
         assert_eq!(place(&|stroke| stroke.brush.radius = 0.0), "brush.radius");
         assert_eq!(place(&|stroke| stroke.brush.opacity = 1.5), "brush");
         assert_eq!(place(&|stroke| stroke.source = None), "source");
-        assert_eq!(place(&|stroke| stroke.view.width = MOST_SIDE + 1), "view");
+        assert_eq!(place(&|stroke| stroke.view.width = LONGEST_SIDE + 1), "view");
         assert_eq!(place(&|stroke| stroke.view.height = 0), "view");
         assert_eq!(place(&|stroke| stroke.view.camera.K[1][1] = f64::NAN), "view");
         assert_eq!(place(&|stroke| stroke.samples.clear()), "samples");

@@ -28,14 +28,7 @@ impl AtomicFile {
     /// [`Error::Io`] when the folder does not exist or may not be written to; [`Error::Input`] where a device or a pipe is in the way.
     pub fn create(target: impl Into<PathBuf>) -> Result<Self> {
         let target = followed(target.into());
-        if target.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
-            return Err(Error::input(
-                &target,
-                "",
-                "this is a device or a pipe, expected a file or a new name",
-                "give another name",
-            ));
-        }
+        refuse_device(&target)?;
         let mut builder = tempfile::Builder::new();
         builder.prefix(UNFINISHED).suffix(".tmp");
         readable_by_others(&mut builder);
@@ -80,15 +73,29 @@ pub(crate) fn followed(path: PathBuf) -> PathBuf {
     std::iter::successors(Some(path), next).take(MOST_LINKS).last().expect("the path itself")
 }
 
-/// Returns whether a path stands for what takes a stream of bytes: a pipe, a terminal or the like, or what the system has in its
-/// folders `/dev` and `/proc` for files that are open already.
+/// Refuses a path with something that is neither a file nor a folder.
+///
+/// # Errors
+/// [`Error::Input`].
+pub(super) fn refuse_device(path: &Path) -> Result<()> {
+    if path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        let found = "this is a device or a pipe, expected a file or a new name";
+        return Err(Error::input(path, "", found, "give another name"));
+    }
+    Ok(())
+}
+
+/// Returns whether a path stands for what takes a stream of bytes: a pipe, a terminal or the like, or a name of the system's for a file
+/// that is open already, such as `/dev/stdout`.
 pub(crate) fn is_stream(path: &Path) -> bool {
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;
-        let of_system = |path: &Path| ["/dev", "/proc"].iter().any(|folder| path.starts_with(folder));
+        // Not all of /dev: /dev/shm has files as any folder.
+        let names = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc"];
+        let is_open = || names.iter().any(|name| path.starts_with(name));
         let kind = path.metadata().map(|found| found.file_type());
-        kind.is_ok_and(|kind| kind.is_fifo() || kind.is_char_device() || (kind.is_file() && of_system(path)))
+        kind.is_ok_and(|kind| kind.is_fifo() || kind.is_char_device() || (kind.is_file() && is_open()))
     }
     #[cfg(not(unix))]
     {
@@ -355,6 +362,10 @@ mod tests {
         assert!(refused.contains("socket: this is a device or a pipe"), "{refused}");
         let is_one = |path: &Path| is_stream(path);
         assert!(is_one(Path::new("/dev/null")) && !is_one(&path("socket")) && !is_one(&path("link")));
+        // A file in memory is a file.
+        if let Ok(in_memory) = NamedTempFile::new_in("/dev/shm") {
+            assert!(!is_one(in_memory.path()));
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use super::atomic::{AtomicFile, followed};
+use super::atomic::{AtomicFile, followed, refuse_device};
 use crate::error::{Error, Result};
 
 /// The name of the file that is tried; it is removed before it gets this name.
@@ -52,14 +52,7 @@ pub fn check_file(file: &Path) -> Result<()> {
         return Err(Error::io(file, "write it")(ErrorKind::IsADirectory.into()));
     }
     let file = followed(file.to_path_buf());
-    if file.metadata().is_ok_and(|found| !found.is_file()) {
-        return Err(Error::input(
-            &file,
-            "",
-            "this is a device or a pipe, expected a file or a new name",
-            "give another name",
-        ));
-    }
+    refuse_device(&file)?;
     check_beside(&file)
 }
 
