@@ -27,6 +27,17 @@ struct Crown {
     weights: vec4f,
 }
 
+// What is shown of a tree in view.
+struct Shown {
+    // The factor on its light: its tint and the view's exposure.
+    tint: vec3f,
+    // What stands for the tree where faces have numbers.
+    number: u32,
+    // Its colour where views show no light: linear, with alpha.
+    plain: vec4f,
+    crown: Crown,
+}
+
 // The grid of a species in which it is known how open the crown is.
 struct Grid {
     // The number of cells along x, y, z.

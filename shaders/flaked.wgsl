@@ -2,16 +2,9 @@
 // hide them, sample by sample. Entry points as in plants.wgsl: `lit`, `plain`, `numbered` and `shadow`.
 // Rust: gpu/renderer/plants/flaked.rs. Before this text: surfaces.wgsl, daylight.wgsl, flake.wgsl.
 
-// What is shown of a tree in view, as in `Tree` of plants.wgsl.
-struct Shown {
-    tint: vec3f,
-    number: u32,
-    plain: vec4f,
-    crown: Crown,
-}
-
 // 1 + the nearest sample of each sub-pixel, and the bits of its nearness.
 @group(1) @binding(2) var<storage, read> kept: array<vec2u>;
+// The trees in view.
 @group(1) @binding(3) var<storage, read> shown: array<Shown>;
 // The species whose samples are bound.
 @group(2) @binding(1) var<uniform> species: vec4u;

@@ -1,23 +1,21 @@
 // Trees as polygons: every triangle of every instance, hidden by faces and hiding them. Entry points: `lit` (colours), `plain`
 // (one colour a tree), `numbered` (the numbers of trees) and `shadow` (nothing but depths, for shadows).
-// Rust: gpu/renderer/plants.rs (Tree), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
+// Rust: gpu/renderer/plants.rs (Standing), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
 // daylight.wgsl, door.wgsl, and the constants CUT, true where pictures are cut out, and DOOR, true where
 // instances are drawn in part of the sub-pixels.
 // CPU reference: foliage/brute.rs, foliage/view.rs (normal_map).
 
-// A tree in the view.
-struct Tree {
-    // Rows of the map from the plant's frame to the camera's.
+// Where instances stand.
+struct Standing {
+    // Rows of the map from their frame to the camera's.
     right: vec4f,
     down: vec4f,
     forward: vec4f,
-    // The factor on its light: its tint and the view's exposure.
-    tint: vec3f,
-    // What stands for the tree where faces have numbers.
-    number: u32,
-    // Its colour where views show no light: linear, with alpha.
-    plain: vec4f,
-    crown: Crown,
+    // The first of their trees.
+    first: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 // How a surface answers light.
@@ -37,7 +35,7 @@ struct PlantCorner {
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) texture: vec2f,
-    // Rows of the map from the sub-object's frame to the plant's.
+    // Rows of the map from the sub-object's frame to that of instances.
     @location(3) x: vec4f,
     @location(4) y: vec4f,
     @location(5) z: vec4f,
@@ -45,18 +43,22 @@ struct PlantCorner {
     @location(6) change: vec3f,
     // The sub-pixels in which the instance is drawn.
     @location(7) door: u32,
+    // The number of its tree from the first on.
+    @location(8) tree: u32,
 }
 
 // foliage/paint/change.rs
 const DARK = 0.01;
 
-@group(1) @binding(0) var<uniform> tree: Tree;
+@group(1) @binding(0) var<uniform> standing: Standing;
+// The trees in view.
+@group(1) @binding(1) var<storage, read> trees: array<Shown>;
 @group(2) @binding(0) var<uniform> matter: Matter;
 // Linear light times alpha, and alpha.
 @group(2) @binding(1) var picture: texture_2d<f32>;
 @group(2) @binding(2) var picture_sampler: sampler;
 
-// A point of a surface, in the camera's frame. All but `door` is interpolated at the sample: devices would be free to choose another place in the pixel,
+// A point of a surface, in the camera's frame. All but `door` and `tree` is interpolated at the sample: devices would be free to choose another place in the pixel,
 // and the triangles are so small that the pixel's centre is mostly beyond them.
 struct Lit {
     @invariant @builtin(position) clip: vec4f,
@@ -65,16 +67,17 @@ struct Lit {
     @location(2) @interpolate(perspective, sample) texture: vec2f,
     @location(3) @interpolate(perspective, sample) change: vec3f,
     @location(4) @interpolate(flat) door: u32,
+    @location(5) @interpolate(flat) tree: u32,
 }
 
 @vertex
 fn grown(corner: PlantCorner) -> Lit {
     let object = vec4f(corner.position, 1.0);
     let plant = vec4f(dot(corner.x, object), dot(corner.y, object), dot(corner.z, object), 1.0);
-    let camera = vec3f(dot(tree.right, plant), dot(tree.down, plant), dot(tree.forward, plant));
+    let camera = vec3f(dot(standing.right, plant), dot(standing.down, plant), dot(standing.forward, plant));
     // The columns of the linear map from the sub-object's frame to the camera's.
     let plant_from_object = transpose(mat3x3f(corner.x.xyz, corner.y.xyz, corner.z.xyz));
-    let camera_from_plant = transpose(mat3x3f(tree.right.xyz, tree.down.xyz, tree.forward.xyz));
+    let camera_from_plant = transpose(mat3x3f(standing.right.xyz, standing.down.xyz, standing.forward.xyz));
     let map = camera_from_plant * plant_from_object;
     // Its inverse transpose up to a positive factor, which also exists where the map is singular.
     let cofactors = mat3x3f(cross(map[1], map[2]), cross(map[2], map[0]), cross(map[0], map[1]));
@@ -88,6 +91,7 @@ fn grown(corner: PlantCorner) -> Lit {
     lit.texture = corner.texture;
     lit.change = corner.change;
     lit.door = corner.door;
+    lit.tree = standing.first + corner.tree;
     return lit;
 }
 
@@ -125,21 +129,21 @@ fn lit(surface: Lit, @builtin(sample_index) sub_pixel: u32) -> @location(0) vec4
         reflected = clamp((bare + DARK) * surface.change - DARK, vec3f(0.0), vec3f(1.0));
         through = clamp(through * (reflected + 1e-4) / (bare + 1e-4), vec3f(0.0), 1.0 - reflected);
     }
-    let reach = reach_at(tree.crown, surface.point, normal);
+    let reach = reach_at(trees[surface.tree].crown, surface.point, normal);
     let light = light_of(normal, reflected, through, matter.leaf != 0u, reach);
-    return vec4f(light * tree.tint * darkening(surface.clip.xy), 1.0);
+    return vec4f(light * trees[surface.tree].tint * darkening(surface.clip.xy), 1.0);
 }
 
 @fragment
 fn plain(surface: Lit, @builtin(sample_index) sub_pixel: u32) -> @location(0) vec4f {
     cut_out(surface, sub_pixel);
-    return tree.plain;
+    return trees[surface.tree].plain;
 }
 
 @fragment
 fn numbered(surface: Lit, @builtin(sample_index) sub_pixel: u32) -> @location(0) u32 {
     cut_out(surface, sub_pixel);
-    return tree.number;
+    return trees[surface.tree].number;
 }
 
 @fragment

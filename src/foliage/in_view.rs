@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, Mat3, Vec3};
 
+use super::bounds::Ball;
 use super::directions::Serving;
 use super::door::Door;
 use super::flakes::door_of;
@@ -46,8 +47,18 @@ pub struct PolygonsInView {
     pub object: usize,
     /// The map from its frame to the view's.
     pub view_from_object: DAffine3,
+    /// A factor by which the map stretches at most.
+    pub stretch: f64,
     /// The sub-pixels in which they are drawn.
     pub door: Door,
+}
+
+impl PolygonsInView {
+    /// Returns a ball around them in the view, and around what the sub-object uses.
+    pub fn ball(&self, plant: &Plant) -> Ball {
+        let Ball { middle, radius } = plant.objects[self.object].bounds.ball;
+        Ball { middle: self.view_from_object.transform_point3(middle), radius: self.stretch * radius }
+    }
 }
 
 /// What is drawn of a plant in a view.
@@ -66,10 +77,10 @@ pub fn in_view(plant: &Plant, images: &PlantImages, view: &View, options: &WalkO
     // By sub-object: drawn in all sub-pixels, or in part of them.
     let mut polygons = vec![[Vec::new(), Vec::new()]; plant.objects.len()];
     for drawn in walk(plant, images, view, options, seed) {
-        let Drawn { object, view_from_object, door, .. } = drawn;
+        let Drawn { object, view_from_object, stretch, door, .. } = drawn;
         match drawn.part {
             Part::Polygons => {
-                let of = PolygonsInView { object, view_from_object, door };
+                let of = PolygonsInView { object, view_from_object, stretch, door };
                 polygons[object][usize::from(!door.is_wide())].push(of);
             }
             Part::Image(copy) => add_images(&mut found.images, &drawn, copy, (plant, images), view),

@@ -92,12 +92,12 @@ impl TreePace {
         self.per_cost_s.map_or(UNTRIED_AT_ONCE, samples)
     }
 
-    /// Learns how fast the device draws: it took these seconds for samples of images alone.
-    pub fn learn(&mut self, samples: u64, seconds: f64) {
-        if samples == 0 {
+    /// Learns how fast trees are drawn: this cost, in samples, took so many seconds.
+    pub fn learn(&mut self, samples: f64, seconds: f64) {
+        if samples <= 0.0 {
             return;
         }
-        let now = seconds / samples as f64;
+        let now = seconds / samples;
         // The average is smoothed, because single pictures are slow for other reasons.
         self.per_cost_s = Some(self.per_cost_s.map_or(now, |before| 0.7 * before + 0.3 * now));
     }
@@ -128,7 +128,7 @@ mod tests {
         let mut pace = TreePace::default();
         let next = |_| {
             let of = cost(pace.threshold(), samples);
-            pace.learn(of.samples, 1e-6 * per_million_s * of.samples as f64);
+            pace.learn(of.in_samples(), 1e-6 * per_million_s * of.in_samples());
             pace.follow(of, 0.03);
             pace.threshold()
         };
@@ -175,7 +175,7 @@ mod tests {
         assert!(pace.begin(many) && !pace.begin(many), "once");
         assert_eq!(pace.threshold(), COARSEST);
         // A millisecond.
-        pace.learn(1_000_000, 0.001);
+        pace.learn(1e6, 0.001);
         pace.follow(TreeCost { samples: 1_000_000, triangles: 0 }, 0.03);
         assert!((pace.threshold() - SMOOTH).abs() < 1e-12, "squares are gone at once");
         for _ in 0..100 {
@@ -189,7 +189,7 @@ mod tests {
     fn what_is_handed_over_at_once_takes_a_tenth_of_a_second() {
         let mut pace = TreePace::default();
         assert_eq!(pace.most_at_once(), UNTRIED_AT_ONCE);
-        pace.learn(1_000_000, 0.04);
+        pace.learn(1e6, 0.04);
         // But for rounding.
         assert!((pace.most_at_once() - 2.5e6).abs() < 1e-6);
         // A clock that did not move, and a very slow device.
@@ -198,17 +198,17 @@ mod tests {
             pace.learn(samples, seconds);
             pace.most_at_once()
         };
-        assert_eq!((learned(1, 0.0), learned(1, 60.0)), (MOST_AT_ONCE, 1.0));
+        assert_eq!((learned(1.0, 0.0), learned(1.0, 60.0)), (MOST_AT_ONCE, 1.0));
     }
 
     #[test]
     fn triangles_count_and_nothing_is_known_before_the_first_picture_with_images() {
         let mut pace = TreePace::default();
         let cost = TreeCost { samples: 0, triangles: 1_000_000 };
-        pace.learn(0, 1.0);
+        pace.learn(0.0, 1.0);
         pace.follow(cost, 0.06);
         assert_eq!(pace.threshold(), WalkOptions::PREVIEW.threshold);
-        pace.learn(1_000_000, 0.04);
+        pace.learn(1e6, 0.04);
         pace.follow(cost, 0.06);
         assert!((pace.threshold() - WalkOptions::PREVIEW.threshold * STEP).abs() < 1e-12);
     }

@@ -61,6 +61,8 @@ pub struct Drawn {
     pub part: Part,
     /// The map from its frame to the view's.
     pub view_from_object: DAffine3,
+    /// A factor by which the map stretches at most.
+    pub stretch: f64,
     /// A hash of the way from the root to it.
     pub path: u64,
     /// The sub-pixels in which it is drawn. What is drawn of an instance, by itself and by those that it uses, shares all sub-pixels.
@@ -205,7 +207,8 @@ impl Walk<'_> {
 
 impl Visited {
     fn drawn(&self, part: Part, door: Door) -> Drawn {
-        Drawn { object: self.object, part, view_from_object: self.view_from_object, path: self.path, door }
+        let Self { object, view_from_object, stretch, path, .. } = *self;
+        Drawn { object, part, view_from_object, stretch, path, door }
     }
 }
 

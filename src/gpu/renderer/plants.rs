@@ -10,6 +10,7 @@ mod flakes_narrow;
 mod flakes_wide;
 pub(super) mod hidden;
 mod painted;
+pub(super) mod polygons;
 pub(super) mod slices;
 pub(super) mod species;
 pub(super) mod stock;
@@ -22,7 +23,6 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages, TextureFormat};
 
-use self::daylight::CrownWords;
 use self::slices::Slices;
 use self::species::{CornerWords, InstanceWords};
 use self::stock::Stock;
@@ -39,17 +39,17 @@ use crate::projection::{DisplayMode, Shot, TreeMethod};
 
 pub(super) const PLANTS: &str = include_str!("../../../shaders/plants.wgsl");
 
-/// A tree in the layout of the shader (`Tree`), which documents the fields.
+/// Where instances stand in the layout of the shader (`Standing`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct TreeWords {
+pub struct StandingWords {
     pub right: [f32; 4],
     pub down: [f32; 4],
     pub forward: [f32; 4],
-    pub tint: [f32; 3],
-    pub number: u32,
-    pub plain: [f32; 4],
-    pub crown: CrownWords,
+    pub first: u32,
+    pub pad0: u32,
+    pub pad1: u32,
+    pub pad2: u32,
 }
 
 /// What a drawing shows of trees.
@@ -202,19 +202,19 @@ impl Renderer {
     }
 }
 
-/// Returns the layout of a tree; trees are bound at dynamic offsets.
-fn tree_layout(gpu: &Gpu) -> BindGroupLayout {
-    let entries = &[wgpu::BindGroupLayoutEntry {
-        binding: 0,
-        visibility: ShaderStages::VERTEX_FRAGMENT,
-        ty: wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: true,
-            min_binding_size: None,
-        },
+/// Returns the layout of trees: where instances stand, at dynamic offsets, and what is shown of the trees in view.
+fn trees_layout(gpu: &Gpu) -> BindGroupLayout {
+    let entry = |binding, visibility, ty, has_dynamic_offset| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
         count: None,
-    }];
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("tree"), entries })
+    };
+    let entries = &[
+        entry(0, ShaderStages::VERTEX, wgpu::BufferBindingType::Uniform, true),
+        entry(1, ShaderStages::FRAGMENT, wgpu::BufferBindingType::Storage { read_only: true }, false),
+    ];
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("trees"), entries })
 }
 
 /// Returns the complete WGSL source of a program.
@@ -233,7 +233,7 @@ fn pipeline(gpu: &Gpu, (program, cuts, samples): Key, layouts: &[BindGroupLayout
     let instance = wgpu::VertexBufferLayout {
         array_stride: size_of::<InstanceWords>() as u64,
         step_mode: wgpu::VertexStepMode::Instance,
-        attributes: &wgpu::vertex_attr_array![3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 7 => Uint32],
+        attributes: &wgpu::vertex_attr_array![3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 7 => Uint32, 8 => Uint32],
     };
     let (source, buffers) = (source(cuts), [Some(corner), Some(instance)]);
     tree_pipeline(gpu, (program, samples), (&source, "grown", &buffers), &layouts.each_ref())

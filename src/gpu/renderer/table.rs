@@ -30,14 +30,23 @@ impl GrowingBuffer {
     /// Writes the whole content.
     pub fn write<T: Pod>(&mut self, gpu: &Gpu, content: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(content);
-        if bytes.len() as u64 > self.buffer.size() {
-            let needed = bytes.len() as u64;
+        self.reserve(gpu, bytes.len() as u64);
+        gpu.queue.write_buffer(&self.buffer, 0, bytes);
+    }
+
+    /// Makes room for a content of so many bytes, which is written piece by piece ([`Self::write_at`]).
+    pub fn reserve(&mut self, gpu: &Gpu, needed: u64) {
+        if needed > self.buffer.size() {
             // The reserve must not make the buffer larger than the device allows.
             let size = (GROWTH * needed).min(gpu.device.limits().max_buffer_size & !15).max(needed);
             self.buffer = create_buffer(gpu, self.label, self.usage, size);
         }
-        self.used = bytes.len() as u64;
-        gpu.queue.write_buffer(&self.buffer, 0, bytes);
+        self.used = needed;
+    }
+
+    /// Writes a piece of the content, from an element on.
+    pub fn write_at<T: Pod>(&self, gpu: &Gpu, first: u64, content: &[T]) {
+        gpu.queue.write_buffer(&self.buffer, first * size_of::<T>() as u64, bytemuck::cast_slice(content));
     }
 
     /// Returns the content for use as vertices; it must not be empty.

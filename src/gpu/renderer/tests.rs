@@ -16,7 +16,7 @@ use super::plants::flaked::{self, ShownWords};
 use super::plants::flakes::{self, Run};
 use super::plants::hidden::{self, TestedWords};
 use super::plants::species::MatterWords;
-use super::plants::{self, Cuts, TreeWords};
+use super::plants::{self, Cuts, StandingWords};
 use super::program::{Content, Program};
 use super::project::{PhotoTable, source};
 use super::shadows::{ShadowsWords, SunViewWords};
@@ -170,7 +170,8 @@ fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
         let capabilities = Capabilities::MULTISAMPLED_SHADING;
         let mut validator = Validator::new(ValidationFlags::all(), capabilities);
         validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
-        assert_alike!(&module, "Tree", TreeWords: right down forward tint number plain crown);
+        assert_alike!(&module, "Standing", StandingWords: right down forward first pad0 pad1 pad2);
+        assert_alike!(&module, "Shown", ShownWords: tint number plain crown);
         assert_alike!(&module, "Crown", CrownWords: x y z suns weights);
         assert_alike!(&module, "Grid", GridWords: size pad0);
         assert_alike!(&module, "Daylight", DaylightWords: towards_sun pad0 up pad1 sun pad2 sky pad3 ground pad4);

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use rustc_hash::FxHashMap;
-use wgpu::{BindGroup, BindGroupLayout, BufferUsages, RenderPass, RenderPipeline, ShaderStages};
+use wgpu::{BindGroup, BindGroupLayout, RenderPass, RenderPipeline, ShaderStages};
 
 use super::daylight::CrownWords;
 use super::flake::{self, SpeciesImages};
@@ -36,8 +36,6 @@ pub struct Flaked {
     /// Images in view, and samples; those of frame and light are the renderer's.
     layouts: [BindGroupLayout; 2],
     pipelines: FxHashMap<(TreeProgram, u32), RenderPipeline>,
-    /// [`ShownWords`] of the trees in view.
-    shown: GrowingBuffer,
 }
 
 impl Flaked {
@@ -47,19 +45,11 @@ impl Flaked {
         let of = |label, kinds: &[BindingKind]| bindings::layout(gpu, label, ShaderStages::FRAGMENT, kinds);
         let layouts =
             [of("found", &[Uniform, Read, Read, Read]), of("samples of a species", &[Read, Uniform])];
-        let shown = GrowingBuffer::new(gpu, "trees in view", BufferUsages::STORAGE);
-        Self { layouts, pipelines: FxHashMap::default(), shown }
+        Self { layouts, pipelines: FxHashMap::default() }
     }
 
-    /// Writes what is shown of the trees in view, and makes the pipeline; `frame` and `daylight` are the layouts of these groups.
-    pub fn prepare(
-        &mut self,
-        gpu: &Gpu,
-        shown: &[ShownWords],
-        key: (TreeProgram, u32),
-        [frame, daylight]: [&BindGroupLayout; 2],
-    ) {
-        self.shown.write(gpu, shown);
+    /// Makes the pipeline; `frame` and `daylight` are the layouts of these groups.
+    pub fn prepare(&mut self, gpu: &Gpu, key: (TreeProgram, u32), [frame, daylight]: [&BindGroupLayout; 2]) {
         let [images, samples] = &self.layouts;
         self.pipelines.entry(key).or_insert_with(|| {
             let layouts = [frame, images, samples, daylight];
@@ -69,17 +59,19 @@ impl Flaked {
         });
     }
 
-    /// Draws what was found; the group of the frame is bound already, those of light and crowns are given for each species.
+    /// Draws what was found; the group of the frame is bound already, those of light and crowns are given for each species. `shown` are
+    /// [`ShownWords`] of the trees in view.
     pub fn draw(
         &self,
         gpu: &Gpu,
         drawing: &mut RenderPass,
         key: (TreeProgram, u32),
-        (flakes, species): (&Flakes, &[(Option<&SpeciesImages>, BindGroup)]),
+        (flakes, shown): (&Flakes, &GrowingBuffer),
+        species: &[(Option<&SpeciesImages>, BindGroup)],
     ) {
         drawing.set_pipeline(&self.pipelines[&key]);
         for band in &flakes.bands {
-            drawing.set_bind_group(1, &self.found(gpu, flakes, band), &[]);
+            drawing.set_bind_group(1, &self.found(gpu, (flakes, shown), band), &[]);
             if key.0 == TreeProgram::Shadow {
                 drawing.draw(0..3, 0..1);
                 continue;
@@ -95,9 +87,9 @@ impl Flaked {
         }
     }
 
-    fn found(&self, gpu: &Gpu, flakes: &Flakes, band: &Band) -> BindGroup {
+    fn found(&self, gpu: &Gpu, (flakes, shown): (&Flakes, &GrowingBuffer), band: &Band) -> BindGroup {
         let (rows, kept) = (band.rows.as_entire_binding(), band.kept.as_entire_binding());
-        let resources = [rows, flakes.images.binding(), kept, self.shown.binding()];
+        let resources = [rows, flakes.images.binding(), kept, shown.binding()];
         bindings::bind(gpu, "found", &self.layouts[0], &resources)
     }
 }

@@ -3,16 +3,18 @@
 
 use std::ops::Range;
 
+use glam::Vec2;
 use rayon::prelude::*;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline, ShaderStages};
 
 use super::flake::{self, BLOCK, Block, FlakeImageWords, FlakeRowsWords, SpeciesImages};
-use super::hidden::{Hidden, tiles};
+use super::hidden::{Hidden, Tiles, tiles};
 use super::slices::Slices;
 use super::{door, flakes_narrow, flakes_wide};
 use crate::error::Result;
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
+use crate::gpu::readback;
 use crate::gpu::renderer::project::SURFACES;
 use crate::gpu::renderer::table::GrowingBuffer;
 
@@ -148,13 +150,28 @@ impl Flakes {
         }
     }
 
-    /// Writes the images in view and makes room for their picture. Returns whether there are any.
+    /// Makes room for a picture, and the pipelines.
+    pub fn make(&mut self, gpu: &Gpu, extent: FlakesExtent) {
+        let before = std::mem::replace(&mut self.extent, extent);
+        if (before.size, before.samples) != (extent.size, extent.samples) {
+            self.bands = bands(gpu, extent, self.most_of_band);
+        } else if before.reach != extent.reach {
+            self.bands.iter_mut().for_each(|band| band.set_reach(gpu, extent.reach));
+        }
+        let samples = extent.samples;
+        let pipelines = &mut self.pipelines[usize::from(samples > 1)];
+        if pipelines.is_none() {
+            *pipelines =
+                Some((made(gpu, samples, &self.layouts), Hidden::new(gpu, &self.layouts[0], samples)));
+        }
+    }
+
+    /// Writes the images in view. Returns whether there are any.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
         images: &mut [FlakeImageWords],
         species: &[Option<&SpeciesImages>],
-        extent: FlakesExtent,
     ) -> bool {
         let mut before = 0u32;
         for image in images.iter_mut() {
@@ -183,19 +200,42 @@ impl Flakes {
         if self.is_hidden.size() < 4 * jobs.len() as u64 {
             self.is_hidden = bindings::storage(gpu, "hidden blocks", 2 * jobs.len() as u64, false);
         }
-        let before = std::mem::replace(&mut self.extent, extent);
-        if (before.size, before.samples) != (extent.size, extent.samples) {
-            self.bands = bands(gpu, extent, self.most_of_band);
-        } else if before.reach != extent.reach {
-            self.bands.iter_mut().for_each(|band| band.set_reach(gpu, extent.reach));
-        }
-        let samples = extent.samples;
-        let pipelines = &mut self.pipelines[usize::from(samples > 1)];
-        if pipelines.is_none() {
-            *pipelines =
-                Some((made(gpu, samples, &self.layouts), Hidden::new(gpu, &self.layouts[0], samples)));
-        }
         true
+    }
+
+    /// Returns what `depths` holds by tiles, when the commands so far are done.
+    ///
+    /// # Errors
+    /// Those of [`Slices::hand_over`] and [`readback::read`].
+    pub fn tiles(
+        &self,
+        slices: &mut Slices,
+        frame: wgpu::BindingResource,
+        depths: &wgpu::TextureView,
+        [focal, center]: [Vec2; 2],
+    ) -> Result<Tiles> {
+        let gpu = slices.gpu();
+        let frame = bindings::bind(gpu, "frame", &self.layouts[0], &[frame]);
+        let (_, hidden) =
+            self.pipelines[usize::from(self.extent.samples > 1)].as_ref().expect("they were made");
+        for band in &self.bands {
+            // Nothing is kept yet of this picture.
+            slices.encoder().clear_buffer(&band.kept, 0, None);
+            let tables = self.tested(gpu, hidden, band, depths);
+            hidden.reduce(gpu, slices.encoder(), [&frame, &tables], band.tile_count);
+            slices.count(LOOK * (band.kept.size() / BYTES) as f64)?;
+        }
+        slices.hand_over()?;
+        let nearness = |band: &Band| {
+            let [words] = readback::read(gpu, [(&band.tiles, 0..u64::from(band.tile_count))])?;
+            Ok((band.words.first, band.words.count, words.into_iter().map(f32::from_bits).collect()))
+        };
+        Ok(Tiles {
+            focal,
+            center,
+            width: self.extent.size[0],
+            bands: self.bands.iter().map(nearness).collect::<Result<_>>()?,
+        })
     }
 
     /// Finds the nearest samples of all rows, without blocks that are behind others or behind what `depths` holds.
@@ -223,8 +263,7 @@ impl Flakes {
         for band in &self.bands {
             slices.encoder().clear_buffer(&band.kept, 0, None);
             slices.encoder().clear_buffer(&self.is_hidden, 0, None);
-            let read = [&band.rows, &band.kept, &band.tiles, &self.is_hidden];
-            let tables = hidden.bind(gpu, read, [self.images.binding(), self.jobs.binding()], depths);
+            let tables = self.tested(gpu, hidden, band, depths);
             for (run, pipeline) in runs.iter().enumerate() {
                 for batch in &self.batches {
                     // What is found in the first run holds in the second.
@@ -242,6 +281,12 @@ impl Flakes {
             }
         }
         Ok(())
+    }
+
+    /// Binds what pass *hidden* tests in a band.
+    fn tested(&self, gpu: &Gpu, hidden: &Hidden, band: &Band, depths: &wgpu::TextureView) -> BindGroup {
+        let read = [&band.rows, &band.kept, &band.tiles, &self.is_hidden];
+        hidden.bind(gpu, read, [self.images.binding(), self.jobs.binding()], depths)
     }
 
     /// Examines the samples of these jobs, which are of one species, as one of so many times.

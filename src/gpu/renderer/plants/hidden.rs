@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec4, Vec4Swizzles};
 use wgpu::{
     BindGroup, BindGroupLayout, BindingResource, Buffer, BufferUsages, CommandEncoder, ComputePipeline,
     ShaderStages, TextureView,
@@ -17,6 +18,10 @@ const HIDDEN: &str = include_str!("../../../../shaders/hidden.wgsl");
 
 /// The side of a tile in pixels. With 8, a tenth less was found to be hidden.
 pub const TILE: u32 = 4;
+/// `ROUNDING` of the shader.
+const ROUNDING: f32 = 2e-6;
+/// Corners of triangles are projected in single precision, to less than this.
+const MARGIN_PX: f32 = 0.1;
 /// The invocations of a workgroup.
 pub const WORKGROUP: u32 = 64;
 
@@ -35,6 +40,44 @@ pub fn source(samples: u32) -> String {
     let kind = if samples == 1 { "texture_depth_2d" } else { "texture_depth_multisampled_2d" };
     let depths = format!("@group(1) @binding(6) var depths: {kind};\n");
     [SURFACES, &flake::source(samples), &depths, HIDDEN].concat()
+}
+
+/// The depths of the farthest sub-pixels of the tiles of a picture, read back.
+#[derive(Debug)]
+pub struct Tiles {
+    /// The focal lengths of the view and its centre, in pixels.
+    pub focal: Vec2,
+    pub center: Vec2,
+    /// Its width in pixels.
+    pub width: u32,
+    /// Bands of rows: the first row, the number of rows, and the nearness of each tile.
+    pub bands: Vec<(u32, u32, Vec<f32>)>,
+}
+
+impl Tiles {
+    /// Returns whether nothing can be seen of what is in a ball in the camera's frame, whose radius is the last component: like `is_covered`
+    /// of the shader.
+    pub fn hide(&self, ball: &Vec4) -> bool {
+        let (nearest, farthest) = ((ball.z - ball.w) * (1.0 - ROUNDING), ball.z + ball.w);
+        if nearest.is_nan() || nearest <= 0.0 {
+            return false;
+        }
+        let (low, high) = (ball.xy() - ball.w, ball.xy() + ball.w);
+        let from = self.focal * (low / nearest).min(low / farthest) + self.center - MARGIN_PX;
+        let to = self.focal * (high / nearest).max(high / farthest) + self.center + MARGIN_PX;
+        let across = self.width.div_ceil(TILE);
+        let is_covered = |(first, count, nearness): &(u32, u32, Vec<f32>)| {
+            let (from, to) = (from - Vec2::Y * *first as f32, to - Vec2::Y * *first as f32);
+            let size = Vec2::new(self.width as f32, *count as f32);
+            if to.min_element() < 0.0 || from.cmpge(size).any() {
+                return true;
+            }
+            let (from, to) = (from.max(Vec2::ZERO).as_uvec2() / TILE, to.min(size - 1.0).as_uvec2() / TILE);
+            let row = |y: u32| &nearness[(y * across + from.x) as usize..=(y * across + to.x) as usize];
+            (from.y..=to.y).all(|y| row(y).iter().all(|farthest| *farthest > 1.0 / nearest))
+        };
+        self.bands.iter().all(is_covered)
+    }
 }
 
 /// The pass, for a number of samples a pixel.
@@ -86,6 +129,21 @@ impl Hidden {
         bindings::bind(gpu, "hidden", &self.layouts[0], &resources)
     }
 
+    /// Records the reduction of what is drawn by then to so many tiles.
+    pub fn reduce(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        [frame, tables]: [&BindGroup; 2],
+        tiles: u32,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_bind_group(0, frame, &[]);
+        pass.set_bind_group(1, tables, &[]);
+        pass.set_pipeline(&self.reduce);
+        bindings::dispatch(gpu, &mut pass, tiles.div_ceil(WORKGROUP));
+    }
+
     /// Records the test of the jobs of each species against what is drawn by then. `tiles` is the number of tiles.
     pub fn record(
         &self,
@@ -95,11 +153,10 @@ impl Hidden {
         tiles: u32,
         (species, jobs): (&[Option<&SpeciesImages>], &[Range<u32>]),
     ) {
+        self.reduce(gpu, encoder, [frame, tables], tiles);
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_bind_group(0, frame, &[]);
         pass.set_bind_group(1, tables, &[]);
-        pass.set_pipeline(&self.reduce);
-        bindings::dispatch(gpu, &mut pass, tiles.div_ceil(WORKGROUP));
         pass.set_pipeline(&self.hide);
         for (species, jobs) in species.iter().zip(jobs).filter(|(_, jobs)| jobs.start < jobs.end) {
             let Some(species) = species else { continue };

@@ -17,7 +17,7 @@ use crate::foliage::{Door, Material, Mesh, Pixels, Plant, Use, WoodSpecies, Wrap
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 
-/// The largest number of instances of sub-objects of a species that are drawn as polygons, 52 bytes each.
+/// The largest number of instances of sub-objects of a species that are drawn as polygons, 56 bytes each.
 const MOST_INSTANCES: u64 = 4_000_000;
 
 /// The attributes of a corner in the layout of the shader (`PlantCorner`).
@@ -35,10 +35,12 @@ pub struct CornerWords {
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct InstanceWords {
-    /// The rows of its map to the plant's frame.
+    /// The rows of its map to the frame of instances: the plant's, or the camera's.
     rows: [[f32; 4]; 3],
     /// [`Door::word`].
     door: u32,
+    /// The number of its tree from the first on.
+    tree: u32,
 }
 
 /// A material in the layout of the shader (`Matter`), which documents the fields.
@@ -132,7 +134,7 @@ impl SpeciesBuffers {
         let (mut words, mut of_object) = (Vec::new(), Vec::new());
         for maps in instances(plant) {
             let first = words.len() as u32;
-            words.extend(maps.iter().map(|map| InstanceWords::new(map, &Door::wide(0))));
+            words.extend(maps.iter().map(|map| InstanceWords::new(map, &Door::wide(0), 0)));
             of_object.push(first..words.len() as u32);
         }
         let words = bindings::filled(gpu, "instances", &words, BufferUsages::VERTEX);
@@ -176,8 +178,8 @@ fn instances(plant: &Plant) -> Vec<Vec<DAffine3>> {
 
 impl InstanceWords {
     /// Returns the attributes of an instance that is drawn through a door.
-    pub fn new(map: &DAffine3, door: &Door) -> Self {
-        Self { rows: rows_of(map), door: door.word() }
+    pub fn new(map: &DAffine3, door: &Door, tree: u32) -> Self {
+        Self { rows: rows_of(map), door: door.word(), tree }
     }
 }
 

@@ -9,7 +9,7 @@ use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages};
 use super::flake::SpeciesImages;
 use super::flaked::ShownWords;
 use super::species::{SpeciesBuffers, material_layout};
-use super::{Cuts, Key, TreeProgram, TreeWords, daylight, pipeline, tree_layout};
+use super::{Cuts, Key, StandingWords, TreeProgram, daylight, pipeline, trees_layout};
 use crate::error::Result;
 use crate::foliage::{InView, View, WalkOptions, Wood, WoodSpecies, in_view};
 use crate::gpu::bindings::{self, BindingKind};
@@ -25,11 +25,11 @@ pub struct Stock {
     pub wood: Arc<Wood>,
     /// The species, in the order of the trees' indices.
     pub species: Vec<SpeciesBuffers>,
-    /// Frame, tree, material and light.
+    /// Frame, trees, material and light.
     pub layouts: [BindGroupLayout; 4],
     /// The pipelines that were made so far.
     pub pipelines: FxHashMap<Key, RenderPipeline>,
-    /// The distance of two trees in a uniform buffer, in bytes.
+    /// The distance of two [`StandingWords`] in a uniform buffer, in bytes.
     pub stride: u64,
     faces: usize,
 }
@@ -41,7 +41,7 @@ impl Stock {
     /// [`crate::Error::Request`] for a plant without images that has too many instances.
     pub fn new(gpu: &Gpu, wood: Arc<Wood>, faces: usize) -> Result<Self> {
         let shot = bindings::layout(gpu, "frame", ShaderStages::VERTEX_FRAGMENT, &[BindingKind::Uniform]);
-        let layouts = [shot, tree_layout(gpu), material_layout(gpu), daylight::layout(gpu)];
+        let layouts = [shot, trees_layout(gpu), material_layout(gpu), daylight::layout(gpu)];
         let species = (0..).zip(&wood.species);
         let species = species.map(|(number, species)| SpeciesBuffers::new(gpu, species, number, &layouts[2]));
         let alignment = u64::from(gpu.device.limits().min_uniform_buffer_offset_alignment);
@@ -49,7 +49,7 @@ impl Stock {
             species: species.collect::<Result<_>>()?,
             layouts,
             pipelines: FxHashMap::default(),
-            stride: (size_of::<TreeWords>() as u64).next_multiple_of(alignment),
+            stride: (size_of::<StandingWords>() as u64).next_multiple_of(alignment),
             faces,
             wood,
         })

@@ -1,5 +1,6 @@
 //! Trees on the device against brute force on the CPU, and beside faces.
 
+mod behind;
 mod hidden;
 mod motion;
 mod slices;

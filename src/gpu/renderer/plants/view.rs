@@ -2,25 +2,24 @@
 
 use std::cell::Cell;
 use std::num::NonZeroU64;
-use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use glam::{DAffine3, DVec3, Vec3};
+use bytemuck::Zeroable;
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
-use wgpu::{BufferUsages, RenderPass};
+use wgpu::{BindGroup, BufferUsages, RenderPass};
 
 use super::daylight::DaylightWords;
 use super::flake::{FlakeImageWords, SpeciesImages, rows_of};
 use super::flaked::{Flaked, ShownWords};
 use super::flakes::{Flakes, FlakesExtent};
+use super::polygons::{PolygonDraw, Polygons, PolygonsOfTree};
 use super::slices::Slices;
-use super::species::{InstanceWords, MeshBuffers};
 use super::stock::Stock;
-use super::{Cuts, TreeProgram, TreeWords};
+use super::{StandingWords, TreeProgram};
 use crate::error::Result;
-use crate::foliage::{
-    Ball, ImageInView, InView, PolygonsInView, Tree, TreeCost, TreePace, WalkOptions, sees,
-};
+use crate::foliage::{Ball, ImageInView, InView, Tree, TreeCost, TreePace, WalkOptions, sees};
+use crate::geometry::Pinhole;
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::table::GrowingBuffer;
@@ -30,12 +29,13 @@ use crate::projection::{Quality, Shot, TreeMethod};
 #[derive(Debug)]
 pub struct PlantsView {
     daylight: GrowingBuffer,
-    /// The trees in view, each at a multiple of [`Stock::stride`].
-    trees: GrowingBuffer,
-    /// What is drawn as polygons, in the order of the trees.
-    polygons: Vec<PolygonDraw>,
-    /// [`super::species::InstanceWords`] of sub-objects of trees whose other parts are drawn from images: to the camera's frame.
-    parts: GrowingBuffer,
+    /// [`ShownWords`] of the trees in view.
+    shown: GrowingBuffer,
+    /// Where instances stand, each at a multiple of [`Stock::stride`].
+    standing: GrowingBuffer,
+    /// The trees that are drawn as polygons alone.
+    whole: Vec<usize>,
+    pub(in crate::gpu::renderer) polygons: Polygons,
     pub(in crate::gpu::renderer) flakes: Flakes,
     flaked: Flaked,
     /// Whether images are in view.
@@ -52,28 +52,16 @@ pub struct PlantsView {
     /// Whether the nearest samples of these tables were found.
     is_found: Cell<bool>,
     cost: TreeCost,
-}
-
-/// Instances of a sub-object's triangles that are drawn as polygons.
-#[derive(Debug, Clone, PartialEq)]
-struct PolygonDraw {
-    /// The place of the tree among those in view.
-    slot: u32,
-    species: usize,
-    /// The sub-object; `None` for all of them.
-    object: Option<usize>,
-    /// In [`PlantsView::parts`]; those of all sub-objects are in [`super::species::SpeciesBuffers::instances`].
-    instances: Range<u32>,
-    /// Whether they are drawn in part of the sub-pixels.
-    in_part: bool,
+    /// How long it took to find and write what is in view.
+    listed: Duration,
+    /// The focal lengths of the view and its centre, in pixels.
+    lens: [Vec2; 2],
 }
 
 /// What a view shows of a tree from its images and as polygons.
 struct TreeInView {
     images: Vec<FlakeImageWords>,
-    parts: Vec<InstanceWords>,
-    /// What is drawn of `parts`: the sub-object, whether in part of the sub-pixels, and the parts.
-    draws: Vec<(usize, bool, Range<u32>)>,
+    polygons: PolygonsOfTree,
 }
 
 impl TreeInView {
@@ -82,7 +70,7 @@ impl TreeInView {
         shot: &Shot,
         (slot, number): (u32, usize),
         images: &SpeciesImages,
-        options: &WalkOptions,
+        (options, with_balls): (&WalkOptions, bool),
     ) -> Self {
         let species = stock.wood.trees[number].species;
         let plant = &stock.wood.species[species].plant;
@@ -92,17 +80,9 @@ impl TreeInView {
             species: species as u32,
             ..images.words(plant, image)
         };
-        let kind = |of: &PolygonsInView| (of.object, !of.door.is_wide());
-        let mut end = 0;
-        let draw = |alike: &[PolygonsInView]| {
-            let ((object, in_part), first) = (kind(&alike[0]), end);
-            end += alike.len() as u32;
-            (object, in_part, first..end)
-        };
         Self {
             images: of_tree.iter().map(words).collect(),
-            parts: polygons.iter().map(|of| InstanceWords::new(&of.view_from_object, &of.door)).collect(),
-            draws: polygons.chunk_by(|a, b| kind(a) == kind(b)).map(draw).collect(),
+            polygons: PolygonsOfTree::new(plant, &polygons, (slot, species), with_balls),
         }
     }
 }
@@ -123,9 +103,10 @@ impl PlantsView {
     pub fn new(gpu: &Gpu) -> Self {
         Self {
             daylight: GrowingBuffer::new(gpu, "daylight", BufferUsages::UNIFORM),
-            trees: GrowingBuffer::new(gpu, "trees", BufferUsages::UNIFORM),
-            polygons: Vec::new(),
-            parts: GrowingBuffer::new(gpu, "parts of trees", BufferUsages::VERTEX),
+            shown: GrowingBuffer::new(gpu, "trees in view", BufferUsages::STORAGE),
+            standing: GrowingBuffer::new(gpu, "standing", BufferUsages::UNIFORM),
+            whole: Vec::new(),
+            polygons: Polygons::new(gpu),
             flakes: Flakes::new(gpu),
             flaked: Flaked::new(gpu),
             has_images: false,
@@ -136,6 +117,8 @@ impl PlantsView {
             of: None,
             is_found: Cell::default(),
             cost: TreeCost::default(),
+            listed: Duration::ZERO,
+            lens: [Vec2::ZERO; 2],
         }
     }
 
@@ -179,12 +162,9 @@ impl PlantsView {
         }
         let exposure = DVec3::from_array(of_common).as_vec3();
         self.write_trees(gpu, stock, shot, (&in_view, exposure));
-        let in_part = self.polygons.iter().any(|draw| draw.in_part);
-        stock.want_pipelines(gpu, (program, samples), in_part);
+        stock.want_pipelines(gpu, (program, samples), self.polygons.any_in_part());
         if self.has_images {
-            let shown: Vec<ShownWords> =
-                in_view.iter().map(|number| stock.shown(shot, *number, exposure)).collect();
-            self.flaked.prepare(gpu, &shown, (program, samples), [&stock.layouts[0], &stock.layouts[3]]);
+            self.flaked.prepare(gpu, (program, samples), [&stock.layouts[0], &stock.layouts[3]]);
         }
         Ok(true)
     }
@@ -208,17 +188,20 @@ impl PlantsView {
         shot: &Shot,
         (in_view, samples): (&[usize], u32),
     ) -> Result<()> {
-        let mut found = self.find_parts(gpu, stock, shot, in_view)?;
+        let began = Instant::now();
+        let mut images = self.find_parts(gpu, stock, shot, in_view)?;
         if self.within.is_some() && self.pace.get_mut().begin(self.cost) {
-            found = self.find_parts(gpu, stock, shot, in_view)?;
+            images = self.find_parts(gpu, stock, shot, in_view)?;
         }
-        let (mut images, parts) = found;
-        if !parts.is_empty() {
-            self.parts.write(gpu, &parts);
-        }
+        self.polygons.divide(gpu, stock);
+        let Pinhole { fx, fy, cx, cy, .. } = shot.camera;
+        self.lens = [DVec2::new(fx, fy), DVec2::new(cx, cy)].map(|of| of.as_vec2());
         let size = [shot.camera.width, shot.camera.height];
-        let extent = FlakesExtent { size, samples, reach: self.options.reach_px() };
-        self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images(), extent);
+        if !images.is_empty() || self.polygons.are_tested() {
+            self.flakes.make(gpu, FlakesExtent { size, samples, reach: self.options.reach_px() });
+        }
+        self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images());
+        self.listed = began.elapsed();
         Ok(())
     }
 
@@ -229,78 +212,60 @@ impl PlantsView {
         stock: &mut Stock,
         shot: &Shot,
         in_view: &[usize],
-    ) -> Result<(Vec<FlakeImageWords>, Vec<InstanceWords>)> {
+    ) -> Result<Vec<FlakeImageWords>> {
         let options = self.options_now(shot);
         self.options = options;
+        let with_balls = self.polygons.least_of_batch.is_some();
         let from_images = |(slot, number): (usize, &usize)| {
             let images = stock.species[stock.wood.trees[*number].species].images.as_ref()?;
             let is_wanted = shot.trees == TreeMethod::Flakes;
-            is_wanted.then(|| TreeInView::new(stock, shot, (slot as u32, *number), images, &options))
+            let options = (&options, with_balls);
+            is_wanted.then(|| TreeInView::new(stock, shot, (slot as u32, *number), images, options))
         };
         let seen: Vec<Option<TreeInView>> = in_view.par_iter().enumerate().map(from_images).collect();
-        let (mut images, mut parts) = (vec![Vec::new(); stock.species.len()], Vec::new());
-        let mut before = 0;
-        self.polygons.clear();
-        for ((slot, &number), seen) in (0u32..).zip(in_view).zip(&seen) {
+        let (mut images, mut polygons) = (vec![Vec::new(); stock.species.len()], Vec::new());
+        let mut species_of_whole = Vec::new();
+        self.whole.clear();
+        for (&number, seen) in in_view.iter().zip(&seen) {
             let species = stock.wood.trees[number].species;
-            let Some(TreeInView { images: of_tree, parts: of_polygons, draws }) = seen else {
+            let Some(seen) = seen else {
                 stock.species[species].want_instances(gpu, &stock.wood.species[species].plant)?;
-                self.polygons.push(PolygonDraw {
-                    slot,
-                    species,
-                    object: None,
-                    instances: 0..0,
-                    in_part: false,
-                });
+                species_of_whole.push(species);
+                self.whole.push(number);
                 continue;
             };
-            images[species].push(&of_tree[..]);
-            let first = before;
-            before += of_polygons.len() as u32;
-            parts.push(&of_polygons[..]);
-            self.polygons.extend(draws.iter().map(|(object, in_part, instances)| PolygonDraw {
-                slot,
-                species,
-                object: Some(*object),
-                instances: first + instances.start..first + instances.end,
-                in_part: *in_part,
-            }));
+            images[species].push(&seen.images[..]);
+            polygons.push(&seen.polygons);
         }
-        let (images, parts) = (images.concat().concat(), parts.concat());
-        self.cost = self.cost_of(stock, &images);
-        Ok((images, parts))
-    }
-
-    /// Returns what the parts in view cost; trees that are drawn as polygons alone, whatever their size in the view, are left out.
-    fn cost_of(&self, stock: &Stock, images: &[FlakeImageWords]) -> TreeCost {
-        let parts = self.polygons.iter().filter(|draw| draw.object.is_some());
-        TreeCost {
+        self.polygons.set(&polygons, &species_of_whole);
+        let images = images.concat().concat();
+        self.cost = TreeCost {
             samples: images.iter().map(|image| u64::from(image.count)).sum(),
-            triangles: parts.map(|draw| triangles_of(stock, draw)).sum(),
-        }
+            triangles: self.polygons.triangles(stock),
+        };
+        Ok(images)
     }
 
     fn write_trees(&mut self, gpu: &Gpu, stock: &Stock, shot: &Shot, (in_view, exposure): (&[usize], Vec3)) {
+        let shown: Vec<ShownWords> =
+            in_view.iter().map(|number| stock.shown(shot, *number, exposure)).collect();
+        self.shown.write(gpu, &shown);
         let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
-        let is_whole: Vec<bool> = self.polygons.iter().fold(vec![false; in_view.len()], |mut whole, draw| {
-            whole[draw.slot as usize] |= draw.object.is_none();
-            whole
-        });
-        let mut bytes = vec![0u8; stock.stride as usize * in_view.len()];
-        for ((place, &number), is_whole) in
-            bytes.chunks_exact_mut(stock.stride as usize).zip(in_view).zip(is_whole)
-        {
-            // Parts are mapped to the camera's frame already.
-            let map = match is_whole {
-                true => camera_from_world * stock.wood.trees[number].world_from_plant,
-                false => DAffine3::IDENTITY,
-            };
-            let [right, down, forward] = rows_of(&map);
-            let ShownWords { tint, number, plain, crown } = stock.shown(shot, number, exposure);
-            let words = TreeWords { right, down, forward, tint, number, plain, crown };
-            place[..size_of::<TreeWords>()].copy_from_slice(bytemuck::bytes_of(&words));
+        let stride = stock.stride as usize;
+        let mut bytes = vec![0u8; stride * (1 + self.whole.len())];
+        let mut stand = |place: usize, map: &DAffine3, first: u32| {
+            let [right, down, forward] = rows_of(map);
+            let words = StandingWords { right, down, forward, first, ..StandingWords::zeroed() };
+            bytes[stride * place..][..size_of::<StandingWords>()].copy_from_slice(bytemuck::bytes_of(&words));
+        };
+        // Parts are mapped to the camera's frame already, and know their trees.
+        stand(0, &DAffine3::IDENTITY, 0);
+        for (place, number) in (1..).zip(&self.whole) {
+            // Both are in the order of the trees.
+            let first = in_view.binary_search(number).expect("whole trees are in view");
+            stand(place, &(camera_from_world * stock.wood.trees[*number].world_from_plant), first as u32);
         }
-        self.trees.write(gpu, &bytes);
+        self.standing.write(gpu, &bytes);
     }
 
     /// Returns what of the trees is handed to the device at once, as a cost in samples.
@@ -308,131 +273,118 @@ impl PlantsView {
         self.pace.get().most_at_once()
     }
 
-    /// Finds the nearest samples of images in view, of those that are not behind what `depths` holds. Where trees may take so much time
-    /// and no more, this is waited for, and the next picture follows from how long it took.
-    fn find(
-        &self,
-        stock: &Stock,
-        slices: &mut Slices,
-        frame: wgpu::BindingResource,
-        depths: &wgpu::TextureView,
-    ) -> Result<()> {
-        let Some(within) = self.within else {
-            return self.flakes.record(slices, frame, &stock.images(), depths);
-        };
-        slices.hand_over()?;
-        let (began, done_before) = (Instant::now(), slices.done());
-        let recorded = self.flakes.record(slices, frame, &stock.images(), depths);
-        let recorded = recorded.and_then(|()| slices.hand_over());
-        // Where it was given up, what was done tells as much. Hidden samples count as drawn: how many are hidden changes little from one
-        // picture to the next.
-        let mut pace = self.pace.get();
-        pace.learn((slices.done() - done_before) as u64, began.elapsed().as_secs_f64());
-        pace.follow(self.cost, within.as_secs_f64());
-        self.pace.set(pace);
-        recorded
-    }
-
-    /// Draws the trees in view, for which [`Self::prepare`] was called: polygons first, since these are near and hide much.
+    /// Draws the trees in view, for which [`Self::prepare`] was called: polygons first, since these are near and hide much. Where trees may
+    /// take so much time and no more, they are waited for, and the next picture follows from how long they took.
     ///
     /// # Errors
-    /// Those of [`Slices::hand_over`].
+    /// Those of [`Slices::hand_over`] and [`Flakes::tiles`].
     pub fn draw(
         &self,
         stock: &Stock,
         slices: &mut Slices,
         onto: &Onto,
         frame: wgpu::BindingResource,
-        (program, samples): (TreeProgram, u32),
+        key: (TreeProgram, u32),
     ) -> Result<()> {
         let gpu = slices.gpu();
-        let of_frame = bindings::bind(gpu, "frame", &stock.layouts[0], std::slice::from_ref(&frame));
         let lights =
             stock.species.iter().map(|of| of.crown.bind(gpu, &stock.layouts[3], self.daylight.binding()));
-        let species: Vec<_> = stock.images().into_iter().zip(lights).collect();
-        let size = NonZeroU64::new(size_of::<TreeWords>() as u64);
-        let tree = wgpu::BufferBinding { buffer: self.trees.buffer(), offset: 0, size };
-        let tree = bindings::bind(gpu, "tree", &stock.layouts[1], &[wgpu::BindingResource::Buffer(tree)]);
-        let parts = self.polygons_at_once(stock, slices.most());
-        if parts.is_empty() {
-            drop((onto.begin)(slices.encoder(), true));
+        let size = NonZeroU64::new(size_of::<StandingWords>() as u64);
+        let standing = wgpu::BufferBinding { buffer: self.standing.buffer(), offset: 0, size };
+        let trees = [wgpu::BindingResource::Buffer(standing), self.shown.binding()];
+        let bound = Bound {
+            frame: bindings::bind(gpu, "frame", &stock.layouts[0], std::slice::from_ref(&frame)),
+            trees: bindings::bind(gpu, "trees", &stock.layouts[1], &trees),
+            species: stock.images().into_iter().zip(lights).collect(),
+        };
+        let within = self.within.filter(|_| !self.is_found.get());
+        if within.is_some() {
+            slices.hand_over()?;
         }
-        let mut is_first = true;
-        for (draws, cost) in parts {
-            let mut drawing = (onto.begin)(slices.encoder(), std::mem::take(&mut is_first));
-            drawing.set_bind_group(0, &of_frame, &[]);
-            for draw in draws {
-                drawing.set_bind_group(1, &tree, &[(u64::from(draw.slot) * stock.stride) as u32]);
-                drawing.set_bind_group(3, &species[draw.species].1, &[]);
-                self.draw_polygons(stock, &mut drawing, draw, (program, samples));
-            }
-            drop(drawing);
-            slices.count(cost)?;
+        let (began, done_before) = (Instant::now(), slices.done());
+        let found = self.find(stock, slices, onto, frame, (&bound, key));
+        if let Some(within) = within {
+            let found = found.and_then(|()| slices.hand_over());
+            // Where it was given up, what was done tells as much. What is hidden counts as drawn: how much that is changes little from
+            // one picture to the next.
+            let (done, seconds) = match &found {
+                Ok(()) => (self.cost.in_samples(), self.listed + began.elapsed()),
+                Err(_) => (slices.done() - done_before, began.elapsed()),
+            };
+            let mut pace = self.pace.get();
+            pace.learn(done, seconds.as_secs_f64());
+            pace.follow(self.cost, within.as_secs_f64());
+            self.pace.set(pace);
+            found?;
+        } else {
+            found?;
         }
         if self.has_images {
-            if !self.is_found.get() {
-                self.find(stock, slices, frame, onto.depths)?;
-                self.is_found.set(true);
-            }
             let mut drawing = (onto.begin)(slices.encoder(), false);
-            drawing.set_bind_group(0, &of_frame, &[]);
-            self.flaked.draw(gpu, &mut drawing, (program, samples), (&self.flakes, &species));
+            drawing.set_bind_group(0, &bound.frame, &[]);
+            self.flaked.draw(gpu, &mut drawing, key, (&self.flakes, &self.shown), &bound.species);
         }
+        self.is_found.set(true);
         Ok(())
     }
 
-    /// Divides what is drawn as polygons into parts that cost about `most` samples, each with its cost.
-    fn polygons_at_once(&self, stock: &Stock, most: f64) -> Vec<(&[PolygonDraw], f64)> {
-        let cost = |draw: &PolygonDraw| {
-            let triangles = triangles_of(stock, draw);
-            TreeCost { samples: 0, triangles }.in_samples()
-        };
-        let (mut parts, mut first, mut sum) = (Vec::new(), 0, 0.0);
-        for (end, draw) in (1..).zip(&self.polygons) {
-            sum += cost(draw);
-            if sum >= most || end == self.polygons.len() {
-                parts.push((&self.polygons[first..end], sum));
-                (first, sum) = (end, 0.0);
-            }
+    /// Draws polygons, and finds the nearest samples of images, as far as they are not behind what is drawn before them.
+    fn find(
+        &self,
+        stock: &Stock,
+        slices: &mut Slices,
+        onto: &Onto,
+        frame: wgpu::BindingResource,
+        (bound, key): (&Bound, (TreeProgram, u32)),
+    ) -> Result<()> {
+        let gpu = slices.gpu();
+        drop((onto.begin)(slices.encoder(), true));
+        if self.is_found.get() {
+            let parts = self.polygons.drawn(stock, slices.most());
+            return self.draw_polygons(stock, slices, onto, (bound, key), &parts);
         }
-        parts
+        for batch in 0..self.polygons.batches.len() {
+            let tiles = match self.polygons.are_tested() {
+                true => Some(self.flakes.tiles(slices, frame.clone(), onto.depths, self.lens)?),
+                false => None,
+            };
+            let parts = self.polygons.write(gpu, stock, (batch, tiles.as_ref()), slices.most());
+            self.draw_polygons(stock, slices, onto, (bound, key), &parts)?;
+        }
+        if self.has_images {
+            self.flakes.record(slices, frame, &stock.images(), onto.depths)?;
+        }
+        Ok(())
     }
 
     fn draw_polygons(
         &self,
         stock: &Stock,
-        drawing: &mut RenderPass,
-        draw: &PolygonDraw,
-        (program, samples): (TreeProgram, u32),
-    ) {
-        let species = &stock.species[draw.species];
-        let all = species.instances.as_ref().filter(|_| draw.object.is_none());
-        match all {
-            Some(all) => drawing.set_vertex_buffer(1, all.words.slice(..)),
-            None => drawing.set_vertex_buffer(1, self.parts.slice()),
+        slices: &mut Slices,
+        onto: &Onto,
+        (bound, key): (&Bound, (TreeProgram, u32)),
+        parts: &[(Vec<PolygonDraw>, f64)],
+    ) -> Result<()> {
+        for (draws, cost) in parts {
+            let mut drawing = (onto.begin)(slices.encoder(), false);
+            drawing.set_bind_group(0, &bound.frame, &[]);
+            for draw in draws {
+                drawing.set_bind_group(1, &bound.trees, &[(u64::from(draw.standing) * stock.stride) as u32]);
+                drawing.set_bind_group(3, &bound.species[draw.species].1, &[]);
+                self.polygons.draw(stock, &mut drawing, draw, key);
+            }
+            drop(drawing);
+            slices.count(*cost)?;
         }
-        for mesh in
-            species.meshes.iter().filter(|mesh| draw.object.is_none_or(|object| object == mesh.object))
-        {
-            let instances = all.map_or(&draw.instances, |all| &all.of_object[mesh.object]);
-            let cuts = Cuts { by_picture: mesh.is_cut, by_door: draw.in_part };
-            drawing.set_pipeline(&stock.pipelines[&(program, cuts, samples)]);
-            drawing.set_bind_group(2, &mesh.material, &[]);
-            drawing.set_vertex_buffer(0, mesh.corners.slice(..));
-            drawing.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
-            drawing.draw_indexed(0..mesh.index_count, 0, instances.clone());
-        }
+        Ok(())
     }
 }
 
-/// Returns the number of triangles of what is drawn.
-fn triangles_of(stock: &Stock, draw: &PolygonDraw) -> u64 {
-    let species = &stock.species[draw.species];
-    let all = species.instances.as_ref().filter(|_| draw.object.is_none());
-    let meshes = species.meshes.iter().filter(|mesh| draw.object.is_none_or(|object| object == mesh.object));
-    let of_mesh = |mesh: &MeshBuffers| {
-        let instances = all.map_or(&draw.instances, |all| &all.of_object[mesh.object]);
-        u64::from(mesh.index_count / 3) * instances.len() as u64
-    };
-    meshes.map(of_mesh).sum()
+/// What is bound where trees are drawn.
+struct Bound<'a> {
+    frame: BindGroup,
+    /// At the offset of where instances stand.
+    trees: BindGroup,
+    /// Of each species the images, and light.
+    species: Vec<(Option<&'a SpeciesImages>, BindGroup)>,
 }

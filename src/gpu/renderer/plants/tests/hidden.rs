@@ -18,7 +18,7 @@ use crate::scene::synthetic::{Modeller, centred, look_at};
 use crate::task::Task;
 
 /// A row of oaks, each so many radii behind the one before it and a little aside.
-fn row(plant: &Plant, count: u32, apart: f64) -> Wood {
+pub fn row(plant: &Plant, count: u32, apart: f64) -> Wood {
     let mut wood = with_images(wood(plant.clone()));
     let radius = plant.whole().bounds.ball.radius;
     let tree = |number: u32| {

@@ -4,6 +4,8 @@
 //!
 //! `cargo bench --bench trees`; one group alone: `cargo bench --bench trees -- wood`. Ratios and lines are printed at the end of each group.
 
+mod moving;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -15,20 +17,16 @@ use quadratura::testing::foliage::{
     BakeOptions, FlakeOptions, LayeredOptions, Light, Placing, Plant, PlantImages, Species, Tree, View,
     WalkOptions, Wood, WoodSpecies, bake, draw, draw_flakes, draw_layered, grow, in_view, similarity, walk,
 };
-use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::{
-    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Picture, Projector, Quality, Renders,
-    Server, Shot, Sources, Texels, TreeMethod,
+    Gains, LayerTextureId, LayerTexturePixels, Picture, Quality, Renders, Shot, Sources, Texels, TreeMethod,
 };
-use quadratura::testing::scene::synthetic::{Modeller, centred, look_at};
-use quadratura::testing::scene::{Model, PhotoId};
+use quadratura::testing::scene::Model;
+use quadratura::testing::scene::synthetic::{centred, look_at};
 
 /// Columns and rows of the pictures.
 const SIZE: [u32; 2] = [960, 540];
-/// What trees may take in a picture of a view that moves, as in the window.
-const TREES_WITHIN: Duration = Duration::from_millis(30);
 /// The focal length of the pictures of woods, in pixels.
 const FOCAL: f64 = 800.0;
 /// What takes longer than this, in seconds, is run [`FEW`] times, or once where that takes too long, whatever criterion asks for.
@@ -39,7 +37,7 @@ const FEW: f64 = 3.0;
 type Group<'a> = BenchmarkGroup<'a, WallTime>;
 
 fn maple_species() -> Species {
-    serde_json::from_str(include_str!("../examples/maple.json")).expect("the example is a species")
+    serde_json::from_str(include_str!("../../examples/maple.json")).expect("the example is a species")
 }
 
 fn grown(species: &Species) -> Arc<Plant> {
@@ -200,12 +198,22 @@ impl ThirteenMaples {
     }
 }
 
+/// Whether a group is asked for, so that nothing is made for others. What it is filtered by is left to criterion.
+fn is_wanted(group: &str) -> bool {
+    let mut filters =
+        std::env::args().skip(1).filter(|arg| !arg.starts_with('-') && arg.parse::<f64>().is_err());
+    filters.next().is_none_or(|filter| group.contains(&filter) || filter.contains(group))
+}
+
 fn few(group: &mut Group<'_>) {
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
     group.warm_up_time(Duration::from_millis(1)).measurement_time(Duration::from_secs(1));
 }
 
 fn thirteen_maples(c: &mut Criterion) {
+    if !is_wanted("wood of 13") {
+        return;
+    }
     let scene = ThirteenMaples::new();
     let [slabs, layers] =
         [BakeOptions::SLABS, BakeOptions::LAYERS].map(|options| baked(&scene.maple, &options));
@@ -288,6 +296,9 @@ fn rows_of_trees(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> (
 }
 
 fn by_trees(c: &mut Criterion) {
+    if !is_wanted("picture by number of trees") {
+        return;
+    }
     let Ok(gpu) = Gpu::headless() else { return };
     let maple = grown(&maple_species());
     let images = baked(&maple, &BakeOptions::SLABS);
@@ -306,6 +317,9 @@ fn by_trees(c: &mut Criterion) {
 }
 
 fn by_polygons(c: &mut Criterion) {
+    if !is_wanted("picture by polygons of a tree") {
+        return;
+    }
     let mut group = c.benchmark_group("picture by polygons of a tree");
     few(&mut group);
     let (mut of_images, mut of_polygons) = (Vec::new(), Vec::new());
@@ -335,6 +349,9 @@ fn by_polygons(c: &mut Criterion) {
 }
 
 fn walks(c: &mut Criterion) {
+    if !is_wanted("walk, one thread") {
+        return;
+    }
     let maple = grown(&maple_species());
     let images = baked(&maple, &BakeOptions::SLABS);
     let (far, shot) = rows_of_trees(&maple, &images, 1000);
@@ -363,128 +380,5 @@ fn walks(c: &mut Criterion) {
     group.finish();
 }
 
-/// The side of the photo of the avenue's ground, in pixels.
-const SIDE: u32 = 64;
-/// The side of the ground, in metres.
-const GROUND: f64 = 60.0;
-
-/// A ground of one grey that a photo from above shows.
-struct Grey;
-
-impl Texels for Grey {
-    fn layer_texture(&self, _: LayerTextureId) -> quadratura::Result<LayerTexturePixels> {
-        let rect = PixelRect { x: 0, y: 0, w: SIDE, h: SIDE };
-        let pixels = (SIDE * SIDE) as usize;
-        let rgba = [190, 185, 175, 255].repeat(pixels);
-        Ok(LayerTexturePixels { rect, rgba, needed: vec![1; pixels], matte: None })
-    }
-}
-
-/// The ground that trees stand on and shade.
-fn ground() -> (Arc<Model>, Arc<Sources>) {
-    let corner = dvec3(-0.5 * GROUND, -0.5 * GROUND, 0.0);
-    let model = Modeller::new().object("ground").quad(corner, GROUND * DVec3::X, GROUND * DVec3::Y).finish();
-    let server = |back: bool| Server {
-        layer_texture: LayerTextureId(0),
-        photo: PhotoId(0),
-        back,
-        pinned: false,
-        domain: Domain::Whole,
-    };
-    let sources = Sources {
-        photos: vec![Projector {
-            name: "above".into(),
-            camera: centred(SIDE, SIDE, 0.5 * f64::from(SIDE)),
-            pose: look_at(dvec3(0.0, -1.0, 1.1 * GROUND), DVec3::ZERO),
-        }],
-        layer_textures: vec![LayerTexture {
-            photo: PhotoId(0),
-            id: "above".into(),
-            rect: PixelRect { x: 0, y: 0, w: SIDE, h: SIDE },
-            see_through: false,
-        }],
-        servers: [false, true].map(server).to_vec(),
-        of_face: (0..model.faces.len()).map(|_| 0..2).collect(),
-        ..Sources::default()
-    };
-    (model, Arc::new(sources))
-}
-
-/// Trees in two rows along the ground, with their shadows; each is about nine metres tall.
-fn avenue(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> Wood {
-    let along = 0.9 * GROUND / f64::from(count / 2);
-    let placing = |i: u32| Placing {
-        at: dvec3(
-            if i.is_multiple_of(2) { -5.0 } else { 5.0 },
-            along * f64::from(i / 2) - 0.45 * GROUND,
-            0.0,
-        ),
-        up: DVec3::Z,
-        height: Some(9.0),
-        width: None,
-        turn: 137.508 * f64::from(i),
-        unit: 1.0,
-    };
-    let mut wood = wood(species(maple, Some(images)), (0..count).map(|i| placing(i).world_from_plant(maple)));
-    wood.trees.iter_mut().for_each(|tree| tree.casts = true);
-    wood
-}
-
-/// Steps of a drag.
-const STEPS: u32 = 60;
-/// A drag ends after this time, however far it came.
-const DRAG: Duration = Duration::from_secs(30);
-
-/// Times a view that walks between the trees as the window draws it: its first picture, those that follow, and the preview of where it
-/// stops, where the device is fast enough for one.
-fn moving(c: &mut Criterion) {
-    let Ok(gpu) = Gpu::headless() else { return };
-    let maple = grown(&maple_species());
-    let images = baked(&maple, &BakeOptions::SLABS);
-    let (model, sources) = ground();
-    let mut group = c.benchmark_group("moving among trees");
-    few(&mut group);
-    for count in [20, 200, 1000] {
-        let avenue = avenue(&maple, &images, count);
-        let mut renderer = renderer_of(&gpu, model.clone(), sources.clone(), Arc::new(Grey), avenue);
-        let shot = |step: f64| {
-            let eye = dvec3(0.8, -0.3 * GROUND + 0.1 * step, 1.7);
-            let target = eye + dvec3((0.05 * step).sin(), 4.0, 0.1);
-            let shot = Shot::new(centred(SIZE[0], SIZE[1], FOCAL), look_at(eye, target));
-            Shot { quality: Quality::Preview, trees_within: Some(TREES_WITHIN), ..shot }
-        };
-        let mut seconds = |shot: &Shot| {
-            let began = Instant::now();
-            renderer.picture(shot, &Task::silent()).expect("the adapter works");
-            began.elapsed().as_secs_f64()
-        };
-        let drag = timed(&mut group, &format!("{count} trees"), || {
-            let began = Instant::now();
-            let steps = (0..STEPS).map(f64::from).take_while(|_| began.elapsed() < DRAG);
-            steps.map(|step| seconds(&shot(step))).collect::<Vec<_>>()
-        });
-        let Some((_, times)) = drag else { continue };
-        let (first, mut others) = (times[0], times[1..].to_vec());
-        others.sort_by(f64::total_cmp);
-        let within =
-            |share: f64| others.get((share * others.len() as f64) as usize).map_or(f64::NAN, |t| 1e3 * t);
-        print!(
-            "{count} trees: first {:.0} ms; of {} more, half within {:.0} ms, 90 % within {:.0} ms",
-            1e3 * first,
-            others.len(),
-            within(0.5),
-            within(0.9)
-        );
-        match within(0.5) < 1e3 * SLOW {
-            true => println!(
-                "; where it stops {:.0} ms",
-                1e3 * seconds(&Shot { trees_within: None, ..shot(f64::from(STEPS)) })
-            ),
-            false => println!(),
-        }
-    }
-    group.finish();
-}
-
-criterion_group!(benches, thirteen_maples, by_trees, by_polygons, walks, moving);
+criterion_group!(benches, thirteen_maples, by_trees, by_polygons, walks, moving::moving);
 criterion_main!(benches);
