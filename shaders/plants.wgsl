@@ -1,17 +1,17 @@
 // Trees as polygons: every triangle of every instance, hidden by faces and hiding them. Entry points: `lit` (colours), `plain`
 // (one colour a tree), `numbered` (the numbers of trees) and `shadow` (nothing but depths, for shadows).
-// Rust: gpu/renderer/plants.rs (Standing), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
+// Rust: gpu/renderer/plants.rs (Placement), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
 // daylight.wgsl, door.wgsl, and the constants CUT, true where pictures are cut out, and DOOR, true where
 // instances are drawn in part of the sub-pixels.
 // CPU reference: foliage/brute.rs, foliage/view.rs (normal_map).
 
-// Where instances stand.
-struct Standing {
-    // Rows of the map from their frame to the camera's.
+// How instances are placed in the view.
+struct Placement {
+    // Rows of the map from the frame of instances to the camera's.
     right: vec4f,
     down: vec4f,
     forward: vec4f,
-    // The first of their trees.
+    // The index in `trees` of what instances call 0.
     first: u32,
     pad0: u32,
     pad1: u32,
@@ -43,14 +43,14 @@ struct PlantCorner {
     @location(6) change: vec3f,
     // The sub-pixels in which the instance is drawn.
     @location(7) door: u32,
-    // The number of its tree from the first on.
+    // The index of its tree in `trees`, counted from `placement.first`.
     @location(8) tree: u32,
 }
 
 // foliage/paint/change.rs
 const DARK = 0.01;
 
-@group(1) @binding(0) var<uniform> standing: Standing;
+@group(1) @binding(0) var<uniform> placement: Placement;
 // The trees in view.
 @group(1) @binding(1) var<storage, read> trees: array<Shown>;
 @group(2) @binding(0) var<uniform> matter: Matter;
@@ -58,8 +58,8 @@ const DARK = 0.01;
 @group(2) @binding(1) var picture: texture_2d<f32>;
 @group(2) @binding(2) var picture_sampler: sampler;
 
-// A point of a surface, in the camera's frame. All but `door` and `tree` is interpolated at the sample: devices would be free to choose another place in the pixel,
-// and the triangles are so small that the pixel's centre is mostly beyond them.
+// A point of a surface, in the camera's frame. All but `door` and `tree` is interpolated at the sample: devices would be free to choose
+// another place in the pixel, and the triangles are so small that the pixel's centre is mostly beyond them.
 struct Lit {
     @invariant @builtin(position) clip: vec4f,
     @location(0) @interpolate(perspective, sample) point: vec3f,
@@ -73,12 +73,12 @@ struct Lit {
 @vertex
 fn grown(corner: PlantCorner) -> Lit {
     let object = vec4f(corner.position, 1.0);
-    let plant = vec4f(dot(corner.x, object), dot(corner.y, object), dot(corner.z, object), 1.0);
-    let camera = vec3f(dot(standing.right, plant), dot(standing.down, plant), dot(standing.forward, plant));
+    let placed = vec4f(dot(corner.x, object), dot(corner.y, object), dot(corner.z, object), 1.0);
+    let camera = vec3f(dot(placement.right, placed), dot(placement.down, placed), dot(placement.forward, placed));
     // The columns of the linear map from the sub-object's frame to the camera's.
-    let plant_from_object = transpose(mat3x3f(corner.x.xyz, corner.y.xyz, corner.z.xyz));
-    let camera_from_plant = transpose(mat3x3f(standing.right.xyz, standing.down.xyz, standing.forward.xyz));
-    let map = camera_from_plant * plant_from_object;
+    let placed_from_object = transpose(mat3x3f(corner.x.xyz, corner.y.xyz, corner.z.xyz));
+    let camera_from_placed = transpose(mat3x3f(placement.right.xyz, placement.down.xyz, placement.forward.xyz));
+    let map = camera_from_placed * placed_from_object;
     // Its inverse transpose up to a positive factor, which also exists where the map is singular.
     let cofactors = mat3x3f(cross(map[1], map[2]), cross(map[2], map[0]), cross(map[0], map[1]));
     let side = select(1.0, -1.0, dot(map[0], cofactors[0]) < 0.0);
@@ -91,7 +91,7 @@ fn grown(corner: PlantCorner) -> Lit {
     lit.texture = corner.texture;
     lit.change = corner.change;
     lit.door = corner.door;
-    lit.tree = standing.first + corner.tree;
+    lit.tree = placement.first + corner.tree;
     return lit;
 }
 

@@ -92,7 +92,7 @@ impl TreePace {
         self.per_cost_s.map_or(UNTRIED_AT_ONCE, samples)
     }
 
-    /// Learns how fast trees are drawn: this cost, in samples, took so many seconds.
+    /// Learns how fast trees are drawn: this cost, in samples, took these seconds.
     pub fn learn(&mut self, samples: f64, seconds: f64) {
         if samples <= 0.0 {
             return;
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_count_and_nothing_is_known_before_the_first_picture_with_images() {
+    fn triangles_count_and_nothing_is_known_before_the_first_picture_of_trees() {
         let mut pace = TreePace::default();
         let cost = TreeCost { samples: 0, triangles: 1_000_000 };
         pace.learn(0.0, 1.0);

@@ -39,10 +39,10 @@ use crate::projection::{DisplayMode, Shot, TreeMethod};
 
 pub(super) const PLANTS: &str = include_str!("../../../shaders/plants.wgsl");
 
-/// Where instances stand in the layout of the shader (`Standing`), which documents the fields.
+/// How instances are placed, in the layout of the shader (`Placement`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct StandingWords {
+pub struct PlacementWords {
     pub right: [f32; 4],
     pub down: [f32; 4],
     pub forward: [f32; 4],
@@ -202,7 +202,7 @@ impl Renderer {
     }
 }
 
-/// Returns the layout of trees: where instances stand, at dynamic offsets, and what is shown of the trees in view.
+/// Returns the layout of trees: how instances are placed, at dynamic offsets, and what is shown of the trees in view.
 fn trees_layout(gpu: &Gpu) -> BindGroupLayout {
     let entry = |binding, visibility, ty, has_dynamic_offset| wgpu::BindGroupLayoutEntry {
         binding,

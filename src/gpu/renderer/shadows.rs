@@ -147,6 +147,9 @@ impl Shadows {
             compare: Some(wgpu::CompareFunction::Less),
             ..Default::default()
         });
+        let mut trees = PlantsView::new(gpu);
+        // The sun is so far away that all depths are about the same, and hardly anything is drawn as polygons.
+        trees.polygons.least_of_batch = None;
         Self {
             layout,
             sampler,
@@ -154,7 +157,7 @@ impl Shadows {
             faces: (of_faces, None),
             frame: GrowingBuffer::new(gpu, "frame", BufferUsages::UNIFORM),
             all_faces: GrowingBuffer::new(gpu, "all faces", BufferUsages::STORAGE),
-            trees: PlantsView::new(gpu),
+            trees,
             paces: [TreePace::of_maps(); MOST_SUN_VIEWS],
             maps: [None, None],
             of: None,

@@ -34,7 +34,7 @@ impl GrowingBuffer {
         gpu.queue.write_buffer(&self.buffer, 0, bytes);
     }
 
-    /// Makes room for a content of so many bytes, which is written piece by piece ([`Self::write_at`]).
+    /// Makes room for a content of `needed` bytes, which is written piece by piece ([`Self::write_at`]); the content before is lost.
     pub fn reserve(&mut self, gpu: &Gpu, needed: u64) {
         if needed > self.buffer.size() {
             // The reserve must not make the buffer larger than the device allows.

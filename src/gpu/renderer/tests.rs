@@ -16,7 +16,7 @@ use super::plants::flaked::{self, ShownWords};
 use super::plants::flakes::{self, Run};
 use super::plants::hidden::{self, TestedWords};
 use super::plants::species::MatterWords;
-use super::plants::{self, Cuts, StandingWords};
+use super::plants::{self, Cuts, PlacementWords};
 use super::program::{Content, Program};
 use super::project::{PhotoTable, source};
 use super::shadows::{ShadowsWords, SunViewWords};
@@ -170,7 +170,7 @@ fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
         let capabilities = Capabilities::MULTISAMPLED_SHADING;
         let mut validator = Validator::new(ValidationFlags::all(), capabilities);
         validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
-        assert_alike!(&module, "Standing", StandingWords: right down forward first pad0 pad1 pad2);
+        assert_alike!(&module, "Placement", PlacementWords: right down forward first pad0 pad1 pad2);
         assert_alike!(&module, "Shown", ShownWords: tint number plain crown);
         assert_alike!(&module, "Crown", CrownWords: x y z suns weights);
         assert_alike!(&module, "Grid", GridWords: size pad0);
@@ -214,6 +214,7 @@ fn passes_over_images_of_trees_are_valid_and_their_structs_lie_alike() {
                 "{name} is {says:?}"
             );
         }
+        assert!(hidden::source(samples).contains(&format!("const ROUNDING = {:e};", hidden::ROUNDING)));
         let module = valid(flaked::source(samples));
         assert_alike!(&module, "Shown", ShownWords: tint number plain crown);
         assert_alike!(&module, "Daylight", DaylightWords: towards_sun pad0 up pad1 sun pad2 sky pad3 ground pad4);

@@ -203,7 +203,7 @@ impl Flakes {
         true
     }
 
-    /// Returns what `depths` holds by tiles, when the commands so far are done.
+    /// Returns what `depths` holds by tiles, when the commands so far are done. `is_first` is true before the first batch of a picture.
     ///
     /// # Errors
     /// Those of [`Slices::hand_over`] and [`readback::read`].
@@ -211,7 +211,7 @@ impl Flakes {
         &self,
         slices: &mut Slices,
         frame: wgpu::BindingResource,
-        depths: &wgpu::TextureView,
+        (depths, is_first): (&wgpu::TextureView, bool),
         [focal, center]: [Vec2; 2],
     ) -> Result<Tiles> {
         let gpu = slices.gpu();
@@ -219,8 +219,10 @@ impl Flakes {
         let (_, hidden) =
             self.pipelines[usize::from(self.extent.samples > 1)].as_ref().expect("they were made");
         for band in &self.bands {
-            // Nothing is kept yet of this picture.
-            slices.encoder().clear_buffer(&band.kept, 0, None);
+            if is_first {
+                // Samples of the picture before; none of this one are kept yet.
+                slices.encoder().clear_buffer(&band.kept, 0, None);
+            }
             let tables = self.tested(gpu, hidden, band, depths);
             hidden.reduce(gpu, slices.encoder(), [&frame, &tables], band.tile_count);
             slices.count(LOOK * (band.kept.size() / BYTES) as f64)?;

@@ -18,8 +18,8 @@ const HIDDEN: &str = include_str!("../../../../shaders/hidden.wgsl");
 
 /// The side of a tile in pixels. With 8, a tenth less was found to be hidden.
 pub const TILE: u32 = 4;
-/// `ROUNDING` of the shader.
-const ROUNDING: f32 = 2e-6;
+/// Depths of balls and of triangles are rounded, by this share at most.
+pub const ROUNDING: f32 = 2e-6;
 /// Corners of triangles are projected in single precision, to less than this.
 const MARGIN_PX: f32 = 0.1;
 /// The invocations of a workgroup.
@@ -58,7 +58,8 @@ impl Tiles {
     /// Returns whether nothing can be seen of what is in a ball in the camera's frame, whose radius is the last component: like `is_covered`
     /// of the shader.
     pub fn hide(&self, ball: &Vec4) -> bool {
-        let (nearest, farthest) = ((ball.z - ball.w) * (1.0 - ROUNDING), ball.z + ball.w);
+        let farthest = ball.z + ball.w;
+        let nearest = ball.z - ball.w - ROUNDING * farthest;
         if nearest.is_nan() || nearest <= 0.0 {
             return false;
         }
@@ -74,7 +75,7 @@ impl Tiles {
             }
             let (from, to) = (from.max(Vec2::ZERO).as_uvec2() / TILE, to.min(size - 1.0).as_uvec2() / TILE);
             let row = |y: u32| &nearness[(y * across + from.x) as usize..=(y * across + to.x) as usize];
-            (from.y..=to.y).all(|y| row(y).iter().all(|farthest| *farthest > 1.0 / nearest))
+            (from.y..=to.y).all(|y| row(y).iter().all(|of_tile| *of_tile > 1.0 / nearest))
         };
         self.bands.iter().all(is_covered)
     }

@@ -20,19 +20,19 @@ use crate::gpu::renderer::table::GrowingBuffer;
 /// The most batches.
 const MOST_BATCHES: u32 = 6;
 /// The least number of triangles in the first batch: looking at the picture so far takes about as long as drawing them.
-pub const LEAST_OF_BATCH: u64 = 1 << 18;
+const LEAST_OF_BATCH: u64 = 1 << 18;
 
 /// Instances of a sub-object's triangles that are drawn as polygons.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PolygonDraw {
-    /// Where they stand: 0 for parts, else 1 and the place of the tree among those that are drawn as polygons alone.
-    pub standing: u32,
+    /// How they are placed: 0 for parts, else 1 and the place of the tree among those that are drawn as polygons alone.
+    pub placement: u32,
     /// The species of the trees.
     pub species: usize,
     /// The sub-object; `None` for all of them.
     object: Option<usize>,
-    /// Those of one sub-object are in [`Polygons::words`] or in [`Polygons::buffer`]; those of all are in
-    /// [`super::species::SpeciesBuffers::instances`].
+    /// Of one sub-object: in [`Polygons::all`] they are indices into [`Polygons::words`], in what is drawn those into
+    /// [`Polygons::buffer`]. Those of all sub-objects are in [`super::species::SpeciesBuffers::instances`].
     instances: Range<u32>,
     /// Whether they are drawn in part of the sub-pixels.
     in_part: bool,
@@ -116,8 +116,8 @@ impl Polygons {
     /// Sets what is in view: the parts of trees, and the species of trees that are drawn as polygons alone.
     pub fn set(&mut self, of_trees: &[&PolygonsOfTree], whole: &[usize]) {
         self.all.clear();
-        let all_of = |(standing, species): (u32, &usize)| PolygonDraw {
-            standing,
+        let all_of = |(placement, species): (u32, &usize)| PolygonDraw {
+            placement,
             species: *species,
             object: None,
             instances: 0..0,
@@ -139,13 +139,19 @@ impl Polygons {
                 self.balls.extend(of_tree.balls.get(parts.clone()).unwrap_or_default());
             }
             let instances = first..self.words.len() as u32;
-            self.all.push(PolygonDraw { standing: 0, species, object: Some(object), instances, in_part });
+            self.all.push(PolygonDraw { placement: 0, species, object: Some(object), instances, in_part });
         }
     }
 
     /// Returns the number of triangles of parts; trees that are drawn as polygons alone, whatever their size in the view, are left out.
     pub fn triangles(&self, stock: &Stock) -> u64 {
         self.all.iter().filter(|draw| draw.object.is_some()).map(|draw| triangles_of(stock, draw)).sum()
+    }
+
+    /// Returns what trees cost that are drawn as polygons alone, in samples.
+    pub fn cost_of_whole(&self, stock: &Stock) -> f64 {
+        let whole = self.all.iter().filter(|draw| draw.object.is_none());
+        TreeCost { samples: 0, triangles: whole.map(|draw| triangles_of(stock, draw)).sum() }.in_samples()
     }
 
     /// Returns whether something is drawn in part of the sub-pixels.
@@ -180,8 +186,8 @@ impl Polygons {
         triangles
     }
 
-    /// Writes those parts of a batch that tiles do not hide; all parts where there are no tiles. Returns what of it is drawn in parts that cost about `most` samples, each
-    /// with its cost.
+    /// Writes those parts of a batch that tiles do not hide; all parts where there are no tiles. Returns what of it is drawn in slices that
+    /// cost about `most` samples, each with its cost.
     pub fn write(
         &self,
         gpu: &Gpu,
@@ -202,6 +208,10 @@ impl Polygons {
             let parts = all_words[parts.clone()].par_iter().zip(&all_balls[parts]);
             parts.filter(|(_, ball)| is_seen(ball)).map(|(words, _)| *words).collect()
         };
+        if batch == 0 {
+            // A drawing that was given up may have left some.
+            drawn.clear();
+        }
         let first_draw = drawn.len();
         let mut end = drawn.last().map_or(0, |draw| draw.instances.end);
         for draw in &self.all {
@@ -218,10 +228,13 @@ impl Polygons {
                 drawn.push(PolygonDraw { instances, ..draw.clone() });
             }
         }
-        at_once(stock, &drawn[first_draw..], most)
+        // The time of hidden parts counts as that of seen ones where the device's speed is learned, so that seen ones take longer.
+        let in_batch = self.balls.par_iter().filter(|ball| distances.contains(&nearest(ball))).count();
+        let seen = drawn[first_draw..].iter().map(|draw| draw.instances.len()).sum::<usize>();
+        at_once(stock, &drawn[first_draw..], most * (seen.max(1) as f64 / in_batch.max(1) as f64).min(1.0))
     }
 
-    /// Returns what was drawn of the batches, in parts as those of [`Self::write`].
+    /// Returns what was drawn of the batches, in slices as those of [`Self::write`].
     pub fn drawn(&self, stock: &Stock, most: f64) -> Vec<(Vec<PolygonDraw>, f64)> {
         at_once(stock, &self.drawn.borrow(), most)
     }
@@ -260,7 +273,8 @@ impl Polygons {
 
 /// Returns a depth that no point of a ball lies before.
 fn nearest(ball: &Vec4) -> f32 {
-    (ball.z - ball.w).max(0.0)
+    // No negative zero, whose bits are not in the order of depths.
+    (ball.z - ball.w).max(0.0) + 0.0
 }
 
 /// The number of bins of depths.
@@ -280,7 +294,7 @@ fn batches(triangles: &[u64], least: u64) -> Vec<Range<f32>> {
     let (mut batches, mut from, mut sum, mut wanted) = (Vec::new(), 0.0, 0, total >> doublings);
     for (bin, count) in triangles.iter().enumerate() {
         sum += count;
-        if sum >= wanted && sum < total {
+        if sum >= wanted && sum < total && batches.len() < doublings as usize {
             let to = f32::from_bits((bin as u32 + 1) << 16);
             batches.push(from..to);
             from = to;
@@ -297,11 +311,11 @@ fn range(of: &Range<u32>) -> Range<usize> {
     of.start as usize..of.end as usize
 }
 
-/// Divides what is drawn into parts that cost about `most` samples, each with its cost.
+/// Divides what is drawn into slices that cost about `most` samples, each with its cost.
 fn at_once(stock: &Stock, draws: &[PolygonDraw], most: f64) -> Vec<(Vec<PolygonDraw>, f64)> {
     let cost =
         |draw: &PolygonDraw| TreeCost { samples: 0, triangles: triangles_of(stock, draw) }.in_samples();
-    let (mut parts, mut part, mut sum) = (Vec::new(), Vec::new(), 0.0);
+    let (mut slices, mut slice, mut sum) = (Vec::new(), Vec::new(), 0.0);
     for draw in draws {
         let PolygonDraw { instances, .. } = draw;
         // All of a tree is drawn at once.
@@ -313,16 +327,16 @@ fn at_once(stock: &Stock, draws: &[PolygonDraw], most: f64) -> Vec<(Vec<PolygonD
             let instances = first..instances.end.min(first.saturating_add(step));
             let draw = PolygonDraw { instances, ..draw.clone() };
             sum += cost(&draw);
-            part.push(draw);
+            slice.push(draw);
             if sum >= most {
-                parts.push((std::mem::take(&mut part), std::mem::take(&mut sum)));
+                slices.push((std::mem::take(&mut slice), std::mem::take(&mut sum)));
             }
         }
     }
-    if !part.is_empty() {
-        parts.push((part, sum));
+    if !slice.is_empty() {
+        slices.push((slice, sum));
     }
-    parts
+    slices
 }
 
 fn meshes_of<'a>(stock: &'a Stock, draw: &PolygonDraw) -> impl Iterator<Item = &'a MeshBuffers> {

@@ -9,7 +9,7 @@ use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages};
 use super::flake::SpeciesImages;
 use super::flaked::ShownWords;
 use super::species::{SpeciesBuffers, material_layout};
-use super::{Cuts, Key, StandingWords, TreeProgram, daylight, pipeline, trees_layout};
+use super::{Cuts, Key, PlacementWords, TreeProgram, daylight, pipeline, trees_layout};
 use crate::error::Result;
 use crate::foliage::{InView, View, WalkOptions, Wood, WoodSpecies, in_view};
 use crate::gpu::bindings::{self, BindingKind};
@@ -29,7 +29,7 @@ pub struct Stock {
     pub layouts: [BindGroupLayout; 4],
     /// The pipelines that were made so far.
     pub pipelines: FxHashMap<Key, RenderPipeline>,
-    /// The distance of two [`StandingWords`] in a uniform buffer, in bytes.
+    /// The distance of two [`PlacementWords`] in a uniform buffer, in bytes.
     pub stride: u64,
     faces: usize,
 }
@@ -49,7 +49,7 @@ impl Stock {
             species: species.collect::<Result<_>>()?,
             layouts,
             pipelines: FxHashMap::default(),
-            stride: (size_of::<StandingWords>() as u64).next_multiple_of(alignment),
+            stride: (size_of::<PlacementWords>() as u64).next_multiple_of(alignment),
             faces,
             wood,
         })

@@ -16,7 +16,7 @@ use super::flakes::{Flakes, FlakesExtent};
 use super::polygons::{PolygonDraw, Polygons, PolygonsOfTree};
 use super::slices::Slices;
 use super::stock::Stock;
-use super::{StandingWords, TreeProgram};
+use super::{PlacementWords, TreeProgram};
 use crate::error::Result;
 use crate::foliage::{Ball, ImageInView, InView, Tree, TreeCost, TreePace, WalkOptions, sees};
 use crate::geometry::Pinhole;
@@ -31,8 +31,8 @@ pub struct PlantsView {
     daylight: GrowingBuffer,
     /// [`ShownWords`] of the trees in view.
     shown: GrowingBuffer,
-    /// Where instances stand, each at a multiple of [`Stock::stride`].
-    standing: GrowingBuffer,
+    /// How instances are placed ([`PlacementWords`]), each at a multiple of [`Stock::stride`].
+    placements: GrowingBuffer,
     /// The trees that are drawn as polygons alone.
     whole: Vec<usize>,
     pub(in crate::gpu::renderer) polygons: Polygons,
@@ -50,7 +50,7 @@ pub struct PlantsView {
     /// The picture that the tables are of, and its samples a pixel; `None` where that holds no more.
     of: Option<(Shot, u32)>,
     /// Whether the nearest samples of these tables were found.
-    is_found: Cell<bool>,
+    pub(in crate::gpu::renderer) is_found: Cell<bool>,
     cost: TreeCost,
     /// How long it took to find and write what is in view.
     listed: Duration,
@@ -104,7 +104,7 @@ impl PlantsView {
         Self {
             daylight: GrowingBuffer::new(gpu, "daylight", BufferUsages::UNIFORM),
             shown: GrowingBuffer::new(gpu, "trees in view", BufferUsages::STORAGE),
-            standing: GrowingBuffer::new(gpu, "standing", BufferUsages::UNIFORM),
+            placements: GrowingBuffer::new(gpu, "placements", BufferUsages::UNIFORM),
             whole: Vec::new(),
             polygons: Polygons::new(gpu),
             flakes: Flakes::new(gpu),
@@ -188,20 +188,23 @@ impl PlantsView {
         shot: &Shot,
         (in_view, samples): (&[usize], u32),
     ) -> Result<()> {
-        let began = Instant::now();
+        let mut began = Instant::now();
         let mut images = self.find_parts(gpu, stock, shot, in_view)?;
         if self.within.is_some() && self.pace.get_mut().begin(self.cost) {
+            began = Instant::now();
             images = self.find_parts(gpu, stock, shot, in_view)?;
         }
         self.polygons.divide(gpu, stock);
+        self.listed = began.elapsed();
         let Pinhole { fx, fy, cx, cy, .. } = shot.camera;
         self.lens = [DVec2::new(fx, fy), DVec2::new(cx, cy)].map(|of| of.as_vec2());
         let size = [shot.camera.width, shot.camera.height];
         if !images.is_empty() || self.polygons.are_tested() {
             self.flakes.make(gpu, FlakesExtent { size, samples, reach: self.options.reach_px() });
         }
+        let began = Instant::now();
         self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images());
-        self.listed = began.elapsed();
+        self.listed += began.elapsed();
         Ok(())
     }
 
@@ -253,19 +256,20 @@ impl PlantsView {
         let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
         let stride = stock.stride as usize;
         let mut bytes = vec![0u8; stride * (1 + self.whole.len())];
-        let mut stand = |place: usize, map: &DAffine3, first: u32| {
+        let mut write = |index: usize, map: &DAffine3, first: u32| {
             let [right, down, forward] = rows_of(map);
-            let words = StandingWords { right, down, forward, first, ..StandingWords::zeroed() };
-            bytes[stride * place..][..size_of::<StandingWords>()].copy_from_slice(bytemuck::bytes_of(&words));
+            let words = PlacementWords { right, down, forward, first, ..PlacementWords::zeroed() };
+            bytes[stride * index..][..size_of::<PlacementWords>()]
+                .copy_from_slice(bytemuck::bytes_of(&words));
         };
         // Parts are mapped to the camera's frame already, and know their trees.
-        stand(0, &DAffine3::IDENTITY, 0);
-        for (place, number) in (1..).zip(&self.whole) {
+        write(0, &DAffine3::IDENTITY, 0);
+        for (index, number) in (1..).zip(&self.whole) {
             // Both are in the order of the trees.
             let first = in_view.binary_search(number).expect("whole trees are in view");
-            stand(place, &(camera_from_world * stock.wood.trees[*number].world_from_plant), first as u32);
+            write(index, &(camera_from_world * stock.wood.trees[*number].world_from_plant), first as u32);
         }
-        self.standing.write(gpu, &bytes);
+        self.placements.write(gpu, &bytes);
     }
 
     /// Returns what of the trees is handed to the device at once, as a cost in samples.
@@ -273,8 +277,8 @@ impl PlantsView {
         self.pace.get().most_at_once()
     }
 
-    /// Draws the trees in view, for which [`Self::prepare`] was called: polygons first, since these are near and hide much. Where trees may
-    /// take so much time and no more, they are waited for, and the next picture follows from how long they took.
+    /// Draws the trees in view, for which [`Self::prepare`] was called: polygons first, since these are near and hide much. Where trees have a
+    /// time limit, they are waited for, and the next picture follows from how long they took.
     ///
     /// # Errors
     /// Those of [`Slices::hand_over`] and [`Flakes::tiles`].
@@ -289,9 +293,9 @@ impl PlantsView {
         let gpu = slices.gpu();
         let lights =
             stock.species.iter().map(|of| of.crown.bind(gpu, &stock.layouts[3], self.daylight.binding()));
-        let size = NonZeroU64::new(size_of::<StandingWords>() as u64);
-        let standing = wgpu::BufferBinding { buffer: self.standing.buffer(), offset: 0, size };
-        let trees = [wgpu::BindingResource::Buffer(standing), self.shown.binding()];
+        let size = NonZeroU64::new(size_of::<PlacementWords>() as u64);
+        let placement = wgpu::BufferBinding { buffer: self.placements.buffer(), offset: 0, size };
+        let trees = [wgpu::BindingResource::Buffer(placement), self.shown.binding()];
         let bound = Bound {
             frame: bindings::bind(gpu, "frame", &stock.layouts[0], std::slice::from_ref(&frame)),
             trees: bindings::bind(gpu, "trees", &stock.layouts[1], &trees),
@@ -302,23 +306,24 @@ impl PlantsView {
             slices.hand_over()?;
         }
         let (began, done_before) = (Instant::now(), slices.done());
-        let found = self.find(stock, slices, onto, frame, (&bound, key));
+        let mut found = self.find(stock, slices, onto, frame, (&bound, key));
         if let Some(within) = within {
-            let found = found.and_then(|()| slices.hand_over());
+            found = found.and_then(|()| slices.hand_over());
             // Where it was given up, what was done tells as much. What is hidden counts as drawn: how much that is changes little from
             // one picture to the next.
             let (done, seconds) = match &found {
-                Ok(()) => (self.cost.in_samples(), self.listed + began.elapsed()),
+                Ok(()) => (
+                    self.cost.in_samples() + self.polygons.cost_of_whole(stock),
+                    self.listed + began.elapsed(),
+                ),
                 Err(_) => (slices.done() - done_before, began.elapsed()),
             };
             let mut pace = self.pace.get();
             pace.learn(done, seconds.as_secs_f64());
             pace.follow(self.cost, within.as_secs_f64());
             self.pace.set(pace);
-            found?;
-        } else {
-            found?;
         }
+        found?;
         if self.has_images {
             let mut drawing = (onto.begin)(slices.encoder(), false);
             drawing.set_bind_group(0, &bound.frame, &[]);
@@ -345,7 +350,9 @@ impl PlantsView {
         }
         for batch in 0..self.polygons.batches.len() {
             let tiles = match self.polygons.are_tested() {
-                true => Some(self.flakes.tiles(slices, frame.clone(), onto.depths, self.lens)?),
+                true => {
+                    Some(self.flakes.tiles(slices, frame.clone(), (onto.depths, batch == 0), self.lens)?)
+                }
                 false => None,
             };
             let parts = self.polygons.write(gpu, stock, (batch, tiles.as_ref()), slices.most());
@@ -369,7 +376,7 @@ impl PlantsView {
             let mut drawing = (onto.begin)(slices.encoder(), false);
             drawing.set_bind_group(0, &bound.frame, &[]);
             for draw in draws {
-                drawing.set_bind_group(1, &bound.trees, &[(u64::from(draw.standing) * stock.stride) as u32]);
+                drawing.set_bind_group(1, &bound.trees, &[(u64::from(draw.placement) * stock.stride) as u32]);
                 drawing.set_bind_group(3, &bound.species[draw.species].1, &[]);
                 self.polygons.draw(stock, &mut drawing, draw, key);
             }
@@ -383,7 +390,7 @@ impl PlantsView {
 /// What is bound where trees are drawn.
 struct Bound<'a> {
     frame: BindGroup,
-    /// At the offset of where instances stand.
+    /// At the offset of how instances are placed.
     trees: BindGroup,
     /// Of each species the images, and light.
     species: Vec<(Option<&'a SpeciesImages>, BindGroup)>,

@@ -317,7 +317,7 @@ fn shadows_drawn_in_slices_are_the_same_and_can_be_given_up() {
     let expected = bench.picture(Some(&wood), &shot);
     let mut sliced = bench.renderer(Some(&wood));
     sliced.picture(&before, &Task::silent()).unwrap();
-    // Each tree is a slice of its own, as on a device that takes a minute for each sample.
+    // What is drawn comes in the smallest slices, as on a device that takes a minute for each sample.
     sliced.shadows.as_mut().unwrap().paces.iter_mut().for_each(|pace| pace.learn(1.0, 60.0));
     let given_up = sliced.picture(&shot, &cancelled_before_drawing());
     assert!(matches!(given_up, Err(Error::Cancelled)), "{:?}", given_up.err());
