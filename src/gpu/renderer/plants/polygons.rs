@@ -19,6 +19,9 @@ use crate::gpu::renderer::table::GrowingBuffer;
 
 /// The most batches.
 const MOST_BATCHES: u32 = 6;
+/// The least number of instances that are handed to the device by themselves, however slow it is: software Vulkan keeps memory for each
+/// time.
+const LEAST_AT_ONCE: u32 = 512;
 /// The least number of triangles in the first batch: looking at the picture so far takes about as long as drawing them.
 const LEAST_OF_BATCH: u64 = 1 << 18;
 
@@ -320,7 +323,10 @@ fn at_once(stock: &Stock, draws: &[PolygonDraw], most: f64) -> Vec<(Vec<PolygonD
         let PolygonDraw { instances, .. } = draw;
         // All of a tree is drawn at once.
         let step = match draw.object {
-            Some(_) => (most * instances.len() as f64 / cost(draw)).clamp(1.0, f64::from(u32::MAX)) as u32,
+            Some(_) => {
+                let step = most * instances.len() as f64 / cost(draw);
+                step.clamp(f64::from(LEAST_AT_ONCE), f64::from(u32::MAX)) as u32
+            }
             None => 1,
         };
         for first in (instances.start..instances.end.max(instances.start + 1)).step_by(step as usize) {
