@@ -9,12 +9,12 @@ use quadratura::task::Task;
 use quadratura::testing::foliage::{BakeOptions, Placing, Plant, PlantImages, Wood};
 use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::gpu::Gpu;
+use quadratura::testing::one_photo;
 use quadratura::testing::projection::{
-    Domain, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Quality, Renders, Server, Shot,
-    Sources, Texels,
+    LayerTextureId, LayerTexturePixels, Quality, Renders, Shot, Sources, Texels,
 };
+use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{Modeller, centred, look_at};
-use quadratura::testing::scene::{Model, PhotoId};
 
 use super::{FOCAL, SIZE, baked, few, grown, is_wanted, maple_species, renderer_of, species, timed, wood};
 
@@ -30,7 +30,7 @@ struct Grey;
 
 impl Texels for Grey {
     fn layer_texture(&self, _: LayerTextureId) -> quadratura::Result<LayerTexturePixels> {
-        let rect = PixelRect { x: 0, y: 0, w: SIDE, h: SIDE };
+        let rect = PixelRect::of_size(SIDE, SIDE);
         let pixels = (SIDE * SIDE) as usize;
         let rgba = [190, 185, 175, 255].repeat(pixels);
         Ok(LayerTexturePixels { rect, rgba, needed: vec![1; pixels], matte: None })
@@ -41,29 +41,9 @@ impl Texels for Grey {
 fn ground() -> (Arc<Model>, Arc<Sources>) {
     let corner = dvec3(-0.5 * GROUND, -0.5 * GROUND, 0.0);
     let model = Modeller::new().object("ground").quad(corner, GROUND * DVec3::X, GROUND * DVec3::Y).finish();
-    let server = |back: bool| Server {
-        layer_texture: LayerTextureId(0),
-        photo: PhotoId(0),
-        back,
-        pinned: false,
-        domain: Domain::Whole,
-    };
-    let sources = Sources {
-        photos: vec![Projector {
-            name: "above".into(),
-            camera: centred(SIDE, SIDE, 0.5 * f64::from(SIDE)),
-            pose: look_at(dvec3(0.0, -1.0, 1.1 * GROUND), DVec3::ZERO),
-        }],
-        layer_textures: vec![LayerTexture {
-            photo: PhotoId(0),
-            id: "above".into(),
-            rect: PixelRect { x: 0, y: 0, w: SIDE, h: SIDE },
-            see_through: false,
-        }],
-        servers: [false, true].map(server).to_vec(),
-        of_face: (0..model.faces.len()).map(|_| 0..2).collect(),
-        ..Sources::default()
-    };
+    let camera = centred(SIDE, SIDE, 0.5 * f64::from(SIDE));
+    let pose = look_at(dvec3(0.0, -1.0, 1.1 * GROUND), DVec3::ZERO);
+    let sources = one_photo(camera, pose, model.faces.len());
     (model, Arc::new(sources))
 }
 

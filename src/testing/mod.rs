@@ -1,8 +1,11 @@
-//! The rooms of the crate as its own tests, benchmarks and examples see them, and a tiny site to try the library on.
+//! The rooms of the crate as its own tests, benchmarks and examples see them, a tiny site to try the library on, and a model that
+//! one photo shows.
 //! Names and signatures here may change in any version.
 
+mod one_photo;
 mod tiny_site;
 
+pub use one_photo::one_photo;
 pub use tiny_site::{tiny_project, tiny_site, tiny_stacks};
 
 macro_rules! rooms {

@@ -45,8 +45,9 @@ pub fn source(samples: u32) -> String {
 /// The depths of the farthest sub-pixels of the tiles of a picture, read back.
 #[derive(Debug)]
 pub struct Tiles {
-    /// The focal lengths of the view and its centre, in pixels.
+    /// The focal lengths of the view, in pixels.
     pub focal: Vec2,
+    /// Its centre, in pixels.
     pub center: Vec2,
     /// Its width in pixels.
     pub width: u32,
@@ -130,7 +131,7 @@ impl Hidden {
         bindings::bind(gpu, "hidden", &self.layouts[0], &resources)
     }
 
-    /// Records the reduction of what is drawn by then to so many tiles.
+    /// Records the reduction of what is drawn by then to the tiles of a band, whose number is given.
     pub fn reduce(
         &self,
         gpu: &Gpu,

@@ -16,13 +16,14 @@ use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::twin::ReferenceRenderer;
 use crate::projection::{
-    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Picture, Projector, Quality, Renders,
-    Server, Shot, Sources, TREE, Texels, TreeMethod,
+    Gains, LayerTextureId, LayerTexturePixels, Picture, Quality, Renders, Shot, Sources, TREE, Texels,
+    TreeMethod,
 };
+use crate::scene::Model;
 use crate::scene::light::linear_of_srgb;
 use crate::scene::synthetic::{Modeller, centred, look_at};
-use crate::scene::{Model, PhotoId};
 use crate::task::Task;
+use crate::testing::one_photo;
 
 /// The side of the photo, in pixels.
 const SIDE: u32 = 64;
@@ -61,30 +62,8 @@ impl Bench {
         model.object("ground").quad(DVec3::new(-12.0, -12.0, 0.0), 24.0 * DVec3::X, 24.0 * DVec3::Y);
         build(&mut model);
         let model = model.finish();
-        let server = |back: bool| Server {
-            layer_texture: LayerTextureId(0),
-            photo: PhotoId(0),
-            back,
-            pinned: false,
-            domain: Domain::Whole,
-        };
-        let faces = model.faces.len() as u32;
-        let sources = Sources {
-            photos: vec![Projector {
-                name: "above".into(),
-                camera: centred(SIDE, SIDE, 40.0),
-                pose: look_at(DVec3::new(0.0, -0.5, 22.0), DVec3::ZERO),
-            }],
-            layer_textures: vec![LayerTexture {
-                photo: PhotoId(0),
-                id: "all".into(),
-                rect: PixelRect::of_size(SIDE, SIDE),
-                see_through: false,
-            }],
-            servers: (0..faces).flat_map(|_| [false, true]).map(server).collect(),
-            of_face: (0..faces).map(|face| 2 * face..2 * face + 2).collect(),
-            ..Sources::default()
-        };
+        let pose = look_at(DVec3::new(0.0, -0.5, 22.0), DVec3::ZERO);
+        let sources = one_photo(centred(SIDE, SIDE, 40.0), pose, model.faces.len());
         Some(Self { gpu, model, sources: sources.into() })
     }
 

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec2, Vec4};
 use super::super::hidden::{TILE, Tiles};
 use super::hidden::row;
 use super::{oak, renderer};
+use crate::foliage::WoodSpecies;
 use crate::gpu::{Gpu, Renderer};
 use crate::left_out::on_adapter;
 use crate::projection::{Quality, Renders, Shot};
@@ -24,7 +25,11 @@ fn near(radius: f64, middle: DVec3, quality: Quality) -> Shot {
 fn polygons_behind_others_are_left_out_and_no_pixel_changes() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let wood = row(&plant, 6, 0.2);
+    let mut wood = row(&plant, 6, 0.2);
+    // Of other species, too: one that has images, and one that is drawn as polygons alone.
+    let other = wood.species[0].clone();
+    wood.species.extend([other.clone(), WoodSpecies { images: None, ..other }]);
+    (wood.trees[1].species, wood.trees[3].species, wood.trees[4].species) = (1, 2, 1);
     let ball = plant.whole().bounds.ball;
     for quality in [Quality::Preview, Quality::Final] {
         let shot = near(ball.radius, ball.middle, quality);
