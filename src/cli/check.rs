@@ -8,6 +8,7 @@ use super::table::{Table, counted};
 use crate::cli::words::error_text;
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
+use crate::io::writable::check_folder;
 use crate::recipe::check::mistake::advice_without_fix;
 use crate::recipe::check::{
     AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Names, ObjectDistances, Verdict, check_site,
@@ -21,11 +22,17 @@ const LISTED: usize = 6;
 /// Runs `check`: examines cameras, model and photos of a project, and reports how well they are aligned.
 pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     let opened = open(&args.project, task)?;
+    // A project on a medium that cannot be written to is checked as well.
     let pictures = args.project.join("cache/check");
+    let refused = check_folder(&pictures).err();
+    if let Some(error) = &refused {
+        task.note(format!("no pictures with the model's edges are written: {error}"));
+    }
+    let pictures = refused.is_none().then_some(pictures);
     let options = CheckOptions {
         world_from_model: opened.project.world_from_model,
         tolerance: opened.project.options.tolerance,
-        pictures: Some(pictures.clone()),
+        pictures: pictures.clone(),
     };
     let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
     let report = check_site(&opened.site, &opened.points, &options, &rasteriser, task)?;
@@ -35,14 +42,16 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     if report.verdict == Verdict::Misses {
         problems.push("the model is not aligned with the photos".into());
     }
+    let shown = pictures.map_or_else(String::new, |folder| {
+        format!("\npictures with the model's edges: {}\n", folder.display())
+    });
     let text = format!(
-        "{}{}\n{}\n{}{}\npictures with the model's edges: {}\n",
+        "{}{}\n{}\n{}{}{shown}",
         verdict_text(&report),
         report.suggestion.as_ref().map_or_else(|| no_suggestion(report.verdict), suggestion_text),
         photos(&report),
         faces(&report.faces),
         distances(&report.distances),
-        pictures.display(),
     );
     let json = json!({ "report": report, "left_out": problems });
     Ok(Outcome { text, json, problems })

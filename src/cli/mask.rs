@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::io::paint_store::PaintStore;
 use crate::io::project::write_project;
 use crate::io::recovery::read_unsaved;
+use crate::io::writable::check_folder;
 use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{FoundMask, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{ObjectMasks, from_object};
@@ -23,6 +24,10 @@ use crate::task::Task;
 
 /// Runs `mask`: changes masks of transient objects as the arguments ask, and lists the masks.
 pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
+    if args.suggest {
+        // What cannot be written is reported before the work, not after it.
+        check_folder(&suggestion_folder(&args.project))?;
+    }
     let (_lock, mut project) = read_with_lock_if(changes(args), &args.project, task)?;
     let before = project.masks.clone();
     if let Some(of) = &args.clear {

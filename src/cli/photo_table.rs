@@ -10,7 +10,8 @@ pub const FILLING_HEADINGS: [&str; 4] = ["hidden", "from photos", "from paint of
 
 const LEGEND: &str = "
 layers: image layers; hidden: share of the surfaces in them that the photo does not show, without backdrops and surroundings
-from photos, from paint of others, inpainted: how the hidden parts are filled; the photo's own paint lies over it
+from photos, from paint of others, inpainted: how the hidden parts, those of backdrops included, are filled;
+what is missing to 100 % is empty; the photo's own paint lies over it
 ";
 
 /// The states of photos.

@@ -158,6 +158,8 @@ fn a_layered_file_of_each_format_is_imported_as_it_was_exported_and_a_part_is_pa
         let layers = done["files"][0]["layers"].as_array().unwrap();
         assert!(layers.len() > 20 && layers.iter().all(|layer| layer["state"] == "unchanged"), "{done:#}");
     }
+    let folder = site.json("tree import project layers --json");
+    assert_eq!(folder["files"].as_array().map(Vec::len), Some(3), "{folder:#}");
     site.run("tree export project bush --part leaf.plant --format folder --out layers").success();
     let folder = site.path("layers/bush%2C%20leaf.plant.layers");
     for direction in ["+x", "+y", "-y", "+z", "-z", "-x"] {

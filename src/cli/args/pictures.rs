@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::cli::view_args::{parse_fps, parse_scale, parse_size};
 use crate::error::Result;
-use crate::io::film::kind_of;
+use crate::io::film;
 use crate::io::writable::{check_file, check_folder};
 
 /// Where pictures are written, how large they are, and whether they become a video.
@@ -35,11 +35,11 @@ impl PictureArgs {
     /// Checks where pictures and video go, before they are made.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a video of a kind that is not made; those of [`check_folder`] and [`check_file`].
+    /// [`crate::Error::Request`] for a video of a kind that is not made, or not without ffmpeg; those of [`check_folder`] and [`check_file`].
     pub fn check_places(&self) -> Result<()> {
         check_folder(&self.out)?;
         let Some(video) = &self.video else { return Ok(()) };
-        kind_of(video)?;
+        film::check(video)?;
         check_file(video)
     }
 }

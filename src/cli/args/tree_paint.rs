@@ -28,7 +28,7 @@ pub struct TreeExportArgs {
 pub struct TreeImportArgs {
     /// The project folder
     pub project: PathBuf,
-    /// Edited files, or exported folders
+    /// Edited files, exported folders, or folders that contain them
     #[arg(value_name = "PATH", required_unless_present_any = ["undo", "history"])]
     pub files: Vec<PathBuf>,
     /// Preview what would be imported

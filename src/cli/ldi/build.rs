@@ -23,11 +23,23 @@ use crate::task::Task;
 
 /// Runs `ldi build`.
 pub fn run(args: &LdiBuildArgs, task: &Task) -> Result<Outcome> {
+    args.out.as_deref().map(refuse_other_extension).transpose()?;
     match (&args.project, &args.depth_images) {
         (Some(project), None) => of_project(args, project, task),
         (_, Some(list)) => of_depth_images(args, list, task),
         (None, None) => Err(Error::Usage("give a project, or --depth-images".into())),
     }
+}
+
+/// Refuses a file whose name says that it is something else.
+fn refuse_other_extension(file: &Path) -> Result<()> {
+    let extension = file.extension().unwrap_or_default();
+    if extension.is_empty() || extension.eq_ignore_ascii_case("ldi") {
+        return Ok(());
+    }
+    let (file, better) = (file.display(), file.with_extension("ldi"));
+    let better = better.display();
+    Err(Error::Request(format!("{file}: layered depth images have the extension .ldi; write to {better}")))
 }
 
 /// Makes one image of depth images from elsewhere.

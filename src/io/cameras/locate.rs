@@ -33,7 +33,12 @@ pub(super) fn locate(path: &Path) -> Result<Located> {
             false if path.as_os_str().is_empty() => "the path is empty",
             false => "this file or folder does not exist",
         };
-        return Err(Error::input(path, "", found, format!("check the path; give {}", accepted())));
+        let above = path.ancestors().skip(1).take(2).find(|above| above.is_dir() && locate(above).is_ok());
+        let remedy = match above {
+            Some(above) => format!("check the path; there are cameras in {}", above.display()),
+            None => format!("check the path; give {}", accepted()),
+        };
+        return Err(Error::input(path, "", found, remedy));
     }
     let mut found = all_in(path, |format| format.folders());
     let (format, files) = if found.is_empty() { return defective_in(path) } else { found.remove(0) };

@@ -128,6 +128,9 @@ fn the_model_is_found_from_a_folder_above_and_from_one_of_its_files() {
         let cameras = read_cameras(&project.path().join(below), &Task::silent()).unwrap();
         assert_eq!((cameras.photos.len(), cameras.points.len()), (2, 0), "{below}");
     }
+    let missing = read_cameras(&project.path().join("sparse/7"), &Task::silent()).unwrap_err().to_string();
+    let there = project.path().join("sparse").display().to_string();
+    assert!(missing.ends_with(&format!("there are cameras in {there}")), "{missing}");
     let cameras = read_cameras(project.path(), &Task::silent()).unwrap();
     assert!(cameras.notes[0].contains("2 separate reconstructions"), "{:?}", cameras.notes);
 }

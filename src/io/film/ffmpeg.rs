@@ -87,6 +87,16 @@ impl Drop for Ffmpeg {
     }
 }
 
+/// Checks that ffmpeg can be started, for a video of this name.
+///
+/// # Errors
+/// As [`Ffmpeg::start`].
+pub fn check(target: &Path) -> Result<()> {
+    let mut command = Command::new("ffmpeg");
+    command.arg("-version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().map(|_| ()).map_err(|error| not_started(target, error))
+}
+
 fn command(file: &Path, kind: &str, reel: VideoFormat) -> Command {
     let mut command = Command::new("ffmpeg");
     let size = format!("{}x{}", reel.width, reel.height);

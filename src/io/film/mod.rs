@@ -72,6 +72,17 @@ impl Film {
     }
 }
 
+/// Checks that a video of this name can be made, before its pictures are.
+///
+/// # Errors
+/// [`Error::Request`] for an unknown extension, and where ffmpeg is needed and not installed; [`Error::Io`].
+pub fn check(file: &Path) -> Result<()> {
+    match kind_of(file)? {
+        "apng" => Ok(()),
+        _ => ffmpeg::check(file),
+    }
+}
+
 /// Returns the kind of video for a file's name: one of [`EXTENSIONS`].
 ///
 /// # Errors

@@ -321,8 +321,8 @@ fn add_apart<const N: usize>(near: &mut Slot<N>, far: &mut Slot<N>, weight: f32,
     }
 }
 
-/// Adds a depth pixel to four near slots at once, if each of them that has a weight is empty or of the same surface: what
-/// [`Slot::add`] does, without a branch for each. Returns whether it did.
+/// Adds a depth pixel to four near slots at once, if each of them that has a weight is empty or holds it: what [`Slot::add`]
+/// does, without a branch for each. Returns whether it did.
 #[inline(always)]
 fn add_to_four<const N: usize>(slots: [&mut Slot<N>; 4], weights: Vec4, sample: &Sample<N>) -> bool {
     let [a, b, c, d] = slots;
@@ -330,11 +330,16 @@ fn add_to_four<const N: usize>(slots: [&mut Slot<N>; 4], weights: Vec4, sample: 
         Mat4::from_cols(a.head, b.head, c.head, d.head).transpose();
     let (own_q, own) = (Vec4::splat(sample.q), Vec4::splat(sample.surface));
     let known = surface.cmpeq(own) | surface.cmpeq(Vec4::ZERO) | own.cmpeq(Vec4::ZERO);
-    let holds = (own_q - q).abs().cmple(LEVEL * q) & known;
+    let (apart, one) = ((own_q - q).abs(), LEVEL * q);
     let touched = weights.cmpgt(Vec4::ZERO);
-    let simple: BVec4A = holds | sum.cmpeq(Vec4::ZERO) | !touched;
-    if !simple.all() {
-        return false;
+    let free: BVec4A = sum.cmpeq(Vec4::ZERO) | !touched;
+    if !(free | (apart.cmple(one) & known)).all() {
+        // The slots of a picture of small faces hold neighbours of the depth pixel's face as a rule, see [`Slot::holds`].
+        let two = APART * q + sample.along * slope.max(Vec4::splat(sample.slope));
+        let tolerance = Vec4::select(known, one, one.min(two));
+        if !(free | apart.cmple(tolerance)).all() {
+            return false;
+        }
     }
     let mut whole = sum + weights;
     let full = whole.cmpgt(Vec4::splat(OVERFULL));

@@ -158,7 +158,24 @@ pub fn export(
     let names: Vec<String> = photos.iter().map(|photo| photo.name.clone()).collect();
     let (done, failed) = done_and_failed(&names, results)?;
     exporter.records.remove_old_pixels(&exporter.kept)?;
+    note_darker(&done, task);
     Ok(Exported { done, failed })
+}
+
+/// Notes once that image editors show edges of see-through layers darker than views do.
+fn note_darker(done: &[ExportReport], task: &Task) {
+    let of_all: Vec<&ExportReport> = done.iter().filter(|one| one.darker > 0.0).collect();
+    let files = match of_all[..] {
+        [] => return,
+        [one] => format!("the file of {}", one.photo),
+        _ => format!("the files of {} photos", of_all.len()),
+    };
+    let most = of_all.iter().fold(0.0, |most, one| one.darker.max(most));
+    task.note(format!(
+        "in image editors, edges of leaves are up to {:.0} of 255 darker in {files} than in views and photos, because editors mix \
+         encoded values; an XCF opened in GIMP shows them right",
+        (most * 255.0).ceil()
+    ));
 }
 
 /// Returns the peak memory for one photo in bytes. Per pixel these are the photo as RGBA, its merged picture also

@@ -47,6 +47,8 @@ pub struct ExportReport {
     pub groups: usize,
     /// The size in bytes of the file, or of all files in the folder.
     pub bytes: u64,
+    /// By how much edges of see-through layers are darker in image editors than in views, at most; 1 is white.
+    pub darker: f64,
     /// Problems of its layers, with remedies.
     pub problems: Vec<String>,
 }
@@ -91,16 +93,12 @@ impl Exporter<'_> {
         let key = self.key(&content);
         let job = ExportJob { exporter: self, content: &content, photo_file: &photo.file, key };
         let WrittenDocument { path, spared, bytes } = task.timed(STAGE_WRITE, || job.write())?;
-        if matches!(self.options.format, ExportFormat::Psd | ExportFormat::Ora)
-            && let Some(off) = task.timed("see-through layers", || content.encoded_difference())?
-            && off > 0.0
-        {
-            task.note(format!(
-                "in image editors, edges of leaves are up to {:.0} of 255 darker in this file than in views and photo, \
-                 because editors mix encoded values; an XCF opened in GIMP shows them right",
-                (off * 255.0).ceil()
-            ));
-        }
+        let darker = match self.options.format {
+            ExportFormat::Psd | ExportFormat::Ora => {
+                task.timed("see-through layers", || content.encoded_difference())?
+            }
+            _ => None,
+        };
         for file in &spared {
             let (old, new) = (file.display(), path.display());
             task.note(format!("{old} was changed since it was exported and is kept; this export is {new}"));
@@ -109,7 +107,17 @@ impl Exporter<'_> {
         let layers = stack.image_layers.len();
         let groups = content.orders().len();
         let problems = content.paint.damaged().to_vec();
-        Ok(ExportReport { photo, path, spared, key: job.key, layers, groups, bytes, problems })
+        Ok(ExportReport {
+            photo,
+            path,
+            spared,
+            key: job.key,
+            layers,
+            groups,
+            bytes,
+            darker: darker.unwrap_or(0.0),
+            problems,
+        })
     }
 
     /// Returns the document's key: the same stack with the same paint, exported with the same options, has the same

@@ -153,13 +153,15 @@ pub fn read<'a>(
     let mut report = begun_report(file, &document, &context);
     let mut layers = Vec::new();
     let mut of_absent: Vec<(RecordedIndex, PaintPatch)> = Vec::new();
-    for (index, paint) in found {
+    for (index, mut paint) in found {
         let exported = &record.layers[index.0];
         let left_out = paint.report.state == LayerState::LeftOut;
+        let surfaces = paint.patch.map(|patch| by_surface(&patch, &parts(record, exported)));
+        paint.report.notes.extend(surfaces.as_deref().and_then(past_outlines));
         layers.push(ImportedLayerPaint {
             token: exported.id.clone(),
             report: Some(report.layers.len()),
-            surfaces: paint.patch.map(|patch| by_surface(&patch, &parts(record, exported))),
+            surfaces,
             seen: (!left_out).then_some(paint.seen),
         });
         report.layers.push(paint.report);
@@ -183,6 +185,24 @@ pub fn read<'a>(
     let mask = mask_of(&context, &sorted.masks, record, &mut report)?;
     report.layers.extend(task.timed("compare helpers", || others(&context, &sorted))?);
     Ok(FilePaint { record, report, layers, mask })
+}
+
+/// The share of a layer's paint past all outlines from which on the paint is hardly where it was meant to be. Strokes along an
+/// edge go past it as a matter of course.
+const MOSTLY_PAST: f64 = 0.9;
+
+/// Returns a note about paint that is past the outlines of its layer's surfaces, for the most part.
+fn past_outlines(surfaces: &[SurfacePaint]) -> Option<String> {
+    let count = |beyond: bool| {
+        surfaces.iter().filter(|of| of.beyond == beyond).map(|of| of.patch.count()).sum::<u64>()
+    };
+    let (past, within) = (count(true), count(false));
+    (past as f64 > MOSTLY_PAST * (past + within) as f64).then(|| {
+        format!(
+            "{past} of its {} painted pixels are past the outlines of its surfaces, so views do not show them; they are kept",
+            past + within
+        )
+    })
 }
 
 /// Rejects exports with matched exposure: paint on them would have another exposure than the photo.

@@ -178,7 +178,7 @@ fn tree_export_or(project: &Path, file: &Path, error: Error) -> Error {
 }
 
 /// Returns the given files, with folders that are not exports replaced by the layered files in them.
-fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result<Vec<PathBuf>> {
+pub(super) fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in given {
         if !path.is_dir() || is_exported_folder(path) || path.join(STACK_FILE).is_file() {

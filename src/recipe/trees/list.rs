@@ -12,6 +12,7 @@ use crate::document::masks::{MaskOrigin, MaskedTree};
 use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees};
 use crate::error::Result;
 use crate::foliage::{Counts, Stature};
+use crate::geometry::polygon::extent;
 use crate::projection::surface::Surface;
 use crate::scene::Model;
 use crate::task::Task;
@@ -125,6 +126,8 @@ pub fn listed_trees(project: &Project) -> Vec<ListedTree> {
 const AFLOAT: f64 = 0.02;
 /// How near the feet of two trees are that stand in one place, as a share of the lower one's height.
 const SAME_PLACE: f64 = 0.01;
+/// How many times the model's diagonal a tree is high that is hardly meant so.
+const TOO_HIGH: f64 = 4.0;
 /// The height that stands for that of trees whose height is not said, in world units.
 const USUAL_HEIGHT: f64 = 8.0;
 
@@ -132,6 +135,7 @@ const USUAL_HEIGHT: f64 = 8.0;
 /// is what they stand on, `up` what is up in the world.
 pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
     let surface = Surface::from_model(model);
+    let size = extent(&model.vertices);
     let mut doubts = Vec::new();
     for (number, tree) in trees.placed.iter().enumerate() {
         let (at, height) = (DVec3::from_array(tree.at), tree.height.unwrap_or(USUAL_HEIGHT));
@@ -140,6 +144,13 @@ pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
         {
             let (far, side) = (above.abs(), if above > 0.0 { "above" } else { "below" });
             doubts.push(format!("the foot of the tree {:?} is {far:.2} {side} the model", tree.name));
+        }
+        if height > TOO_HIGH * size && size > 0.0 {
+            doubts.push(format!(
+                "the tree {:?} is {height} high, {:.0} times the size of the model; both are in units of the world",
+                tree.name,
+                height / size
+            ));
         }
         let other = trees.placed[..number].iter().find(|other| {
             let least = height.min(other.height.unwrap_or(USUAL_HEIGHT));
@@ -191,5 +202,8 @@ mod tests {
             told(&with(&trees, [80.0, 0.0, 0.0])).len() == 4,
             "where the model has no ground, nothing is told"
         );
+        let mut high = with(&Trees::default(), [0.0, 0.0, 2.0]);
+        high.placed[0].height = Some(1e9);
+        assert!(told(&high)[0].contains("7071068 times the size of the model"), "{:?}", told(&high));
     }
 }

@@ -63,6 +63,9 @@ impl Ground {
     }
 }
 
+/// How many names a message lists; as many trees are told line by line.
+const FEW_NAMES: usize = 4;
+
 /// Places the trees of a list, which is in `file`. `species` is that of trees for which the list says none; `change` is what all
 /// have unless the list says otherwise. Either all are placed or none, so that a list that was corrected can be placed again and
 /// nothing of it stands twice.
@@ -81,6 +84,9 @@ pub fn placed_list(
     // Trees without a name get theirs last, so that they take none that the list gives to another tree.
     let (named, nameless): (Vec<_>, Vec<_>) = list.places.iter().partition(|place| place.name.is_some());
     let mut names = Vec::new();
+    if let Some(error) = placed_before(trees, file, &named) {
+        return Err(error);
+    }
     for place in named.into_iter().chain(nameless) {
         match placed_one(&done, (file, place), species, ground, change) {
             Ok((trees, name)) => {
@@ -96,6 +102,20 @@ pub fn placed_list(
     }
     names.sort();
     Ok(PlacedList { trees: done, names: names.into_iter().map(|(_, name)| name).collect() })
+}
+
+/// Returns the error for a list of which most trees are there already; `None` for other lists.
+fn placed_before(trees: &Trees, file: &Path, named: &[&ListedPlace]) -> Option<Error> {
+    let there: Vec<&str> = named.iter().filter_map(|place| place.name.as_deref()).collect();
+    let there: Vec<&str> = there.into_iter().filter(|name| trees.find(name).is_some()).collect();
+    if there.len() < FEW_NAMES || 2 * there.len() <= named.len() {
+        return None;
+    }
+    let (count, first) = (there.len(), there[..FEW_NAMES].join(", "));
+    let found =
+        format!("{count} of its {} names are those of trees of the project: {first} and others", named.len());
+    let remedy = "if the list was placed before, remove these trees with `quadratura tree remove`, or place only its new lines";
+    Some(Error::input(file, "", found, remedy))
 }
 
 fn placed_one(
@@ -203,6 +223,14 @@ mod tests {
         let one = "name,species,x,y\na,oak,5,5\n";
         let done = listed(one, &Trees::default(), None).unwrap();
         assert_eq!(refused(one, &done.trees).len(), 1, "the project has this tree");
+        let many: String = (0..9).map(|n| format!("t{n},oak,{n},1\n")).collect();
+        let many = format!("name,species,x,y\n{many}");
+        let done = listed(&many, &Trees::default(), None).unwrap();
+        let twice = refused(&many, &done.trees);
+        assert!(
+            twice.len() == 1 && twice[0].contains("9 of its 9 names") && twice[0].contains("t0, t1"),
+            "{twice:?}"
+        );
     }
 
     #[test]

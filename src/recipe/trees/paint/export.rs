@@ -115,7 +115,17 @@ pub fn export_species(
     records.remove_old_pixels(&kept)?;
     let (layers, groups) = (content.layer_count(), content.group_count());
     let (path, spared, bytes) = (done.path, done.spared, done.bytes);
-    Ok(ExportReport { photo: title, path, spared, key, layers, groups, bytes, problems: Vec::new() })
+    Ok(ExportReport {
+        photo: title,
+        path,
+        spared,
+        key,
+        layers,
+        groups,
+        bytes,
+        darker: 0.0,
+        problems: Vec::new(),
+    })
 }
 
 /// Returns the camera of a record that is of no photo.

@@ -24,7 +24,7 @@ use crate::recipe::import::file::{
 };
 use crate::recipe::import::originals::ExportedPixels;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
-use crate::recipe::import::{ImportOptions, LayerCache};
+use crate::recipe::import::{ImportOptions, LayerCache, documents_of};
 use crate::recipe::side_by_side::{done_and_failed, one_by_one};
 use crate::recipe::trees::plant_of;
 use crate::task::Task;
@@ -56,7 +56,7 @@ pub struct TreeImported {
     pub failed: Vec<(PathBuf, Error)>,
 }
 
-/// Imports edited files of species as paint of these, as one import that can be undone as a whole. An error in one file is in
+/// Imports edited files of species, or those in folders, as paint of these, as one import that can be undone as a whole. An error in one file is in
 /// [`TreeImported::failed`], and an unreadable layer is left out; neither stops the others. The caller holds the project's lock, unless
 /// it is a dry run.
 ///
@@ -86,8 +86,11 @@ pub fn import_tree_paint(
         replaced: Vec::new(),
         options,
     };
-    let reports = one_by_one(STAGE, files, |file| session.file(file, task), task)?;
-    let (done, failed) = done_and_failed(files, reports)?;
+    let mut failed = Vec::new();
+    let files = documents_of(files, &mut failed)?;
+    let reports = one_by_one(STAGE, &files, |file| session.file(file, task), task)?;
+    let (done, not_read) = done_and_failed(&files, reports)?;
+    failed.extend(not_read);
     let changed = done.iter().flat_map(|file: &FileReport| &file.layers).map(|layer| layer.changed).sum();
     let mut imported = TreeImported { changed, files: done, failed, ..TreeImported::default() };
     if session.book != before {
