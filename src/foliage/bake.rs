@@ -8,11 +8,14 @@ use super::directions::Directions;
 use super::drawer::{Canvas, Drawer, Facet};
 use super::gains::measured;
 use super::images::{ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages};
-use super::mbuffer::{LayeredPixels, Sample};
+use super::mbuffer::{LayeredPixels, Sample, Slabs};
 use super::mesh::Mesh;
+use super::place::Instance;
 use super::plant::Plant;
 use super::raster::Fragment;
+use super::reproject::{Rows, reproject};
 use super::view::{Projection, View};
+use super::walk::{Part, WalkOptions, walk_from};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::task::Task;
@@ -39,6 +42,10 @@ pub struct BakeOptions {
     pub least_side: u32,
     /// The most columns and rows of the whole plant's finest images.
     pub most_side: u32,
+    /// Whether images are made from those of the parts of a sub-object, where these have images, instead of all polygons (Max 1996):
+    /// faster for plants of many polygons, and less accurate.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub from_parts: bool,
 }
 
 impl Default for BakeOptions {
@@ -56,6 +63,7 @@ impl BakeOptions {
         side: 192,
         least_side: 96,
         most_side: 384,
+        from_parts: false,
     };
     /// Slabs: six directions, six slabs (Max, Deussen & Keating 1999). A second surface in a pixel of a slab fills what the first one
     /// leaves open.
@@ -81,13 +89,15 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
     let baker = Baker { plant, meshes: &meshes, options, task };
     let leaf = plant.whole().leaves.mean();
     let total = plant.objects.len() as u64;
-    let mut objects = Vec::with_capacity(plant.objects.len());
+    let BakeOptions { directions, from_parts, .. } = *options;
+    // Parts come before what uses them.
+    let mut images = PlantImages { directions, from_parts, objects: vec![None; plant.objects.len()] };
     for object in 0..plant.objects.len() {
         task.step(STAGE, object as u64, total)?;
-        objects.push(baker.object(object, leaf)?);
+        images.objects[object] = baker.object(&images, object, leaf)?;
     }
     task.step(STAGE, total, total)?;
-    Ok(PlantImages { directions: options.directions, objects })
+    Ok(images)
 }
 
 /// Makes the finest images of a whole plant, whether they save something or not; `None` for a plant without size.
@@ -96,13 +106,14 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
 /// [`crate::Error::Cancelled`].
 pub fn finest_copy(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<Option<ImageCopy>> {
     let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
-    let baker = Baker { plant, meshes: &meshes, options, task };
+    let options = BakeOptions { from_parts: false, ..*options };
+    let baker = Baker { plant, meshes: &meshes, options: &options, task };
     let ball = plant.whole().bounds.ball;
     if ball.radius <= 0.0 {
         return Ok(None);
     }
     let finest = 2.0 * ball.radius / baker.whole_side(&ball, plant.whole().leaves.mean());
-    baker.copy(plant.root, finest).map(|(copy, _)| Some(copy))
+    baker.copy(&PlantImages::default(), plant.root, finest).map(|(copy, _)| Some(copy))
 }
 
 struct Baker<'a> {
@@ -113,8 +124,8 @@ struct Baker<'a> {
 }
 
 impl Baker<'_> {
-    /// Makes the images of a sub-object, if they save something. Nobody uses what the root does not reach.
-    fn object(&self, object: usize, leaf: Option<f64>) -> Result<Option<ObjectImages>> {
+    /// Makes the images of a sub-object, if they save something; `made` are those of its parts. Nobody uses what the root does not reach.
+    fn object(&self, made: &PlantImages, object: usize, leaf: Option<f64>) -> Result<Option<ObjectImages>> {
         let ball = self.plant.objects[object].bounds.ball;
         let is_whole = object == self.plant.root;
         let across = if is_whole { self.whole_side(&ball, leaf) } else { f64::from(self.options.side) };
@@ -123,20 +134,21 @@ impl Baker<'_> {
             return Ok(None);
         }
         let finest = 2.0 * ball.radius / across;
-        let from_the_side = self.view(object, finest, FROM_THE_SIDE)?.image;
+        let from_the_side = self.view(made, (object, finest), FROM_THE_SIDE)?.image;
         if self.plant.objects[object].counts.polygons <= from_the_side.samples.len() as u64 {
             return Ok(None);
         }
-        let (copy, light) = self.copy(object, finest)?;
+        let (copy, light) = self.copy(made, object, finest)?;
         let mut copies = vec![copy];
         let mut delta = 2.0 * finest;
         while 2.0 * ball.radius / delta >= COARSEST_SIDE {
-            copies.push(self.copy(object, delta)?.0);
+            copies.push(self.copy(made, object, delta)?.0);
             delta *= 2.0;
         }
         let sums = light.iter().fold([Vec3::ZERO; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
         let images = ObjectImages { copies, through: through_over_reflected(sums) };
-        measured((self.plant, object), images, self.options.directions, self.task).map(Some)
+        let parts = self.options.from_parts.then_some(made);
+        measured((self.plant, object), images, (self.options.directions, parts), self.task).map(Some)
     }
 
     /// Returns how many pixels are across the whole plant in its finest images: half a leaf each.
@@ -146,10 +158,10 @@ impl Baker<'_> {
     }
 
     /// Makes the views from all directions, with their leaves' sums of light.
-    fn copy(&self, object: usize, delta: f64) -> Result<(ImageCopy, Vec<[Vec3; 2]>)> {
+    fn copy(&self, made: &PlantImages, object: usize, delta: f64) -> Result<(ImageCopy, Vec<[Vec3; 2]>)> {
         let views = (0..self.options.directions.count())
             .into_par_iter()
-            .map(|direction| self.view(object, delta, direction));
+            .map(|direction| self.view(made, (object, delta), direction));
         let views = views.collect::<Result<Vec<_>>>()?;
         let lengths = views.iter().map(|view| view.length).collect();
         let (views, light) = views.into_iter().map(|view| (view.image, view.light)).unzip();
@@ -159,7 +171,7 @@ impl Baker<'_> {
     }
 
     /// Makes a view.
-    fn view(&self, object: usize, delta: f64, direction: usize) -> Result<BakedView> {
+    fn view(&self, made: &PlantImages, (object, delta): (usize, f64), direction: usize) -> Result<BakedView> {
         let Bounds { ball, space } = self.plant.objects[object].bounds;
         let side = side_of(ball.radius, delta);
         let rotation = self.options.directions.view_from_object(direction);
@@ -171,21 +183,48 @@ impl Baker<'_> {
         let canvas = ImageCanvas {
             rect,
             pixels: LayeredPixels::new(slabs * count, self.options.layers),
-            slabs,
-            slabs_per_depth: slabs as f32 / (2.0 * half).max(f32::MIN_POSITIVE),
+            slabs: Slabs::new(slabs, half),
             epsilon: (SAME_LAYER * delta) as f32,
             light: [Vec3::ZERO; 2],
         };
         debug_assert_eq!(rect, PixelRect::of_size(side, side));
         let mut drawer = Drawer::new((self.plant, self.meshes), &view, (rect, canvas), self.task);
-        drawer.visit(object, &view.view_from_plant)?;
+        if self.options.from_parts {
+            self.parts(made, (object, &view), &mut drawer)?;
+        } else {
+            drawer.visit(object, &view.view_from_plant)?;
+        }
         let ImageCanvas { pixels, light, .. } = drawer.canvas;
+        let light = if self.options.from_parts { pixels.light_of_leaves() } else { light };
         let through = through_over_reflected(light);
         let image = match slabs {
             1 => MBuffer::of(&pixels, count, (ball.radius, through)),
             _ => MBuffer::of_slabs(&pixels, (count, slabs), (ball.radius, through)),
         };
         Ok(BakedView { image, light, length: pixels.mean_length_of_leaves() })
+    }
+
+    /// Draws a sub-object into its own image from the images of its parts, and as polygons what has none (Max 1996, section 3).
+    fn parts(
+        &self,
+        made: &PlantImages,
+        (object, view): (usize, &View),
+        drawer: &mut Drawer<ImageCanvas>,
+    ) -> Result<()> {
+        for drawn in walk_from((self.plant, object), made, view, &WalkOptions::FINAL, 0) {
+            self.task.go_on()?;
+            let instance = match drawn.part {
+                Part::Image(copy) => Instance::of((self.plant, made), &drawn, copy),
+                Part::Polygons => None,
+            };
+            match instance {
+                Some(instance) => {
+                    reproject(&instance, (view, SAME_LAYER), &mut drawer.canvas.rows());
+                }
+                None => drawer.own(drawn.object, &drawn.view_from_object, &drawn.door),
+            }
+        }
+        Ok(())
     }
 }
 
@@ -228,20 +267,16 @@ pub(super) fn image_view(ball: &Ball, delta: f64, rotation: DMat3) -> View {
 struct ImageCanvas {
     rect: PixelRect,
     pixels: LayeredPixels,
-    slabs: usize,
-    /// Slabs for a unit of depth.
-    slabs_per_depth: f32,
+    slabs: Slabs,
     epsilon: f32,
     /// The sums of what leaves reflect and let through.
     light: [Vec3; 2],
 }
 
 impl ImageCanvas {
-    /// Returns the slab of a depth about the middle.
-    #[inline]
-    fn slab(&self, depth: f32) -> usize {
-        let slab = 0.5 * self.slabs as f32 + depth * self.slabs_per_depth;
-        (slab.max(0.0) as usize).min(self.slabs - 1)
+    /// Returns all of it, for samples of images.
+    fn rows(&mut self) -> Rows<'_> {
+        Rows { rect: self.rect, pixels: &mut self.pixels, slabs: self.slabs }
     }
 }
 
@@ -262,7 +297,7 @@ impl Canvas for ImageCanvas {
             self.light[0] += sample.weight * sample.reflected;
             self.light[1] += sample.weight * sample.through;
         }
-        let first = self.slab(sample.depth) * self.rect.area() as usize;
-        self.pixels.insert(first + self.rect.offset(fragment.x, fragment.y), &sample, self.epsilon);
+        let epsilon = self.epsilon;
+        self.rows().insert((fragment.x, fragment.y), &sample, epsilon);
     }
 }

@@ -26,14 +26,14 @@ const ACROSS: f64 = 64.0;
 const MOST: f32 = 1.5;
 
 /// Measures the gains of all copies of a sub-object's images: the light of its polygons over that of the copy as flakes, each as large as it
-/// is drawn at most, in the mean over views all around and suns.
+/// is drawn at most, in the mean over views all around and suns. With the images of its parts, their light stands for that of the polygons.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub(super) fn measured(
     (plant, object): (&Plant, usize),
     images: ObjectImages,
-    directions: Directions,
+    (directions, parts): (Directions, Option<&PlantImages>),
     task: &Task,
 ) -> Result<ObjectImages> {
     let plant = Plant { root: object, ..plant.clone() };
@@ -52,11 +52,14 @@ pub(super) fn measured(
     let mean = |(sums, covered): ([Vec3; SUNS], u32)| sums.map(|sum| sum / covered.max(1) as f32);
     let sum = |lights: Vec<[Vec3; SUNS]>| lights.into_iter().flatten().sum::<Vec3>();
     let truth = (0..VIEWS).into_par_iter().map(|number| {
-        let view = view(number, ACROSS / (2.0 * ball.radius));
-        sums_of_light(&plant, &view, suns(number, plant.up), &quiet).map(mean)
+        let (view, suns) = (view(number, ACROSS / (2.0 * ball.radius)), suns(number, plant.up));
+        match parts {
+            Some(parts) => light_of_flakes((&plant, parts), &view, suns, &quiet).map(mean),
+            None => sums_of_light(&plant, &view, suns, &quiet).map(mean),
+        }
     });
     let truth = sum(truth.collect::<Result<_>>()?);
-    let mut all = PlantImages { directions, objects: vec![None; plant.objects.len()] };
+    let mut all = PlantImages { directions, from_parts: false, objects: vec![None; plant.objects.len()] };
     let deltas: Vec<f64> = images.copies.iter().map(|copy| copy.delta).collect();
     all.objects[object] = Some(images);
     // As large as the copy is where nothing else is drawn of the sub-object.

@@ -7,7 +7,7 @@ use super::brute::check;
 use super::drawer::{Canvas, Drawer, Facet};
 use super::images::PlantImages;
 use super::listed::{ImageCost, in_bands, meshes_of, rgba_of_light};
-use super::mbuffer::{Layer, LayeredPixels, Sample};
+use super::mbuffer::{Layer, LayeredPixels, Sample, Slabs};
 use super::mesh::Mesh;
 use super::place::Instance;
 use super::plant::Plant;
@@ -98,7 +98,7 @@ impl Scene<'_> {
             };
             match instance {
                 Some(instance) => {
-                    let mut rows = Rows { rect, pixels: &mut drawer.canvas.pixels };
+                    let mut rows = Rows { rect, pixels: &mut drawer.canvas.pixels, slabs: Slabs::ONE };
                     cost.samples += reproject(&instance, (view, self.options.epsilon_px), &mut rows);
                 }
                 None => drawer.own(*object, view_from_object, door),

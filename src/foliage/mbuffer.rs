@@ -122,6 +122,31 @@ impl Layer {
     }
 }
 
+/// The slabs of equal depth into which layered pixels are cut: the pixels of each slab follow those of the one before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slabs {
+    count: usize,
+    /// Slabs for a unit of depth.
+    per_depth: f32,
+}
+
+impl Slabs {
+    /// One slab: pixels are not cut.
+    pub const ONE: Self = Self { count: 1, per_depth: 0.0 };
+
+    /// Makes so many slabs, at least 1, of depths up to `half` about 0.
+    pub fn new(count: usize, half: f32) -> Self {
+        Self { count, per_depth: count as f32 / (2.0 * half).max(f32::MIN_POSITIVE) }
+    }
+
+    /// Returns the index of the slab of a depth.
+    #[inline]
+    pub fn of(&self, depth: f32) -> usize {
+        let slab = 0.5 * self.count as f32 + depth * self.per_depth;
+        (slab.max(0.0) as usize).min(self.count - 1)
+    }
+}
+
 /// Layered pixels: up to `most` surfaces each, nearest first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayeredPixels {
@@ -185,6 +210,14 @@ impl LayeredPixels {
 }
 
 impl LayeredPixels {
+    /// Returns the sums, by weight, of the light that leaves reflect and let through.
+    pub fn light_of_leaves(&self) -> [Vec3; 2] {
+        let layers = (0..self.counts.len()).flat_map(|pixel| self.layers(pixel));
+        layers.fold([Vec3::ZERO; 2], |[reflected, through], layer| {
+            [reflected + (layer.reflected - layer.bark), through + layer.through]
+        })
+    }
+
     /// Returns the mean length of the mean normals of leaves, by what they cover; 1 where there are none.
     pub fn mean_length_of_leaves(&self) -> f32 {
         let pixels = (0..self.counts.len()).flat_map(|pixel| self.layers(pixel));

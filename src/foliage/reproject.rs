@@ -6,7 +6,7 @@ use super::directions::Serving;
 use super::door::{Door, Doors};
 use super::images::{ImageCopy, MBuffer, MSample, depth_from_stored};
 use super::lighting::OfSamples;
-use super::mbuffer::{LayeredPixels, Sample};
+use super::mbuffer::{LayeredPixels, Sample, Slabs};
 use super::place::{Instance, Place};
 use super::view::View;
 use crate::geometry::PixelRect;
@@ -17,6 +17,17 @@ pub(super) struct Rows<'a> {
     pub rect: PixelRect,
     /// Their layers.
     pub pixels: &'a mut LayeredPixels,
+    /// The slabs into which they are cut.
+    pub slabs: Slabs,
+}
+
+impl Rows<'_> {
+    /// Adds a sample to the pixel of a column and row, in the slab of its depth.
+    #[inline]
+    pub fn insert(&mut self, (x, y): (i32, i32), sample: &Sample, epsilon: f32) {
+        let first = self.slabs.of(sample.depth) * self.rect.area() as usize;
+        self.pixels.insert(first + self.rect.offset(x, y), sample, epsilon);
+    }
 }
 
 /// Brings the samples of an instance's images into rows of a view: those of the directions around the viewpoint, weighed. What is
@@ -94,7 +105,7 @@ impl Bringing<'_> {
             return;
         }
         let px = place.image(at);
-        let rect = &rows.rect;
+        let rect = rows.rect;
         // Comparisons that also fail for what is no number.
         let is_near = px.x > rect.x as f32 - 2.0
             && px.x < rect.right() as f32 + 2.0
@@ -141,7 +152,7 @@ impl Bringing<'_> {
             let mask = if is_inside { covered & doors.open_at(x, y) } else { 0 };
             if mask != 0 {
                 let weight = sample.weight * mask.count_ones() as f32;
-                rows.pixels.insert(rect.offset(x, y), &Sample { mask, weight, ..sample }, epsilon);
+                rows.insert((x, y), &Sample { mask, weight, ..sample }, epsilon);
             }
         }
     }

@@ -81,6 +81,17 @@ pub fn walk(
     options: &WalkOptions,
     seed: u64,
 ) -> Vec<Drawn> {
+    walk_from((plant, plant.root), images, view, options, seed)
+}
+
+/// Returns what is drawn of a sub-object of a plant as [`walk`] does of the whole. The view is of the sub-object's frame.
+pub(super) fn walk_from(
+    (plant, object): (&Plant, usize),
+    images: &PlantImages,
+    view: &View,
+    options: &WalkOptions,
+    seed: u64,
+) -> Vec<Drawn> {
     let half_spaces = view.projection.half_spaces(&view.rect());
     let stretches = vec![Vec::new(); plant.objects.len()];
     let mut walk = Walk {
@@ -94,7 +105,7 @@ pub fn walk(
     };
     let path = mixed(seed);
     let root = Visited {
-        object: plant.root,
+        object,
         view_from_object: view.view_from_plant,
         stretch: largest_stretch(&view.view_from_plant.matrix3),
         path,

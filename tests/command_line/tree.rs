@@ -294,7 +294,7 @@ fn a_plant_is_rendered_from_images_that_are_kept_and_compared_with_its_polygons(
 fn options_of_images_are_refused_where_polygons_are_drawn() {
     let site = Site::new();
     fs::write(site.path("leaf.plant"), LEAF).unwrap();
-    for option in ["--tau 0.5", "--images images", "--compare", "--quality preview"] {
+    for option in ["--tau 0.5", "--images images", "--from-parts", "--compare", "--quality preview"] {
         let run = site.run(&format!("tree render leaf.plant --cameras orbit --out views {option}"));
         let told = stderr_of(&run.failure());
         let name = option.split(' ').next().unwrap();

@@ -90,6 +90,10 @@ pub struct TreeRenderArgs {
     /// are made anew and not kept]
     #[arg(long, value_name = "FOLDER")]
     pub images: Option<PathBuf>,
+    /// Make the images of a sub-object from those of its parts instead of all its polygons, where they are not up to date: faster for
+    /// plants of many polygons, and less accurate
+    #[arg(long)]
+    pub from_parts: bool,
     /// Draw each view by polygons, too, and say how like the pictures are, and how much longer that took
     #[arg(long)]
     pub compare: bool,
@@ -276,6 +280,10 @@ pub struct TreeBakeArgs {
     /// Make images that are up to date anew, too
     #[arg(long)]
     pub force: bool,
+    /// Make the images of a sub-object from those of its parts instead of all its polygons: faster for plants of many polygons,
+    /// and less accurate
+    #[arg(long)]
+    pub from_parts: bool,
 }
 
 #[derive(Debug, Args)]

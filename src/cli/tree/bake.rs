@@ -10,7 +10,7 @@ use crate::cli::words::worded;
 use crate::error::Result;
 use crate::io::project::read_project;
 use crate::io::writable::check_folder;
-use crate::recipe::trees::baked::{BakedSpecies, baked};
+use crate::recipe::trees::baked::{BakeRequest, BakedSpecies, baked};
 use crate::task::Task;
 
 /// Runs `tree bake`: makes the images of species that have none, or of all.
@@ -18,7 +18,8 @@ pub fn run(args: &TreeBakeArgs, task: &Task) -> Result<Outcome> {
     let project = read_project(&args.project)?;
     // What cannot be kept is reported before the work, not after it.
     check_folder(&args.project.join("cache"))?;
-    let (species, problems) = baked(&args.project, &project.trees, (&args.species, args.force), task)?;
+    let request = BakeRequest { force: args.force, from_parts: args.from_parts };
+    let (species, problems) = baked(&args.project, &project.trees, (&args.species, request), task)?;
     let problems: Vec<String> = problems.iter().map(worded).collect();
     let text = match species.is_empty() && problems.is_empty() {
         true => "no species; `quadratura tree species` or `quadratura tree place` adds one\n".to_owned(),
@@ -30,8 +31,13 @@ pub fn run(args: &TreeBakeArgs, task: &Task) -> Result<Outcome> {
 
 fn table(species: &[BakedSpecies]) -> String {
     let mut table = Table::new(&["species", "sub-objects with images", "samples", "on disk", ""]);
-    for BakedSpecies { species, sub_objects, samples, bytes, is_new } in species {
-        let state = if *is_new { "made" } else { "up to date" };
+    for BakedSpecies { species, sub_objects, samples, bytes, is_new, from_parts } in species {
+        let state = match (is_new, from_parts) {
+            (true, false) => "made",
+            (true, true) => "made from parts",
+            (false, false) => "up to date",
+            (false, true) => "up to date, from parts",
+        };
         table.row([
             species.clone(),
             sub_objects.to_string(),

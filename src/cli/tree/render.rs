@@ -66,6 +66,7 @@ fn method(args: &TreeRenderArgs, plant: &Plant, task: &Task) -> Result<PlantMeth
     refuse_without_effect(args)?;
     let is_final = args.quality == TreeQuality::Final;
     let images = |options: BakeOptions| {
+        let options = BakeOptions { from_parts: args.from_parts, ..options };
         plant_images(plant, args.images.as_deref(), &options, task).map(|(images, _)| images)
     };
     let of_texels = |coarse: FlakeOptions, fine: FlakeOptions| {
@@ -105,6 +106,7 @@ fn refuse_without_effect(args: &TreeRenderArgs) -> Result<()> {
         let without_effect = [
             (args.tau.is_some(), "--tau"),
             (args.images.is_some(), "--images"),
+            (args.from_parts, "--from-parts"),
             (args.compare, "--compare"),
             (args.quality != TreeQuality::default(), "--quality"),
         ];

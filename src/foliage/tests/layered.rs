@@ -173,7 +173,7 @@ fn any_images(plant: &Plant, rng: &mut Rng) -> PlantImages {
             ObjectImages { copies: (0..3).map(copy).collect(), through: glam::Vec3::ONE }
         })
     });
-    PlantImages { directions: Directions::Around, objects: objects.collect() }
+    PlantImages { directions: Directions::Around, from_parts: false, objects: objects.collect() }
 }
 
 /// A random graph without cycles; every object has primitives of its own.
@@ -243,7 +243,8 @@ fn a_walk_draws_every_instance_in_each_sub_pixel_exactly_once_itself_or_by_one_a
 #[test]
 fn the_coarsest_image_that_is_fine_enough_serves_and_none_behind_or_around_the_viewer() {
     let plant = branch();
-    let mut images = PlantImages { directions: Directions::Around, objects: vec![None; plant.objects.len()] };
+    let objects = vec![None; plant.objects.len()];
+    let mut images = PlantImages { directions: Directions::Around, from_parts: false, objects };
     let radius = plant.whole().bounds.ball.radius;
     let copy = |delta: f64| ImageCopy {
         delta,

@@ -128,8 +128,8 @@ pub fn write_plant_images(
     })
 }
 
-/// Reads the images of a plant of `sub_objects` if those in a folder were made of `inputs` with these options; `None` where they were
-/// made of others, or there are none.
+/// Reads the images of a plant of `sub_objects` if those in a folder were made of `inputs` with these options, from parts or not; `None`
+/// where they were made of others, or there are none.
 ///
 /// # Errors
 /// [`crate::Error::Input`] for damaged files; [`crate::Error::Io`].
@@ -143,7 +143,8 @@ pub fn read_plant_images(
     let entries: BTreeMap<usize, &ObjectEntry> = json.objects.iter().map(|of| (of.object, of)).collect();
     let objects = (0..json.sub_objects)
         .map(|object| entries.get(&object).map(|of| of_entry(folder, options.directions, of)).transpose());
-    Ok(Some(PlantImages { directions: options.directions, objects: objects.collect::<Result<_>>()? }))
+    let BakeOptions { directions, from_parts, .. } = json.options;
+    Ok(Some(PlantImages { directions, from_parts, objects: objects.collect::<Result<_>>()? }))
 }
 
 /// Returns whether the images in a folder are of a plant of `sub_objects`, made of `inputs` with these options. Their files are not
@@ -173,7 +174,9 @@ fn listed(
             return Err(Error::input(&file, "objects", found, REMEDY));
         }
     }
-    let is_of_these = json.inputs == inputs && json.options == *options && json.sub_objects == sub_objects;
+    // Whoever wants images from parts, or none of these, has them made anew.
+    let wanted = BakeOptions { from_parts: json.options.from_parts, ..*options };
+    let is_of_these = json.inputs == inputs && json.options == wanted && json.sub_objects == sub_objects;
     Ok(is_of_these.then_some(json))
 }
 
@@ -235,7 +238,7 @@ mod tests {
         let views = (0..directions.count()).map(view).collect();
         let copy = ImageCopy { delta: 0.1, side: 2, views, correction };
         let of = ObjectImages { copies: vec![copy], through: [0.25, 0.5, 1.0].into() };
-        PlantImages { directions, objects: vec![None, Some(of)] }
+        PlantImages { directions, from_parts: false, objects: vec![None, Some(of)] }
     }
 
     #[test]

@@ -5,11 +5,11 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::PlantParts;
-use super::images::{remove_images, remove_other_images, size_on_disk, species_images};
+use super::images::{remove_images, remove_other_images, size_on_disk, species_images_with};
 use super::paint::species_plant;
 use crate::document::Trees;
 use crate::error::{Error, Message, Result};
-use crate::foliage::{Plant, PlantImages};
+use crate::foliage::{BakeOptions, Plant, PlantImages};
 use crate::recipe::unknown_name::no_such;
 use crate::task::Task;
 
@@ -26,10 +26,21 @@ pub struct BakedSpecies {
     pub bytes: u64,
     /// Whether they were made now.
     pub is_new: bool,
+    /// Whether they were made from the images of parts, see [`BakeOptions::from_parts`].
+    pub from_parts: bool,
+}
+
+/// How [`baked`] makes images.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BakeRequest {
+    /// Whether those that are up to date are made anew, too.
+    pub force: bool,
+    /// Whether images are made from those of parts, see [`BakeOptions::from_parts`].
+    pub from_parts: bool,
 }
 
 /// Makes the images of the species of some names, of all where none are given, and keeps them in the project's cache. Those that are
-/// there are left alone unless `force` says otherwise; images of plants that no species has any more are removed. Returns also why
+/// there, however they were made, are left alone unless the request says otherwise; images of plants that no species has any more are removed. Returns also why
 /// plants have none.
 ///
 /// # Errors
@@ -37,7 +48,7 @@ pub struct BakedSpecies {
 pub fn baked(
     folder: &Path,
     trees: &Trees,
-    (names, force): (&[String], bool),
+    (names, request): (&[String], BakeRequest),
     task: &Task,
 ) -> Result<(Vec<BakedSpecies>, Vec<Message>)> {
     if let Some(unknown) = names.iter().find(|name| !trees.species.contains_key(*name)) {
@@ -53,7 +64,7 @@ pub fn baked(
         }
     }
     for (name, plant) in plants.iter().filter(|(name, _)| names.is_empty() || names.contains(name)) {
-        made.push(one(folder, (*name, plant), force, task)?);
+        made.push(one(folder, (*name, plant), request, task)?);
     }
     if problems.is_empty() {
         remove_other_images(folder, plants.iter().map(|(_, plant)| plant))?;
@@ -61,12 +72,18 @@ pub fn baked(
     Ok((made, problems))
 }
 
-fn one(folder: &Path, (name, plant): (&str, &Plant), force: bool, task: &Task) -> Result<BakedSpecies> {
-    if force {
+fn one(
+    folder: &Path,
+    (name, plant): (&str, &Plant),
+    request: BakeRequest,
+    task: &Task,
+) -> Result<BakedSpecies> {
+    if request.force {
         remove_images(folder, plant)?;
     }
-    let (PlantImages { objects, .. }, is_new) =
-        species_images(folder, plant, PlantParts::Images, task)?.unwrap_or_default();
+    let options = BakeOptions { from_parts: request.from_parts, ..BakeOptions::SLABS };
+    let images = species_images_with(folder, plant, PlantParts::Images, &options, task)?;
+    let (PlantImages { objects, from_parts, .. }, is_new) = images.unwrap_or_default();
     let views = objects.iter().flatten().flat_map(|of| &of.copies).flat_map(|copy| &copy.views);
     Ok(BakedSpecies {
         species: name.to_owned(),
@@ -74,5 +91,6 @@ fn one(folder: &Path, (name, plant): (&str, &Plant), force: bool, task: &Task) -
         samples: views.map(|view| view.samples.len() as u64).sum(),
         bytes: size_on_disk(folder, plant),
         is_new,
+        from_parts,
     })
 }

@@ -81,15 +81,30 @@ pub fn species_images(
     parts: PlantParts,
     task: &Task,
 ) -> Result<Option<(PlantImages, bool)>> {
+    species_images_with(project, plant, parts, &BakeOptions::SLABS, task)
+}
+
+/// Returns the images of a plant of a project as [`species_images`] does; what is made is made with options that differ from the usual ones
+/// in nothing but whether images are made from parts.
+///
+/// # Errors
+/// As [`species_images`].
+pub fn species_images_with(
+    project: &Path,
+    plant: &Plant,
+    parts: PlantParts,
+    options: &BakeOptions,
+    task: &Task,
+) -> Result<Option<(PlantImages, bool)>> {
     if parts < PlantParts::CachedImages {
         return Ok(None);
     }
-    let (folder, options) = (folder_of(project, plant), BakeOptions::SLABS);
-    let found = read_or_noted(plant, &folder, &options, task)?.map(|images| (images, false));
+    let folder = folder_of(project, plant);
+    let found = read_or_noted(plant, &folder, options, task)?.map(|images| (images, false));
     let images = match found {
         None if parts == PlantParts::Images => {
-            let images = task.timed("bake", || bake(plant, &options, task))?;
-            if let Err(error) = keep(plant, &folder, &images, &options, task) {
+            let images = task.timed("bake", || bake(plant, options, task))?;
+            if let Err(error) = keep(plant, &folder, &images, options, task) {
                 task.note(Message::from("the images of a plant cannot be kept: ").and(error.message()));
             }
             Some((images, true))
