@@ -92,9 +92,13 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
     let BakeOptions { directions, from_parts, .. } = *options;
     // Parts come before what uses them.
     let mut images = PlantImages { directions, from_parts, objects: vec![None; plant.objects.len()] };
+    let mut has_parts = vec![false; plant.objects.len()];
     for object in 0..plant.objects.len() {
         task.step(STAGE, object as u64, total)?;
-        images.objects[object] = baker.object(&images, object, leaf)?;
+        let mut children = plant.objects[object].uses.iter().map(|of| of.child);
+        has_parts[object] = children.any(|child| images.objects[child].is_some() || has_parts[child]);
+        let parts = Some(&images).filter(|_| from_parts && has_parts[object]);
+        images.objects[object] = baker.object(parts, object, leaf)?;
     }
     task.step(STAGE, total, total)?;
     Ok(images)
@@ -106,14 +110,13 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
 /// [`crate::Error::Cancelled`].
 pub fn finest_copy(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<Option<ImageCopy>> {
     let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
-    let options = BakeOptions { from_parts: false, ..*options };
-    let baker = Baker { plant, meshes: &meshes, options: &options, task };
+    let baker = Baker { plant, meshes: &meshes, options, task };
     let ball = plant.whole().bounds.ball;
     if ball.radius <= 0.0 {
         return Ok(None);
     }
     let finest = 2.0 * ball.radius / baker.whole_side(&ball, plant.whole().leaves.mean());
-    baker.copy(&PlantImages::default(), plant.root, finest).map(|(copy, _)| Some(copy))
+    baker.copy(None, plant.root, finest).map(|(copy, _)| Some(copy))
 }
 
 struct Baker<'a> {
@@ -124,8 +127,14 @@ struct Baker<'a> {
 }
 
 impl Baker<'_> {
-    /// Makes the images of a sub-object, if they save something; `made` are those of its parts. Nobody uses what the root does not reach.
-    fn object(&self, made: &PlantImages, object: usize, leaf: Option<f64>) -> Result<Option<ObjectImages>> {
+    /// Makes the images of a sub-object, if they save something; `parts` are those of its parts, from which it is made, if
+    /// it is. Nobody uses what the root does not reach.
+    fn object(
+        &self,
+        parts: Option<&PlantImages>,
+        object: usize,
+        leaf: Option<f64>,
+    ) -> Result<Option<ObjectImages>> {
         let ball = self.plant.objects[object].bounds.ball;
         let is_whole = object == self.plant.root;
         let across = if is_whole { self.whole_side(&ball, leaf) } else { f64::from(self.options.side) };
@@ -134,20 +143,19 @@ impl Baker<'_> {
             return Ok(None);
         }
         let finest = 2.0 * ball.radius / across;
-        let from_the_side = self.view(made, (object, finest), FROM_THE_SIDE)?.image;
+        let from_the_side = self.view(parts, (object, finest), FROM_THE_SIDE)?.image;
         if self.plant.objects[object].counts.polygons <= from_the_side.samples.len() as u64 {
             return Ok(None);
         }
-        let (copy, light) = self.copy(made, object, finest)?;
+        let (copy, light) = self.copy(parts, object, finest)?;
         let mut copies = vec![copy];
         let mut delta = 2.0 * finest;
         while 2.0 * ball.radius / delta >= COARSEST_SIDE {
-            copies.push(self.copy(made, object, delta)?.0);
+            copies.push(self.copy(parts, object, delta)?.0);
             delta *= 2.0;
         }
         let sums = light.iter().fold([Vec3::ZERO; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
         let images = ObjectImages { copies, through: through_over_reflected(sums) };
-        let parts = self.options.from_parts.then_some(made);
         measured((self.plant, object), images, (self.options.directions, parts), self.task).map(Some)
     }
 
@@ -158,10 +166,15 @@ impl Baker<'_> {
     }
 
     /// Makes the views from all directions, with their leaves' sums of light.
-    fn copy(&self, made: &PlantImages, object: usize, delta: f64) -> Result<(ImageCopy, Vec<[Vec3; 2]>)> {
+    fn copy(
+        &self,
+        parts: Option<&PlantImages>,
+        object: usize,
+        delta: f64,
+    ) -> Result<(ImageCopy, Vec<[Vec3; 2]>)> {
         let views = (0..self.options.directions.count())
             .into_par_iter()
-            .map(|direction| self.view(made, (object, delta), direction));
+            .map(|direction| self.view(parts, (object, delta), direction));
         let views = views.collect::<Result<Vec<_>>>()?;
         let lengths = views.iter().map(|view| view.length).collect();
         let (views, light) = views.into_iter().map(|view| (view.image, view.light)).unzip();
@@ -171,7 +184,12 @@ impl Baker<'_> {
     }
 
     /// Makes a view.
-    fn view(&self, made: &PlantImages, (object, delta): (usize, f64), direction: usize) -> Result<BakedView> {
+    fn view(
+        &self,
+        parts: Option<&PlantImages>,
+        (object, delta): (usize, f64),
+        direction: usize,
+    ) -> Result<BakedView> {
         let Bounds { ball, space } = self.plant.objects[object].bounds;
         let side = side_of(ball.radius, delta);
         let rotation = self.options.directions.view_from_object(direction);
@@ -189,13 +207,12 @@ impl Baker<'_> {
         };
         debug_assert_eq!(rect, PixelRect::of_size(side, side));
         let mut drawer = Drawer::new((self.plant, self.meshes), &view, (rect, canvas), self.task);
-        if self.options.from_parts {
-            self.parts(made, (object, &view), &mut drawer)?;
-        } else {
-            drawer.visit(object, &view.view_from_plant)?;
+        match parts {
+            Some(parts) => self.parts(parts, (object, &view), &mut drawer)?,
+            None => drawer.visit(object, &view.view_from_plant)?,
         }
         let ImageCanvas { pixels, light, .. } = drawer.canvas;
-        let light = if self.options.from_parts { pixels.light_of_leaves() } else { light };
+        let light = if parts.is_some() { pixels.light_of_leaves() } else { light };
         let through = through_over_reflected(light);
         let image = match slabs {
             1 => MBuffer::of(&pixels, count, (ball.radius, through)),

@@ -5,6 +5,7 @@ mod flakes;
 mod graphs;
 mod grown;
 mod layered;
+mod parts;
 mod popping;
 mod shaded;
 
