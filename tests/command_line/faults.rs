@@ -80,6 +80,8 @@ fn a_place_that_cannot_be_written_to_is_told_before_the_work() {
         assert_eq!(message.matches("error:").count(), 1, "{words}: {message}");
     }
     assert!(!site.path("views").exists() && fs::read_to_string(site.path("file")).unwrap() == "mine");
+    let named = stderr_of(&site.run("ldi build project --photo left --out left.txt").failure().code(1));
+    assert!(named.contains("left.txt") && named.contains("write to left.ldi"), "{named}");
 }
 
 #[test]

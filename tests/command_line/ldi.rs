@@ -126,8 +126,6 @@ fn a_photo_without_a_stack_is_named_and_one_file_cannot_hold_two_photos() {
     assert!(site.path("project/cache/ldi/left.png.ldi").is_file(), "the other one is built");
     let both = stderr_of(&site.run("ldi build project --out both.ldi").failure().code(1));
     assert!(both.contains("--photo"), "{both}");
-    let named = stderr_of(&site.run("ldi build project --photo left --out both.txt").failure().code(1));
-    assert!(named.contains("both.txt") && named.contains("write to both.ldi"), "{named}");
 }
 
 #[test]
