@@ -24,11 +24,11 @@ use crate::task::Task;
 
 /// Runs `mask`: changes masks of transient objects as the arguments ask, and lists the masks.
 pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
+    let (_lock, mut project) = read_with_lock_if(changes(args), &args.project, task)?;
     if args.suggest {
         // What cannot be written is reported before the work, not after it.
         check_folder(&suggestion_folder(&args.project))?;
     }
-    let (_lock, mut project) = read_with_lock_if(changes(args), &args.project, task)?;
     let before = project.masks.clone();
     if let Some(of) = &args.clear {
         project.masks = cleared(&project.masks, &args.photos.names, of)?;

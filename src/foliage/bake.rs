@@ -91,14 +91,16 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
     let total = plant.objects.len() as u64;
     let BakeOptions { directions, from_parts, .. } = *options;
     // Parts come before what uses them.
-    let mut images = PlantImages { directions, from_parts, objects: vec![None; plant.objects.len()] };
+    let mut images = PlantImages { directions, from_parts: false, objects: vec![None; plant.objects.len()] };
     let mut has_parts = vec![false; plant.objects.len()];
     for object in 0..plant.objects.len() {
         task.step(STAGE, object as u64, total)?;
         let mut children = plant.objects[object].uses.iter().map(|of| of.child);
         has_parts[object] = children.any(|child| images.objects[child].is_some() || has_parts[child]);
         let parts = Some(&images).filter(|_| from_parts && has_parts[object]);
-        images.objects[object] = baker.object(parts, object, leaf)?;
+        let made = baker.object(parts, object, leaf)?;
+        images.from_parts |= made.is_some() && from_parts && has_parts[object];
+        images.objects[object] = made;
     }
     task.step(STAGE, total, total)?;
     Ok(images)
@@ -127,8 +129,8 @@ struct Baker<'a> {
 }
 
 impl Baker<'_> {
-    /// Makes the images of a sub-object, if they save something; `parts` are those of its parts, from which it is made, if
-    /// it is. Nobody uses what the root does not reach.
+    /// Makes the images of a sub-object, if they save something; from `parts`, the images of its parts, where they are given. Nobody
+    /// uses what the root does not reach.
     fn object(
         &self,
         parts: Option<&PlantImages>,
@@ -221,7 +223,8 @@ impl Baker<'_> {
         Ok(BakedView { image, light, length: pixels.mean_length_of_leaves() })
     }
 
-    /// Draws a sub-object into its own image from the images of its parts, and as polygons what has none (Max 1996, section 3).
+    /// Draws a sub-object into its own image from images of its parts that are as fine as in final pictures, and as polygons what has none
+    /// so fine (Max 1996, section 3).
     fn parts(
         &self,
         made: &PlantImages,
@@ -293,7 +296,7 @@ struct ImageCanvas {
 impl ImageCanvas {
     /// Returns all of it, for samples of images.
     fn rows(&mut self) -> Rows<'_> {
-        Rows { rect: self.rect, pixels: &mut self.pixels, slabs: self.slabs }
+        Rows { rect: self.rect, pixels: &mut self.pixels, slabs: self.slabs, beside_polygons: true }
     }
 }
 

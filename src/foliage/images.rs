@@ -76,7 +76,7 @@ pub struct ObjectImages {
 pub struct PlantImages {
     /// The directions of all views.
     pub directions: Directions,
-    /// Whether images were made from those of parts, see [`super::BakeOptions::from_parts`].
+    /// Whether any of them was made from images of parts, see [`super::BakeOptions::from_parts`].
     pub from_parts: bool,
     /// The images of each sub-object.
     pub objects: Vec<Option<ObjectImages>>,

@@ -98,7 +98,12 @@ impl Scene<'_> {
             };
             match instance {
                 Some(instance) => {
-                    let mut rows = Rows { rect, pixels: &mut drawer.canvas.pixels, slabs: Slabs::ONE };
+                    let mut rows = Rows {
+                        rect,
+                        pixels: &mut drawer.canvas.pixels,
+                        slabs: Slabs::ONE,
+                        beside_polygons: false,
+                    };
                     cost.samples += reproject(&instance, (view, self.options.epsilon_px), &mut rows);
                 }
                 None => drawer.own(*object, view_from_object, door),

@@ -134,7 +134,7 @@ impl Slabs {
     /// One slab: pixels are not cut.
     pub const ONE: Self = Self { count: 1, per_depth: 0.0 };
 
-    /// Makes so many slabs, at least 1, of depths up to `half` about 0.
+    /// Makes a number of slabs, at least 1, of depths up to `half` about 0.
     pub fn new(count: usize, half: f32) -> Self {
         Self { count, per_depth: count as f32 / (2.0 * half).max(f32::MIN_POSITIVE) }
     }

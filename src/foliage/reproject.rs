@@ -19,6 +19,8 @@ pub(super) struct Rows<'a> {
     pub pixels: &'a mut LayeredPixels,
     /// The slabs into which they are cut.
     pub slabs: Slabs,
+    /// Whether samples count as polygons do, by the sub-pixels that they cover; else by the weight of their direction, too.
+    pub beside_polygons: bool,
 }
 
 impl Rows<'_> {
@@ -40,6 +42,8 @@ pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), r
         let of_direction = Door::between(before, before + weight, instance.path);
         let doors = Doors { of_direction, of_part: instance.door };
         before += weight;
+        // The door leaves a direction its share of the sub-pixels already.
+        let weight = if rows.beside_polygons { 1.0 } else { weight };
         let of_samples = instance.of_samples(&place, direction);
         let image = &instance.copy.views[direction];
         brought += bringing.bring((image, &of_samples), instance, (weight as f32, &doors), rows);

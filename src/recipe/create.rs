@@ -13,6 +13,7 @@ use crate::document::project::PROJECT_VERSION;
 use crate::document::{ColourDecisions, Decisions, Masks, Project, Trees};
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
+use crate::io::cameras::check_exists;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
 use crate::io::project::{check_is_empty, relative_to, write_project};
 use crate::layers::Options;
@@ -76,7 +77,7 @@ fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
 fn described(folder: &Path, new: &NewProject) -> Result<Project> {
     let path = |path: &Path| relative_to(folder, path);
     let photos = path(&new.photos);
-    let cameras = path(&new.cameras);
+    let cameras = check_exists(&new.cameras).and_then(|()| path(&new.cameras));
     let model = path(&new.model);
     match (photos, cameras, model) {
         (Ok(photos), Ok(cameras), Ok(model)) => Ok(Project {

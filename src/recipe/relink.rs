@@ -9,6 +9,7 @@ use super::open::Opened;
 use crate::document::Project;
 use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically_with;
+use crate::io::cameras::check_exists;
 use crate::io::project::{read_project, relative_to, write_project};
 
 /// Returns the absolute, normalised paths of a project's parts according to `project.json`, whether they exist or
@@ -108,7 +109,8 @@ pub fn relinked(project: &Project, folder: &Path, parts: &SiteParts) -> Result<P
             SitePart::Cameras => &mut project.cameras,
             SitePart::Model => &mut project.model,
         };
-        match relative_to(folder, parts.path(part)) {
+        let exists = if part == SitePart::Cameras { check_exists(parts.path(part)) } else { Ok(()) };
+        match exists.and_then(|()| relative_to(folder, parts.path(part))) {
             Ok(path) => *written = path,
             Err(error) => errors.push(error),
         }

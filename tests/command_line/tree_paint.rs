@@ -112,15 +112,16 @@ fn a_species_that_is_reddened_from_one_side_is_red_from_all_until_the_import_is_
     assert!(paint_of(&site).is_null() && baked(&site) && !site.path("project/paint").exists());
     site.run("tree import project --undo").failure().code(1);
 
-    // Images from parts are made on request, and serve as others do.
+    // No part of this plant has images, so all are made from polygons, whatever is asked for.
     let from_parts = |options: &str| {
         let made = site.json(&format!("tree bake project {options} --json"))["species"][0].clone();
         [&made["is_new"], &made["from_parts"]].map(|value| value.as_bool().unwrap())
     };
-    assert_eq!(from_parts("--from-parts"), [false, false], "those that are there serve");
-    assert_eq!(from_parts("--from-parts --force"), [true, true]);
-    assert_eq!(from_parts(""), [false, true]);
-    assert_eq!(from_parts("--force"), [true, false]);
+    assert_eq!(from_parts("--from-parts"), [false, false], "those that are there stay");
+    assert_eq!(from_parts("--from-parts --force"), [true, false]);
+    fs::create_dir(site.path("nothing")).unwrap();
+    let nothing = stderr_of(&site.run("tree import project nothing").failure().code(1));
+    assert!(nothing.contains("nothing: this folder contains no layered file"), "{nothing}");
 }
 
 #[test]

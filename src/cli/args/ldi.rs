@@ -80,7 +80,7 @@ pub struct LdiBuildArgs {
     /// What is where no surface is: the photo's surroundings, infinitely far away, or nothing
     #[arg(long, value_enum, default_value_t)]
     pub background: LdiBackground,
-    /// Write the layered depth image of one photo to this file, to keep or hand on [default: into the project's cache].
+    /// Write the layered depth image of one photo to this file (.ldi), to keep or hand on [default: into the project's cache].
     /// A file that is no image of the same photo with the same options stays, and NAME-2.ldi is written
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,

@@ -281,7 +281,7 @@ pub struct TreeBakeArgs {
     #[arg(long)]
     pub force: bool,
     /// Make the images of a sub-object from those of its parts instead of all its polygons: faster for plants of many polygons,
-    /// and less accurate
+    /// and less accurate. Images that are up to date stay, unless --force is given
     #[arg(long)]
     pub from_parts: bool,
 }

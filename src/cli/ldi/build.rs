@@ -31,14 +31,16 @@ pub fn run(args: &LdiBuildArgs, task: &Task) -> Result<Outcome> {
     }
 }
 
-/// Refuses a file whose name says that it is something else.
+/// Refuses a file with another extension than that of layered depth images.
 fn refuse_other_extension(file: &Path) -> Result<()> {
     let extension = file.extension().unwrap_or_default();
     if extension.is_empty() || extension.eq_ignore_ascii_case("ldi") {
         return Ok(());
     }
-    let (file, better) = (file.display(), file.with_extension("ldi"));
-    let better = better.display();
+    // Digits after a dot are part of a name, as in `v1.2`.
+    let is_number = extension.to_string_lossy().chars().all(|c| c.is_ascii_digit());
+    let better = if is_number { file.with_added_extension("ldi") } else { file.with_extension("ldi") };
+    let (file, better) = (file.display(), better.display());
     Err(Error::Request(format!("{file}: layered depth images have the extension .ldi; write to {better}")))
 }
 

@@ -122,7 +122,7 @@ fn place_list(
         task.note(format!("x and y of the list are {first} and {second} of the world, which are level"));
     }
     let placed = placed_list(&project.trees, (file, list), species, &ground, &args.change.change());
-    placed.inspect_err(|_| task.note("no tree of the list was placed; correct it and run the command again"))
+    placed.inspect_err(|_| task.note("no tree of the list was placed"))
 }
 
 /// Runs `tree move`.

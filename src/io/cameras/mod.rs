@@ -135,6 +135,14 @@ pub fn camera_files(path: &Path) -> Vec<PathBuf> {
     locate::locate(path).map_or(Vec::new(), |located| located.files.all())
 }
 
+/// Checks that a path to cameras exists.
+///
+/// # Errors
+/// [`Error::Input`], which names a folder above it with cameras, where there is one.
+pub fn check_exists(path: &Path) -> Result<()> {
+    if path.exists() { Ok(()) } else { locate::locate(path).map(|_| ()) }
+}
+
 /// A problem and its remedy.
 type Objection = (String, &'static str);
 

@@ -103,7 +103,7 @@ pub fn write_plant_images(
         format: FORMAT.into(),
         version: VERSION,
         inputs: inputs.into(),
-        options: *options,
+        options: BakeOptions { from_parts: images.from_parts, ..*options },
         sub_objects: images.objects.len(),
         objects: objects.collect(),
     };
@@ -174,7 +174,7 @@ fn listed(
             return Err(Error::input(&file, "objects", found, REMEDY));
         }
     }
-    // Whoever wants images from parts, or none of these, has them made anew.
+    // Images from parts serve as others do.
     let wanted = BakeOptions { from_parts: json.options.from_parts, ..*options };
     let is_of_these = json.inputs == inputs && json.options == wanted && json.sub_objects == sub_objects;
     Ok(is_of_these.then_some(json))

@@ -483,3 +483,6 @@ impl<const N: usize> SumsCanvas<'_, N> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

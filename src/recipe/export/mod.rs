@@ -164,13 +164,13 @@ pub fn export(
 
 /// Notes once that image editors show edges of see-through layers darker than views do.
 fn note_darker(done: &[ExportReport], task: &Task) {
-    let of_all: Vec<&ExportReport> = done.iter().filter(|one| one.darker > 0.0).collect();
+    let of_all: Vec<&ExportReport> = done.iter().filter(|one| one.darker > Some(0.0)).collect();
     let files = match of_all[..] {
         [] => return,
         [one] => format!("the file of {}", one.photo),
         _ => format!("the files of {} photos", of_all.len()),
     };
-    let most = of_all.iter().fold(0.0, |most, one| one.darker.max(most));
+    let most = of_all.iter().filter_map(|one| one.darker).fold(0.0, f64::max);
     task.note(format!(
         "in image editors, edges of leaves are up to {:.0} of 255 darker in {files} than in views and photos, because editors mix \
          encoded values; an XCF opened in GIMP shows them right",

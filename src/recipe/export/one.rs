@@ -47,8 +47,10 @@ pub struct ExportReport {
     pub groups: usize,
     /// The size in bytes of the file, or of all files in the folder.
     pub bytes: u64,
-    /// By how much edges of see-through layers are darker in image editors than in views, at most; 1 is white.
-    pub darker: f64,
+    /// By how much edges of see-through layers are darker in image editors than in views, at most; 1 is white. `None` where that is not
+    /// known: in formats that are mixed in linear light, and without such layers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub darker: Option<f64>,
     /// Problems of its layers, with remedies.
     pub problems: Vec<String>,
 }
@@ -107,17 +109,7 @@ impl Exporter<'_> {
         let layers = stack.image_layers.len();
         let groups = content.orders().len();
         let problems = content.paint.damaged().to_vec();
-        Ok(ExportReport {
-            photo,
-            path,
-            spared,
-            key: job.key,
-            layers,
-            groups,
-            bytes,
-            darker: darker.unwrap_or(0.0),
-            problems,
-        })
+        Ok(ExportReport { photo, path, spared, key: job.key, layers, groups, bytes, darker, problems })
     }
 
     /// Returns the document's key: the same stack with the same paint, exported with the same options, has the same

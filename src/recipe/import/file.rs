@@ -156,8 +156,9 @@ pub fn read<'a>(
     for (index, mut paint) in found {
         let exported = &record.layers[index.0];
         let left_out = paint.report.state == LayerState::LeftOut;
+        let painted = paint.patch.as_ref().map_or(0, PaintPatch::count);
         let surfaces = paint.patch.map(|patch| by_surface(&patch, &parts(record, exported)));
-        paint.report.notes.extend(surfaces.as_deref().and_then(past_outlines));
+        paint.report.notes.extend(surfaces.as_deref().and_then(|surfaces| past_outlines(surfaces, painted)));
         layers.push(ImportedLayerPaint {
             token: exported.id.clone(),
             report: Some(report.layers.len()),
@@ -175,7 +176,9 @@ pub fn read<'a>(
             layer_report
                 .notes
                 .push("it was merged into another layer; its paint is imported from there".into());
-            let surfaces = Some(by_surface(&patch, &parts(record, exported)));
+            let surfaces = by_surface(&patch, &parts(record, exported));
+            layer_report.notes.extend(past_outlines(&surfaces, patch.count()));
+            let surfaces = Some(surfaces);
             let token = exported.id.clone();
             let index = Some(report.layers.len());
             layers.push(ImportedLayerPaint { token, report: index, surfaces, seen: None });
@@ -187,20 +190,15 @@ pub fn read<'a>(
     Ok(FilePaint { record, report, layers, mask })
 }
 
-/// The share of a layer's paint past all outlines from which on the paint is hardly where it was meant to be. Strokes along an
-/// edge go past it as a matter of course.
+/// The share of a layer's paint that may be past all outlines without a note: strokes along an edge go past it as a matter of course.
 const MOSTLY_PAST: f64 = 0.9;
 
-/// Returns a note about paint that is past the outlines of its layer's surfaces, for the most part.
-fn past_outlines(surfaces: &[SurfacePaint]) -> Option<String> {
-    let count = |beyond: bool| {
-        surfaces.iter().filter(|of| of.beyond == beyond).map(|of| of.patch.count()).sum::<u64>()
-    };
-    let (past, within) = (count(true), count(false));
-    (past as f64 > MOSTLY_PAST * (past + within) as f64).then(|| {
+/// Returns a note about `painted` pixels of a layer that are past the outlines of its surfaces, for the most part.
+fn past_outlines(surfaces: &[SurfacePaint], painted: u64) -> Option<String> {
+    let past: u64 = surfaces.iter().filter(|of| of.beyond).map(|of| of.patch.count()).sum();
+    (past as f64 > MOSTLY_PAST * painted as f64).then(|| {
         format!(
-            "{past} of its {} painted pixels are past the outlines of its surfaces, so views do not show them; they are kept",
-            past + within
+            "{past} of its {painted} painted pixels are past the outlines of its surfaces, so views do not show them; they are kept"
         )
     })
 }
@@ -370,4 +368,28 @@ fn parts<'a>(record: &'a ExportRecord, exported: &'a ExportedLayer) -> LayerPart
         pieces: &record.pieces,
     };
     scenery.parts(&elements, exported.rect)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paint_is_noted_that_is_past_all_outlines_but_for_a_tenth() {
+        let of = |beyond: bool, count: i32| SurfacePaint {
+            object: "wall".into(),
+            face: None,
+            triangle: None,
+            beyond,
+            outline: Vec::new(),
+            patch: PaintPatch::of_pixels(
+                &(0..count).map(|x| (x, 0, [0, 0, 0, u16::MAX])).collect::<Vec<_>>(),
+            ),
+        };
+        assert_eq!(past_outlines(&[of(true, 90), of(false, 10)], 100), None);
+        // Surfaces in one plane share pixels, which count once.
+        let note = past_outlines(&[of(true, 91), of(false, 9), of(false, 9)], 100);
+        assert!(note.is_some_and(|note| note.contains("91 of its 100 painted pixels")));
+        assert_eq!(past_outlines(&[], 0), None, "without paint there is nothing to say");
+    }
 }

@@ -26,7 +26,7 @@ pub struct BakedSpecies {
     pub bytes: u64,
     /// Whether they were made now.
     pub is_new: bool,
-    /// Whether they were made from the images of parts, see [`BakeOptions::from_parts`].
+    /// Whether any of them was made from images of parts, see [`BakeOptions::from_parts`].
     pub from_parts: bool,
 }
 

@@ -126,8 +126,9 @@ pub fn listed_trees(project: &Project) -> Vec<ListedTree> {
 const AFLOAT: f64 = 0.02;
 /// How near the feet of two trees are that stand in one place, as a share of the lower one's height.
 const SAME_PLACE: f64 = 0.01;
-/// How many times the model's diagonal a tree is high that is hardly meant so.
-const TOO_HIGH: f64 = 4.0;
+/// How many times as large as the model's diagonal a tree may be without a remark. Trees may tower over a model of one wall, but more than
+/// that is a mistake of units.
+const TOO_LARGE: f64 = 4.0;
 /// The height that stands for that of trees whose height is not said, in world units.
 const USUAL_HEIGHT: f64 = 8.0;
 
@@ -145,12 +146,14 @@ pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
             let (far, side) = (above.abs(), if above > 0.0 { "above" } else { "below" });
             doubts.push(format!("the foot of the tree {:?} is {far:.2} {side} the model", tree.name));
         }
-        if height > TOO_HIGH * size && size > 0.0 {
-            doubts.push(format!(
-                "the tree {:?} is {height} high, {:.0} times the size of the model; both are in units of the world",
-                tree.name,
-                height / size
-            ));
+        for (length, how) in [(tree.height, "high"), (tree.width, "wide")] {
+            if let Some(length) = length.filter(|length| *length > TOO_LARGE * size && size > 0.0) {
+                let times = length / size;
+                doubts.push(format!(
+                    "the tree {:?} is {length} {how}, {times:.0} times the size of the model; both are in units of the world",
+                    tree.name
+                ));
+            }
         }
         let other = trees.placed[..number].iter().find(|other| {
             let least = height.min(other.height.unwrap_or(USUAL_HEIGHT));

@@ -71,7 +71,8 @@ const FEW_NAMES: usize = 4;
 /// nothing of it stands twice.
 ///
 /// # Errors
-/// One [`Error::Input`] for each line that cannot be used, in the order of the list.
+/// One [`Error::Input`] for each line that cannot be used, in the order of the list; one in all where most names are those of trees that
+/// there are, because the list was placed before.
 pub fn placed_list(
     trees: &Trees,
     (file, list): (&Path, TreeList),
@@ -84,7 +85,9 @@ pub fn placed_list(
     // Trees without a name get theirs last, so that they take none that the list gives to another tree.
     let (named, nameless): (Vec<_>, Vec<_>) = list.places.iter().partition(|place| place.name.is_some());
     let mut names = Vec::new();
-    if let Some(error) = placed_before(trees, file, &named) {
+    if problems.is_empty()
+        && let Some(error) = placed_before(trees, file, &named)
+    {
         return Err(error);
     }
     for place in named.into_iter().chain(nameless) {
@@ -108,7 +111,7 @@ pub fn placed_list(
 fn placed_before(trees: &Trees, file: &Path, named: &[&ListedPlace]) -> Option<Error> {
     let there: Vec<&str> = named.iter().filter_map(|place| place.name.as_deref()).collect();
     let there: Vec<&str> = there.into_iter().filter(|name| trees.find(name).is_some()).collect();
-    if there.len() < FEW_NAMES || 2 * there.len() <= named.len() {
+    if there.len() <= FEW_NAMES || 2 * there.len() <= named.len() {
         return None;
     }
     let (count, first) = (there.len(), there[..FEW_NAMES].join(", "));

@@ -123,7 +123,7 @@ pub fn export_species(
         layers,
         groups,
         bytes,
-        darker: 0.0,
+        darker: None,
         problems: Vec::new(),
     })
 }

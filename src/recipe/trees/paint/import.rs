@@ -87,7 +87,14 @@ pub fn import_tree_paint(
         options,
     };
     let mut failed = Vec::new();
-    let files = documents_of(files, &mut failed)?;
+    let mut documents = Vec::new();
+    for path in files {
+        match documents_of(std::slice::from_ref(path), &mut failed) {
+            Ok(found) => documents.extend(found),
+            Err(error) => failed.push((path.clone(), error)),
+        }
+    }
+    let files = documents;
     let reports = one_by_one(STAGE, &files, |file| session.file(file, task), task)?;
     let (done, not_read) = done_and_failed(&files, reports)?;
     failed.extend(not_read);
