@@ -87,6 +87,7 @@ pub(super) fn refuse_device(path: &Path) -> Result<()> {
 
 /// Returns whether a path stands for what takes a stream of bytes: a pipe, a terminal or the like, or a name of the system's for a file
 /// that is open already, such as `/dev/stdout`.
+#[cfg(any(feature = "cli", test))]
 pub(crate) fn is_stream(path: &Path) -> bool {
     #[cfg(unix)]
     {
