@@ -8,14 +8,14 @@ use super::directions::Directions;
 use super::drawer::{Canvas, Drawer, Facet};
 use super::gains::measured;
 use super::images::{ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages};
+use super::layered::{LayeredRows, draw_part};
 use super::mbuffer::{LayeredPixels, Sample, Slabs};
 use super::mesh::Mesh;
-use super::place::Instance;
 use super::plant::Plant;
 use super::raster::Fragment;
-use super::reproject::{Rows, reproject};
+use super::reproject::Rows;
 use super::view::{Projection, View};
-use super::walk::{Part, WalkOptions, walk_from};
+use super::walk::{WalkOptions, walk_from};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::task::Task;
@@ -233,16 +233,7 @@ impl Baker<'_> {
     ) -> Result<()> {
         for drawn in walk_from((self.plant, object), made, view, &WalkOptions::FINAL, 0) {
             self.task.go_on()?;
-            let instance = match drawn.part {
-                Part::Image(copy) => Instance::of((self.plant, made), &drawn, copy),
-                Part::Polygons => None,
-            };
-            match instance {
-                Some(instance) => {
-                    reproject(&instance, (view, SAME_LAYER), &mut drawer.canvas.rows());
-                }
-                None => drawer.own(drawn.object, &drawn.view_from_object, &drawn.door),
-            }
+            draw_part(drawer, (self.plant, made), &drawn, (view, SAME_LAYER));
         }
         Ok(())
     }
@@ -293,8 +284,7 @@ struct ImageCanvas {
     light: [Vec3; 2],
 }
 
-impl ImageCanvas {
-    /// Returns all of it, for samples of images.
+impl LayeredRows for ImageCanvas {
     fn rows(&mut self) -> Rows<'_> {
         Rows { rect: self.rect, pixels: &mut self.pixels, slabs: self.slabs, beside_polygons: true }
     }

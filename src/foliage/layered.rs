@@ -86,28 +86,13 @@ impl Scene<'_> {
         let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
         let mut cost = ImageCost::default();
         for drawn in self.drawn {
-            let Drawn { object, part, view_from_object, door, .. } = drawn;
+            let Drawn { object, view_from_object, .. } = drawn;
             let in_view = plant.objects[*object].bounds.ball.mapped(view_from_object);
             if !half_spaces.iter().all(|half_space| half_space.touches(&in_view)) {
                 continue;
             }
             task.go_on()?;
-            let instance = match part {
-                Part::Image(copy) => Instance::of((plant, images), drawn, *copy),
-                Part::Polygons => None,
-            };
-            match instance {
-                Some(instance) => {
-                    let mut rows = Rows {
-                        rect,
-                        pixels: &mut drawer.canvas.pixels,
-                        slabs: Slabs::ONE,
-                        beside_polygons: false,
-                    };
-                    cost.samples += reproject(&instance, (view, self.options.epsilon_px), &mut rows);
-                }
-                None => drawer.own(*object, view_from_object, door),
-            }
+            cost.samples += draw_part(&mut drawer, (plant, images), drawn, (view, self.options.epsilon_px));
         }
         cost.triangles = drawer.triangles;
         Ok((self.resolve(&drawer.canvas), cost))
@@ -125,6 +110,31 @@ impl Scene<'_> {
         };
         pixels.flat_map(resolved).collect()
     }
+}
+
+/// A canvas of layered pixels, for polygons and for samples of images.
+pub(super) trait LayeredRows: Canvas {
+    /// Returns its rows.
+    fn rows(&mut self) -> Rows<'_>;
+}
+
+/// Draws what a walk has found: the samples of an image, where what is within `epsilon_px` pixels of depth is one surface, or polygons.
+/// Returns how many samples were drawn.
+pub(super) fn draw_part<C: LayeredRows>(
+    drawer: &mut Drawer<C>,
+    (plant, images): (&Plant, &PlantImages),
+    drawn: &Drawn,
+    (view, epsilon_px): (&View, f64),
+) -> u64 {
+    let instance = match drawn.part {
+        Part::Image(copy) => Instance::of((plant, images), drawn, copy),
+        Part::Polygons => None,
+    };
+    let Some(instance) = instance else {
+        drawer.own(drawn.object, &drawn.view_from_object, &drawn.door);
+        return 0;
+    };
+    reproject(&instance, (view, epsilon_px), &mut drawer.canvas.rows())
 }
 
 /// Lights the layers of a pixel as far as they are seen, front to back; `towards` is the direction to the viewer.
@@ -168,6 +178,12 @@ impl Canvas for LayeredCanvas<'_> {
         let sample = Sample::of_facet(visible, depth, facet);
         let epsilon = self.epsilon_px as f32 * pixel_at(self.projection, depth);
         self.pixels.insert(self.rect.offset(fragment.x, fragment.y), &sample, epsilon);
+    }
+}
+
+impl LayeredRows for LayeredCanvas<'_> {
+    fn rows(&mut self) -> Rows<'_> {
+        Rows { rect: self.rect, pixels: &mut self.pixels, slabs: Slabs::ONE, beside_polygons: false }
     }
 }
 

@@ -44,8 +44,8 @@ fn images_made_from_those_of_parts_look_nearly_as_those_made_from_all_polygons()
             similarity(&truth, &picture).unwrap()
         };
         let [whole, parts] = [&whole, &parts].map(like);
-        // Each sample of a part stands for several leaves, and comes with the sub-pixels of its own image: 0.004, 0.025 and 0.007 were seen
-        // with a maple.
+        // Each sample of a part stands for several leaves, and comes with the sub-pixels of its own image: here SSIM was 0.007 lower,
+        // coverage 0.036 and light 0.035 off at most.
         let near = |a: f64, b: f64, most: f64| (a - b).abs() < most;
         assert!(
             parts.ssim > whole.ssim - 0.05
