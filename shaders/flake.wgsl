@@ -1,5 +1,5 @@
 // The images of plants in a view, and their samples: what the passes *flakes* and *flaked* share.
-// Rust: gpu/renderer/plants/flake.rs. Before this text: surfaces.wgsl, and the constant SAMPLES of a pixel.
+// Rust: gpu/renderer/plants/flake.rs. Before this text: surfaces.wgsl, and the constants SAMPLES of a pixel and, of an image, BLOCK.
 // CPU reference: foliage/normal.rs, foliage/images.rs.
 
 // An image of a sub-object in the view. Its frame has its origin in the middle of the image, x right, y down, z away from its

@@ -1,6 +1,7 @@
 // Pass *flakes*: which sample of the images of plants is nearest at each sub-pixel of the view (Max 1996, section 4, with a depth
 // buffer in place of layers). Each sample is a parallelogram at its own depth that leans as its normal tells.
-// Rust: gpu/renderer/plants/flakes.rs. Before this text: surfaces.wgsl, door.wgsl, flake.wgsl, and flakes_wide.wgsl or flakes_narrow.wgsl.
+// Rust: gpu/renderer/plants/flakes.rs. Before this text: surfaces.wgsl, door.wgsl, flake.wgsl, flakes_wide.wgsl or flakes_narrow.wgsl, and the
+// number of INVOCATIONS of a workgroup.
 // CPU reference: foliage/flake.rs, foliage/place.rs.
 
 // Image and first sample of each workgroup.
@@ -8,6 +9,10 @@
 // 1 for each job that pass *hidden* found to be hidden.
 @group(1) @binding(4) var<storage, read> is_hidden: array<u32>;
 
+// The first and the last place of a sub-pixel in a pixel, along either axis, and by how much they may be missed by rounding.
+const FIRST_PLACE = select(0.125, 0.5, SAMPLES == 1u);
+const LAST_PLACE = select(0.875, 0.5, SAMPLES == 1u);
+const ROUNDING_PX = 1e-3;
 // The steepest surface that a normal is taken for, as a slope.
 const STEEPEST = 3.0;
 
@@ -39,25 +44,7 @@ fn is_drawn(image: FlakeImage, pixel: vec2u, sub_pixel: u32) -> bool {
     return is_open(image.of_direction, pixel, sub_pixel) && is_open(image.of_part, pixel, sub_pixel);
 }
 
-@compute @workgroup_size(256)
-fn flakes(
-    @builtin(workgroup_id) group: vec3u,
-    @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) index: u32,
-) {
-    let job_index = group.y * groups.x + group.x;
-    if job_index >= arrayLength(&jobs) {
-        return;
-    }
-    let job = jobs[job_index];
-    if is_hidden[job_index] != 0u {
-        return;
-    }
-    let image = images[job.x];
-    let number = job.y + index;
-    if number >= image.count {
-        return;
-    }
+fn draw(image: FlakeImage, number: u32) {
     let flake = flake_of(image.first + number);
     let at = point_of(image, flake);
     if !(at.z > 0.0) {
@@ -85,24 +72,52 @@ fn flakes(
     // What leans most steeply reaches no farther than what does not lean.
     let home = vec2i(floor(px));
     let most = i32(rows.reach);
-    let low = max(max(home - most, vec2i(floor(middle - reach))), vec2i(0, i32(rows.first)));
-    let high = min(min(home + most, vec2i(floor(middle + reach))), last);
+    let lowest = vec2i(ceil(middle - reach - LAST_PLACE - ROUNDING_PX));
+    let highest = vec2i(floor(middle + reach - FIRST_PLACE + ROUNDING_PX));
+    let low = max(max(home - most, lowest), vec2i(0, i32(rows.first)));
+    let high = min(min(home + most, highest), last);
     let nearness = bitcast<u32>(1.0 / at.z);
-    for (var y = low.y; y <= high.y; y++) {
-        for (var x = low.x; x <= high.x; x++) {
-            let pixel = vec2u(vec2i(x, y));
-            let place = (pixel.y - rows.first) * rows.width + pixel.x;
-            for (var sub_pixel = 0u; sub_pixel < SAMPLES; sub_pixel++) {
-                let from_middle = vec2f(pixel) + place_in_pixel(sub_pixel) - middle;
-                let u = (from_middle.x * down.y - from_middle.y * down.x) / area + 0.5;
-                let v = (across.x * from_middle.y - across.y * from_middle.x) / area + 0.5;
-                if u >= 0.0 && u < 1.0 && v >= 0.0 && v < 1.0 {
-                    let bit = 4u * u32(4.0 * v) + u32(4.0 * u);
-                    if ((flake.covered >> bit) & 1u) != 0u && is_drawn(image, pixel, sub_pixel) {
-                        keep(place * SAMPLES + sub_pixel, nearness, image.before + number + 1u);
-                    }
+    let of_across = vec2f(down.y, -down.x) / area;
+    let of_down = vec2f(-across.y, across.x) / area;
+    // One loop over all pixels: where samples of a workgroup need different numbers of rows and columns, loops in loops take longer.
+    var at_pixel = low;
+    while all(at_pixel <= high) {
+        let pixel = vec2u(at_pixel);
+        let place = (pixel.y - rows.first) * rows.width + pixel.x;
+        for (var sub_pixel = 0u; sub_pixel < SAMPLES; sub_pixel++) {
+            let from_middle = vec2f(pixel) + place_in_pixel(sub_pixel) - middle;
+            let u = dot(from_middle, of_across) + 0.5;
+            let v = dot(from_middle, of_down) + 0.5;
+            if u >= 0.0 && u < 1.0 && v >= 0.0 && v < 1.0 {
+                let bit = 4u * u32(4.0 * v) + u32(4.0 * u);
+                if ((flake.covered >> bit) & 1u) != 0u && is_drawn(image, pixel, sub_pixel) {
+                    keep(place * SAMPLES + sub_pixel, nearness, image.before + number + 1u);
                 }
             }
         }
+        let next = vec2i(at_pixel.x + 1, at_pixel.y);
+        at_pixel = select(vec2i(low.x, at_pixel.y + 1), next, next.x <= high.x);
+    }
+}
+
+@compute @workgroup_size(INVOCATIONS)
+fn flakes(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let job_index = group.y * groups.x + group.x;
+    if job_index >= arrayLength(&jobs) {
+        return;
+    }
+    let job = jobs[job_index];
+    if is_hidden[job_index] != 0u {
+        return;
+    }
+    let image = images[job.x];
+    // Jobs that fill up begin past all samples.
+    let end = min(job.y + BLOCK, image.count);
+    for (var number = job.y + index; number < end; number += INVOCATIONS) {
+        draw(image, number);
     }
 }

@@ -34,8 +34,6 @@ struct Tested {
 @group(2) @binding(0) var<storage, read> blocks: array<u32>;
 @group(2) @binding(1) var<uniform> tested: Tested;
 
-const BLOCK = 256u;
-
 fn tiles_in_view() -> vec2u {
     return (vec2u(rows.width, rows.count) + TILE - 1u) / TILE;
 }

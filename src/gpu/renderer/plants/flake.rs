@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use glam::DAffine3;
+use glam::{DAffine3, Vec2, Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
 use wgpu::{Buffer, BufferUsages};
 
 use crate::foliage::{ImageInView, MBuffer, MSample, Plant, PlantImages, depth_from_stored};
+use crate::geometry::PixelRect;
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 
@@ -47,6 +48,31 @@ pub struct FlakeImageWords {
     pub tree: u32,
     pub species: u32,
     pub first_block: u32,
+}
+
+impl FlakeImageWords {
+    /// Returns the pixels in which the points of its samples may be, in a view with these focal lengths and this centre, in pixels: those around
+    /// the box of all samples. It is all pixels where the box reaches behind the viewer.
+    pub fn rect(&self, [focal, center]: [Vec2; 2]) -> PixelRect {
+        let side = self.half * self.delta;
+        let low = Vec3::new(-side, -side, self.first_depth);
+        let high = Vec3::new(side, side, self.first_depth + self.depth_step * f32::from(u16::MAX));
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let rows = [self.right, self.down, self.forward].map(Vec4::from_array);
+        let along = |of: &dyn Fn(&Vec4) -> f32| Vec3::from_array(rows.each_ref().map(of));
+        let middle = along(&|row| row.xyz().dot(middle) + row.w);
+        let half = along(&|row| row.xyz().abs().dot(half));
+        let (nearest, farthest) = (middle.z - half.z, middle.z + half.z);
+        let (low, high) = (middle.xy() - half.xy(), middle.xy() + half.xy());
+        let low = focal * (low / nearest).min(low / farthest) + center;
+        let high = focal * (high / nearest).max(high / farthest) + center;
+        let far = Vec2::splat(1e6);
+        let (low, high) = match nearest > 0.0 {
+            true => (low.floor().clamp(-far, far), high.floor().clamp(-far, far)),
+            false => (-far, far),
+        };
+        PixelRect::from_edges(low.x as i32, low.y as i32, high.x as i32 + 1, high.y as i32 + 1)
+    }
 }
 
 /// The rows that are drawn together in the layout of the shader (`FlakeRows`), which documents the fields.
@@ -107,7 +133,7 @@ type FlakeSample = (u16, u16, MSample);
 
 /// Returns the text before the passes, with so many sub-pixels a pixel.
 pub fn source(samples: u32) -> String {
-    format!("const SAMPLES = {samples}u;\n{SOURCE}")
+    format!("const SAMPLES = {samples}u;\nconst BLOCK = {BLOCK}u;\n{SOURCE}")
 }
 
 /// The samples of an image, and the first of its blocks.

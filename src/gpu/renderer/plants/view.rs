@@ -19,7 +19,7 @@ use super::stock::Stock;
 use super::{PlacementWords, TreeProgram};
 use crate::error::Result;
 use crate::foliage::{Ball, ImageInView, InView, Tree, TreeCost, TreePace, WalkOptions, sees};
-use crate::geometry::Pinhole;
+use crate::geometry::{Pinhole, PixelRect};
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::table::GrowingBuffer;
@@ -40,6 +40,8 @@ pub struct PlantsView {
     flaked: Flaked,
     /// Whether images are in view.
     has_images: bool,
+    /// The pixels in which their samples may be.
+    rect: PixelRect,
     /// How fine they are in pictures that follow each other, and the time that trees may take in this one.
     pub(in crate::gpu::renderer) pace: Cell<TreePace>,
     within: Option<Duration>,
@@ -110,6 +112,7 @@ impl PlantsView {
             flakes: Flakes::new(gpu),
             flaked: Flaked::new(gpu),
             has_images: false,
+            rect: PixelRect::EMPTY,
             pace: Cell::default(),
             within: None,
             finest: WalkOptions::PREVIEW,
@@ -203,6 +206,11 @@ impl PlantsView {
             self.flakes.make(gpu, FlakesExtent { size, samples, reach: self.options.reach_px() });
         }
         let began = Instant::now();
+        let of_images = images.par_iter().map(|image| image.rect(self.lens));
+        let of_images = of_images.reduce(|| PixelRect::EMPTY, |a, b| a.hull(&b));
+        // A sample reaches so far beside the pixel of its point; rounding may move that by one.
+        let around = of_images.grown(self.options.reach_px() + 1);
+        self.rect = around.intersection(&PixelRect::of_size(size[0], size[1]));
         self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images());
         self.listed += began.elapsed();
         Ok(())
@@ -324,8 +332,10 @@ impl PlantsView {
             self.pace.set(pace);
         }
         found?;
-        if self.has_images {
+        if self.has_images && !self.rect.is_empty() {
             let mut drawing = (onto.begin)(slices.encoder(), false);
+            let PixelRect { x, y, w, h } = self.rect;
+            drawing.set_scissor_rect(x as u32, y as u32, w, h);
             drawing.set_bind_group(0, &bound.frame, &[]);
             self.flaked.draw(gpu, &mut drawing, key, (&self.flakes, &self.shown), &bound.species);
         }
