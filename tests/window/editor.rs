@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::common;
 use crate::harness::{
-    appears, built_photos, command, copy_of_piazza, is_there, opened, press, project_of, wait, window,
+    appears, built_photos, command, is_there, opened, press, project_of, small_piazza, wait, window,
 };
 use crate::paper;
 use eframe::egui::accesskit::Role;
@@ -26,7 +26,7 @@ const PHOTOS: usize = 4;
 
 fn piazza(folder: &Path, photos: usize) -> PathBuf {
     let (site, project) = (folder.join("site"), folder.join("piazza"));
-    copy_of_piazza(&site, photos);
+    small_piazza(&site, photos);
     project_of(&site, &project);
     project
 }

@@ -22,7 +22,7 @@ use quadratura::testing::io::project::{change_project, read_project};
 use quadratura::testing::scene::PhotoId;
 
 const CHURCH: &str = "01_church.jpg";
-const SIZE: [u32; 2] = [2160, 1440];
+const SIZE: [u32; 2] = [1080, 720];
 const UNSAVED: &str = "project.unsaved.json";
 
 fn project(folder: &Path) -> PathBuf {

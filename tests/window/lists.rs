@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::common;
 use crate::harness;
-use crate::harness::{built_photos, copy_of_piazza, opened, project_of, wait};
+use crate::harness::{built_photos, opened, project_of, small_piazza, wait};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
@@ -30,7 +30,7 @@ use quadratura::testing::scene::{FaceIndex, PhotoId};
 /// A project of the first photos of the piazza.
 fn project(folder: &Path, photos: usize) -> PathBuf {
     let (site, project) = (folder.join("site"), folder.join("piazza"));
-    copy_of_piazza(&site, photos);
+    small_piazza(&site, photos);
     project_of(&site, &project);
     project
 }

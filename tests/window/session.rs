@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use crate::common;
-use crate::harness::{appears, command, copy_of_piazza, is_there, press, wait, window};
+use crate::harness::{appears, command, is_there, press, small_piazza, wait, window};
 use crate::paper;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
@@ -30,7 +30,7 @@ fn a_site_becomes_a_project_is_built_painted_on_undone_rendered_saved_and_is_as_
     }
     let folder = tempfile::tempdir().unwrap();
     let (site, project) = (folder.path().join("square"), folder.path().join("square-project"));
-    copy_of_piazza(&site, 3);
+    small_piazza(&site, 3);
     let mut harness = window(None);
     begin(&mut harness, &site);
     build(&mut harness);
