@@ -290,6 +290,7 @@ mod tests {
     use super::*;
     use crate::foliage::{BakeOptions, bake};
     use crate::gpu::renderer::plants::tests::oak;
+    use crate::scene::synthetic::Rng;
     use crate::task::Task;
 
     #[test]
@@ -308,6 +309,55 @@ mod tests {
             assert!(images.objects.iter().flatten().all(|of| !of.copies.is_empty()));
             assert_eq!(images.objects.len(), all.objects.len());
         }
+    }
+
+    #[test]
+    fn the_rectangle_of_an_image_holds_the_points_of_all_samples_and_little_more() {
+        let lens = [Vec2::new(300.0, 280.0), Vec2::new(160.0, 120.0)];
+        let image = |right, down, forward| FlakeImageWords {
+            right,
+            down,
+            forward,
+            delta: 0.1,
+            half: 8.0,
+            first_depth: -1.0,
+            depth_step: 2.0 / f32::from(u16::MAX),
+            ..FlakeImageWords::zeroed()
+        };
+        let mut rng = Rng::new(5);
+        let (mut inside, mut around) = (0, 0);
+        for _ in 0..300 {
+            let mut number = |low: f64, high: f64| rng.between(low, high) as f32;
+            let mut row = |offset: f32| [number(-1.0, 1.0), number(-1.0, 1.0), number(-1.0, 1.0), offset];
+            let image = image(row(1.0), row(-2.0), row(0.5));
+            let rect = image.rect(lens);
+            for _ in 0..100 {
+                let mut at = |steps: f64| number(0.0, steps).floor();
+                let local = Vec4::new(
+                    (at(16.0) + 0.5 - image.half) * image.delta,
+                    (at(16.0) + 0.5 - image.half) * image.delta,
+                    image.first_depth + image.depth_step * at(65536.0),
+                    1.0,
+                );
+                let point =
+                    [image.right, image.down, image.forward].map(|row| local.dot(Vec4::from_array(row)));
+                let [x, y, z] = point;
+                if z <= 0.0 {
+                    assert!(rect.w > 1_000_000 && rect.h > 1_000_000, "{rect:?}");
+                    around += 1;
+                    continue;
+                }
+                let px = lens[0] * Vec2::new(x, y) / z + lens[1];
+                if px.abs().max_element() < 1e6 {
+                    assert!(rect.contains(px.x.floor() as i32, px.y.floor() as i32), "{px} and {rect:?}");
+                    inside += 1;
+                }
+            }
+        }
+        assert!(inside > 10_000 && around > 100, "{inside} and {around}");
+        // From 9 to 11 away and 0.8 to each side: 26.7 and 24.9 pixels.
+        let upright = image([1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 10.0]);
+        assert_eq!(upright.rect(lens), PixelRect { x: 133, y: 95, w: 54, h: 50 });
     }
 
     #[test]
