@@ -1,5 +1,6 @@
 // The images of plants in a view, and their samples: what the passes *flakes* and *flaked* share.
-// Rust: gpu/renderer/plants/flake.rs. Before this text: surfaces.wgsl, and the constants SAMPLES of a pixel and, of an image, BLOCK.
+// Rust: gpu/renderer/plants/flake.rs. Before this text: surfaces.wgsl, and the constants SAMPLES, of a pixel, and BLOCK, the samples of a
+// block of an image.
 // CPU reference: foliage/normal.rs, foliage/images.rs.
 
 // An image of a sub-object in the view. Its frame has its origin in the middle of the image, x right, y down, z away from its

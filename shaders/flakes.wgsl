@@ -9,10 +9,6 @@
 // 1 for each job that pass *hidden* found to be hidden.
 @group(1) @binding(4) var<storage, read> is_hidden: array<u32>;
 
-// The first and the last place of a sub-pixel in a pixel, along either axis, and by how much they may be missed by rounding.
-const FIRST_PLACE = select(0.125, 0.5, SAMPLES == 1u);
-const LAST_PLACE = select(0.875, 0.5, SAMPLES == 1u);
-const ROUNDING_PX = 1e-3;
 // The steepest surface that a normal is taken for, as a slope.
 const STEEPEST = 3.0;
 
@@ -24,6 +20,11 @@ fn place_in_pixel(sub_pixel: u32) -> vec2f {
     var places = array(vec2f(0.375, 0.125), vec2f(0.875, 0.375), vec2f(0.125, 0.625), vec2f(0.625, 0.875));
     return places[sub_pixel];
 }
+
+// The least and the largest of these coordinates, and by how much rounding may miss them in pictures up to 16384 pixels wide.
+const FIRST_PLACE = select(0.125, 0.5, SAMPLES == 1u);
+const LAST_PLACE = select(0.875, 0.5, SAMPLES == 1u);
+const ROUNDING_PX = 4e-3;
 
 // The change of the image point of `at` for a change of the point.
 fn changed(at: vec3f, px: vec2f, change: vec3f) -> vec2f {

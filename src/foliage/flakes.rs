@@ -30,9 +30,10 @@ const BAND: u32 = 64;
 /// An axis whose squared cosine to the viewer is 1/16 or more, 76 degrees, draws in all sub-pixels, and one of 1/128 or less, 85 degrees, in none;
 /// between them the share falls. What an axis sees from the side is told by others, too, and drawn from all it covers too much and is
 /// too bright: the mean normal of several leaves leans towards the axis (docs/quality.md).
-const OPEN: f64 = 1.0 / 16.0;
-/// An axis costs as many samples where it draws in a few sub-pixels as where it draws in all. See [`OPEN`].
-const CLOSED: f64 = 1.0 / 128.0;
+const OPEN_FROM_COS2: f64 = 1.0 / 16.0;
+/// The squared cosine from which down an axis draws nothing: it costs as many samples where it draws in a few sub-pixels as where it draws
+/// in all.
+const CLOSED_FROM_COS2: f64 = 1.0 / 128.0;
 
 /// How texels are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,7 +116,10 @@ pub(super) fn light_of_flakes<const N: usize>(
 pub(super) fn door_of(directions: Directions, (before, weight): (f64, f64), path: u64) -> Door {
     match directions {
         Directions::Around => Door::between(before, before + weight, path),
-        Directions::Axes => Door::open(((weight - CLOSED) / (OPEN - CLOSED)).max(0.0), path),
+        Directions::Axes => {
+            let share = (weight - CLOSED_FROM_COS2) / (OPEN_FROM_COS2 - CLOSED_FROM_COS2);
+            Door::open(share.max(0.0), path)
+        }
     }
 }
 
@@ -201,5 +205,20 @@ impl<'a> Scene<'a> {
         let mut lighting = Lighting { drawn, view: self.view, last: 0 };
         let pixels = buffer.rect.pixels();
         pixels.flat_map(|(x, y)| lighting.pixel((x, y), &buffer.pixel(x, y), self.light)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_draw_in_all_sub_pixels_up_to_75_degrees_and_in_none_from_85_on() {
+        let door = |degrees: f64| door_of(Directions::Axes, (0.0, degrees.to_radians().cos().powi(2)), 1);
+        assert!(door(0.0).is_wide() && door(75.0).is_wide());
+        assert!(!door(80.0).is_wide() && !door(80.0).is_closed());
+        assert!(door(85.0).is_closed() && door(90.0).is_closed());
+        // Of three axes, one has a third of the weight at least.
+        assert!(door_of(Directions::Axes, (0.0, 1.0 / 3.0), 1).is_wide());
     }
 }

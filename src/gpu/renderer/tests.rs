@@ -194,11 +194,12 @@ fn passes_over_images_of_trees_are_valid_and_their_structs_lie_alike() {
         compute.map(|entry| entry.workgroup_size).collect()
     };
     for samples in [1, 4] {
-        for run in [Run::Only, Run::First, Run::Second] {
-            let module = valid(flakes::source(samples, 64, run));
+        for (run, is_software) in [Run::Only, Run::First, Run::Second].into_iter().zip([true, false, true]) {
+            let invocations = flakes::invocations(is_software);
+            let module = valid(flakes::source(samples, invocations, run));
             assert_alike!(&module, "FlakeImage", FlakeImageWords: right down forward normal_right delta normal_down
                 depth_step normal_forward first_depth through half gain length first count before of_direction of_part tree species first_block);
-            assert_eq!(workgroups(&module), [[64, 1, 1]]);
+            assert_eq!(workgroups(&module), [[invocations, 1, 1]]);
             assert_alike!(&module, "FlakeRows", FlakeRowsWords: first count width reach);
         }
         let module = valid(hidden::source(samples));

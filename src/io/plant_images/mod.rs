@@ -26,7 +26,7 @@ use crate::foliage::{
 /// The value of `format`.
 const FORMAT: &str = "quadratura-plant-images";
 /// The version that this program writes; it reads no other.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// The file that lists the others.
 const JSON: &str = "images.json";
 /// The largest `images.json`.

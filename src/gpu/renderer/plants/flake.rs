@@ -52,7 +52,7 @@ pub struct FlakeImageWords {
 
 impl FlakeImageWords {
     /// Returns the pixels in which the points of its samples may be, in a view with these focal lengths and this centre, in pixels: those around
-    /// the box of all samples. It is all pixels where the box reaches behind the viewer.
+    /// the box of the image with all depths that a sample can have. It is wider than any picture where the box reaches behind the viewer.
     pub fn rect(&self, [focal, center]: [Vec2; 2]) -> PixelRect {
         let side = self.half * self.delta;
         let low = Vec3::new(-side, -side, self.first_depth);

@@ -26,7 +26,8 @@ const ALIGNMENT: u32 = 64;
 const BYTES: u64 = 8;
 /// The most batches of blocks in a picture: each is tested against those before it, which costs a look at every sub-pixel.
 const MOST_BATCHES: usize = 8;
-/// The least number of blocks in a batch: to test a batch of fewer takes longer than to draw what of it is hidden.
+/// The least number of blocks in a batch: testing a smaller batch takes longer than drawing the samples that it
+/// would leave out.
 const LEAST_OF_BATCH: usize = 1 << 12;
 /// Looking at a sub-pixel costs about this part of drawing a sample.
 const LOOK: f64 = 1.0 / 8.0;
@@ -36,11 +37,11 @@ const MOST_SAMPLES: u32 = 1 << 31;
 /// Returns the invocations of a workgroup, which draws a block. A software adapter works on eight samples at once, and reads the words of an image
 /// anew for each eight invocations: with 256 of them a view of 13 maples took three times as long as with 8. On an H200 numbers from 32 to 256 made no
 /// difference.
-fn invocations(gpu: &Gpu) -> u32 {
-    if gpu.is_software() { 8 } else { 64 }
+pub fn invocations(is_software: bool) -> u32 {
+    if is_software { 8 } else { 64 }
 }
 
-/// Returns the complete WGSL source, for so many samples a pixel and invocations of a workgroup: one run where words of 64 bits can be compared,
+/// Returns the complete WGSL source, for a number of samples a pixel and of invocations a workgroup: one run where words of 64 bits can be compared,
 /// else the first of two or the second.
 pub fn source(samples: u32, invocations: u32, run: Run) -> String {
     let keep = match run {
@@ -396,7 +397,7 @@ fn bands(gpu: &Gpu, extent: FlakesExtent, most: u64) -> Vec<Band> {
 fn made(gpu: &Gpu, samples: u32, layouts: &[BindGroupLayout; 3]) -> Vec<ComputePipeline> {
     let runs: &[Run] = if gpu.has_wide_atomics() { &[Run::Only] } else { &[Run::First, Run::Second] };
     let pipeline = |run: &Run| {
-        let module = bindings::shader(gpu, "flakes", &source(samples, invocations(gpu), *run));
+        let module = bindings::shader(gpu, "flakes", &source(samples, invocations(gpu.is_software()), *run));
         bindings::compute(gpu, "flakes", &module, &layouts.each_ref())
     };
     runs.iter().map(pipeline).collect()

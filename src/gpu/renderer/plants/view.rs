@@ -208,10 +208,10 @@ impl PlantsView {
         let began = Instant::now();
         let of_images = images.par_iter().map(|image| image.rect(self.lens));
         let of_images = of_images.reduce(|| PixelRect::EMPTY, |a, b| a.hull(&b));
-        // A sample reaches so far beside the pixel of its point; rounding may move that by one.
+        // Samples extend this far beyond the pixel of their point, which rounding may move by one.
         let around = of_images.grown(self.options.reach_px() + 1);
         self.rect = around.intersection(&PixelRect::of_size(size[0], size[1]));
-        self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images());
+        self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images()) && !self.rect.is_empty();
         self.listed += began.elapsed();
         Ok(())
     }
@@ -332,7 +332,7 @@ impl PlantsView {
             self.pace.set(pace);
         }
         found?;
-        if self.has_images && !self.rect.is_empty() {
+        if self.has_images {
             let mut drawing = (onto.begin)(slices.encoder(), false);
             let PixelRect { x, y, w, h } = self.rect;
             drawing.set_scissor_rect(x as u32, y as u32, w, h);
