@@ -157,7 +157,7 @@ pub fn copy_of_piazza(to: &Path, photos: usize) {
     }
 }
 
-/// A copy of it with its first photos at half their size, for tests that make layers, which take a fourth of the time then.
+/// A copy of it with its first photos at half their size, for tests that make layers: these have a fourth of the pixels then.
 pub fn small_piazza(to: &Path, photos: usize) {
     copy_of_piazza(to, photos);
     for photo in files_of(&to.join("photos")) {
