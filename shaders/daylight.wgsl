@@ -1,6 +1,6 @@
-// The light on trees, what of it reaches a point of a crown, and what a surface makes of it.
+// The light on trees, what of it reaches a point of a crown, what a surface makes of it, and what photos show of it there.
 // Rust: gpu/renderer/plants/daylight.rs. Before this text: surfaces.wgsl.
-// CPU reference: foliage/shade.rs, foliage/openness.rs.
+// CPU reference: foliage/shade.rs, foliage/openness.rs, foliage/ratio.rs.
 
 // The light in the camera's frame: what a white surface reflects that faces each source.
 struct Daylight {
@@ -36,6 +36,24 @@ struct Shown {
     // Its colour where views show no light: linear, with alpha.
     plain: vec4f,
     crown: Crown,
+    // Its ratio images in the view: the index of the first in `ratios`, and their number.
+    first_ratio: u32,
+    ratio_count: u32,
+    pad0: u32,
+    pad1: u32,
+}
+
+// What a photo shows of a tree over what is drawn of it, in a view.
+struct Ratio {
+    // Rows of the map from the camera's frame to its cells: a point is in the cell (x, y) / w.
+    x: vec4f,
+    y: vec4f,
+    w: vec4f,
+    // The corner of its cells in `ratio_cells`.
+    corner: vec2f,
+    // How much it counts in the view.
+    weight: f32,
+    pad0: f32,
 }
 
 // The grid of a species in which it is known how open the crown is.
@@ -52,8 +70,13 @@ struct Grid {
 // For each cell how open it is in each of the 22 directions: blocks of cells, ACROSS of them in a row.
 @group(3) @binding(3) var open_towards: texture_3d<f32>;
 @group(3) @binding(4) var grid_sampler: sampler;
+@group(3) @binding(5) var<storage, read> ratios: array<Ratio>;
+// The logarithms of the ratios of all ratio images, each a square of RATIO_CELLS cells.
+@group(3) @binding(6) var ratio_cells: texture_2d<f32>;
 
 const ACROSS = 5u;
+// foliage/ratio.rs
+const RATIO_CELLS = 16.0;
 
 // The shares of light that reach a point.
 struct Reach {
@@ -121,6 +144,21 @@ fn light_of_leaves(normal: vec3f, length: f32, towards: vec3f, reflected: vec3f,
     let up = length * dot(normal, daylight.up);
     return reflected * (sun * (across + length * facing) + reach.front * around_at(up))
         + through * (sun * (across - length * facing) + reach.back * around_at(-up));
+}
+
+// The factor by which photos change the light of a tree at a point in the camera's frame.
+fn photographed(first: u32, count: u32, point: vec3f) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var i = first; i < first + count; i++) {
+        let ratio = ratios[i];
+        let place = vec4f(point, 1.0);
+        let cell = vec2f(dot(ratio.x, place), dot(ratio.y, place)) / max(dot(ratio.w, place), 1e-30);
+        // Beyond the middles of cells at the border all is as there.
+        let at = ratio.corner + clamp(cell, vec2f(0.5), vec2f(RATIO_CELLS - 0.5));
+        let size = vec2f(textureDimensions(ratio_cells));
+        sum += ratio.weight * textureSampleLevel(ratio_cells, grid_sampler, at / size, 0.0).rgb;
+    }
+    return exp(sum);
 }
 
 // The darkening of a pixel by the view's lens.

@@ -92,7 +92,9 @@ fn lit(@builtin(position) position: vec4f, @builtin(sample_index) sub_pixel: u32
     } else {
         light = light_of(normal, reflected, vec3f(0.0), false, reach);
     }
-    return Colour(vec4f(image.gain * light * shown[image.tree].tint * darkening(position.xy), 1.0), found.depth);
+    let tree = image.tree;
+    light *= image.gain * shown[tree].tint * photographed(shown[tree].first_ratio, shown[tree].ratio_count, point);
+    return Colour(vec4f(light * darkening(position.xy), 1.0), found.depth);
 }
 
 @fragment

@@ -130,8 +130,10 @@ fn lit(surface: Lit, @builtin(sample_index) sub_pixel: u32) -> @location(0) vec4
         through = clamp(through * (reflected + 1e-4) / (bare + 1e-4), vec3f(0.0), 1.0 - reflected);
     }
     let reach = reach_at(trees[surface.tree].crown, surface.point, normal);
-    let light = light_of(normal, reflected, through, matter.leaf != 0u, reach);
-    return vec4f(light * trees[surface.tree].tint * darkening(surface.clip.xy), 1.0);
+    var light = light_of(normal, reflected, through, matter.leaf != 0u, reach);
+    let tree = surface.tree;
+    light *= trees[tree].tint * photographed(trees[tree].first_ratio, trees[tree].ratio_count, surface.point);
+    return vec4f(light * darkening(surface.clip.xy), 1.0);
 }
 
 @fragment

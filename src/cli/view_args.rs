@@ -145,7 +145,7 @@ pub struct LookArgs {
     pub flat: bool,
     /// Whether photos count less where others contradict them
     #[arg(long, value_enum, default_value_t)]
-    pub agreement: AgreementArg,
+    pub agreement: OnOff,
     /// Show what the other photos show where they contradict a photo, in its own camera, too
     #[arg(long)]
     pub without_transients: bool,
@@ -227,9 +227,9 @@ pub enum ExposureArg {
     Raw,
 }
 
-/// Whether photos count less where others contradict them.
+/// Whether something is done.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub enum AgreementArg {
+pub enum OnOff {
     #[default]
     On,
     Off,
@@ -272,7 +272,7 @@ impl LookArgs {
     pub fn preview(&self) -> PreviewOptions {
         let mut options = PreviewOptions {
             relief: !self.flat,
-            agreement: self.agreement == AgreementArg::On,
+            agreement: self.agreement == OnOff::On,
             filled: !self.unfilled,
             tree_parts: match self.trees {
                 TreesArg::Flakes => PlantParts::Images,
@@ -299,11 +299,11 @@ impl LookArgs {
     /// [`Error::Request`] for `--without-transients` and `--show agreement` without agreement, for an unknown photo in
     /// `--without`, when no photo is left, and for the exposure of a reference that is not set.
     pub fn look(&self, opened: &Opened, display: DisplayMode, usual: Exposure) -> Result<Appearance> {
-        if self.without_transients && self.agreement == AgreementArg::Off {
+        if self.without_transients && self.agreement == OnOff::Off {
             let found = "--without-transients needs the agreement of photos; leave out --agreement off";
             return Err(Error::Request(found.into()));
         }
-        if display == DisplayMode::Agreement && self.agreement == AgreementArg::Off {
+        if display == DisplayMode::Agreement && self.agreement == OnOff::Off {
             let found = "--show agreement needs the agreement of photos; leave out --agreement off";
             return Err(Error::Request(found.into()));
         }
@@ -317,7 +317,7 @@ impl LookArgs {
             blend: Blend {
                 mode: self.mode.into(),
                 photos: self.photos_per_point.unwrap_or(blend.photos),
-                agreement: self.agreement == AgreementArg::On,
+                agreement: self.agreement == OnOff::On,
                 without_transients: self.without_transients,
                 ..blend
             },

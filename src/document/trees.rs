@@ -170,6 +170,9 @@ pub struct TreeLight {
     /// What sun, sky and ground give.
     #[serde(default, skip_serializing_if = "Strength::is_estimated")]
     pub strength: Strength,
+    /// True where trees stay as they are drawn near the photos that show them, instead of having what these show of light and colour.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub without_photos: bool,
 }
 
 /// Where what sun, sky and ground give is from.

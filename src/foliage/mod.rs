@@ -40,6 +40,7 @@ mod planes;
 mod plant;
 mod primitive;
 pub mod raster;
+mod ratio;
 mod reproject;
 mod shade;
 mod shades;
@@ -84,6 +85,7 @@ pub use paint::{
 pub use pixels::{Pixels, Wrap};
 pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
 pub use primitive::{Corner, Limb, Material, Primitive, Shape, TriangleList};
+pub use ratio::{MOST_RATIOS, RATIO_CELLS, RatioImage, RatioInView, RatiosInView};
 pub use shade::{Light, Reach, Surface, shade};
 pub use shades::{Shades, SunShade};
 pub use shadow::{Caster, Shadow};

@@ -8,6 +8,7 @@ use super::bounds::Ball;
 use super::images::PlantImages;
 use super::openness::Openness;
 use super::plant::Plant;
+use super::ratio::RatioImage;
 use super::shade::Light;
 use super::stature::{Stature, level_axes};
 
@@ -48,6 +49,8 @@ pub struct Tree {
     pub tint: Vec3,
     /// Whether its shadow darkens faces: no photo shows it there.
     pub casts: bool,
+    /// What photos show of it over what is drawn of it.
+    pub ratios: Arc<[RatioImage]>,
 }
 
 /// Where and how large a tree is to be.

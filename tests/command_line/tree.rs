@@ -203,8 +203,23 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     assert!(darker > 20 && brighter == 0, "{darker} pixels darker, {brighter} brighter");
     let moved = site.json("tree move project bush_1 --casts --json");
     assert_eq!(moved["trees"][0]["casts"], true);
+    let pictures_before = pictures("flakes");
     let masked = site.json("tree mask project --margin 2 --json");
     assert_eq!(masked["photos"].as_array().unwrap().len(), 2, "{masked:#}");
+    // Both photos show the wall where the bush is, which is what its light becomes near them.
+    let light = site.json("tree light project --json");
+    assert_eq!(
+        (&light["photos"], &light["estimate"]),
+        (&serde_json::json!({"bush_1": 2}), &serde_json::Value::Null)
+    );
+    let from_photos = pictures("flakes");
+    let off = site.json("tree light project --photos off --json");
+    assert_eq!((&off["photos"], &off["light"]["without_photos"]), (&serde_json::json!({}), &true.into()));
+    assert_eq!(pictures("flakes"), pictures_before, "nothing else changed");
+    site.run("tree light project --photos maybe").failure().code(2);
+    let on = stdout_of(&site.run("tree light project --photos on").success());
+    assert!(on.contains("1 tree is as bright as in 2 photos"), "{on}");
+    assert_eq!(pictures("flakes"), from_photos);
     let listed = site.json("tree list project --json");
     assert_eq!((&listed["trees"][0]["masks"], &listed["species"][0]["trees"]), (&2.into(), &1.into()));
     let moved = stdout_of(&site.run("tree move project bush* --by 0.5,0,0 --turn 45").success());

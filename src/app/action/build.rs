@@ -155,7 +155,7 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
     state.trees.prepared = Some(ShownTrees {
         project,
         hidden: BTreeSet::new(),
-        estimate: state.trees.light.strength(),
+        estimate: state.trees.light.estimate(),
         images: state.trees.images.count(),
     });
     work.jobs.start(&mut state.running, JobKind::Preview, "Preparing the 3D view", move |task| {

@@ -74,7 +74,7 @@ pub fn follow_trees(state: &mut State, work: &mut Work) {
         return;
     };
     let project = session.history.present().clone();
-    let (hidden, estimate) = (state.trees.hidden.clone(), state.trees.light.strength());
+    let (hidden, estimate) = (state.trees.hidden.clone(), state.trees.light.estimate());
     let shown = ShownTrees { project, hidden, estimate, images: state.trees.images.count() };
     match &state.trees.sent {
         Some(sent) if sent.looks_like(&shown) => (),

@@ -6,6 +6,7 @@ use clap::{ArgGroup, Args, Subcommand, ValueEnum};
 
 use super::number::{degrees, whole};
 use super::{PhotoArgs, PictureArgs, TreeExportArgs, TreeImportArgs};
+use crate::cli::view_args::OnOff;
 use crate::document::trees::UpAxis;
 use crate::io::cameras::accepted;
 
@@ -265,7 +266,11 @@ pub struct TreeLightArgs {
     /// The same of the ground on a surface that looks down
     #[arg(long, value_name = "R,G,B", value_parser = three, allow_hyphen_values = true)]
     pub ground_light: Option<[f64; 3]>,
-    /// Forget what was set before: the sun is that of a clear day, and the rest is estimated
+    /// Whether trees are as bright and coloured as photos show them, where they are seen from near these: photos in which
+    /// `tree mask` masked them [default: on]
+    #[arg(long, value_enum, value_name = "ON|OFF")]
+    pub photos: Option<OnOff>,
+    /// Forget what was set before: the sun is that of a clear day, the rest is estimated, and photos count
     #[arg(long)]
     pub reset: bool,
 }

@@ -1,5 +1,6 @@
 //! The command `tree light`.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use glam::DVec3;
@@ -10,13 +11,16 @@ use crate::cli::Outcome;
 use crate::cli::args::TreeLightArgs;
 use crate::cli::lock::lock_and_read;
 use crate::cli::table::counted;
+use crate::cli::view_args::OnOff;
 use crate::cli::words::worded;
 use crate::document::Project;
 use crate::document::trees::{LightStrength, Strength, TreeLight, Trees};
 use crate::error::{Error, Result};
 use crate::io::project::write_project;
 use crate::recipe::open::{Opened, open_site};
-use crate::recipe::trees::light::{LightEstimate, LightSupport, clear_day, estimated_light};
+use crate::recipe::trees::light::{
+    LightEstimate, LightSupport, TreeRatios, clear_day, estimated_light, is_needed,
+};
 use crate::recipe::trees::{PlantParts, SiteTrees, site_trees};
 use crate::recipe::views::up;
 use crate::task::Task;
@@ -31,7 +35,7 @@ pub fn run(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {
     if let Some(problem) = project.trees.problem() {
         return Err(Error::Request(problem));
     }
-    let is_estimated = after.strength == Strength::Estimated && !project.trees.placed.is_empty();
+    let is_estimated = is_needed(&project);
     // Up is known from the photos, which are opened for that alone where two points say where the sun is.
     let opened = match is_estimated || args.shadow.is_some() {
         true => Some(open_site(folder, project.clone(), task)?),
@@ -53,7 +57,7 @@ pub fn run(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {
 
 /// Returns the light after the changes that are asked for.
 fn changed(args: &TreeLightArgs, before: TreeLight) -> Result<TreeLight> {
-    let TreeLightArgs { sun, shadow, estimate, sun_light, sky_light, ground_light, reset, .. } = args;
+    let TreeLightArgs { sun, shadow, estimate, sun_light, sky_light, ground_light, photos, reset, .. } = args;
     let before = if *reset { TreeLight::default() } else { before };
     let towards_sun = |[tip, top]: [[f64; 3]; 2]| [0, 1, 2].map(|axis| top[axis] - tip[axis]);
     if shadow.is_some_and(|[tip, top]| tip == top) {
@@ -64,6 +68,9 @@ fn changed(args: &TreeLightArgs, before: TreeLight) -> Result<TreeLight> {
     let mut after = TreeLight { sun: shadow.map(towards_sun).or(*sun).or(before.sun), ..before };
     if *estimate {
         after.strength = Strength::Estimated;
+    }
+    if let Some(photos) = photos {
+        after.without_photos = *photos == OnOff::Off;
     }
     if sun_light.is_some() || sky_light.is_some() || ground_light.is_some() {
         // What is not said stays; at first it is that of a clear day.
@@ -101,18 +108,38 @@ fn estimate(folder: &Path, opened: &Opened, task: &Task) -> Result<Option<(Light
 }
 
 fn outcome(project: &Project, estimate: Option<&LightEstimate>, problems: Vec<String>) -> Outcome {
+    let said = &project.trees.light;
     let mut text = light(&project.trees).trim_start().to_owned();
-    if let Some(estimate) = estimate {
+    if let Some(estimate) = estimate.filter(|_| said.strength == Strength::Estimated) {
         text.push_str(&words(estimate));
     }
+    let ratios = estimate.filter(|_| !said.without_photos).map_or(&[][..], |estimate| &estimate.ratios);
+    text.push_str(&words_of_photos(said, ratios));
     let mut json = changed_json(project, &[]);
-    json["estimate"] = json!(estimate);
+    json["estimate"] = json!(estimate.filter(|_| said.strength == Strength::Estimated));
+    let of_trees = ratios.iter().map(|TreeRatios { tree, images, .. }| (tree.clone(), json!(images.len())));
+    json["photos"] = of_trees.collect();
     json["problems"] = json!(problems);
     Outcome { text, json, problems }
 }
 
+/// Says from how many photos trees have their light where these show them.
+fn words_of_photos(said: &TreeLight, ratios: &[TreeRatios]) -> String {
+    let photos: BTreeSet<_> =
+        ratios.iter().flat_map(|of| of.images.iter().map(|image| image.photo)).collect();
+    match (said.without_photos, photos.len()) {
+        (true, _) => "photos do not change what trees look like (--photos on)\n".to_owned(),
+        (false, 0) => String::new(),
+        (false, count) => format!(
+            "{} as bright as in {}, seen from near the viewpoint of one of these (--photos off)\n",
+            if ratios.len() == 1 { "1 tree is".to_owned() } else { format!("{} trees are", ratios.len()) },
+            counted(count, "photo"),
+        ),
+    }
+}
+
 /// Returns an estimate in words: what it is from, and what it is.
-fn words(LightEstimate { strength, support }: &LightEstimate) -> String {
+fn words(LightEstimate { strength, support, .. }: &LightEstimate) -> String {
     let from = match support {
         LightSupport::Photos { photos, blocks, residual, split } => {
             let (of_photos, of_blocks) = (counted(*photos, "photo"), counted(*blocks, "block"));
@@ -153,7 +180,7 @@ mod tests {
 
     #[test]
     fn the_words_say_what_an_estimate_is_from() {
-        let of = |support| words(&LightEstimate { strength: clear_day(), support });
+        let of = |support| words(&LightEstimate::plain(clear_day(), support));
         let photos = of(LightSupport::Photos { photos: 3, blocks: 420, residual: 0.314, split: false });
         assert!(photos.contains("3 photos") && photos.contains("420 blocks") && photos.contains("31 %"));
         assert!(photos.contains("fewer than 4 photos") && photos.contains("ground"), "{photos}");

@@ -11,6 +11,7 @@ mod flakes_wide;
 pub(super) mod hidden;
 mod painted;
 pub(super) mod polygons;
+pub(super) mod ratio;
 pub(super) mod slices;
 pub(super) mod species;
 pub(super) mod stock;
@@ -176,7 +177,7 @@ impl Renderer {
         if let (Some(plants), Some(wood)) = (&mut self.plants, &wood)
             && plants.stock.has_species_of(wood)
         {
-            plants.stock.wood = wood.clone();
+            plants.stock.set_trees(&self.gpu, wood.clone());
             plants.forget();
             return Ok(());
         }

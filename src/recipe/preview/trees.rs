@@ -8,14 +8,13 @@ use glam::DVec3;
 
 use super::Preview;
 use crate::document::Trees;
-use crate::document::trees::{LightStrength, Strength};
 use crate::error::{Error, Message, Result};
 use crate::foliage::Wood;
 use crate::gpu::Renderer;
 use crate::projection::SiteRenderer;
 use crate::recipe::open::Opened;
-use crate::recipe::trees::light::estimated_light;
-use crate::recipe::trees::{KnownPlants, PlantParts, SiteTrees, shine, site_trees_with};
+use crate::recipe::trees::light::{LightEstimate, estimated_light, is_needed};
+use crate::recipe::trees::{KnownPlants, PlantParts, SiteTrees, site_trees_with};
 use crate::recipe::views::up;
 use crate::task::Task;
 
@@ -42,7 +41,7 @@ pub(super) struct PreviewTrees {
     known: KnownPlants,
     parts: PlantParts,
     /// The estimated light that was shown last.
-    estimate: Option<LightStrength>,
+    estimate: Option<Arc<LightEstimate>>,
     /// What was noted about the trees last.
     noted: Vec<Message>,
 }
@@ -59,8 +58,8 @@ impl PreviewTrees {
         let made = site_trees_with(&self.folder, (trees, &mut self.known), self.up, self.parts, task)?;
         let Some(SiteTrees { wood, problems }) = made else { return Ok((None, Vec::new())) };
         let mut wood = Arc::unwrap_or_clone(wood);
-        if let (Strength::Estimated, Some(strength)) = (trees.light.strength, &self.estimate) {
-            shine(&mut wood.light, strength);
+        if let Some(estimate) = &self.estimate {
+            estimate.shine(&trees.light, &mut wood);
         }
         Ok((Some(wood), problems))
     }
@@ -68,7 +67,8 @@ impl PreviewTrees {
 
 impl Preview {
     /// Shows other trees, without those of some names. Their numbers in [`crate::projection::Renders::faces`] are those of the
-    /// project, hidden ones counted. Where no light is given, they stand in `estimate`, or in the light that was estimated before.
+    /// project, hidden ones counted. Where no light is given, they stand in `estimate`, or in the light that was estimated before; what
+    /// photos show of them is from there, too.
     /// What is wrong with them is noted when it is new.
     ///
     /// # Errors
@@ -77,10 +77,10 @@ impl Preview {
         &mut self,
         trees: &Trees,
         hidden: &BTreeSet<String>,
-        estimate: Option<LightStrength>,
+        estimate: Option<Arc<LightEstimate>>,
         task: &Task,
     ) -> Result<()> {
-        self.trees.estimate = estimate.or(self.trees.estimate);
+        self.trees.estimate = estimate.or(self.trees.estimate.take());
         let (wood, problems) = self.trees.wood(trees, task)?;
         let shown = wood.map(|mut wood| {
             wood.trees.retain(|tree| !hidden.contains(&tree.name));
@@ -95,8 +95,8 @@ impl Preview {
         Ok(())
     }
 
-    /// Shows the trees of the project for the first time, in the light that is estimated from its photos unless one is given; what
-    /// is wrong with them is a problem of the preview. The estimate is in `cache/`, or made now.
+    /// Shows the trees of the project for the first time, in the light that is estimated from its photos unless one is given, and
+    /// near photos as these show them; what is wrong with them is a problem of the preview. The estimate is in `cache/`, or made now.
     pub(super) fn plant(&mut self, opened: &Opened, task: &Task) -> Result<()> {
         if self.trees.parts == PlantParts::Nothing {
             return Ok(());
@@ -104,12 +104,12 @@ impl Preview {
         let trees = &opened.project.trees;
         let (mut wood, problems) = self.trees.wood(trees, task)?;
         if let Some(wood) = wood.as_mut().filter(|wood| !wood.trees.is_empty())
-            && trees.light.strength == Strength::Estimated
+            && is_needed(&opened.project)
         {
             let made =
                 task.timed("light on trees", || estimated_light(&self.trees.folder, opened, wood, task))?;
-            shine(&mut wood.light, &made.strength);
-            self.trees.estimate = Some(made.strength);
+            made.shine(&trees.light, wood);
+            self.trees.estimate = Some(Arc::new(made));
         }
         self.trees.noted.clone_from(&problems);
         // A plant that cannot be drawn leaves the rest of the site to be seen.

@@ -177,6 +177,7 @@ pub fn site_trees_with(
             world_from_plant: placing(tree, up, unit).world_from_plant(plant),
             tint: Vec3::from_array(tree.tint.map(|stops| stops.exp2() as f32)),
             casts: tree.casts,
+            ratios: Arc::default(),
         });
     }
     let wood = Arc::new(Wood { species, trees: placed, light: light(&trees.light, up) });

@@ -11,7 +11,7 @@ use crate::app::state::ask::{Ask, DecideAsk, MaskAsk, TreeAsk};
 use crate::app::state::numbers::counted;
 use crate::app::state::trees::light::{SunAngles, shown_strength, sun_angles, sun_direction, with_strength};
 use crate::document::trees::{LightStrength, TreeLight, Trees};
-use crate::recipe::trees::light::{LightEstimate, LightSupport, clear_day};
+use crate::recipe::trees::light::{LightSupport, clear_day};
 
 /// The largest margin of masks, in pixels.
 const MOST_MARGIN: u32 = 512;
@@ -62,6 +62,7 @@ fn light_ui(ui: &mut Ui, state: &State, (light, up): (&TreeLight, DVec3), asks: 
         strength_ui(ui, light, shown_strength(&now), asks);
     });
     ui.add(Label::new(RichText::new(source_of_light(state, light)).weak()).wrap());
+    photos_ui(ui, state, light, asks);
     let default = *light == TreeLight::default();
     ui.add_enabled_ui(!default, |ui| {
         let tooltip = "Removes what was decided about the light on trees.";
@@ -69,6 +70,27 @@ fn light_ui(ui: &mut Ui, state: &State, (light, up): (&TreeLight, DVec3), asks: 
             asks.push(TreeAsk::Light { light: TreeLight::default(), goes_on: false }.into());
         }
     });
+}
+
+/// Draws whether trees are as photos show them.
+fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, asks: &mut Vec<Ask>) {
+    let mut with_photos = !light.without_photos;
+    let tooltip = "Seen from near a photo in which they are masked, trees are as bright and coloured as this photo shows them. \
+                   They keep their own leaves.";
+    if ui.checkbox(&mut with_photos, "Match photos").on_hover_text(tooltip).changed() {
+        let light = TreeLight { without_photos: !with_photos, ..*light };
+        asks.push(TreeAsk::Light { light, goes_on: false }.into());
+    }
+    if with_photos && let Some(estimate) = state.trees.light.estimate() {
+        let trees = estimate.ratios.len();
+        let told = match trees {
+            0 => "No photo shows a tree. Mask the real trees, so that their light is taken from photos."
+                .to_owned(),
+            1 => "One tree has light from photos.".to_owned(),
+            _ => format!("{trees} trees have light from photos."),
+        };
+        ui.add(Label::new(RichText::new(told).weak()).wrap());
+    }
 }
 
 fn sun_ui(ui: &mut Ui, light: &TreeLight, up: DVec3, asks: &mut Vec<Ask>) {
@@ -115,7 +137,7 @@ fn source_of_light(state: &State, light: &TreeLight) -> String {
         }
         None => "It is being estimated from the photos.".into(),
         Some(Err(problem)) => format!("That of a clear day, because it could not be estimated: {problem}"),
-        Some(Ok(LightEstimate { support, .. })) => match *support {
+        Some(Ok(estimate)) => match estimate.support {
             LightSupport::Photos { photos, blocks, split, .. } => {
                 let ratio = if split {
                     ""

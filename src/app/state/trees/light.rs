@@ -1,13 +1,15 @@
 //! The light on trees as the window shows it: where the sun is in angles, and what sources give.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::app::state::running::{JobId, Running};
 use crate::document::colour::ColourDecisions;
-use crate::document::trees::{LightStrength, Strength, TreeLight, Trees};
+use crate::document::trees::{LightStrength, PlacedTree, Strength, TreeLight, Trees};
 use crate::document::{Masks, Project};
 use crate::foliage::{Light, level_axes};
-use crate::recipe::trees::light::LightEstimate;
+use crate::recipe::trees::light::{LightEstimate, is_needed};
 
 /// Where the sun is, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +41,7 @@ pub fn sun_direction(angles: SunAngles, up: DVec3) -> [f64; 3] {
 /// What an estimate of the light depends on.
 #[derive(Debug, Clone, PartialEq)]
 struct Basis {
+    /// Without what goes on top of it.
     trees: Trees,
     masks: Masks,
     colour: ColourDecisions,
@@ -46,15 +49,28 @@ struct Basis {
 
 impl Basis {
     fn of(project: &Project) -> Self {
-        let Project { trees, masks, colour, .. } = project;
-        Self { trees: trees.clone(), masks: masks.clone(), colour: colour.clone() }
+        let Project { masks, colour, .. } = project;
+        Self { trees: estimated_trees(&project.trees), masks: masks.clone(), colour: colour.clone() }
     }
+
+    fn is_of(&self, project: &Project) -> bool {
+        self.masks == project.masks
+            && self.colour == project.colour
+            && self.trees == estimated_trees(&project.trees)
+    }
+}
+
+/// Returns trees as their light is estimated: tints go on top of it, and given light is none of it.
+fn estimated_trees(trees: &Trees) -> Trees {
+    let placed = trees.placed.iter().map(|tree| PlacedTree { tint: [0.0; 3], casts: false, ..tree.clone() });
+    let light = TreeLight { sun: trees.light.sun, ..TreeLight::default() };
+    Trees { species: trees.species.clone(), placed: placed.collect(), light }
 }
 
 /// The estimated light, as far as it is known.
 #[derive(Debug, Default)]
 pub struct KnownLight {
-    known: Option<Result<LightEstimate, String>>,
+    known: Option<Result<Arc<LightEstimate>, String>>,
     /// What the last job was started for: when it is stopped, it does not start again by itself.
     tried: Option<Basis>,
     /// The job that estimates it.
@@ -63,24 +79,25 @@ pub struct KnownLight {
 
 impl KnownLight {
     /// Returns the last estimate, which may be of other trees while a new one is made, or why there is none.
-    pub fn last(&self) -> Option<&Result<LightEstimate, String>> {
+    pub fn last(&self) -> Option<&Result<Arc<LightEstimate>, String>> {
         self.known.as_ref()
     }
 
     /// Returns what the last estimate gives.
     pub fn strength(&self) -> Option<LightStrength> {
-        self.last()?.as_ref().ok().map(|estimate| estimate.strength)
+        self.estimate().map(|estimate| estimate.strength)
+    }
+
+    /// Returns the last estimate where there is one.
+    pub fn estimate(&self) -> Option<Arc<LightEstimate>> {
+        self.last()?.as_ref().ok().cloned()
     }
 
     /// Returns true where a project needs an estimate that is not known, and no job makes one.
     pub fn is_missing(&self, project: &Project, running: &Running) -> bool {
-        let trees = &project.trees;
-        let is_needed = trees.light.strength == Strength::Estimated && !trees.placed.is_empty();
-        is_needed
+        is_needed(project)
             && !self.job.is_some_and(|job| running.is_running(job))
-            && self.tried.as_ref().is_none_or(|basis| {
-                basis.trees != *trees || basis.masks != project.masks || basis.colour != project.colour
-            })
+            && self.tried.as_ref().is_none_or(|basis| !basis.is_of(project))
     }
 
     /// Keeps that a job makes the estimate for a project.
@@ -92,7 +109,7 @@ impl KnownLight {
     /// Keeps the estimate for a project.
     pub fn keep(&mut self, project: &Project, found: Result<LightEstimate, String>) {
         self.tried = Some(Basis::of(project));
-        self.known = Some(found);
+        self.known = Some(found.map(Arc::new));
     }
 
     /// Forgets the estimate, because photos may have changed.
@@ -139,7 +156,7 @@ mod tests {
         let (mut light, running) = (KnownLight::default(), Running::default());
         assert!(!light.is_missing(&Project::default(), &running), "there are no trees");
         assert!(light.is_missing(&project, &running));
-        let estimate = LightEstimate { strength: clear_day(), support: LightSupport::ClearDay };
+        let estimate = LightEstimate::plain(clear_day(), LightSupport::ClearDay);
         light.keep(&project, Ok(estimate));
         assert!(!light.is_missing(&project, &running));
         project.trees.light.sun = Some([0.0, 0.0, 1.0]);

@@ -15,7 +15,7 @@ use self::hand::TreeHand;
 use self::images::MadeImages;
 use self::light::KnownLight;
 use crate::document::Project;
-use crate::document::trees::LightStrength;
+use crate::recipe::trees::light::{LightEstimate, is_needed};
 
 /// The trees in the window.
 #[derive(Default)]
@@ -46,7 +46,7 @@ pub struct ShownTrees {
     /// The names of trees that are hidden.
     pub hidden: BTreeSet<String>,
     /// The estimated light, where it is known.
-    pub estimate: Option<LightStrength>,
+    pub estimate: Option<Arc<LightEstimate>>,
     /// For how many species images were made.
     pub images: usize,
 }
@@ -55,9 +55,12 @@ impl ShownTrees {
     /// Returns whether a picture of others looks the same.
     pub fn looks_like(&self, other: &Self) -> bool {
         let same = Arc::ptr_eq(&self.project, &other.project) || self.project.trees == other.project.trees;
-        let is_given = self.project.trees.light.strength.given().is_some();
+        let same_light = match (&self.estimate, &other.estimate) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
         same && self.hidden == other.hidden
             && self.images == other.images
-            && (is_given || self.estimate == other.estimate)
+            && (same_light || !is_needed(&self.project))
     }
 }

@@ -80,8 +80,8 @@ pub struct CrownTextures {
 
 /// Returns the layout of light and crowns.
 pub fn layout(gpu: &Gpu) -> BindGroupLayout {
-    use BindingKind::{FilteredVolume, Sampler, Uniform};
-    let kinds = [Uniform, Uniform, FilteredVolume, FilteredVolume, Sampler];
+    use BindingKind::{Filtered, FilteredVolume, Read, Sampler, Uniform};
+    let kinds = [Uniform, Uniform, FilteredVolume, FilteredVolume, Sampler, Read, Filtered];
     bindings::layout(gpu, "daylight", ShaderStages::FRAGMENT, &kinds)
 }
 
@@ -100,8 +100,13 @@ impl CrownTextures {
         }
     }
 
-    /// Binds light and crown.
-    pub fn bind(&self, gpu: &Gpu, layout: &BindGroupLayout, daylight: wgpu::BindingResource) -> BindGroup {
+    /// Binds the crown, and light: [`DaylightWords`], and the ratio images in view with the cells of all.
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        layout: &BindGroupLayout,
+        [daylight, ratios, ratio_cells]: [wgpu::BindingResource; 3],
+    ) -> BindGroup {
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("grid of a crown"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -114,6 +119,8 @@ impl CrownTextures {
             wgpu::BindingResource::TextureView(&self.openness),
             wgpu::BindingResource::TextureView(&self.open_towards),
             wgpu::BindingResource::Sampler(&sampler),
+            ratios,
+            ratio_cells,
         ];
         bindings::bind(gpu, "daylight", layout, &resources)
     }

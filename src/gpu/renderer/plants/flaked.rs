@@ -23,6 +23,10 @@ pub struct ShownWords {
     pub number: u32,
     pub plain: [f32; 4],
     pub crown: CrownWords,
+    pub first_ratio: u32,
+    pub ratio_count: u32,
+    pub pad0: u32,
+    pub pad1: u32,
 }
 
 /// Returns the complete WGSL source for so many samples a pixel.

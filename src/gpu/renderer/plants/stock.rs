@@ -8,6 +8,7 @@ use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages};
 
 use super::flake::SpeciesImages;
 use super::flaked::ShownWords;
+use super::ratio::{RatioCells, RatioWords};
 use super::species::{SpeciesBuffers, material_layout};
 use super::{Cuts, Key, PlacementWords, TreeProgram, daylight, pipeline, trees_layout};
 use crate::error::Result;
@@ -25,6 +26,8 @@ pub struct Stock {
     pub wood: Arc<Wood>,
     /// The species, in the order of the trees' indices.
     pub species: Vec<SpeciesBuffers>,
+    /// The cells of the trees' ratio images.
+    pub ratios: RatioCells,
     /// Frame, trees, material and light.
     pub layouts: [BindGroupLayout; 4],
     /// The pipelines that were made so far.
@@ -47,12 +50,19 @@ impl Stock {
         let alignment = u64::from(gpu.device.limits().min_uniform_buffer_offset_alignment);
         Ok(Self {
             species: species.collect::<Result<_>>()?,
+            ratios: RatioCells::new(gpu, &wood),
             layouts,
             pipelines: FxHashMap::default(),
             stride: (size_of::<PlacementWords>() as u64).next_multiple_of(alignment),
             faces,
             wood,
         })
+    }
+
+    /// Replaces the trees by others of the same species ([`Self::has_species_of`]).
+    pub fn set_trees(&mut self, gpu: &Gpu, wood: Arc<Wood>) {
+        self.ratios = RatioCells::new(gpu, &wood);
+        self.wood = wood;
     }
 
     /// Returns whether the species of other trees are on the device already, in the same order.
@@ -98,15 +108,34 @@ impl Stock {
         in_view(plant, &images.images, &view, options, u64::from(tree.number))
     }
 
-    /// Returns what a view shows of a tree.
-    pub fn shown(&self, shot: &Shot, number: usize, exposure: Vec3) -> ShownWords {
+    /// Returns what a view shows of a tree, and adds its ratio images in the view to `ratios`.
+    pub fn shown(
+        &self,
+        shot: &Shot,
+        number: usize,
+        exposure: Vec3,
+        ratios: &mut Vec<RatioWords>,
+    ) -> ShownWords {
         let tree = &self.wood.trees[number];
         let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
         let camera_from_plant = camera_from_world * tree.world_from_plant;
         let textures = &self.species[tree.species].crown;
         let crown = textures.words(shot, &camera_from_plant, self.wood.light.towards_sun);
-        let (tint, plain) = ((tree.tint * exposure).to_array(), self.plain(shot, tree.number));
-        ShownWords { tint, number: TREE | tree.number, plain, crown }
+        let first_ratio = ratios.len() as u32;
+        let (in_view, rest) = self.ratios.in_view(shot, &self.wood, number);
+        ratios.extend(in_view);
+        let (tint, plain) = ((tree.tint * rest * exposure).to_array(), self.plain(shot, tree.number));
+        let ratio_count = ratios.len() as u32 - first_ratio;
+        ShownWords {
+            tint,
+            number: TREE | tree.number,
+            plain,
+            crown,
+            first_ratio,
+            ratio_count,
+            pad0: 0,
+            pad1: 0,
+        }
     }
 
     /// Returns the colour of a tree where a view shows no light.

@@ -3,6 +3,7 @@
 mod behind;
 mod hidden;
 mod motion;
+mod photographed;
 mod slices;
 
 use std::path::Path;
@@ -43,6 +44,7 @@ fn wood(plant: Plant) -> Wood {
         world_from_plant,
         tint: Vec3::splat(tint),
         casts: false,
+        ratios: Arc::default(),
     };
     let beside = DAffine3::from_mat3_translation(squeezed, DVec3::new(4.0, 3.0, 0.0));
     let trees = vec![tree(0, DAffine3::IDENTITY, 1.0), tree(1, beside, 0.5)];

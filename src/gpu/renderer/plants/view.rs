@@ -14,6 +14,7 @@ use super::flake::{FlakeImageWords, SpeciesImages, rows_of};
 use super::flaked::{Flaked, ShownWords};
 use super::flakes::{Flakes, FlakesExtent};
 use super::polygons::{PolygonDraw, Polygons, PolygonsOfTree};
+use super::ratio::RatioWords;
 use super::slices::Slices;
 use super::stock::Stock;
 use super::{PlacementWords, TreeProgram};
@@ -31,6 +32,8 @@ pub struct PlantsView {
     daylight: GrowingBuffer,
     /// [`ShownWords`] of the trees in view.
     shown: GrowingBuffer,
+    /// [`super::ratio::RatioWords`] of the trees in view.
+    ratios: GrowingBuffer,
     /// How instances are placed ([`PlacementWords`]), each at a multiple of [`Stock::stride`].
     placements: GrowingBuffer,
     /// The trees that are drawn as polygons alone.
@@ -106,6 +109,7 @@ impl PlantsView {
         Self {
             daylight: GrowingBuffer::new(gpu, "daylight", BufferUsages::UNIFORM),
             shown: GrowingBuffer::new(gpu, "trees in view", BufferUsages::STORAGE),
+            ratios: GrowingBuffer::new(gpu, "ratio images in view", BufferUsages::STORAGE),
             placements: GrowingBuffer::new(gpu, "placements", BufferUsages::UNIFORM),
             whole: Vec::new(),
             polygons: Polygons::new(gpu),
@@ -258,9 +262,12 @@ impl PlantsView {
     }
 
     fn write_trees(&mut self, gpu: &Gpu, stock: &Stock, shot: &Shot, (in_view, exposure): (&[usize], Vec3)) {
-        let shown: Vec<ShownWords> =
-            in_view.iter().map(|number| stock.shown(shot, *number, exposure)).collect();
-        self.shown.write(gpu, &shown);
+        let mut ratios = Vec::new();
+        let shown = in_view.iter().map(|number| stock.shown(shot, *number, exposure, &mut ratios));
+        self.shown.write(gpu, &shown.collect::<Vec<ShownWords>>());
+        // Nothing cannot be bound.
+        ratios.resize(ratios.len().max(1), RatioWords::zeroed());
+        self.ratios.write(gpu, &ratios);
         let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
         let stride = stock.stride as usize;
         let mut bytes = vec![0u8; stride * (1 + self.whole.len())];
@@ -299,8 +306,8 @@ impl PlantsView {
         key: (TreeProgram, u32),
     ) -> Result<()> {
         let gpu = slices.gpu();
-        let lights =
-            stock.species.iter().map(|of| of.crown.bind(gpu, &stock.layouts[3], self.daylight.binding()));
+        let light = || [self.daylight.binding(), self.ratios.binding(), stock.ratios.binding()];
+        let lights = stock.species.iter().map(|of| of.crown.bind(gpu, &stock.layouts[3], light()));
         let size = NonZeroU64::new(size_of::<PlacementWords>() as u64);
         let placement = wgpu::BufferBinding { buffer: self.placements.buffer(), offset: 0, size };
         let trees = [wgpu::BindingResource::Buffer(placement), self.shown.binding()];

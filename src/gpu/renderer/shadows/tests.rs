@@ -112,7 +112,15 @@ fn light() -> Light {
 }
 
 fn wood(plant: Plant, world_from_plant: DAffine3, casts: bool) -> Wood {
-    let tree = Tree { number: 0, name: "tree".into(), species: 0, world_from_plant, tint: Vec3::ONE, casts };
+    let tree = Tree {
+        number: 0,
+        name: "tree".into(),
+        species: 0,
+        world_from_plant,
+        tint: Vec3::ONE,
+        casts,
+        ratios: Arc::default(),
+    };
     let species = vec![WoodSpecies { plant: Arc::new(plant), images: None, openness: None }];
     Wood { species, trees: vec![tree], light: light() }
 }

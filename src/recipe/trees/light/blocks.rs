@@ -8,7 +8,7 @@ use super::fit::{Block, ground_of_sky};
 use crate::document::masks::{Mask, MaskOrigin, MaskedTree};
 use crate::error::{Error, Result};
 use crate::foliage::{InLights, Light, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights};
-use crate::geometry::{Pinhole, Spans};
+use crate::geometry::{Pinhole, PixelRect, Spans};
 use crate::io::mask_store::MaskStore;
 use crate::io::photo::read_photo;
 use crate::projection::Gains;
@@ -34,24 +34,44 @@ const BRIGHTEST: u16 = 249;
 
 /// A tree in a photo that shows the real one.
 struct Shown<'a> {
-    tree: &'a Tree,
+    /// The index of the tree.
+    tree: usize,
     mask: &'a Mask,
+}
+
+/// The blocks of a photo that show a tree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TreeInPhoto {
+    /// The index of the tree.
+    pub tree: usize,
+    /// The photo.
+    pub photo: PhotoId,
+    /// The pixels of the photo in which the placed tree is.
+    pub rect: PixelRect,
+    /// The blocks, each with its middle in the photo.
+    pub blocks: Vec<(DVec2, Block)>,
 }
 
 /// Returns the blocks of all photos in which trees are masked, by photo and tree. A photo that cannot be read is noted.
 ///
 /// # Errors
 /// [`Error::Cancelled`]; [`Error::Input`] and [`Error::Io`] for masks that cannot be read.
-pub fn blocks(folder: &Path, opened: &Opened, wood: &Wood, gains: &Gains, task: &Task) -> Result<Vec<Block>> {
+pub fn blocks(
+    folder: &Path,
+    opened: &Opened,
+    wood: &Wood,
+    gains: &Gains,
+    task: &Task,
+) -> Result<Vec<TreeInPhoto>> {
     let shown = shown(opened, wood);
     let total = shown.iter().filter(|trees| !trees.is_empty()).count() as u64;
-    let (mut blocks, mut done) = (Vec::new(), 0);
+    let (mut found, mut done) = (Vec::new(), 0);
     for (id, photo) in opened.site.numbered_photos().filter(|(id, _)| !shown[id.index()].is_empty()) {
         task.step("light on trees", done, total)?;
         match read_photo(&photo.file, photo.camera.width, photo.camera.height) {
             Ok(pixels) => {
                 let of_photo = OfPhoto { folder, opened, wood, gains, id, photo, pixels: &pixels };
-                blocks.extend(of_photo.blocks(&shown[id.index()], task)?);
+                found.extend(of_photo.blocks(&shown[id.index()], task)?);
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
@@ -62,13 +82,13 @@ pub fn blocks(folder: &Path, opened: &Opened, wood: &Wood, gains: &Gains, task: 
         }
         done += 1;
     }
-    Ok(blocks)
+    Ok(found)
 }
 
 /// Returns the trees that are masked in each photo, for each tree in those photos that show most of it.
 fn shown<'a>(opened: &'a Opened, wood: &'a Wood) -> Vec<Vec<Shown<'a>>> {
     let mut shown: Vec<Vec<Shown<'_>>> = opened.site.photos.iter().map(|_| Vec::new()).collect();
-    for tree in &wood.trees {
+    for (index, tree) in wood.trees.iter().enumerate() {
         let is_of_it = |mask: &&Mask| matches!(&mask.from, MaskOrigin::Tree(MaskedTree { name, .. }) if *name == tree.name);
         let in_photo = |(id, photo): (PhotoId, &Photo)| {
             let mask = opened.project.masks.of(&photo.name).iter().find(is_of_it)?;
@@ -77,7 +97,7 @@ fn shown<'a>(opened: &'a Opened, wood: &'a Wood) -> Vec<Vec<Shown<'a>>> {
         let mut masks: Vec<(PhotoId, &Mask)> = opened.site.numbered_photos().filter_map(in_photo).collect();
         masks.sort_by_key(|(id, mask)| (u64::MAX - mask.pixels, *id));
         for (id, mask) in masks.into_iter().take(MOST_PHOTOS) {
-            shown[id.index()].push(Shown { tree, mask });
+            shown[id.index()].push(Shown { tree: index, mask });
         }
     }
     shown
@@ -95,18 +115,20 @@ struct OfPhoto<'a> {
 }
 
 impl OfPhoto<'_> {
-    fn blocks(&self, shown: &[Shown<'_>], task: &Task) -> Result<Vec<Block>> {
+    fn blocks(&self, shown: &[Shown<'_>], task: &Task) -> Result<Vec<TreeInPhoto>> {
         let small = Photo { camera: drawn_camera(&self.photo.camera), ..self.photo.clone() };
         let tolerance = self.opened.project.options.tolerance;
         let model = ModelNearness::new(&self.opened.site.model, &small, tolerance);
         let quiet = Task::silent().with_stop_flag(task.stop_flag());
-        let draw = |shown: &Shown<'_>| drawn(self.wood, shown.tree, &small, &model, &quiet);
+        let tree = |shown: &Shown<'_>| &self.wood.trees[shown.tree];
+        let draw = |shown: &Shown<'_>| drawn(self.wood, tree(shown), &small, &model, &quiet);
         let drawn: Vec<Vec<InLights>> = shown.iter().map(draw).collect::<Result<_>>()?;
         let others = self.other_masks()?;
-        let mut blocks = Vec::new();
-        for (at, Shown { tree, mask }) in shown.iter().enumerate() {
-            let mask = self.read_mask(mask)?;
+        let mut found = Vec::new();
+        for (at, of_tree) in shown.iter().enumerate() {
+            let mask = self.read_mask(of_tree.mask)?;
             let width = small.camera.width;
+            let mut blocks = Vec::new();
             for [column, row] in block_places(&small.camera) {
                 let sums: Vec<InLights> = drawn.iter().map(|of| in_block(of, width, [column, row])).collect();
                 let is_other = |(other, sums): (usize, &InLights)| other != at && sums.covered > 0;
@@ -115,13 +137,15 @@ impl OfPhoto<'_> {
                 }
                 let corner = [column * BLOCK_PX, row * BLOCK_PX];
                 if let Some(light) = self.light(corner, &mask, &others) {
-                    let part =
-                        |of: usize| (sums[at].sums[of] / f32::from(sums[at].covered) * tree.tint).as_dvec3();
-                    blocks.push(Block { photo: self.id.index(), sun: part(0), sky: part(1), light });
+                    let part = |of: usize| (sums[at].sums[of] / f32::from(sums[at].covered)).as_dvec3();
+                    let block = Block { photo: self.id.index(), sun: part(0), sky: part(1), light };
+                    blocks.push((middle_of_block(corner), block));
                 }
             }
+            let rect = covered_rect(&drawn[at], &small.camera);
+            found.push(TreeInPhoto { tree: of_tree.tree, photo: self.id, rect, blocks });
         }
-        Ok(blocks)
+        Ok(found)
     }
 
     fn read_mask(&self, mask: &Mask) -> Result<Spans> {
@@ -151,10 +175,24 @@ impl OfPhoto<'_> {
             }
             sum += DVec3::from_array([r, g, b].map(|byte| f64::from(LINEAR_FROM_BYTE[usize::from(byte)])));
         }
-        let middle = DVec2::new(f64::from(x), f64::from(y)) + 0.5 * f64::from(BLOCK_PX);
         let mean = (sum / f64::from(BLOCK_PX * BLOCK_PX)).to_array();
-        Some(in_common_exposure(self.gains, self.id, &self.photo.camera, middle, mean))
+        Some(in_common_exposure(self.gains, self.id, &self.photo.camera, middle_of_block([x, y]), mean))
     }
+}
+
+/// Returns the middle of the block with this corner, in pixels of the photo.
+fn middle_of_block([x, y]: [u32; 2]) -> DVec2 {
+    DVec2::new(f64::from(x), f64::from(y)) + 0.5 * f64::from(BLOCK_PX)
+}
+
+/// Returns the pixels of a photo around all that a drawing with this camera covers.
+fn covered_rect(drawn: &[InLights], small: &Pinhole) -> PixelRect {
+    let covered = small.rect().pixels().zip(drawn).filter(|(_, pixel)| pixel.covered > 0);
+    let pixel = |(x, y): (i32, i32)| {
+        let side = SUBPIXELS as i32;
+        PixelRect { x: side * x, y: side * y, w: SUBPIXELS, h: SUBPIXELS }
+    };
+    covered.fold(PixelRect::EMPTY, |all, (at, _)| all.hull(&pixel(at)))
 }
 
 /// Brings light of a photo at an image point to the photos' common exposure.

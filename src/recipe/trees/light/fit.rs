@@ -33,6 +33,8 @@ pub struct Fit {
     pub residual: f64,
     /// True where sun and sky were told from each other; false where their ratio is the usual one.
     pub is_split: bool,
+    /// How bright blocks are that were used.
+    pub of_foliage: FoliageRatios,
 }
 
 /// How much brighter the sun is than the sky, in luminance, where nothing else is known.
@@ -72,10 +74,8 @@ pub fn strength(sun: DVec3, sky: DVec3) -> LightStrength {
 /// Fits sun and sky to blocks; `None` where none is left that shows light.
 pub fn fit(blocks: &[Block]) -> Option<Fit> {
     let usual = sky_of_sun();
-    let kept = without_outliers(blocks, usual);
-    if kept.is_empty() {
-        return None;
-    }
+    let of_foliage = FoliageRatios::of(blocks)?;
+    let kept: Vec<Block> = blocks.iter().filter(|block| of_foliage.holds(block)).copied().collect();
     let photos = kept.iter().map(|block| block.photo).collect::<BTreeSet<_>>().len();
     let is_split = photos >= LEAST_PHOTOS;
     let (mut sun, mut sky) = (DVec3::ZERO, DVec3::ZERO);
@@ -90,20 +90,35 @@ pub fn fit(blocks: &[Block]) -> Option<Fit> {
     let mean = kept.iter().map(|block| luminance(block.light)).sum::<f64>() / count;
     let squares = kept.iter().map(|block| (luminance(block.light) - shown(block)).powi(2)).sum::<f64>();
     let residual = (squares / count).sqrt() / mean;
-    Some(Fit { strength: strength(sun, sky), photos, blocks: kept.len(), residual, is_split })
+    Some(Fit { strength: strength(sun, sky), photos, blocks: kept.len(), residual, is_split, of_foliage })
 }
 
-/// Returns the blocks that are not much brighter or darker than the median one in the usual light.
-fn without_outliers(blocks: &[Block], usual: DVec3) -> Vec<Block> {
-    let ratio = |block: &Block| {
-        let ratio = luminance(block.light) / luminance(block.sun + usual * block.sky);
-        (ratio > 0.0 && ratio.is_finite()).then_some(ratio)
-    };
-    let mut ratios: Vec<f64> = blocks.iter().filter_map(ratio).collect();
-    ratios.sort_by(f64::total_cmp);
-    let Some(&median) = ratios.get(ratios.len() / 2) else { return Vec::new() };
-    let within = (median / LARGEST_FACTOR)..=(median * LARGEST_FACTOR);
-    blocks.iter().filter(|block| ratio(block).is_some_and(|ratio| within.contains(&ratio))).copied().collect()
+/// How bright blocks are that show foliage, over what is drawn there in the usual light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FoliageRatios {
+    least: f64,
+    most: f64,
+}
+
+impl FoliageRatios {
+    /// Finds them around the median block; `None` where no block shows light.
+    pub fn of(blocks: &[Block]) -> Option<Self> {
+        let mut ratios: Vec<f64> =
+            blocks.iter().map(ratio).filter(|ratio| *ratio > 0.0 && ratio.is_finite()).collect();
+        ratios.sort_by(f64::total_cmp);
+        let median = *ratios.get(ratios.len() / 2)?;
+        Some(Self { least: median / LARGEST_FACTOR, most: median * LARGEST_FACTOR })
+    }
+
+    /// Returns whether a block may show foliage.
+    pub fn holds(&self, block: &Block) -> bool {
+        (self.least..=self.most).contains(&ratio(block))
+    }
+}
+
+/// Returns how bright a block is over what is drawn there in the usual light.
+fn ratio(block: &Block) -> f64 {
+    luminance(block.light) / luminance(block.sun + sky_of_sun() * block.sky)
 }
 
 /// Returns sun and sky of a channel from rows of what sun and sky make and what the photo shows. The mean is always met. Where

@@ -6,6 +6,8 @@
 mod blocks;
 mod faces;
 mod fit;
+mod kept;
+mod ratios;
 #[cfg(test)]
 mod tests;
 
@@ -16,30 +18,52 @@ use serde::{Deserialize, Serialize};
 
 use self::blocks::blocks;
 use self::faces::light_of_faces;
-use self::fit::{Fit, fit};
-use crate::document::trees::LightStrength;
-use crate::document::{Project, Stack};
-use crate::error::{Error, Message, Result};
+use self::fit::{Block, Fit, fit};
+use self::kept::{keep, kept};
+use self::ratios::ratios;
+pub use self::ratios::{TreeRatios, set_ratios};
+use crate::document::masks::{Mask, MaskOrigin, MaskedTree};
+use crate::document::trees::{LightStrength, PlacedTree, Strength, TreeLight};
+use crate::document::{Project, Stack, Trees};
+use crate::error::{Message, Result};
 use crate::foliage::{Light, Wood};
-use crate::io::atomic::write_atomically;
 use crate::io::hash::hash_bytes;
-use crate::io::json::{read_json, to_json};
 use crate::io::plant_images::plant_hash;
 use crate::io::stack_store::StackStore;
 use crate::recipe::budget::default_memory;
 use crate::recipe::gains;
 use crate::recipe::inputs::hash_of_model;
 use crate::recipe::open::Opened;
+use crate::recipe::trees::shine;
 use crate::scene::{Photo, Site};
 use crate::task::Task;
 
 /// An estimate of the light on trees.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LightEstimate {
     /// What sun, sky and ground give.
     pub strength: LightStrength,
     /// What it is from.
     pub support: LightSupport,
+    /// What photos show of trees over what is drawn of them in this light, without their tint.
+    #[serde(skip)]
+    pub ratios: Vec<TreeRatios>,
+}
+
+impl LightEstimate {
+    /// Makes an estimate that is from no photo of a tree.
+    pub fn plain(strength: LightStrength, support: LightSupport) -> Self {
+        Self { strength, support, ratios: Vec::new() }
+    }
+
+    /// Gives trees what is said of their light, or else what was estimated.
+    pub fn shine(&self, said: &TreeLight, wood: &mut Wood) {
+        if said.strength == Strength::Estimated {
+            shine(&mut wood.light, &self.strength);
+        }
+        let ratios: &[TreeRatios] = if said.without_photos { &[] } else { &self.ratios };
+        set_ratios(wood, ratios);
+    }
 }
 
 /// What an estimate of the light on trees is from.
@@ -66,20 +90,6 @@ pub enum LightSupport {
     ClearDay,
 }
 
-/// The cached estimate in `cache/tree-light.json`.
-#[derive(Debug, Serialize, Deserialize)]
-struct CachedLight {
-    version: u32,
-    /// The hash of everything that the estimate was made from.
-    inputs: String,
-    estimate: LightEstimate,
-}
-
-/// The version of the cache file's format and of the method.
-const VERSION: u32 = 2;
-/// The largest size of the cache file that is read, in bytes.
-const LARGEST: u64 = 1 << 20;
-
 /// Returns the estimate of the light on the trees of an opened project: the one in `cache/` if it was made from the same photos,
 /// masks and trees, else a new one, which is kept there. `wood` is what is drawn of the trees.
 ///
@@ -90,26 +100,42 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
     let store = StackStore::new(folder);
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
-    let file = folder.join("cache/tree-light.json");
     let inputs = inputs(&opened.project, &opened.site, wood, &gains::inputs(&opened.site, &stacks));
-    if let Some(kept) = kept(&file, &inputs) {
+    if let Some(kept) = kept(folder, &inputs, (&opened.site, wood)) {
         return Ok(kept);
     }
     let memory = default_memory();
     let gains = gains::photo_gains(&opened.site, &stacks, &opened.project.colour, folder, memory, task)?;
-    let estimate = match fit(&blocks(folder, opened, wood, &gains, task)?) {
-        Some(Fit { strength, photos, blocks, residual, is_split: split }) => {
-            LightEstimate { strength, support: LightSupport::Photos { photos, blocks, residual, split } }
-        }
+    let shown = blocks(folder, opened, wood, &gains, task)?;
+    let of_all: Vec<Block> = shown.iter().flat_map(|of| of.blocks.iter().map(|(_, block)| *block)).collect();
+    let estimate = match fit(&of_all) {
+        Some(Fit { strength, photos, blocks, residual, is_split: split, of_foliage }) => LightEstimate {
+            strength,
+            support: LightSupport::Photos { photos, blocks, residual, split },
+            ratios: ratios(&shown, (&strength, &of_foliage), (&opened.site, wood)),
+        },
         None => match light_of_faces(&opened.site, wood, &gains, task)? {
-            Some((strength, pixels)) => LightEstimate { strength, support: LightSupport::Faces { pixels } },
-            None => LightEstimate { strength: clear_day(), support: LightSupport::ClearDay },
+            Some((strength, pixels)) => LightEstimate::plain(strength, LightSupport::Faces { pixels }),
+            None => LightEstimate::plain(clear_day(), LightSupport::ClearDay),
         },
     };
-    if let Err(error) = keep(&file, inputs, &estimate) {
+    if let Err(error) = keep(folder, inputs, &estimate, &opened.site) {
         task.note(Message::from("the light on trees cannot be cached: ").and(&error));
     }
     Ok(estimate)
+}
+
+/// Returns whether the trees of a project need an estimate of their light: where no other light is given, and where photos show trees.
+pub fn is_needed(project: &Project) -> bool {
+    let Trees { placed, light, .. } = &project.trees;
+    let is_placed = |name: &str| placed.iter().any(|tree| tree.name == name);
+    let shows_tree = |mask: &Mask| match &mask.from {
+        MaskOrigin::Tree(MaskedTree { name, .. }) => mask.pixels > 0 && is_placed(name),
+        _ => false,
+    };
+    let is_estimated = light.strength == Strength::Estimated && !placed.is_empty();
+    is_estimated
+        || (!light.without_photos && project.masks.photos().flat_map(|(_, masks)| masks).any(shows_tree))
 }
 
 /// Returns the light of a clear day, which is the same whatever is up.
@@ -124,21 +150,11 @@ pub fn clear_day() -> LightStrength {
 fn inputs(project: &Project, site: &Site, wood: &Wood, of_gains: &str) -> String {
     let plants: Vec<String> = wood.species.iter().map(|species| plant_hash(&species.plant)).collect();
     let trees = &project.trees;
-    let of_trees = (&trees.species, &trees.placed, trees.light.sun, plants);
+    // Tints go on top.
+    let placed = trees.placed.iter().map(|tree| PlacedTree { tint: [0.0; 3], casts: false, ..tree.clone() });
+    let of_trees = (&trees.species, placed.collect::<Vec<_>>(), trees.light.sun, plants);
     let gains = gains::decisions(&project.colour);
     let model = hash_of_model(&site.model);
-    let all = (env!("CARGO_PKG_VERSION"), VERSION, of_gains, gains, model, of_trees, &project.masks);
+    let all = (env!("CARGO_PKG_VERSION"), kept::VERSION, of_gains, gains, model, of_trees, &project.masks);
     hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"))
-}
-
-fn kept(file: &Path, inputs: &str) -> Option<LightEstimate> {
-    let kept: CachedLight = read_json(file, LARGEST, "it is computed again").ok()?;
-    (kept.version == VERSION && kept.inputs == inputs).then_some(kept.estimate)
-}
-
-fn keep(file: &Path, inputs: String, estimate: &LightEstimate) -> Result<()> {
-    let folder = file.parent().expect("it lies in cache/");
-    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
-    let kept = CachedLight { version: VERSION, inputs, estimate: estimate.clone() };
-    write_atomically(file, &to_json(&kept))
 }
