@@ -61,6 +61,7 @@ fn wood(species: WoodSpecies, places: impl Iterator<Item = DAffine3>) -> Wood {
         world_from_plant,
         tint: Vec3::ONE,
         casts: false,
+        ratios: Arc::default(),
     };
     let light = Light::day(species.plant.up);
     Wood { trees: (0..).zip(places).map(tree).collect(), species: vec![species], light }
