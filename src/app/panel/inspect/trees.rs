@@ -83,13 +83,13 @@ fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, asks: &mut Vec<Ask>)
     }
     if with_photos && let Some(estimate) = state.trees.light.estimate() {
         let trees = estimate.ratios.len();
-        let told = match trees {
+        let text = match trees {
             0 => "No photo shows a tree. Mask the real trees, so that their light is taken from photos."
                 .to_owned(),
             1 => "One tree has light from photos.".to_owned(),
             _ => format!("{trees} trees have light from photos."),
         };
-        ui.add(Label::new(RichText::new(told).weak()).wrap());
+        ui.add(Label::new(RichText::new(text).weak()).wrap());
     }
 }
 

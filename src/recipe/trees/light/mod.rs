@@ -94,7 +94,7 @@ pub enum LightSupport {
 /// masks and trees, else a new one, which is kept there. `wood` is what is drawn of the trees.
 ///
 /// # Errors
-/// [`Error::Cancelled`], and [`Error::Input`] and [`Error::Io`] for masks that cannot be read. A cache that cannot be written is
+/// [`crate::Error::Cancelled`], and [`crate::Error::Input`] and [`crate::Error::Io`] for masks that cannot be read. A cache that cannot be written is
 /// noted.
 pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task) -> Result<LightEstimate> {
     let store = StackStore::new(folder);
