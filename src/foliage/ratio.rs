@@ -38,7 +38,7 @@ pub struct RatioImage {
     pub mean: Vec3,
     /// The number of blocks of the photo that the ratios are from.
     pub blocks: f64,
-    /// Their share in all blocks that the drawn tree covers, above 0 to 1: the others show no foliage, so the real tree has another shape.
+    /// Their share in all blocks that were compared, above 0 to 1: the others show no foliage, so the real tree has another shape.
     pub share: f64,
 }
 

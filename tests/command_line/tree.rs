@@ -213,6 +213,7 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
         (&serde_json::json!({"bush_1": 2}), &serde_json::Value::Null)
     );
     let from_photos = pictures("flakes");
+    assert_ne!(from_photos, pictures_before);
     let off = site.json("tree light project --photos off --json");
     assert_eq!((&off["photos"], &off["light"]["without_photos"]), (&serde_json::json!({}), &true.into()));
     assert_eq!(pictures("flakes"), pictures_before, "nothing else changed");

@@ -1,6 +1,7 @@
 //! Actions on trees: edits, eyes, the tool that places them, masks of the real ones, and what the 3D view shows of them.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -24,7 +25,7 @@ use crate::error::{Error, Result};
 use crate::foliage::level_axes;
 use crate::recipe::open::Opened;
 use crate::recipe::trees::edit::{TreeChange, duplicated, placed, replaced};
-use crate::recipe::trees::light::{LightEstimate, estimated_light};
+use crate::recipe::trees::light::{LightEstimate, estimated_light, is_needed};
 use crate::recipe::trees::list::species_figures;
 use crate::recipe::trees::paint::species_plant;
 use crate::recipe::trees::{PlantParts, SiteTrees, site_trees, species_images};
@@ -74,7 +75,11 @@ pub fn follow_trees(state: &mut State, work: &mut Work) {
         return;
     };
     let project = session.history.present().clone();
-    let (hidden, estimate) = (state.trees.hidden.clone(), state.trees.light.estimate());
+    let (hidden, mut estimate) = (state.trees.hidden.clone(), state.trees.light.estimate());
+    if !is_needed(&project) {
+        // Light is given, and no photo shows a tree any more.
+        estimate = estimate.map(|known| Arc::new(LightEstimate::plain(known.strength, known.support)));
+    }
     let shown = ShownTrees { project, hidden, estimate, images: state.trees.images.count() };
     match &state.trees.sent {
         Some(sent) if sent.looks_like(&shown) => (),

@@ -267,7 +267,7 @@ pub struct TreeLightArgs {
     #[arg(long, value_name = "R,G,B", value_parser = three, allow_hyphen_values = true)]
     pub ground_light: Option<[f64; 3]>,
     /// Whether trees are as bright and coloured as photos show them, where they are seen from near these: photos in which
-    /// `tree mask` masked them [default: on]
+    /// `tree mask` masked them [at first: on]
     #[arg(long, value_enum, value_name = "ON|OFF")]
     pub photos: Option<OnOff>,
     /// Forget what was set before: the sun is that of a clear day, the rest is estimated, and photos count

@@ -177,7 +177,11 @@ impl Renderer {
         if let (Some(plants), Some(wood)) = (&mut self.plants, &wood)
             && plants.stock.has_species_of(wood)
         {
-            plants.stock.set_trees(&self.gpu, wood.clone());
+            let (gpu, stock) = (self.gpu.clone(), &mut plants.stock);
+            gpu.guarded("uploading trees", || {
+                stock.set_trees(&gpu, wood.clone());
+                Ok(())
+            })?;
             plants.forget();
             return Ok(());
         }

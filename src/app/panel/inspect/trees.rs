@@ -11,7 +11,7 @@ use crate::app::state::ask::{Ask, DecideAsk, MaskAsk, TreeAsk};
 use crate::app::state::numbers::counted;
 use crate::app::state::trees::light::{SunAngles, shown_strength, sun_angles, sun_direction, with_strength};
 use crate::document::trees::{LightStrength, TreeLight, Trees};
-use crate::recipe::trees::light::{LightSupport, clear_day};
+use crate::recipe::trees::light::{LightSupport, clear_day, is_needed};
 
 /// The largest margin of masks, in pixels.
 const MOST_MARGIN: u32 = 512;
@@ -81,7 +81,11 @@ fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, asks: &mut Vec<Ask>)
         let light = TreeLight { without_photos: !with_photos, ..*light };
         asks.push(TreeAsk::Light { light, goes_on: false }.into());
     }
-    if with_photos && let Some(estimate) = state.trees.light.estimate() {
+    let is_needed = state.session.as_ref().is_some_and(|session| is_needed(session.history.present()));
+    if with_photos
+        && is_needed
+        && let Some(estimate) = state.trees.light.estimate()
+    {
         let trees = estimate.ratios.len();
         let text = match trees {
             0 => "No photo shows a tree. Mask the real trees, so that their light is taken from photos."

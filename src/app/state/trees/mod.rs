@@ -61,6 +61,6 @@ impl ShownTrees {
         };
         same && self.hidden == other.hidden
             && self.images == other.images
-            && (same_light || !is_needed(&self.project))
+            && (same_light || !(is_needed(&self.project) || is_needed(&other.project)))
     }
 }

@@ -19,7 +19,11 @@ pub const VERSION: u32 = 3;
 /// The largest size of the file that is read, in bytes: some thousands of ratio images of 8 KB.
 const LARGEST: u64 = 1 << 28;
 /// The steps of a logarithm in the file: 0.1 % of light.
-const STEPS: f32 = 1000.0;
+pub const STEPS: f32 = 1000.0;
+/// The largest logarithm of a ratio that can be: light does not differ by more.
+const LARGEST_LOG: f32 = 20.0;
+/// The largest number of blocks of a photo that can be.
+const MOST_BLOCKS: f64 = 1e9;
 
 /// The file.
 #[derive(Debug, Serialize, Deserialize)]
@@ -77,8 +81,10 @@ pub fn kept(folder: &Path, inputs: &str, (site, wood): (&Site, &Wood)) -> Option
             blocks: *blocks,
             share: *share,
         };
-        let is_whole = image.logs.len() == RATIO_CELLS * RATIO_CELLS && !image.rect.is_empty();
-        let is_sound = *blocks > 0.0 && *share > 0.0 && *share <= 1.0 && image.mean.is_finite();
+        let is_whole = logs.len() == 3 * RATIO_CELLS * RATIO_CELLS && !image.rect.is_empty();
+        let is_ratio = |log: &Vec3| log.abs().max_element() <= LARGEST_LOG;
+        let is_sound = *blocks > 0.0 && *blocks <= MOST_BLOCKS && *share > 0.0 && *share <= 1.0;
+        let is_sound = is_sound && image.logs.iter().chain([&image.mean]).all(is_ratio);
         (is_whole && is_sound).then_some(image)
     };
     let of_tree = |KeptRatios { tree, images }: &KeptRatios| {

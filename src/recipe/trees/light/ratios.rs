@@ -6,6 +6,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::blocks::TreeInPhoto;
 use super::fit::FoliageRatios;
+use super::kept::STEPS;
 use crate::document::trees::LightStrength;
 use crate::foliage::{RATIO_CELLS, RatioImage, Tree, Wood};
 use crate::scene::Site;
@@ -43,9 +44,9 @@ impl Sums {
         }
     }
 
-    /// Returns the logarithm of what is shown over what is drawn.
+    /// Returns the logarithm of what is shown over what is drawn, in the steps in which it is kept.
     fn log(&self) -> Vec3 {
-        (self.shown / self.drawn).map(f64::ln).as_vec3()
+        (self.shown / self.drawn).map(f64::ln).as_vec3().map(|log| (log * STEPS).round() / STEPS)
     }
 }
 
