@@ -13,11 +13,11 @@ use crate::scene::PhotoId;
 pub const RATIO_CELLS: usize = 16;
 /// The largest number of ratio images that a view blends on a tree.
 pub const MOST_RATIOS: usize = 4;
-/// The penalty of a photo, its angle to the view over its trust, from which on it says no more about where a tree is bright, in radians.
+/// The penalty of a photo, its angle to the view over its confidence, from which on it has no weight, in radians.
 const WIDEST: f64 = 30.0 * std::f64::consts::PI / 180.0;
-/// The penalty up to which the nearest photo says all that it can say.
+/// The penalty of the nearest photo up to which the photos have their whole weight.
 const WHOLE: f64 = 0.5 * WIDEST;
-/// The number of blocks that show as much as is drawn which are added to those of photos: what few blocks say counts little.
+/// The number of blocks that show as much as is drawn which are added to those of photos, so that few blocks have little weight.
 const NEUTRAL_BLOCKS: f64 = 20.0;
 
 /// What a photo shows of a tree over what is drawn of it there in the estimated light. Ratios are of linear light, R, G, B, as natural
@@ -68,7 +68,7 @@ impl RatiosInView {
         let counts = |ratio: &RatioImage| !without.contains(&ratio.photo);
         let mean = mean(ratios.iter().filter(|ratio| counts(ratio)));
         let penalty = |ratio: &RatioImage| match counts(ratio) {
-            true => (angle_at(middle, eye, ratio.pose.center_in_world()) + LEAST_ANGLE) / ratio.trust(),
+            true => (angle_at(middle, eye, ratio.pose.center_in_world()) + LEAST_ANGLE) / ratio.confidence(),
             false => f64::INFINITY,
         };
         let mut penalties: Vec<f64> = ratios.iter().map(penalty).collect();
@@ -78,8 +78,10 @@ impl RatiosInView {
         penalties.extend([WIDEST; MOST_RATIOS + 1]);
         let blend = Blend { photos: MOST_RATIOS as u32, ..Blend::default() };
         let weights = weights(&penalties, &blend).into_iter().zip(ratios).enumerate();
-        let in_view = weights
-            .map(|(index, (weight, ratio))| RatioInView { index, weight: of_all * weight * ratio.trust() });
+        let in_view = weights.map(|(index, (weight, ratio))| RatioInView {
+            index,
+            weight: of_all * weight * ratio.confidence(),
+        });
         let images: Vec<RatioInView> = in_view.filter(|ratio| ratio.weight > 0.0).collect();
         let left = 1.0 - images.iter().map(|ratio| ratio.weight).sum::<f64>();
         Self { images, rest: left as f32 * mean }
@@ -103,8 +105,8 @@ fn mean<'a>(ratios: impl Iterator<Item = &'a RatioImage>) -> Vec3 {
 }
 
 impl RatioImage {
-    /// Returns how far the photo is believed, above 0 to 1.
-    fn trust(&self) -> f64 {
+    /// Returns the confidence in the photo, above 0 to 1.
+    fn confidence(&self) -> f64 {
         self.share * self.blocks / (self.blocks + NEUTRAL_BLOCKS)
     }
 
@@ -194,9 +196,9 @@ pub(crate) mod tests {
         let left = DVec3::new(-1.0, 0.0, 0.0);
         let log = |degrees: f64| at(&ratios, degrees, &[]).factor_at(&ratios, left).x.ln();
         // 380 blocks and 20 neutral ones.
-        let (trust, mean) = (0.95, 0.5 * 0.95);
+        let (confidence, mean) = (0.95, 0.5 * 0.95);
         let close = |found: f32, expected: f32| (found - expected).abs() < 1e-4;
-        assert!(close(log(0.0), trust + (1.0 - trust) * mean), "{}", log(0.0));
+        assert!(close(log(0.0), confidence + (1.0 - confidence) * mean), "{}", log(0.0));
         assert!(close(log(14.0), log(0.0)) && close(log(-14.0), log(0.0)));
         assert!(close(log(40.0), mean), "{}", log(40.0));
         // Nothing jumps on the way.

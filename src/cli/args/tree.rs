@@ -270,7 +270,7 @@ pub struct TreeLightArgs {
     /// `tree mask` masked them [at first: on]
     #[arg(long, value_enum, value_name = "ON|OFF")]
     pub photos: Option<OnOff>,
-    /// Forget what was set before: the sun is that of a clear day, the rest is estimated, and photos count
+    /// Forget what was set before: the sun is that of a clear day, the rest is estimated, and trees match the photos
     #[arg(long)]
     pub reset: bool,
 }

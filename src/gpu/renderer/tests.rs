@@ -24,6 +24,7 @@ use super::shadows::{ShadowsWords, SunViewWords};
 use super::surfaces::SurfaceWords;
 use super::tables::{FaceCellsWords, PhotoWords};
 use crate::error::{Error, Result};
+use crate::foliage::RATIO_CELLS;
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::projection::relief::{LEAST_FACING, Relief};
 use crate::projection::turned::MIRRORED;
@@ -164,6 +165,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
 
 #[test]
 fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
+    assert!(plants::daylight::SOURCE.contains(&format!("const RATIO_CELLS = {RATIO_CELLS}.0;")));
     for (by_picture, by_door) in [(false, false), (true, false), (false, true), (true, true)] {
         let source = plants::source(Cuts { by_picture, by_door });
         let module =

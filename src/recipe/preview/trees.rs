@@ -102,14 +102,25 @@ impl Preview {
             return Ok(());
         }
         let trees = &opened.project.trees;
-        let (mut wood, problems) = self.trees.wood(trees, task)?;
+        let (mut wood, mut problems) = self.trees.wood(trees, task)?;
         if let Some(wood) = wood.as_mut().filter(|wood| !wood.trees.is_empty())
             && is_needed(&opened.project)
         {
             let made =
-                task.timed("light on trees", || estimated_light(&self.trees.folder, opened, wood, task))?;
-            made.shine(&trees.light, wood);
-            self.trees.estimate = Some(Arc::new(made));
+                task.timed("light on trees", || estimated_light(&self.trees.folder, opened, wood, task));
+            match made {
+                // Light that is given needs no estimate: trees are shown without what photos show of them.
+                Err(error)
+                    if trees.light.strength.given().is_some() && !matches!(error, Error::Cancelled) =>
+                {
+                    problems.push(error.message());
+                }
+                made => {
+                    let made = made?;
+                    made.shine(&trees.light, wood);
+                    self.trees.estimate = Some(Arc::new(made));
+                }
+            }
         }
         self.trees.noted.clone_from(&problems);
         // A plant that cannot be drawn leaves the rest of the site to be seen.

@@ -88,7 +88,7 @@ fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, asks: &mut Vec<Ask>)
     {
         let trees = estimate.ratios.len();
         let text = match trees {
-            0 => "No photo shows a tree. Mask the real trees, so that their light is taken from photos."
+            0 => "No photo shows enough of a masked tree. Mask the real trees, so that their light is taken from photos."
                 .to_owned(),
             1 => "One tree has light from photos.".to_owned(),
             _ => format!("{trees} trees have light from photos."),

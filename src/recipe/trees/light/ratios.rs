@@ -121,6 +121,8 @@ mod tests {
     use crate::geometry::PixelRect;
     use crate::recipe::trees::light::clear_day;
     use crate::recipe::trees::light::fit::Block;
+    use crate::recipe::trees::light::kept::{keep, kept};
+    use crate::recipe::trees::light::{LightEstimate, LightSupport};
     use crate::scene::PhotoId;
     use crate::scene::synthetic::{Scene, Truth, centred, look_at};
 
@@ -202,5 +204,38 @@ mod tests {
         wood.trees[0].world_from_plant.translation.x = 0.1;
         set_ratios(&mut wood, &[of]);
         assert_eq!(wood.trees[0].ratios.len(), 0);
+    }
+
+    #[test]
+    fn an_estimate_that_was_kept_is_the_same_and_one_that_is_damaged_or_of_other_inputs_is_none() {
+        let (site, wood) = site_and_wood();
+        let images: Arc<[RatioImage]> =
+            [found(in_photo(|middle| DVec3::splat(0.5 + middle.x / 200.0))).unwrap()].into();
+        let ratios = vec![TreeRatios { tree: "a".into(), world_from_plant: DAffine3::IDENTITY, images }];
+        let support = LightSupport::Photos { photos: 1, blocks: 1024, residual: 0.25, split: false };
+        let estimate = LightEstimate { strength: clear_day(), support, ratios };
+        let folder = tempfile::tempdir().unwrap();
+        keep(folder.path(), "inputs".into(), &estimate, &site).unwrap();
+        let read = |inputs: &str| kept(folder.path(), inputs, (&site, &wood));
+        assert_eq!(read("inputs"), Some(estimate));
+        assert_eq!(read("others"), None);
+        let file = folder.path().join("cache/tree-light.json");
+        let text = std::fs::read_to_string(&file).unwrap();
+        let mut json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let image = &json["ratios"][0]["images"][0];
+        assert_eq!(image["logs"].as_array().unwrap().len(), 768);
+        let damaged: [(&str, serde_json::Value); 5] = [
+            ("photo", "none".into()),
+            ("share", 1.5.into()),
+            ("blocks", 0.into()),
+            ("mean", serde_json::json!([99, 0, 0])),
+            ("logs", serde_json::json!([1, 2, 3])),
+        ];
+        for (field, value) in damaged {
+            let before = std::mem::replace(&mut json["ratios"][0]["images"][0][field], value);
+            std::fs::write(&file, json.to_string()).unwrap();
+            assert_eq!(read("inputs"), None, "{field}");
+            json["ratios"][0]["images"][0][field] = before;
+        }
     }
 }
