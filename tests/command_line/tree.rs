@@ -214,6 +214,13 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     );
     let from_photos = pictures("flakes");
     assert_ne!(from_photos, pictures_before);
+    // Light is given, so that a plant that is missing is told, and the light is set all the same.
+    fs::rename(site.path("leaf.plant"), site.path("away.plant")).unwrap();
+    let failed = site.run("tree light project --sky-light 0.4,0.4,0.4").failure().code(1);
+    assert!(stdout_of(&failed).contains("0.400 0.400 0.400"), "{}", stdout_of(&failed));
+    assert!(stderr_of(&failed).contains("leaf.plant"), "{}", stderr_of(&failed));
+    fs::rename(site.path("away.plant"), site.path("leaf.plant")).unwrap();
+    site.run("tree light project --sky-light 0.4,0.4,0.5").success();
     let off = site.json("tree light project --photos off --json");
     assert_eq!((&off["photos"], &off["light"]["without_photos"]), (&serde_json::json!({}), &true.into()));
     assert_eq!(pictures("flakes"), pictures_before, "nothing else changed");

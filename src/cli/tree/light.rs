@@ -48,11 +48,17 @@ pub fn run(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {
         write_project(folder, &project)?;
     }
     let found = match opened.as_ref().filter(|_| is_estimated) {
-        Some(opened) => estimate(folder, opened, task)?,
-        None => None,
+        Some(opened) => estimate(folder, opened, task),
+        None => Ok((None, Vec::new())),
     };
-    let (estimate, problems) = found.unzip();
-    Ok(outcome(&project, estimate.as_ref(), problems.unwrap_or_default()))
+    let (estimate, problems) = match found {
+        // Light that is given needs no estimate: trees only do not match the photos.
+        Err(error) if after.strength.given().is_some() && !matches!(error, Error::Cancelled) => {
+            (None, vec![worded(&error.message())])
+        }
+        found => found?,
+    };
+    Ok(outcome(&project, estimate.as_ref(), problems))
 }
 
 /// Returns the light after the changes that are asked for.
@@ -95,8 +101,11 @@ fn check_height(towards_sun: DVec3, up: DVec3) -> Result<()> {
     ))
 }
 
-/// Returns the estimate, and why trees do not take part; `None` where no tree can be drawn.
-fn estimate(folder: &Path, opened: &Opened, task: &Task) -> Result<Option<(LightEstimate, Vec<String>)>> {
+/// Returns the estimate, and why trees do not take part.
+///
+/// # Errors
+/// [`Error::Request`] where no tree can be drawn; those of [`estimated_light`].
+fn estimate(folder: &Path, opened: &Opened, task: &Task) -> Result<(Option<LightEstimate>, Vec<String>)> {
     let trees =
         site_trees(folder, &opened.project.trees, up(&opened.site.photos), PlantParts::Openness, task)?;
     let SiteTrees { wood, problems } = trees.expect("some trees are placed");
@@ -104,7 +113,7 @@ fn estimate(folder: &Path, opened: &Opened, task: &Task) -> Result<Option<(Light
     if wood.trees.is_empty() {
         return Err(Error::Request(format!("no tree can be drawn: {}", problems.join("; "))));
     }
-    Ok(Some((estimated_light(folder, opened, &wood, task)?, problems)))
+    Ok((Some(estimated_light(folder, opened, &wood, task)?), problems))
 }
 
 fn outcome(project: &Project, estimate: Option<&LightEstimate>, problems: Vec<String>) -> Outcome {
