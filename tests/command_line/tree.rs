@@ -224,9 +224,10 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     let off = site.json("tree light project --photos off --json");
     assert_eq!((&off["photos"], &off["light"]["without_photos"]), (&serde_json::json!({}), &true.into()));
     assert_eq!(pictures("flakes"), pictures_before, "nothing else changed");
+    assert!(stdout_of(&site.run("tree list project").success()).contains("photos: not matched"));
     site.run("tree light project --photos maybe").failure().code(2);
     let on = stdout_of(&site.run("tree light project --photos on").success());
-    assert!(on.contains("1 tree is as bright as in 2 photos"), "{on}");
+    assert!(on.contains("1 tree matches 2 photos"), "{on}");
     assert_eq!(pictures("flakes"), from_photos);
     let listed = site.json("tree list project --json");
     assert_eq!((&listed["trees"][0]["masks"], &listed["species"][0]["trees"]), (&2.into(), &1.into()));

@@ -123,7 +123,7 @@ fn outcome(project: &Project, estimate: Option<&LightEstimate>, problems: Vec<St
         text.push_str(&words(estimate));
     }
     let ratios = estimate.filter(|_| !said.without_photos).map_or(&[][..], |estimate| &estimate.ratios);
-    text.push_str(&words_of_photos(said, ratios));
+    text.push_str(&words_of_photos(ratios));
     let mut json = changed_json(project, &[]);
     json["estimate"] = json!(estimate.filter(|_| said.strength == Strength::Estimated));
     let of_trees = ratios.iter().map(|TreeRatios { tree, images, .. }| (tree.clone(), json!(images.len())));
@@ -132,18 +132,22 @@ fn outcome(project: &Project, estimate: Option<&LightEstimate>, problems: Vec<St
     Outcome { text, json, problems }
 }
 
-/// Says from how many photos trees have their light where these show them.
-fn words_of_photos(said: &TreeLight, ratios: &[TreeRatios]) -> String {
+/// Says how many trees match how many photos; nothing where none does.
+fn words_of_photos(ratios: &[TreeRatios]) -> String {
     let photos: BTreeSet<_> =
         ratios.iter().flat_map(|of| of.images.iter().map(|image| image.photo)).collect();
-    match (said.without_photos, photos.len()) {
-        (true, _) => "photos do not change what trees look like (--photos on)\n".to_owned(),
-        (false, 0) => String::new(),
-        (false, count) => format!(
-            "{} as bright as in {}, seen from near the viewpoint of one of these (--photos off)\n",
-            if ratios.len() == 1 { "1 tree is".to_owned() } else { format!("{} trees are", ratios.len()) },
-            counted(count, "photo"),
+    match ratios.len() {
+        0 => String::new(),
+        1 => format!(
+            "1 tree matches {} near their viewpoints (--photos off)\n",
+            counted(photos.len(), "photo")
         ),
+        trees => {
+            format!(
+                "{trees} trees match {} near their viewpoints (--photos off)\n",
+                counted(photos.len(), "photo")
+            )
+        }
     }
 }
 

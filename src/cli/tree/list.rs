@@ -115,7 +115,8 @@ pub fn light(trees: &Trees) -> String {
         }
         Strength::Estimated => "light of sun, sky, ground: estimated from the photos\n".to_owned(),
     };
-    format!("\n{sun}{strength}")
+    let photos = if trees.light.without_photos { "photos: not matched (--photos on)\n" } else { "" };
+    format!("\n{sun}{strength}{photos}")
 }
 
 /// Returns what programs are told after a change of trees.

@@ -76,7 +76,7 @@ fn light_ui(ui: &mut Ui, state: &State, (light, up): (&TreeLight, DVec3), asks: 
 fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, asks: &mut Vec<Ask>) {
     let mut with_photos = !light.without_photos;
     let tooltip = "Seen from near a photo in which they are masked, trees are as bright and coloured as this photo shows them. \
-                   They keep their own leaves.";
+                   They keep their own leaves, and light that is set here goes on top.";
     if ui.checkbox(&mut with_photos, "Match photos").on_hover_text(tooltip).changed() {
         let light = TreeLight { without_photos: !with_photos, ..*light };
         asks.push(TreeAsk::Light { light, goes_on: false }.into());

@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use crate::app::state::running::{JobId, Running};
 use crate::document::colour::ColourDecisions;
-use crate::document::trees::{LightStrength, PlacedTree, Strength, TreeLight, Trees};
+use crate::document::trees::{LightStrength, Strength, TreeLight, Trees};
 use crate::document::{Masks, Project};
 use crate::foliage::{Light, level_axes};
-use crate::recipe::trees::light::{LightEstimate, is_needed};
+use crate::recipe::trees::light::{LightEstimate, estimated_trees, is_needed};
 
 /// Where the sun is, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,13 +58,6 @@ impl Basis {
             && self.colour == project.colour
             && self.trees == estimated_trees(&project.trees)
     }
-}
-
-/// Returns trees as their light is estimated: tints go on top of it, and given light is none of it.
-fn estimated_trees(trees: &Trees) -> Trees {
-    let placed = trees.placed.iter().map(|tree| PlacedTree { tint: [0.0; 3], casts: false, ..tree.clone() });
-    let light = TreeLight { sun: trees.light.sun, ..TreeLight::default() };
-    Trees { species: trees.species.clone(), placed: placed.collect(), light }
 }
 
 /// The estimated light, as far as it is known.
@@ -132,6 +125,7 @@ pub fn shown_strength(LightStrength { sun, sky, ground }: &LightStrength) -> Lig
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::document::masks::{Mask, MaskOrigin, MaskedTree};
     use crate::recipe::trees::edit::{TreeChange, placed};
     use crate::recipe::trees::light::{LightSupport, clear_day};
 
@@ -163,6 +157,19 @@ mod tests {
         assert!(light.is_missing(&project, &running));
         project.trees.light = with_strength(&project.trees.light, clear_day());
         assert!(!light.is_missing(&project, &running), "it is given");
+        project.trees.placed[0].tint = [1.0; 3];
+        let from = MaskOrigin::Tree(MaskedTree { name: project.trees.placed[0].name.clone(), margin: 2 });
+        let mask = Mask { from, file: "mask.png".into(), pixels: 9 };
+        project.masks.put("photo.jpg", mask);
+        assert!(light.is_missing(&project, &running), "a photo shows the tree");
+        project.trees.light.without_photos = true;
+        assert!(!light.is_missing(&project, &running), "photos are not matched");
+        project.trees.light.without_photos = false;
+        light.keep(&project, Err("no light".into()));
+        project.trees.placed[0].tint = [0.0; 3];
+        assert!(!light.is_missing(&project, &running), "tints go on top");
+        project.trees.placed[0].name = "another".into();
+        assert!(!light.is_missing(&project, &running), "the tree of the mask is gone");
     }
 
     #[test]

@@ -145,14 +145,18 @@ pub fn clear_day() -> LightStrength {
     LightStrength { sun: of_day(sun), sky: of_day(sky), ground: of_day(ground) }
 }
 
+/// Returns what an estimate depends on of trees. Tints and light that is given go on top of it, and shadows on faces are no part of it.
+pub fn estimated_trees(trees: &Trees) -> Trees {
+    let placed = trees.placed.iter().map(|tree| PlacedTree { tint: [0.0; 3], casts: false, ..tree.clone() });
+    let light = TreeLight { sun: trees.light.sun, ..TreeLight::default() };
+    Trees { species: trees.species.clone(), placed: placed.collect(), light }
+}
+
 /// Returns the hash of what an estimate depends on: photos and gains (`of_gains`), the model that is left, trees, the plants of
 /// their species, the direction to the sun, and masks, whose files never change.
 fn inputs(project: &Project, site: &Site, wood: &Wood, of_gains: &str) -> String {
     let plants: Vec<String> = wood.species.iter().map(|species| plant_hash(&species.plant)).collect();
-    let trees = &project.trees;
-    // Tints go on top.
-    let placed = trees.placed.iter().map(|tree| PlacedTree { tint: [0.0; 3], casts: false, ..tree.clone() });
-    let of_trees = (&trees.species, placed.collect::<Vec<_>>(), trees.light.sun, plants);
+    let of_trees = (estimated_trees(&project.trees), plants);
     let gains = gains::decisions(&project.colour);
     let model = hash_of_model(&site.model);
     let all = (env!("CARGO_PKG_VERSION"), kept::VERSION, of_gains, gains, model, of_trees, &project.masks);

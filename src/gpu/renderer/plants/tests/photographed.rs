@@ -43,11 +43,14 @@ fn ratios() -> Arc<[RatioImage]> {
         .collect()
 }
 
-/// A square of side 2 across y around the origin in even light.
-fn upright_square() -> Wood {
+/// A square of side 2 across y around the origin in even light, and before it in the list one that it hides.
+fn upright_squares() -> Wood {
     let mut wood = wood(plant_of(Material { reflected: [0.4; 3], ..Material::default() }));
-    wood.trees.truncate(1);
-    wood.trees[0].world_from_plant = DAffine3::from_rotation_x(0.5 * std::f64::consts::PI);
+    let upright = DAffine3::from_rotation_x(0.5 * std::f64::consts::PI);
+    let places = [DAffine3::from_translation(3.0 * DVec3::Y) * upright, upright];
+    for (tree, place) in wood.trees.iter_mut().zip(places) {
+        (tree.world_from_plant, tree.tint) = (place, Vec3::ONE);
+    }
     let even = Vec3::splat(0.8);
     wood.light = Light { sun: Vec3::ZERO, sky: even, ground: even, ..wood.light };
     wood
@@ -61,7 +64,7 @@ fn linear(picture: &Picture, at: usize) -> Vec3 {
 #[test]
 fn the_light_of_each_pixel_changes_by_the_factor_of_its_point_in_the_photos() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
-    let polygons = upright_square();
+    let polygons = upright_squares();
     for wood in [with_images(polygons.clone()), polygons] {
         let eye = DVec3::new(0.3, -5.0, 0.2);
         let camera = centred(120, 120, 270.0);
@@ -69,9 +72,11 @@ fn the_light_of_each_pixel_changes_by_the_factor_of_its_point_in_the_photos() {
         let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
         let bare = renderer.picture(&shot, &Task::silent()).unwrap();
         let mut with = wood;
-        with.trees[0].ratios = ratios();
+        with.trees[1].ratios = ratios();
+        with.trees[0].ratios =
+            ratios().iter().map(|ratio| rising(7 - ratio.photo.0, ratio.pose.center_in_world())).collect();
         renderer.set_trees(Some(Arc::new(with.clone()))).unwrap();
-        let middle = with.ball(&with.trees[0]).middle;
+        let middle = with.ball(&with.trees[1]).middle;
         for without in [vec![], vec![PhotoId(1)]] {
             let shot = Shot { without: without.clone(), ..shot.clone() };
             let found = renderer.picture(&shot, &Task::silent()).unwrap();
