@@ -268,13 +268,11 @@ impl Level {
 
     /// Adds the next row.
     pub fn push_row(&mut self, row: &[(u16, DepthPixel)]) {
-        for (column, pixel) in row {
-            self.columns.push(*column);
-            self.inverse_depths.push(pixel.inverse_depth);
-            self.colours.push(pixel.colour);
-            self.surfaces.push(pixel.surface);
-            self.splats.push(pixel.splat);
-        }
+        self.columns.extend(row.iter().map(|(column, _)| *column));
+        self.inverse_depths.extend(row.iter().map(|(_, pixel)| pixel.inverse_depth));
+        self.colours.extend(row.iter().map(|(_, pixel)| pixel.colour));
+        self.surfaces.extend(row.iter().map(|(_, pixel)| pixel.surface));
+        self.splats.extend(row.iter().map(|(_, pixel)| pixel.splat));
         self.rows.push(self.columns.len() as u32);
     }
 

@@ -205,6 +205,9 @@ impl PublishedLayer {
 
 /// Returns the depth pixel of a layer's samples, which are sorted by depth.
 fn of_layer(samples: &[Sample], keep: bool) -> DepthPixel {
+    if let [sample] = samples {
+        return sample.pixel;
+    }
     let any_is_seen = samples.iter().any(|sample| !sample.hidden);
     let counting = || samples.iter().filter(move |sample| !(any_is_seen && sample.hidden));
     let own = || counting().filter(|sample| sample.source == 0);

@@ -3,6 +3,7 @@
 
 pub(super) mod daylight;
 mod door;
+mod extent;
 pub(super) mod flake;
 pub(super) mod flaked;
 pub(super) mod flakes;

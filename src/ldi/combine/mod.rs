@@ -6,6 +6,7 @@
 //! times on their planes, and brings all sources to one exposure in linear light.
 
 mod collect;
+mod neighbourhood;
 mod surfaces;
 
 use std::collections::BTreeMap;
@@ -131,15 +132,23 @@ fn merged_rows(
         false => exposed(&source.ldi.gain, frame),
     };
     let exposed: Vec<[[u8; 256]; 3]> = sources.iter().map(exposed).collect();
-    let shared = |i: usize| (&surfaces.numbers[i][..], &exposed[i]);
-    let collected: Vec<Collected> = (0..sources.len())
-        .map(|i| collected(frame, (i, &sources[i]), &plans[i], shared(i), combining.published))
-        .collect();
+    let collected = |i: usize| {
+        let source = &sources[i];
+        let (ldi, level) = (source.ldi, plans[i].level);
+        let transfer = Transfer::new((&level.camera, &ldi.pose), (&frame.camera, &frame.pose));
+        // The camera's own photo is source 0, which merging keeps.
+        let number = if source.is_own { 0 } else { i as u16 + 1 };
+        let shared = (&surfaces.numbers[i][..], &exposed[i]);
+        Collected::new((ldi, level), number, transfer, shared, combining.published)
+    };
+    let collected: Vec<Collected> = (0..sources.len()).map(collected).collect();
     let height = frame.camera.height;
     let of_band = |band: u32| {
         task.go_on()?;
         let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
-        let mut samples: Vec<(u32, Sample)> = Vec::new();
+        // Most sources have about one sample a pixel.
+        let mut samples: Vec<(u32, Sample)> =
+            Vec::with_capacity(plans.len() * frame.camera.width as usize * rows as usize);
         for (plan, of) in plans.iter().zip(&collected) {
             let canvas = CollectCanvas::new(of, frame.camera.width, rows, top, samples);
             samples = plan.draw(band, canvas).samples;
@@ -151,28 +160,6 @@ fn merged_rows(
     let mut counts = Counts::default();
     bands.iter().for_each(|(_, of_band)| counts += *of_band);
     Ok((bands.into_iter().flat_map(|(rows, _)| rows).collect(), counts))
-}
-
-/// Returns a source as it is warped into the frame, with the numbers of its surfaces and its exposed values.
-fn collected<'a>(
-    frame: &Frame,
-    (index, source): (usize, &Source<'a>),
-    plan: &Plan<'a>,
-    (numbers, exposed): (&'a [u16], &'a [[u8; 256]; 3]),
-    single: bool,
-) -> Collected<'a> {
-    Collected {
-        level: plan.level,
-        surfaces: &source.ldi.surfaces,
-        pixel_size: source.ldi.camera.fx / plan.level.camera.fx,
-        // The camera's own photo is source 0, which merging keeps.
-        source: if source.is_own { 0 } else { index as u16 + 1 },
-        numbers,
-        transfer: Transfer::new((&plan.level.camera, &source.ldi.pose), (&frame.camera, &frame.pose)),
-        exposed,
-        is_own: source.is_own,
-        single,
-    }
 }
 
 /// Merges the samples of a band.

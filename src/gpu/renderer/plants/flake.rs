@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DAffine3, Vec2, Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
+use glam::{DAffine3, Vec2, Vec3, Vec4, Vec4Swizzles};
 use wgpu::{Buffer, BufferUsages};
 
+use super::extent::extent;
 use crate::foliage::{ImageInView, MBuffer, MSample, Plant, PlantImages, depth_from_stored};
 use crate::geometry::PixelRect;
 use crate::gpu::bindings;
@@ -53,7 +54,7 @@ pub struct FlakeImageWords {
 impl FlakeImageWords {
     /// Returns the pixels in which the points of its samples may be, in a view with these focal lengths and this centre, in pixels: those around
     /// the box of the image with all depths that a sample can have. It is wider than any picture where the box reaches behind the viewer.
-    pub fn rect(&self, [focal, center]: [Vec2; 2]) -> PixelRect {
+    pub fn rect(&self, lens: [Vec2; 2]) -> PixelRect {
         let side = self.half * self.delta;
         let low = Vec3::new(-side, -side, self.first_depth);
         let high = Vec3::new(side, side, self.first_depth + self.depth_step * f32::from(u16::MAX));
@@ -62,14 +63,10 @@ impl FlakeImageWords {
         let along = |of: &dyn Fn(&Vec4) -> f32| Vec3::from_array(rows.each_ref().map(of));
         let middle = along(&|row| row.xyz().dot(middle) + row.w);
         let half = along(&|row| row.xyz().abs().dot(half));
-        let (nearest, farthest) = (middle.z - half.z, middle.z + half.z);
-        let (low, high) = (middle.xy() - half.xy(), middle.xy() + half.xy());
-        let low = focal * (low / nearest).min(low / farthest) + center;
-        let high = focal * (high / nearest).max(high / farthest) + center;
         let far = Vec2::splat(1e6);
-        let (low, high) = match nearest > 0.0 {
-            true => (low.floor().clamp(-far, far), high.floor().clamp(-far, far)),
-            false => (-far, far),
+        let [low, high] = match extent([middle - half, middle + half], lens) {
+            Some(extent) => extent.map(|at| at.floor().clamp(-far, far)),
+            None => [-far, far],
         };
         PixelRect::from_edges(low.x as i32, low.y as i32, high.x as i32 + 1, high.y as i32 + 1)
     }

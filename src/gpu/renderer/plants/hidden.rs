@@ -9,6 +9,7 @@ use wgpu::{
     ShaderStages, TextureView,
 };
 
+use super::extent::extent;
 use super::flake::{self, SpeciesImages};
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
@@ -61,12 +62,10 @@ impl Tiles {
     pub fn hide(&self, ball: &Vec4) -> bool {
         let farthest = ball.z + ball.w;
         let nearest = ball.z - ball.w - ROUNDING * farthest;
-        if nearest.is_nan() || nearest <= 0.0 {
-            return false;
-        }
         let (low, high) = (ball.xy() - ball.w, ball.xy() + ball.w);
-        let from = self.focal * (low / nearest).min(low / farthest) + self.center - MARGIN_PX;
-        let to = self.focal * (high / nearest).max(high / farthest) + self.center + MARGIN_PX;
+        let corners = [low.extend(nearest), high.extend(farthest)];
+        let Some([from, to]) = extent(corners, [self.focal, self.center]) else { return false };
+        let (from, to) = (from - MARGIN_PX, to + MARGIN_PX);
         let across = self.width.div_ceil(TILE);
         let is_covered = |(first, count, nearness): &(u32, u32, Vec<f32>)| {
             let (from, to) = (from - Vec2::Y * *first as f32, to - Vec2::Y * *first as f32);

@@ -44,7 +44,7 @@ pub struct PlantsView {
     /// Whether images are in view.
     has_images: bool,
     /// The pixels in which their samples may be.
-    rect: PixelRect,
+    pub(in crate::gpu::renderer) rect: PixelRect,
     /// How fine they are in pictures that follow each other, and the time that trees may take in this one.
     pub(in crate::gpu::renderer) pace: Cell<TreePace>,
     within: Option<Duration>,

@@ -187,3 +187,40 @@ fn samples_that_reach_several_pixels_are_left_out_only_where_all_of_them_is_hidd
     assert!(found == expected);
     assert!(count(&none) == 0 && count(&some) > 0, "{} of {}", count(&some), some.len());
 }
+
+#[test]
+fn images_are_drawn_on_the_pixels_around_them_alone_and_none_of_theirs_is_missing() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let ball = plant.whole().bounds.ball;
+    let (width, height) = (240, 200);
+    // So far away that all of a tree is drawn from images, 50 pixels high.
+    let eye = ball.middle - 10.0 * ball.radius * DVec3::Y;
+    for quality in [Quality::Preview, Quality::Final] {
+        let shot = Shot { quality, ..Shot::new(centred(width, height, 250.0), look_at(eye, ball.middle)) };
+        let drawn = |asides: &[f64]| {
+            let mut wood = row(&plant, asides.len() as u32, 0.0);
+            for (tree, aside) in wood.trees.iter_mut().zip(asides) {
+                tree.world_from_plant = DAffine3::from_translation(aside * ball.radius * DVec3::X);
+            }
+            let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood));
+            let picture = renderer.picture(&shot, &Task::silent()).unwrap();
+            (picture, renderer.plants.as_ref().unwrap().view.rect)
+        };
+        let ((left, of_left), (both, of_both)) = (drawn(&[-2.5]), drawn(&[-2.5, 2.5]));
+        assert!(of_left.w < 70 && of_left.h < 80 && of_left.x + (of_left.w as i32) < 100, "{of_left:?}");
+        assert!(of_both.w > 160, "{of_both:?}");
+        let pixels = left.pixels().iter().zip(both.pixels()).zip(0..);
+        let (mut covered, mut covered_right) = (0, 0);
+        for ((left, both), i) in pixels {
+            if i % width < width / 2 {
+                assert_eq!(left, both, "{quality:?}: {}, {}", i % width, i / width);
+                covered += u32::from(left[3] > 0);
+            } else {
+                assert_eq!(left[3], 0);
+                covered_right += u32::from(both[3] > 0);
+            }
+        }
+        assert!(covered > 500 && covered_right > 500, "{covered} and {covered_right}");
+    }
+}

@@ -1,0 +1,138 @@
+//! The neighbours of a depth pixel on its surface, between which colours are interpolated.
+
+use std::ops::Range;
+
+use glam::{DVec2, Vec4};
+
+use crate::ldi::layout::Level;
+use crate::projection::srgb::Srgb;
+
+/// The share by which inverse depths of neighbours of an unknown surface may differ to be on one plane.
+const SAME_SURFACE: f64 = 0.03;
+
+/// A depth pixel of a level with its neighbours on its surface, and the rows in which they are. It moves from one depth pixel to the
+/// next, mostly along a row, so that neighbours are found beside those before.
+#[derive(Debug, Default)]
+pub struct Neighbourhood {
+    /// The row, and the indices of its depth pixels.
+    y: u32,
+    indices: Range<usize>,
+    /// The rows above, at and below the depth pixel: their depth pixels, and where the last search ended.
+    rows: [(Range<usize>, usize); 3],
+    /// The depth pixel, and its column.
+    index: usize,
+    x: u16,
+    /// Its inverse depth, in 1/world unit.
+    pub inverse_depth: f64,
+    /// The change of inverse depth a pixel.
+    pub gradient: DVec2,
+    /// The linear light of the 3 x 3 pixels around it, times opacity, and their opacities of 0 to 255, row by row; those of other
+    /// surfaces have its own.
+    light: [[Vec4; 3]; 3],
+    /// The rows whose light is known.
+    known: [bool; 3],
+}
+
+impl Neighbourhood {
+    /// Moves to a depth pixel, whose inverse depth changes so from pixel to pixel: by its neighbours, if that is not known.
+    pub fn move_to(&mut self, level: &Level, index: usize, slope: Option<DVec2>) {
+        if !self.indices.contains(&index) {
+            let y = level.rows.partition_point(|first| *first as usize <= index) as u32 - 1;
+            let row = |y: Option<u32>| match y.filter(|y| *y < level.camera.height) {
+                Some(y) => level.row(y),
+                None => 0..0,
+            };
+            let rows = [row(y.checked_sub(1)), row(Some(y)), row(y.checked_add(1))];
+            (self.y, self.indices) = (y, rows[1].clone());
+            self.rows = rows.map(|row| (row.clone(), row.start));
+        }
+        (self.index, self.x) = (index, level.columns[index]);
+        self.inverse_depth = f64::from(level.inverse_depths[index]);
+        self.gradient = slope.unwrap_or_default();
+        self.known = [false; 3];
+        if slope.is_none() {
+            let [above, beside, below] = [0, 1, 2].map(|row| self.find(level, row));
+            let here = self.inverse_depth;
+            self.gradient = DVec2::new(
+                slope_between(beside[0], here, beside[2]),
+                slope_between(above[1], here, below[1]),
+            );
+        }
+    }
+
+    /// Returns its centre, in pixels of the level.
+    pub fn centre(&self) -> DVec2 {
+        DVec2::new(f64::from(self.x) + 0.5, f64::from(self.y) + 0.5)
+    }
+
+    /// Returns the depth pixels of a row in its column and the ones beside it.
+    fn columns(&mut self, level: &Level, row: usize) -> Range<usize> {
+        let (from, to) = (self.x.saturating_sub(1), self.x.saturating_add(1));
+        let (Range { start, end }, at) = &mut self.rows[row];
+        while *at > *start && level.columns[*at - 1] >= from {
+            *at -= 1;
+        }
+        while *at < *end && level.columns[*at] < from {
+            *at += 1;
+        }
+        let count = level.columns[*at..*end].iter().take_while(|column| **column <= to).count();
+        *at..*at + count
+    }
+
+    /// Finds the light of a row, 0 above, 1 beside and 2 below the pixel. Returns the inverse depths of the neighbours.
+    fn find(&mut self, level: &Level, row: usize) -> [Option<f64>; 3] {
+        let (here, x) = (self.inverse_depth, self.x);
+        let surface = level.surfaces[self.index];
+        let in_middle = here + (row as f64 - 1.0) * self.gradient.y;
+        let (mut depths, mut light) = ([None; 3], [light_of(level.colours[self.index]); 3]);
+        for other in self.columns(level, row) {
+            let cell = usize::from(level.columns[other] + 1 - x);
+            let expected = in_middle + (cell as f64 - 1.0) * self.gradient.x;
+            let depth = f64::from(level.inverse_depths[other]);
+            let is_same = level.surfaces[other] == surface && (depth - expected).abs() <= SAME_SURFACE * here;
+            // The nearest one of its surface counts.
+            if is_same && (row, cell) != (1, 1) && depths[cell].is_none() {
+                (light[cell], depths[cell]) = (light_of(level.colours[other]), Some(depth));
+            }
+        }
+        (self.light[row], self.known[row]) = (light, true);
+        depths
+    }
+
+    /// Interpolates the colour at an offset of about half a pixel at most, in linear light.
+    pub fn colour(&mut self, level: &Level, by: DVec2) -> [u8; 4] {
+        let (column, row) = (if by.x < 0.0 { 0 } else { 2 }, if by.y < 0.0 { 0 } else { 2 });
+        let (x, y) = (by.x.abs() as f32, by.y.abs() as f32);
+        for row in [1, row] {
+            if !self.known[row] {
+                self.find(level, row);
+            }
+        }
+        let along = |row: &[Vec4; 3]| row[1] * (1.0 - x) + row[column] * x;
+        let light = along(&self.light[1]) * (1.0 - y) + along(&self.light[row]) * y;
+        let [r, g, b] = Srgb::tables().encoded_colour(light / light.w.max(f32::MIN_POSITIVE));
+        [r, g, b, light.w.round() as u8]
+    }
+}
+
+/// Returns the linear light of a stored colour times its opacity, and its opacity of 0 to 255.
+#[inline]
+fn light_of([r, g, b, a]: [u8; 4]) -> Vec4 {
+    let srgb = Srgb::tables();
+    Vec4::new(srgb.linear(r), srgb.linear(g), srgb.linear(b), 1.0) * f32::from(a)
+}
+
+/// Returns the change of a value from pixel to pixel where both neighbours, one or none are known: the smaller change, since
+/// the larger one may be an edge.
+fn slope_between(before: Option<f64>, here: f64, after: Option<f64>) -> f64 {
+    match (before.map(|before| here - before), after.map(|after| after - here)) {
+        (Some(a), Some(b)) => {
+            if a.abs() < b.abs() {
+                a
+            } else {
+                b
+            }
+        }
+        (one, other) => one.or(other).unwrap_or(0.0),
+    }
+}
