@@ -1,7 +1,7 @@
 //! Warps of a layered depth image, beside two yardsticks in the same run: copying the bytes that a warp of single pixels
 //! reads, and a forward warp with a z-buffer in double precision, one depth pixel after the other; by one thread, and by two;
 //! and the warp of an image with thousands of times as many faces. And the merging of three depth images of the farmyard into one
-//! layered depth image, by the published rule and by ours.
+//! layered depth image, by the published rule and by ours, by one thread and by two.
 //!
 //! `cargo bench --bench ldi`: ratios of one run.
 
@@ -187,15 +187,18 @@ fn merges(criterion: &mut Criterion) {
     let sources = [source(own, true), source(left, false), source(right, false)];
     let mut group = criterion.benchmark_group("merge");
     group.throughput(Throughput::Elements(images.iter().map(|ldi| ldi.levels[0].len() as u64).sum()));
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
-    for (name, published) in [("ours", false), ("published", true)] {
-        let combining = Combining { published, ..Combining::default() };
-        let merged = || {
-            let options = BTreeMap::new();
-            combine(LdiKind::Photos, &frame, &sources, &combining, options, &Task::silent())
-                .expect("nobody stops it")
-        };
-        group.bench_function(name, |b| one.install(|| b.iter(merged)));
+    for (threads, suffix) in [(1, ""), (2, ", two threads")] {
+        let pool =
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
+        for (name, published) in [("ours", false), ("published", true)] {
+            let combining = Combining { published, ..Combining::default() };
+            let merged = || {
+                let options = BTreeMap::new();
+                combine(LdiKind::Photos, &frame, &sources, &combining, options, &Task::silent())
+                    .expect("nobody stops it")
+            };
+            group.bench_function(format!("{name}{suffix}"), |b| pool.install(|| b.iter(merged)));
+        }
     }
     group.finish();
 }

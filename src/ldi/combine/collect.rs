@@ -156,11 +156,11 @@ impl<'a> CollectCanvas<'a> {
         let Footprint { right, down, gradient, receding, longest_squared, area } = *footprint;
         let (u, v) = (f64::from(dot.u), f64::from(dot.v));
         let within = 0.5 + OVERLAP;
-        // Where omega is least.
-        let nearest = (1.0 - within * (receding.x.abs() + receding.y.abs())).max(f64::MIN_POSITIVE);
+        // No point of it is farther from the middle than 1 / (1 - x) times as far as without w, which is less than 1 + 2 x up to 1/2.
+        let farther = 1.0 + 2.0 * within * (receding.x.abs() + receding.y.abs());
         let [width, height] = self.size;
         let range = |at: f64, sides: f64, end: u32| {
-            let reach = (within * sides / nearest).min(0.5 * LONGEST);
+            let reach = (within * farther * sides).min(0.5 * LONGEST);
             (at - reach + 0.5).max(0.0) as u32..(at + reach + 0.5).clamp(0.0, f64::from(end)) as u32
         };
         let rows = range(v, right.y.abs() + down.y.abs(), height);

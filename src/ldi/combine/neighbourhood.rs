@@ -26,6 +26,8 @@ pub struct Neighbourhood {
     pub inverse_depth: f64,
     /// The change of inverse depth a pixel.
     pub gradient: DVec2,
+    /// Its linear light times opacity, and its opacity of 0 to 255.
+    own: Vec4,
     /// The linear light of the 3 x 3 pixels around it, times opacity, and their opacities of 0 to 255, row by row; those of other
     /// surfaces have its own.
     light: [[Vec4; 3]; 3],
@@ -49,7 +51,7 @@ impl Neighbourhood {
         (self.index, self.x) = (index, level.columns[index]);
         self.inverse_depth = f64::from(level.inverse_depths[index]);
         self.gradient = slope.unwrap_or_default();
-        self.known = [false; 3];
+        (self.own, self.known) = (light_of(level.colours[index]), [false; 3]);
         if slope.is_none() {
             let [above, beside, below] = [0, 1, 2].map(|row| self.find(level, row));
             let here = self.inverse_depth;
@@ -84,7 +86,7 @@ impl Neighbourhood {
         let (here, x) = (self.inverse_depth, self.x);
         let surface = level.surfaces[self.index];
         let in_middle = here + (row as f64 - 1.0) * self.gradient.y;
-        let (mut depths, mut light) = ([None; 3], [light_of(level.colours[self.index]); 3]);
+        let (mut depths, mut light) = ([None; 3], [self.own; 3]);
         for other in self.columns(level, row) {
             let cell = usize::from(level.columns[other] + 1 - x);
             let expected = in_middle + (cell as f64 - 1.0) * self.gradient.x;

@@ -1,11 +1,13 @@
 //! The ratio images of trees on the device (`shaders/daylight.wgsl`, `photographed`).
 
+use std::sync::Arc;
+
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DVec3, DVec4, Vec3};
 use half::f16;
 use wgpu::{BindingResource, TextureView};
 
-use crate::foliage::{RATIO_CELLS, RatioImage, RatioInView, RatiosInView, Wood};
+use crate::foliage::{RATIO_CELLS, RatioImage, RatioInView, RatiosInView, Tree, Wood};
 use crate::gpu::device::Gpu;
 use crate::projection::Shot;
 
@@ -63,6 +65,14 @@ impl RatioCells {
         }
         let texture = upload(gpu, [row as u32, (down * RATIO_CELLS) as u32], bytemuck::cast_slice(&texels));
         Self { texture, across, count, firsts }
+    }
+
+    /// Returns whether the cells of `known` trees, which these are, are those of `other` trees, too: a tree that is dragged changes none.
+    pub fn are_of(&self, known: &Wood, other: &Wood) -> bool {
+        let same = |(known, other): (&Tree, &Tree)| {
+            Arc::ptr_eq(&known.ratios, &other.ratios) || known.ratios.is_empty() && other.ratios.is_empty()
+        };
+        known.trees.len() == other.trees.len() && known.trees.iter().zip(&other.trees).all(same)
     }
 
     /// Returns what is bound of them.

@@ -61,7 +61,9 @@ impl Stock {
 
     /// Replaces the trees by others of the same species ([`Self::has_species_of`]).
     pub fn set_trees(&mut self, gpu: &Gpu, wood: Arc<Wood>) {
-        self.ratios = RatioCells::new(gpu, &wood);
+        if !self.ratios.are_of(&self.wood, &wood) {
+            self.ratios = RatioCells::new(gpu, &wood);
+        }
         self.wood = wood;
     }
 

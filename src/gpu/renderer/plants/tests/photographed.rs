@@ -8,7 +8,7 @@ use super::{oak, renderer, with_images, wood};
 use crate::foliage::tests::plant_of;
 use crate::foliage::{Light, Material, RATIO_CELLS, RatioImage, RatiosInView, Wood};
 use crate::geometry::PixelRect;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, Renderer};
 use crate::left_out::on_adapter;
 use crate::projection::{Picture, Quality, Renders, Shot};
 use crate::scene::light::linear_of_srgb;
@@ -134,4 +134,26 @@ fn without_ratio_images_in_the_view_a_tree_has_their_mean_and_without_any_the_sa
     wood.trees.iter_mut().for_each(|tree| tree.tint *= 2.0);
     renderer.set_trees(Some(Arc::new(wood))).unwrap();
     assert_eq!(renderer.picture(&shot, &Task::silent()).unwrap(), bare);
+}
+
+#[test]
+fn a_tree_that_moves_changes_no_ratio_image_and_others_replace_them() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let mut wood = upright_squares();
+    wood.trees[1].ratios = ratios();
+    let (mut moved, mut others, mut fewer) = (wood.clone(), wood.clone(), wood.clone());
+    moved.trees[0].world_from_plant = DAffine3::from_translation(DVec3::X) * wood.trees[0].world_from_plant;
+    others.trees[1].ratios = [rising(5, DVec3::new(0.5, -6.0, 0.0))].into();
+    fewer.trees.remove(0);
+    let shot = Shot::new(centred(120, 120, 270.0), look_at(DVec3::new(0.3, -5.0, 0.2), DVec3::ZERO));
+    let picture = |renderer: &mut Renderer| renderer.picture(&shot, &Task::silent()).unwrap();
+    let mut kept = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let mut before = wood;
+    for (next, same) in [(moved, true), (others, false), (fewer, false)] {
+        assert_eq!(kept.plants.as_ref().unwrap().stock.ratios.are_of(&before, &next), same);
+        kept.set_trees(Some(Arc::new(next.clone()))).unwrap();
+        let mut new = renderer(&gpu, Arc::new(Model::default()), Some(next.clone()));
+        assert!(picture(&mut kept) == picture(&mut new));
+        before = next;
+    }
 }
