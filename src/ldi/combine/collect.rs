@@ -8,21 +8,25 @@ use crate::ldi::merge::Sample;
 use crate::ldi::splat::{Canvas, Dot};
 use crate::ldi::transfer::Transfer;
 
-/// The length of the longest side of a source pixel in the common camera that is sampled without gaps, in pixels.
-const LONGEST: f64 = 32.0;
+/// How far from its middle a source pixel gives samples, in pixels of the common camera along either axis: one with sides of 32 pixels
+/// along the axes is sampled without gaps.
+const REACH: f64 = 16.0;
 /// How much longer than a pixel of the common camera the side of a source pixel may be to give one sample: the same camera
 /// gives 1 with a rounding error.
 const ONE_PIXEL: f64 = 1.001;
 /// How far from the middle of a pixel of the common camera a source pixel of the same size may be that is taken for it, in pixels:
-/// positions in single precision err by less.
+/// positions in single precision err by less in frames of up to 8192 pixels.
 const IN_THE_MIDDLE: f32 = 1e-3;
 /// The height of a source pixel over its longer side in the common camera, in pixels, from which on each pixel whose centre it covers
 /// has a sample there. Narrower ones would often cover none: they have samples of their own points, which are averaged. Held-out
-/// photos of four sites are predicted about as well with 0.3, and worse with 0.7 (docs/quality.md).
-const LEAST_HEIGHT: f64 = 0.5;
-/// By how much a source pixel counts as larger on each side, in its pixels: relief moves neighbours apart. Nearly all centres still have
-/// one sample of a source.
+/// photos of four sites are predicted about as well with 0.3, and worse with 0.7 (docs/quality.md). With a half, rounding would decide
+/// in cameras of half the resolution, which are common.
+const LEAST_HEIGHT: f64 = 0.45;
+/// By how much a source pixel of a known plane counts as larger on each side, in its pixels. Neighbours on a plane meet exactly, and relief
+/// moves them apart by little: held-out photos are predicted the better, the smaller it is (docs/quality.md).
 const OVERLAP: f64 = 0.005;
+/// The same where the plane is estimated from neighbours: errors of depth move neighbours apart by several hundredths of a pixel.
+const OVERLAP_OF_UNKNOWN: f64 = 0.1;
 
 /// A source as it is warped into the common camera.
 pub struct Collected<'a> {
@@ -84,7 +88,9 @@ impl<'a> Collected<'a> {
             DepthPixelOrigin::Photo if *source != 0 => DepthPixelOrigin::OtherPhotos,
             origin => origin,
         };
-        // A source counts by the pixel's area that its sample stands for, and less where it resolves less in either direction.
+        // A sample counts by the area that its source pixel covers, and less where it resolves less in either direction. The one at a
+        // centre of a pixel shows as little of it; that it counted by the whole pixel predicted three of four sites worse
+        // (docs/quality.md).
         let weight = f64::from(dot.s * dot.s).min(1.0 / longest_squared) as f32;
         Sample {
             pixel: DepthPixel {
@@ -134,59 +140,38 @@ impl<'a> CollectCanvas<'a> {
             true => q / f64::from(level.inverse_depths[dot.index]),
             false => (*from_infinity * DVec3::new(u, v, 1.0)).z,
         };
-        let side = |column: DVec3, slope: f64| {
-            let moved = column + slope * transfer.b;
-            let along = DVec2::new(moved.x - u * moved.z, moved.y - v * moved.z);
-            (per_omega * along, per_omega * (slope - q * moved.z), per_omega * moved.z)
-        };
-        let (right, q_right, omega_right) = side(transfer.a.x_axis, gradient.x);
-        let (down, q_down, omega_down) = side(transfer.a.y_axis, gradient.y);
-        Footprint {
-            right,
-            down,
-            gradient: DVec2::new(q_right, q_down),
-            receding: DVec2::new(omega_right, omega_down),
-            longest_squared: right.length_squared().max(down.length_squared()),
-            area: right.perp_dot(down),
-        }
+        Footprint::new(transfer, (DVec2::new(u, v), q, per_omega), gradient)
     }
 
     /// Adds a sample for each pixel of the common camera whose centre a source pixel covers.
-    fn add_covered(&mut self, dot: &Dot, footprint: &Footprint) {
-        let Footprint { right, down, gradient, receding, longest_squared, area } = *footprint;
+    fn add_covered(&mut self, dot: &Dot, footprint: &Footprint, overlap: f64) {
         let (u, v) = (f64::from(dot.u), f64::from(dot.v));
-        let within = 0.5 + OVERLAP;
-        // No point of it is farther from the middle than 1 / (1 - x) times as far as without w, which is less than 1 + 2 x up to 1/2.
-        let farther = 1.0 + 2.0 * within * (receding.x.abs() + receding.y.abs());
+        let within = 0.5 + overlap;
         let [width, height] = self.size;
-        let range = |at: f64, sides: f64, end: u32| {
-            let reach = (within * farther * sides).min(0.5 * LONGEST);
+        let reach = footprint.reach(within);
+        let range = |at: f64, reach: f64, end: u32| {
+            let reach = reach.min(REACH);
             (at - reach + 0.5).max(0.0) as u32..(at + reach + 0.5).clamp(0.0, f64::from(end)) as u32
         };
-        let rows = range(v, right.y.abs() + down.y.abs(), height);
-        let columns = range(u, right.x.abs() + down.x.abs(), width);
+        let (rows, columns) = (range(v, reach.y, height), range(u, reach.x, width));
         if rows.is_empty() || columns.is_empty() {
             return;
         }
-        let per_area = 1.0 / area;
-        // The rows of the inverse of J.
-        let (to_right, to_down) = (-per_area * down.perp(), per_area * right.perp());
-        let (of, mut made) = (self.of, None);
+        let inverse = footprint.inverse();
+        let (of, mut first) = (self.of, None);
         for row in rows {
             for column in columns.clone() {
-                let to = DVec2::new(f64::from(column) + 0.5 - u, f64::from(row) + 0.5 - v);
-                // Inverse depths of a plane change as J^-1 does; the offset in the source is J^-1 t / (1 - w . J^-1 t).
-                let even = DVec2::new(to_right.dot(to), to_down.dot(to));
-                let by = even / (1.0 - receding.dot(even));
-                if by.abs().max_element() > within {
+                let offset_px = DVec2::new(f64::from(column) + 0.5 - u, f64::from(row) + 0.5 - v);
+                let Some((affine, offset)) = footprint.offset(inverse, offset_px) else { continue };
+                if offset.x.abs() > within || offset.y.abs() > within {
                     continue;
                 }
-                let sample = made.get_or_insert_with(|| {
+                let sample = first.get_or_insert_with(|| {
                     of.look_around(&mut self.around, dot);
-                    of.sample(dot, longest_squared)
+                    of.sample(dot, footprint.longest_squared)
                 });
-                let inverse_depth = (f64::from(dot.q) + gradient.dot(even)).max(0.0) as f32;
-                let colour = of.exposed(self.around.colour(of.level, by));
+                let inverse_depth = (f64::from(dot.q) + footprint.gradient.dot(affine)).max(0.0) as f32;
+                let colour = of.exposed(self.around.colour(of.level, offset));
                 let pixel = DepthPixel { inverse_depth, colour, ..sample.pixel };
                 self.samples.push((row * width + column, Sample { pixel, ..*sample }));
             }
@@ -195,7 +180,7 @@ impl<'a> CollectCanvas<'a> {
 
     /// Adds several samples of a source pixel, at points of its own, on its plane.
     fn add_many(&mut self, dot: &Dot, footprint: &Footprint) {
-        let [columns, rows] = samples(footprint);
+        let [columns, rows] = footprint.samples();
         let of = self.of;
         of.look_around(&mut self.around, dot);
         let (inverse_depth, gradient) = (self.around.inverse_depth, self.around.gradient);
@@ -208,7 +193,12 @@ impl<'a> CollectCanvas<'a> {
                 let Some((position, omega)) = of.transfer.position(centre + by, inverse_depth) else {
                     continue;
                 };
-                let Some(pixel) = self.pixel(position.x, position.y - self.top) else { continue };
+                let at = DVec2::new(position.x, position.y - self.top);
+                // Bands farther away do not know of it.
+                if (at - DVec2::new(f64::from(dot.u), f64::from(dot.v))).abs().max_element() > REACH {
+                    continue;
+                }
+                let Some(pixel) = self.pixel(at.x, at.y) else { continue };
                 let inverse_depth = (inverse_depth / omega) as f32;
                 let colour = of.exposed(self.around.colour(of.level, by));
                 let there = DepthPixel { inverse_depth, colour, ..sample.pixel };
@@ -221,7 +211,8 @@ impl<'a> CollectCanvas<'a> {
     #[inline]
     fn add_middle(&mut self, dot: &Dot, longest_squared: f64) {
         if let Some(pixel) = self.pixel(f64::from(dot.u), f64::from(dot.v)) {
-            self.samples.push((pixel, self.of.sample(dot, longest_squared)));
+            let sample = self.of.sample(dot, longest_squared);
+            self.samples.push((pixel, sample));
         }
     }
 }
@@ -244,9 +235,76 @@ struct Footprint {
     area: f64,
 }
 
+impl Footprint {
+    /// Makes that of a source pixel whose middle is at this position, with this inverse depth and 1 / omega, on a plane with this
+    /// gradient, in 1/world unit a pixel of the source.
+    #[inline]
+    fn new(transfer: &Transfer, (at, q, per_omega): (DVec2, f64, f64), gradient: DVec2) -> Self {
+        let side = |column: DVec3, slope: f64| {
+            let moved = column + slope * transfer.b;
+            let along = moved.truncate() - at * moved.z;
+            (per_omega * along, per_omega * (slope - q * moved.z), per_omega * moved.z)
+        };
+        let (right, q_right, omega_right) = side(transfer.a.x_axis, gradient.x);
+        let (down, q_down, omega_down) = side(transfer.a.y_axis, gradient.y);
+        Self {
+            right,
+            down,
+            gradient: DVec2::new(q_right, q_down),
+            receding: DVec2::new(omega_right, omega_down),
+            longest_squared: right.length_squared().max(down.length_squared()),
+            area: right.perp_dot(down),
+        }
+    }
+
+    /// Returns whether it has the size of a pixel of the common camera.
+    #[inline]
+    fn is_pixel(&self) -> bool {
+        self.longest_squared <= ONE_PIXEL * ONE_PIXEL && self.area.abs() * ONE_PIXEL * ONE_PIXEL >= 1.0
+    }
+
+    /// Returns whether its height over the longer side is [`LEAST_HEIGHT`] or more.
+    #[inline]
+    fn is_high(&self) -> bool {
+        self.area * self.area >= LEAST_HEIGHT * LEAST_HEIGHT * self.longest_squared
+    }
+
+    /// Returns how far from the position along each axis its points are whose offsets are within this in the source. With
+    /// x = within (|w_x| + |w_y|), they are at most 1 / (1 - x) times as far as without w, which is no more than 1 + 2 x for x up to
+    /// a half. Beyond that, next to the plane of the camera's centre, it may be too short.
+    #[inline]
+    fn reach(&self, within: f64) -> DVec2 {
+        let farther = 1.0 + 2.0 * within * (self.receding.x.abs() + self.receding.y.abs());
+        within * farther * (self.right.abs() + self.down.abs())
+    }
+
+    /// Returns the rows of the inverse of J.
+    #[inline]
+    fn inverse(&self) -> [DVec2; 2] {
+        let per_area = 1.0 / self.area;
+        [-per_area * self.down.perp(), per_area * self.right.perp()]
+    }
+
+    /// Returns a = J^-1 t, along which inverse depths change as `gradient` says, and the offset in the source, a / (1 - w . a), of the
+    /// point that is t pixels from the position; `None` behind the camera.
+    #[inline]
+    fn offset(&self, [to_right, to_down]: [DVec2; 2], t: DVec2) -> Option<(DVec2, DVec2)> {
+        let a = DVec2::new(to_right.dot(t), to_down.dot(t));
+        let rest = 1.0 - self.receding.dot(a);
+        (rest > 0.0).then(|| (a, a / rest))
+    }
+
+    /// Returns how many samples of it are taken along the rows and the columns of the source, so that they are no farther apart than
+    /// pixels of the common camera.
+    fn samples(&self) -> [u32; 2] {
+        let of = |side: DVec2| (side.length().min(2.0 * REACH) / ONE_PIXEL).ceil().max(1.0) as u32;
+        [of(self.right), of(self.down)]
+    }
+}
+
 impl Canvas for CollectCanvas<'_> {
     const SPACED: bool = true;
-    const REACH: f32 = 0.5 * LONGEST as f32;
+    const REACH: f32 = REACH as f32;
 
     fn reach(_largest_spacing: f32) -> f32 {
         // Also a pixel of little area may be long.
@@ -263,15 +321,18 @@ impl Canvas for CollectCanvas<'_> {
         if dot.u.is_nan() {
             return;
         }
-        let gradient = slopes[usize::from(level.surfaces[dot.index])].unwrap_or_else(|| {
-            self.of.look_around(&mut self.around, dot);
-            self.around.gradient
-        });
+        let (gradient, overlap) = match slopes[usize::from(level.surfaces[dot.index])] {
+            Some(slope) => (slope, OVERLAP),
+            None => {
+                self.of.look_around(&mut self.around, dot);
+                (self.around.gradient, OVERLAP_OF_UNKNOWN)
+            }
+        };
         let footprint = self.footprint(dot, gradient);
         if footprint.is_pixel() && is_middle(dot.u) && is_middle(dot.v) {
             self.add_middle(dot, footprint.longest_squared);
         } else if footprint.is_high() {
-            self.add_covered(dot, &footprint);
+            self.add_covered(dot, &footprint, overlap);
         } else if footprint.longest_squared > ONE_PIXEL * ONE_PIXEL {
             self.add_many(dot, &footprint);
         } else {
@@ -280,29 +341,61 @@ impl Canvas for CollectCanvas<'_> {
     }
 }
 
-/// Returns whether a position along an axis, which is not negative, is in the middle of a pixel.
+/// Returns whether a position along an axis is in the middle of a pixel; false for negative ones, which are in no band.
 #[inline]
 fn is_middle(at: f32) -> bool {
     (at - (at as i32) as f32 - 0.5).abs() < IN_THE_MIDDLE
 }
 
-impl Footprint {
-    /// Returns whether it has the size of a pixel of the common camera.
-    #[inline]
-    fn is_pixel(&self) -> bool {
-        self.longest_squared <= ONE_PIXEL * ONE_PIXEL && self.area.abs() * ONE_PIXEL * ONE_PIXEL >= 1.0
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::{Rng, centred, look_at};
+
+    #[test]
+    fn points_of_a_plane_are_found_by_their_offsets_in_the_picture_exactly() {
+        let mut rng = Rng::new(71);
+        let (source, common) = (centred(40, 30, 35.0), centred(100, 80, 90.0));
+        for _ in 0..200 {
+            let mut number = |size: f64| rng.between(-size, size);
+            let mut eye = || DVec3::new(number(2.0), number(2.0), number(1.0));
+            let poses = [eye(), eye()].map(|eye| look_at(eye, DVec3::new(0.3, -0.2, 9.0)));
+            let transfer = Transfer::new((&source, &poses[0]), (&common, &poses[1]));
+            let centre = DVec2::new(20.5 + number(15.0).floor(), 15.5 + number(10.0).floor());
+            let (depth, gradient) = (0.12 + number(0.04), DVec2::new(number(0.01), number(0.01)));
+            let (at, omega) = transfer.position(centre, depth).unwrap();
+            let footprint = Footprint::new(&transfer, (at, depth / omega, 1.0 / omega), gradient);
+            let inverse = footprint.inverse();
+            for (x, y) in (-5..=5).flat_map(|y| (-5..=5).map(move |x| (x, y))) {
+                let s = 0.1 * DVec2::new(f64::from(x), f64::from(y));
+                let there = depth + gradient.dot(s);
+                let (p, omega_there) = transfer.position(centre + s, there).unwrap();
+                let (affine, offset) = footprint.offset(inverse, p - at).unwrap();
+                // Only rounding in double precision, of numbers up to a hundred.
+                assert!((offset - s).abs().max_element() < 1e-9, "{offset} and {s}");
+                let q = depth / omega + footprint.gradient.dot(affine);
+                assert!((q - there / omega_there).abs() < 1e-12, "{q}");
+                let reach = footprint.reach(0.5) + 1e-9;
+                assert!((p - at).abs().cmple(reach).all(), "{} and {reach}", p - at);
+            }
+        }
     }
 
-    /// Returns whether its height over the longer side is [`LEAST_HEIGHT`] or more.
-    #[inline]
-    fn is_high(&self) -> bool {
-        self.area * self.area >= LEAST_HEIGHT * LEAST_HEIGHT * self.longest_squared
+    #[test]
+    fn what_is_behind_the_camera_has_no_offset() {
+        let footprint = Footprint {
+            right: DVec2::X,
+            down: DVec2::Y,
+            gradient: DVec2::ZERO,
+            receding: DVec2::new(3.0, 0.0),
+            longest_squared: 1.0,
+            area: 1.0,
+        };
+        let offset = |x: f64| footprint.offset(footprint.inverse(), DVec2::new(x, 0.0));
+        // An offset of -1/3 in the source is on the plane of the camera's centre: all positions before it are below 1/3.
+        assert!(offset(0.34).is_none());
+        let (affine, there) = offset(0.3).unwrap();
+        assert!(affine == DVec2::new(0.3, 0.0) && (there.x - 3.0).abs() < 1e-12);
+        assert!(offset(f64::NAN).is_none());
     }
-}
-
-/// Returns how many samples of a source pixel are taken along its rows and its columns, so that they are no farther apart than
-/// pixels of the common camera.
-fn samples(footprint: &Footprint) -> [u32; 2] {
-    let of = |side: DVec2| (side.length().min(LONGEST) / ONE_PIXEL).ceil().max(1.0) as u32;
-    [of(footprint.right), of(footprint.down)]
 }

@@ -2,8 +2,8 @@
 //!
 //! Gortler, He & Cohen 1997, section 2.2: depth images are warped into the camera of one of them, and samples that fall into
 //! one pixel share a layer where their depths are close. [`Combining::published`] does just this. The default collects the
-//! samples of a pixel first and merges them whatever their order ([`super::merge`]), samples pixels of coarse sources several
-//! times on their planes, and brings all sources to one exposure in linear light.
+//! samples of a pixel first and merges them whatever their order ([`super::merge`]), samples sources at the centres of the pixels
+//! that they cover, and brings all sources to one exposure in linear light.
 
 mod collect;
 mod neighbourhood;

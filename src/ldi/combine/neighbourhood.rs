@@ -7,7 +7,7 @@ use glam::{DVec2, Vec4};
 use crate::ldi::layout::Level;
 use crate::projection::srgb::Srgb;
 
-/// The share by which inverse depths of neighbours of an unknown surface may differ to be on one plane.
+/// The share by which the inverse depth of a neighbour may differ from that of the plane to be on it.
 const SAME_SURFACE: f64 = 0.03;
 
 /// A depth pixel of a level with its neighbours on its surface, and the rows in which they are. It moves from one depth pixel to the
@@ -36,7 +36,8 @@ pub struct Neighbourhood {
 }
 
 impl Neighbourhood {
-    /// Moves to a depth pixel, whose inverse depth changes so from pixel to pixel: by its neighbours, if that is not known.
+    /// Moves to a depth pixel. `slope` is the change of its inverse depth from pixel to pixel; where it is `None`, it is estimated from
+    /// neighbours.
     pub fn move_to(&mut self, level: &Level, index: usize, slope: Option<DVec2>) {
         if !self.indices.contains(&index) {
             let y = level.rows.partition_point(|first| *first as usize <= index) as u32 - 1;
@@ -46,7 +47,14 @@ impl Neighbourhood {
             };
             let rows = [row(y.checked_sub(1)), row(Some(y)), row(y.checked_add(1))];
             (self.y, self.indices) = (y, rows[1].clone());
-            self.rows = rows.map(|row| (row.clone(), row.start));
+            // Parts of rows are drawn one below the other.
+            let x = level.columns[index];
+            let begin = |row: &Range<usize>| {
+                row.start + level.columns[row.clone()].partition_point(|column| *column < x)
+            };
+            self.rows = rows.map(|row| (row.clone(), begin(&row)));
+        } else if index == self.index {
+            return;
         }
         (self.index, self.x) = (index, level.columns[index]);
         self.inverse_depth = f64::from(level.inverse_depths[index]);

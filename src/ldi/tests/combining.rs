@@ -161,7 +161,7 @@ fn surfaces_have_their_planes_in_the_common_camera() {
             let nu = all.surfaces[surface].nu;
             let at = DVec2::new(f64::from(level.columns[index]) + 0.5, f64::from(y) + 0.5);
             let expected = nu.dot(at.extend(1.0));
-            // Samples are anywhere in their pixel, on their plane.
+            // Samples of narrow pixels are anywhere in their pixel, on their plane.
             let within = 0.5 * (nu.x.abs() + nu.y.abs()) + 1e-5 * expected.abs();
             assert!((f64::from(pixel.inverse_depth) - expected).abs() <= within, "{pixel:?} {expected}");
             tested += 1;
@@ -285,6 +285,28 @@ fn each_pixel_whose_centre_a_source_covers_has_one_sample_there() {
         let (samples, pixels) = (all.report.samples as f64, level.len() as f64);
         // Those where two source pixels meet, nearly, have two; where rows are parallel, these may be a whole row.
         assert!(samples < 1.1 * pixels, "{scale}: {samples} samples of {pixels} pixels");
+    }
+}
+
+#[test]
+fn a_source_of_unknown_planes_with_errors_of_depth_has_no_holes() {
+    let camera = Pinhole { width: 60, height: 80, fx: 60.0, fy: 60.0, cx: 30.0, cy: 40.0 };
+    let own = closed_form::two_quads().photo().pose;
+    let frame = frame_of(&wall(camera, own), 0.0);
+    let eye = DVec3::new(0.6, 0.3, 0.5);
+    let mut rng = Rng::new(41);
+    let mut source = wall(Pinhole { fx: 58.0, fy: 58.0, ..camera }, Pose { translation: -eye, ..own });
+    source.surfaces.clear();
+    let level = &mut source.levels[0];
+    level.surfaces.fill(0);
+    // Of the parallax of 4 pixels at depth 10, two hundredths of a pixel.
+    level.inverse_depths.iter_mut().for_each(|depth| *depth *= 1.0 + rng.between(-0.005, 0.005) as f32);
+    let all = combined(&frame, &[Source { ldi: &source, is_own: false }], &Combining::default());
+    // The near quad is in front of x from 0 to 4 and y from -2 to 2, 8 away.
+    let at = |x: f64, y: f64| ((30.0 + 60.0 * x / 8.0) as u32, (40.0 + 60.0 * y / 8.0) as u32);
+    let ((left, top), (right, bottom)) = (at(0.5, -1.5), at(3.5, 1.5));
+    for (x, y) in (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y))) {
+        assert!(!all.levels[0].at(x, y).is_empty(), "{x}, {y}");
     }
 }
 

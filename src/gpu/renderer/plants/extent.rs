@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, Vec3Swizzles};
 
 /// Returns the lowest and the highest position at which a view with these focal lengths and this centre can show the box between two
 /// corners, all in pixels: x, y and depth of the corners are in the camera's frame. `None` where the box reaches to the viewer or behind,
-/// and where a depth is no number. The pass *hidden* computes the same.
+/// and where the nearer depth is no number. The pass *hidden* computes the same.
 pub fn extent([low, high]: [Vec3; 2], [focal, center]: [Vec2; 2]) -> Option<[Vec2; 2]> {
     let (nearest, farthest) = (low.z, high.z);
     (nearest > 0.0).then(|| {

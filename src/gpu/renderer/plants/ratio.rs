@@ -67,14 +67,6 @@ impl RatioCells {
         Self { texture, across, count, firsts }
     }
 
-    /// Returns whether the cells of `known` trees, which these are, are those of `other` trees, too: a tree that is dragged changes none.
-    pub fn are_of(&self, known: &Wood, other: &Wood) -> bool {
-        let same = |(known, other): (&Tree, &Tree)| {
-            Arc::ptr_eq(&known.ratios, &other.ratios) || known.ratios.is_empty() && other.ratios.is_empty()
-        };
-        known.trees.len() == other.trees.len() && known.trees.iter().zip(&other.trees).all(same)
-    }
-
     /// Returns what is bound of them.
     pub fn binding(&self) -> BindingResource<'_> {
         BindingResource::TextureView(&self.texture)
@@ -99,6 +91,14 @@ impl RatioCells {
         };
         (images.into_iter().map(words).collect(), rest.exp())
     }
+}
+
+/// Returns whether trees have the ratio images of others: a tree that is dragged changes none.
+pub fn have_same_ratios(trees: &Wood, others: &Wood) -> bool {
+    let same = |(tree, other): (&Tree, &Tree)| {
+        Arc::ptr_eq(&tree.ratios, &other.ratios) || tree.ratios.is_empty() && other.ratios.is_empty()
+    };
+    trees.trees.len() == others.trees.len() && trees.trees.iter().zip(&others.trees).all(same)
 }
 
 /// Returns the rows of the map from a camera's frame to cells. What is far from the world's origin cancels before it is rounded.

@@ -8,7 +8,7 @@ use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages};
 
 use super::flake::SpeciesImages;
 use super::flaked::ShownWords;
-use super::ratio::{RatioCells, RatioWords};
+use super::ratio::{RatioCells, RatioWords, have_same_ratios};
 use super::species::{SpeciesBuffers, material_layout};
 use super::{Cuts, Key, PlacementWords, TreeProgram, daylight, pipeline, trees_layout};
 use crate::error::Result;
@@ -61,7 +61,7 @@ impl Stock {
 
     /// Replaces the trees by others of the same species ([`Self::has_species_of`]).
     pub fn set_trees(&mut self, gpu: &Gpu, wood: Arc<Wood>) {
-        if !self.ratios.are_of(&self.wood, &wood) {
+        if !have_same_ratios(&self.wood, &wood) {
             self.ratios = RatioCells::new(gpu, &wood);
         }
         self.wood = wood;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 
+use super::super::ratio::have_same_ratios;
 use super::{oak, renderer, with_images, wood};
 use crate::foliage::tests::plant_of;
 use crate::foliage::{Light, Material, RATIO_CELLS, RatioImage, RatiosInView, Wood};
@@ -150,7 +151,7 @@ fn a_tree_that_moves_changes_no_ratio_image_and_others_replace_them() {
     let mut kept = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
     let mut before = wood;
     for (next, same) in [(moved, true), (others, false), (fewer, false)] {
-        assert_eq!(kept.plants.as_ref().unwrap().stock.ratios.are_of(&before, &next), same);
+        assert_eq!(have_same_ratios(&before, &next), same);
         kept.set_trees(Some(Arc::new(next.clone()))).unwrap();
         let mut new = renderer(&gpu, Arc::new(Model::default()), Some(next.clone()));
         assert!(picture(&mut kept) == picture(&mut new));
