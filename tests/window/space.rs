@@ -405,4 +405,27 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
     harness.step();
     harness.step();
     harness.get_by_role_and_label(Role::TreeItem, "bush_1");
+
+    // The page of all trees: whether they are as photos show them is a step of the history.
+    harness.get_by_role_and_label(Role::TreeItem, "Trees (1)").click();
+    harness.step();
+    harness.step();
+    let before = last(&harness);
+    let matched = |harness: &Harness<'_, Editor>| {
+        !harness.state().session.as_ref().unwrap().history.present().trees.light.without_photos
+    };
+    assert!(matched(&harness));
+    for expected in [false, true] {
+        // The page is longer than the window, so that a pointer would have to scroll first.
+        harness.get_by_label("Match photos").click_accesskit();
+        harness.step();
+        harness.step();
+        assert_eq!((matched(&harness), last(&harness)), (expected, Some("light on trees".to_owned())));
+    }
+    for expected in [false, true] {
+        harness.state_mut().run(&command::edit::UNDO);
+        harness.step();
+        assert_eq!(matched(&harness), expected);
+    }
+    assert_eq!(last(&harness), before);
 }

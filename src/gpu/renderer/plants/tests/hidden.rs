@@ -9,6 +9,7 @@ use glam::{DAffine3, DVec3};
 use super::super::flakes::Flakes;
 use super::{oak, renderer, with_images, wood};
 use crate::foliage::{Plant, Tree, WalkOptions, Wood};
+use crate::geometry::PixelRect;
 use crate::gpu::readback;
 use crate::gpu::{Gpu, Renderer};
 use crate::left_out::on_adapter;
@@ -198,29 +199,36 @@ fn images_are_drawn_on_the_pixels_around_them_alone_and_none_of_theirs_is_missin
     let eye = ball.middle - 10.0 * ball.radius * DVec3::Y;
     for quality in [Quality::Preview, Quality::Final] {
         let shot = Shot { quality, ..Shot::new(centred(width, height, 250.0), look_at(eye, ball.middle)) };
-        let drawn = |asides: &[f64]| {
-            let mut wood = row(&plant, asides.len() as u32, 0.0);
-            for (tree, aside) in wood.trees.iter_mut().zip(asides) {
-                tree.world_from_plant = DAffine3::from_translation(aside * ball.radius * DVec3::X);
+        // Places in radii from the middle of the picture, to the right and up.
+        let drawn = |places: &[[f64; 2]]| {
+            let mut wood = row(&plant, places.len() as u32, 0.0);
+            for (tree, [right, up]) in wood.trees.iter_mut().zip(places) {
+                let at = ball.radius * (right * DVec3::X + up * DVec3::Z);
+                tree.world_from_plant = DAffine3::from_translation(at);
             }
             let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood));
             let picture = renderer.picture(&shot, &Task::silent()).unwrap();
             (picture, renderer.plants.as_ref().unwrap().view.rect)
         };
-        let ((left, of_left), (both, of_both)) = (drawn(&[-2.5]), drawn(&[-2.5, 2.5]));
-        assert!(of_left.w < 70 && of_left.h < 80 && of_left.x + (of_left.w as i32) < 100, "{of_left:?}");
-        assert!(of_both.w > 160, "{of_both:?}");
-        let pixels = left.pixels().iter().zip(both.pixels()).zip(0..);
-        let (mut covered, mut covered_right) = (0, 0);
-        for ((left, both), i) in pixels {
-            if i % width < width / 2 {
-                assert_eq!(left, both, "{quality:?}: {}, {}", i % width, i / width);
-                covered += u32::from(left[3] > 0);
+        let [middle, corners] = [[-1.0, 0.0], [4.6, 3.6]];
+        let [x, y] = corners;
+        let ((one, around), (all, whole)) =
+            (drawn(&[middle]), drawn(&[middle, [-x, -y], [x, -y], [-x, y], [x, y]]));
+        assert_eq!(whole, PixelRect::of_size(width, height));
+        // Trees in the corners do not come near it.
+        let PixelRect { x, y, w, h } = around;
+        assert!(x > 40 && w < 80 && y > 50 && y + (h as i32) < 150, "{around:?}");
+        let (mut covered, mut others) = (0, 0);
+        for ((one, all), i) in one.pixels().iter().zip(all.pixels()).zip(0..) {
+            let [x, y] = [(i % width) as i32, (i / width) as i32];
+            if (50..150).contains(&y) && (40..200).contains(&x) {
+                assert_eq!(one, all, "{quality:?}: {x}, {y}");
+                covered += u32::from(one[3] > 0);
             } else {
-                assert_eq!(left[3], 0);
-                covered_right += u32::from(both[3] > 0);
+                assert_eq!(one[3], 0);
+                others += u32::from(all[3] > 0);
             }
         }
-        assert!(covered > 300 && covered_right > 300, "{covered} and {covered_right}");
+        assert!(covered > 300 && others > 300, "{covered} and {others}");
     }
 }
