@@ -305,17 +305,21 @@ fn wait_for_trees(harness: &mut Harness<'_, Editor>) {
     wait(harness, "the trees", |editor| editor.space.shows_present() && editor.trees.sent.is_some());
 }
 
-/// Returns a place in the view where a tree of this number is drawn, or one of its ground.
+/// Returns a place in the view where something is found, also a hundredth of the view to each side: what is on an edge in one picture may
+/// not be in the next.
 fn place_of(harness: &Harness<'_, Editor>, found: impl Fn(&Editor, &Sight) -> bool) -> Pos2 {
     let view = harness.get_by_label("3D view").rect();
     let editor = harness.state();
     let size_px = editor.space.size_px();
-    let places = (10..90).rev().flat_map(|y| (10..90).map(move |x| (x, y)));
-    let at = places.map(|(x, y)| [f64::from(x) / 100.0, f64::from(y) / 100.0]).find(|[x, y]| {
+    let is_found = |[x, y]: [i32; 2]| {
+        let [x, y] = [f64::from(x) / 100.0, f64::from(y) / 100.0];
         let at_px = glam::DVec2::new(x * f64::from(size_px[0]), y * f64::from(size_px[1]));
         found(editor, &Sight { viewpoint: editor.space.viewpoint, size_px, at_px })
-    });
-    let [x, y] = at.expect("there is such a place in the view").map(|share| share as f32);
+    };
+    let is_inside = |[x, y]: &[i32; 2]| (-1..=1).all(|dy| (-1..=1).all(|dx| is_found([x + dx, y + dy])));
+    let mut places = (10..90).rev().flat_map(|y| (10..90).map(move |x| [x, y]));
+    let at = places.find(is_inside).expect("there is such a place in the view");
+    let [x, y] = at.map(|share| share as f32 / 100.0);
     view.min + view.size() * eframe::egui::vec2(x, y)
 }
 
