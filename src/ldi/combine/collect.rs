@@ -88,8 +88,8 @@ impl<'a> Collected<'a> {
             DepthPixelOrigin::Photo if *source != 0 => DepthPixelOrigin::OtherPhotos,
             origin => origin,
         };
-        // A sample counts by the area that its source pixel covers, and less where it resolves less in either direction. The one at a
-        // centre of a pixel shows as little of it; that it counted by the whole pixel predicted three of four sites worse
+        // A sample counts by the area that its source pixel covers, and less where it resolves less in either direction. The one at the
+        // centre of a pixel shows as little of it: where it counted by the whole pixel, three of four sites were predicted worse
         // (docs/quality.md).
         let weight = f64::from(dot.s * dot.s).min(1.0 / longest_squared) as f32;
         Sample {
