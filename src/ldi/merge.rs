@@ -211,10 +211,7 @@ fn of_layer(samples: &[Sample], keep: bool) -> DepthPixel {
     let any_is_seen = samples.iter().any(|sample| !sample.hidden);
     let counting = || samples.iter().filter(move |sample| !(any_is_seen && sample.hidden));
     let own = || counting().filter(|sample| sample.source == 0);
-    match (keep, own().next()) {
-        (true, Some(_)) => mean(own()),
-        _ => mean(counting()),
-    }
+    if keep && own().next().is_some() { mean(own()) } else { mean(counting()) }
 }
 
 /// Returns the weighted mean of samples, in linear light, with the surface of the heaviest; one sample is its own mean.

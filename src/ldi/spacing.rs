@@ -162,11 +162,15 @@ pub fn distance(camera: &Pinhole, column: u16, row: u32, inverse_depth: f32) -> 
 /// Returns the quartiles of distances, without those that are infinite; 0 where there are none.
 pub fn quartiles(mut distances: Vec<f32>) -> [f64; 3] {
     distances.retain(|distance| distance.is_finite());
-    let count = distances.len();
-    [1, 2, 3].map(|quarter| match count {
-        0 => 0.0,
-        _ => f64::from(*distances.select_nth_unstable_by(quarter * (count - 1) / 4, f32::total_cmp).1),
-    })
+    let Some(last) = distances.len().checked_sub(1) else { return [0.0; 3] };
+    let [first, second, third] = [1, 2, 3].map(|quarter| quarter * last / 4);
+    let (low, median, high) = distances.select_nth_unstable_by(second, f32::total_cmp);
+    // Of a few distances, two quartiles may be the same one.
+    let of = |part: &mut [f32], at: Option<usize>| match at.filter(|at| *at < part.len()) {
+        Some(at) => *part.select_nth_unstable_by(at, f32::total_cmp).1,
+        None => *median,
+    };
+    [of(low, Some(first)), *median, of(high, third.checked_sub(second + 1))].map(f64::from)
 }
 
 /// Returns the table entry of a depth pixel with this unit normal (n_z < 0) and distance from the reference camera.
@@ -190,4 +194,29 @@ pub fn normal_of_plane(nu: DVec3, camera: &Pinhole) -> DVec3 {
     // d = nu . K (P / z) and d z = 1 make (K^T nu) . P = 1, so K^T nu points away from the camera.
     let away = matrix.transpose() * nu;
     -away.normalize_or(DVec3::Z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quartiles_are_those_of_the_sorted_distances() {
+        let mut seed = 7u32;
+        for count in (0..12).chain([100, 1001]) {
+            let mut next = || {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                // Some are the same.
+                (seed >> 24) as f32
+            };
+            let mut distances: Vec<f32> = (0..count).map(|_| next()).collect();
+            let found = quartiles(distances.iter().copied().chain([f32::INFINITY]).collect());
+            distances.sort_by(f32::total_cmp);
+            let expected = [1, 2, 3].map(|quarter| match count {
+                0 => 0.0,
+                _ => f64::from(distances[quarter * (count - 1) / 4]),
+            });
+            assert_eq!(found, expected, "{count}");
+        }
+    }
 }

@@ -1,6 +1,9 @@
 //! Tiles of a level, by which whole groups of depth pixels are left out of a picture.
 
+use rayon::prelude::*;
+
 use super::layout::Level;
+use crate::geometry::Pinhole;
 
 /// Columns of a tile. Their number decides the order of depth pixels that neither is before the other, so it is fixed. It
 /// divides the columns of a run ([`super::transfer::RUN`]).
@@ -28,14 +31,10 @@ pub struct Tile {
 impl Tile {
     /// Makes the tiles of a level, row by row from the top left.
     pub fn all_of(level: &Level) -> Vec<Self> {
-        let (width, height) = (level.camera.width, level.camera.height);
-        let mut tiles = Vec::new();
-        for y in (0..height).step_by(ROWS as usize) {
-            for x in (0..width).step_by(COLUMNS as usize) {
-                tiles.push(Self::of(level, x, y));
-            }
-        }
-        tiles
+        let Pinhole { width, height, .. } = level.camera;
+        let of_rows =
+            |row: u32| (0..width).step_by(COLUMNS as usize).map(move |x| Self::of(level, x, row * ROWS));
+        (0..height.div_ceil(ROWS)).into_par_iter().flat_map_iter(of_rows).collect()
     }
 
     fn of(level: &Level, x: u32, y: u32) -> Self {

@@ -1,5 +1,7 @@
 //! The samples of a source in the pixels of the common camera.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec2, DVec3};
 
 use super::neighbourhood::Neighbourhood;
@@ -8,6 +10,8 @@ use crate::ldi::merge::Sample;
 use crate::ldi::splat::{Canvas, Dot};
 use crate::ldi::transfer::Transfer;
 
+/// The rows of the common camera whose samples are merged together: samples of few pixels stay in the processor's cache.
+pub const STRIP: u32 = 16;
 /// How far from its middle a source pixel gives samples, in pixels of the common camera along either axis: one with sides of 32 pixels
 /// along the axes is sampled without gaps.
 const REACH: f64 = 16.0;
@@ -107,28 +111,42 @@ impl<'a> Collected<'a> {
     }
 }
 
-/// A band of the common camera in which samples are collected: the index of the pixel in the band, and the sample.
+/// The samples of a strip of the common camera, [`STRIP`] rows: the index of the pixel in the strip, and the sample, in no particular
+/// order.
+pub type Strip = Vec<(u32, Sample)>;
+
+/// Rows of the common camera in which samples are collected.
 pub struct CollectCanvas<'a> {
     of: &'a Collected<'a>,
     size: [u32; 2],
     top: f64,
     around: Neighbourhood,
-    /// The samples in no particular order.
-    pub samples: Vec<(u32, Sample)>,
+    /// The strips from the top.
+    pub strips: Vec<Strip>,
 }
 
 impl<'a> CollectCanvas<'a> {
-    /// Makes a band of `rows` rows from row `top` on, which goes on with the samples of other sources.
-    pub fn new(of: &'a Collected, width: u32, rows: u32, top: u32, samples: Vec<(u32, Sample)>) -> Self {
-        Self { of, size: [width, rows], top: f64::from(top), around: Neighbourhood::default(), samples }
+    /// Makes some rows of a camera of this width.
+    pub fn new(of: &'a Collected, width: u32, rows: &Range<u32>) -> Self {
+        let (top, rows) = (f64::from(rows.start), rows.end - rows.start);
+        let strips = vec![Strip::new(); rows.div_ceil(STRIP) as usize];
+        Self { of, size: [width, rows], top, around: Neighbourhood::new(), strips }
     }
 
-    /// Returns the index of the pixel at a position of the band; `None` outside.
+    /// Adds a sample at a pixel.
     #[inline]
-    fn pixel(&self, u: f64, v: f64) -> Option<u32> {
+    fn add(&mut self, column: u32, row: u32, sample: Sample) {
+        let [width, _] = self.size;
+        self.strips[(row / STRIP) as usize].push((row % STRIP * width + column, sample));
+    }
+
+    /// Adds a sample at a position of the rows, unless it is outside.
+    #[inline]
+    fn add_at(&mut self, u: f64, v: f64, sample: Sample) {
         let [width, rows] = self.size;
-        let within = u >= 0.0 && u < f64::from(width) && v >= 0.0 && v < f64::from(rows);
-        within.then(|| v as u32 * width + u as u32)
+        if u >= 0.0 && u < f64::from(width) && v >= 0.0 && v < f64::from(rows) {
+            self.add(u as u32, v as u32, sample);
+        }
     }
 
     /// Returns what a source pixel covers in the common camera, where its plane has this gradient.
@@ -173,7 +191,8 @@ impl<'a> CollectCanvas<'a> {
                 let inverse_depth = (f64::from(dot.q) + footprint.gradient.dot(affine)).max(0.0) as f32;
                 let colour = of.exposed(self.around.colour(of.level, offset));
                 let pixel = DepthPixel { inverse_depth, colour, ..sample.pixel };
-                self.samples.push((row * width + column, Sample { pixel, ..*sample }));
+                let sample = Sample { pixel, ..*sample };
+                self.add(column, row, sample);
             }
         }
     }
@@ -194,15 +213,14 @@ impl<'a> CollectCanvas<'a> {
                     continue;
                 };
                 let at = DVec2::new(position.x, position.y - self.top);
-                // Bands farther away do not know of it.
+                // Rows farther away do not know of it.
                 if (at - DVec2::new(f64::from(dot.u), f64::from(dot.v))).abs().max_element() > REACH {
                     continue;
                 }
-                let Some(pixel) = self.pixel(at.x, at.y) else { continue };
                 let inverse_depth = (inverse_depth / omega) as f32;
                 let colour = of.exposed(self.around.colour(of.level, by));
-                let there = DepthPixel { inverse_depth, colour, ..sample.pixel };
-                self.samples.push((pixel, Sample { pixel: there, ..sample }));
+                let pixel = DepthPixel { inverse_depth, colour, ..sample.pixel };
+                self.add_at(at.x, at.y, Sample { pixel, ..sample });
             }
         }
     }
@@ -210,10 +228,7 @@ impl<'a> CollectCanvas<'a> {
     /// Adds a sample where the middle of a source pixel is.
     #[inline]
     fn add_middle(&mut self, dot: &Dot, longest_squared: f64) {
-        if let Some(pixel) = self.pixel(f64::from(dot.u), f64::from(dot.v)) {
-            let sample = self.of.sample(dot, longest_squared);
-            self.samples.push((pixel, sample));
-        }
+        self.add_at(dot.u.into(), dot.v.into(), self.of.sample(dot, longest_squared));
     }
 }
 

@@ -10,21 +10,27 @@ mod neighbourhood;
 mod surfaces;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
-use self::collect::{CollectCanvas, Collected};
+use self::collect::{CollectCanvas, Collected, STRIP, Strip};
 use self::surfaces::CommonSurfaces;
 use super::finish::{Counts, Row, Unfinished};
 use super::layout::{Ldi, LdiKind};
 use super::merge::{Merging, Sample, merge_as_published_into, merge_into};
 use super::transfer::Transfer;
-use super::warp::{BAND, Plan, WarpOptions};
+use super::warp::{Plan, WarpOptions};
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::Shot;
 use crate::scene::light::bytes_of_light_times;
 use crate::task::Task;
+
+/// How many samples are collected before they are merged, about: 64 MiB.
+const SAMPLES_AT_ONCE: usize = 1 << 21;
+/// How many pieces of a source one thread takes at once.
+const PIECES: usize = 8;
 
 /// The camera into which sources are combined.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,10 +91,26 @@ pub fn combine(
     options: BTreeMap<String, String>,
     task: &Task,
 ) -> Result<Ldi> {
+    // Most sources have about one sample a pixel.
+    let rows_at_once = SAMPLES_AT_ONCE / (sources.len() * frame.camera.width as usize).max(1);
+    combine_in_parts(kind, frame, sources, combining, options, rows_at_once as u32, task)
+}
+
+/// The same, of as many rows of the camera at once, rounded down to whole strips but for the last ones; the result is the same for
+/// every number of them.
+pub(super) fn combine_in_parts(
+    kind: LdiKind,
+    frame: &Frame,
+    sources: &[Source],
+    combining: &Combining,
+    options: BTreeMap<String, String>,
+    rows_at_once: u32,
+    task: &Task,
+) -> Result<Ldi> {
     let ldis: Vec<&Ldi> = sources.iter().map(|source| source.ldi).collect();
     let surfaces = CommonSurfaces::new(&frame.camera, &frame.pose, &ldis);
     let (rows, mut counts) =
-        task.timed("merge", || merged_rows(frame, sources, &surfaces, combining, task))?;
+        task.timed("merge", || merged_rows(frame, sources, &surfaces, combining, rows_at_once, task))?;
     counts.unknown_surfaces = surfaces.unknown;
     let mut names: Vec<String> = Vec::new();
     ldis.iter().flat_map(|ldi| &ldi.sources).for_each(|name| {
@@ -120,6 +142,7 @@ fn merged_rows(
     sources: &[Source],
     surfaces: &CommonSurfaces,
     combining: &Combining,
+    rows_at_once: u32,
     task: &Task,
 ) -> Result<(Vec<Row>, Counts)> {
     let shot = Shot { backs: false, ..Shot::new(frame.camera, frame.pose) };
@@ -142,37 +165,60 @@ fn merged_rows(
         Collected::new((ldi, level), number, transfer, shared, combining.published)
     };
     let collected: Vec<Collected> = (0..sources.len()).map(collected).collect();
-    let height = frame.camera.height;
-    let of_band = |band: u32| {
-        task.go_on()?;
-        let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
-        // Most sources have about one sample a pixel.
-        let mut samples: Vec<(u32, Sample)> =
-            Vec::with_capacity(plans.len() * frame.camera.width as usize * rows as usize);
-        for (plan, of) in plans.iter().zip(&collected) {
-            let canvas = CollectCanvas::new(of, frame.camera.width, rows, top, samples);
-            samples = plan.draw(band, canvas).samples;
+    let Pinhole { width, height, .. } = frame.camera;
+    let rows_at_once = (rows_at_once / STRIP * STRIP).clamp(STRIP, height.next_multiple_of(STRIP));
+    let (mut rows, mut counts) = (Vec::with_capacity(height as usize), Counts::default());
+    for top in (0..height).step_by(rows_at_once as usize) {
+        let part = top..height.min(top + rows_at_once);
+        let parts = collected_in(&plans, &collected, width, &part, task)?;
+        let of_strip = |strip: u32| {
+            task.go_on()?;
+            let size = [width, STRIP.min(part.end - part.start - strip * STRIP)];
+            let samples: Vec<&Strip> = parts.iter().map(|strips| &strips[strip as usize]).collect();
+            Ok(merged(&samples, size, &surfaces.list, combining))
+        };
+        let strips = (0..(part.end - part.start).div_ceil(STRIP)).into_par_iter().map(of_strip);
+        for (of_strip, counted) in strips.collect::<Result<Vec<_>>>()? {
+            rows.extend(of_strip);
+            counts += counted;
         }
-        Ok(merged(&samples, [frame.camera.width, rows], &surfaces.list, combining))
-    };
-    let bands = (0..height.div_ceil(BAND)).into_par_iter().map(of_band);
-    let bands: Vec<(Vec<Row>, Counts)> = bands.collect::<Result<_>>()?;
-    let mut counts = Counts::default();
-    bands.iter().for_each(|(_, of_band)| counts += *of_band);
-    Ok((bands.into_iter().flat_map(|(rows, _)| rows).collect(), counts))
+    }
+    Ok((rows, counts))
 }
 
-/// Merges the samples of a band.
+/// Collects the samples of all sources in some rows of the common camera: strips from the top, for each of several parts of the
+/// sources.
+fn collected_in(
+    plans: &[Plan],
+    collected: &[Collected],
+    width: u32,
+    rows: &Range<u32>,
+    task: &Task,
+) -> Result<Vec<Vec<Strip>>> {
+    let parts_of = |source: usize| {
+        let pieces = plans[source].pieces();
+        (0..pieces).step_by(PIECES).map(move |first| (source, first..pieces.min(first + PIECES)))
+    };
+    let parts: Vec<(usize, Range<usize>)> = (0..plans.len()).flat_map(parts_of).collect();
+    let of_part = |(source, pieces): (usize, Range<usize>)| {
+        task.go_on()?;
+        let canvas = CollectCanvas::new(&collected[source], width, rows);
+        Ok(plans[source].draw_pieces(pieces, rows.clone(), canvas).strips)
+    };
+    parts.into_par_iter().map(of_part).collect()
+}
+
+/// Merges the samples of a strip, which are in several lists.
 fn merged(
-    samples: &[(u32, Sample)],
+    samples: &[&Strip],
     [width, rows]: [u32; 2],
     surfaces: &[super::LdiSurface],
     combining: &Combining,
 ) -> (Vec<Row>, Counts) {
-    let mut counts = Counts { samples: samples.len() as u64, ..Counts::default() };
     let mut out: Vec<Row> = vec![Row::new(); rows as usize];
     let mut layers = Vec::new();
     let (mut sorted, ends) = by_pixel(samples, (width * rows) as usize);
+    let mut counts = Counts { samples: sorted.len() as u64, ..Counts::default() };
     let mut start = 0;
     for (pixel, &end) in (0..).zip(&ends) {
         let group = &mut sorted[start..end as usize];
@@ -196,9 +242,9 @@ fn merged(
 
 /// Returns samples pixel by pixel, those of one pixel in the order in which they were, and the end of each of the `pixels`
 /// pixels.
-fn by_pixel(samples: &[(u32, Sample)], pixels: usize) -> (Vec<Sample>, Vec<u32>) {
+fn by_pixel(samples: &[&Strip], pixels: usize) -> (Vec<Sample>, Vec<u32>) {
     let mut ends = vec![0u32; pixels];
-    for (pixel, _) in samples {
+    for (pixel, _) in samples.iter().copied().flatten() {
         ends[*pixel as usize] += 1;
     }
     let mut sum = 0;
@@ -206,8 +252,8 @@ fn by_pixel(samples: &[(u32, Sample)], pixels: usize) -> (Vec<Sample>, Vec<u32>)
         // At first where the pixel begins; its samples move it to its end.
         (sum, *end) = (sum + *end, sum);
     }
-    let mut sorted = vec![Sample::default(); samples.len()];
-    for (pixel, sample) in samples {
+    let mut sorted = vec![Sample::default(); sum as usize];
+    for (pixel, sample) in samples.iter().copied().flatten() {
         let at = &mut ends[*pixel as usize];
         sorted[*at as usize] = *sample;
         *at += 1;

@@ -12,7 +12,7 @@ const SAME_SURFACE: f64 = 0.03;
 
 /// A depth pixel of a level with its neighbours on its surface, and the rows in which they are. It moves from one depth pixel to the
 /// next, mostly along a row, so that neighbours are found beside those before.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Neighbourhood {
     /// The row, and the indices of its depth pixels.
     y: u32,
@@ -31,11 +31,29 @@ pub struct Neighbourhood {
     /// The linear light of the 3 x 3 pixels around it, times opacity, and their opacities of 0 to 255, row by row; those of other
     /// surfaces have its own.
     light: [[Vec4; 3]; 3],
-    /// The rows whose light is known.
-    known: [bool; 3],
+    /// Whether the light of a row is known in its column and the one to the left, and in its column and the one to the right.
+    known: [[bool; 2]; 3],
+    srgb: Srgb,
 }
 
 impl Neighbourhood {
+    /// Makes a neighbourhood that is nowhere yet.
+    pub fn new() -> Self {
+        Self {
+            y: 0,
+            indices: 0..0,
+            rows: [const { (0..0, 0) }; 3],
+            index: 0,
+            x: 0,
+            inverse_depth: 0.0,
+            gradient: DVec2::ZERO,
+            own: Vec4::ZERO,
+            light: [[Vec4::ZERO; 3]; 3],
+            known: [[false; 2]; 3],
+            srgb: Srgb::tables(),
+        }
+    }
+
     /// Moves to a depth pixel. `slope` is the change of its inverse depth from pixel to pixel; where it is `None`, it is estimated from
     /// neighbours.
     pub fn move_to(&mut self, level: &Level, index: usize, slope: Option<DVec2>) {
@@ -59,9 +77,9 @@ impl Neighbourhood {
         (self.index, self.x) = (index, level.columns[index]);
         self.inverse_depth = f64::from(level.inverse_depths[index]);
         self.gradient = slope.unwrap_or_default();
-        (self.own, self.known) = (light_of(level.colours[index]), [false; 3]);
+        (self.own, self.known) = (light_of(&self.srgb, level.colours[index]), [[false; 2]; 3]);
         if slope.is_none() {
-            let [above, beside, below] = [0, 1, 2].map(|row| self.find(level, row));
+            let [above, beside, below] = [0, 1, 2].map(|row| self.find(level, row, [true; 2]));
             let here = self.inverse_depth;
             self.gradient = DVec2::new(
                 slope_between(beside[0], here, beside[2]),
@@ -89,46 +107,58 @@ impl Neighbourhood {
         *at..*at + count
     }
 
-    /// Finds the light of a row, 0 above, 1 beside and 2 below the pixel. Returns the inverse depths of the neighbours.
-    fn find(&mut self, level: &Level, row: usize) -> [Option<f64>; 3] {
+    /// Finds the light of a row, 0 above, 1 beside and 2 below the pixel, in its column and in those to the left and to the right if
+    /// these are asked for. Returns the inverse depths of the neighbours there.
+    #[inline]
+    fn find(&mut self, level: &Level, row: usize, [left, right]: [bool; 2]) -> [Option<f64>; 3] {
         let (here, x) = (self.inverse_depth, self.x);
         let surface = level.surfaces[self.index];
         let in_middle = here + (row as f64 - 1.0) * self.gradient.y;
-        let (mut depths, mut light) = ([None; 3], [self.own; 3]);
-        for other in self.columns(level, row) {
-            let cell = usize::from(level.columns[other] + 1 - x);
-            let expected = in_middle + (cell as f64 - 1.0) * self.gradient.x;
-            let depth = f64::from(level.inverse_depths[other]);
-            let is_same = level.surfaces[other] == surface && (depth - expected).abs() <= SAME_SURFACE * here;
-            // The nearest one of its surface counts.
-            if is_same && (row, cell) != (1, 1) && depths[cell].is_none() {
-                (light[cell], depths[cell]) = (light_of(level.colours[other]), Some(depth));
+        let (asked, mut depths) = ([left, true, right], [None; 3]);
+        let others = self.columns(level, row);
+        for (light, asked) in self.light[row].iter_mut().zip(asked) {
+            if asked {
+                *light = self.own;
             }
         }
-        (self.light[row], self.known[row]) = (light, true);
+        for other in others {
+            let cell = usize::from(level.columns[other] + 1 - x);
+            // The nearest one of its surface counts.
+            if !asked[cell] || (row, cell) == (1, 1) || depths[cell].is_some() {
+                continue;
+            }
+            let expected = in_middle + (cell as f64 - 1.0) * self.gradient.x;
+            let depth = f64::from(level.inverse_depths[other]);
+            if level.surfaces[other] == surface && (depth - expected).abs() <= SAME_SURFACE * here {
+                self.light[row][cell] = light_of(&self.srgb, level.colours[other]);
+                depths[cell] = Some(depth);
+            }
+        }
+        let [left_is_known, right_is_known] = self.known[row];
+        self.known[row] = [left_is_known | left, right_is_known | right];
         depths
     }
 
     /// Interpolates the colour at an offset of about half a pixel at most, in linear light.
     pub fn colour(&mut self, level: &Level, by: DVec2) -> [u8; 4] {
-        let (column, row) = (if by.x < 0.0 { 0 } else { 2 }, if by.y < 0.0 { 0 } else { 2 });
+        let right = by.x >= 0.0;
+        let (column, row) = (if right { 2 } else { 0 }, if by.y < 0.0 { 0 } else { 2 });
         let (x, y) = (by.x.abs() as f32, by.y.abs() as f32);
         for row in [1, row] {
-            if !self.known[row] {
-                self.find(level, row);
+            if !self.known[row][usize::from(right)] {
+                self.find(level, row, [!right, right]);
             }
         }
         let along = |row: &[Vec4; 3]| row[1] * (1.0 - x) + row[column] * x;
         let light = along(&self.light[1]) * (1.0 - y) + along(&self.light[row]) * y;
-        let [r, g, b] = Srgb::tables().encoded_colour(light / light.w.max(f32::MIN_POSITIVE));
-        [r, g, b, light.w.round() as u8]
+        let [r, g, b] = self.srgb.encoded_colour(light / light.w.max(f32::MIN_POSITIVE));
+        [r, g, b, (light.w + 0.5) as u8]
     }
 }
 
 /// Returns the linear light of a stored colour times its opacity, and its opacity of 0 to 255.
 #[inline]
-fn light_of([r, g, b, a]: [u8; 4]) -> Vec4 {
-    let srgb = Srgb::tables();
+fn light_of(srgb: &Srgb, [r, g, b, a]: [u8; 4]) -> Vec4 {
     Vec4::new(srgb.linear(r), srgb.linear(g), srgb.linear(b), 1.0) * f32::from(a)
 }
 

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::{of_model, step_aside};
 use crate::geometry::{Pinhole, Pose};
-use crate::ldi::combine::{Combining, Frame, Source, combine};
+use crate::ldi::combine::{Combining, Frame, Source, combine, combine_in_parts};
 use crate::ldi::finish::{Counts, Unfinished};
 use crate::ldi::merge::Merging;
 use crate::ldi::transfer::Transfer;
@@ -102,6 +102,25 @@ fn the_order_of_sources_does_not_count_unless_it_is_published() {
     let published = Combining { published: true, ..Combining::default() };
     let [a, b] = [[0, 1, 2, 3], [0, 3, 2, 1]].map(|order| combined(&frame, &sources(order), &published));
     assert!(!same_depth_pixels(&a.levels[0], &b.levels[0]));
+}
+
+#[test]
+fn every_number_of_rows_at_once_gives_the_same() {
+    let images = boxes(35, 3);
+    let frame = frame_of(&images[0], 0.3);
+    let sources: Vec<Source> = images.iter().map(|ldi| Source { ldi, is_own: false }).collect();
+    for published in [false, true] {
+        let combining = Combining { published, ..Combining::default() };
+        // 116 rows: at once, in strips of 16 rows, two at a time, and with a last part of one strip.
+        let [all, one, two, six] = [116, 0, 47, 96].map(|rows| {
+            let (kind, options) = (LdiKind::Photos, BTreeMap::new());
+            combine_in_parts(kind, &frame, &sources, &combining, options, rows, &Task::silent()).unwrap()
+        });
+        for other in [one, two, six] {
+            assert!(same_depth_pixels(&other.levels[0], &all.levels[0]));
+            assert_eq!(other.report, all.report);
+        }
+    }
 }
 
 #[test]

@@ -11,6 +11,8 @@ pub(crate) mod moves;
 mod pieces;
 mod several;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use self::batch::Batch;
@@ -225,35 +227,45 @@ impl<'a> Plan<'a> {
 
     /// Draws the pieces that meet a band on its canvas.
     pub fn draw<C: Canvas>(&self, band: u32, canvas: C) -> C {
+        self.draw_pieces(0..self.pieces.len(), band * BAND..(band + 1) * BAND, canvas)
+    }
+
+    /// Returns the number of pieces.
+    pub fn pieces(&self) -> usize {
+        self.pieces.len()
+    }
+
+    /// Draws those of some pieces that meet rows of the picture on a canvas of these rows.
+    pub fn draw_pieces<C: Canvas>(&self, pieces: Range<usize>, rows: Range<u32>, canvas: C) -> C {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: the processor has what the function is compiled for.
-            return unsafe { self.draw_by_avx2(band, canvas) };
+            return unsafe { self.draw_by_avx2(pieces, rows, canvas) };
         }
-        self.draw_by_any(band, canvas)
+        self.draw_by_any(pieces, rows, canvas)
     }
 
     /// The same, compiled for processors with AVX2. No operations are fused and none is estimated, so the results are those of
     /// any other processor.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn draw_by_avx2<C: Canvas>(&self, band: u32, canvas: C) -> C {
-        self.draw_by_any(band, canvas)
+    fn draw_by_avx2<C: Canvas>(&self, pieces: Range<usize>, rows: Range<u32>, canvas: C) -> C {
+        self.draw_by_any(pieces, rows, canvas)
     }
 
     #[inline(always)]
-    fn draw_by_any<C: Canvas>(&self, band: u32, mut canvas: C) -> C {
-        let top = (band * BAND) as f32;
+    fn draw_by_any<C: Canvas>(&self, pieces: Range<usize>, rows: Range<u32>, mut canvas: C) -> C {
+        let (top, end) = (rows.start as f32, rows.end as f32);
         let mut batch = Batch::default();
         let rows_of = |piece: &Piece| {
             let reach = C::reach(piece.largest_spacing);
-            ((top - reach, top + BAND as f32 + reach), reach)
+            ((top - reach, end + reach), reach)
         };
         let meets = |piece: &&Piece| {
             let (rows, reach) = rows_of(piece);
             self.unculled || piece.meets(rows, reach)
         };
-        let mut pieces = self.pieces.iter().filter(meets).peekable();
+        let mut pieces = self.pieces[pieces].iter().filter(meets).peekable();
         while let Some(piece) = pieces.next() {
             let next = pieces.peek();
             let (rows, _) = rows_of(piece);
