@@ -12,19 +12,18 @@
 // The steepest surface that a normal is taken for, as a slope.
 const STEEPEST = 3.0;
 
-// The places of the sub-pixels in a pixel: those of the standard patterns.
-fn place_in_pixel(sub_pixel: u32) -> vec2f {
-    if SAMPLES == 1u {
-        return vec2f(0.5);
-    }
-    var places = array(vec2f(0.375, 0.125), vec2f(0.875, 0.375), vec2f(0.125, 0.625), vec2f(0.625, 0.875));
-    return places[sub_pixel];
-}
-
-// The least and the largest of these coordinates, and by how much rounding may miss them in pictures up to 16384 pixels wide.
-const FIRST_PLACE = select(0.125, 0.5, SAMPLES == 1u);
-const LAST_PLACE = select(0.875, 0.5, SAMPLES == 1u);
+// By how much rounding may miss the places of sub-pixels in pictures up to 16384 pixels wide.
 const ROUNDING_PX = 4e-3;
+
+// The place of a sub-pixel in its pixel from the left side: those of the standard patterns, of which each row has one, in the middle
+// of its height.
+fn from_left(sub_pixel: u32) -> f32 {
+    if SAMPLES == 1u {
+        return 0.5;
+    }
+    // 0.375, 0.875, 0.125, 0.625.
+    return fract(0.375 + 0.5 * f32(sub_pixel) - 0.25 * f32(sub_pixel >> 1u));
+}
 
 // The change of the image point of `at` for a change of the point.
 fn changed(at: vec3f, px: vec2f, change: vec3f) -> vec2f {
@@ -73,32 +72,44 @@ fn draw(image: FlakeImage, number: u32) {
     // What leans most steeply reaches no farther than what does not lean.
     let home = vec2i(floor(px));
     let most = i32(rows.reach);
-    let lowest = vec2i(ceil(middle - reach - LAST_PLACE - ROUNDING_PX));
-    let highest = vec2i(floor(middle + reach - FIRST_PLACE + ROUNDING_PX));
-    let low = max(max(home - most, lowest), vec2i(0, i32(rows.first)));
-    let high = min(min(home + most, highest), last);
+    let low = max(home - most, vec2i(0, i32(rows.first)));
+    let high = min(home + most, last);
+    // Rows of sub-pixels.
+    let lowest = i32(ceil(f32(SAMPLES) * (middle.y - reach.y - ROUNDING_PX) - 0.5));
+    let highest = i32(floor(f32(SAMPLES) * (middle.y + reach.y + ROUNDING_PX) - 0.5));
+    let end = min((high.y + 1) * i32(SAMPLES), highest + 1);
     let nearness = bitcast<u32>(1.0 / at.z);
     let of_across = vec2f(down.y, -down.x) / area;
     let of_down = vec2f(-across.y, across.x) / area;
-    // One loop over all pixels: where samples of a workgroup need different numbers of rows and columns, loops in loops take longer.
-    var at_pixel = low;
-    while all(at_pixel <= high) {
-        let pixel = vec2u(at_pixel);
-        let place = (pixel.y - rows.first) * rows.width + pixel.x;
-        for (var sub_pixel = 0u; sub_pixel < SAMPLES; sub_pixel++) {
-            let from_middle = vec2f(pixel) + place_in_pixel(sub_pixel) - middle;
-            let u = dot(from_middle, of_across) + 0.5;
-            let v = dot(from_middle, of_down) + 0.5;
-            if u >= 0.0 && u < 1.0 && v >= 0.0 && v < 1.0 {
-                let bit = 4u * u32(4.0 * v) + u32(4.0 * u);
-                if ((flake.covered >> bit) & 1u) != 0u && is_drawn(image, pixel, sub_pixel) {
-                    keep(place * SAMPLES + sub_pixel, nearness, image.before + number + 1u);
-                }
+    // One loop over all sub-pixels: where samples of a workgroup need different numbers of rows and columns, loops in loops take longer. A
+    // row in which none is within reach takes one turn, too.
+    var row = max(low.y * i32(SAMPLES), lowest);
+    var column = first_column(row, middle.x - reach.x, low.x);
+    while row < end {
+        let sub_pixel = u32(row) % SAMPLES;
+        let pixel = vec2u(u32(column), u32(row) / SAMPLES);
+        let left = from_left(sub_pixel);
+        let at_sub_pixel = vec2f(f32(column) + left, (f32(row) + 0.5) / f32(SAMPLES));
+        let u = dot(at_sub_pixel - middle, of_across) + 0.5;
+        let v = dot(at_sub_pixel - middle, of_down) + 0.5;
+        if column <= high.x && u >= 0.0 && u < 1.0 && v >= 0.0 && v < 1.0 {
+            let bit = 4u * u32(4.0 * v) + u32(4.0 * u);
+            if ((flake.covered >> bit) & 1u) != 0u && is_drawn(image, pixel, sub_pixel) {
+                let place = (pixel.y - rows.first) * rows.width + pixel.x;
+                keep(place * SAMPLES + sub_pixel, nearness, image.before + number + 1u);
             }
         }
-        let next = vec2i(at_pixel.x + 1, at_pixel.y);
-        at_pixel = select(vec2i(low.x, at_pixel.y + 1), next, next.x <= high.x);
+        column += 1;
+        if column > high.x || f32(column) + left > middle.x + reach.x + ROUNDING_PX {
+            row += 1;
+            column = first_column(row, middle.x - reach.x, low.x);
+        }
     }
+}
+
+// The column of the first sub-pixel of a row of sub-pixels that is right of a place, no less than `least`.
+fn first_column(row: i32, right_of: f32, least: i32) -> i32 {
+    return max(least, i32(ceil(right_of - ROUNDING_PX - from_left(u32(row) % SAMPLES))));
 }
 
 @compute @workgroup_size(INVOCATIONS)
