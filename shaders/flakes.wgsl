@@ -15,8 +15,8 @@ const STEEPEST = 3.0;
 // By how much rounding may miss the places of sub-pixels in pictures up to 16384 pixels wide.
 const ROUNDING_PX = 4e-3;
 
-// The place of a sub-pixel in its pixel from the left side: those of the standard patterns, of which each row has one, in the middle
-// of its height.
+// How far a sub-pixel is from the left side of its pixel, in pixels. In the standard patterns of 1 and 4 SAMPLES each row of sub-pixels
+// holds one, in the middle of its height.
 fn from_left(sub_pixel: u32) -> f32 {
     if SAMPLES == 1u {
         return 0.5;

@@ -10,7 +10,7 @@ use crate::ldi::merge::Sample;
 use crate::ldi::splat::{Canvas, Dot};
 use crate::ldi::transfer::Transfer;
 
-/// The rows of the common camera whose samples are merged together: samples of few pixels stay in the processor's cache.
+/// The rows of the common camera whose samples are merged together: in frames of moderate width their samples stay in the processor's cache.
 pub const STRIP: u32 = 16;
 /// How far from its middle a source pixel gives samples, in pixels of the common camera along either axis: one with sides of 32 pixels
 /// along the axes is sampled without gaps.
@@ -213,7 +213,7 @@ impl<'a> CollectCanvas<'a> {
                     continue;
                 };
                 let at = DVec2::new(position.x, position.y - self.top);
-                // Rows farther away do not know of it.
+                // Where other rows are drawn, source pixels farther away are left out.
                 if (at - DVec2::new(f64::from(dot.u), f64::from(dot.v))).abs().max_element() > REACH {
                     continue;
                 }
@@ -356,7 +356,7 @@ impl Canvas for CollectCanvas<'_> {
     }
 }
 
-/// Returns whether a position along an axis is in the middle of a pixel; false for negative ones, which are in no band.
+/// Returns whether a position along an axis is in the middle of a pixel; false for negative ones, which are above or left of the rows.
 #[inline]
 fn is_middle(at: f32) -> bool {
     (at - (at as i32) as f32 - 0.5).abs() < IN_THE_MIDDLE

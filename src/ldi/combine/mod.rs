@@ -4,6 +4,9 @@
 //! one pixel share a layer where their depths are close. [`Combining::published`] does just this. The default collects the
 //! samples of a pixel first and merges them whatever their order ([`super::merge`]), samples sources at the centres of the pixels
 //! that they cover, and brings all sources to one exposure in linear light.
+//!
+//! Rows of the camera are made one group after the other: threads collect the samples of parts of the sources, by strips
+//! of rows, and then merge strip by strip.
 
 mod collect;
 mod neighbourhood;
@@ -27,8 +30,11 @@ use crate::projection::Shot;
 use crate::scene::light::bytes_of_light_times;
 use crate::task::Task;
 
-/// How many samples are collected before they are merged, about: 64 MiB.
+/// About how many samples are collected before they are merged: some 60 MiB, or [`LEAST_ROWS`] and a strip for each thread where these
+/// have more.
 const SAMPLES_AT_ONCE: usize = 1 << 21;
+/// The least number of rows of which samples are collected at once: source pixels that are up to 16 rows away are looked at, too.
+const LEAST_ROWS: u32 = 64;
 /// How many pieces of a source one thread takes at once.
 const PIECES: usize = 8;
 
@@ -93,11 +99,12 @@ pub fn combine(
 ) -> Result<Ldi> {
     // Most sources have about one sample a pixel.
     let rows_at_once = SAMPLES_AT_ONCE / (sources.len() * frame.camera.width as usize).max(1);
-    combine_in_parts(kind, frame, sources, combining, options, rows_at_once as u32, task)
+    let least = LEAST_ROWS.max(STRIP * rayon::current_num_threads() as u32);
+    combine_in_parts(kind, frame, sources, combining, options, least.max(rows_at_once as u32), task)
 }
 
-/// The same, of as many rows of the camera at once, rounded down to whole strips but for the last ones; the result is the same for
-/// every number of them.
+/// The same with at most this many rows of the camera collected at once, in whole strips of [`STRIP`] rows and at least one. From
+/// [`LEAST_ROWS`] on the result does not depend on their number.
 pub(super) fn combine_in_parts(
     kind: LdiKind,
     frame: &Frame,
@@ -174,7 +181,8 @@ fn merged_rows(
         let of_strip = |strip: u32| {
             task.go_on()?;
             let size = [width, STRIP.min(part.end - part.start - strip * STRIP)];
-            let samples: Vec<&Strip> = parts.iter().map(|strips| &strips[strip as usize]).collect();
+            let strips = parts.iter().map(|strips| &strips[strip as usize]);
+            let samples: Vec<&Strip> = strips.filter(|strip| !strip.is_empty()).collect();
             Ok(merged(&samples, size, &surfaces.list, combining))
         };
         let strips = (0..(part.end - part.start).div_ceil(STRIP)).into_par_iter().map(of_strip);
@@ -195,15 +203,15 @@ fn collected_in(
     rows: &Range<u32>,
     task: &Task,
 ) -> Result<Vec<Vec<Strip>>> {
-    let parts_of = |source: usize| {
-        let pieces = plans[source].pieces();
-        (0..pieces).step_by(PIECES).map(move |first| (source, first..pieces.min(first + PIECES)))
-    };
-    let parts: Vec<(usize, Range<usize>)> = (0..plans.len()).flat_map(parts_of).collect();
-    let of_part = |(source, pieces): (usize, Range<usize>)| {
+    let pieces: Vec<Vec<usize>> =
+        plans.par_iter().map(|plan| plan.pieces_on::<CollectCanvas>(rows)).collect();
+    let parts = pieces.iter().enumerate();
+    let parts = parts.flat_map(|(source, pieces)| pieces.chunks(PIECES).map(move |part| (source, part)));
+    let parts: Vec<(usize, &[usize])> = parts.collect();
+    let of_part = |(source, pieces): (usize, &[usize])| {
         task.go_on()?;
         let canvas = CollectCanvas::new(&collected[source], width, rows);
-        Ok(plans[source].draw_pieces(pieces, rows.clone(), canvas).strips)
+        Ok(plans[source].draw_pieces(pieces, rows, canvas).strips)
     };
     parts.into_par_iter().map(of_part).collect()
 }

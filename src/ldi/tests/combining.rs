@@ -104,22 +104,67 @@ fn the_order_of_sources_does_not_count_unless_it_is_published() {
     assert!(!same_depth_pixels(&a.levels[0], &b.levels[0]));
 }
 
+/// Combines in one part and in several ones, which give the same.
+fn combined_in_any_parts(frame: &Frame, sources: &[Source], combining: &Combining) -> Ldi {
+    let in_parts = |rows: u32| {
+        let (kind, options) = (LdiKind::Photos, BTreeMap::new());
+        combine_in_parts(kind, frame, sources, combining, options, rows, &Task::silent()).unwrap()
+    };
+    let all = in_parts(u32::MAX);
+    // In strips of 16 rows, two and seven of them at a time.
+    for other in [0, 47, 112].map(in_parts) {
+        assert!(same_depth_pixels(&other.levels[0], &all.levels[0]));
+        assert_eq!(other.report, all.report);
+    }
+    all
+}
+
 #[test]
 fn every_number_of_rows_at_once_gives_the_same() {
     let images = boxes(35, 3);
+    // 116 rows.
     let frame = frame_of(&images[0], 0.3);
-    let sources: Vec<Source> = images.iter().map(|ldi| Source { ldi, is_own: false }).collect();
-    for published in [false, true] {
-        let combining = Combining { published, ..Combining::default() };
-        // 116 rows: at once, in strips of 16 rows, two at a time, and with a last part of one strip.
-        let [all, one, two, six] = [116, 0, 47, 96].map(|rows| {
-            let (kind, options) = (LdiKind::Photos, BTreeMap::new());
-            combine_in_parts(kind, &frame, &sources, &combining, options, rows, &Task::silent()).unwrap()
-        });
-        for other in [one, two, six] {
-            assert!(same_depth_pixels(&other.levels[0], &all.levels[0]));
-            assert_eq!(other.report, all.report);
+    for own in [None, Some(0)] {
+        let source = |(i, ldi)| Source { ldi, is_own: own == Some(i) };
+        let sources: Vec<Source> = images.iter().enumerate().map(source).collect();
+        for published in [false, true] {
+            combined_in_any_parts(&frame, &sources, &Combining { published, ..Combining::default() });
         }
+    }
+}
+
+#[test]
+fn large_source_pixels_are_found_across_borders_of_parts() {
+    let mut images = boxes(36, 2);
+    let Ldi { camera, pose, gain, .. } = images[0];
+    // Source pixels of eight pixels, of known planes and of unknown ones.
+    let Pinhole { width, height, fx, fy, cx, cy } = camera;
+    let [fx, fy, cx, cy] = [fx, fy, cx, cy].map(|value| 8.0 * value);
+    let large = Pinhole { width: 8 * width, height: 8 * height, fx, fy, cx, cy };
+    let frame = Frame::new((large, pose), gain, 0.0, false);
+    for is_known in [true, false] {
+        if !is_known {
+            for image in &mut images {
+                image.surfaces.clear();
+                image.levels[0].surfaces.fill(0);
+            }
+        }
+        let sources: Vec<Source> = images.iter().map(|ldi| Source { ldi, is_own: false }).collect();
+        let all = combined_in_any_parts(&frame, &sources, &Combining::default());
+        assert!(all.levels[0].layered() > 32 * images[0].levels[0].layered());
+    }
+}
+
+#[test]
+fn frames_of_one_row_or_column_and_no_sources_are_combined() {
+    let images = boxes(37, 2);
+    let sources: Vec<Source> = images.iter().map(|ldi| Source { ldi, is_own: false }).collect();
+    let Ldi { camera, pose, gain, .. } = images[0];
+    for (width, height) in [(1, 72), (96, 1), (1, 1)] {
+        let frame = Frame::new((Pinhole { width, height, ..camera }, pose), gain, 0.0, false);
+        let all = combined_in_any_parts(&frame, &sources, &Combining::default());
+        assert_eq!(all.levels[0].rows.len(), height as usize + 1);
+        assert!(combined_in_any_parts(&frame, &[], &Combining::default()).levels[0].is_empty());
     }
 }
 

@@ -227,16 +227,21 @@ impl<'a> Plan<'a> {
 
     /// Draws the pieces that meet a band on its canvas.
     pub fn draw<C: Canvas>(&self, band: u32, canvas: C) -> C {
-        self.draw_pieces(0..self.pieces.len(), band * BAND..(band + 1) * BAND, canvas)
+        let rows = band * BAND..(band + 1) * BAND;
+        self.draw_pieces(&self.pieces_on::<C>(&rows), &rows, canvas)
     }
 
-    /// Returns the number of pieces.
-    pub fn pieces(&self) -> usize {
-        self.pieces.len()
+    /// Returns the indices of the pieces that meet rows of the picture, in drawing order.
+    pub fn pieces_on<C: Canvas>(&self, rows: &Range<u32>) -> Vec<usize> {
+        let meets = |(_, piece): &(usize, &Piece)| {
+            let (rows, reach) = reached::<C>(piece, rows);
+            self.unculled || piece.meets(rows, reach)
+        };
+        self.pieces.iter().enumerate().filter(meets).map(|(index, _)| index).collect()
     }
 
-    /// Draws those of some pieces that meet rows of the picture on a canvas of these rows.
-    pub fn draw_pieces<C: Canvas>(&self, pieces: Range<usize>, rows: Range<u32>, canvas: C) -> C {
+    /// Draws some pieces, in their order, on a canvas of these rows of the picture.
+    pub fn draw_pieces<C: Canvas>(&self, pieces: &[usize], rows: &Range<u32>, canvas: C) -> C {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: the processor has what the function is compiled for.
@@ -249,26 +254,18 @@ impl<'a> Plan<'a> {
     /// any other processor.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn draw_by_avx2<C: Canvas>(&self, pieces: Range<usize>, rows: Range<u32>, canvas: C) -> C {
+    fn draw_by_avx2<C: Canvas>(&self, pieces: &[usize], rows: &Range<u32>, canvas: C) -> C {
         self.draw_by_any(pieces, rows, canvas)
     }
 
     #[inline(always)]
-    fn draw_by_any<C: Canvas>(&self, pieces: Range<usize>, rows: Range<u32>, mut canvas: C) -> C {
-        let (top, end) = (rows.start as f32, rows.end as f32);
+    fn draw_by_any<C: Canvas>(&self, pieces: &[usize], rows: &Range<u32>, mut canvas: C) -> C {
+        let top = rows.start as f32;
         let mut batch = Batch::default();
-        let rows_of = |piece: &Piece| {
-            let reach = C::reach(piece.largest_spacing);
-            ((top - reach, end + reach), reach)
-        };
-        let meets = |piece: &&Piece| {
-            let (rows, reach) = rows_of(piece);
-            self.unculled || piece.meets(rows, reach)
-        };
-        let mut pieces = self.pieces[pieces].iter().filter(meets).peekable();
+        let mut pieces = pieces.iter().map(|index| &self.pieces[*index]).peekable();
         while let Some(piece) = pieces.next() {
             let next = pieces.peek();
-            let (rows, _) = rows_of(piece);
+            let (rows, _) = reached::<C>(piece, rows);
             let is_whole = self.unculled || piece.is_within(rows);
             let mut drawn = 0;
             while let Some(y) = piece.row_in_order(drawn) {
@@ -283,6 +280,13 @@ impl<'a> Plan<'a> {
         }
         canvas
     }
+}
+
+/// Returns the rows on which the points of a piece may be that is drawn on these rows, and how far its splats reach.
+#[inline]
+fn reached<C: Canvas>(piece: &Piece, rows: &Range<u32>) -> ((f32, f32), f32) {
+    let reach = C::reach(piece.largest_spacing);
+    ((rows.start as f32 - reach, rows.end as f32 + reach), reach)
 }
 
 /// Returns, by number, which surfaces a view shows from the side that the reference camera does not see; nothing where there
