@@ -199,17 +199,15 @@ pub fn normal_of_plane(nu: DVec3, camera: &Pinhole) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::synthetic::Rng;
 
     #[test]
     fn quartiles_are_those_of_the_sorted_distances() {
-        let mut seed = 7u32;
+        let mut rng = Rng::new(7);
         for count in (0..12).chain([100, 1001]) {
-            let mut next = || {
-                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                // Some are the same.
-                (seed >> 24) as f32
-            };
-            let mut distances: Vec<f32> = (0..count).map(|_| next()).collect();
+            // Some are the same.
+            let mut distances: Vec<f32> =
+                (0..count).map(|_| rng.between(0.0, 256.0).floor() as f32).collect();
             let found = quartiles(distances.iter().copied().chain([f32::INFINITY]).collect());
             distances.sort_by(f32::total_cmp);
             let expected = [1, 2, 3].map(|quarter| match count {

@@ -6,12 +6,12 @@ pub mod sums;
 
 use super::layout::DepthPixelOrigin;
 
-/// A depth pixel at its position in a band of the picture.
+/// A depth pixel at its position in the rows of the picture that are drawn on.
 #[derive(Debug, Clone, Copy)]
 pub struct Dot {
     /// The column in pixels.
     pub u: f32,
-    /// The row in pixels, from the top of the band.
+    /// The row in pixels, from the first of these rows.
     pub v: f32,
     /// Inverse depth in the picture's camera, in 1/world unit; not computed where the canvas does not ask for the spacing.
     pub q: f32,
@@ -40,7 +40,7 @@ pub struct Placed<'a> {
     pub v: &'a [f32],
     /// Spacings in pixels; not computed where the canvas does not ask for them.
     pub s: &'a [f32],
-    /// The first row of the band.
+    /// The first of the rows that are drawn on.
     pub top: f32,
 }
 
@@ -60,7 +60,7 @@ fn index_of(whole: f32) -> u32 {
     (whole + WHOLE).to_bits().wrapping_sub(WHOLE.to_bits())
 }
 
-/// A band of a picture that depth pixels are drawn on, one after the other.
+/// Rows of a picture that depth pixels are drawn on, one after the other.
 pub trait Canvas: Send {
     /// Whether it needs [`Dot::q`], [`Dot::s`], [`Dot::surface`] and [`Dot::slope`].
     const SPACED: bool;

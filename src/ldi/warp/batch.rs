@@ -37,7 +37,7 @@ struct Dots<'a> {
     slopes: &'a [f32],
     /// The index of the first in its level.
     first: usize,
-    /// The first row of the band.
+    /// The first of the rows that are drawn on.
     top: f32,
 }
 
