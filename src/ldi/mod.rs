@@ -20,6 +20,7 @@ pub mod set;
 pub mod show;
 pub mod spacing;
 pub mod splat;
+pub mod stretch;
 #[cfg(test)]
 pub(crate) mod tests;
 pub mod tiles;

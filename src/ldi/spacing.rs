@@ -89,10 +89,13 @@ impl Factors {
         Self::Exact(std::iter::once(unknown).chain(known).collect())
     }
 
-    /// Returns the largest factor of any surface; infinite for the table.
-    pub fn largest(&self) -> f32 {
+    /// Returns the largest factor of some surfaces, by number; infinite for the table.
+    pub fn largest(&self, surfaces: &[u16]) -> f32 {
         match self {
-            Self::Exact(factors) => factors.iter().fold(0.0, |largest: f32, factor| largest.max(*factor)),
+            Self::Exact(factors) => {
+                let factors = surfaces.iter().map(|surface| factors[usize::from(*surface)]);
+                factors.fold(0.0, f32::max)
+            }
             Self::Table(_) => f32::INFINITY,
         }
     }

@@ -24,6 +24,8 @@ pub struct Tile {
     pub largest: f32,
     /// True when no layered depth pixel in it has more than one layer.
     pub single: bool,
+    /// The numbers of the surfaces in it, in their order; see [`super::layout::DepthPixel::surface`].
+    pub surfaces: Box<[u16]>,
     /// The first and one past the last depth pixel in each row of the tile; rows below the frame have none.
     pub rows: [[u32; 2]; ROWS as usize],
 }
@@ -39,16 +41,21 @@ impl Tile {
 
     fn of(level: &Level, x: u32, y: u32) -> Self {
         let (least, largest, rows) = (f32::INFINITY, f32::NEG_INFINITY, [[0; 2]; ROWS as usize]);
-        let mut tile = Self { x, y, least, largest, single: true, rows };
+        let mut tile = Self { x, y, least, largest, single: true, surfaces: Box::default(), rows };
+        let mut surfaces: Vec<u16> = Vec::new();
         for (row, at) in (y..level.camera.height.min(y + ROWS)).zip(&mut tile.rows) {
             let range = level.row_within(row, &(x..x + COLUMNS));
             *at = [range.start as u32, range.end as u32];
             tile.single &= level.columns[range.clone()].windows(2).all(|pair| pair[0] < pair[1]);
-            for &depth in &level.inverse_depths[range] {
+            for &depth in &level.inverse_depths[range.clone()] {
                 tile.least = tile.least.min(depth);
                 tile.largest = tile.largest.max(depth);
             }
+            surfaces.extend(level.surfaces[range].chunk_by(|a, b| a == b).map(|alike| alike[0]));
         }
+        surfaces.sort_unstable();
+        surfaces.dedup();
+        tile.surfaces = surfaces.into();
         tile
     }
 

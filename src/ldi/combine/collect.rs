@@ -321,7 +321,7 @@ impl Canvas for CollectCanvas<'_> {
     const SPACED: bool = true;
     const REACH: f32 = REACH as f32;
 
-    fn reach(_largest_spacing: f32) -> f32 {
+    fn reach(_largest_spacing: f32, _largest_stretch: f32) -> f32 {
         // Also a pixel of little area may be long.
         Self::REACH
     }

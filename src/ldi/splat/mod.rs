@@ -5,18 +5,21 @@ pub mod pixel;
 pub mod sums;
 
 use super::layout::DepthPixelOrigin;
+use super::stretch::Jacobian;
 
 /// A depth pixel at its position in the rows of the picture that are drawn on.
 #[derive(Debug, Clone, Copy)]
-pub struct Dot {
+pub struct Dot<'a> {
     /// The column in pixels.
     pub u: f32,
     /// The row in pixels, from the first of these rows.
     pub v: f32,
     /// Inverse depth in the picture's camera, in 1/world unit; not computed where the canvas does not ask for the spacing.
     pub q: f32,
-    /// The spacing in pixels; not computed where the canvas does not ask for it.
+    /// The spacing in pixels, negative where the depth pixel is stretched; not computed where the canvas does not ask for it.
     pub s: f32,
+    /// The Jacobian of its surface's map, where the spacing is negative.
+    pub jacobian: &'a Jacobian,
     /// The index of the depth pixel in its level.
     pub index: usize,
     /// Its index in the batch of depth pixels that was begun.
@@ -64,16 +67,18 @@ fn index_of(whole: f32) -> u32 {
 pub trait Canvas: Send {
     /// Whether it needs [`Dot::q`], [`Dot::s`], [`Dot::surface`] and [`Dot::slope`].
     const SPACED: bool;
+    /// Whether it draws stretched depth pixels as such; needs [`Self::SPACED`].
+    const STRETCHED: bool = false;
     /// Whether depth pixels are left out that a nearer one of their ray covers, see [`sums::COVERS`]; needs [`Self::SPACED`].
     const COVERED: bool = false;
     /// Whether it needs [`Dot::origin`].
     const ORIGINS: bool = false;
     /// How far from its position a depth pixel is drawn at most, in pixels.
     const REACH: f32;
-    /// Returns how far from its position a depth pixel is drawn at most whose spacing is no larger than this, in pixels; no
-    /// more than [`Self::REACH`].
+    /// Returns how far from its position a depth pixel is drawn at most, in pixels, whose spacing and root of the sum of the squares
+    /// of J ([`super::stretch`]) are no larger than these; no more than [`Self::REACH`].
     #[inline]
-    fn reach(_largest_spacing: f32) -> f32 {
+    fn reach(_largest_spacing: f32, _largest_stretch: f32) -> f32 {
         Self::REACH
     }
     /// Prepares to draw a batch of depth pixels.

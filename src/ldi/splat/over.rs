@@ -88,7 +88,7 @@ impl Canvas for OverCanvas {
     const REACH: f32 = LARGEST as f32;
 
     #[inline]
-    fn reach(largest_spacing: f32) -> f32 {
+    fn reach(largest_spacing: f32, _largest_stretch: f32) -> f32 {
         mask(largest_spacing) as f32
     }
 

@@ -1,10 +1,13 @@
 //! Sums of weights in two slots a pixel, near and far, in linear light: closes cracks without blurring what is not magnified,
 //! keeps silhouettes soft, and hardly depends on the order of drawing.
 
+use std::f32::consts::SQRT_2;
+
 use glam::{BVec4A, Mat4, Vec4};
 
 use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
 use crate::ldi::layout::DepthPixelOrigin;
+use crate::ldi::stretch::{CLOSED, LONGEST, Parallelogram};
 use crate::ldi::transfer::Positions;
 use crate::projection::srgb::Srgb;
 
@@ -206,7 +209,7 @@ impl Fours {
             (a[i], b[i]) = (upper_row * left_column, upper_row * right_column);
             (c[i], d[i]) = (lower_row * left_column, lower_row * right_column);
             // Positions that are no numbers fail all comparisons.
-            let within = (u > -1.0) & (u < width) & (v > -1.0) & (v < height) & (s <= CLOSED_BY_ONE);
+            let within = (s >= 0.0) & (u > -1.0) & (u < width) & (v > -1.0) & (v < height) & (s <= CLOSED_BY_ONE);
             let index = index_of((y + 1.0) * (width + 2.0) + (x + 1.0));
             at[i] = if within { index } else { OTHERS };
         }
@@ -377,12 +380,19 @@ fn floor(value: f32) -> i32 {
 impl<const N: usize> Canvas for SumsCanvas<'_, N> {
     const SPACED: bool = true;
     const COVERED: bool = true;
+    const STRETCHED: bool = true;
     const ORIGINS: bool = N == BLENDED;
-    const REACH: f32 = LARGEST;
+    const REACH: f32 = LONGEST;
 
     #[inline]
-    fn reach(largest_spacing: f32) -> f32 {
-        largest_spacing.clamp(1.0, LARGEST)
+    fn reach(largest_spacing: f32, largest_stretch: f32) -> f32 {
+        let of_square = largest_spacing.clamp(1.0, LARGEST);
+        if largest_stretch <= CLOSED {
+            return of_square;
+        }
+        // Half a diagonal; no number where both are unlimited.
+        let of_stretched = SQRT_2 * largest_stretch + LEAST;
+        of_square.max(if of_stretched < LONGEST { of_stretched } else { LONGEST })
     }
 
     #[inline(always)]
@@ -423,7 +433,7 @@ impl<const N: usize> SumsCanvas<'_, N> {
         if N == BLENDED {
             let own = f32::from(u8::from(dot.origin <= DepthPixelOrigin::Paint));
             let paint = f32::from(u8::from(dot.origin == DepthPixelOrigin::Paint));
-            seen[COLOUR] = Vec4::new(dot.s, own, paint, dot.q);
+            seen[COLOUR] = Vec4::new(dot.s.abs(), own, paint, dot.q);
         }
         let along = APART_PIXELS * radius;
         Sample { q: dot.q, surface: dot.surface as f32, slope: dot.slope, along, seen }
@@ -432,6 +442,10 @@ impl<const N: usize> SumsCanvas<'_, N> {
     /// Draws a depth pixel that is magnified, or outside of the band.
     #[inline(never)]
     fn draw_other(&mut self, dot: &Dot) {
+        if dot.s < 0.0 {
+            self.draw_stretched(dot);
+            return;
+        }
         let radius = dot.s.min(LARGEST);
         let (u, v) = (dot.u - 0.5, dot.v - 0.5);
         let within = u > -radius && u < self.width as f32 - 1.0 + radius;
@@ -439,6 +453,27 @@ impl<const N: usize> SumsCanvas<'_, N> {
         if dot.s > CLOSED_BY_ONE && within && v > -radius && v < self.height as f32 - 1.0 + radius {
             self.too_near += u64::from(dot.s > LARGEST);
             self.add_around(u, v, radius, &self.sample(dot, radius));
+        }
+    }
+
+    /// Draws a depth pixel that is a parallelogram.
+    fn draw_stretched(&mut self, dot: &Dot) {
+        let shape = Parallelogram::new(dot.jacobian, LEAST);
+        let (u, v, [along_u, along_v]) = (dot.u - 0.5, dot.v - 0.5, shape.reach);
+        let within = u > -along_u && u < self.width as f32 - 1.0 + along_u;
+        if !(within && v > -along_v && v < self.height as f32 - 1.0 + along_v) {
+            return;
+        }
+        self.too_near += u64::from(-dot.s > LARGEST);
+        let sample = self.sample(dot, along_u.max(along_v));
+        let rows = (floor(v - along_v) + 1).max(0)..(floor(v + along_v) + 1).min(self.height);
+        for j in rows {
+            let start = (j + 1) as usize * self.stride() + 1;
+            let [low, high] = shape.extent(j as f32 - v);
+            for i in (floor(u + low) + 1).max(0)..(floor(u + high) + 1).min(self.width) {
+                let weight = shape.weight(i as f32 - u, j as f32 - v);
+                self.add(start + i as usize, weight, &sample);
+            }
         }
     }
 

@@ -9,6 +9,7 @@ use crate::ldi::layout::{DepthPixelOrigin, Splat};
 use crate::ldi::spacing::{Factors, exact};
 use crate::ldi::splat::sums::{COVERS, LEVEL};
 use crate::ldi::splat::{Canvas, Dot, Placed};
+use crate::ldi::stretch::{Jacobian, jacobian};
 use crate::ldi::transfer::{Positions, RunStart};
 
 /// What is computed for the depth pixels of a batch: inverse depths and spacings only where the canvas asks for them.
@@ -19,11 +20,13 @@ pub struct Batch {
     q: [f32; Positions::MOST],
     /// Spacings.
     s: [f32; Positions::MOST],
+    /// Jacobians of stretched depth pixels.
+    jacobians: [Jacobian; Positions::MOST],
 }
 
 impl Default for Batch {
     fn default() -> Self {
-        Self { positions: Positions::default(), q: [0.0; Positions::MOST], s: [1.0; Positions::MOST] }
+        Self { positions: Positions::default(), q: [0.0; Positions::MOST], s: [1.0; Positions::MOST], jacobians: [Jacobian::default(); Positions::MOST] }
     }
 }
 
@@ -44,7 +47,7 @@ struct Dots<'a> {
 impl Dots<'_> {
     #[inline(always)]
     fn draw<C: Canvas>(&self, canvas: &mut C, at: usize) {
-        let Batch { positions: Positions { u, v, .. }, q, s } = self.batch;
+        let Batch { positions: Positions { u, v, .. }, q, s, jacobians } = self.batch;
         // The remainder is the index itself, and tells the compiler that it is in the arrays.
         let i = at % Positions::MOST;
         let surface = if C::SPACED { self.surfaces[at] } else { 0 };
@@ -53,6 +56,7 @@ impl Dots<'_> {
             v: v[i] - self.top,
             q: q[i],
             s: s[i],
+            jacobian: &jacobians[i],
             index: self.first + at,
             at: i,
             colour: self.colours[at],
@@ -107,7 +111,7 @@ impl Plan<'_> {
             } else {
                 rest.end = range.start;
             }
-            let run = self.place::<C>(&range, (y, single), batch);
+            let run = self.place::<C>(&range, (y, single, piece.is_stretched()), batch);
             self.draw_batch(canvas, piece, (range, &run), top, batch);
         }
     }
@@ -144,7 +148,8 @@ impl Plan<'_> {
         }
     }
 
-    /// Computes what the canvas needs of a batch, of which `single` tells whether no ray has two depth pixels. What is not to be
+    /// Computes what the canvas needs of a batch, of which `single` tells whether no ray has two depth pixels, and
+    /// `stretched` whether any can be stretched. What is not to be
     /// seen gets a position that is no number.
     // Iterators are calls in the profile `quick`, which does not optimise across all functions.
     #[inline(always)]
@@ -152,20 +157,23 @@ impl Plan<'_> {
     fn place<C: Canvas>(
         &self,
         range: &Range<usize>,
-        (y, single): (u32, bool),
+        (y, single, stretched): (u32, bool, bool),
         batch: &mut Batch,
     ) -> RunStart {
         let level = self.level;
         let (columns, depths) = (&level.columns[range.clone()], &level.inverse_depths[range.clone()]);
         let run = self.rows.start(u32::from(columns[0]), y);
         self.rows.place(&run, columns, depths, &mut batch.positions);
-        let Batch { positions, q, s } = batch;
+        let Batch { positions, q, s, jacobians } = batch;
         if C::SPACED {
             let (q, per_omega) = (&mut q[..depths.len()], &positions.per_omega[..depths.len()]);
             for i in 0..depths.len() {
                 q[i] = depths[i] * per_omega[i];
             }
             self.space(range, positions, q, s);
+            if C::STRETCHED && stretched {
+                self.stretch(range, positions, s, jacobians);
+            }
         }
         if !self.behind.is_empty() {
             let surfaces = &level.surfaces[range.clone()];
@@ -191,13 +199,8 @@ impl Plan<'_> {
                 let surfaces = &self.level.surfaces[range.clone()];
                 let count = surfaces.len();
                 let (s, per_omega) = (&mut s[..count], &positions.per_omega[..count]);
-                // Most batches show one surface.
-                let (first, mut others) = (surfaces[0], 0);
-                for i in 0..count {
-                    others |= surfaces[i] ^ first;
-                }
-                if others == 0 {
-                    let factor = factors[usize::from(first)];
+                if let Some(only) = only_surface(surfaces) {
+                    let factor = factors[usize::from(only)];
                     for i in 0..count {
                         s[i] = factor;
                     }
@@ -216,6 +219,45 @@ impl Plan<'_> {
                 for ((s, splat), q) in s.iter_mut().zip(splats).zip(q) {
                     *s = table[usize::from(splat.entry())] * q;
                 }
+            }
+        }
+    }
+
+    /// Finds the stretched depth pixels of a batch: their spacings become negative.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
+    fn stretch(
+        &self,
+        range: &Range<usize>,
+        positions: &Positions,
+        s: &mut [f32],
+        jacobians: &mut [Jacobian],
+    ) {
+        let surfaces = &self.level.surfaces[range.clone()];
+        let count = surfaces.len();
+        let (s, jacobians) = (&mut s[..count], &mut jacobians[..count]);
+        let (u, v, per_omega) = (&positions.u[..count], &positions.v[..count], &positions.per_omega[..count]);
+        let [half_u, half_v] = self.rows.half;
+        let at = |i: usize| [u[i] - half_u, v[i] - half_v];
+        let mut any = false;
+        if let Some(only) = only_surface(surfaces) {
+            let squares = self.squares[usize::from(only)];
+            for i in 0..count {
+                let is_stretched = squares.is_stretched(at(i), per_omega[i], s[i]);
+                any |= is_stretched;
+                s[i] = if is_stretched { -s[i] } else { s[i] };
+            }
+        } else {
+            for i in 0..count {
+                let squares = &self.squares[usize::from(surfaces[i])];
+                let is_stretched = squares.is_stretched(at(i), per_omega[i], s[i]);
+                any |= is_stretched;
+                s[i] = if is_stretched { -s[i] } else { s[i] };
+            }
+        }
+        for i in 0..if any { count } else { 0 } {
+            if s[i] < 0.0 {
+                jacobians[i] = jacobian(&self.maps[usize::from(surfaces[i])], at(i), per_omega[i]);
             }
         }
     }
@@ -256,6 +298,18 @@ impl Plan<'_> {
             }
         }
     }
+}
+
+/// Returns the surface of a batch if all of it is of one, as most batches are.
+// Iterators are calls in the profile `quick`.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)]
+fn only_surface(surfaces: &[u16]) -> Option<u16> {
+    let (first, mut others) = (surfaces[0], 0);
+    for i in 0..surfaces.len() {
+        others |= surfaces[i] ^ first;
+    }
+    (others == 0).then_some(first)
 }
 
 /// Leaves out the depth pixels that the nearer ones of their rays cover, see [`COVERS`].

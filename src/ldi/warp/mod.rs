@@ -25,6 +25,7 @@ use super::layout::{Ldi, Level};
 use super::spacing::{Factors, Spacing, is_from_behind, largest, slopes};
 use super::splat::Canvas;
 use super::splat::pixel::IndexCanvas;
+use super::stretch::{PlaneMap, Squares, plane_maps};
 use super::transfer::{RowTransfer, Transfer};
 use crate::error::Result;
 use crate::projection::{Picture, Quality, Shot};
@@ -184,6 +185,10 @@ pub(crate) struct Plan<'a> {
     factors: Factors,
     /// By number of surface: see [`slopes`].
     slopes: Vec<f32>,
+    /// By number of surface: the maps of planes; empty where splats are not stretched.
+    maps: Vec<PlaneMap>,
+    /// Likewise: by which it is told where depth pixels are stretched.
+    squares: Vec<Squares>,
     /// By number of surface, whether the view shows the side that the reference camera does not see, where such sides are not
     /// drawn; empty where all are.
     behind: Vec<bool>,
@@ -206,18 +211,31 @@ impl<'a> Plan<'a> {
             Spacing::Exact => Factors::exact(ldi, &of_frame, transfer.focal_ratio),
             Spacing::Table => Factors::table(ldi, &shot.pose, transfer.focal_ratio),
         };
+        let side = transfer.focal_ratio / of_frame.focal_ratio;
+        let maps = match options.spacing {
+            Spacing::Exact => plane_maps(ldi, &of_frame, side),
+            Spacing::Table => Vec::new(),
+        };
         let reversed = options.order == DrawingOrder::Reversed;
-        let (mut pieces, largest_factor) = (pieces_in_order(level, &transfer, reversed), factors.largest());
+        let rows = transfer.rows();
+        let squares: Vec<Squares> = maps.iter().map(Squares::new).collect();
+        let roots: Vec<f32> = squares.iter().map(|squares| squares.largest_root(rows.half)).collect();
+        let mut pieces = pieces_in_order(level, &transfer, reversed);
         for piece in &mut pieces {
-            piece.largest_spacing = largest(largest_factor, piece.least_omega);
+            let surfaces = &level.tiles[piece.tile].surfaces;
+            piece.largest_spacing = largest(factors.largest(surfaces), piece.least_omega);
+            let root = surfaces.iter().filter_map(|surface| roots.get(usize::from(*surface)));
+            piece.largest_stretch = root.copied().fold(0.0, f32::max) / piece.least_omega;
         }
         Self {
             level,
             level_index,
             transfer,
-            rows: transfer.rows(),
+            rows,
             factors,
             slopes: slopes(ldi, &of_frame),
+            squares,
+            maps,
             behind: if shot.backs { Vec::new() } else { seen_from_behind(ldi, &of_frame) },
             pieces,
             reversed,
@@ -285,7 +303,7 @@ impl<'a> Plan<'a> {
 /// Returns the rows on which the points of a piece may be that is drawn on these rows, and how far its splats reach.
 #[inline]
 fn reached<C: Canvas>(piece: &Piece, rows: &Range<u32>) -> ((f32, f32), f32) {
-    let reach = C::reach(piece.largest_spacing);
+    let reach = C::reach(piece.largest_spacing, piece.largest_stretch);
     ((rows.start as f32 - reach, rows.end as f32 + reach), reach)
 }
 

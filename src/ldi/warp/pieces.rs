@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use crate::ldi::layout::Level;
 use crate::ldi::order::{Quadrant, quadrants, reversed as reversed_quadrants};
+use crate::ldi::stretch::CLOSED;
 use crate::ldi::tiles::{COLUMNS, ROWS, Tile, columns_of};
 use crate::ldi::transfer::Transfer;
 
@@ -30,6 +31,8 @@ pub struct Piece {
     pub least_omega: f32,
     /// No point has a larger spacing, in pixels; not known before the picture's splats are.
     pub largest_spacing: f32,
+    /// No point that is drawn has a larger root of the sum of the squares of J, see [`crate::ldi::stretch`]; likewise.
+    pub largest_stretch: f32,
     width: f32,
 }
 
@@ -68,7 +71,7 @@ fn add_pieces(level: &Level, transfer: &Transfer, quadrant: &Quadrant, pieces: &
             let (right, down) = (quadrant.right, quadrant.down);
             let width = transfer.size[0] as f32;
             let tile = index;
-            let largest_spacing = f32::INFINITY;
+            let (largest_spacing, largest_stretch) = (f32::INFINITY, f32::INFINITY);
             pieces.push(Piece {
                 tile,
                 columns,
@@ -79,6 +82,7 @@ fn add_pieces(level: &Level, transfer: &Transfer, quadrant: &Quadrant, pieces: &
                 reach,
                 least_omega,
                 largest_spacing,
+                largest_stretch,
                 width,
             });
         }
@@ -114,6 +118,12 @@ fn reach_of(tile: &Tile, transfer: &Transfer) -> Option<([f32; 4], f32)> {
 }
 
 impl Piece {
+    /// Returns whether it can have stretched depth pixels.
+    #[inline]
+    pub fn is_stretched(&self) -> bool {
+        self.largest_stretch > CLOSED
+    }
+
     /// Returns whether it can draw on rows `low..high` of the picture with splats that reach so far.
     #[inline]
     pub fn meets(&self, (low, high): (f32, f32), reach: f32) -> bool {
