@@ -1,7 +1,7 @@
 // Where depth pixels are in the picture, and on which pixels each is drawn.
-// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, LEAST, COVERS, COVERS_LEVEL, and SINGLE,
-// true where splats are one pixel. The pass defines `touch`, which is called for each pixel of a splat with its weight there.
-// CPU reference: ldi/transfer.rs, ldi/spacing.rs, ldi/splat/sums.rs.
+// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, LEAST, COVERS, COVERS_LEVEL, SHARE, CLOSED,
+// LONGEST, and SINGLE, true where splats are one pixel. The pass defines `touch`, which is called for each pixel of a splat with its weight there.
+// CPU reference: ldi/transfer.rs, ldi/spacing.rs, ldi/stretch.rs, ldi/splat/sums.rs.
 
 // A depth pixel in the picture.
 struct Dot {
@@ -13,6 +13,13 @@ struct Dot {
     q: f32,
     // The spacing in pixels.
     s: f32,
+    // How far the splat reaches along u and v, in pixels, and its weight at its centre.
+    reach: vec2f,
+    full: f32,
+    // True where it is a parallelogram; then the matrix, by columns u and v, that takes an offset in the picture to one between
+    // depth pixels.
+    is_stretched: bool,
+    inverse: mat2x2f,
     index: u32,
     surface: u32,
     colour: u32,
@@ -22,6 +29,10 @@ struct Dot {
 // some passes: its bits pass through an integer operation whose result the compiler cannot predict.
 fn rounded(product: f32) -> f32 {
     return bitcast<f32>(bitcast<u32>(product) ^ view.zero);
+}
+
+fn rounded2(product: vec2f) -> vec2f {
+    return bitcast<vec2f>(bitcast<vec2u>(product) ^ vec2u(view.zero));
 }
 
 fn rounded3(product: vec3f) -> vec3f {
@@ -49,7 +60,8 @@ fn placed(at: u32) -> Dot {
     let d = bitcast<f32>(pixel.y);
     dot.colour = pixel.z;
     dot.surface = pixel.w;
-    let g = surfaces[dot.surface].x;
+    let surface = surfaces[dot.surface];
+    let g = surface.factor;
     let start = starts[(pixel.x >> 16u) * view.runs + (column >> RUN_BITS)].xyz;
     let k = f32(column & ((1u << RUN_BITS) - 1u));
     let h = (start + rounded3(k * view.step)) + rounded3(d * view.depth);
@@ -58,11 +70,60 @@ fn placed(at: u32) -> Dot {
         return dot;
     }
     let per = rounded(1.0 / h.z);
-    dot.at = vec2f(rounded(h.x * per), rounded(h.y * per)) + view.half;
+    let from_centre = vec2f(rounded(h.x * per), rounded(h.y * per));
+    dot.at = from_centre + view.half;
     dot.q = rounded(d * per);
     dot.s = select(g * (per * sqrt(per)), g * per, dot.surface == 0u);
     dot.drawn = true;
+    if !SINGLE {
+        shape(&dot, surface, from_centre, per);
+    }
     return dot;
+}
+
+// Finds the splat of a depth pixel.
+fn shape(dot: ptr<function, Dot>, surface: Surface, from_centre: vec2f, per: f32) {
+    let s = (*dot).s;
+    // The Jacobian of the map of its plane, by rows.
+    let of_u = rounded2((surface.of_u - rounded2(from_centre.x * surface.of_omega)) * per);
+    let of_v = rounded2((surface.of_v - rounded2(from_centre.y * surface.of_omega)) * per);
+    let squares = rounded(of_u.x * of_u.x) + rounded(of_u.y * of_u.y) + rounded(of_v.x * of_v.x) + rounded(of_v.y * of_v.y);
+    if squares > SHARE * rounded(s * s) && squares > CLOSED * CLOSED {
+        stretch(dot, vec2f(of_u.x, of_v.x), vec2f(of_u.y, of_v.y));
+        return;
+    }
+    let within_one = clamp(s, LEAST, 1.0);
+    let shrink = min(s, 1.0) / within_one;
+    (*dot).full = shrink * shrink;
+    (*dot).reach = vec2f(select(min(s, LARGEST), within_one, s <= CLOSED_BY_ONE));
+}
+
+// Makes the splat of a depth pixel the parallelogram of a Jacobian, by columns, that is not zero.
+fn stretch(dot: ptr<function, Dot>, x: vec2f, y: vec2f) {
+    let xx = dot2(x, x);
+    let yy = dot2(y, y);
+    let is_x = xx >= yy;
+    let long = select(y, x, is_x);
+    let squared = select(yy, xx, is_x);
+    let share = dot2(x, y) / squared;
+    let per_length = inverseSqrt(squared);
+    // How far the other column is from the longer one, along (-v, u).
+    let determinant = x.x * y.y - y.x * x.y;
+    let apart = select(-determinant, determinant, is_x) * per_length;
+    let wider = select(1.0, -1.0, apart < 0.0) * max(abs(apart), LEAST);
+    let shorter = min(LONGEST * per_length, 1.0);
+    let column = shorter * long;
+    let other = share * column + (wider * per_length * shorter) * vec2f(-long.y, long.x);
+    let a = select(other, column, is_x);
+    let b = select(column, other, is_x);
+    (*dot).inverse = (1.0 / (a.x * b.y - b.x * a.y)) * mat2x2f(vec2f(b.y, -a.y), vec2f(-b.x, a.x));
+    (*dot).reach = min(abs(a) + abs(b), vec2f(LONGEST));
+    (*dot).full = abs(apart / wider);
+    (*dot).is_stretched = true;
+}
+
+fn dot2(a: vec2f, b: vec2f) -> f32 {
+    return a.x * b.x + a.y * b.y;
 }
 
 // Returns whether the next nearer depth pixel of its ray covers a depth pixel.
@@ -93,19 +154,21 @@ fn draw(dot: Dot) {
         }
         return;
     }
-    let radius = radius_of(dot);
     let at = dot.at - 0.5;
-    if !(is_within(at, radius)) {
+    if !(is_within(at, dot.reach)) {
         return;
     }
-    let low = max(vec2i(floor(at - radius)) + 1, vec2i(0, rows.x));
-    let end = min(vec2i(floor(at + radius)) + 1, vec2i(i32(view.size.x), rows.y));
-    let full = full_weight(dot);
-    let per_radius = 1.0 / radius;
+    let low = max(vec2i(floor(at - dot.reach)) + 1, vec2i(0, rows.x));
+    let end = min(vec2i(floor(at + dot.reach)) + 1, vec2i(i32(view.size.x), rows.y));
     for (var j = low.y; j < end.y; j++) {
-        let of_row = full * (1.0 - abs(f32(j) - at.y) * per_radius);
-        for (var i = low.x; i < end.x; i++) {
-            let weight = of_row * (1.0 - abs(f32(i) - at.x) * per_radius);
+        var of_row = vec2i(low.x, end.x);
+        if dot.is_stretched {
+            let extent = extent_of(dot, f32(j) - at.y);
+            of_row.x = max(of_row.x, i32(floor(at.x + extent.x)) + 1);
+            of_row.y = min(of_row.y, i32(floor(at.x + extent.y)) + 1);
+        }
+        for (var i = of_row.x; i < of_row.y; i++) {
+            let weight = weight_of(dot, vec2f(f32(i), f32(j)) - at);
             if weight > 0.0 {
                 touch(index_of(u32(i), u32(j)), weight, dot);
             }
@@ -113,18 +176,32 @@ fn draw(dot: Dot) {
     }
 }
 
-// Returns the half side of a splat in pixels.
-fn radius_of(dot: Dot) -> f32 {
-    return select(min(dot.s, LARGEST), clamp(dot.s, LEAST, 1.0), dot.s <= CLOSED_BY_ONE);
+// Returns from where to where a parallelogram reaches along u in a row that is this far from its centre, in pixels, at most.
+fn extent_of(dot: Dot, apart: f32) -> vec2f {
+    var extent = vec2f(-dot.reach.x, dot.reach.x);
+    for (var row = 0u; row < 2u; row++) {
+        let of_u = dot.inverse[0][row];
+        // With less, the whole reach is taken.
+        if abs(of_u) > 1e-4 {
+            let per = 1.0 / abs(of_u);
+            let middle = -dot.inverse[1][row] * apart / of_u;
+            extent = vec2f(max(extent.x, middle - per), min(extent.y, middle + per));
+        }
+    }
+    return extent;
 }
 
-// Returns the weight of a splat at its centre.
-fn full_weight(dot: Dot) -> f32 {
-    let shrink = min(dot.s, 1.0) / clamp(dot.s, LEAST, 1.0);
-    return shrink * shrink;
+// Returns the weight of a splat at an offset from its centre, in pixels.
+fn weight_of(dot: Dot, offset: vec2f) -> f32 {
+    var within = offset / dot.reach;
+    if dot.is_stretched {
+        within = dot.inverse * offset;
+    }
+    let tent = max(1.0 - abs(within), vec2f(0.0));
+    return dot.full * tent.x * tent.y;
 }
 
 // Returns whether a splat at a position, from the first pixel's centre, meets the picture.
-fn is_within(at: vec2f, radius: f32) -> bool {
-    return all(at > vec2f(-radius)) && all(at < vec2f(view.size) - 1.0 + radius);
+fn is_within(at: vec2f, reach: vec2f) -> bool {
+    return all(at > -reach) && all(at < vec2f(view.size) - 1.0 + reach);
 }

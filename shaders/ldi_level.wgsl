@@ -8,9 +8,11 @@ fn is_level(dot: Dot, plane: u32, pixel: u32) -> bool {
     let other = bitcast<f32>(max(word & ~STRONG, 1u) - 1u);
     let surface = max(atomicLoad(&depths[plane_at(plane + 2u, pixel)]), 1u) - 1u;
     var tolerance = LEVEL * other;
-    if surface != dot.surface && surface != 0u && dot.surface != 0u {
-        let slope = max(surfaces[surface].y, surfaces[dot.surface].y);
-        tolerance = min(tolerance, APART * other + APART_PIXELS * max(radius_of(dot), 1.0) * slope);
+    if surface != 0u && dot.surface != 0u && (surface != dot.surface || dot.is_stretched) {
+        let slope = max(surfaces[surface].slope, surfaces[dot.surface].slope);
+        let along = APART * other + APART_PIXELS * max(max(dot.reach.x, dot.reach.y), 1.0) * slope;
+        // A plane is met once by each ray, whatever depths it has within a long splat.
+        tolerance = select(min(tolerance, along), max(tolerance, along), surface == dot.surface);
     }
     return word != 0u && abs(dot.q - other) <= tolerance;
 }
@@ -19,6 +21,6 @@ fn is_level(dot: Dot, plane: u32, pixel: u32) -> bool {
 fn word_of(dot: Dot, weight: f32, plane: u32) -> u32 {
     // Inverse depths are not negative, and bits of such numbers are in their order. The rim of a splat does not hide what is
     // behind it.
-    let strong = select(0u, STRONG, plane == FARTHER && weight > SLIGHT * full_weight(dot));
+    let strong = select(0u, STRONG, plane == FARTHER && weight > SLIGHT * dot.full);
     return (1u + bitcast<u32>(dot.q)) | strong;
 }

@@ -19,12 +19,24 @@ struct View {
     within: vec2u,
 }
 
+// A surface in the view.
+struct Surface {
+    // The factor of the spacing, negative where the surface is not drawn.
+    factor: f32,
+    // How much its inverse depth changes from pixel to pixel of the picture.
+    slope: f32,
+    // The columns x and y of its plane's map, by rows u, v and omega; u and v from the picture's centre. All zeros where the plane
+    // is unknown.
+    of_u: vec2f,
+    of_v: vec2f,
+    of_omega: vec2f,
+}
+
 @group(0) @binding(0) var<uniform> view: View;
 // By row and run of the frame, the homogeneous position of the first column at inverse depth 0.
 @group(0) @binding(1) var<storage, read> starts: array<vec4f>;
-// By surface. x: the factor of the spacing, negative where the surface is not drawn; y: how much its inverse depth changes from
-// pixel to pixel of the picture.
-@group(0) @binding(2) var<storage, read> surfaces: array<vec2f>;
+// By number.
+@group(0) @binding(2) var<storage, read> surfaces: array<Surface>;
 // By stored value, R, G, B: linear light for sums, the value itself for single pixels, at the picture's exposure.
 @group(0) @binding(3) var<storage, read> exposed: array<u32>;
 

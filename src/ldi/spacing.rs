@@ -93,8 +93,8 @@ impl Factors {
     pub fn largest(&self, surfaces: &[u16]) -> f32 {
         match self {
             Self::Exact(factors) => {
-                let factors = surfaces.iter().map(|surface| factors[usize::from(*surface)]);
-                factors.fold(0.0, f32::max)
+                let factors = surfaces.iter().filter_map(|surface| factors.get(usize::from(*surface)));
+                factors.copied().fold(0.0, f32::max)
             }
             Self::Table(_) => f32::INFINITY,
         }

@@ -20,7 +20,7 @@ pub const CLOSED: f32 = 1.25;
 pub const LONGEST: f32 = 16.0;
 
 /// The sum of the squares of J over the square of the spacing where one side is [`STRETCHED`] times the other.
-const SHARE: f32 = STRETCHED + 1.0 / STRETCHED;
+pub const SHARE: f32 = STRETCHED + 1.0 / STRETCHED;
 
 /// The columns x and y of H, by rows u, v and omega; u and v from the picture's centre. All zeros where the plane is unknown.
 pub type PlaneMap = [[f32; 2]; 3];

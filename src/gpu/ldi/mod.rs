@@ -42,7 +42,7 @@ use self::view::{Layouts, ViewTables, ViewUniform, WORKGROUP};
 use super::device::Gpu;
 use super::renderer::target::judge;
 use crate::error::{Error, Result};
-use crate::ldi::splat::sums::LARGEST;
+use crate::ldi::stretch::LONGEST;
 use crate::ldi::warp::moves::Moves;
 use crate::ldi::{Ldi, Spacing, SplatKind, WarpOptions, Warped};
 use crate::projection::{Picture, Shot};
@@ -193,7 +193,7 @@ impl GpuWarp {
 
     /// Returns the uniform for some rows of a picture.
     fn view_of(&self, moves: &Moves, rows: &Range<u32>, size: [u32; 2], splat: SplatKind) -> ViewUniform {
-        let reach = if splat == SplatKind::Sums { LARGEST } else { 0.0 };
+        let reach = if splat == SplatKind::Sums { LONGEST } else { 0.0 };
         view::uniform(moves, size, (rows, &moves.within(rows, reach)))
     }
 }

@@ -64,6 +64,8 @@ struct Sample<const N: usize> {
     slope: f32,
     /// Along how many pixels its slope counts.
     along: f32,
+    /// Whether its splat is a parallelogram. A plane is met once by each ray, whatever depths it has within such a long one.
+    stretched: bool,
     /// What it adds for a weight of 1.
     seen: [Vec4; N],
 }
@@ -124,11 +126,12 @@ impl<const N: usize> Slot<N> {
     }
 
     /// Returns whether a depth pixel is of the slot's surface, lies on it or meets it.
-    fn holds(&self, Sample { q, surface, slope, along, .. }: &Sample<N>) -> bool {
+    fn holds(&self, Sample { q, surface, slope, along, stretched, .. }: &Sample<N>) -> bool {
         let [own_q, _, own_surface, own_slope] = self.head.to_array();
         let of_two = (*surface != own_surface) & (*surface != 0.0) & (own_surface != 0.0);
         let (one, two) = (LEVEL * own_q, APART * own_q + along * slope.max(own_slope));
-        (q - own_q).abs() <= if of_two { one.min(two) } else { one }
+        let of_one = if *stretched & (*surface == own_surface) { one.max(two) } else { one };
+        (q - own_q).abs() <= if of_two { one.min(two) } else { of_one }
     }
 
     /// Returns linear light R, G, B times the share of the pixel that the surface covers, that share, and further values
@@ -209,7 +212,8 @@ impl Fours {
             (a[i], b[i]) = (upper_row * left_column, upper_row * right_column);
             (c[i], d[i]) = (lower_row * left_column, lower_row * right_column);
             // Positions that are no numbers fail all comparisons.
-            let within = (s >= 0.0) & (u > -1.0) & (u < width) & (v > -1.0) & (v < height) & (s <= CLOSED_BY_ONE);
+            let within =
+                (s >= 0.0) & (u > -1.0) & (u < width) & (v > -1.0) & (v < height) & (s <= CLOSED_BY_ONE);
             let index = index_of((y + 1.0) * (width + 2.0) + (x + 1.0));
             at[i] = if within { index } else { OTHERS };
         }
@@ -436,7 +440,8 @@ impl<const N: usize> SumsCanvas<'_, N> {
             seen[COLOUR] = Vec4::new(dot.s.abs(), own, paint, dot.q);
         }
         let along = APART_PIXELS * radius;
-        Sample { q: dot.q, surface: dot.surface as f32, slope: dot.slope, along, seen }
+        let (surface, stretched) = (dot.surface as f32, dot.s < 0.0);
+        Sample { q: dot.q, surface, slope: dot.slope, along, stretched, seen }
     }
 
     /// Draws a depth pixel that is magnified, or outside of the band.

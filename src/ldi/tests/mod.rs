@@ -9,6 +9,7 @@ mod positions;
 mod scenes;
 mod several;
 mod showing;
+pub(crate) mod stretching;
 mod warping;
 
 use std::sync::Arc;

@@ -26,7 +26,12 @@ pub struct Batch {
 
 impl Default for Batch {
     fn default() -> Self {
-        Self { positions: Positions::default(), q: [0.0; Positions::MOST], s: [1.0; Positions::MOST], jacobians: [Jacobian::default(); Positions::MOST] }
+        Self {
+            positions: Positions::default(),
+            q: [0.0; Positions::MOST],
+            s: [1.0; Positions::MOST],
+            jacobians: [Jacobian::default(); Positions::MOST],
+        }
     }
 }
 

@@ -3,14 +3,29 @@
 
 use std::ops::Range;
 
+use bytemuck::{Pod, Zeroable};
+
 use super::{Plan, WarpOptions};
 use crate::ldi::layout::Ldi;
 use crate::ldi::spacing::{Factors, Spacing};
+use crate::ldi::stretch::PlaneMap;
 use crate::ldi::transfer::{RUN, RowTransfer};
 use crate::projection::Shot;
 
 /// The factor of surfaces that are not drawn, because the view shows the side that the reference camera does not see.
 pub const NOT_DRAWN: f32 = -1.0;
+
+/// A surface in a view.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct SurfaceMove {
+    /// The factor of the spacing by planes, see [`Factors::exact`], or [`NOT_DRAWN`].
+    pub factor: f32,
+    /// See [`slopes`](crate::ldi::spacing::slopes).
+    pub slope: f32,
+    /// See [`PlaneMap`].
+    pub map: PlaneMap,
+}
 
 /// How the depth pixels of one level move into a view.
 pub(crate) struct Moves<'a> {
@@ -20,9 +35,8 @@ pub(crate) struct Moves<'a> {
     pub rows: RowTransfer,
     /// By row of the level, then by run of [`RUN`] columns: the homogeneous position at the first column and d = 0.
     pub starts: Vec<[f32; 4]>,
-    /// By number of surface: the factor of the spacing by planes, see [`Factors::exact`], or [`NOT_DRAWN`]; and the slope, see
-    /// [`slopes`](crate::ldi::spacing::slopes).
-    pub surfaces: Vec<[f32; 2]>,
+    /// By number of surface.
+    pub surfaces: Vec<SurfaceMove>,
     plan: Plan<'a>,
 }
 
@@ -33,8 +47,11 @@ impl<'a> Moves<'a> {
         let Factors::Exact(factors) = &plan.factors else { unreachable!("the spacing is exact") };
         let is_behind = |number: usize| plan.behind.get(number).copied().unwrap_or(false);
         let surfaces = factors.iter().zip(&plan.slopes).enumerate();
-        let surfaces =
-            surfaces.map(|(number, (g, slope))| [if is_behind(number) { NOT_DRAWN } else { *g }, *slope]);
+        let surfaces = surfaces.map(|(number, (g, slope))| SurfaceMove {
+            factor: if is_behind(number) { NOT_DRAWN } else { *g },
+            slope: *slope,
+            map: plan.maps[number],
+        });
         let surfaces = surfaces.collect();
         let camera = plan.level.camera;
         let start = |x: u32, y: u32| {

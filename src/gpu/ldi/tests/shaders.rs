@@ -8,6 +8,7 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use crate::gpu::Gpu;
 use crate::gpu::ldi::view::{ViewUniform, WORKGROUP};
 use crate::gpu::ldi::{GpuWarp, level, pixel, resolve, show, slots, wide_pixel};
+use crate::ldi::warp::moves::SurfaceMove;
 
 /// Returns every pass as it is compiled, with what the device has to have for it.
 fn passes() -> Vec<(String, Capabilities)> {
@@ -39,14 +40,25 @@ fn every_pass_is_valid() {
 #[test]
 fn structs_lie_alike_in_rust_and_in_wgsl() {
     let module = parsed(&resolve::source());
-    let (_, found) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("View")).unwrap();
-    let TypeInner::Struct { members, span } = &found.inner else { panic!("View is no struct") };
-    let members: Vec<_> = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
+    let of_shader = |name: &str| {
+        let (_, found) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
+        let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
+        let members = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize));
+        (members.collect::<Vec<_>>(), *span as usize)
+    };
     macro_rules! rust {
-        ($($member:ident)*) => { vec![$((stringify!($member).to_string(), offset_of!(ViewUniform, $member))),*] };
+        ($name:ty: $($member:ident)*) => {
+            (vec![$((stringify!($member).to_string(), offset_of!($name, $member))),*], size_of::<$name>())
+        };
     }
-    assert_eq!(members, rust!(step zero depth runs half size rows within));
-    assert_eq!(*span as usize, size_of::<ViewUniform>());
+    assert_eq!(of_shader("View"), rust!(ViewUniform: step zero depth runs half size rows within));
+    // Rows of the map have names in the shader.
+    let (mut members, size) = rust!(SurfaceMove: factor slope map);
+    let (_, first) = members.pop().unwrap();
+    members.extend(
+        ["of_u", "of_v", "of_omega"].iter().zip(0..).map(|(row, i)| (row.to_string(), first + 8 * i)),
+    );
+    assert_eq!(of_shader("Surface"), (members, size));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{GpuWarp, SPLATS, of_splat, on_adapter, on_processor, picture, uploaded};
+use crate::ldi::tests::stretching::{floor, from_above};
 use crate::ldi::tests::{of_model, step_aside, with_level};
 use crate::ldi::transfer::{Positions, Transfer};
 use crate::ldi::warp::DrawingOrder;
@@ -192,6 +193,27 @@ fn an_exposure_changes_the_colours_as_on_the_processor() {
     let own = Shot::new(ldi.camera, ldi.pose);
     let found = picture(&mut gpu, &on_device, &own, &options).picture;
     assert_eq!(found, on_processor(&ldi, &own, &options).picture);
+}
+
+#[test]
+fn stretched_depth_pixels_are_parallelograms_as_on_the_processor() {
+    let Some(mut gpu) = on_adapter() else { return };
+    let (_, ldi) = floor();
+    let on_device = uploaded(&gpu, ldi.clone());
+    let options = WarpOptions { level: Some(0), ..WarpOptions::default() };
+    let mut rng = Rng::new(35);
+    for view in 0..12 {
+        let shot = from_above(&mut rng);
+        let expected = on_processor(&ldi, &shot, &options).picture;
+        let found = picture(&mut gpu, &on_device, &shot, &options).picture;
+        let covered = |pixel: &&[u8; 4]| pixel[3] == 255;
+        assert!(expected.pixels().iter().filter(covered).count() > 3000, "view {view}");
+        for (i, (found, expected)) in found.pixels().iter().zip(expected.pixels()).enumerate() {
+            let off = (0..4).map(|c| found[c].abs_diff(expected[c])).max();
+            // The two add up weights of up to a hundred depth pixels at a pixel, one of them in integers.
+            assert!(off <= Some(STEPS), "{found:?} instead of {expected:?} at {i} in view {view}");
+        }
+    }
 }
 
 /// Returns an image of rows that all have these layered depth pixels, with a surface for each layer.

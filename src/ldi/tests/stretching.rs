@@ -1,0 +1,207 @@
+//! Depth pixels that a view stretches.
+
+use glam::{DMat2, DVec2, DVec3};
+
+use super::super::warp::warp;
+use super::{of_model, step_aside};
+use crate::geometry::{Pinhole, Pose};
+use crate::ldi::stretch::{
+    CLOSED, Jacobian, LONGEST, Parallelogram, STRETCHED, Squares, jacobian, plane_maps,
+};
+use crate::ldi::transfer::Transfer;
+use crate::ldi::{Ldi, LdiSurface, SplatKind, WarpOptions};
+use crate::projection::{Quality, Shot};
+use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred, look_at};
+use crate::task::Task;
+
+/// Half the least width of splats of these tests, in pixels.
+const LEAST: f32 = 0.75;
+
+/// Returns a Jacobian whose singular values are these, mirrored or not.
+fn with_sides(rng: &mut Rng, [long, short]: [f64; 2]) -> DMat2 {
+    let mut turn = || DMat2::from_angle(rng.between(0.0, std::f64::consts::TAU));
+    let (one, other) = (turn(), turn());
+    let mirrored = if rng.chance(0.5) { -short } else { short };
+    one * DMat2::from_diagonal(DVec2::new(long, mirrored)) * other
+}
+
+fn in_rows(j: DMat2) -> Jacobian {
+    [[j.x_axis.x as f32, j.y_axis.x as f32], [j.x_axis.y as f32, j.y_axis.y as f32]]
+}
+
+/// Returns the sum of weights at a position of all depth pixels of a grid, and checks that no weight is beyond the reach.
+fn sum_at(splat: &Parallelogram, j: DMat2, position: DVec2, steps: i32) -> f32 {
+    let mut sum = 0.0;
+    for (x, y) in (-steps..=steps).flat_map(|x| (-steps..=steps).map(move |y| (x, y))) {
+        let apart = (position - j * DVec2::new(x.into(), y.into())).as_vec2();
+        let weight = splat.weight(apart.x, apart.y);
+        let [low, high] = splat.extent(apart.y);
+        let reached = apart.abs().cmple(glam::Vec2::from_array(splat.reach)).all();
+        let clipped = splat.reach.iter().any(|reach| *reach >= LONGEST);
+        assert!(
+            weight <= 0.0 || clipped || reached && low <= apart.x && apart.x <= high,
+            "{splat:?} at {apart}"
+        );
+        sum += weight;
+    }
+    sum
+}
+
+#[test]
+fn weights_of_a_grid_sum_up_to_one_everywhere() {
+    let mut rng = Rng::new(31);
+    for _ in 0..200 {
+        // Neither column of the parallelogram is wider or narrower than what is limited.
+        let long = rng.between(1.5, 7.0);
+        let j = with_sides(&mut rng, [long, 1.3]);
+        let splat = Parallelogram::new(&in_rows(j), LEAST);
+        for _ in 0..20 {
+            let position = DVec2::new(rng.between(-0.5, 0.5), rng.between(-0.5, 0.5));
+            let sum = sum_at(&splat, j, position, 12);
+            assert!((sum - 1.0).abs() < 1e-3, "{sum} of {splat:?}");
+        }
+    }
+}
+
+#[test]
+fn weights_of_a_grid_of_thin_depth_pixels_are_one_on_average_and_cover_everything() {
+    let mut rng = Rng::new(32);
+    for _ in 0..60 {
+        let sides = [rng.between(1.3, 7.0), rng.between(0.1, 0.7)];
+        let j = with_sides(&mut rng, sides);
+        let splat = Parallelogram::new(&in_rows(j), LEAST);
+        // Over one cell of the grid.
+        let cell =
+            |(x, y): (u32, u32)| j * DVec2::new((f64::from(x) + 0.5) / 8.0, (f64::from(y) + 0.5) / 8.0);
+        let sums: Vec<f32> = (0..64).map(|i| sum_at(&splat, j, cell((i % 8, i / 8)), 40)).collect();
+        let mean = sums.iter().sum::<f32>() / 64.0;
+        let least = sums.iter().copied().fold(f32::INFINITY, f32::min);
+        // Of 64 positions, not of all.
+        assert!((mean - 1.0).abs() < 0.02 && least > 0.5, "{mean}, {least} at {sides:?}");
+    }
+}
+
+#[test]
+fn jacobians_are_finite_differences_and_their_squares_are_bounded() {
+    let mut rng = Rng::new(33);
+    let mut stretched = 0;
+    for _ in 0..300 {
+        let nu = DVec3::new(rng.between(-2e-3, 2e-3), rng.between(-2e-3, 2e-3), rng.between(0.05, 0.4));
+        let surface = LdiSurface { nu, object: "wall".into(), face: None };
+        let level = crate::ldi::Level::of_rows(centred(320, 240, 300.0), (0..240).map(|_| Vec::new()));
+        let ldi = super::with_level(level, camera_is_world(), vec![surface]);
+        let eye = DVec3::ZERO;
+        let pose = step_aside(&mut rng, eye, DVec3::new(0.5, 4.0, 0.3), 0.8);
+        let reference: (&Pinhole, &Pose) = (&ldi.camera, &look_at(eye, DVec3::Y * 4.0));
+        let transfer = Transfer::new(reference, (&centred(200, 160, 250.0), &pose));
+        // Of the level whose pixels are twice as large.
+        let maps = plane_maps(&ldi, &transfer, 2.0);
+        assert_eq!(maps[0], [[0.0; 2]; 3], "the unknown surface");
+        let (squares, half) = (Squares::new(&maps[1]), transfer.rows().half);
+        let (position, step) = (DVec2::new(rng.between(0.0, 320.0), rng.between(0.0, 240.0)), 1e-4);
+        let at = |p: DVec2| transfer.position(p, nu.dot(p.extend(1.0)));
+        let Some((place, omega)) = at(position) else { continue };
+        let [x, y] = [DVec2::X, DVec2::Y].map(|axis| {
+            let [before, after] = [-step, step].map(|step| at(position + step * axis).unwrap().0);
+            2.0 * (after - before) / (2.0 * step)
+        });
+        let from_centre = (place.as_vec2() - glam::Vec2::from_array(half)).to_array();
+        let found = jacobian(&maps[1], from_centre, 1.0 / omega as f32);
+        let expected = in_rows(DMat2::from_cols(x, y));
+        let size = x.length().max(y.length());
+        for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
+            let apart = f64::from((found - expected).abs());
+            assert!(apart < 1e-3 * size.max(1.0), "{found} instead of {expected} of {size}");
+        }
+        let root = (x.length_squared() + y.length_squared()).sqrt();
+        if place.x.abs() < 200.0 && place.y.abs() < 160.0 && place.min_element() > 0.0 {
+            assert!(f64::from(squares.largest_root(half)) >= omega * root * 0.9999);
+        }
+        // The longer side over the shorter one, from the singular values.
+        let area = x.perp_dot(y).abs();
+        let ratio = (root * root + (root.powi(4) - 4.0 * area * area).max(0.0).sqrt()) / (2.0 * area);
+        let is_stretched = squares.is_stretched(from_centre, 1.0 / omega as f32, area.sqrt() as f32);
+        let expected = ratio > f64::from(STRETCHED) && root > f64::from(CLOSED);
+        let close = |value: f64, limit: f32| (value / f64::from(limit) - 1.0).abs() < 1e-2;
+        assert!(is_stretched == expected || close(ratio, STRETCHED) || close(root, CLOSED));
+        stretched += u32::from(is_stretched);
+    }
+    assert!((30..270).contains(&stretched), "{stretched}");
+}
+
+/// Returns the layered depth image of a floor that a camera 1 above it sees, with a colour that changes slowly.
+pub(crate) fn floor() -> (std::sync::Arc<crate::scene::Model>, Ldi) {
+    let mut model = Modeller::new();
+    model.object("floor").quad(DVec3::new(-30.0, 0.0, -1.0), DVec3::X * 60.0, DVec3::Y * 30.0);
+    let model = model.finish();
+    let ldi = of_model(&model, centred(256, 256, 256.0), look_at(DVec3::ZERO, DVec3::Y), slow);
+    (model, ldi)
+}
+
+/// Returns a view of the floor from farther above, in which depth pixels are about six times as long as wide.
+pub(crate) fn from_above(rng: &mut Rng) -> Shot {
+    let target = DVec3::new(rng.between(-1.0, 1.0), rng.between(5.0, 7.0), -1.0);
+    let eye = target + DVec3::new(rng.between(-2.0, 2.0), rng.between(-2.0, 2.0), 4.0);
+    let camera = centred(90, 70, rng.between(80.0, 200.0));
+    Shot { quality: Quality::Final, ..Shot::new(camera, look_at(eye, target)) }
+}
+
+fn slow(_: usize, point: DVec3) -> [u8; 4] {
+    let wave = |rate: f64| (127.0 + 100.0 * (rate * (point.x + point.y)).sin()).round() as u8;
+    [wave(1.0), wave(0.5), 99, 255]
+}
+
+#[test]
+fn a_floor_seen_at_a_glance_has_no_cracks_from_above() {
+    let (model, ldi) = floor();
+    let mut rng = Rng::new(34);
+    for step in 0..12 {
+        let shot = from_above(&mut rng);
+        let camera = shot.camera;
+        let options = WarpOptions { splat: SplatKind::Sums, level: Some(0), ..WarpOptions::default() };
+        let found = warp(&ldi, &shot, &options, &Task::silent()).unwrap().picture;
+        let truth = of_model(&model, camera, shot.pose, slow);
+        let truth = &truth.levels[0];
+        let mut worst = 0;
+        for (i, pixel) in found.pixels().iter().enumerate() {
+            let (x, y) = (i as u32 % 90, i as u32 / 90);
+            let Some(at) = truth.at(x, y).next() else { continue };
+            let ray = camera.ray_in_camera(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+            let point = shot.pose.world_from_camera(ray / f64::from(truth.inverse_depths[at]));
+            let DVec3 { x: right, y: down, z } = ldi.pose.camera_from_world(point);
+            // The reference camera sees 0.5 to each side of its axis at a distance of 1.
+            if right.abs().max(down.abs()) > 0.49 * z {
+                continue;
+            }
+            assert_eq!(pixel[3], 255, "a crack in view {step} at {x}, {y}");
+            worst = worst.max((0..3).map(|c| pixel[c].abs_diff(truth.colours[at][c])).max().unwrap());
+        }
+        // Depth pixels are up to 0.19 apart, over which the colour changes by 19 at most; between them it is interpolated.
+        assert!(worst <= 5, "{worst} in view {step}");
+        let unculled = WarpOptions { unculled: true, ..options };
+        assert!(
+            warp(&ldi, &shot, &unculled, &Task::silent()).unwrap().picture == found,
+            "culling changes nothing"
+        );
+    }
+}
+
+#[test]
+fn what_a_view_mirrors_is_no_other() {
+    // The same floor from below, drawn with the sides that the reference camera does not see.
+    let (model, ldi) = floor();
+    let target = DVec3::new(0.3, 6.0, -1.0);
+    let pose = look_at(target + DVec3::new(0.4, -1.5, -4.0), target);
+    let shot = Shot { backs: true, ..Shot::new(centred(90, 70, 120.0), pose) };
+    let options = WarpOptions { splat: SplatKind::Sums, level: Some(0), ..WarpOptions::default() };
+    let found = warp(&ldi, &shot, &options, &Task::silent()).unwrap().picture;
+    let truth = of_model(&model, shot.camera, pose, slow);
+    let mut seen = 0;
+    for (i, pixel) in found.pixels().iter().enumerate() {
+        let Some(at) = truth.levels[0].at(i as u32 % 90, i as u32 / 90).next() else { continue };
+        let off = (0..4).map(|c| pixel[c].abs_diff(truth.levels[0].colours[at][c])).max();
+        assert!(off <= Some(5), "{pixel:?} at {i}");
+        seen += 1;
+    }
+    assert!(seen > 5000, "{seen}");
+}
