@@ -1,9 +1,9 @@
 //! Cracks: pixels between depth pixels of one surface that no splat reaches.
 //!
-//! The spacing of depth pixels is one length, the root of the area that one of them takes (`crate::ldi::spacing`), and splats are
-//! as wide in all directions. A surface that the reference camera sees at a glance, and the view does not, is stretched in one
-//! direction, such as the ground seen from farther above: there its depth pixels are farther apart than splats reach. The smaller
-//! the picture, the coarser the level, so that in a draft a crack is as wide as in a large picture, and takes up more of it.
+//! Splats are as large as their depth pixels are apart, also where a view stretches a plane in one direction
+//! (`crate::ldi::stretch`). Where a plane is unknown, the spacing is one length, and a surface that the reference camera sees at a
+//! glance has depth pixels that are farther apart in one direction; and no splat reaches farther than its limit. The smaller the
+//! picture, the coarser the level, so that in a draft a crack is as wide as in a large picture, and takes up more of it.
 
 use rayon::prelude::*;
 

@@ -28,8 +28,7 @@ pub type PlaneMap = [[f32; 2]; 3];
 /// The Jacobian of the map of a plane at a depth pixel: rows u and v, columns x and y.
 pub type Jacobian = [[f32; 2]; 2];
 
-/// Returns the map of a plane with the pixels of a level as units; `transfer` is that of the first level, of whose pixels one of the
-/// level has `side`.
+/// Returns the map of a plane: see [`plane_maps`].
 fn plane_map(nu: DVec3, transfer: &Transfer, side: f64) -> PlaneMap {
     let half = [f64::from(transfer.size[0]) / 2.0, f64::from(transfer.size[1]) / 2.0];
     let b = transfer.b;
@@ -39,7 +38,8 @@ fn plane_map(nu: DVec3, transfer: &Transfer, side: f64) -> PlaneMap {
     [[x.x, y.x], [x.y, y.y], [x.z, y.z]].map(|row| row.map(|value| value as f32))
 }
 
-/// Returns the maps of all surfaces by number; see [`PlaneMap`] and [`plane_map`].
+/// Returns the maps of all surfaces by number, with the pixels of a level as units; `transfer` is that of the first level, of whose
+/// pixels one of the level has `side`.
 pub fn plane_maps(ldi: &Ldi, transfer: &Transfer, side: f64) -> Vec<PlaneMap> {
     let known = ldi.surfaces.iter().map(|surface| plane_map(surface.nu, transfer, side));
     std::iter::once(PlaneMap::default()).chain(known).collect()

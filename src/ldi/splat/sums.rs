@@ -1,10 +1,16 @@
 //! Sums of weights in two slots a pixel, near and far, in linear light: closes cracks without blurring what is not magnified,
 //! keeps silhouettes soft, and hardly depends on the order of drawing.
 
+mod slot;
+#[cfg(test)]
+mod tests;
+
 use std::f32::consts::SQRT_2;
 
-use glam::{BVec4A, Mat4, Vec4};
+use glam::Vec4;
 
+pub use self::slot::Slot;
+use self::slot::{Sample, add_apart, add_to_four};
 use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
 use crate::ldi::layout::DepthPixelOrigin;
 use crate::ldi::stretch::{CLOSED, LONGEST, Parallelogram};
@@ -44,111 +50,6 @@ pub const COLOUR: usize = 1;
 /// What is summed up for a picture that is blended with others: the same, then the spacing, 1 where the colour is what the
 /// reference camera saw or paint and 0 where it is filled in, 1 where it is paint, and the inverse depth.
 pub const BLENDED: usize = 2;
-
-/// The sums of one surface at a pixel. All of it is in fours, as the processor computes them.
-#[derive(Debug, Clone, Copy)]
-pub struct Slot<const N: usize> {
-    /// Inverse depth in the picture's camera, in 1/world unit; the sum of weights, 0 where there is no surface; the number of
-    /// the surface of the depth pixel that was drawn last, 0 where it is unknown; and its slope, see [`Dot::slope`]. Numbers
-    /// of surfaces have 16 bits, which single precision holds exactly.
-    head: Vec4,
-    /// The sums of weights times values: see [`COLOUR`] and [`BLENDED`].
-    pub seen: [Vec4; N],
-}
-
-/// What a depth pixel adds to the slots of its pixels.
-#[derive(Debug, Clone, Copy)]
-struct Sample<const N: usize> {
-    q: f32,
-    surface: f32,
-    slope: f32,
-    /// Along how many pixels its slope counts.
-    along: f32,
-    /// Whether its splat is a parallelogram. A plane is met once by each ray, whatever depths it has within such a long one.
-    stretched: bool,
-    /// What it adds for a weight of 1.
-    seen: [Vec4; N],
-}
-
-impl<const N: usize> Default for Slot<N> {
-    fn default() -> Self {
-        Self { head: Vec4::ZERO, seen: [Vec4::ZERO; N] }
-    }
-}
-
-// Loops over `N` have no iterators: these are calls in the profile `quick`, which does not optimise across all functions.
-#[allow(clippy::needless_range_loop)]
-impl<const N: usize> Slot<N> {
-    fn new(weight: f32, sample: &Sample<N>) -> Self {
-        let mut slot = Self::default();
-        slot.add(weight, sample);
-        slot
-    }
-
-    /// Returns the inverse depth in the picture's camera, in 1/world unit.
-    #[inline(always)]
-    pub fn q(&self) -> f32 {
-        self.head.x
-    }
-
-    /// Returns the sum of weights, 0 where there is no surface.
-    #[inline(always)]
-    pub fn weight(&self) -> f32 {
-        self.head.y
-    }
-
-    /// Adds a depth pixel. A surface's weights make 1 where it covers a pixel, so what is far beyond 1 belongs to another
-    /// surface at nearly the same depth, such as a window before its wall: the later one, which is nearer, replaces that
-    /// share of what is there.
-    fn add(&mut self, weight: f32, sample: &Sample<N>) {
-        let mut sum = self.weight() + weight;
-        if sum > OVERFULL {
-            // What is translucent replaces only as much as it covers.
-            self.keep_share((1.0 - weight * sample.seen[0].w) / self.weight());
-            sum = 1.0;
-        }
-        self.head = Vec4::new(self.q().max(sample.q), sum, sample.surface, sample.slope);
-        self.add_share(weight, &sample.seen);
-    }
-
-    #[inline(always)]
-    fn keep_share(&mut self, share: f32) {
-        for i in 0..N {
-            self.seen[i] *= share;
-        }
-    }
-
-    #[inline(always)]
-    fn add_share(&mut self, weight: f32, seen: &[Vec4; N]) {
-        for i in 0..N {
-            self.seen[i] += weight * seen[i];
-        }
-    }
-
-    /// Returns whether a depth pixel is of the slot's surface, lies on it or meets it.
-    fn holds(&self, Sample { q, surface, slope, along, stretched, .. }: &Sample<N>) -> bool {
-        let [own_q, _, own_surface, own_slope] = self.head.to_array();
-        let of_two = (*surface != own_surface) & (*surface != 0.0) & (own_surface != 0.0);
-        let (one, two) = (LEVEL * own_q, APART * own_q + along * slope.max(own_slope));
-        let of_one = if *stretched & (*surface == own_surface) { one.max(two) } else { one };
-        (q - own_q).abs() <= if of_two { one.min(two) } else { of_one }
-    }
-
-    /// Returns linear light R, G, B times the share of the pixel that the surface covers, that share, and further values
-    /// times the share that it would cover if it were opaque. `before` is the sum of weights of what is before it,
-    /// with which it counts together, so that no gap is left where the near surface ends.
-    #[inline(always)]
-    pub fn covering(&self, before: f32) -> [Vec4; N] {
-        let mut covering = [Vec4::ZERO; N];
-        if self.weight() > 0.0 {
-            let share = (PER_OPAQUE * (before + self.weight())).min(1.0) / self.weight();
-            for i in 0..N {
-                covering[i] = self.seen[i] * share;
-            }
-        }
-        covering
-    }
-}
 
 /// A band with two slots a pixel. Around it is a border of one pixel, so that nothing needs to be clipped that is drawn on four
 /// pixels.
@@ -314,66 +215,6 @@ fn over<const N: usize>(near: &Slot<N>, far: &Slot<N>, srgb: Srgb) -> [u8; 4] {
     [r, g, b, whole.saturating_add(u8::from(part >= 0.5))]
 }
 
-/// Adds what is not level with the near slot.
-fn add_apart<const N: usize>(near: &mut Slot<N>, far: &mut Slot<N>, weight: f32, sample: &Sample<N>) {
-    if sample.q > near.q() {
-        if near.weight() > SLIGHT || near.weight() > far.weight() {
-            *far = *near;
-        }
-        *near = Slot::new(weight, sample);
-    } else if far.weight() == 0.0 || far.holds(sample) {
-        far.add(weight, sample);
-    } else if sample.q > far.q() {
-        *far = Slot::new(weight, sample);
-    }
-}
-
-/// Adds a depth pixel to four near slots at once, if each of them that has a weight is empty or holds it: what [`Slot::add`]
-/// does, without a branch for each. Returns whether it did.
-#[inline(always)]
-fn add_to_four<const N: usize>(slots: [&mut Slot<N>; 4], weights: Vec4, sample: &Sample<N>) -> bool {
-    let [a, b, c, d] = slots;
-    let Mat4 { x_axis: q, y_axis: sum, z_axis: surface, w_axis: slope } =
-        Mat4::from_cols(a.head, b.head, c.head, d.head).transpose();
-    let (own_q, own) = (Vec4::splat(sample.q), Vec4::splat(sample.surface));
-    let known = surface.cmpeq(own) | surface.cmpeq(Vec4::ZERO) | own.cmpeq(Vec4::ZERO);
-    let (apart, one) = ((own_q - q).abs(), LEVEL * q);
-    let touched = weights.cmpgt(Vec4::ZERO);
-    let free: BVec4A = sum.cmpeq(Vec4::ZERO) | !touched;
-    if !(free | (apart.cmple(one) & known)).all() {
-        // The slots of a picture of small faces hold neighbours of the depth pixel's face as a rule, see [`Slot::holds`].
-        let two = APART * q + sample.along * slope.max(Vec4::splat(sample.slope));
-        let tolerance = Vec4::select(known, one, one.min(two));
-        if !(free | apart.cmple(tolerance)).all() {
-            return false;
-        }
-    }
-    let mut whole = sum + weights;
-    let full = whole.cmpgt(Vec4::splat(OVERFULL));
-    if full.any() {
-        let left = Vec4::select(full, (1.0 - weights * sample.seen[0].w) / sum, Vec4::ONE);
-        whole = Vec4::select(full, Vec4::ONE, whole);
-        a.keep_share(left.x);
-        b.keep_share(left.y);
-        c.keep_share(left.z);
-        d.keep_share(left.w);
-    }
-    let of_touched = |new: Vec4, old: Vec4| Vec4::select(touched, new, old);
-    let heads = Mat4::from_cols(
-        of_touched(q.max(own_q), q),
-        whole,
-        of_touched(own, surface),
-        of_touched(Vec4::splat(sample.slope), slope),
-    );
-    let heads = heads.transpose();
-    (a.head, b.head, c.head, d.head) = (heads.x_axis, heads.y_axis, heads.z_axis, heads.w_axis);
-    a.add_share(weights.x, &sample.seen);
-    b.add_share(weights.y, &sample.seen);
-    c.add_share(weights.z, &sample.seen);
-    d.add_share(weights.w, &sample.seen);
-    true
-}
-
 /// Returns the largest whole number that is not above a value of at least -16.
 #[inline(always)]
 fn floor(value: f32) -> i32 {
@@ -523,6 +364,3 @@ impl<const N: usize> SumsCanvas<'_, N> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;
