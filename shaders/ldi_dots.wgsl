@@ -1,14 +1,18 @@
 // Where depth pixels are in the picture, and on which pixels each is drawn.
-// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, LEAST, COVERS, COVERS_LEVEL, SHARE, CLOSED,
-// LONGEST, and SINGLE, true where splats are one pixel. The pass defines `touch`, which is called for each pixel of a splat with its weight there.
+// Rust: gpu/ldi/dots.rs. Before this text: the constants RUN_BITS, LARGEST, CLOSED_BY_ONE, LEAST, COVERS, COVERS_LEVEL,
+// LEAST_SQUARES, LEAST_FACTOR, CLOSED, LONGEST, and SINGLE, true where splats are one pixel. The pass defines `touch`, which is
+// called for each pixel of a splat with its weight there.
 // CPU reference: ldi/transfer.rs, ldi/spacing.rs, ldi/stretch.rs, ldi/splat/sums.rs.
 
 // A depth pixel in the picture.
 struct Dot {
     // False where it is not drawn; the other values have no meaning then.
     drawn: bool,
-    // The position in pixels.
+    // The position in pixels, and the same from the picture's centre.
     at: vec2f,
+    from_centre: vec2f,
+    // 1 / omega.
+    per: f32,
     // Inverse depth in the picture's camera.
     q: f32,
     // The spacing in pixels.
@@ -19,6 +23,12 @@ struct Dot {
     // True where it is a parallelogram; then the matrix, by columns u and v, that takes an offset in the picture to one between
     // depth pixels.
     is_stretched: bool,
+    // True where its depth pixel is magnified so much that splats leave gaps.
+    is_cut: bool,
+    // How many half sides of a splat of one pixel its surface's slope counts for, and how much its inverse depth changes from pixel
+    // to pixel where it is a parallelogram.
+    along: f32,
+    gradient: vec2f,
     inverse: mat2x2f,
     index: u32,
     surface: u32,
@@ -47,6 +57,9 @@ fn dot_of(invocation: u32) -> Dot {
     if index < view.within.y && at < arrayLength(&pixels) {
         dot = placed(at);
         dot.drawn = dot.drawn && !is_covered(dot, at);
+        if !SINGLE && dot.drawn {
+            shape(&dot);
+        }
     }
     dot.index = index;
     return dot;
@@ -75,27 +88,34 @@ fn placed(at: u32) -> Dot {
     dot.q = rounded(d * per);
     dot.s = select(g * (per * sqrt(per)), g * per, dot.surface == 0u);
     dot.drawn = true;
-    if !SINGLE {
-        shape(&dot, surface, from_centre, per);
-    }
+    dot.from_centre = from_centre;
+    dot.per = per;
     return dot;
 }
 
 // Finds the splat of a depth pixel.
-fn shape(dot: ptr<function, Dot>, surface: Surface, from_centre: vec2f, per: f32) {
+fn shape(dot: ptr<function, Dot>) {
     let s = (*dot).s;
+    let per = (*dot).per;
+    let from_centre = (*dot).from_centre;
+    let surface = surfaces[(*dot).surface];
     // The Jacobian of the map of its plane, by rows.
     let of_u = rounded2((surface.of_u - rounded2(from_centre.x * surface.of_omega)) * per);
     let of_v = rounded2((surface.of_v - rounded2(from_centre.y * surface.of_omega)) * per);
     let squares = rounded(of_u.x * of_u.x) + rounded(of_u.y * of_u.y) + rounded(of_v.x * of_v.x) + rounded(of_v.y * of_v.y);
-    if squares > SHARE * rounded(s * s) && squares > CLOSED * CLOSED {
+    if squares > LEAST_SQUARES * rounded(s * s) && squares > CLOSED * CLOSED {
         stretch(dot, vec2f(of_u.x, of_v.x), vec2f(of_u.y, of_v.y));
+        (*dot).along = 1.0;
+        (*dot).gradient = surface.gradient;
         return;
     }
     let within_one = clamp(s, LEAST, 1.0);
     let shrink = min(s, 1.0) / within_one;
     (*dot).full = shrink * shrink;
-    (*dot).reach = vec2f(select(min(s, LARGEST), within_one, s <= CLOSED_BY_ONE));
+    let radius = select(min(s, LARGEST), within_one, s <= CLOSED_BY_ONE);
+    (*dot).reach = vec2f(radius);
+    (*dot).along = max(radius, 1.0);
+    (*dot).is_cut = s > LARGEST;
 }
 
 // Makes the splat of a depth pixel the parallelogram of a Jacobian, by columns, that is not zero.
@@ -110,15 +130,16 @@ fn stretch(dot: ptr<function, Dot>, x: vec2f, y: vec2f) {
     // How far the other column is from the longer one, along (-v, u).
     let determinant = x.x * y.y - y.x * x.y;
     let apart = select(-determinant, determinant, is_x) * per_length;
-    let wider = select(1.0, -1.0, apart < 0.0) * max(abs(apart), LEAST);
+    let wider = select(1.0, -1.0, apart < 0.0) * clamp(abs(apart), LEAST, LONGEST);
     let shorter = min(LONGEST * per_length, 1.0);
     let column = shorter * long;
-    let other = share * column + (wider * per_length * shorter) * vec2f(-long.y, long.x);
+    let other = share * column + (wider * per_length) * vec2f(-long.y, long.x);
     let a = select(other, column, is_x);
     let b = select(column, other, is_x);
     (*dot).inverse = (1.0 / (a.x * b.y - b.x * a.y)) * mat2x2f(vec2f(b.y, -a.y), vec2f(-b.x, a.x));
     (*dot).reach = min(abs(a) + abs(b), vec2f(LONGEST));
-    (*dot).full = abs(apart / wider);
+    (*dot).full = min(abs(apart / wider), 1.0);
+    (*dot).is_cut = LONGEST * per_length < 1.0;
     (*dot).is_stretched = true;
 }
 
@@ -169,8 +190,14 @@ fn draw(dot: Dot) {
         }
         for (var i = of_row.x; i < of_row.y; i++) {
             let weight = weight_of(dot, vec2f(f32(i), f32(j)) - at);
-            if weight > 0.0 {
-                touch(index_of(u32(i), u32(j)), weight, dot);
+            var here = dot;
+            if dot.is_stretched {
+                // The inverse depth of its plane; behind the plane's horizon it is not seen.
+                let change = rounded2(dot.gradient * (vec2f(f32(i), f32(j)) - at));
+                here.q = (dot.q + change.x) + change.y;
+            }
+            if weight > 0.0 && here.q >= 0.0 {
+                touch(index_of(u32(i), u32(j)), weight, here);
             }
         }
     }
@@ -181,8 +208,7 @@ fn extent_of(dot: Dot, apart: f32) -> vec2f {
     var extent = vec2f(-dot.reach.x, dot.reach.x);
     for (var row = 0u; row < 2u; row++) {
         let of_u = dot.inverse[0][row];
-        // With less, the whole reach is taken.
-        if abs(of_u) > 1e-4 {
+        if abs(of_u) > LEAST_FACTOR {
             let per = 1.0 / abs(of_u);
             let middle = -dot.inverse[1][row] * apart / of_u;
             extent = vec2f(max(extent.x, middle - per), min(extent.y, middle + per));

@@ -8,11 +8,9 @@ fn is_level(dot: Dot, plane: u32, pixel: u32) -> bool {
     let other = bitcast<f32>(max(word & ~STRONG, 1u) - 1u);
     let surface = max(atomicLoad(&depths[plane_at(plane + 2u, pixel)]), 1u) - 1u;
     var tolerance = LEVEL * other;
-    if surface != 0u && dot.surface != 0u && (surface != dot.surface || dot.is_stretched) {
+    if surface != dot.surface && surface != 0u && dot.surface != 0u {
         let slope = max(surfaces[surface].slope, surfaces[dot.surface].slope);
-        let along = APART * other + APART_PIXELS * max(max(dot.reach.x, dot.reach.y), 1.0) * slope;
-        // A plane is met once by each ray, whatever depths it has within a long splat.
-        tolerance = select(min(tolerance, along), max(tolerance, along), surface == dot.surface);
+        tolerance = min(tolerance, APART * other + APART_PIXELS * dot.along * slope);
     }
     return word != 0u && abs(dot.q - other) <= tolerance;
 }

@@ -18,7 +18,7 @@ fn touch(pixel: u32, weight: f32, dot: Dot) {
 fn nearest(@builtin(global_invocation_id) id: vec3u) {
     let dot = dot_of(id.x);
     draw(dot);
-    if FAR || !dot.drawn || dot.s <= LARGEST || !is_within(dot.at - 0.5, dot.reach) {
+    if FAR || !dot.drawn || !dot.is_cut || !is_within(dot.at - 0.5, dot.reach) {
         return;
     }
     // Each is counted with one row.

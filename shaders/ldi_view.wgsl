@@ -25,6 +25,8 @@ struct Surface {
     factor: f32,
     // How much its inverse depth changes from pixel to pixel of the picture.
     slope: f32,
+    // The same along u and v, 0 where that is unlimited.
+    gradient: vec2f,
     // The columns x and y of its plane's map, by rows u, v and omega; u and v from the picture's centre. All zeros where the plane
     // is unknown.
     of_u: vec2f,

@@ -62,22 +62,25 @@ pub fn largest(factor: f32, omega: f32) -> f32 {
     if spacing.is_nan() { f32::INFINITY } else { spacing }
 }
 
-/// Returns by number of surface how much its inverse depth changes from pixel to pixel of the picture, along both axes together,
-/// in 1/world unit; 0 for the unknown surface, and infinite where the picture's camera is in the plane. `transfer` is that of
-/// the first level.
-pub fn slopes(ldi: &Ldi, transfer: &Transfer) -> Vec<f32> {
-    let known = ldi.surfaces.iter().map(|surface| slope(surface, transfer) as f32);
-    std::iter::once(0.0).chain(known).collect()
+/// Returns by number of surface how much its inverse depth changes from pixel to pixel of the picture along u and v, in 1/world
+/// unit; 0 for the unknown surface, and infinite where the picture's camera is in the plane. `transfer` is that of the first level.
+pub fn gradients(ldi: &Ldi, transfer: &Transfer) -> Vec<[f32; 2]> {
+    let known = ldi.surfaces.iter().map(|surface| gradient(surface, transfer));
+    std::iter::once([0.0; 2]).chain(known).collect()
+}
+
+/// Returns how much the inverse depth of a surface with this gradient changes from pixel to pixel, along both axes together.
+pub fn slope([u, v]: [f32; 2]) -> f32 {
+    u.abs() + v.abs()
 }
 
 /// A plane d = nu . p1 of the reference camera is q = (H^-T nu) . p2 in the picture, where H = A + b nu^T moves its points.
-fn slope(surface: &LdiSurface, transfer: &Transfer) -> f64 {
+fn gradient(surface: &LdiSurface, transfer: &Transfer) -> [f32; 2] {
     let DVec3 { x, y, z } = surface.nu;
     let b = transfer.b;
     let to_picture = transfer.a + DMat3::from_cols(b * x, b * y, b * z);
     let nu = to_picture.inverse().transpose() * surface.nu;
-    let slope = nu.x.abs() + nu.y.abs();
-    if slope.is_nan() { f64::INFINITY } else { slope }
+    if nu.is_nan() { [f32::INFINITY; 2] } else { [nu.x as f32, nu.y as f32] }
 }
 
 impl Factors {

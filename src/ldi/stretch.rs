@@ -11,16 +11,19 @@ use glam::{DMat3, DVec3};
 use super::layout::Ldi;
 use super::transfer::Transfer;
 
-/// How many times longer than wide a depth pixel is from which on it is drawn as a parallelogram.
-pub const STRETCHED: f32 = 1.5;
+/// The ratio of length to width above which a depth pixel is drawn as a parallelogram.
+pub const LEAST_RATIO: f32 = 1.5;
 /// The root of the sum of the squares of J, about the length of the longer side in pixels, up to which depth pixels are drawn as
 /// squares: they leave no gaps.
 pub const CLOSED: f32 = 1.25;
 /// How far a parallelogram reaches at most, in pixels.
 pub const LONGEST: f32 = 16.0;
 
-/// The sum of the squares of J over the square of the spacing where one side is [`STRETCHED`] times the other.
-pub const SHARE: f32 = STRETCHED + 1.0 / STRETCHED;
+/// The least factor of u in a row of a parallelogram by which its extent is limited: with less, the whole reach is taken.
+pub const LEAST_FACTOR: f32 = 1e-4;
+
+/// The sum of the squares of J over the square of the spacing where one side is [`LEAST_RATIO`] times the other.
+pub const LEAST_SQUARES: f32 = LEAST_RATIO + 1.0 / LEAST_RATIO;
 
 /// The columns x and y of H, by rows u, v and omega; u and v from the picture's centre. All zeros where the plane is unknown.
 pub type PlaneMap = [[f32; 2]; 3];
@@ -55,6 +58,25 @@ pub fn jacobian([of_u, of_v, of_omega]: &PlaneMap, [u, v]: [f32; 2], per_omega: 
     [row(of_u, u), row(of_v, v)]
 }
 
+/// How a view stretches a depth pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stretch {
+    /// The Jacobian of its plane's map.
+    pub jacobian: Jacobian,
+    /// How much the inverse depth of its plane changes from pixel to pixel of the picture along u and v, in 1/world unit; 0 where
+    /// that is unlimited.
+    pub gradient: [f32; 2],
+}
+
+impl Stretch {
+    /// Makes it of a Jacobian and a plane's gradient, see [`super::spacing::gradients`].
+    #[inline(always)]
+    pub fn new(jacobian: Jacobian, gradient: [f32; 2]) -> Self {
+        let is_limited = gradient[0].is_finite() & gradient[1].is_finite();
+        Self { jacobian, gradient: if is_limited { gradient } else { [0.0; 2] } }
+    }
+}
+
 /// The sum of the squares of J times the square of omega: a polynomial of the position in the picture. Coefficients of 1, u, v, and
 /// u^2 + v^2, with u and v from the picture's centre.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -77,7 +99,7 @@ impl Squares {
     #[inline(always)]
     pub fn is_stretched(&self, [u, v]: [f32; 2], per_omega: f32, spacing: f32) -> bool {
         let sum = self.at(u, v) * (per_omega * per_omega);
-        (sum > SHARE * (spacing * spacing)) & (sum > CLOSED * CLOSED)
+        (sum > LEAST_SQUARES * (spacing * spacing)) & (sum > CLOSED * CLOSED)
     }
 
     /// Returns a root of the sum of the squares of J times omega that is not exceeded on a picture with these half sides, or as
@@ -101,11 +123,14 @@ pub struct Parallelogram {
     pub reach: [f32; 2],
     /// The weight at its centre.
     full: f32,
+    /// Whether its depth pixel is longer, so that it leaves gaps.
+    pub is_cut: bool,
 }
 
 impl Parallelogram {
     /// Makes the parallelogram of a Jacobian that is not zero, no thinner than `least` to each side of its longer column, and no
-    /// longer than [`LONGEST`]. Its weights sum up to 1 over a plane whose depth pixels are no farther apart than it reaches.
+    /// longer than [`LONGEST`]. The weights of a plane's grid sum up to 1 where nothing of them is cut off or made wider, and to 0.89
+    /// to 1.13 where they are made wider.
     #[inline]
     pub fn new([[a, b], [c, d]]: &Jacobian, least: f32) -> Self {
         let (xx, xy, yy) = (a * a + c * c, a * b + c * d, b * b + d * d);
@@ -117,24 +142,22 @@ impl Parallelogram {
         let per_length = 1.0 / length;
         // How far the other one is from the longer one, along (-v, u); planes that are seen from behind are mirrored.
         let apart = if is_x { determinant } else { -determinant } * per_length;
-        let wider = apart.abs().max(least).copysign(apart);
-        let across = wider * per_length;
-        let shorter = LONGEST.min(length) * per_length;
+        let wider = apart.abs().clamp(least, LONGEST).copysign(apart);
+        let (across, shorter) = (wider * per_length, LONGEST.min(length) * per_length);
+        let along = share * shorter;
+        let (other_u, other_v) = (along * u - across * v, along * v + across * u);
         let (u, v) = (shorter * u, shorter * v);
-        let (other_u, other_v) = (share * u - across * v, share * v + across * u);
         let [[a, b], [c, d]] = if is_x { [[u, other_u], [v, other_v]] } else { [[other_u, u], [other_v, v]] };
         let per_determinant = 1.0 / (a * d - b * c);
         let inverse =
             [[d * per_determinant, -b * per_determinant], [-c * per_determinant, a * per_determinant]];
         let reach = [(a.abs() + b.abs()).min(LONGEST), (c.abs() + d.abs()).min(LONGEST)];
-        Self { inverse, reach, full: (apart / wider).abs() }
+        Self { inverse, reach, full: (apart / wider).abs().min(1.0), is_cut: length > LONGEST }
     }
 
     /// Returns from where to where it reaches along u in a row that is this far from its centre, in pixels, at most.
     #[inline(always)]
     pub fn extent(&self, dv: f32) -> [f32; 2] {
-        /// The least factor of u that counts; with less, the whole reach is taken.
-        const LEAST_FACTOR: f32 = 1e-4;
         let [mut low, mut high] = [-self.reach[0], self.reach[0]];
         for [of_u, of_v] in self.inverse {
             if of_u.abs() > LEAST_FACTOR {

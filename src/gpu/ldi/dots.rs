@@ -6,7 +6,7 @@ use wgpu::{ComputePass, ComputePipeline};
 use super::uploaded::Part;
 use super::view::WORKGROUP;
 use crate::ldi::splat::sums::{CLOSED_BY_ONE, COVERS, LARGEST, LEAST, LEVEL};
-use crate::ldi::stretch::{CLOSED, LONGEST, SHARE};
+use crate::ldi::stretch::{CLOSED, LEAST_FACTOR, LEAST_SQUARES, LONGEST};
 use crate::ldi::transfer::RUN;
 
 /// The WGSL source that is put before the passes over depth pixels.
@@ -19,7 +19,7 @@ pub fn constants(single: bool) -> String {
         "const RUN_BITS: u32 = {bits}u;\nconst LARGEST: f32 = {LARGEST:?};\n\
          const CLOSED_BY_ONE: f32 = {CLOSED_BY_ONE:?};\nconst LEAST: f32 = {LEAST:?};\n\
          const COVERS: f32 = {COVERS:?};\nconst COVERS_LEVEL: f32 = {LEVEL:?};\n\
-         const SHARE: f32 = {SHARE:?};\nconst CLOSED: f32 = {CLOSED:?};\nconst LONGEST: f32 = {LONGEST:?};\n\
+         const LEAST_SQUARES: f32 = {LEAST_SQUARES:?};\nconst LEAST_FACTOR: f32 = {LEAST_FACTOR:?};\nconst CLOSED: f32 = {CLOSED:?};\nconst LONGEST: f32 = {LONGEST:?};\n\
          const SINGLE: bool = {single};\n"
     )
 }

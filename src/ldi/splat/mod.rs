@@ -5,7 +5,7 @@ pub mod pixel;
 pub mod sums;
 
 use super::layout::DepthPixelOrigin;
-use super::stretch::Jacobian;
+use super::stretch::Stretch;
 
 /// A depth pixel at its position in the rows of the picture that are drawn on.
 #[derive(Debug, Clone, Copy)]
@@ -18,8 +18,8 @@ pub struct Dot<'a> {
     pub q: f32,
     /// The spacing in pixels, negative where the depth pixel is stretched; not computed where the canvas does not ask for it.
     pub s: f32,
-    /// The Jacobian of its surface's map, where the spacing is negative.
-    pub jacobian: &'a Jacobian,
+    /// How it is stretched, where the spacing is negative.
+    pub stretch: &'a Stretch,
     /// The index of the depth pixel in its level.
     pub index: usize,
     /// Its index in the batch of depth pixels that was begun.
@@ -28,7 +28,7 @@ pub struct Dot<'a> {
     pub colour: [u8; 4],
     /// The number of its surface, 0 where that is unknown; not looked up where the canvas does not ask for the spacing.
     pub surface: u32,
-    /// How much the surface's inverse depth changes from pixel to pixel, see [`super::spacing::slopes`]; likewise.
+    /// How much the surface's inverse depth changes from pixel to pixel, see [`super::spacing::slope`]; likewise.
     pub slope: f32,
     /// Where the colour is from; not looked up where the canvas does not ask for it.
     pub origin: DepthPixelOrigin,
@@ -41,7 +41,7 @@ pub struct Placed<'a> {
     pub u: &'a [f32],
     /// Rows of the picture, in pixels; NaN likewise.
     pub v: &'a [f32],
-    /// Spacings in pixels; not computed where the canvas does not ask for them.
+    /// Spacings in pixels, negative where depth pixels are stretched; not computed where the canvas does not ask for them.
     pub s: &'a [f32],
     /// The first of the rows that are drawn on.
     pub top: f32,
@@ -75,8 +75,8 @@ pub trait Canvas: Send {
     const ORIGINS: bool = false;
     /// How far from its position a depth pixel is drawn at most, in pixels.
     const REACH: f32;
-    /// Returns how far from its position a depth pixel is drawn at most, in pixels, whose spacing and root of the sum of the squares
-    /// of J ([`super::stretch`]) are no larger than these; no more than [`Self::REACH`].
+    /// Returns how far from its position a depth pixel is drawn at most, in pixels, whose spacing and root of the sum of the
+    /// squares of J ([`super::stretch`]) are no larger than these; no more than [`Self::REACH`].
     #[inline]
     fn reach(_largest_spacing: f32, _largest_stretch: f32) -> f32 {
         Self::REACH

@@ -17,7 +17,7 @@ use crate::ldi::stretch::{CLOSED, LONGEST, Parallelogram};
 use crate::ldi::transfer::Positions;
 use crate::projection::srgb::Srgb;
 
-/// The largest half side of a splat in pixels: what is magnified more lets through what is behind it.
+/// The largest half side of a square splat in pixels: what is magnified more lets through what is behind it.
 pub const LARGEST: f32 = 8.0;
 /// Up to this spacing, splats have a half side of no more than 1: also on a grid turned by 45 degrees, the weights at a pixel sum
 /// up to more than what is opaque.
@@ -74,7 +74,7 @@ pub struct SumsCanvas<'a, const N: usize> {
 /// The four pixels around each depth pixel of a batch.
 #[derive(Debug)]
 struct Fours {
-    /// The index of the left upper one; [`OTHERS`] for depth pixels that are outside or magnified.
+    /// The index of the left upper one; [`OTHERS`] for depth pixels that are outside, magnified or stretched.
     at: [u32; Positions::MOST],
     /// The weights: left and right upper one, left and right lower one.
     weights: [[f32; Positions::MOST]; 4],
@@ -281,11 +281,10 @@ impl<const N: usize> SumsCanvas<'_, N> {
             seen[COLOUR] = Vec4::new(dot.s.abs(), own, paint, dot.q);
         }
         let along = APART_PIXELS * radius;
-        let (surface, stretched) = (dot.surface as f32, dot.s < 0.0);
-        Sample { q: dot.q, surface, slope: dot.slope, along, stretched, seen }
+        Sample { q: dot.q, surface: dot.surface as f32, slope: dot.slope, along, seen }
     }
 
-    /// Draws a depth pixel that is magnified, or outside of the band.
+    /// Draws a depth pixel that is magnified, stretched, or outside of the band.
     #[inline(never)]
     fn draw_other(&mut self, dot: &Dot) {
         if dot.s < 0.0 {
@@ -302,23 +301,40 @@ impl<const N: usize> SumsCanvas<'_, N> {
         }
     }
 
-    /// Draws a depth pixel that is a parallelogram.
+    /// Draws a depth pixel that is a parallelogram. At each pixel its inverse depth is that of its plane there.
     fn draw_stretched(&mut self, dot: &Dot) {
-        let shape = Parallelogram::new(dot.jacobian, LEAST);
-        let (u, v, [along_u, along_v]) = (dot.u - 0.5, dot.v - 0.5, shape.reach);
-        let within = u > -along_u && u < self.width as f32 - 1.0 + along_u;
-        if !(within && v > -along_v && v < self.height as f32 - 1.0 + along_v) {
+        let (u, v) = (dot.u - 0.5, dot.v - 0.5);
+        let (right, bottom) = (self.width as f32 - 1.0, self.height as f32 - 1.0);
+        let meets = |along_u: f32, along_v: f32| {
+            (u > -along_u) & (u < right + along_u) & (v > -along_v) & (v < bottom + along_v)
+        };
+        // Positions that are no numbers fail all comparisons.
+        if !meets(LONGEST, LONGEST) {
             return;
         }
-        self.too_near += u64::from(-dot.s > LARGEST);
-        let sample = self.sample(dot, along_u.max(along_v));
+        let shape = Parallelogram::new(&dot.stretch.jacobian, LEAST);
+        let [along_u, along_v] = shape.reach;
+        if !meets(along_u, along_v) {
+            return;
+        }
+        self.too_near += u64::from(shape.is_cut);
+        let [of_u, of_v] = dot.stretch.gradient;
+        let mut sample = self.sample(dot, 1.0);
+        // Numbers below -16 may be rounded up: they are left of the band, or above it, either way.
         let rows = (floor(v - along_v) + 1).max(0)..(floor(v + along_v) + 1).min(self.height);
         for j in rows {
-            let start = (j + 1) as usize * self.stride() + 1;
-            let [low, high] = shape.extent(j as f32 - v);
+            let (start, dv) = ((j + 1) as usize * self.stride() + 1, j as f32 - v);
+            let [low, high] = shape.extent(dv);
             for i in (floor(u + low) + 1).max(0)..(floor(u + high) + 1).min(self.width) {
-                let weight = shape.weight(i as f32 - u, j as f32 - v);
-                self.add(start + i as usize, weight, &sample);
+                let du = i as f32 - u;
+                sample.q = dot.q + of_u * du + of_v * dv;
+                if N == BLENDED {
+                    sample.seen[COLOUR].w = sample.q;
+                }
+                // Behind the plane's horizon it is not seen.
+                if sample.q >= 0.0 {
+                    self.add(start + i as usize, shape.weight(du, dv), &sample);
+                }
             }
         }
     }

@@ -9,7 +9,7 @@ use crate::ldi::layout::{DepthPixelOrigin, Splat};
 use crate::ldi::spacing::{Factors, exact};
 use crate::ldi::splat::sums::{COVERS, LEVEL};
 use crate::ldi::splat::{Canvas, Dot, Placed};
-use crate::ldi::stretch::{Jacobian, jacobian};
+use crate::ldi::stretch::{Stretch, jacobian};
 use crate::ldi::transfer::{Positions, RunStart};
 
 /// What is computed for the depth pixels of a batch: inverse depths and spacings only where the canvas asks for them.
@@ -20,8 +20,8 @@ pub struct Batch {
     q: [f32; Positions::MOST],
     /// Spacings.
     s: [f32; Positions::MOST],
-    /// Jacobians of stretched depth pixels.
-    jacobians: [Jacobian; Positions::MOST],
+    /// How stretched depth pixels are stretched.
+    stretches: [Stretch; Positions::MOST],
 }
 
 impl Default for Batch {
@@ -30,7 +30,7 @@ impl Default for Batch {
             positions: Positions::default(),
             q: [0.0; Positions::MOST],
             s: [1.0; Positions::MOST],
-            jacobians: [Jacobian::default(); Positions::MOST],
+            stretches: [Stretch::default(); Positions::MOST],
         }
     }
 }
@@ -52,7 +52,7 @@ struct Dots<'a> {
 impl Dots<'_> {
     #[inline(always)]
     fn draw<C: Canvas>(&self, canvas: &mut C, at: usize) {
-        let Batch { positions: Positions { u, v, .. }, q, s, jacobians } = self.batch;
+        let Batch { positions: Positions { u, v, .. }, q, s, stretches } = self.batch;
         // The remainder is the index itself, and tells the compiler that it is in the arrays.
         let i = at % Positions::MOST;
         let surface = if C::SPACED { self.surfaces[at] } else { 0 };
@@ -61,7 +61,7 @@ impl Dots<'_> {
             v: v[i] - self.top,
             q: q[i],
             s: s[i],
-            jacobian: &jacobians[i],
+            stretch: &stretches[i],
             index: self.first + at,
             at: i,
             colour: self.colours[at],
@@ -116,7 +116,7 @@ impl Plan<'_> {
             } else {
                 rest.end = range.start;
             }
-            let run = self.place::<C>(&range, (y, single, piece.is_stretched()), batch);
+            let run = self.place::<C>(&range, (y, single, self.unculled || piece.can_be_stretched()), batch);
             self.draw_batch(canvas, piece, (range, &run), top, batch);
         }
     }
@@ -169,15 +169,15 @@ impl Plan<'_> {
         let (columns, depths) = (&level.columns[range.clone()], &level.inverse_depths[range.clone()]);
         let run = self.rows.start(u32::from(columns[0]), y);
         self.rows.place(&run, columns, depths, &mut batch.positions);
-        let Batch { positions, q, s, jacobians } = batch;
+        let Batch { positions, q, s, stretches } = batch;
         if C::SPACED {
             let (q, per_omega) = (&mut q[..depths.len()], &positions.per_omega[..depths.len()]);
             for i in 0..depths.len() {
                 q[i] = depths[i] * per_omega[i];
             }
             self.space(range, positions, q, s);
-            if C::STRETCHED && stretched {
-                self.stretch(range, positions, s, jacobians);
+            if C::STRETCHED && stretched && !self.maps.is_empty() {
+                self.stretch(range, positions, s, stretches);
             }
         }
         if !self.behind.is_empty() {
@@ -231,16 +231,10 @@ impl Plan<'_> {
     /// Finds the stretched depth pixels of a batch: their spacings become negative.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    fn stretch(
-        &self,
-        range: &Range<usize>,
-        positions: &Positions,
-        s: &mut [f32],
-        jacobians: &mut [Jacobian],
-    ) {
+    fn stretch(&self, range: &Range<usize>, positions: &Positions, s: &mut [f32], stretches: &mut [Stretch]) {
         let surfaces = &self.level.surfaces[range.clone()];
         let count = surfaces.len();
-        let (s, jacobians) = (&mut s[..count], &mut jacobians[..count]);
+        let (s, stretches) = (&mut s[..count], &mut stretches[..count]);
         let (u, v, per_omega) = (&positions.u[..count], &positions.v[..count], &positions.per_omega[..count]);
         let [half_u, half_v] = self.rows.half;
         let at = |i: usize| [u[i] - half_u, v[i] - half_v];
@@ -262,7 +256,9 @@ impl Plan<'_> {
         }
         for i in 0..if any { count } else { 0 } {
             if s[i] < 0.0 {
-                jacobians[i] = jacobian(&self.maps[usize::from(surfaces[i])], at(i), per_omega[i]);
+                let surface = usize::from(surfaces[i]);
+                let jacobian = jacobian(&self.maps[surface], at(i), per_omega[i]);
+                stretches[i] = Stretch::new(jacobian, self.gradients[surface]);
             }
         }
     }

@@ -22,7 +22,7 @@ use self::pieces::{Piece, pieces_in_order};
 pub use self::several::set_drawn_in_order;
 pub use self::several::{check_splat, warp_set};
 use super::layout::{Ldi, Level};
-use super::spacing::{Factors, Spacing, is_from_behind, largest, slopes};
+use super::spacing::{Factors, Spacing, gradients, is_from_behind, largest, slope};
 use super::splat::Canvas;
 use super::splat::pixel::IndexCanvas;
 use super::stretch::{PlaneMap, Squares, plane_maps};
@@ -183,9 +183,11 @@ pub(crate) struct Plan<'a> {
     transfer: Transfer,
     rows: RowTransfer,
     factors: Factors,
-    /// By number of surface: see [`slopes`].
+    /// By number of surface: see [`gradients`].
+    gradients: Vec<[f32; 2]>,
+    /// By number of surface: see [`slope`].
     slopes: Vec<f32>,
-    /// By number of surface: the maps of planes; empty where splats are not stretched.
+    /// By number of surface: the the maps of planes; empty where the spacing is by the table.
     maps: Vec<PlaneMap>,
     /// Likewise: by which it is told where depth pixels are stretched.
     squares: Vec<Squares>,
@@ -217,7 +219,7 @@ impl<'a> Plan<'a> {
             Spacing::Table => Vec::new(),
         };
         let reversed = options.order == DrawingOrder::Reversed;
-        let rows = transfer.rows();
+        let (rows, gradients) = (transfer.rows(), gradients(ldi, &of_frame));
         let squares: Vec<Squares> = maps.iter().map(Squares::new).collect();
         let roots: Vec<f32> = squares.iter().map(|squares| squares.largest_root(rows.half)).collect();
         let mut pieces = pieces_in_order(level, &transfer, reversed);
@@ -225,7 +227,9 @@ impl<'a> Plan<'a> {
             let surfaces = &level.tiles[piece.tile].surfaces;
             piece.largest_spacing = largest(factors.largest(surfaces), piece.least_omega);
             let root = surfaces.iter().filter_map(|surface| roots.get(usize::from(*surface)));
-            piece.largest_stretch = root.copied().fold(0.0, f32::max) / piece.least_omega;
+            let root = root.copied().fold(0.0, f32::max);
+            // No number where all planes are unknown, and some points are behind the camera.
+            piece.largest_stretch = (root / piece.least_omega).max(0.0);
         }
         Self {
             level,
@@ -233,7 +237,8 @@ impl<'a> Plan<'a> {
             transfer,
             rows,
             factors,
-            slopes: slopes(ldi, &of_frame),
+            slopes: gradients.iter().map(|gradient| slope(*gradient)).collect(),
+            gradients,
             squares,
             maps,
             behind: if shot.backs { Vec::new() } else { seen_from_behind(ldi, &of_frame) },

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use super::{Plan, WarpOptions};
 use crate::ldi::layout::Ldi;
 use crate::ldi::spacing::{Factors, Spacing};
-use crate::ldi::stretch::PlaneMap;
+use crate::ldi::stretch::{Jacobian, PlaneMap, Stretch};
 use crate::ldi::transfer::{RUN, RowTransfer};
 use crate::projection::Shot;
 
@@ -21,8 +21,10 @@ pub const NOT_DRAWN: f32 = -1.0;
 pub(crate) struct SurfaceMove {
     /// The factor of the spacing by planes, see [`Factors::exact`], or [`NOT_DRAWN`].
     pub factor: f32,
-    /// See [`slopes`](crate::ldi::spacing::slopes).
+    /// See [`slope`](crate::ldi::spacing::slope).
     pub slope: f32,
+    /// See [`Stretch::gradient`].
+    pub gradient: [f32; 2],
     /// See [`PlaneMap`].
     pub map: PlaneMap,
 }
@@ -50,6 +52,7 @@ impl<'a> Moves<'a> {
         let surfaces = surfaces.map(|(number, (g, slope))| SurfaceMove {
             factor: if is_behind(number) { NOT_DRAWN } else { *g },
             slope: *slope,
+            gradient: Stretch::new(Jacobian::default(), plan.gradients[number]).gradient,
             map: plan.maps[number],
         });
         let surfaces = surfaces.collect();

@@ -118,9 +118,9 @@ fn reach_of(tile: &Tile, transfer: &Transfer) -> Option<([f32; 4], f32)> {
 }
 
 impl Piece {
-    /// Returns whether it can have stretched depth pixels.
+    /// Returns whether any of its depth pixels can be stretched.
     #[inline]
-    pub fn is_stretched(&self) -> bool {
+    pub fn can_be_stretched(&self) -> bool {
         self.largest_stretch > CLOSED
     }
 

@@ -53,7 +53,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     }
     assert_eq!(of_shader("View"), rust!(ViewUniform: step zero depth runs half size rows within));
     // Rows of the map have names in the shader.
-    let (mut members, size) = rust!(SurfaceMove: factor slope map);
+    let (mut members, size) = rust!(SurfaceMove: factor slope gradient map);
     let (_, first) = members.pop().unwrap();
     members.extend(
         ["of_u", "of_v", "of_omega"].iter().zip(0..).map(|(row, i)| (row.to_string(), first + 8 * i)),

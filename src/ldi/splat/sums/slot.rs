@@ -23,8 +23,6 @@ pub(super) struct Sample<const N: usize> {
     pub(super) slope: f32,
     /// Along how many pixels its slope counts.
     pub(super) along: f32,
-    /// Whether its splat is a parallelogram. A plane is met once by each ray, whatever depths it has within such a long one.
-    pub(super) stretched: bool,
     /// What it adds for a weight of 1.
     pub(super) seen: [Vec4; N],
 }
@@ -85,12 +83,11 @@ impl<const N: usize> Slot<N> {
     }
 
     /// Returns whether a depth pixel is of the slot's surface, lies on it or meets it.
-    pub(super) fn holds(&self, Sample { q, surface, slope, along, stretched, .. }: &Sample<N>) -> bool {
+    pub(super) fn holds(&self, Sample { q, surface, slope, along, .. }: &Sample<N>) -> bool {
         let [own_q, _, own_surface, own_slope] = self.head.to_array();
         let of_two = (*surface != own_surface) & (*surface != 0.0) & (own_surface != 0.0);
         let (one, two) = (LEVEL * own_q, APART * own_q + along * slope.max(own_slope));
-        let of_one = if *stretched & (*surface == own_surface) { one.max(two) } else { one };
-        (q - own_q).abs() <= if of_two { one.min(two) } else { of_one }
+        (q - own_q).abs() <= if of_two { one.min(two) } else { one }
     }
 
     /// Returns linear light R, G, B times the share of the pixel that the surface covers, that share, and further values

@@ -15,14 +15,7 @@ fn four_slots_at_once_are_as_they_are_one_by_one() {
             let q = 0.1 * (1.0 + 0.002 * (rng.between(-4.0, 4.0)).round() as f32);
             let surface = rng.between(0.0, 3.0).floor() as f32;
             let seen = [Vec4::splat(rng.between(0.1, 1.0) as f32)];
-            Sample {
-                q,
-                surface,
-                slope: rng.between(0.0, 4e-4) as f32,
-                along: APART_PIXELS,
-                stretched: false,
-                seen,
-            }
+            Sample { q, surface, slope: rng.between(0.0, 4e-4) as f32, along: APART_PIXELS, seen }
         };
         let (own, others) = (sample(), [0; 4].map(|_| sample()));
         let mut share = || rng.between(-0.3, 1.2).max(0.0) as f32;
