@@ -236,8 +236,8 @@ fn what_a_view_mirrors_is_no_other() {
 #[test]
 fn a_stretched_floor_does_not_cover_the_foot_of_what_is_on_it() {
     let mut model = Modeller::new();
-    model.object("floor").quad(DVec3::new(-30.0, 0.0, -1.0), DVec3::X * 60.0, DVec3::Y * 30.0);
-    model.object("post").quad(DVec3::new(-0.5, 6.0, -1.0), DVec3::X, DVec3::Z * 1.2);
+    model.object("floor").quad(DVec3::new(-30.0, 0.0, -0.3), DVec3::X * 60.0, DVec3::Y * 30.0);
+    model.object("post").quad(DVec3::new(-0.5, 6.0, -0.3), DVec3::X, DVec3::Z * 1.2);
     let (model, reference) = (model.finish(), look_at(DVec3::ZERO, DVec3::Y));
     let colour = |face: usize, _| if face == 0 { [30, 40, 50, 255] } else { [220, 210, 200, 255] };
     let ldi = of_model(&model, centred(256, 256, 256.0), reference, colour);
