@@ -26,8 +26,10 @@ pub struct Wood {
 /// A species of the trees of a site.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WoodSpecies {
-    /// The plant.
+    /// The plant, with its paint.
     pub plant: Arc<Plant>,
+    /// The plant without its paint; `None` where nothing is painted.
+    pub unpainted: Option<Arc<Plant>>,
     /// Its images; `None` where all of it is drawn as polygons.
     pub images: Option<Arc<PlantImages>>,
     /// How open the crown is to sun, sky and ground; `None` where all light reaches all of it.
@@ -90,6 +92,17 @@ impl Placing {
 }
 
 impl Wood {
+    /// Returns the same trees without their paint and without images, which show the paint, too.
+    pub fn without_paint(&self) -> Self {
+        let bare = |species: &WoodSpecies| match &species.unpainted {
+            Some(plant) => {
+                WoodSpecies { plant: plant.clone(), unpainted: None, images: None, ..species.clone() }
+            }
+            None => species.clone(),
+        };
+        Self { species: self.species.iter().map(bare).collect(), ..self.clone() }
+    }
+
     /// Returns a ball around a tree, in the world.
     pub fn ball(&self, tree: &Tree) -> Ball {
         self.species[tree.species].plant.whole().bounds.ball.mapped(&tree.world_from_plant)

@@ -204,7 +204,10 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     let moved = site.json("tree move project bush_1 --casts --json");
     assert_eq!(moved["trees"][0]["casts"], true);
     let pictures_before = pictures("flakes");
-    let masked = site.json("tree mask project --margin 2 --json");
+    let masked = site.json("tree mask project --photo left.png --margin 2 --json");
+    let photos = masked["photos"].as_array().unwrap();
+    assert_eq!((photos.len(), &photos[0]["photo"]), (1, &"left.png".into()), "{masked:#}");
+    let masked = site.json("tree mask project bush_1 --margin 2 --json");
     assert_eq!(masked["photos"].as_array().unwrap().len(), 2, "{masked:#}");
     // Both photos show the wall where the bush is, which is what its light becomes near them.
     let light = site.json("tree light project --json");

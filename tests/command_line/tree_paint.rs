@@ -267,3 +267,37 @@ fn a_plant_that_has_changed_since_the_export_keeps_its_paint_and_the_import_says
     site.run("tree species project bush --from bush.plant").success();
     assert_eq!(paint_of(&site), before);
 }
+
+/// Photos show the real tree, not the paint: light that made up for the paint would take it away again.
+#[test]
+fn paint_leaves_the_light_that_photos_show_on_trees_as_it_was() {
+    let Some(site) = Site::built() else { return };
+    fs::write(site.path("leaf.plant"), LEAF).unwrap();
+    site.run("tree species project bush --from leaf.plant").success();
+    // Before the wall, in the middle of both photos; what is up in the photos is -y.
+    site.run("tree place project bush --at 0,0.5,3 --height 1").success();
+    site.run("tree mask project").success();
+    let light = || site.json("tree light project --json");
+    let green_and_red = |out: &str| {
+        site.run(&format!("render project --cameras photos --out {out}")).success();
+        let picture = image::open(site.path(&format!("{out}/left.png"))).unwrap().to_rgba8();
+        let sum = |channel: usize| picture.pixels().map(|pixel| u64::from(pixel[channel])).sum::<u64>();
+        (sum(1), sum(0))
+    };
+    let (before, (green, red)) = (light(), green_and_red("before"));
+    assert_eq!(
+        (&before["estimate"]["support"]["from"], &before["photos"]["bush_1"]),
+        (&"photos".into(), &2.into()),
+        "{before:#}"
+    );
+    site.run("tree export project bush --format folder --out layers").success();
+    for direction in ["+y", "-y"] {
+        slabs(&site.path("layers/bush.layers"), direction)
+            .iter()
+            .for_each(|file| repaint(file, |_, _, pixel| reddened(pixel)));
+    }
+    site.run("tree import project layers/bush.layers").success();
+    let (after, (less_green, more_red)) = (light(), green_and_red("after"));
+    assert_eq!((&after["estimate"], &after["light"]), (&before["estimate"], &before["light"]));
+    assert!(less_green < green && more_red > red, "green {green} to {less_green}, red {red} to {more_red}");
+}

@@ -303,4 +303,19 @@ mod tests {
     fn the_definition_contradicts_itself_nowhere() {
         command().debug_assert();
     }
+
+    /// Two fields of one name, such as those of a flattened structure, would read each other's values; clap tells only in
+    /// builds with debug assertions.
+    #[test]
+    fn no_two_arguments_of_a_command_have_one_name() {
+        fn check(command: &Command) {
+            let mut ids: Vec<_> = command.get_arguments().map(clap::Arg::get_id).collect();
+            let count = ids.len();
+            ids.sort();
+            ids.dedup();
+            assert_eq!(ids.len(), count, "{}: {ids:?}", command.get_name());
+            command.get_subcommands().for_each(check);
+        }
+        check(&command());
+    }
 }

@@ -297,7 +297,7 @@ pub struct TreeMaskArgs {
     pub project: PathBuf,
     /// The trees by name (`*` stands for any characters) [default: all]
     #[arg(value_name = "NAME")]
-    pub names: Vec<String>,
+    pub trees: Vec<String>,
     #[command(flatten)]
     pub photos: PhotoArgs,
     /// Also mask pixels within this distance, because trees are not quite like the real ones

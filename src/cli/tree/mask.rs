@@ -20,9 +20,9 @@ use crate::task::Task;
 /// Runs `tree mask`: masks the real trees in the photos, where trees of the project stand.
 pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {
     let (_lock, mut project) = lock_and_read(&args.project, task)?;
-    let names = match args.names.is_empty() {
+    let names = match args.trees.is_empty() {
         true => project.trees.placed.iter().map(|tree| tree.name.clone()).collect(),
-        false => named(&project.trees, &args.names)?,
+        false => named(&project.trees, &args.trees)?,
     };
     if names.is_empty() {
         return Err(Error::Request("the project has no trees; place some first".into()));

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::images::{species_images, species_openness};
-use super::paint::{paint_state, species_plant};
+use super::paint::{SpeciesPlants, paint_state, species_plants};
 use crate::document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
 use crate::error::{Error, Message, Result};
 use crate::foliage::{Light, Placing, Plant, Tree, Wood, WoodSpecies};
@@ -83,8 +83,9 @@ impl KnownPlants {
         if let Some(of) = self.0.iter().find(is_same) {
             return Ok(of.known.clone());
         }
-        let plant = Arc::new(species_plant(folder, (name, species), task)?);
-        let known = WoodSpecies { plant, images: None, openness: None };
+        let SpeciesPlants { plant, unpainted } = species_plants(folder, (name, species), task)?;
+        let (plant, unpainted) = (Arc::new(plant), unpainted.map(Arc::new));
+        let known = WoodSpecies { plant, unpainted, images: None, openness: None };
         // What a species was before is of no use any more.
         self.0.retain(|of| of.name != name);
         let (name, species, of) = (name.to_owned(), species.clone(), known.clone());

@@ -48,7 +48,11 @@ fn wood(plant: Plant) -> Wood {
     };
     let beside = DAffine3::from_mat3_translation(squeezed, DVec3::new(4.0, 3.0, 0.0));
     let trees = vec![tree(0, DAffine3::IDENTITY, 1.0), tree(1, beside, 0.5)];
-    Wood { species: vec![WoodSpecies { plant: Arc::new(plant), images: None, openness: None }], trees, light }
+    Wood {
+        species: vec![WoodSpecies { plant: Arc::new(plant), unpainted: None, images: None, openness: None }],
+        trees,
+        light,
+    }
 }
 
 fn renderer(gpu: &Gpu, model: Arc<Model>, wood: Option<Wood>) -> Renderer {

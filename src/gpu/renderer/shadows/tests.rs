@@ -121,7 +121,7 @@ fn wood(plant: Plant, world_from_plant: DAffine3, casts: bool) -> Wood {
         casts,
         ratios: Arc::default(),
     };
-    let species = vec![WoodSpecies { plant: Arc::new(plant), images: None, openness: None }];
+    let species = vec![WoodSpecies { plant: Arc::new(plant), unpainted: None, images: None, openness: None }];
     Wood { species, trees: vec![tree], light: light() }
 }
 

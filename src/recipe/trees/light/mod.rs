@@ -91,12 +91,14 @@ pub enum LightSupport {
 }
 
 /// Returns the estimate of the light on the trees of an opened project: the one in `cache/` if it was made from the same photos,
-/// masks and trees, else a new one, which is kept there. `wood` is what is drawn of the trees.
+/// masks and trees, else a new one, which is kept there. `wood` is what is drawn of the trees. Their paint has no part in it: the
+/// photos do not show it, so that light which makes up for it would take it away.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`], and [`crate::Error::Input`] and [`crate::Error::Io`] for masks that cannot be read. A cache that cannot be written is
 /// noted.
 pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task) -> Result<LightEstimate> {
+    let wood = &wood.without_paint();
     let store = StackStore::new(folder);
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();

@@ -145,7 +145,7 @@ mod tests {
             casts: false,
             ratios: Arc::default(),
         };
-        let species = vec![WoodSpecies { plant, images: None, openness: None }];
+        let species = vec![WoodSpecies { plant, unpainted: None, images: None, openness: None }];
         let wood = Wood { species, trees: vec![tree], light: Light::day(DVec3::Z) };
         (Site { photos: vec![scene.photo()], model: Arc::default() }, wood)
     }

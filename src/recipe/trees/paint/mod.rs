@@ -28,7 +28,27 @@ pub use import::{TreeImportOptions, TreeImported, import_tree_paint, tree_import
 ///
 /// # Errors
 /// Those of [`plant_of`].
-pub fn species_plant(folder: &Path, (name, species): (&str, &TreeSpecies), task: &Task) -> Result<Plant> {
+pub fn species_plant(folder: &Path, species: (&str, &TreeSpecies), task: &Task) -> Result<Plant> {
+    species_plants(folder, species, task).map(|plants| plants.plant)
+}
+
+/// The plant of a species.
+pub struct SpeciesPlants {
+    /// The plant with its paint.
+    pub plant: Plant,
+    /// The plant without it; `None` where nothing is painted.
+    pub unpainted: Option<Plant>,
+}
+
+/// [`species_plant`] with the plant as it is without paint.
+///
+/// # Errors
+/// Those of [`plant_of`].
+pub fn species_plants(
+    folder: &Path,
+    (name, species): (&str, &TreeSpecies),
+    task: &Task,
+) -> Result<SpeciesPlants> {
     let plant = plant_of(folder, species, task)?;
     let store = TreePaintStore::new(folder);
     let book = match store.read() {
@@ -36,14 +56,14 @@ pub fn species_plant(folder: &Path, (name, species): (&str, &TreeSpecies), task:
         Err(error) => {
             let what = format!("the species {name:?} is shown without its paint: ");
             task.note(Message::from(what).and(error.message()));
-            return Ok(plant);
+            return Ok(SpeciesPlants { plant, unpainted: None });
         }
     };
     let fields = fields(&store, &book, (name, &plant), task);
     if fields.is_empty() {
-        return Ok(plant);
+        return Ok(SpeciesPlants { plant, unpainted: None });
     }
-    let PaintedPlant { plant, unpainted } =
+    let PaintedPlant { plant: with_paint, unpainted } =
         task.timed("paint plant", || painted(&plant, plant.root, &fields));
     if unpainted > 0 {
         task.note(format!(
@@ -51,7 +71,7 @@ pub fn species_plant(folder: &Path, (name, species): (&str, &TreeSpecies), task:
              keep their colours; paint a part that is used often (`--part`) instead of the whole plant"
         ));
     }
-    Ok(plant)
+    Ok(SpeciesPlants { plant: with_paint, unpainted: Some(plant) })
 }
 
 /// Returns what tells one state of the paint of a species from another, without reading its points.
