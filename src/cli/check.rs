@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::CheckArgs;
 use super::table::{Table, counted};
+use super::tree::note_doubts;
 use crate::cli::words::error_text;
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
@@ -14,6 +15,7 @@ use crate::recipe::check::{
     AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Names, ObjectDistances, Verdict, check_site,
 };
 use crate::recipe::open::open;
+use crate::recipe::trees::list::{listed_species, species_problems};
 use crate::task::Task;
 
 /// Number of names in a list; `--json` has more.
@@ -41,6 +43,10 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
         .extend(report.photos.iter().filter_map(|p| Some(format!("{}: {}", p.name, p.problem.as_ref()?))));
     if report.verdict == Verdict::Misses {
         problems.push("the model is not aligned with the photos".into());
+    }
+    if !opened.project.trees.is_empty() {
+        note_doubts(&opened, task);
+        problems.extend(species_problems(&listed_species(&args.project, &opened.project.trees, task)?));
     }
     let shown = pictures.map_or_else(String::new, |folder| {
         format!("\npictures with the model's edges: {}\n", folder.display())

@@ -7,11 +7,14 @@ use serde_json::{Value, json};
 use crate::cli::Outcome;
 use crate::cli::args::TreeListArgs;
 use crate::cli::table::Table;
+use crate::cli::words::command_for_project;
 use crate::document::trees::{LightStrength, Strength};
 use crate::document::{Project, Trees};
 use crate::error::Result;
 use crate::recipe::open::{Opened, open};
-use crate::recipe::trees::list::{ListedSpecies, doubts, listed_species, listed_trees};
+use crate::recipe::trees::list::{
+    ListedSpecies, doubts, listed_species, listed_trees, outdated_masks, species_problems,
+};
 use crate::recipe::trees::paint::listed_paint;
 use crate::recipe::views::up;
 use crate::task::Task;
@@ -24,11 +27,9 @@ pub fn run(args: &TreeListArgs, task: &Task) -> Result<Outcome> {
 
 /// Lists species and trees, and what is doubtful about them.
 fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
-    let Opened { project, site, .. } = opened;
+    let Opened { project, .. } = opened;
     let species = listed_species(folder, &project.trees, task)?;
-    for doubt in doubts(&project.trees, &site.model, up(&site.photos)) {
-        task.note(doubt);
-    }
+    note_doubts(opened, task);
     // Where the book cannot be read, reading the plants notes it.
     let painted = listed_paint(folder).unwrap_or_default();
     for (name, paint) in painted.iter().filter(|(name, _)| !project.trees.species.contains_key(*name)) {
@@ -38,11 +39,7 @@ fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
             paint.texels
         ));
     }
-    let problems = species.iter().filter_map(|species| {
-        let problem = species.problem.as_ref()?;
-        Some(format!("trees of the species {:?} are not shown: {problem}", species.species))
-    });
-    let problems: Vec<String> = problems.collect();
+    let problems = species_problems(&species);
     let json = json!({
         "species": species,
         "trees": listed_trees(project),
@@ -54,6 +51,19 @@ fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
         false => format!("{}{}{}", species_table(&species), trees_table(project), light(&project.trees)),
     };
     Ok(Outcome { text, json, problems })
+}
+
+/// Notes what is doubtful about the trees of a project.
+pub fn note_doubts(opened: &Opened, task: &Task) {
+    let Opened { project, site, .. } = opened;
+    for doubt in doubts(&project.trees, &site.model, up(&site.photos)) {
+        task.note(doubt);
+    }
+    let outdated = outdated_masks(project);
+    if !outdated.is_empty() {
+        let (mask, names) = (command_for_project("tree mask"), outdated.join(", "));
+        task.note(format!("masks show where trees were before they changed: {names}; {mask} renews them"));
+    }
 }
 
 fn species_table(species: &[ListedSpecies]) -> String {
@@ -93,7 +103,7 @@ pub fn trees_table(project: &Project) -> String {
         let length = |length: Option<f64>| length.map_or("own".to_owned(), |length| format!("{length:.2}"));
         let (height, width) = (length(tree.height), length(tree.width));
         let replaces = tree.replaces.into_iter().collect::<Vec<_>>().join(", ");
-        let masks = listed.masks.to_string();
+        let masks = format!("{}{}", listed.masks, if listed.masks_outdated { ", changed since" } else { "" });
         let turn = format!("{:.0}", tree.turn);
         let casts = if tree.casts { "a shadow" } else { "" }.to_owned();
         table.row([tree.name, tree.species, x, y, z, height, width, turn, casts, replaces, masks]);

@@ -10,6 +10,7 @@ mod mask;
 mod paint;
 mod render;
 
+pub use self::list::note_doubts;
 use super::Outcome;
 use super::args::{TreeArgs, TreeCommand};
 use crate::error::Result;

@@ -77,6 +77,11 @@ impl DirectionPhoto {
         px.y as usize * self.camera.width as usize + px.x as usize
     }
 
+    /// Returns the distance of a pixel's colour, as a natural logarithm, from those around another one.
+    pub(super) fn distance(&self, at: usize, other: usize) -> f32 {
+        self.tints.distance(self.tints.tint(self.centre(at), 0), self.centre(other), 0)
+    }
+
     /// Returns the direction (world) of a pixel's centre.
     fn direction(&self, at: usize) -> DVec3 {
         self.pose.rotation.transpose() * self.camera.ray_in_camera(self.centre(at))

@@ -36,6 +36,20 @@ const EDGE_PX: i32 = 2;
 /// The agreement of what stands on outlines: that of things that are contradicted as a whole.
 const STANDING: f32 = 0.01;
 
+/// The width of the band along outlines, as a share of the longer side, in which surroundings are compared with those of the same
+/// photo beyond it: models are wrong by less.
+const BAND: f64 = 0.015;
+
+/// How far around a pixel of the band it is compared with what is beyond, in widths of the band.
+const AROUND: f64 = 2.0;
+
+/// Every so many rows and columns are compared: a colour is compared with all colours at most two pixels away.
+const STEP: i32 = 4;
+
+/// The distance from all colours beyond the band, as a natural logarithm, from which on a pixel shows something else: photos agree
+/// fully up to a quarter, and not at all from a half on.
+const STRAYS: f32 = 0.35;
+
 /// The share of the pixels of a thing that others have to confirm for it to be far away.
 const CONFIRMED: f32 = 0.5;
 
@@ -87,8 +101,10 @@ impl FarColours {
         scale: f64,
     ) {
         let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
-        let other: Vec<bool> =
-            photo.exposed.par_iter().map(|light| light.is_some_and(|light| !self.contains(light))).collect();
+        let is_other = |(at, light): (usize, &Option<[f32; 3]>)| {
+            light.is_some_and(|light| !self.contains(light) || strays(photo, at))
+        };
+        let other: Vec<bool> = photo.exposed.par_iter().enumerate().map(is_other).collect();
         let around = |at: usize, reach: i32| {
             let (x, y) = (at as i32 % width, at as i32 / width);
             let columns = (x - reach).max(0)..(x + reach + 1).min(width);
@@ -123,6 +139,28 @@ impl FarColours {
             }
         }
     }
+}
+
+/// Returns whether a pixel beside an outline shows none of the colours that the photo shows around it beyond the band along
+/// outlines: the rim of a cornice before clouds of its own colour that are elsewhere in the sky. Nothing strays where nothing is
+/// beyond.
+fn strays(photo: &DirectionPhoto, at: usize) -> bool {
+    let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
+    let band = BAND * f64::from(width.max(height));
+    if f64::from(photo.inside_px[at]) > band {
+        return false;
+    }
+    let (x, y) = (at as i32 % width, at as i32 / width);
+    let reach = (AROUND * band) as i32;
+    let along = |at: i32, side: i32| {
+        (-reach..=reach)
+            .step_by(STEP as usize)
+            .map(move |by| at + by)
+            .filter(move |at| (0..side).contains(at))
+    };
+    let beyond = along(y, height).flat_map(|y| along(x, width).map(move |x| (y * width + x) as usize));
+    let mut beyond = beyond.filter(|at| f64::from(photo.inside_px[*at]) > band).peekable();
+    beyond.peek().is_some() && beyond.all(|other| photo.distance(at, other) > STRAYS)
 }
 
 /// Returns the cell of the histogram with a colour (linear light); the outermost ones hold what lies beyond.
@@ -219,6 +257,27 @@ mod tests {
         assert_eq!(value(62, 76), 1.0);
         let value = lowered(&[low(0.0, 60..66), low(0.1, 60..66)], 1.0);
         assert_eq!(value(62, 76), STANDING);
+    }
+
+    #[test]
+    fn a_rim_of_a_colour_that_is_elsewhere_in_the_sky_stands_on_the_outline_and_a_cloud_behind_it_does_not() {
+        // A cornice of the cloud's own colour, two pixels high, and a cloud that goes on behind the model.
+        let with_rim = |x: f64, rim: std::ops::Range<usize>| {
+            let mut made = photo(x, 0..0);
+            let light = (0..200 * 120).map(|at| match (at % 200, at / 200) {
+                (column, 78..80) if rim.contains(&column) => Some(WHITE),
+                (20..50, 40..80) => Some(WHITE),
+                _ => made.exposed[at],
+            });
+            made = DirectionPhoto::new(CAMERA, made.pose, light.collect());
+            made
+        };
+        let value = lowered(&[with_rim(0.0, 100..130), with_rim(0.1, 103..133)], 1.0);
+        assert_eq!([value(101, 78), value(115, 79), value(128, 79)], [STANDING; 3]);
+        assert_eq!([value(115, 75), value(35, 79), value(35, 50), value(160, 79)], [1.0; 4]);
+        // The same in the same direction from elsewhere is far away.
+        let value = lowered(&[with_rim(0.0, 100..130), with_rim(1.0, 100..130)], 1.0);
+        assert_eq!(value(115, 79), 1.0);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::images::has_images;
 use super::paint::{ListedPaint, listed_paint, species_plant};
 use crate::document::Project;
-use crate::document::masks::{MaskOrigin, MaskedTree};
+use crate::document::masks::TreeInMasks;
 use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees};
 use crate::error::Result;
 use crate::foliage::{Counts, Stature};
@@ -48,6 +48,8 @@ pub struct ListedTree {
     pub tree: PlacedTree,
     /// The number of photos in which it is masked.
     pub masks: usize,
+    /// Whether it was moved, or changed in size or species, since it was masked.
+    pub masks_outdated: bool,
 }
 
 /// What a species costs and how large its plant is.
@@ -111,15 +113,26 @@ pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<L
 
 /// Lists the trees in the order of the project.
 pub fn listed_trees(project: &Project) -> Vec<ListedTree> {
-    let masks = |name: &str| {
-        let is_of_it =
-            |from: &MaskOrigin| matches!(from, MaskOrigin::Tree(MaskedTree { name: of, .. }) if of == name);
-        let has_one =
-            project.masks.photos().filter(|(_, masks)| masks.iter().any(|mask| is_of_it(&mask.from)));
-        has_one.count()
+    let listed = |tree: &PlacedTree| {
+        let TreeInMasks { photos: masks, outdated: masks_outdated } = project.masks.of_tree(tree);
+        ListedTree { tree: tree.clone(), masks, masks_outdated }
     };
-    let listed = |tree: &PlacedTree| ListedTree { tree: tree.clone(), masks: masks(&tree.name) };
     project.trees.placed.iter().map(listed).collect()
+}
+
+/// Returns why trees of species are not shown, in words.
+pub fn species_problems(species: &[ListedSpecies]) -> Vec<String> {
+    let problem = |of: &ListedSpecies| {
+        let problem = of.problem.as_ref()?;
+        Some(format!("trees of the species {:?} are not shown: {problem}", of.species))
+    };
+    species.iter().filter_map(problem).collect()
+}
+
+/// Returns the names of the trees that changed since they were masked.
+pub fn outdated_masks(project: &Project) -> Vec<&str> {
+    let is_outdated = |tree: &&PlacedTree| project.masks.of_tree(tree).outdated;
+    project.trees.placed.iter().filter(is_outdated).map(|tree| &tree.name[..]).collect()
 }
 
 /// The share of a tree's height by which its foot may be above or below the model without a remark.
@@ -132,11 +145,13 @@ const TOO_LARGE: f64 = 4.0;
 /// The height that stands for that of trees whose height is not said, in world units.
 const USUAL_HEIGHT: f64 = 8.0;
 
-/// Returns what is doubtful about where trees stand, in words: feet above or below the model, and trees in one place. `model`
+/// Returns what is doubtful about where trees stand, in words: feet above or below the model, trees far away from it, and trees in one place. `model`
 /// is what they stand on, `up` what is up in the world.
 pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
     let surface = Surface::from_model(model);
     let size = extent(&model.vertices);
+    let low = model.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
+    let high = model.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
     let mut doubts = Vec::new();
     for (number, tree) in trees.placed.iter().enumerate() {
         let (at, height) = (DVec3::from_array(tree.at), tree.height.unwrap_or(USUAL_HEIGHT));
@@ -145,6 +160,10 @@ pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
         {
             let (far, side) = (above.abs(), if above > 0.0 { "above" } else { "below" });
             doubts.push(format!("the foot of the tree {:?} is {far:.2} {side} the model", tree.name));
+        }
+        let away = (at - at.clamp(low, high)).length();
+        if away > size && size > 0.0 {
+            doubts.push(format!("the tree {:?} is {away:.0} away from the model", tree.name));
         }
         for (length, how) in [(tree.height, "high"), (tree.width, "wide")] {
             if let Some(length) = length.filter(|length| *length > TOO_LARGE * size && size > 0.0) {
@@ -166,15 +185,15 @@ pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
     doubts
 }
 
-/// Returns how far a foot is above the nearest surface on the vertical line through it, within the tree's height; `None` where
-/// there is none.
+/// Returns how far a foot is above the nearest surface on the vertical line through it; `None` where there is none. A surface
+/// above the tree's top is none: it is a roof, or what else is over ground that is not modelled.
 fn above_ground(surface: &Surface, at: DVec3, up: DVec3, height: f64) -> Option<f64> {
     // From a little beyond the foot, so that a surface right at it is met from both sides.
     let start = AFLOAT * height;
     let below = surface.nearest(at + start * up, -up).map(|hit| hit.t - start);
     let above = surface.nearest(at - start * up, up).map(|hit| start - hit.t);
     let found = [below, above].into_iter().flatten().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-    (found.abs() <= height).then_some(found)
+    (found >= -height).then_some(found)
 }
 
 #[cfg(test)]
@@ -204,6 +223,17 @@ mod tests {
         assert!(
             told(&with(&trees, [80.0, 0.0, 0.0])).len() == 4,
             "where the model has no ground, nothing is told"
+        );
+        // A foot in the air is told however high it is, a surface above the top is a roof, and what is beside the model is told from as
+        // far away as the model is large.
+        let tells = |at: [f64; 3]| told(&with(&Trees::default(), at)).join(" ");
+        assert!(tells([0.0, 0.0, 300.0]).contains("298.00 above"), "{}", tells([0.0, 0.0, 300.0]));
+        assert_eq!(tells([0.0, 0.0, -9.0]), "");
+        assert_eq!(tells([190.0, 0.0, 0.0]), "");
+        assert!(
+            tells([1000.0, 0.0, 0.0]).contains("950 away from the model"),
+            "{}",
+            tells([1000.0, 0.0, 0.0])
         );
         let mut high = with(&Trees::default(), [0.0, 0.0, 2.0]);
         high.placed[0].height = Some(1e9);

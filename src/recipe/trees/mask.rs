@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::document::masks::{MaskOrigin, MaskedTree};
+use crate::document::trees::PlacedTree;
 use crate::error::Result;
 use crate::foliage::{Tree, View as PlantView, Wood, silhouette};
 use crate::geometry::Spans;
@@ -85,16 +86,13 @@ pub fn tree_masks(
             // Its progress is that of the photos.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
             let masked = tree_pixels((wood, tree), photo, &model, margin, &quiet)?;
-            let from = from_tree(&tree.name, margin);
+            let placed = opened.project.trees.placed.iter().find(|placed| placed.name == tree.name);
+            let placing = placed.map(PlacedTree::placing);
+            let from = MaskOrigin::Tree(MaskedTree { name: tree.name.clone(), margin, placing });
             edits.push(MaskEdit::Put { photo: photo.name.clone(), from, masked });
         }
     }
     Ok(edits)
-}
-
-/// Returns the origin of the mask of a tree.
-pub fn from_tree(name: &str, margin: u32) -> MaskOrigin {
-    MaskOrigin::Tree(MaskedTree { name: name.to_owned(), margin })
 }
 
 #[cfg(test)]

@@ -7,7 +7,6 @@ use crate::app::panel::{button, grouped, named, rows, small_button, title};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk, TreeAsk};
 use crate::app::state::selection::Selection;
-use crate::document::masks::{MaskOrigin, MaskedTree};
 use crate::document::trees::{PlacedTree, TreeIndex};
 
 /// The species that need not be added before.
@@ -34,7 +33,7 @@ pub fn tree_page(ui: &mut Ui, state: &State, index: TreeIndex, asks: &mut Vec<As
     });
     page.replaces_ui(ui, state);
     ui.add_space(6.0);
-    costs_ui(ui, state, tree);
+    costs_ui(ui, state, tree, asks);
     ui.add_space(6.0);
     ui.horizontal_wrapped(|ui| {
         for command in [&view::FRAME, &trees::DUPLICATE, &trees::HIDE, &trees::REMOVE, &trees::MASK] {
@@ -264,13 +263,11 @@ pub fn species_choice(ui: &mut Ui, state: &State, now: &str) -> Option<String> {
 }
 
 /// Draws what a tree costs, and where it is masked.
-fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree) {
+fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let project = session.history.present();
-    let is_of_it =
-        |from: &MaskOrigin| matches!(from, MaskOrigin::Tree(MaskedTree { name, .. }) if *name == tree.name);
-    let masked = project.masks.photos().filter(|(_, masks)| masks.iter().any(|mask| is_of_it(&mask.from)));
-    let mut facts = vec![("Masked in", format!("{} of {} photos", masked.count(), session.photos.len()))];
+    let masked = project.masks.of_tree(tree);
+    let mut facts = vec![("Masked in", format!("{} of {} photos", masked.photos, session.photos.len()))];
     let species = project.trees.species.get(&tree.species);
     match species.and_then(|species| state.trees.figures.of(species)) {
         Some(Ok(figures)) => {
@@ -281,6 +278,15 @@ fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree) {
         Some(Err(_)) | None => facts.push(("Polygons", "not known".into())),
     }
     rows(ui, &facts);
+    if masked.outdated {
+        ui.horizontal_wrapped(|ui| {
+            ui.colored_label(ui.visuals().warn_fg_color, "The tree has changed since it was masked.");
+            let again = ui.link("Mask again").on_hover_text(trees::MASK.tooltip);
+            if again.clicked() {
+                asks.push(TreeAsk::Mask.into());
+            }
+        });
+    }
     if let Some(Err(problem)) = species.and_then(|species| state.trees.figures.of(species)) {
         ui.colored_label(ui.visuals().error_fg_color, problem);
     }

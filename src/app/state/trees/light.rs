@@ -158,7 +158,11 @@ mod tests {
         project.trees.light = with_strength(&project.trees.light, clear_day());
         assert!(!light.is_missing(&project, &running), "it is given");
         project.trees.placed[0].tint = [1.0; 3];
-        let from = MaskOrigin::Tree(MaskedTree { name: project.trees.placed[0].name.clone(), margin: 2 });
+        let from = MaskOrigin::Tree(MaskedTree {
+            name: project.trees.placed[0].name.clone(),
+            margin: 2,
+            placing: None,
+        });
         let mask = Mask { from, file: "mask.png".into(), pixels: 9 };
         project.masks.put("photo.jpg", mask);
         assert!(light.is_missing(&project, &running), "a photo shows the tree");
