@@ -13,6 +13,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::layout::{Ldi, Level};
+use super::occluders::{CLEARLY_FARTHER, Occluders};
 use super::splat::sums::{BLENDED, COLOUR, LEVEL, Slot, SumsCanvas};
 use super::warp::{BAND, Plan, WarpOptions, light_of_bytes};
 use crate::error::Result;
@@ -198,6 +199,8 @@ struct Blender<'a> {
     /// The level of each source that is drawn.
     levels: Vec<&'a Level>,
     shot: &'a Shot,
+    /// Where the cameras see outlines.
+    occluders: Vec<Occluders>,
     /// The cameras' positions.
     eyes: Vec<DVec3>,
     viewpoint: DVec3,
@@ -206,8 +209,11 @@ struct Blender<'a> {
 impl<'a> Blender<'a> {
     fn new(sources: &'a [BlendSource], plans: &[Plan<'a>], shot: &'a Shot) -> Self {
         let eyes = sources.iter().map(|source| source.ldi.pose.center_in_world()).collect();
-        let levels = plans.iter().map(|plan| plan.level).collect();
-        Self { sources, levels, shot, eyes, viewpoint: shot.viewpoint() }
+        let levels: Vec<&Level> = plans.iter().map(|plan| plan.level).collect();
+        let of_source =
+            |(level, source): (&&Level, &BlendSource)| Occluders::new(level, source.ldi.camera.width);
+        let occluders = levels.par_iter().zip(sources).map(of_source).collect();
+        Self { sources, levels, occluders, shot, eyes, viewpoint: shot.viewpoint() }
     }
 
     /// Returns the colour of a pixel at `at` of the parts that the images show there, darkened by a factor, and what it shows.
@@ -308,7 +314,10 @@ impl<'a> Blender<'a> {
             Some(grid) => grid.at(place.px).max(f64::from(part.paint)).max(LEAST_AGREEMENT),
             None => 1.0,
         };
-        let claim = Claim { angle: place.angle, octaves, border, confidence: 1.0, agreement };
+        let beside =
+            |inverse_depth| self.occluders[part.source].confidence(place.px.to_array(), inverse_depth);
+        let confidence = place.inverse_depth.map_or(1.0, beside).max(f64::from(part.paint));
+        let claim = Claim { angle: place.angle, octaves, border, confidence, agreement };
         claim.penalty(&self.shot.blend) + FILLED_IN * (1.0 - f64::from(part.own))
     }
 
@@ -333,13 +342,12 @@ impl<'a> Blender<'a> {
         let (x, y) = (x as u32, y as u32);
         let mut nearest = (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| level.at(x, y)));
         nearest.all(|pixel| {
-            !pixel.is_empty() && f64::from(level.inverse_depths[pixel.start]) < PAST * inverse_depth
+            !pixel.is_empty()
+                && f64::from(level.inverse_depths[pixel.start]) < CLEARLY_FARTHER * inverse_depth
         })
     }
 }
 
-/// The inverse depth that counts as clearly farther than a point, as a share of the point's.
-const PAST: f64 = 0.95;
 /// The angle that a camera's distance from the viewpoint counts as where the sky is seen, in radians per world unit: only the
 /// order matters.
 const PER_UNIT_AT_THE_SKY: f64 = 1e-3;

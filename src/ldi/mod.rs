@@ -13,6 +13,7 @@ pub mod layout;
 pub mod lean;
 pub mod levels;
 pub mod merge;
+pub mod occluders;
 pub mod order;
 pub mod report;
 pub mod segments;

@@ -14,6 +14,7 @@
 pub mod bilinear;
 pub mod halving;
 pub mod image;
+pub mod nearest;
 pub mod over;
 pub mod robust;
 pub mod sample;

@@ -13,7 +13,6 @@ mod figures;
 mod inputs;
 pub mod live;
 mod maker;
-mod nearest;
 mod of_cube;
 mod of_depth;
 mod of_photos;

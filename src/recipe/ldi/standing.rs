@@ -10,7 +10,6 @@ use rayon::prelude::*;
 
 use super::cover::Found;
 use super::figures::UNKNOWN_PLANE;
-use super::nearest::nearest;
 use crate::geometry::PixelRect;
 use crate::layers::dome::{BLACK, STRAY};
 use crate::layers::fill::push_pull::WeightedGrid;
@@ -18,6 +17,7 @@ use crate::ldi::DepthPixelOrigin;
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::skirts::{is_far_away, rises_above_outline};
 use crate::projection::srgb::Srgb;
+use crate::raster::nearest::nearest;
 use crate::recipe::layer_textures::surroundings::WIDTH;
 
 /// The largest distance from a face, in pixels, at which a pixel is beside it: outlines are rounded to pixels, and pixels mix the face
