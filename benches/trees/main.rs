@@ -49,7 +49,7 @@ fn baked(plant: &Plant, options: &BakeOptions) -> Arc<PlantImages> {
 }
 
 fn species(plant: &Arc<Plant>, images: Option<&Arc<PlantImages>>) -> WoodSpecies {
-    WoodSpecies { plant: plant.clone(), images: images.cloned(), openness: None }
+    WoodSpecies { plant: plant.clone(), unpainted: None, images: images.cloned(), openness: None }
 }
 
 /// The trees of a species in these places.

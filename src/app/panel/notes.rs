@@ -125,7 +125,7 @@ fn line(note: &Note) -> String {
 fn remedy_ask(remedy: &Remedy, state: &State) -> Ask {
     match remedy {
         Remedy::ReadAgain => READ_AGAIN.asked(state),
-        Remedy::SetMask(change) => MaskAsk::Set(change.clone()).into(),
+        Remedy::SetMask(change) => MaskAsk::Set((**change).clone()).into(),
         Remedy::ChooseMask(unmasked) => MaskAsk::Choose(unmasked.clone()).into(),
     }
 }

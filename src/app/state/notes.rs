@@ -23,7 +23,7 @@ pub enum Remedy {
     /// Reads the site again.
     ReadAgain,
     /// Replaces a mask that cannot be used by another one, or removes it.
-    SetMask(MaskChange),
+    SetMask(Box<MaskChange>),
     /// Chooses a file for a photo's mask that cannot be used.
     ChooseMask(Box<UnusableMask>),
 }

@@ -111,12 +111,12 @@ fn note_of(it: UnusableMask, therefore: &str, older: Option<(String, u64, System
     let text = format!("{therefore}: its mask, {words}, cannot be used: {}.", it.problem);
     let note = Note::about(Weight::Problem, &it.photo.name, text);
     let away = changed(&it.photo, it.mask.clone(), None);
-    let mut note = note.with("Remove this mask", Remedy::SetMask(away));
+    let mut note = note.with("Remove this mask", Remedy::SetMask(Box::new(away)));
     if let Some((file, pixels, made)) = older {
         let mask = Mask { from: it.mask.from.clone(), file, pixels };
         let when = made.elapsed().map(ago).unwrap_or_default();
         let back = changed(&it.photo, it.mask.clone(), Some(mask));
-        note = note.with(format!("Restore the version of {when}"), Remedy::SetMask(back));
+        note = note.with(format!("Restore the version of {when}"), Remedy::SetMask(Box::new(back)));
     }
     note.with("Choose a file…", Remedy::ChooseMask(Box::new(it)))
 }

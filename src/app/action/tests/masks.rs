@@ -143,7 +143,7 @@ fn a_mask_whose_file_is_gone_counts_as_empty_and_is_reported_with_remedies_once(
     });
     let away = away.expect("the mask can be taken away");
     assert!(bench.state.can_remedy(&Remedy::SetMask(away.clone())));
-    bench.ask(MaskAsk::Set(away.clone()));
+    bench.ask(MaskAsk::Set((*away).clone()));
     assert!(masks(&bench).is_empty() && !bench.state.can_remedy(&Remedy::SetMask(away)));
     bench.ask(DecideAsk::Undo);
     assert_eq!(masks(&bench), [lost]);
