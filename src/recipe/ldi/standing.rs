@@ -17,7 +17,7 @@ use crate::ldi::DepthPixelOrigin;
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::skirts::{is_far_away, rises_above_outline};
 use crate::projection::srgb::Srgb;
-use crate::raster::nearest::nearest;
+use crate::raster::nearest::{Nearest, nearest};
 use crate::recipe::layer_textures::surroundings::WIDTH;
 
 /// The largest distance from a face, in pixels, at which a pixel is beside it: outlines are rounded to pixels, and pixels mix the face
@@ -58,7 +58,9 @@ impl Standing<'_> {
         self.add_rims(rows, &mut is_near, &|at| nearest[at].distance_px());
         let seeds = (0..is_near.len()).filter(|at| is_near[*at] && is_beside(*at)).collect();
         is_near = connected(&is_near, self.width, seeds);
-        let colours = if self.filled { self.behind(rows, &is_near) } else { None };
+        let seam = self.seam(&is_face, &is_near);
+        let is_guess: Vec<bool> = is_near.iter().zip(&seam).map(|(near, seam)| *near || *seam).collect();
+        let colours = if self.filled { self.behind(rows, &is_guess) } else { None };
         let moved = rows.par_iter_mut().enumerate().map(|(y, row)| {
             let mut added = Vec::new();
             let mut before = None;
@@ -67,6 +69,14 @@ impl Standing<'_> {
                 let nearer = before.filter(|(column, _)| *column == found.column).map(|(_, depth)| depth);
                 before = Some((found.column, found.inverse_depth));
                 let at = y * self.width + usize::from(found.column);
+                let is_hidden = seen <= LEAST_SEEN && found.inverse_depth == 0.0;
+                if seam[at] && is_hidden && found.origin != DepthPixelOrigin::Paint {
+                    if let Some(colours) = &colours {
+                        found.colour = colours.at(found.column, y);
+                        found.origin = DepthPixelOrigin::Invented;
+                    }
+                    continue;
+                }
                 let Some(face) = nearest[at].index().filter(|_| is_near[at] && seen > LEAST_SEEN) else {
                     continue;
                 };
@@ -90,6 +100,17 @@ impl Standing<'_> {
             count
         });
         moved.sum()
+    }
+
+    /// Returns where a face hides surroundings, beside some that are moved to its depth: layers continue past outlines with the colours of
+    /// the pixels there, which are those of what stands on the outline, or mixed with the face's.
+    fn seam(&self, is_face: &[bool], is_near: &[bool]) -> Vec<bool> {
+        let is_open: Vec<bool> = is_face.iter().map(|is_face| !is_face).collect();
+        let is_seam = |nearest: Nearest| {
+            let distance_px = nearest.distance_px();
+            distance_px > 0.0 && distance_px <= BESIDE_PX && nearest.index().is_some_and(|at| is_near[at])
+        };
+        nearest(&is_open, self.width).into_iter().map(is_seam).collect()
     }
 
     /// Returns where the photo shows surroundings that are not far away, or beside a face.
@@ -317,6 +338,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn surroundings_that_a_face_hides_beside_its_outline_are_inpainted_and_paint_is_not() {
+        let mut rows = rows();
+        // Behind the wall the sky goes on; along the outline with the wall's colour, as layers are continued.
+        for (y, row) in rows.iter_mut().enumerate().skip(20) {
+            let behind = |wall: &Found| Found {
+                inverse_depth: 0.0,
+                origin: if wall.column < 30 { DepthPixelOrigin::Invented } else { DepthPixelOrigin::Paint },
+                colour: if y < 22 { STONE } else { SKY },
+                plane: 1,
+                ..*wall
+            };
+            *row = row.iter().flat_map(|wall| [*wall, behind(wall)]).collect();
+        }
+        standing(&agreement(), true).moved(&mut rows);
+        let hidden = |column: u16, y: usize| {
+            *rows[y].iter().rfind(|found| found.column == column && found.inverse_depth == 0.0).unwrap()
+        };
+        for y in [18, 20, 21, 25] {
+            let colour = hidden(10, y).colour;
+            assert!((0..3).all(|c| colour[c].abs_diff(SKY[c]) <= 1), "{colour:?} in row {y}");
+        }
+        assert_eq!((hidden(40, 20).colour, hidden(40, 20).origin), (STONE, DepthPixelOrigin::Paint));
+        assert_eq!(rows[20][0].inverse_depth, 0.25, "the wall stays");
     }
 
     #[test]
