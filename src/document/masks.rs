@@ -5,8 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::trees::PlacedTree;
-
 /// All masks of a project, by photo.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
@@ -74,19 +72,9 @@ pub struct MaskedTree {
     pub name: String,
     /// The margin around the tree, in photo pixels.
     pub margin: u32,
-    /// How the tree was placed when it was masked, as [`PlacedTree::placing`] says it; `None` in masks that were made before this
-    /// was noted.
+    /// A hash of the tree's species, place, size and turn when it was masked; `None` in masks of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placing: Option<String>,
-}
-
-/// In how many photos a tree is masked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct TreeInMasks {
-    /// The number of photos.
-    pub photos: usize,
-    /// Whether any of these masks was made before the tree was moved, or changed in size or species.
-    pub outdated: bool,
 }
 
 impl MaskOrigin {
@@ -179,22 +167,6 @@ impl Masks {
         if masks.is_empty() {
             self.0.remove(photo);
         }
-    }
-
-    /// Returns in how many photos a tree is masked.
-    pub fn of_tree(&self, tree: &PlacedTree) -> TreeInMasks {
-        let placing = tree.placing();
-        let mut found = TreeInMasks::default();
-        for (_, masks) in self.photos() {
-            let its = masks.iter().filter_map(|mask| match &mask.from {
-                MaskOrigin::Tree(masked) if masked.name == tree.name => Some(masked),
-                _ => None,
-            });
-            let mut its = its.peekable();
-            found.photos += usize::from(its.peek().is_some());
-            found.outdated |= its.any(|masked| masked.placing.as_ref().is_some_and(|then| *then != placing));
-        }
-        found
     }
 
     /// Gives the masks of a tree the name that the tree has now. Those that a tree of that name has left take no part: they are

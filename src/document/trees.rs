@@ -144,17 +144,6 @@ pub struct PlacedTree {
     pub casts: bool,
 }
 
-impl PlacedTree {
-    /// Returns species, place, size and turn in words: what decides which pixels of photos show the tree.
-    pub fn placing(&self) -> String {
-        let Self { species, at: [x, y, z], height, width, turn, .. } = self;
-        let size =
-            |name: &str, size: &Option<f64>| size.map_or(String::new(), |size| format!(", {name} {size}"));
-        let (height, width) = (size("height", height), size("width", width));
-        format!("{species} at {x},{y},{z}{height}{width}, turn {turn}")
-    }
-}
-
 /// The index of a tree among those that are placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TreeIndex(pub u32);

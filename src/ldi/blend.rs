@@ -210,8 +210,7 @@ impl<'a> Blender<'a> {
     fn new(sources: &'a [BlendSource], plans: &[Plan<'a>], shot: &'a Shot) -> Self {
         let eyes = sources.iter().map(|source| source.ldi.pose.center_in_world()).collect();
         let levels: Vec<&Level> = plans.iter().map(|plan| plan.level).collect();
-        let of_source =
-            |(level, source): (&&Level, &BlendSource)| Occluders::new(level, source.ldi.camera.width);
+        let of_source = |(level, source): (&&Level, &BlendSource)| Occluders::new(source.ldi, level);
         let occluders = levels.par_iter().zip(sources).map(of_source).collect();
         Self { sources, levels, occluders, shot, eyes, viewpoint: shot.viewpoint() }
     }

@@ -14,7 +14,6 @@
 pub mod bilinear;
 pub mod halving;
 pub mod image;
-pub mod nearest;
 pub mod over;
 pub mod robust;
 pub mod sample;

@@ -234,8 +234,22 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     assert_eq!(pictures("flakes"), from_photos);
     let listed = site.json("tree list project --json");
     assert_eq!((&listed["trees"][0]["masks"], &listed["species"][0]["trees"]), (&2.into(), &1.into()));
+    assert_eq!(listed["trees"][0]["masks_outdated"], false);
+    site.run("tree move project bush_1 --turn 360").success();
+    assert_eq!(site.json("tree list project --json")["trees"][0]["masks_outdated"], false, "as it was");
     let moved = stdout_of(&site.run("tree move project bush* --by 0.5,0,0 --turn 45").success());
     assert!(moved.contains("0.500") && moved.contains("masks of bush_1 remain"), "{moved}");
+    let listed = site.run("tree list project").success();
+    assert!(stdout_of(&listed).contains("2, out of date"), "{}", stdout_of(&listed));
+    for command in ["tree list project", "check project"] {
+        let noted = stderr_of(&site.run(command));
+        assert!(
+            noted.contains("out of date: bush_1") && noted.contains("tree mask project bush_1"),
+            "{noted}"
+        );
+    }
+    site.run("tree mask project bush_1 --margin 2").success();
+    assert_eq!(site.json("tree list project --json")["trees"][0]["masks_outdated"], false);
     let kept = stderr_of(&site.run("tree species project bush --remove").failure().code(1));
     assert!(kept.contains("bush_1"), "{kept}");
     let unknown = stderr_of(&site.run("tree place project palm --at 0,0,0").failure().code(1));

@@ -19,6 +19,7 @@ use crate::recipe::open::{Opened, open};
 use crate::recipe::preview::PreviewOptions;
 use crate::recipe::trees::PlantParts;
 use crate::recipe::views::{RequestedView, Size, ViewRequest, ViewSource};
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// Runs `ldi build`.
@@ -73,8 +74,15 @@ fn of_depth_images(args: &LdiBuildArgs, list: &Path, task: &Task) -> Result<Outc
 fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcome> {
     let opened = open(project, task)?;
     let chosen = opened.photos_named(&args.photos.names)?;
-    let photos = chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
+    let mut photos: Vec<PhotoId> =
+        chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
     let from = from(args, &opened, task)?;
+    // Of photos that are named the first one is the reference, unless another one is asked for.
+    if let BuildFrom::Photos { with, .. } = &from
+        && let Some(first) = with.first().filter(|_| args.photos.names.is_empty() && args.set.is_none())
+    {
+        photos = vec![*first];
+    }
     if args.cube || args.set.is_some() {
         return several::run(args, (project, &opened), (photos, from), task);
     }

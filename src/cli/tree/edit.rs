@@ -73,7 +73,7 @@ pub fn place(args: &TreePlaceArgs, task: &Task) -> Result<Outcome> {
     }
     project.trees = trees;
     write_project(&args.project, &project)?;
-    note_doubts(&args.project, &project, &names, task)?;
+    note_doubts_about(&args.project, &project, &names, task)?;
     let mut text = format!("{} placed\n{}", counted(names.len(), "tree"), trees_table(&project));
     if !args.on.is_empty() {
         let (mask, update) = (command_for_project("tree mask"), command_for_project("update"));
@@ -137,7 +137,7 @@ pub fn move_trees(args: &TreeMoveArgs, task: &Task) -> Result<Outcome> {
     let (trees, names) = moved(&project.trees, &args.names, &change)?;
     project.trees = trees;
     write_project(&args.project, &project)?;
-    note_doubts(&args.project, &project, &names, task)?;
+    note_doubts_about(&args.project, &project, &names, task)?;
     let text = format!("{} changed\n{}", counted(names.len(), "tree"), trees_table(&project));
     let text = text + &about_masks(&project.masks, &names, "tree mask", "renews");
     Ok(outcome(&project, text, &names))
@@ -179,7 +179,7 @@ fn outcome(project: &Project, text: String, changed: &[String]) -> Outcome {
 }
 
 /// Notes what is doubtful about trees that were changed.
-fn note_doubts(folder: &Path, project: &Project, names: &[String], task: &Task) -> Result<()> {
+fn note_doubts_about(folder: &Path, project: &Project, names: &[String], task: &Task) -> Result<()> {
     let Opened { site, .. } = open_site(folder, project.clone(), &Task::silent())?;
     let about = |doubt: &String| names.iter().any(|name| doubt.contains(&format!("{name:?}")));
     for doubt in doubts(&project.trees, &site.model, up(&site.photos)).into_iter().filter(about) {

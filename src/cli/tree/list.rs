@@ -61,8 +61,11 @@ pub fn note_doubts(opened: &Opened, task: &Task) {
     }
     let outdated = outdated_masks(project);
     if !outdated.is_empty() {
-        let (mask, names) = (command_for_project("tree mask"), outdated.join(", "));
-        task.note(format!("masks show where trees were before they changed: {names}; {mask} renews them"));
+        let names = outdated.join(", ");
+        let mask = command_for_project(&format!("tree mask {}", outdated.join(" ")));
+        task.note(format!(
+            "masks of trees that have changed since are out of date: {names}; {mask} renews them"
+        ));
     }
 }
 
@@ -103,7 +106,7 @@ pub fn trees_table(project: &Project) -> String {
         let length = |length: Option<f64>| length.map_or("own".to_owned(), |length| format!("{length:.2}"));
         let (height, width) = (length(tree.height), length(tree.width));
         let replaces = tree.replaces.into_iter().collect::<Vec<_>>().join(", ");
-        let masks = format!("{}{}", listed.masks, if listed.masks_outdated { ", changed since" } else { "" });
+        let masks = format!("{}{}", listed.masks, if listed.masks_outdated { ", out of date" } else { "" });
         let turn = format!("{:.0}", tree.turn);
         let casts = if tree.casts { "a shadow" } else { "" }.to_owned();
         table.row([tree.name, tree.species, x, y, z, height, width, turn, casts, replaces, masks]);

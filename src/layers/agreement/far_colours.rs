@@ -100,41 +100,55 @@ impl FarColours {
         others: &[(&DirectionPhoto, bool)],
         scale: f64,
     ) {
-        let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
-        let is_other = |(at, light): (usize, &Option<[f32; 3]>)| {
-            light.is_some_and(|light| !self.contains(light) || strays(photo, at))
-        };
-        let other: Vec<bool> = photo.exposed.par_iter().enumerate().map(is_other).collect();
-        let around = |at: usize, reach: i32| {
-            let (x, y) = (at as i32 % width, at as i32 / width);
-            let columns = (x - reach).max(0)..(x + reach + 1).min(width);
-            let rows = (y - reach).max(0)..(y + reach + 1).min(height);
-            rows.flat_map(move |y| columns.clone().map(move |x| (y * width + x) as usize))
-        };
-        let mut visited = vec![false; other.len()];
-        for first in 0..other.len() {
-            if visited[first] || !other[first] || photo.inside_px[first] > TOUCHES_PX {
-                continue;
-            }
-            visited[first] = true;
-            let mut thing = vec![first];
-            let mut next = 0;
-            while let Some(&at) = thing.get(next) {
-                next += 1;
-                for beside in around(at, 1) {
-                    if other[beside] && !visited[beside] {
-                        visited[beside] = true;
-                        thing.push(beside);
-                    }
+        let is_unknown = |light: &Option<[f32; 3]>| light.is_some_and(|light| !self.contains(light));
+        let unknown: Vec<bool> = photo.exposed.par_iter().map(is_unknown).collect();
+        let is_stray = |(at, light): (usize, &Option<[f32; 3]>)| light.is_some() && strays(photo, at);
+        let stray: Vec<bool> = photo.exposed.par_iter().enumerate().map(is_stray).collect();
+        // Apart from each other, so that no rim joins a cross with a far tower behind the same roof.
+        for other in [unknown, stray] {
+            lower_things(values, photo, &other, others, scale);
+        }
+    }
+}
+
+/// Lowers the agreement of the things of some pixels, `other`, that stand on outlines; see [`FarColours::lower_standing`].
+fn lower_things(
+    values: &mut [f32],
+    photo: &DirectionPhoto,
+    other: &[bool],
+    others: &[(&DirectionPhoto, bool)],
+    scale: f64,
+) {
+    let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
+    let around = |at: usize, reach: i32| {
+        let (x, y) = (at as i32 % width, at as i32 / width);
+        let columns = (x - reach).max(0)..(x + reach + 1).min(width);
+        let rows = (y - reach).max(0)..(y + reach + 1).min(height);
+        rows.flat_map(move |y| columns.clone().map(move |x| (y * width + x) as usize))
+    };
+    let mut visited = vec![false; other.len()];
+    for first in 0..other.len() {
+        if visited[first] || !other[first] || photo.inside_px[first] > TOUCHES_PX {
+            continue;
+        }
+        visited[first] = true;
+        let mut thing = vec![first];
+        let mut next = 0;
+        while let Some(&at) = thing.get(next) {
+            next += 1;
+            for beside in around(at, 1) {
+                if other[beside] && !visited[beside] {
+                    visited[beside] = true;
+                    thing.push(beside);
                 }
             }
-            let is_confirmed = |at: &&usize| confirmed_from_afar(photo, **at, others, scale);
-            let confirmed = thing.par_iter().filter(is_confirmed).count();
-            if confirmed as f32 <= CONFIRMED * thing.len() as f32 {
-                for at in thing.iter().flat_map(|at| around(*at, EDGE_PX)) {
-                    if photo.exposed[at].is_some() {
-                        values[at] = values[at].min(STANDING);
-                    }
+        }
+        let is_confirmed = |at: &&usize| confirmed_from_afar(photo, **at, others, scale);
+        let confirmed = thing.par_iter().filter(is_confirmed).count();
+        if confirmed as f32 <= CONFIRMED * thing.len() as f32 {
+            for at in thing.iter().flat_map(|at| around(*at, EDGE_PX)) {
+                if photo.exposed[at].is_some() {
+                    values[at] = values[at].min(STANDING);
                 }
             }
         }

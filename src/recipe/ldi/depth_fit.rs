@@ -157,13 +157,19 @@ pub fn check_scale(
     let compared =
         format!("the depths are {:.3} times those of {} sparse points (medians)", own.ratio, sights.len());
     if ratio > REFUSED && !force {
+        // The scale of another kind is another one.
+        let remedy = match &better {
+            Some(_) => "correct `kind`, then compare again".to_owned(),
+            None => right_scale(entry, kind, own.ratio),
+        };
+        let remedy = format!("{remedy}, or use `--force`");
         let better = better.map_or(String::new(), |better| format!("; {better}"));
         let found = format!("{compared}{better}; expected 1, at most a factor of {REFUSED}");
-        let remedy = format!("{}, or use `--force`", right_scale(entry, kind, own.ratio));
         return Err(Error::input(&list.file, &entry.place, found, remedy));
     }
+    let is_of_kind = better.is_none();
     better.into_iter().for_each(|better| task.note(better));
-    match ratio > NOTED {
+    match ratio > NOTED && is_of_kind {
         true => task.note(format!("{compared}; {}", right_scale(entry, kind, own.ratio))),
         false => task.detail(compared),
     }

@@ -231,6 +231,10 @@ fn a_scale_that_contradicts_the_points_is_noted_and_then_refused() {
         let (images, errors) = site.read_with(&[&fields(scale)], true).0.unwrap();
         assert_eq!((images.len(), errors.len()), (1, 0));
     }
+    site.depths("a.pfm", |x, y| number(DepthKind::Inverse, x, y));
+    let error = site.error(r#""depth": "a.pfm", "camera": "a.png", "kind": "axis""#);
+    assert!(error.contains("check `kind`") && error.contains("correct `kind`"), "{error}");
+    assert!(!error.contains("would agree"), "the scale of another kind is another one: {error}");
     site.depths("a.pfm", |x, y| 5.0 * number(DepthKind::Inverse, x, y));
     let error = site.error(r#""depth": "a.pfm", "camera": "a.png", "kind": "inverse""#);
     assert!(error.contains("0.200 times") && error.contains("\"scale\": 0.200000"), "{error}");

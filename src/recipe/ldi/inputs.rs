@@ -12,7 +12,7 @@ use crate::recipe::open::Opened;
 use crate::scene::builder::SURROUNDINGS;
 
 /// A counter of changes in what is made from the same inputs.
-const REVISION: u32 = 4;
+const REVISION: u32 = 5;
 
 /// Returns the hash of everything that the layered depth image of `stack` is made of, as 64 hexadecimal digits: the stack
 /// with its filling, the photo's paint, the options, and what gains and relief are estimated from. `current` tells whether

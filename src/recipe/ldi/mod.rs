@@ -13,6 +13,7 @@ mod figures;
 mod inputs;
 pub mod live;
 mod maker;
+mod nearest;
 mod of_cube;
 mod of_depth;
 mod of_photos;

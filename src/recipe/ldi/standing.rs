@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::cover::Found;
 use super::figures::UNKNOWN_PLANE;
+use super::nearest::{Nearest, nearest};
 use crate::geometry::PixelRect;
 use crate::layers::dome::{BLACK, STRAY};
 use crate::layers::fill::push_pull::WeightedGrid;
@@ -17,7 +18,6 @@ use crate::ldi::DepthPixelOrigin;
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::skirts::{is_far_away, rises_above_outline};
 use crate::projection::srgb::Srgb;
-use crate::raster::nearest::{Nearest, nearest};
 use crate::recipe::layer_textures::surroundings::WIDTH;
 
 /// The largest distance from a face, in pixels, at which a pixel is beside it: outlines are rounded to pixels, and pixels mix the face
@@ -58,7 +58,7 @@ impl Standing<'_> {
         self.add_rims(rows, &mut is_near, &|at| nearest[at].distance_px());
         let seeds = (0..is_near.len()).filter(|at| is_near[*at] && is_beside(*at)).collect();
         is_near = connected(&is_near, self.width, seeds);
-        let seam = self.seam(&is_face, &is_near);
+        let seam = if self.filled { self.seam(&is_face, &is_near) } else { vec![false; is_near.len()] };
         let is_guess: Vec<bool> = is_near.iter().zip(&seam).map(|(near, seam)| *near || *seam).collect();
         let colours = if self.filled { self.behind(rows, &is_guess) } else { None };
         let moved = rows.par_iter_mut().enumerate().map(|(y, row)| {

@@ -6,9 +6,9 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::images::has_images;
+use super::mask::{TreeInMasks, masks_of};
 use super::paint::{ListedPaint, listed_paint, species_plant};
 use crate::document::Project;
-use crate::document::masks::TreeInMasks;
 use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees};
 use crate::error::Result;
 use crate::foliage::{Counts, Stature};
@@ -48,7 +48,7 @@ pub struct ListedTree {
     pub tree: PlacedTree,
     /// The number of photos in which it is masked.
     pub masks: usize,
-    /// Whether it was moved, or changed in size or species, since it was masked.
+    /// Whether any of these masks was made before the tree was moved, or changed in size or species.
     pub masks_outdated: bool,
 }
 
@@ -114,7 +114,7 @@ pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<L
 /// Lists the trees in the order of the project.
 pub fn listed_trees(project: &Project) -> Vec<ListedTree> {
     let listed = |tree: &PlacedTree| {
-        let TreeInMasks { photos: masks, outdated: masks_outdated } = project.masks.of_tree(tree);
+        let TreeInMasks { photos: masks, outdated: masks_outdated } = masks_of(project, tree);
         ListedTree { tree: tree.clone(), masks, masks_outdated }
     };
     project.trees.placed.iter().map(listed).collect()
@@ -129,9 +129,9 @@ pub fn species_problems(species: &[ListedSpecies]) -> Vec<String> {
     species.iter().filter_map(problem).collect()
 }
 
-/// Returns the names of the trees that changed since they were masked.
+/// Returns the names of the trees whose masks are out of date.
 pub fn outdated_masks(project: &Project) -> Vec<&str> {
-    let is_outdated = |tree: &&PlacedTree| project.masks.of_tree(tree).outdated;
+    let is_outdated = |tree: &&PlacedTree| masks_of(project, tree).outdated;
     project.trees.placed.iter().filter(is_outdated).map(|tree| &tree.name[..]).collect()
 }
 
@@ -155,14 +155,13 @@ pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
     let mut doubts = Vec::new();
     for (number, tree) in trees.placed.iter().enumerate() {
         let (at, height) = (DVec3::from_array(tree.at), tree.height.unwrap_or(USUAL_HEIGHT));
-        if let Some(above) =
-            above_ground(&surface, at, up, height).filter(|above| above.abs() > AFLOAT * height)
-        {
+        let above = above_ground(&surface, at, up, height);
+        if let Some(above) = above.filter(|above| above.abs() > AFLOAT * height) {
             let (far, side) = (above.abs(), if above > 0.0 { "above" } else { "below" });
             doubts.push(format!("the foot of the tree {:?} is {far:.2} {side} the model", tree.name));
         }
         let away = (at - at.clamp(low, high)).length();
-        if away > size && size > 0.0 {
+        if above.is_none() && away > size && size > 0.0 {
             doubts.push(format!("the tree {:?} is {away:.0} away from the model", tree.name));
         }
         for (length, how) in [(tree.height, "high"), (tree.width, "wide")] {
@@ -191,9 +190,9 @@ fn above_ground(surface: &Surface, at: DVec3, up: DVec3, height: f64) -> Option<
     // From a little beyond the foot, so that a surface right at it is met from both sides.
     let start = AFLOAT * height;
     let below = surface.nearest(at + start * up, -up).map(|hit| hit.t - start);
-    let above = surface.nearest(at - start * up, up).map(|hit| start - hit.t);
-    let found = [below, above].into_iter().flatten().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-    (found >= -height).then_some(found)
+    let above =
+        surface.nearest(at - start * up, up).map(|hit| start - hit.t).filter(|above| *above >= -height);
+    [below, above].into_iter().flatten().min_by(|a, b| a.abs().total_cmp(&b.abs()))
 }
 
 #[cfg(test)]
@@ -229,6 +228,11 @@ mod tests {
         let tells = |at: [f64; 3]| told(&with(&Trees::default(), at)).join(" ");
         assert!(tells([0.0, 0.0, 300.0]).contains("298.00 above"), "{}", tells([0.0, 0.0, 300.0]));
         assert_eq!(tells([0.0, 0.0, -9.0]), "");
+        let mut roofed = Modeller::new();
+        roofed.object("ground").quad(DVec3::new(-50.0, -50.0, 2.0), 100.0 * DVec3::X, 100.0 * DVec3::Y);
+        roofed.object("roof").quad(DVec3::new(-50.0, -50.0, 12.0), 100.0 * DVec3::X, 100.0 * DVec3::Y);
+        let under_roof = super::doubts(&with(&Trees::default(), [0.0, 0.0, 5.5]), &roofed.finish(), DVec3::Z);
+        assert!(under_roof.len() == 1 && under_roof[0].contains("3.50 above"), "{under_roof:?}");
         assert_eq!(tells([190.0, 0.0, 0.0]), "");
         assert!(
             tells([1000.0, 0.0, 0.0]).contains("950 away from the model"),

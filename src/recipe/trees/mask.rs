@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use crate::document::Project;
 use crate::document::masks::{MaskOrigin, MaskedTree};
 use crate::document::trees::PlacedTree;
 use crate::error::Result;
 use crate::foliage::{Tree, View as PlantView, Wood, silhouette};
 use crate::geometry::Spans;
+use crate::io::hash::hash_bytes;
 use crate::layers::View;
 use crate::layers::software::owners;
 use crate::recipe::masks::MaskEdit;
@@ -87,12 +89,44 @@ pub fn tree_masks(
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
             let masked = tree_pixels((wood, tree), photo, &model, margin, &quiet)?;
             let placed = opened.project.trees.placed.iter().find(|placed| placed.name == tree.name);
-            let placing = placed.map(PlacedTree::placing);
+            let placing = placed.map(|placed| placing(&opened.project, placed));
             let from = MaskOrigin::Tree(MaskedTree { name: tree.name.clone(), margin, placing });
             edits.push(MaskEdit::Put { photo: photo.name.clone(), from, masked });
         }
     }
     Ok(edits)
+}
+
+/// In how many photos a tree is masked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TreeInMasks {
+    /// The number of photos.
+    pub photos: usize,
+    /// Whether any of these masks was made before the tree was moved, or changed in size or species.
+    pub outdated: bool,
+}
+
+/// Returns in how many photos a tree of a project is masked.
+pub fn masks_of(project: &Project, tree: &PlacedTree) -> TreeInMasks {
+    let now = placing(project, tree);
+    let mut found = TreeInMasks::default();
+    for (_, masks) in project.masks.photos() {
+        let its = masks.iter().filter_map(|mask| match &mask.from {
+            MaskOrigin::Tree(masked) if masked.name == tree.name => Some(masked),
+            _ => None,
+        });
+        let mut its = its.peekable();
+        found.photos += usize::from(its.peek().is_some());
+        found.outdated |= its.any(|masked| masked.placing.as_ref().is_some_and(|then| *then != now));
+    }
+    found
+}
+
+/// Returns a hash of what decides which pixels of photos show a tree: the definition of its species, place, size and turn.
+fn placing(project: &Project, tree: &PlacedTree) -> String {
+    let PlacedTree { species, at, height, width, turn, .. } = tree;
+    let of_tree = (project.trees.species.get(species), species, at, height, width, turn.rem_euclid(360.0));
+    hash_bytes(&serde_json::to_vec(&of_tree).expect("plain data is JSON"))
 }
 
 #[cfg(test)]

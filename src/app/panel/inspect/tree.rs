@@ -8,6 +8,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk, TreeAsk};
 use crate::app::state::selection::Selection;
 use crate::document::trees::{PlacedTree, TreeIndex};
+use crate::recipe::trees::mask::masks_of;
 
 /// The species that need not be added before.
 pub const BUILT_IN: [&str; 2] = ["maple", "oak"];
@@ -266,7 +267,7 @@ pub fn species_choice(ui: &mut Ui, state: &State, now: &str) -> Option<String> {
 fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let project = session.history.present();
-    let masked = project.masks.of_tree(tree);
+    let masked = masks_of(project, tree);
     let mut facts = vec![("Masked in", format!("{} of {} photos", masked.photos, session.photos.len()))];
     let species = project.trees.species.get(&tree.species);
     match species.and_then(|species| state.trees.figures.of(species)) {
@@ -280,8 +281,8 @@ fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree, asks: &mut Vec<Ask>) 
     rows(ui, &facts);
     if masked.outdated {
         ui.horizontal_wrapped(|ui| {
-            ui.colored_label(ui.visuals().warn_fg_color, "The tree has changed since it was masked.");
-            let again = ui.link("Mask again").on_hover_text(trees::MASK.tooltip);
+            ui.colored_label(ui.visuals().warn_fg_color, "Its masks are out of date: the tree has changed.");
+            let again = ui.link("Mask real trees").on_hover_text(trees::MASK.tooltip);
             if again.clicked() {
                 asks.push(TreeAsk::Mask.into());
             }
