@@ -61,10 +61,9 @@ pub fn note_doubts(opened: &Opened, task: &Task) {
     }
     let outdated = outdated_masks(project);
     if !outdated.is_empty() {
-        let names = outdated.join(", ");
-        let mask = command_for_project(&format!("tree mask {}", outdated.join(" ")));
+        let (mask, names) = (command_for_project("tree mask"), outdated.join(", "));
         task.note(format!(
-            "masks of trees that have changed since are out of date: {names}; {mask} renews them"
+            "masks of trees that have changed since are out of date: {names}; {mask} with these names renews them"
         ));
     }
 }
