@@ -1,6 +1,7 @@
 //! What stands on the outlines of the model, such as the cross on a roof or the rim of the roof itself, is no
 //! surroundings, although no face covers it: it is near, and other views would show it in the wrong place. Its colours
-//! tell: they are none of those that the photos show far from all outlines.
+//! tell: they are none of those that the photos show far from all outlines, or none of those that the same photo shows around it
+//! farther out.
 
 use rayon::prelude::*;
 
@@ -90,9 +91,9 @@ impl FarColours {
         self.shares[cell(light)] >= LEAST_SHARE
     }
 
-    /// Lowers the agreement (row by row) of what stands on the outlines in a photo, unless photos from elsewhere show the
-    /// same in the same directions: then it is far away. `others` and `scale` are those of
-    /// [`super::directions::direction_agreement`].
+    /// Lowers the agreement (row by row) of what stands on the outlines in a photo: pixels of unknown colours, and rims of other colours
+    /// than the photo shows beyond them. It stays where photos from elsewhere show the same in the same directions: then it is far
+    /// away. `others` and `scale` are those of [`super::directions::direction_agreement`].
     pub fn lower_standing(
         &self,
         values: &mut [f32],
