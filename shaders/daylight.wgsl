@@ -39,8 +39,9 @@ struct Shown {
     // Its ratio images in the view: the index of the first in `ratios`, and their number.
     first_ratio: u32,
     ratio_count: u32,
+    // 1 + the number of its block in `sunlit`; 0 where all of the sun reaches it.
+    sunlit: u32,
     pad0: u32,
-    pad1: u32,
 }
 
 // What a photo shows of a tree over what is drawn of it, in a view.
@@ -74,7 +75,13 @@ struct Grid {
 // The logarithms of the ratios of all ratio images, each a square of RATIO_CELLS cells.
 @group(3) @binding(6) var ratio_cells: texture_2d<f32>;
 
+// What of the sun reaches the trees past everything else: blocks of cells, SUNLIT_ACROSS of them in a row and a layer.
+@group(3) @binding(7) var sunlit: texture_3d<f32>;
+
 const ACROSS = 5u;
+// gpu/renderer/plants/sunlit.rs, foliage/sunlit.rs
+const SUNLIT_ACROSS = 16u;
+const SUNLIT_CELLS = 8.0;
 // foliage/ratio.rs
 const RATIO_CELLS = 16.0;
 
@@ -85,7 +92,21 @@ struct Reach {
     back: f32,
 }
 
-fn reach_at(crown: Crown, point: vec3f, normal: vec3f) -> Reach {
+// Of a place in the space of a crown, 0 to 1 along each axis.
+fn sunlit_at(block: u32, place: vec3f) -> f32 {
+    if block == 0u {
+        return 1.0;
+    }
+    let number = block - 1u;
+    let corner = vec3u(number, number / SUNLIT_ACROSS, number / (SUNLIT_ACROSS * SUNLIT_ACROSS));
+    let first = SUNLIT_CELLS * vec3f(vec3u(corner.xy % SUNLIT_ACROSS, corner.z));
+    // Beyond the middles of cells at the border all is as there.
+    let at = first + clamp(SUNLIT_CELLS * place, vec3f(0.5), vec3f(SUNLIT_CELLS - 0.5));
+    return textureSampleLevel(sunlit, grid_sampler, at / vec3f(textureDimensions(sunlit)), 0.0).r;
+}
+
+fn reach_at(shown: Shown, point: vec3f, normal: vec3f) -> Reach {
+    let crown = shown.crown;
     let place = vec4f(point, 1.0);
     let at = vec3f(dot(crown.x, place), dot(crown.y, place), dot(crown.z, place));
     // Beyond the middles of cells at the border all is as there.
@@ -103,6 +124,7 @@ fn reach_at(crown: Crown, point: vec3f, normal: vec3f) -> Reach {
         let place = vec3f(block + held.xy, held.z) / size;
         sun += crown.weights[i] * textureSampleLevel(open_towards, grid_sampler, place, 0.0).r;
     }
+    sun *= sunlit_at(shown.sunlit, at / grid.size);
     return Reach(sun, clamp(around.x + facing, 0.0, 1.0), clamp(around.x - facing, 0.0, 1.0));
 }
 

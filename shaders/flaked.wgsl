@@ -85,7 +85,7 @@ fn lit(@builtin(position) position: vec4f, @builtin(sample_index) sub_pixel: u32
         normal = -normal;
     }
     let reflected = linear(flake.colour);
-    let reach = reach_at(shown[image.tree].crown, point, normal);
+    let reach = reach_at(shown[image.tree], point, normal);
     var light = vec3f(0.0);
     if flake.is_leaf {
         light = light_of_leaves(normal, image.length, normalize(-point), reflected, reflected * image.through, reach);

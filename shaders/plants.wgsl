@@ -129,7 +129,7 @@ fn lit(surface: Lit, @builtin(sample_index) sub_pixel: u32) -> @location(0) vec4
         reflected = clamp((bare + DARK) * surface.change - DARK, vec3f(0.0), vec3f(1.0));
         through = clamp(through * (reflected + 1e-4) / (bare + 1e-4), vec3f(0.0), 1.0 - reflected);
     }
-    let reach = reach_at(trees[surface.tree].crown, surface.point, normal);
+    let reach = reach_at(trees[surface.tree], surface.point, normal);
     var light = light_of(normal, reflected, through, matter.leaf != 0u, reach);
     let tree = surface.tree;
     light *= trees[tree].tint * photographed(trees[tree].first_ratio, trees[tree].ratio_count, surface.point);

@@ -62,6 +62,7 @@ fn wood(species: WoodSpecies, places: impl Iterator<Item = DAffine3>) -> Wood {
         tint: Vec3::ONE,
         casts: false,
         ratios: Arc::default(),
+        sunlit: None,
     };
     let light = Light::day(species.plant.up);
     Wood { trees: (0..).zip(places).map(tree).collect(), species: vec![species], light }

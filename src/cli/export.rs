@@ -15,7 +15,7 @@ use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
 use crate::io::writable::check_folder;
 use crate::recipe::colour::even_factors;
-use crate::recipe::export::{ExportOptions, Exported, export, write_provenance};
+use crate::recipe::export::{ExportOptions, Exported, TreesInSite, export, write_provenance};
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::survey::{StackState, Survey};
 use crate::scene::Photo;
@@ -39,6 +39,7 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
         false => BTreeMap::new(),
     };
     let options = ExportOptions {
+        trees: TreesInSite::new(&opened.project.trees, &opened),
         evened,
         format: args.format,
         memory: args.memory.or_default(),

@@ -17,11 +17,12 @@ use crate::io::camera_path::write_camera_path;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::io::writable::check_file;
+use crate::ldi::Shown;
 use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
 use crate::projection::{DisplayMode, Renders};
 use crate::recipe::colour::{colour_report, usual_exposure};
 use crate::recipe::exploded::exploded;
-use crate::recipe::ldi::site_view::Viewer;
+use crate::recipe::ldi::viewer::Viewer;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
 use crate::recipe::render::{RenderOptions, RenderReport, RenderedView, VideoOptions, render};
@@ -44,32 +45,28 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         let found = "--show exploded shows the layers of each photo by itself; give the photos with --cameras, and no --without";
         return Err(Error::Request(found.into()));
     }
-    if args.made.as_what != AsArg::Model && args.show != ShowArg::default() {
-        let found = "views of layered depth images show colours alone; leave out --show, or --as";
-        return Err(Error::Usage(found.into()));
-    }
+    let what = what_of(args)?;
     let opened = open(&args.project, task)?;
     // Stacks that change meanwhile stay readable as they were.
     let _reader = StackReader::begin(&args.project);
     note_stale_fillings(&args.project, &opened, task)?;
-    let usual =
-        if args.show == ShowArg::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
+    let usual = if what == What::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(usual);
     let views = opened.views(&ViewRequest { source: args.source(), size, fps: args.pictures.fps }, task)?;
-    if args.show == ShowArg::Exploded && views.list.iter().any(|view| view.photo.is_none()) {
+    if what == What::Exploded && views.list.iter().any(|view| view.photo.is_none()) {
         let found = "--show exploded shows the layers of photos, not of other views; give --cameras photos, or a text \
                      file with names of photos";
         return Err(Error::Request(found.into()));
     }
     write_path(args, &views)?;
-    let legend = legend_of(args, &opened, task)?;
+    let legend = legend_of(args, what, &opened, task)?;
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
     let out = args.pictures.out.clone();
     let options = RenderOptions { out, film, film_alone: false, legend: drawn, stereo: false };
-    let (report, of_layers) = match args.show.display() {
-        Some(display) => draw_shots(args, display, &opened, &views, &options, task)?,
-        None => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
+    let (report, of_layers) = match what {
+        What::Exploded => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
+        what => draw_shots(args, what, &opened, &views, &options, task)?,
     };
     let mut problems: Vec<_> = opened.problems.iter().chain(&views.problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
@@ -77,17 +74,68 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let mut outcome = outcome(args, &report, views.path.is_some(), problems);
     // Without a picture there is nothing to explain.
     if let Some(legend) = legend.as_ref().filter(|_| !report.done.is_empty() || report.film.is_some()) {
-        outcome.explain(legend, Some(&format!("{UNCOVERED_NAME} (transparent)")));
+        let uncovered = match what {
+            What::OfImages(Shown::Holes) => "no surface (transparent)".to_owned(),
+            What::OfImages(_) => "in none of the images (transparent)".to_owned(),
+            What::Model(_) | What::Exploded => format!("{UNCOVERED_NAME} (transparent)"),
+        };
+        outcome.explain(legend, Some(&uncovered));
     }
     Ok(outcome)
 }
 
+/// What pictures show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum What {
+    /// What the projective renderer shows, or colours.
+    Model(DisplayMode),
+    /// A quantity of layered depth images.
+    OfImages(Shown),
+    /// The layers of photos as sheets.
+    Exploded,
+}
+
+impl What {
+    /// Returns what the projective renderer shows.
+    fn display(self) -> DisplayMode {
+        match self {
+            Self::Model(display) => display,
+            Self::OfImages(_) | Self::Exploded => DisplayMode::Colour,
+        }
+    }
+}
+
+/// Returns what the arguments ask for.
+fn what_of(args: &RenderArgs) -> Result<What> {
+    let of_images = args.made.as_what != AsArg::Model;
+    let found = match (args.show, args.show.display()) {
+        (ShowArg::Holes, _) if of_images => return Ok(What::OfImages(Shown::Holes)),
+        (ShowArg::Layer, _) if of_images => return Ok(What::OfImages(Shown::Layer)),
+        (ShowArg::Provenance, _) if of_images => return Ok(What::OfImages(Shown::Provenance)),
+        (ShowArg::Density, _) if of_images => return Ok(What::OfImages(Shown::Density)),
+        (ShowArg::Holes, _) => "--show holes tells about layered depth images; give --as ldi, or --as photo",
+        (ShowArg::Exploded, _) if !of_images => return Ok(What::Exploded),
+        (_, Some(display)) if !of_images || display == DisplayMode::Colour => {
+            return Ok(What::Model(display));
+        }
+        _ => {
+            "views of layered depth images show colour, holes, layer, provenance and density alone; give one of these to \
+             --show, or leave out --as"
+        }
+    };
+    Err(Error::Usage(found.into()))
+}
+
 /// Returns the legend of what is shown; `None` for the photos' own colours.
-fn legend_of(args: &RenderArgs, opened: &Opened, task: &Task) -> Result<Option<Legend>> {
-    let Some(display) = args.show.display() else {
-        return Ok(Some(Legend::Words(
-            "Sheets are image layers, the nearest one in front; hatched parts are hidden in the photo.",
-        )));
+fn legend_of(args: &RenderArgs, what: What, opened: &Opened, task: &Task) -> Result<Option<Legend>> {
+    let display = match what {
+        What::Model(display) => display,
+        What::OfImages(shown) => return Ok(Some(shown.legend(u32::MAX))),
+        What::Exploded => {
+            return Ok(Some(Legend::Words(
+                "Sheets are image layers, the nearest one in front; hatched parts are hidden in the photo.",
+            )));
+        }
     };
     let photos: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
     let groups = match display {
@@ -147,18 +195,21 @@ fn legend_json(legend: &Legend) -> serde_json::Value {
 /// Draws the pictures; the second result lists the layers that could not be used.
 fn draw_shots(
     args: &RenderArgs,
-    display: DisplayMode,
+    what: What,
     opened: &Opened,
     views: &RequestedViews,
     options: &RenderOptions,
     task: &Task,
 ) -> Result<(RenderReport, Vec<String>)> {
-    let mut look = args.look.look(opened, display, usual_exposure(opened))?;
+    let mut look = args.look.look(opened, what.display(), usual_exposure(opened))?;
     look.without_surroundings = args.background != Background::Surroundings;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = args.look.preview();
     let stack = args.look.stack(args.background == Background::Surroundings);
-    let of_images = args.made.options(stack, opened)?;
+    let mut of_images = args.made.options(stack, opened)?;
+    if let (Some(options), What::OfImages(shown)) = (&mut of_images, what) {
+        options.shown = Some(shown);
+    }
     let renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
     let mut renderer = Viewer::new(&args.project, opened, renderer, of_images)?;
     let mut draw = |view: &RequestedView, task: &Task| {

@@ -12,7 +12,7 @@ use crate::io::writable::check_folder;
 use crate::projection::metrics::ImageMetrics;
 use crate::projection::{DisplayMode, Exposure};
 use crate::recipe::ldi::StackLdiOptions;
-use crate::recipe::ldi::site_view::Viewer;
+use crate::recipe::ldi::viewer::Viewer;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
 use crate::recipe::render::Appearance;

@@ -253,7 +253,7 @@ pub enum ShowArg {
     Confidence,
     /// Agreement: how far other photos confirm the photo that is nearest in direction and resolution
     Agreement,
-    /// The image layer of the best photo, by its colour
+    /// The image layer of the best photo, by its colour; of layered depth images how deep a depth pixel lies
     Layer,
     /// The face, by its colour
     Item,
@@ -265,6 +265,8 @@ pub enum ShowArg {
     Provenance,
     /// A photo's layers as sheets one behind the other, seen from the side
     Exploded,
+    /// Why faces have no colour in views from layered depth images (`--as ldi`, `--as photo`)
+    Holes,
 }
 
 impl LookArgs {
@@ -416,7 +418,7 @@ impl ShowArg {
             Self::Coverage => DisplayMode::Coverage,
             Self::Matte => DisplayMode::Matte,
             Self::Provenance => DisplayMode::Provenance,
-            Self::Exploded => return None,
+            Self::Exploded | Self::Holes => return None,
         })
     }
 }

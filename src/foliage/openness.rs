@@ -132,6 +132,12 @@ impl Openness {
         sum
     }
 
+    /// Returns the space of the grid.
+    pub fn space(&self) -> BoundingBox {
+        let size = self.cell * DVec3::from_array(self.size.map(f64::from));
+        BoundingBox { low: self.low, high: self.low + size }
+    }
+
     /// Returns the grid: its corner with the smallest coordinates, the side of a cell, and the number of cells along x, y, z.
     pub fn grid(&self) -> (DVec3, f64, [u32; 3]) {
         (self.low, self.cell, self.size)

@@ -6,6 +6,7 @@ use super::openness::Openness;
 use super::raster::Fragment;
 use super::shade::Reach;
 use super::shadow::Shadow;
+use super::sunlit::Sunlit;
 use super::view::{Projection, View, normal_map};
 
 /// What keeps light from a plant that is drawn.
@@ -31,6 +32,8 @@ pub enum SunShade<'a> {
     Crown {
         /// The direction to the sun in the frame of the light.
         towards_sun: DVec3,
+        /// What of it reaches the crown; `None` for all.
+        sunlit: Option<&'a Sunlit>,
     },
 }
 
@@ -55,6 +58,7 @@ enum ViewSun<'a> {
     /// The direction is in the plant's frame.
     Crown {
         towards_sun: DVec3,
+        sunlit: Option<&'a Sunlit>,
     },
 }
 
@@ -66,9 +70,9 @@ impl<'a> ViewShades<'a> {
                 let sun_from_view = shadow.sun_from_frame() * frame_from_plant * plant_from_view;
                 ViewSun::Shadow { shadow, sun_from_view }
             }
-            SunShade::Crown { towards_sun } => {
+            SunShade::Crown { towards_sun, sunlit } => {
                 let in_view = view.light_from_view.transpose() * towards_sun;
-                ViewSun::Crown { towards_sun: plant_from_view.transform_vector3(in_view) }
+                ViewSun::Crown { towards_sun: plant_from_view.transform_vector3(in_view), sunlit }
             }
         };
         Self {
@@ -92,7 +96,10 @@ impl<'a> ViewShades<'a> {
                 ViewSun::Shadow { shadow, sun_from_view } => {
                     shadow.lit(sun_from_view.transform_point3(point), facing)
                 }
-                ViewSun::Crown { towards_sun } => self.openness.towards(in_plant, towards_sun),
+                ViewSun::Crown { towards_sun, sunlit } => {
+                    let reaches = sunlit.map_or(1.0, |sunlit| sunlit.at(in_plant));
+                    reaches * self.openness.towards(in_plant, towards_sun)
+                }
             },
             front: self.openness.at(in_plant, normal),
             back: self.openness.at(in_plant, -normal),

@@ -11,6 +11,7 @@ use super::plant::Plant;
 use super::ratio::RatioImage;
 use super::shade::Light;
 use super::stature::{Stature, level_axes};
+use super::sunlit::Sunlit;
 
 /// The trees of a site.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +54,8 @@ pub struct Tree {
     pub casts: bool,
     /// What photos show of it over what is drawn of it.
     pub ratios: Arc<[RatioImage]>,
+    /// What sun reaches it past everything else; `None` where all of it does.
+    pub sunlit: Option<Arc<Sunlit>>,
 }
 
 /// Where and how large a tree is to be.

@@ -22,9 +22,20 @@ impl Stamp {
     pub fn from_path(path: &Path) -> Self {
         let mut files = Vec::new();
         match path.is_dir() {
-            true => gather(path, 0, &mut files),
+            true => gather(path, 0, &|_| true, &mut files),
             false => files.push(path.to_path_buf()),
         }
+        Self::of_files(files)
+    }
+
+    /// Takes the stamp of those files of a folder that are meant; of its sub-folders those that are meant are searched.
+    pub fn of_some(folder: &Path, is_meant: &dyn Fn(&Path) -> bool) -> Self {
+        let mut files = Vec::new();
+        gather(folder, 0, is_meant, &mut files);
+        Self::of_files(files)
+    }
+
+    fn of_files(mut files: Vec<PathBuf>) -> Self {
         files.sort();
         Self(files.into_iter().filter_map(file_state).collect())
     }
@@ -73,15 +84,16 @@ fn below(document: &Path, file: &Path) -> String {
     file.strip_prefix(document).unwrap_or(file).to_string_lossy().replace('\\', "/")
 }
 
-fn gather(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) {
-    for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+fn gather(folder: &Path, depth: usize, is_meant: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>) {
+    let found = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    for path in found.filter(|path| is_meant(path)) {
         if files.len() >= MOST_FILES {
             return;
         }
         if !path.is_dir() {
             files.push(path);
         } else if depth < DEEPEST {
-            gather(&path, depth + 1, files);
+            gather(&path, depth + 1, is_meant, files);
         }
     }
 }

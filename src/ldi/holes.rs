@@ -8,18 +8,18 @@ use glam::{DVec2, DVec3};
 
 use super::layout::{Ldi, Level};
 use super::transfer::Transfer;
-use super::warp::{WarpOptions, Warped, last_drawn};
+use super::warp::{WarpOptions, last_drawn, level_of};
 use crate::error::Result;
 use crate::geometry::Pinhole;
-use crate::projection::Shot;
+use crate::projection::{Picture, Shot};
 use crate::task::Task;
 
 /// The share by which the inverse depth of a depth pixel may differ from that at a rim to be of the same surface: on
 /// slanted surfaces depth changes across a gap.
 const SAME_SURFACE: f64 = 0.05;
 
-/// Why a pixel is empty.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Why a pixel is empty. Later reasons are nearer to showing something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Hole {
     /// The reference camera's frame ends before it.
     OutsideFrame,
@@ -52,36 +52,67 @@ impl Hole {
     }
 }
 
-/// Puts the colours of the reasons behind a view, whose options are these, so that it becomes opaque.
-pub(super) fn paint_holes(
-    ldi: &Ldi,
+/// A pixel of a view as [`holes_of`] looks at it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum HolePixel {
+    /// It shows something.
+    Full,
+    /// What it would show is not known.
+    Empty,
+    /// It would show something of this inverse depth in the picture's camera.
+    EmptyAt(f32),
+}
+
+/// Finds why pixels of a view of images are empty, row by row; `pixel` is asked by their index. Where the images have different
+/// reasons, it is the one that is nearest to showing something. Options are those that the view was made with.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn holes_of<'a>(
+    images: impl IntoIterator<Item = &'a Ldi>,
     shot: &Shot,
     options: &WarpOptions,
-    warped: &mut Warped,
+    pixel: &dyn Fn(usize) -> HolePixel,
     task: &Task,
-) -> Result<()> {
-    let level = &ldi.levels[warped.level];
-    let drawn = WarpOptions { level: Some(warped.level as u8), ..*options };
-    let to_shot = Transfer::new((&level.camera, &ldi.pose), (&shot.camera, &shot.pose));
-    let depths = depths_of(level, &to_shot, &last_drawn(ldi, shot, &drawn, task)?);
-    task.go_on()?;
+) -> Result<Vec<Option<Hole>>> {
     let size = [shot.camera.width as usize, shot.camera.height as usize];
-    let rims = rims_of(&depths, size);
-    let to_level = Transfer::new((&shot.camera, &shot.pose), (&level.camera, &ldi.pose));
-    for (at, pixel) in warped.picture.rgba.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let [colour @ .., opacity] = pixel;
-        if *opacity == u8::MAX {
-            continue;
+    let pixels: Vec<HolePixel> = (0..size[0] * size[1]).map(pixel).collect();
+    let mut found = vec![None; pixels.len()];
+    for ldi in images {
+        let level_index = level_of(ldi, shot, options);
+        let level = &ldi.levels[level_index];
+        let drawn = WarpOptions { level: Some(level_index as u8), ..*options };
+        let to_shot = Transfer::new((&level.camera, &ldi.pose), (&shot.camera, &shot.pose));
+        let rims = match pixels.contains(&HolePixel::Empty) {
+            true => rims_of(&depths_of(level, &to_shot, &last_drawn(ldi, shot, &drawn, task)?), size),
+            false => Vec::new(),
+        };
+        task.go_on()?;
+        let to_level = Transfer::new((&shot.camera, &shot.pose), (&level.camera, &ldi.pose));
+        for (at, (found, pixel)) in found.iter_mut().zip(&pixels).enumerate() {
+            let rims = match pixel {
+                HolePixel::Full => continue,
+                HolePixel::Empty => rims[at],
+                HolePixel::EmptyAt(depth) => [*depth, f32::NAN, f32::NAN, f32::NAN],
+            };
+            let position = DVec2::new((at % size[0]) as f64 + 0.5, (at / size[0]) as f64 + 0.5);
+            *found = (*found).max(Some(hole_at(level, &to_level, position, &rims)));
         }
-        let position = DVec2::new((at % size[0]) as f64 + 0.5, (at / size[0]) as f64 + 0.5);
-        let behind = hole_at(level, &to_level, position, &rims[at]).colour();
+    }
+    Ok(found)
+}
+
+/// Puts the colours of the reasons behind a picture, which becomes opaque there.
+pub fn paint_holes(picture: &mut Picture, holes: &[Option<Hole>]) {
+    for (pixel, hole) in picture.rgba.as_chunks_mut::<4>().0.iter_mut().zip(holes) {
+        let Some(hole) = hole else { continue };
+        let [colour @ .., opacity] = pixel;
         let share = u32::from(*opacity);
-        for (value, behind) in colour.iter_mut().zip(behind) {
+        for (value, behind) in colour.iter_mut().zip(hole.colour()) {
             *value = ((u32::from(*value) * share + u32::from(behind) * (255 - share) + 127) / 255) as u8;
         }
         *opacity = u8::MAX;
     }
-    Ok(())
 }
 
 /// Returns the inverse depth in the picture's camera at each pixel, of the depth pixels that were drawn last; NaN where none was.

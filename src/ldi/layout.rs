@@ -51,7 +51,7 @@ impl Ldi {
         self.with_levels(self.levels.iter().map(Level::nearest).collect())
     }
 
-    fn with_levels(&self, levels: Vec<Level>) -> Self {
+    pub(super) fn with_levels(&self, levels: Vec<Level>) -> Self {
         let Self { kind, camera, pose, photo_rect, gain, .. } = *self;
         Self {
             kind,
@@ -108,14 +108,6 @@ impl Ldi {
     /// Returns the image without the depth pixels of the surfaces that `left_out` marks, in the order of [`Self::surfaces`].
     pub fn without_surfaces(&self, left_out: &[bool]) -> Self {
         self.with_levels(self.levels.iter().map(|level| level.without_surfaces(left_out)).collect())
-    }
-
-    /// Returns the image without any depth pixels.
-    pub fn with_empty_levels(&self) -> Self {
-        let empty = |level: &Level| {
-            Level::of_rows(level.camera, std::iter::repeat_n(Vec::new(), level.camera.height as usize))
-        };
-        self.with_levels(self.levels.iter().map(empty).collect())
     }
 
     /// Returns the bytes that its depth pixels take in memory.

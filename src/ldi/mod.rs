@@ -33,6 +33,6 @@ pub use combine::{Combining, Frame, Source, combine};
 pub use layout::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiSurface, Level, Splat};
 pub use report::LdiReport;
 pub use set::{Arrangement, LdiSet};
-pub use show::{Shown, warp_shown};
+pub use show::{Shown, coloured, warp_shown};
 pub use spacing::Spacing;
 pub use warp::{DrawingOrder, SplatKind, WarpOptions, Warped, warp, warp_set};

@@ -3,11 +3,12 @@
 
 use glam::DVec2;
 
-use super::holes::{Hole, paint_holes};
+use super::holes::{Hole, HolePixel, holes_of, paint_holes};
 use super::layout::{DepthPixelOrigin, Ldi, Level};
+use super::set::LdiSet;
 use super::spacing::{Factors, exact};
 use super::transfer::Transfer;
-use super::warp::{WarpOptions, Warped, level_of, warp};
+use super::warp::{WarpOptions, Warped, warp_set};
 use crate::error::Result;
 use crate::projection::Shot;
 use crate::projection::legend::{DENSITY, DENSITY_OCTAVES, Legend, Origin, colour_at, colour_of_number};
@@ -77,40 +78,49 @@ fn name_of(origin: DepthPixelOrigin) -> &'static str {
     }
 }
 
-/// Makes a view that shows a quantity. Options are those of [`warp`]; the exposure has no effect on the colours that stand for
-/// a quantity.
+/// Makes a view that shows a quantity, of layered depth images that belong together. Options are those of [`warp_set`]; the
+/// exposure has no effect on the colours that stand for a quantity.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// Those of [`warp_set`].
 pub fn warp_shown(
-    ldi: &Ldi,
+    set: &LdiSet,
     shot: &Shot,
     shown: Shown,
     options: &WarpOptions,
     task: &Task,
 ) -> Result<Warped> {
     if shown == Shown::Holes {
-        let mut warped = warp(ldi, shot, options, task)?;
-        paint_holes(ldi, shot, options, &mut warped, task)?;
+        let mut warped = warp_set(set, shot, options, task)?;
+        let picture = &warped.picture;
+        let pixel = |at: usize| match picture.pixels()[at][3] {
+            u8::MAX => HolePixel::Full,
+            _ => HolePixel::Empty,
+        };
+        let found = holes_of(&set.images, shot, options, &pixel, task)?;
+        paint_holes(&mut warped.picture, &found);
         return Ok(warped);
     }
-    let level = level_of(ldi, shot, options);
-    let options = WarpOptions { level: Some(level as u8), exposure: [0.0; 3], ..*options };
-    warp(&coloured(ldi, level, shot, shown), shot, &options, task)
+    let images = set.images.iter().map(|ldi| coloured(ldi, shot, shown)).collect();
+    let options = WarpOptions { exposure: [0.0; 3], ..*options };
+    warp_set(&LdiSet { images, ..*set }, shot, &options, task)
 }
 
-/// Returns an image of which one level has opaque colours that stand for a quantity. The other levels are empty.
-fn coloured(ldi: &Ldi, level: usize, shot: &Shot, shown: Shown) -> Ldi {
-    let of_level = &ldi.levels[level];
-    let colours = match shown {
-        Shown::Layer => colours_of_layers(of_level),
-        Shown::Density => colours_of_density(ldi, of_level, shot),
-        _ => of_level.splats.iter().map(|splat| legend_origin(splat.origin()).colour()).collect(),
+/// Returns an image whose colours stand for a quantity, opaque and without a gain; in place of holes, its own colours.
+pub fn coloured(ldi: &Ldi, shot: &Shot, shown: Shown) -> Ldi {
+    let of_level = |level: &Level| {
+        let colours = match shown {
+            Shown::Holes => return level.clone(),
+            Shown::Layer => colours_of_layers(level),
+            Shown::Density => colours_of_density(ldi, level, shot),
+            Shown::Provenance => {
+                level.splats.iter().map(|splat| legend_origin(splat.origin()).colour()).collect()
+            }
+        };
+        let colours = colours.into_iter().map(|[r, g, b]| [r, g, b, u8::MAX]).collect();
+        Level { colours, ..level.clone() }
     };
-    let mut other = ldi.with_empty_levels();
-    let colours = colours.into_iter().map(|[r, g, b]| [r, g, b, u8::MAX]).collect();
-    other.levels[level] = Level { colours, ..of_level.clone() };
-    other
+    Ldi { gain: [0.0; 3], ..ldi.with_levels(ldi.levels.iter().map(of_level).collect()) }
 }
 
 fn colours_of_layers(level: &Level) -> Vec<[u8; 3]> {

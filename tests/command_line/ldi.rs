@@ -28,31 +28,6 @@ fn a_file_shows_its_own_photo_and_other_views_without_the_project() {
 }
 
 #[test]
-fn a_view_shows_holes_layers_sources_and_resolution_by_colours_that_a_legend_explains() {
-    let Some(site) = Site::built() else { return };
-    site.run("ldi build project --photo left --out left.ldi").success();
-    for (show, title) in [
-        ("holes", "Empty pixels"),
-        ("layer", "Layers"),
-        ("provenance", "Source"),
-        ("density", "Resolution (depth pixels per pixel)"),
-    ] {
-        let words =
-            format!("ldi render left.ldi --cameras sparse --size 80x60 --out {show} --show {show} --json");
-        let rendered = site.json(&words);
-        assert_eq!(rendered["legend"]["title"], title, "{rendered:#}");
-        let textured = rendered["pictures"][1]["textured"].as_f64().unwrap();
-        assert!(if show == "holes" { textured == 1.0 } else { textured > 0.5 && textured < 1.0 }, "{show}");
-        let colours = rendered["legend"]["colours"].as_array().unwrap();
-        assert!(colours.iter().all(|entry| entry["colour"].as_str().unwrap().len() == 7), "{rendered:#}");
-    }
-    let shown = stdout_of(&site.run("ldi render left.ldi --out holes --show holes").success());
-    assert!(shown.contains("hidden or empty") && !shown.contains("transparent"), "{shown}");
-    let refused = stderr_of(&site.run("ldi render left.ldi --out other --show weights").failure().code(2));
-    assert!(refused.contains("holes") && refused.contains("density"), "{refused}");
-}
-
-#[test]
 fn the_stages_of_a_view_are_timed() {
     let Some(site) = Site::built() else { return };
     site.run("ldi build project --photo left --out left.ldi").success();
@@ -181,9 +156,6 @@ fn views_are_made_from_layered_depth_images_instead_of_the_model() {
         let most = if name == "published" { 60.0 } else { 3.0 };
         assert!(off.len() > 10_000 && mean < most, "{name}: {mean} of {}", off.len());
     }
-    let refused =
-        stderr_of(&site.run("render project --cameras photos --out item --as ldi --show item").failure());
-    assert!(refused.contains("--as"), "{refused}");
     // Arguments without an effect are refused, not ignored.
     for (words, named) in [
         ("--as ldi --guard 0.1", "--from photos"),
@@ -403,7 +375,6 @@ fn a_folder_of_layers_is_an_image_for_all_commands() {
         ("ldi export layered --format glb --out x.gltf", 2, "--out x.glb"),
         ("ldi export layered --format layers --out x --quality 5", 2, "--format glb"),
         ("ldi render project --out x", 1, "another folder"),
-        ("render project --as ldi --cameras photos --show weights --out x", 2, "colours alone"),
         ("render project --as model --memory 1G --cameras photos --out x", 2, "--as ldi"),
         ("ldi build project --photo left --out project", 1, "no plain file"),
     ] {

@@ -10,6 +10,7 @@ mod faults;
 mod filling;
 mod impostors;
 mod ldi;
+mod ldi_shown;
 mod masks;
 mod mattes;
 mod names;

@@ -303,3 +303,49 @@ fn paint_leaves_the_light_that_photos_show_on_trees_as_it_was() {
     assert_eq!((&after["estimate"], &after["light"]), (&before["estimate"], &before["light"]));
     assert!(less_green < green && more_red > red, "green {green} to {less_green}, red {red} to {more_red}");
 }
+
+/// The pixels of a folder's guide of trees that are not transparent.
+fn guided(site: &Site, out: &str) -> usize {
+    let guide = image::open(site.path(out).join("left.png.layers/guides/trees.png")).unwrap().to_rgba8();
+    guide.pixels().filter(|pixel| pixel[3] > 0).count()
+}
+
+#[test]
+fn exports_of_photos_have_a_guide_of_the_trees_that_nobody_need_paint() {
+    let Some(site) = Site::built() else { return };
+    fs::write(site.path("leaf.plant"), LEAF).unwrap();
+    let export = |format: &str, out: &str| {
+        let exported =
+            site.json(&format!("export project --photo left.png --format {format} --out {out} --json"));
+        exported["photos"][0]["key"].as_str().unwrap_or_else(|| panic!("{exported:#}")).to_owned()
+    };
+    let bare = export("folder", "bare");
+    assert!(!site.path("bare/left.png.layers/guides/trees.png").exists());
+    site.run("tree species project bush --from leaf.plant").success();
+    site.run("tree place project bush --at 0,0.5,3 --height 1").success();
+    let planted = export("folder", "planted");
+    assert_ne!(bare, planted, "another document");
+    let whole = guided(&site, "planted");
+    assert!(whole > 50, "{whole} pixels");
+    // Behind the wall nothing of it is seen, so that there is no guide.
+    site.run("tree move project bush_1 --at 0,0.5,30").success();
+    assert_eq!(export("folder", "behind"), bare);
+    site.run("tree move project bush_1 --at 0,0.5,3").success();
+    // In every format the guide comes back as what it is; paint on it is told and not imported.
+    for format in ["psd", "ora", "xcf"] {
+        export(format, "files");
+        let read = site.json(&format!("import project files/left.png.{format} --dry-run --json"));
+        let layers = read["files"][0]["layers"].to_string();
+        assert!(!layers.contains("unknown") && !layers.contains("helper"), "{format}: {layers}");
+    }
+    let file = site.path("planted/left.png.layers/guides/trees.png");
+    let mut guide = image::open(&file).unwrap().to_rgba8();
+    guide.pixels_mut().for_each(|pixel| *pixel = Rgba([255, 0, 0, 255]));
+    guide.save(&file).unwrap();
+    let read = stdout_of(&site.run("import project planted/left.png.layers --dry-run").success());
+    assert!(read.contains("guide of trees") && read.contains("not imported"), "{read}");
+    // A species that cannot be read is told, and the rest is exported.
+    fs::remove_file(site.path("leaf.plant")).unwrap();
+    let noted = stderr_of(&site.run("export project --photo left.png --out files").success());
+    assert!(noted.contains("leaf.plant"), "{noted}");
+}

@@ -157,6 +157,7 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
         hidden: BTreeSet::new(),
         estimate: state.trees.light.estimate(),
         images: state.trees.images.count(),
+        plants: state.trees.plants,
     });
     work.jobs.start(&mut state.running, JobKind::Preview, "Preparing the 3D view", move |task| {
         let made = Gpu::headless().and_then(|gpu| {
@@ -235,9 +236,7 @@ pub fn site_read(state: &mut State, work: &mut Work) {
 
 /// Starts making the thumbnails of the photos again.
 fn look_at_photos(state: &mut State, work: &mut Work) {
-    state.trees.figures.forget();
-    state.trees.light.forget();
-    state.trees.images.forget();
+    state.trees.files_changed();
     work.pictures = Pictures::default();
     if let Some(session) = &state.session {
         work.pictures.start(&session.folder, &session.opened, &mut work.jobs, &mut state.running);

@@ -80,10 +80,14 @@ pub fn follow_trees(state: &mut State, work: &mut Work) {
         // Light is given, and no photo shows a tree any more.
         estimate = estimate.map(|known| Arc::new(LightEstimate::plain(known.strength, known.support)));
     }
-    let shown = ShownTrees { project, hidden, estimate, images: state.trees.images.count() };
+    let (images, plants) = (state.trees.images.count(), state.trees.plants);
+    let shown = ShownTrees { project, hidden, estimate, images, plants };
     match &state.trees.sent {
         Some(sent) if sent.looks_like(&shown) => (),
-        _ => {
+        sent => {
+            if sent.as_ref().is_some_and(|sent| sent.plants != plants) {
+                painter.change(Change::Plants);
+            }
             painter.change(Change::Trees(shown.clone()));
             state.space.redraw();
             state.window.wake_within(0.0);

@@ -152,6 +152,18 @@ pub fn changed(parts: &[&str]) -> Note {
     Note::new(Weight::Warning, format!("Files have changed on disk: {parts}."))
 }
 
+/// Returns the note that plants have changed on disk, by their files.
+pub fn plants_changed(files: &[String]) -> Note {
+    let text = match files {
+        [file] => format!("The plant {file} has changed on disk; its trees are shown as it is now."),
+        files => format!(
+            "The plants {} have changed on disk; their trees are shown as they are now.",
+            files.join(", ")
+        ),
+    };
+    Note::new(Weight::Info, text)
+}
+
 /// Formats a time that has passed, for use in a sentence: `5 minutes ago`.
 pub fn ago(passed: std::time::Duration) -> String {
     match passed.as_secs() / 60 {

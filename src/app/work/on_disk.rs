@@ -1,13 +1,15 @@
 //! Watches the files of the site on disk: a thread looks for changes.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::waker::Waker;
 use crate::app::state::session::Session;
+use crate::document::Project;
 use crate::recipe::site_stamp::SiteStamp;
+use crate::recipe::trees::plant_files::PlantFiles;
 
 /// The interval of checks: a user looks at the window some seconds after exporting a model.
 const LOOKS_EVERY: Duration = Duration::from_secs(2);
@@ -19,7 +21,17 @@ const LISTEN: Duration = Duration::from_millis(200);
 /// The thread; it stops when this is dropped.
 pub struct OnDisk {
     ends: Arc<AtomicBool>,
-    receive: Receiver<SiteStamp>,
+    /// The project, whose trees change.
+    project: Arc<Mutex<Arc<Project>>>,
+    receive: Receiver<FoundOnDisk>,
+}
+
+/// What has changed on disk.
+pub enum FoundOnDisk {
+    /// Files of the site, which have this stamp now.
+    Site(SiteStamp),
+    /// The plants of these files.
+    Plants(Vec<String>),
 }
 
 impl Drop for OnDisk {
@@ -35,18 +47,34 @@ impl OnDisk {
         let ends = Arc::new(AtomicBool::new(false));
         let (folder, project) = (session.folder.clone(), session.history.present().clone());
         let (mut message, mut last) = (session.seen.clone(), session.seen.clone());
-        let asked = ends.clone();
+        let present = Arc::new(Mutex::new(project.clone()));
+        let (asked, of_window) = (ends.clone(), present.clone());
+        let mut plants = PlantFiles::new(&folder, &project.trees);
+        let mut last_plants = plants.clone();
         let look = move || {
             let mut rest = LOOKS_EVERY;
             while waited(rest, &asked) {
                 let since = Instant::now();
                 let now = SiteStamp::new(&folder, &project);
+                let trees = of_window.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                let plants_now = PlantFiles::new(&folder, &trees.trees);
                 rest = LOOKS_EVERY.max(since.elapsed() * SHARE);
+                let mut found = Vec::new();
                 // Files that are still being written are reported when they are complete.
                 let steady = std::mem::replace(&mut last, now.clone()) == now;
                 if steady && now != message {
                     message = now.clone();
-                    if send.send(now).is_err() {
+                    found.push(FoundOnDisk::Site(now));
+                }
+                let steady = std::mem::replace(&mut last_plants, plants_now.clone()) == plants_now;
+                if steady {
+                    let changed: Vec<String> =
+                        plants.changed(&plants_now).into_iter().map(str::to_owned).collect();
+                    found.extend((!changed.is_empty()).then_some(FoundOnDisk::Plants(changed)));
+                    plants = plants_now;
+                }
+                for found in found {
+                    if send.send(found).is_err() {
                         return;
                     }
                     waker.wake();
@@ -54,12 +82,20 @@ impl OnDisk {
             }
         };
         std::thread::Builder::new().name("files".into()).spawn(look).ok()?;
-        Some(Self { ends, receive })
+        Some(Self { ends, project: present, receive })
     }
 
-    /// Takes the latest stamp of the files, where they have changed.
-    pub fn take(&self) -> Option<SiteStamp> {
-        self.receive.try_iter().last()
+    /// Watches the plants of the trees of the project as it is now.
+    pub fn follow(&self, project: &Arc<Project>) {
+        let mut watched = self.project.lock().unwrap_or_else(PoisonError::into_inner);
+        if !Arc::ptr_eq(&watched, project) {
+            watched.clone_from(project);
+        }
+    }
+
+    /// Takes what was found since the last time, in its order.
+    pub fn take(&self) -> Vec<FoundOnDisk> {
+        self.receive.try_iter().collect()
     }
 }
 

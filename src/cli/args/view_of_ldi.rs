@@ -103,6 +103,7 @@ impl AsArgs {
             splat: self.splat.map_or(usual, SplatKind::from),
             memory: self.memory.unwrap_or_else(default_memory),
             spacing: if published { Spacing::Table } else { Spacing::Exact },
+            shown: None,
         }))
     }
 }

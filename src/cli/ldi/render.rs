@@ -35,7 +35,6 @@ pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
         _ => ViewSource::Photos,
     };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(Size::Own);
-    refuse_shown(args, &sets)?;
     let views = views_of(&sets, &ViewRequest { source, size, fps: args.pictures.fps }, task)?;
     let mut drawing =
         LdiDrawing::new(&sets, (warp_options, args.quality.into()), (args.stereo, args.show.shown()));
@@ -56,17 +55,6 @@ pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
         outcome.explain(&shown.legend(layers), uncovered);
     }
     Ok(outcome)
-}
-
-/// Refuses to show anything but colours of cubes and sets.
-fn refuse_shown(args: &LdiRenderArgs, sets: &[LdiSet]) -> Result<()> {
-    let several = sets.iter().find(|set| set.images.len() > 1).filter(|_| args.show.shown().is_some());
-    let Some(set) = several else { return Ok(()) };
-    let (kind, count) = (set.arrangement.name(), set.images.len());
-    Err(Error::Request(format!(
-        "--show tells about a single layered depth image, and this is a {kind} of {count}; leave out --show, or build \
-         the image of one photo with `quadratura ldi build PROJECT --photo NAME --out FILE`"
-    )))
 }
 
 /// Reads the files. One that cannot be used is a problem, and the others go on.

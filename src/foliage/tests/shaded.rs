@@ -199,7 +199,7 @@ fn the_sun_lights_a_crown_that_is_known_cell_by_cell_as_much_as_one_that_is_know
             drawn.iter().map(|pixel| pixel.sums[0].y).sum::<f32>()
         };
         let by_leaf = sum(Some(SunShade::Shadow { shadow: &shadow, frame_from_plant: DAffine3::IDENTITY }));
-        let by_cell = sum(Some(SunShade::Crown { towards_sun }));
+        let by_cell = sum(Some(SunShade::Crown { towards_sun, sunlit: None }));
         // A cell is a third of a metre wide: what leaves within it take from each other is missing, and directions are mixed from
         // those around that are up to 45 degrees away.
         let (ratio, all) = (by_cell / by_leaf, sum(None) / by_leaf);

@@ -16,6 +16,7 @@ pub(super) mod ratio;
 pub(super) mod slices;
 pub(super) mod species;
 pub(super) mod stock;
+pub(super) mod sunlit;
 #[cfg(test)]
 mod tests;
 pub(super) mod view;

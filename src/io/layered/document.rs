@@ -15,6 +15,9 @@ pub const LONGEST_NAME: usize = 63;
 /// The name of the locked layer that shows what the photo shows of faces in no image layer.
 pub const LEFTOVERS: &str = "leftovers - do not paint here";
 
+/// The name of the guide that shows where the trees of the project are.
+pub const TREE_GUIDE: &str = "guide of trees - do not paint here";
+
 /// Returns the name of the guide of the group of this order.
 pub fn guide_name(order: u32) -> String {
     format!("guide {order} - hatched parts are hidden: paint them")

@@ -1,6 +1,7 @@
 //! Reads plants: files of the keyword format (`.plant`), of glTF (`.gltf`, `.glb`) and of Rayshade (`.ray`), and files (`.json`) and names of
 //! species that are grown.
 
+mod files;
 mod generated;
 mod gltf;
 mod keyword;
@@ -18,6 +19,7 @@ mod tests;
 
 use std::path::Path;
 
+pub use self::files::plant_stamp;
 pub use self::generated::built_in_plant;
 use self::generated::{built_in, grown};
 use self::gltf::read_gltf;

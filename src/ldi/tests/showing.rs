@@ -34,7 +34,7 @@ fn seen_alone(ldi: &Ldi) -> Ldi {
 }
 
 fn shown(ldi: &Ldi, shot: &Shot, shown: Shown, options: &WarpOptions) -> Vec<[u8; 3]> {
-    let warped = warp_shown(ldi, shot, shown, options, &Task::silent()).unwrap();
+    let warped = warp_shown(&ldi.clone().into(), shot, shown, options, &Task::silent()).unwrap();
     warped.picture.pixels().iter().map(|[r, g, b, _]| [*r, *g, *b]).collect()
 }
 

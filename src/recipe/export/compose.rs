@@ -1,5 +1,5 @@
 //! Composition of a layered document from a stack: the photo at the bottom, and a group per order, the nearest on
-//! top.
+//! top. Above these are the guide of trees and the leftovers.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use super::encoded::{LaidLayer, largest_difference};
 use super::guide::{self, HatchPattern};
-use super::names::{REFERENCE, group_name, guide_name, layer_name, numbered_name};
+use super::names::{REFERENCE, TREE_GUIDE, group_name, guide_name, layer_name, numbered_name};
+use super::trees::TreeGuide;
 use crate::document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
 use crate::document::{Element, ImageLayer, Stack};
 use crate::error::Result;
@@ -41,6 +42,8 @@ pub struct StackContent<'a> {
     pub margin: Option<u32>,
     /// Whether guides are included.
     pub guides: bool,
+    /// The guide of trees, where the photo shows any.
+    pub trees: Option<TreeGuide>,
     /// The token of the layer that is active when the document is opened.
     pub selected: Option<&'a str>,
     /// The paint on the layers.
@@ -82,6 +85,7 @@ impl<'a> StackContent<'a> {
             icc,
             margin: Some(8),
             guides: true,
+            trees: None,
             selected: None,
             paint,
             evened: None,
@@ -98,6 +102,7 @@ impl<'a> StackContent<'a> {
         let merged = self.photo.clone();
         let mut nodes = vec![LayerNode::Layer(self.reference())];
         nodes.extend(self.orders().into_iter().rev().map(|order| LayerNode::Group(self.group(order))));
+        nodes.extend(self.trees.as_ref().map(tree_guide).map(LayerNode::Layer));
         nodes.extend(self.leftovers().map(LayerNode::Layer));
         LayeredDocument {
             width: photo.width,
@@ -177,7 +182,11 @@ impl<'a> StackContent<'a> {
             let pixels = self.leftover_pixels(rect).hash_at(rect.x, rect.y);
             Ok(HelperLayer { name: LEFTOVERS.into(), role: HelperRole::Leftovers, rect, pixels })
         });
-        let mut helpers: Vec<_> = leftovers.into_iter().chain(guides).collect::<Result<_>>()?;
+        let trees = self.trees.as_ref().map(|trees| {
+            let role = HelperRole::Guide;
+            Ok(HelperLayer { name: TREE_GUIDE.into(), role, rect: trees.rect, pixels: trees.hash() })
+        });
+        let mut helpers: Vec<_> = leftovers.into_iter().chain(trees).chain(guides).collect::<Result<_>>()?;
         let (rect, pixels) = (self.canvas(), self.photo.hash_at(0, 0));
         helpers.push(HelperLayer { name: REFERENCE.into(), role: HelperRole::Reference, rect, pixels });
         Ok(helpers)
@@ -338,7 +347,7 @@ impl<'a> StackContent<'a> {
         let parts: Vec<_> = guided.par_iter().map(|i| self.hidden(*i)).collect::<Result<_>>()?;
         let colours = guided.iter().map(|i| self.colour(*i, guided).unwrap_or(0));
         let parts: Vec<_> = colours.zip(parts).collect();
-        let raster = guide::draw(&parts, rect, pattern, self.depth());
+        let raster = guide::draw(parts, rect, pattern, self.depth());
         let mut hashes = self.guide_hashes.lock().expect("no holder of this lock panics");
         hashes.insert(order, raster.hash_at(rect.x, rect.y));
         Ok(raster)
@@ -403,6 +412,12 @@ impl<'a> StackContent<'a> {
         let rect = layer.needed_rect.intersection(&layer.rect);
         Ok(HiddenPixels::from_fn(rect, |(x, y)| needed.holds(x, y) && is_empty(x, y)))
     }
+}
+
+/// Makes the hidden, locked layer of the guide of trees.
+fn tree_guide(guide: &TreeGuide) -> Layer<'_> {
+    let pixels = Box::new(|| Ok(guide.pixels.clone()));
+    Layer { visible: false, locked: true, ..Layer::new(TREE_GUIDE, guide.rect, pixels) }
 }
 
 /// Returns whether the alpha of a layer is a matte.

@@ -4,6 +4,7 @@
 //! ```text
 //! <photo>.layers/order-00 tree (k7q2m9).png     image layers, by order
 //! <photo>.layers/guides/order-01.png            what is hidden and has to be painted
+//! <photo>.layers/guides/trees.png               where the trees of the project are
 //! <photo>.layers/needed/k7q2m9.png              where an image layer has to have pixels
 //! <photo>.layers/leftovers.png                  what the photo shows of faces in no image layer
 //! <photo>.layers/photo.jpg                      the photo
@@ -16,13 +17,13 @@
 use std::path::Path;
 
 use super::compose::StackContent;
-use super::names::{guide_name, layer_name};
+use super::names::{TREE_GUIDE, guide_name, layer_name};
 use crate::document::ImageLayer;
 use crate::error::Result;
 use crate::io::json::to_json;
 use crate::io::layered::document::LEFTOVERS;
 use crate::io::layered::folder::read::LEFTOVERS_FILE;
-use crate::io::layered::folder::{NewFolder, guide_file};
+use crate::io::layered::folder::{NewFolder, TREE_GUIDE_FILE, guide_file};
 use crate::io::layered::{KEY_FILE, LayeredDocument};
 
 /// The longest readable part of a file name in bytes, so that the name stays below the 255 bytes of file systems.
@@ -44,6 +45,7 @@ pub fn fill(
         stack.image_layers.iter().map(|l| (layer_name(&l.name, &l.id), layer_file(l))).collect();
     named.extend(content.orders().into_iter().map(|order| (guide_name(order), guide_file(order))));
     named.push((LEFTOVERS.to_owned(), LEFTOVERS_FILE.to_owned()));
+    named.push((TREE_GUIDE.to_owned(), TREE_GUIDE_FILE.to_owned()));
     folder.add_layers(document, |layer| {
         named.iter().find(|(name, _)| *name == layer.name).map(|(_, file)| file.clone())
     })?;

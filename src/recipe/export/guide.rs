@@ -1,8 +1,11 @@
-//! The guide of a group: where its layers are hidden in the photo and remain to be painted.
+//! Guides: the one of a group shows where its layers are hidden in the photo and remain to be painted, and the one of trees where
+//! these are ([`super::trees`]).
 //!
 //! Each layer with something to paint has one of six colours, in the editor's list of layers and in the guide,
 //! where its hidden part is hatched and outlined in this colour. The hatching alternates between left and right,
 //! for people who cannot distinguish the colours.
+
+use std::borrow::Borrow;
 
 use super::compose::HiddenPixels;
 use crate::geometry::PixelRect;
@@ -72,11 +75,17 @@ impl HatchPattern {
     }
 }
 
-/// Draws the hidden parts into a raster of `rect`, which contains them all. Each comes with its number among the
-/// layers that remain to be painted.
-pub fn draw(parts: &[(usize, HiddenPixels)], rect: PixelRect, pattern: HatchPattern, depth: Depth) -> Raster {
+/// Draws parts into a raster of `rect`, which contains them all, later ones over earlier ones. Each comes with the number of its
+/// colour.
+pub fn draw(
+    parts: impl IntoIterator<Item = (usize, impl Borrow<HiddenPixels>)>,
+    rect: PixelRect,
+    pattern: HatchPattern,
+    depth: Depth,
+) -> Raster {
     let mut raster = Raster::blank(rect.w, rect.h, depth);
     for (index, hidden) in parts {
+        let hidden = hidden.borrow();
         let colour = COLOURS[index % COLOURS.len()].1;
         let mut put = |x: i32, y: i32, [r, g, b]: [u8; 3], alpha: u8| {
             let at = 4 * rect.offset(x, y);
@@ -88,7 +97,7 @@ pub fn draw(parts: &[(usize, HiddenPixels)], rect: PixelRect, pattern: HatchPatt
             }
         };
         for (x, y) in hidden.held() {
-            put(x, y, colour, pattern.opacity(hidden, x, y, *index));
+            put(x, y, colour, pattern.opacity(hidden, x, y, index));
         }
     }
     raster
@@ -105,7 +114,7 @@ mod tests {
     #[test]
     fn a_hidden_part_is_hatched_and_has_an_outline_and_nothing_else_is_touched() {
         let rect = PixelRect { x: 8, y: 18, w: 40, h: 40 };
-        let raster = draw(&[(0, square())], rect, HatchPattern::for_photo(1536, 1024), Depth::Eight);
+        let raster = draw([(0, square())], rect, HatchPattern::for_photo(1536, 1024), Depth::Eight);
         assert_eq!(raster.coloured_rect(), PixelRect { x: 2, y: 2, w: 30, h: 30 });
         let Samples::U8(samples) = raster.samples() else { panic!("8 bits") };
         let alpha = |x: usize, y: usize| samples[4 * (y * 40 + x) + 3];
@@ -126,7 +135,7 @@ mod tests {
     #[test]
     fn the_colour_in_the_guide_is_that_in_the_list_of_layers() {
         let rect = square().rect();
-        let raster = draw(&[(7, square())], rect, HatchPattern::for_photo(100, 100), Depth::Sixteen);
+        let raster = draw([(7, square())], rect, HatchPattern::for_photo(100, 100), Depth::Sixteen);
         let Samples::U16(samples) = raster.samples() else { panic!("16 bits") };
         assert_eq!(tag(7), Tag::Blue);
         assert_eq!(samples[..4], [45 * 257, 120 * 257, 240 * 257, 65535]);

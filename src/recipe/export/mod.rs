@@ -1,8 +1,8 @@
 //! Export to the image editor: one layered file per photo.
 //!
 //! The photo is at the bottom as a locked reference. Above it is a group per `order`, the nearest on top, with a
-//! layer per image layer and a hidden guide that shows where these are hidden in the photo. A file that was changed
-//! since its export is never overwritten.
+//! layer per image layer and a hidden guide that shows where these are hidden in the photo. Where the project has trees, a
+//! hidden guide in front shows where they are. A file that was changed since its export is never overwritten.
 
 mod compose;
 mod encoded;
@@ -12,6 +12,7 @@ mod names;
 mod one;
 mod place;
 mod provenance;
+mod trees;
 pub mod written;
 
 use std::collections::BTreeMap;
@@ -22,6 +23,7 @@ pub use compose::{HiddenPixels, StackContent};
 pub use names::layer_name;
 pub use one::ExportReport;
 pub use provenance::write_provenance;
+pub use trees::{TreeGuide, TreesInSite};
 
 use self::one::Exporter;
 use super::side_by_side::{ParallelPhotos, done_and_failed};
@@ -44,8 +46,10 @@ pub struct ExportOptions {
     /// The margin in pixels around the needed area that a layer keeps, within its rectangle; `None` keeps all of
     /// it. In the folder format, layers are always complete, so that its `stack.json` is valid for them.
     pub margin: Option<u32>,
-    /// Whether each group with occluded parts to paint has a hidden guide.
+    /// Whether each group with occluded parts to paint has a hidden guide, and the whole one of trees.
     pub guides: bool,
+    /// The trees that a guide shows, where there are guides.
+    pub trees: Option<TreesInSite>,
     /// The token of the image layer that is active when the file is opened, in formats that support this.
     pub selected: Option<String>,
     /// The factors for R, G, B that multiply a photo's linear colours, by photo name. Such exports are only for
@@ -63,6 +67,7 @@ impl Default for ExportOptions {
             format: ExportFormat::Psd,
             margin: Some(8),
             guides: true,
+            trees: None,
             selected: None,
             evened: BTreeMap::new(),
             decisions: None,
@@ -141,6 +146,8 @@ pub fn export(
     let paint = PaintStore::new(project);
     let (known, problems) = records.read_all()?;
     problems.iter().for_each(|problem| task.note(problem));
+    let trees = options.trees.as_ref().filter(|_| options.guides);
+    let trees = trees.map(|trees| trees.grown(project, task)).transpose()?.flatten();
     let exporter = Exporter {
         stacks: StackStore::new(project),
         kept: Baselines::new(&project.join("exports")),
@@ -148,6 +155,7 @@ pub fn export(
         paint,
         records,
         written: WrittenFiles::from_records(&known),
+        trees,
         out,
         options,
     };

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::compose::StackContent;
 use super::folder;
+use super::trees::{GuidedTrees, STAGE_TREES};
 use super::written::{DocumentPlace, WrittenDocument};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
 use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
@@ -63,6 +64,7 @@ pub struct Exporter<'a> {
     pub paint: PaintStore,
     pub book: PaintBook,
     pub written: WrittenFiles,
+    pub trees: Option<GuidedTrees<'a>>,
     pub out: &'a Path,
     pub options: &'a ExportOptions,
 }
@@ -89,6 +91,10 @@ impl Exporter<'_> {
         let mut content = StackContent::new(&stack, folder, Arc::new(raster), icc, task);
         content.evened = evened;
         content.guides = self.options.guides;
+        let trees = self.trees.as_ref();
+        let guide =
+            |trees: &GuidedTrees| task.timed(STAGE_TREES, || trees.guide(photo, content.depth(), task));
+        content.trees = trees.map(guide).transpose()?.flatten();
         content.selected = self.options.selected.as_deref().or_else(|| largest(&stack));
         content.paint = PhotoPaint::new(&self.book, self.paint.clone(), &stack);
         content.margin = self.options.layer_margin();
@@ -119,7 +125,8 @@ impl Exporter<'_> {
         let options = (self.options.format, self.options.margin, self.options.guides);
         let painted: BTreeSet<&str> = content.paint.files().collect();
         let evened = content.evened.map_or(Vec::new(), |factors| to_json(&factors));
-        let parts = [to_json(content.stack), to_json(&options), to_json(&painted), evened];
+        let trees = content.trees.as_ref().map_or(Vec::new(), |trees| to_json(&trees.hash()));
+        let parts = [to_json(content.stack), to_json(&options), to_json(&painted), evened, trees];
         let mut hash = hash_bytes(&parts.concat());
         hash.truncate(KEY_DIGITS);
         hash

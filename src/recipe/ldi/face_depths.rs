@@ -49,21 +49,25 @@ impl<'a> FaceDepths<'a> {
         Some(self.relief.as_ref().map_or(on_plane, moved))
     }
 
+    /// Returns the inverse depth of a face at the centre of a pixel, by its index and its number in
+    /// [`crate::projection::Renders::seen_faces`]; `None` as in [`Self::at`], and where no face is.
+    pub fn at_pixel(&self, pixel: usize, number: u32) -> Option<f64> {
+        let width = self.shot.camera.width as usize;
+        let place = [pixel % width, pixel / width].map(|place| place as u32);
+        shown_face(number).and_then(|face| self.at(face, place))
+    }
+
     /// Returns what each pixel of a blended view shows of its face: what is clearly farther than the face, or clearly nearer, is
     /// something else. `faces` are those of [`crate::projection::Renders::seen_faces`]. Where there is none, and where nothing is
     /// drawn, nothing is wrong.
     pub fn shown(&self, blended: &Blended, faces: &[u32]) -> Vec<Shows> {
-        let width = self.shot.camera.width as usize;
-        let compared = |at: usize| {
-            let place = [at % width, at / width].map(|place| place as u32);
-            let face = shown_face(faces[at]).and_then(|face| self.at(face, place));
-            match (face, f64::from(blended.surfaces[at].inverse_depth)) {
+        let compared =
+            |at: usize| match (self.at_pixel(at, faces[at]), f64::from(blended.surfaces[at].inverse_depth)) {
                 _ if blended.picture.pixels()[at][3] == 0 => Shows::Face,
                 (Some(face), found) if found < BEHIND * face => Shows::Behind,
                 (Some(face), found) if face < BEHIND * found => Shows::Before,
                 _ => Shows::Face,
-            }
-        };
+            };
         let shows = |at: usize| match (faces[at], blended.surfaces[at].invented) {
             (0, _) => Shows::Face,
             (_, true) => Shows::Filling,

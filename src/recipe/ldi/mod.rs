@@ -31,6 +31,7 @@ mod stereo;
 mod tests;
 mod texels;
 pub mod view;
+pub mod viewer;
 
 use std::collections::BTreeMap;
 

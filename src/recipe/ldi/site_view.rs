@@ -10,7 +10,11 @@ use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
 use crate::error::{Error, Result};
 use crate::ldi::cracks::closed_blend;
-use crate::ldi::{BlendSource, Blended, BlendedSurface, Spacing, SplatKind, WarpOptions, warp, warp_blended};
+use crate::ldi::holes::{HolePixel, holes_of, paint_holes};
+use crate::ldi::{
+    BlendSource, Blended, BlendedSurface, Ldi, Shown, Spacing, SplatKind, WarpOptions, coloured, warp,
+    warp_blended,
+};
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::exposure::{Optics, ViewExposure, ViewLens};
 use crate::projection::srgb::Srgb;
@@ -56,6 +60,8 @@ pub struct LdiViewOptions {
     pub splat: SplatKind,
     /// How their spacing is found.
     pub spacing: Spacing,
+    /// What is shown instead of colours.
+    pub shown: Option<Shown>,
     /// The bytes that images may take that are kept for later views.
     pub memory: u64,
 }
@@ -79,6 +85,7 @@ impl Default for LdiViewOptions {
             with: Vec::new(),
             splat: SplatKind::default(),
             spacing: Spacing::default(),
+            shown: None,
             memory: default_memory(),
         }
     }
@@ -175,7 +182,12 @@ impl<'a> LdiView<'a> {
         (shot, exposure): (&Shot, &ViewExposure),
         task: &Task,
     ) -> Result<Blended> {
-        let images = self.images_of(photos, shot, task)?;
+        let mut images = self.images_of(photos, shot, task)?;
+        let shown = self.options.shown.filter(|shown| *shown != Shown::Holes);
+        if let Some(shown) = shown {
+            let coloured = |(ldi, photo): (Arc<Ldi>, PhotoId)| (Arc::new(coloured(&ldi, shot, shown)), photo);
+            images = images.into_iter().map(coloured).collect();
+        }
         // What all photos show was blended with their agreement and without their optics.
         let is_of_photos = !matches!(self.options.source, LdiViewSource::Site(_));
         let of_photo = |photo: PhotoId| self.preview.agreement(shot, self.opened.site.photo(photo), photo);
@@ -184,11 +196,45 @@ impl<'a> LdiView<'a> {
             images.iter().map(|(_, photo)| agreement(*photo)).collect();
         let sources = images.iter().zip(&agreement).map(|((ldi, photo), agreement)| BlendSource {
             ldi,
-            exposure: exposure.factor(*photo).map(f64::ln),
-            optics: if is_of_photos { self.preview.optics(shot, *photo) } else { Optics::default() },
+            exposure: if shown.is_some() { [0.0; 3] } else { exposure.factor(*photo).map(f64::ln) },
+            optics: if is_of_photos && shown.is_none() {
+                self.preview.optics(shot, *photo)
+            } else {
+                Optics::default()
+            },
             agreement: agreement.as_ref(),
         });
-        self.drawn(&sources.collect::<Vec<_>>(), (shot, &exposure.lens), task)
+        let lens = if shown.is_some() { ViewLens::default() } else { exposure.lens };
+        self.drawn(&sources.collect::<Vec<_>>(), (shot, &lens), task)
+    }
+
+    /// Paints why faces have no colour in a view of the images of some photos.
+    fn with_holes(
+        &mut self,
+        mut picture: Picture,
+        (photos, faces): (&[PhotoId], &[u32]),
+        shot: &Shot,
+        task: &Task,
+    ) -> Result<Picture> {
+        let images = self.images_of(photos, shot, task)?;
+        let options = self.warp_options();
+        let (_, relief) = self.preview.estimates_without(&shot.without, task)?;
+        let relief = relief.filter(|_| self.options.relief());
+        let depths = FaceDepths::new(&self.opened.site.model, relief, shot);
+        let pixel = |at: usize| match shown_face(faces[at]) {
+            Some(_) if picture.pixels()[at][3] < u8::MAX => {
+                depths.at_pixel(at, faces[at]).map_or(HolePixel::Empty, |q| HolePixel::EmptyAt(q as f32))
+            }
+            _ => HolePixel::Full,
+        };
+        let holes = holes_of(images.iter().map(|(ldi, _)| &**ldi), shot, &options, &pixel, task)?;
+        paint_holes(&mut picture, &holes);
+        Ok(picture)
+    }
+
+    fn warp_options(&self) -> WarpOptions {
+        let LdiViewOptions { splat, spacing, .. } = self.options;
+        WarpOptions { splat, spacing, ..WarpOptions::default() }
     }
 
     /// Completes a view of the best photos' stacks with those of the next ones, where the best leave holes in faces.
@@ -310,8 +356,7 @@ impl LdiView<'_> {
         (shot, lens): (&Shot, &ViewLens),
         task: &Task,
     ) -> Result<Blended> {
-        let LdiViewOptions { splat, spacing, .. } = self.options;
-        let options = WarpOptions { splat, spacing, ..WarpOptions::default() };
+        let options = self.warp_options();
         let alone = |picture: Picture| {
             let surfaces = vec![BlendedSurface::default(); picture.pixels().len()];
             Blended { picture, surfaces }
@@ -340,8 +385,13 @@ impl Renders for LdiView<'_> {
         let (best, others) = photos.split_at(most.min(photos.len()));
         let view = (&shot, &exposure);
         let blended = self.picture_of(best, view, task)?;
+        let shows_holes = self.options.shown == Some(Shown::Holes) && !best.is_empty();
         if !self.options.source.is_blend() || best.is_empty() {
-            return Ok(blended.picture);
+            if !shows_holes {
+                return Ok(blended.picture);
+            }
+            let faces = self.preview.seen_faces(asked, task)?;
+            return self.with_holes(blended.picture, (best, &faces), &shot, task);
         }
         let faces = self.preview.seen_faces(asked, task)?;
         let blended = self.complete(blended, (others, &faces), view, task)?;
@@ -351,6 +401,15 @@ impl Renders for LdiView<'_> {
         let shows = FaceDepths::new(model, relief, &shot).shown(&blended, &faces);
         let picture = closed_blend(&blended.picture, &faces, &shows);
         let of_images = shown_by_images(&faces, &shows, model);
+        let picture = match shows_holes {
+            true => self.with_holes(picture, (best, &faces), &shot, task)?,
+            false => picture,
+        };
+        if self.options.shown.is_some_and(|shown| shown != Shown::Holes) {
+            // What the projective renderer adds is of no image.
+            let nothing = Picture { rgba: vec![0; picture.rgba.len()], ..picture };
+            return Ok(over(&picture, &nothing, &of_images));
+        }
         if !shot.surroundings && of_images == faces {
             return Ok(picture);
         }
@@ -366,61 +425,6 @@ impl Renders for LdiView<'_> {
 
     fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         self.preview.seen_faces(shot, task)
-    }
-}
-
-/// A renderer of a project's views, with the model or from layered depth images.
-pub enum Viewer<'a> {
-    /// Photos projected onto the model.
-    Model(Box<Preview>),
-    /// Layered depth images.
-    Ldi(Box<LdiView<'a>>),
-}
-
-impl<'a> Viewer<'a> {
-    /// Chooses the renderer of the project in `folder`, which `preview` shows.
-    ///
-    /// # Errors
-    /// Those of [`LdiView::new`].
-    pub fn new(
-        folder: &Path,
-        opened: &'a Opened,
-        preview: Preview,
-        of_images: Option<LdiViewOptions>,
-    ) -> Result<Self> {
-        Ok(match of_images {
-            None => Self::Model(Box::new(preview)),
-            Some(options) => Self::Ldi(Box::new(LdiView::new(folder, opened, preview, options)?)),
-        })
-    }
-
-    /// Returns the projective renderer.
-    pub fn preview(&self) -> &Preview {
-        match self {
-            Self::Model(preview) => preview,
-            Self::Ldi(view) => view.preview(),
-        }
-    }
-
-    fn renders(&mut self) -> &mut dyn Renders {
-        match self {
-            Self::Model(preview) => preview.as_mut(),
-            Self::Ldi(view) => view.as_mut(),
-        }
-    }
-}
-
-impl Renders for Viewer<'_> {
-    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
-        self.renders().picture(shot, task)
-    }
-
-    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
-        self.renders().faces(shot, task)
-    }
-
-    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
-        self.renders().seen_faces(shot, task)
     }
 }
 

@@ -59,7 +59,7 @@ pub struct LdiDrawing<'a> {
     quality: Quality,
     /// The distance between the eyes in world units, for pictures of two views side by side.
     stereo: Option<f64>,
-    /// What is shown instead of colours, of single images.
+    /// What is shown instead of colours.
     shown: Option<Shown>,
     /// The views that were taken from so near that gaps stay open, with the share of depth pixels.
     pub too_near: Vec<(String, f64)>,
@@ -69,7 +69,7 @@ pub struct LdiDrawing<'a> {
 
 impl<'a> LdiDrawing<'a> {
     /// Prepares the drawing of images, of which there is at least one, in a quality: for one eye or two, and of their colours or of
-    /// another quantity, which sets do not have.
+    /// another quantity.
     pub fn new(
         sets: &'a [LdiSet],
         (options, quality): (WarpOptions, Quality),
@@ -97,9 +97,9 @@ impl<'a> LdiDrawing<'a> {
 
     fn one(&mut self, set: &LdiSet, view: &RequestedView, pose: Pose, task: &Task) -> Result<Picture> {
         let shot = Shot { backs: false, quality: self.quality, ..Shot::new(view.camera, pose) };
-        let warped = match (self.shown, &set.images[..]) {
-            (Some(shown), [ldi]) => warp_shown(ldi, &shot, shown, &self.options, task)?,
-            _ => warp_set(set, &shot, &self.options, task)?,
+        let warped = match self.shown {
+            Some(shown) => warp_shown(set, &shot, shown, &self.options, task)?,
+            None => warp_set(set, &shot, &self.options, task)?,
         };
         let share = warped.too_near as f64 / warped.depth_pixels.max(1) as f64;
         let is_noted = self.too_near.last().is_some_and(|(name, _)| *name == view.name);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
@@ -14,8 +14,10 @@ use crate::gpu::Renderer;
 use crate::projection::SiteRenderer;
 use crate::recipe::open::Opened;
 use crate::recipe::trees::light::{LightEstimate, estimated_light, is_needed};
+use crate::recipe::trees::sunlight::SunBlockers;
 use crate::recipe::trees::{KnownPlants, PlantParts, SiteTrees, site_trees_with};
 use crate::recipe::views::up;
+use crate::scene::Model;
 use crate::task::Task;
 
 /// A renderer of a site and of the trees that stand in it.
@@ -40,6 +42,9 @@ pub(super) struct PreviewTrees {
     up: DVec3,
     known: KnownPlants,
     parts: PlantParts,
+    model: Arc<Model>,
+    /// What of the model keeps the sun away, once there are trees.
+    blockers: OnceLock<SunBlockers>,
     /// The estimated light that was shown last.
     estimate: Option<Arc<LightEstimate>>,
     /// What was noted about the trees last.
@@ -50,7 +55,16 @@ impl PreviewTrees {
     /// Begins without trees. The project is in `folder`.
     pub fn new(folder: &Path, opened: &Opened, parts: PlantParts) -> Self {
         let (folder, up) = (folder.to_path_buf(), up(&opened.site.photos));
-        Self { folder, up, known: KnownPlants::default(), parts, estimate: None, noted: Vec::new() }
+        let (known, model) = (KnownPlants::default(), opened.site.model.clone());
+        let blockers = OnceLock::new();
+        Self { folder, up, known, parts, model, blockers, estimate: None, noted: Vec::new() }
+    }
+
+    /// Finds what sun reaches the trees that are drawn.
+    fn shade(&self, wood: &mut Wood) {
+        if !wood.trees.is_empty() {
+            self.blockers.get_or_init(|| SunBlockers::new(&self.model)).shade(wood);
+        }
     }
 
     /// Makes what is drawn of trees, in the estimated light that is known where no other is given.
@@ -66,6 +80,11 @@ impl PreviewTrees {
 }
 
 impl Preview {
+    /// Forgets the plants that were read, because files of them have changed: they are read again with the next trees.
+    pub fn forget_plants(&mut self) {
+        self.trees.known = KnownPlants::default();
+    }
+
     /// Shows other trees, without those of some names. Their numbers in [`crate::projection::Renders::faces`] are those of the
     /// project, hidden ones counted. Where no light is given, they stand in `estimate`, or in the light that was estimated before; what
     /// photos show of them is from there, too.
@@ -84,6 +103,7 @@ impl Preview {
         let (wood, problems) = self.trees.wood(trees, task)?;
         let shown = wood.map(|mut wood| {
             wood.trees.retain(|tree| !hidden.contains(&tree.name));
+            self.trees.shade(&mut wood);
             Arc::new(wood)
         });
         self.renderer.set_trees(shown)?;
@@ -121,6 +141,9 @@ impl Preview {
                     self.trees.estimate = Some(Arc::new(made));
                 }
             }
+        }
+        if let Some(wood) = &mut wood {
+            self.trees.shade(wood);
         }
         self.trees.noted.clone_from(&problems);
         // A plant that cannot be drawn leaves the rest of the site to be seen.

@@ -11,8 +11,10 @@ pub mod light;
 pub mod list;
 pub mod mask;
 pub mod paint;
+pub mod plant_files;
 mod site;
 pub mod street;
+pub mod sunlight;
 mod views;
 
 pub use images::{plant_images, species_images};

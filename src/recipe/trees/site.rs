@@ -179,6 +179,7 @@ pub fn site_trees_with(
             tint: Vec3::from_array(tree.tint.map(|stops| stops.exp2() as f32)),
             casts: tree.casts,
             ratios: Arc::default(),
+            sunlit: None,
         });
     }
     let wood = Arc::new(Wood { species, trees: placed, light: light(&trees.light, up) });

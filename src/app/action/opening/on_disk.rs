@@ -1,9 +1,9 @@
-//! Watches the files of the site on disk, and offers to read them again when they have changed.
+//! Watches the files of the site on disk, and offers to read them again when they have changed. Plants are read again at once.
 
 use crate::app::state::State;
-use crate::app::state::notes::{Remedy, changed};
+use crate::app::state::notes::{Remedy, changed, plants_changed};
 use crate::app::work::Work;
-use crate::app::work::on_disk::OnDisk;
+use crate::app::work::on_disk::{FoundOnDisk, OnDisk};
 
 /// Starts watching the files that the site was read from.
 pub fn watch_disk(state: &mut State, work: &mut Work) {
@@ -13,9 +13,19 @@ pub fn watch_disk(state: &mut State, work: &mut Work) {
 /// Reports changes that the thread has found.
 pub fn take_changes(state: &mut State, work: &mut Work) {
     let (Some(on_disk), Some(session)) = (&work.on_disk, &state.session) else { return };
-    let Some(now) = on_disk.take() else { return };
-    let changes = session.seen.changes(&now);
-    if !changes.is_empty() {
-        state.tell(changed(&changes).with("Reload from disk", Remedy::ReadAgain));
+    on_disk.follow(session.history.present());
+    for found in on_disk.take() {
+        match found {
+            FoundOnDisk::Site(now) => {
+                let changes = state.session.as_ref().map_or(Vec::new(), |session| session.seen.changes(&now));
+                if !changes.is_empty() {
+                    state.tell(changed(&changes).with("Reload from disk", Remedy::ReadAgain));
+                }
+            }
+            FoundOnDisk::Plants(files) => {
+                state.trees.files_changed();
+                state.tell(plants_changed(&files));
+            }
+        }
     }
 }

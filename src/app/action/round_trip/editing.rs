@@ -8,7 +8,7 @@ use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::io::programs::{check_program, start_with};
 use crate::recipe::editing::document_to_edit;
-use crate::recipe::export::{ExportOptions, layer_name};
+use crate::recipe::export::{ExportOptions, TreesInSite, layer_name};
 
 /// Opens the selected photo's stack in the image editor. `fresh`: makes a new export even where one exists.
 pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
@@ -24,7 +24,9 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
     let (Some(session), Some(id)) = (&state.session, state.selected_photo()) else { return };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let layer = state.paintable_layer(id).map(|layer| (layer.name.clone(), layer.id.clone()));
-    let decisions = Some(session.history.present().decisions.clone());
+    let present = session.history.present();
+    let decisions = Some(present.decisions.clone());
+    let trees = TreesInSite::new(&present.trees, &opened);
     let name = format!("Preparing {} for {}", opened.site.photo(id).name, tool.name);
     let stacks = work.live.stacks.clone();
     work.jobs.start(&mut state.running, JobKind::Export, name, move |task| {
@@ -32,7 +34,8 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
         let written = stacks.take();
         let photo = opened.site.photo(id);
         let selected = layer.as_ref().map(|(_, token)| token.clone());
-        let options = ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };
+        let options =
+            ExportOptions { format: tool.format, trees, selected, decisions, ..ExportOptions::default() };
         let document = document_to_edit(&folder, photo, &options, fresh, task)?;
         drop((lock, written));
         let (teller, name) = (task.clone(), tool.name.clone());

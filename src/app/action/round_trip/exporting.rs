@@ -11,7 +11,7 @@ use crate::app::work::jobs::arrival;
 use crate::error::Error;
 use crate::io::programs::show_folder;
 use crate::recipe::colour::even_factors;
-use crate::recipe::export::{ExportOptions, export, write_provenance};
+use crate::recipe::export::{ExportOptions, TreesInSite, export, write_provenance};
 use crate::scene::{Photo, PhotoId};
 
 /// Shows a folder in the system's file manager.
@@ -28,7 +28,7 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
         return;
     };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
-    let decisions = session.history.present().decisions.clone();
+    let project = session.history.present().clone();
     let out = folder.join(dialog.folder.trim());
     let chosen = |id: &PhotoId| match dialog.photos.is_empty() {
         true => session.stack_of(*id).is_some(),
@@ -47,13 +47,14 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
         let options = ExportOptions {
             format: dialog.format,
             guides: dialog.guides,
+            trees: TreesInSite::new(&project.trees, &opened),
             evened,
-            decisions: Some(decisions.clone()),
+            decisions: Some(project.decisions.clone()),
             ..ExportOptions::default()
         };
         let exported = export(&folder, &photos, &out, &options, task)?;
         if dialog.provenance {
-            write_provenance(&folder, &photos, &decisions, &out, task)?;
+            write_provenance(&folder, &photos, &project.decisions, &out, task)?;
         }
         drop((lock, written));
         Ok(arrival(move |state| state.exported(&exported, out)))

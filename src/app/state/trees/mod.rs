@@ -34,8 +34,20 @@ pub struct TreesState {
     pub figures: KnownFigures,
     /// Which species have images.
     pub images: MadeImages,
+    /// How often files of plants have changed on disk.
+    pub plants: u64,
     /// The light that is estimated from the photos.
     pub light: KnownLight,
+}
+
+impl TreesState {
+    /// Forgets what is known of plants, because files of them have changed.
+    pub fn files_changed(&mut self) {
+        self.plants += 1;
+        self.figures.forget();
+        self.light.forget();
+        self.images.forget();
+    }
 }
 
 /// The trees that the 3D view shows: those of a project, without hidden ones.
@@ -49,6 +61,8 @@ pub struct ShownTrees {
     pub estimate: Option<Arc<LightEstimate>>,
     /// For how many species images were made.
     pub images: usize,
+    /// How often files of plants had changed on disk.
+    pub plants: u64,
 }
 
 impl ShownTrees {
@@ -61,6 +75,7 @@ impl ShownTrees {
         };
         same && self.hidden == other.hidden
             && self.images == other.images
+            && self.plants == other.plants
             && (same_light || !(is_needed(&self.project) || is_needed(&other.project)))
     }
 }

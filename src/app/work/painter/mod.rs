@@ -53,6 +53,8 @@ pub enum Change {
     Surroundings(Box<SiteSurroundings>),
     /// The decisions about photos and faces, for the same model and stacks.
     Decisions(Arc<Opened>),
+    /// The files of plants, which are read again when the trees are shown next.
+    Plants,
     /// The trees of the project.
     Trees(ShownTrees),
 }
@@ -154,7 +156,7 @@ impl Painter {
                 slot.changes.retain(|other| !matches!(other, Change::Surroundings(_)));
             }
             Change::Trees(_) => slot.changes.retain(|other| !matches!(other, Change::Trees(_))),
-            Change::Paint(..) | Change::Projected(..) => (),
+            Change::Paint(..) | Change::Projected(..) | Change::Plants => (),
         }
         slot.changes.push(change);
         self.shared.wake.notify_one();
@@ -251,7 +253,7 @@ impl Drawing {
             Change::Paint(..) | Change::Projected(..) => "painted layers",
             Change::Fillings(_) => "fillings",
             Change::Surroundings(_) => "surroundings",
-            Change::Trees(_) => "trees",
+            Change::Trees(_) | Change::Plants => "trees",
         };
         let changed = match change {
             Change::Gains(gains) => {
@@ -283,6 +285,10 @@ impl Drawing {
                 self.images.opened = opened.clone();
                 let redecide = || self.preview.redecide(&opened.site, &opened.project.decisions);
                 catch_unwind(AssertUnwindSafe(redecide)).unwrap_or_else(|_| Err(failed()))
+            }
+            Change::Plants => {
+                self.preview.forget_plants();
+                Ok(())
             }
             Change::Trees(ShownTrees { project, hidden, estimate, .. }) => {
                 let (preview, task) = (&mut self.preview, &self.task);

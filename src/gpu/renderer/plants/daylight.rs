@@ -81,7 +81,7 @@ pub struct CrownTextures {
 /// Returns the layout of light and crowns.
 pub fn layout(gpu: &Gpu) -> BindGroupLayout {
     use BindingKind::{Filtered, FilteredVolume, Read, Sampler, Uniform};
-    let kinds = [Uniform, Uniform, FilteredVolume, FilteredVolume, Sampler, Read, Filtered];
+    let kinds = [Uniform, Uniform, FilteredVolume, FilteredVolume, Sampler, Read, Filtered, FilteredVolume];
     bindings::layout(gpu, "daylight", ShaderStages::FRAGMENT, &kinds)
 }
 
@@ -100,12 +100,12 @@ impl CrownTextures {
         }
     }
 
-    /// Binds the crown, and light: [`DaylightWords`], and the ratio images in view with the cells of all.
+    /// Binds the crown, and light: [`DaylightWords`], the ratio images in view with the cells of all, and what sun reaches the trees.
     pub fn bind(
         &self,
         gpu: &Gpu,
         layout: &BindGroupLayout,
-        [daylight, ratios, ratio_cells]: [wgpu::BindingResource; 3],
+        [daylight, ratios, ratio_cells, sunlit]: [wgpu::BindingResource; 4],
     ) -> BindGroup {
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("grid of a crown"),
@@ -121,6 +121,7 @@ impl CrownTextures {
             wgpu::BindingResource::Sampler(&sampler),
             ratios,
             ratio_cells,
+            sunlit,
         ];
         bindings::bind(gpu, "daylight", layout, &resources)
     }
@@ -161,7 +162,13 @@ fn in_blocks(size: [u32; 3], open: &[[u8; DIRECTIONS]]) -> Vec<u8> {
     texels
 }
 
-fn volume(gpu: &Gpu, [width, height, depth]: [u32; 3], format: TextureFormat, texels: &[u8]) -> TextureView {
+/// Uploads a texture of three dimensions, x fastest, then y.
+pub fn volume(
+    gpu: &Gpu,
+    [width, height, depth]: [u32; 3],
+    format: TextureFormat,
+    texels: &[u8],
+) -> TextureView {
     let size = wgpu::Extent3d { width, height, depth_or_array_layers: depth };
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("crown"),

@@ -25,8 +25,8 @@ pub struct ShownWords {
     pub crown: CrownWords,
     pub first_ratio: u32,
     pub ratio_count: u32,
+    pub sunlit: u32,
     pub pad0: u32,
-    pub pad1: u32,
 }
 
 /// Returns the complete WGSL source for so many samples a pixel.

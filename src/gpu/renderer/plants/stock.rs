@@ -10,6 +10,7 @@ use super::flake::SpeciesImages;
 use super::flaked::ShownWords;
 use super::ratio::{RatioCells, RatioWords, have_same_ratios};
 use super::species::{SpeciesBuffers, material_layout};
+use super::sunlit::SunlitCells;
 use super::{Cuts, Key, PlacementWords, TreeProgram, daylight, pipeline, trees_layout};
 use crate::error::Result;
 use crate::foliage::{InView, View, WalkOptions, Wood, WoodSpecies, in_view};
@@ -28,6 +29,8 @@ pub struct Stock {
     pub species: Vec<SpeciesBuffers>,
     /// The cells of the trees' ratio images.
     pub ratios: RatioCells,
+    /// What sun reaches the trees.
+    pub sunlit: SunlitCells,
     /// Frame, trees, material and light.
     pub layouts: [BindGroupLayout; 4],
     /// The pipelines that were made so far.
@@ -51,6 +54,7 @@ impl Stock {
         Ok(Self {
             species: species.collect::<Result<_>>()?,
             ratios: RatioCells::new(gpu, &wood),
+            sunlit: SunlitCells::new(gpu, &wood),
             layouts,
             pipelines: FxHashMap::default(),
             stride: (size_of::<PlacementWords>() as u64).next_multiple_of(alignment),
@@ -63,6 +67,9 @@ impl Stock {
     pub fn set_trees(&mut self, gpu: &Gpu, wood: Arc<Wood>) {
         if !have_same_ratios(&self.wood, &wood) {
             self.ratios = RatioCells::new(gpu, &wood);
+        }
+        if !self.sunlit.is_of(&wood) {
+            self.sunlit = SunlitCells::new(gpu, &wood);
         }
         self.wood = wood;
     }
@@ -135,8 +142,8 @@ impl Stock {
             crown,
             first_ratio,
             ratio_count,
+            sunlit: self.sunlit.block(number),
             pad0: 0,
-            pad1: 0,
         }
     }
 

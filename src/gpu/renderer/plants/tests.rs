@@ -12,8 +12,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::foliage::{
-    BakeOptions, Light, Openness, PaintField, Plant, Shades, SlabFrame, Species, SunShade, Tree, View, Wood,
-    WoodSpecies, bake, draw, draw_shaded, finest_copy, grow, painted, painted_slabs, similarity,
+    BakeOptions, Light, Openness, PaintField, Plant, Shades, SlabFrame, Species, SunShade, Sunlit, Tree,
+    View, Wood, WoodSpecies, bake, draw, draw_shaded, finest_copy, grow, painted, painted_slabs, similarity,
     slab_pictures,
 };
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
@@ -45,6 +45,7 @@ fn wood(plant: Plant) -> Wood {
         tint: Vec3::splat(tint),
         casts: false,
         ratios: Arc::default(),
+        sunlit: None,
     };
     let beside = DAffine3::from_mat3_translation(squeezed, DVec3::new(4.0, 3.0, 0.0));
     let trees = vec![tree(0, DAffine3::IDENTITY, 1.0), tree(1, beside, 0.5)];
@@ -274,33 +275,53 @@ fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
 }
 
 #[test]
-fn crowns_keep_as_much_light_on_the_device_as_on_the_processor() {
+fn crowns_and_what_shades_them_keep_as_much_light_on_the_device_as_on_the_processor() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
     let openness = Openness::bake(&plant, &Task::silent()).unwrap();
     let mut wood = with_images(wood(plant.clone()));
-    // The tree that is turned, squeezed and mirrored.
-    wood.trees.swap_remove(0);
-    wood.trees[0].tint = Vec3::ONE;
+    wood.trees.iter_mut().for_each(|tree| tree.tint = Vec3::ONE);
     wood.species[0].openness = Some(Arc::new(openness.clone()));
+    // The tree that is turned, squeezed and mirrored, first alone, then behind one that is out of sight and in the shade, too.
+    let space = openness.space();
+    let middle = 0.5 * (space.low + space.high);
+    let in_shade = |share: f32| {
+        Sunlit::new(
+            space,
+            |point| if (point - middle).dot(DVec3::new(1.0, 0.4, 0.7)) > 0.0 { 1.0 } else { share },
+        )
+    };
+    let mut other = wood.trees.swap_remove(0);
     let ball = plant.whole().bounds.ball.mapped(&wood.trees[0].world_from_plant);
     let eye = ball.middle + ball.radius * DVec3::new(1.0, -3.0, 0.4);
-    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    other.world_from_plant.translation += 2.0 * (eye - ball.middle);
+    other.sunlit = in_shade(0.7).map(Arc::new);
     let shot =
         Shot { quality: Quality::Final, ..Shot::new(centred(240, 200, 250.0), look_at(eye, ball.middle)) };
-    let tree = &wood.trees[0];
+    let tree = wood.trees[0].clone();
     let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
-    let shades = Shades { sun: SunShade::Crown { towards_sun: wood.light.towards_sun }, openness: &openness };
-    let shaded = draw_shaded(&plant, &view, &wood.light, Some(&shades), &Task::silent()).unwrap().picture;
-    let (_, expected) = measured(&shaded);
     let (_, plain) = measured(&draw(&plant, &view, &wood.light, &Task::silent()).unwrap().picture);
-    assert!(expected.y < 0.8 * plain.y, "{expected} where nothing keeps light: {plain}");
-    // The device looks up the grid where a pixel has its centre, with weights of 8 bits.
-    for (trees, tolerance) in [(TreeMethod::Polygons, 0.04), (TreeMethod::Flakes, 0.07)] {
-        let found = renderer.picture(&Shot { trees, ..shot.clone() }, &Task::silent()).unwrap();
-        let (_, light) = measured(&found);
-        let off = (light / expected - 1.0).abs().max_element();
-        assert!(off < tolerance, "{trees:?}: {light} and {expected}");
+    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let mut least = 0.8 * plain.y;
+    for sunlit in [None, in_shade(0.0)] {
+        let sun = SunShade::Crown { towards_sun: wood.light.towards_sun, sunlit: sunlit.as_ref() };
+        let shades = Shades { sun, openness: &openness };
+        let shaded = draw_shaded(&plant, &view, &wood.light, Some(&shades), &Task::silent()).unwrap().picture;
+        let (_, expected) = measured(&shaded);
+        assert!(expected.y < least, "{expected} where it had been {least}");
+        least = 0.8 * expected.y;
+        if let Some(sunlit) = sunlit {
+            let shaded = Tree { sunlit: Some(Arc::new(sunlit)), ..tree.clone() };
+            wood.trees = vec![other.clone(), shaded];
+            renderer.set_trees(Some(Arc::new(wood.clone()))).unwrap();
+        }
+        // The device looks up the grids where a pixel has its centre, with weights of 8 bits.
+        for (trees, tolerance) in [(TreeMethod::Polygons, 0.04), (TreeMethod::Flakes, 0.07)] {
+            let found = renderer.picture(&Shot { trees, ..shot.clone() }, &Task::silent()).unwrap();
+            let (_, light) = measured(&found);
+            let off = (light / expected - 1.0).abs().max_element();
+            assert!(off < tolerance, "{trees:?}: {light} and {expected}");
+        }
     }
 }
 

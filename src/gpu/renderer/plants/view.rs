@@ -306,7 +306,10 @@ impl PlantsView {
         key: (TreeProgram, u32),
     ) -> Result<()> {
         let gpu = slices.gpu();
-        let light = || [self.daylight.binding(), self.ratios.binding(), stock.ratios.binding()];
+        let light = || {
+            let (ratios, cells) = (self.ratios.binding(), stock.ratios.binding());
+            [self.daylight.binding(), ratios, cells, stock.sunlit.binding()]
+        };
         let lights = stock.species.iter().map(|of| of.crown.bind(gpu, &stock.layouts[3], light()));
         let size = NonZeroU64::new(size_of::<PlacementWords>() as u64);
         let placement = wgpu::BufferBinding { buffer: self.placements.buffer(), offset: 0, size };

@@ -120,6 +120,7 @@ fn wood(plant: Plant, world_from_plant: DAffine3, casts: bool) -> Wood {
         tint: Vec3::ONE,
         casts,
         ratios: Arc::default(),
+        sunlit: None,
     };
     let species = vec![WoodSpecies { plant: Arc::new(plant), unpainted: None, images: None, openness: None }];
     Wood { species, trees: vec![tree], light: light() }

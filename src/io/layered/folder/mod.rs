@@ -28,6 +28,9 @@ pub const FORMAT: LayeredFormat = LayeredFormat {
 /// The sub-folder of guides.
 const GUIDES: &str = "guides";
 
+/// The file name of the guide of trees.
+pub const TREE_GUIDE_FILE: &str = "guides/trees.png";
+
 /// Returns the file name of an order's guide.
 pub fn guide_file(order: u32) -> String {
     format!("{GUIDES}/order-{order:02}.png")

@@ -9,14 +9,14 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::{GUIDES, order_of_guide};
+use super::{GUIDES, TREE_GUIDE_FILE, order_of_guide};
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::hash::hash_file;
 use crate::io::json::read_json;
 use crate::io::layered::bytes::SAVE_AGAIN;
-use crate::io::layered::document::{LEFTOVERS, guide_name};
+use crate::io::layered::document::{LEFTOVERS, TREE_GUIDE, guide_name};
 use crate::io::layered::place::{is_canvas, not_a_canvas, rect_at, tidy_name};
 use crate::io::layered::png_edited::{self, PngHead};
 use crate::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster};
@@ -196,12 +196,15 @@ fn name_of(file: &Path) -> String {
 fn guides(folder: &Path) -> Vec<PlacedFile> {
     let files = fs::read_dir(folder.join(GUIDES)).into_iter().flatten().flatten().map(|entry| entry.path());
     let guide = |file: PathBuf| {
-        let order = order_of_guide(file.file_stem()?.to_str()?)?;
+        let name = match file.ends_with(TREE_GUIDE_FILE) {
+            true => TREE_GUIDE.to_owned(),
+            false => guide_name(order_of_guide(file.file_stem()?.to_str()?)?),
+        };
         let head = head(&file);
         let rect = head
             .as_ref()
             .map_or(PixelRect::of_size(1, 1), |head| PixelRect::of_size(head.width, head.height));
-        Some(PlacedFile { name: guide_name(order), file, rect, head, id: None })
+        Some(PlacedFile { name, file, rect, head, id: None })
     };
     let mut guides: Vec<PlacedFile> = files.filter_map(guide).collect();
     guides.sort_by(|a, b| a.file.cmp(&b.file));

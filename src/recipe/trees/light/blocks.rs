@@ -234,12 +234,11 @@ fn drawn(
     let WoodSpecies { plant, openness, .. } = &wood.species[tree.species];
     let view = View::of_tree(small.camera, &small.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
     let black = Light { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
-    let sun = Light { sun: Vec3::ONE, ..black };
+    let of_sun = Light { sun: Vec3::ONE, ..black };
     let sky = Light { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..black };
-    let shades = openness
-        .as_deref()
-        .map(|openness| Shades { sun: SunShade::Crown { towards_sun: wood.light.towards_sun }, openness });
-    draw_in_lights(plant, &view, [sun, sky], (model.inverse_depths(), shades.as_ref()), task)
+    let sun = SunShade::Crown { towards_sun: wood.light.towards_sun, sunlit: tree.sunlit.as_deref() };
+    let shades = openness.as_deref().map(|openness| Shades { sun, openness });
+    draw_in_lights(plant, &view, [of_sun, sky], (model.inverse_depths(), shades.as_ref()), task)
 }
 
 /// Returns the column and row of each whole block of a photo, of whose drawing this is the camera.

@@ -15,7 +15,7 @@ use crate::io::json::{read_json, to_json};
 use crate::scene::Site;
 
 /// The version of the file's format and of the method.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 /// The largest size of the file that is read, in bytes: some thousands of ratio images of 8 KB.
 const LARGEST: u64 = 1 << 28;
 /// The steps of a logarithm in the file: 0.1 % of light.

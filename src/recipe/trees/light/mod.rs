@@ -35,6 +35,7 @@ use crate::recipe::gains;
 use crate::recipe::inputs::hash_of_model;
 use crate::recipe::open::Opened;
 use crate::recipe::trees::shine;
+use crate::recipe::trees::sunlight::SunBlockers;
 use crate::scene::{Photo, Site};
 use crate::task::Task;
 
@@ -98,14 +99,16 @@ pub enum LightSupport {
 /// [`crate::Error::Cancelled`], and [`crate::Error::Input`] and [`crate::Error::Io`] for masks that cannot be read. A cache that cannot be written is
 /// noted.
 pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task) -> Result<LightEstimate> {
-    let wood = &wood.without_paint();
+    let mut wood = wood.without_paint();
     let store = StackStore::new(folder);
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
-    let inputs = inputs(&opened.project, &opened.site, wood, &gains::inputs(&opened.site, &stacks));
-    if let Some(kept) = kept(folder, &inputs, (&opened.site, wood)) {
+    let inputs = inputs(&opened.project, &opened.site, &wood, &gains::inputs(&opened.site, &stacks));
+    if let Some(kept) = kept(folder, &inputs, (&opened.site, &wood)) {
         return Ok(kept);
     }
+    SunBlockers::new(&opened.site.model).shade(&mut wood);
+    let wood = &wood;
     let memory = default_memory();
     let gains = gains::photo_gains(&opened.site, &stacks, &opened.project.colour, folder, memory, task)?;
     let shown = blocks(folder, opened, wood, &gains, task)?;

@@ -144,6 +144,7 @@ mod tests {
             tint: Vec3::ONE,
             casts: false,
             ratios: Arc::default(),
+            sunlit: None,
         };
         let species = vec![WoodSpecies { plant, unpainted: None, images: None, openness: None }];
         let wood = Wood { species, trees: vec![tree], light: Light::day(DVec3::Z) };

@@ -1,0 +1,65 @@
+//! The renderer of a project's views that `render` and `score` are asked for.
+
+use std::path::Path;
+
+use super::site_view::{LdiView, LdiViewOptions};
+use crate::error::Result;
+use crate::projection::{Picture, Renders, Shot};
+use crate::recipe::open::Opened;
+use crate::recipe::preview::Preview;
+use crate::task::Task;
+
+/// A renderer of a project's views, with the model or from layered depth images.
+pub enum Viewer<'a> {
+    /// Photos projected onto the model.
+    Model(Box<Preview>),
+    /// Layered depth images.
+    Ldi(Box<LdiView<'a>>),
+}
+
+impl<'a> Viewer<'a> {
+    /// Chooses the renderer of the project in `folder`, which `preview` shows.
+    ///
+    /// # Errors
+    /// Those of [`LdiView::new`].
+    pub fn new(
+        folder: &Path,
+        opened: &'a Opened,
+        preview: Preview,
+        of_images: Option<LdiViewOptions>,
+    ) -> Result<Self> {
+        Ok(match of_images {
+            None => Self::Model(Box::new(preview)),
+            Some(options) => Self::Ldi(Box::new(LdiView::new(folder, opened, preview, options)?)),
+        })
+    }
+
+    /// Returns the projective renderer.
+    pub fn preview(&self) -> &Preview {
+        match self {
+            Self::Model(preview) => preview,
+            Self::Ldi(view) => view.preview(),
+        }
+    }
+
+    fn renders(&mut self) -> &mut dyn Renders {
+        match self {
+            Self::Model(preview) => preview.as_mut(),
+            Self::Ldi(view) => view.as_mut(),
+        }
+    }
+}
+
+impl Renders for Viewer<'_> {
+    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
+        self.renders().picture(shot, task)
+    }
+
+    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.renders().faces(shot, task)
+    }
+
+    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.renders().seen_faces(shot, task)
+    }
+}
