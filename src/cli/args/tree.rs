@@ -243,7 +243,7 @@ pub struct TreeRemoveArgs {
     pub names: Vec<String>,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct TreeLightArgs {
     /// The project folder
     pub project: PathBuf,

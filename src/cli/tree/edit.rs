@@ -74,7 +74,8 @@ pub fn place(args: &TreePlaceArgs, task: &Task) -> Result<Outcome> {
     project.trees = trees;
     write_project(&args.project, &project)?;
     note_doubts_about(&args.project, &project, &names, task)?;
-    let mut text = format!("{} placed\n{}", counted(names.len(), "tree"), trees_table(&project));
+    let mut text =
+        format!("{} placed\n{}", counted(names.len(), "tree"), trees_table(&project, Some(&names)));
     if !args.on.is_empty() {
         let (mask, update) = (command_for_project("tree mask"), command_for_project("update"));
         text.push_str(&format!(
@@ -138,7 +139,7 @@ pub fn move_trees(args: &TreeMoveArgs, task: &Task) -> Result<Outcome> {
     project.trees = trees;
     write_project(&args.project, &project)?;
     note_doubts_about(&args.project, &project, &names, task)?;
-    let text = format!("{} changed\n{}", counted(names.len(), "tree"), trees_table(&project));
+    let text = format!("{} changed\n{}", counted(names.len(), "tree"), trees_table(&project, Some(&names)));
     let text = text + &about_masks(&project.masks, &names, "tree mask", "renews");
     Ok(outcome(&project, text, &names))
 }

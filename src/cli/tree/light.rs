@@ -36,13 +36,13 @@ pub fn run(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {
         return Err(Error::Request(problem));
     }
     let is_estimated = is_needed(&project);
-    // Up is known from the photos, which are opened for that alone where two points say where the sun is.
-    let opened = match is_estimated || args.shadow.is_some() {
+    // Up is known from the photos, which are opened for that alone where it is said where the sun is.
+    let opened = match is_estimated || args.shadow.is_some() || args.sun.is_some() {
         true => Some(open_site(folder, project.clone(), task)?),
         false => None,
     };
-    if let Some((opened, [tip, top])) = opened.as_ref().zip(args.shadow) {
-        check_height(DVec3::from_array(top) - DVec3::from_array(tip), up(&opened.site.photos))?;
+    if let Some(opened) = &opened {
+        check_height(args, up(&opened.site.photos))?;
     }
     if is_changed {
         write_project(folder, &project)?;
@@ -91,14 +91,20 @@ fn changed(args: &TreeLightArgs, before: TreeLight) -> Result<TreeLight> {
 }
 
 /// Refuses a sun below the horizon.
-fn check_height(towards_sun: DVec3, up: DVec3) -> Result<()> {
-    if towards_sun.dot(up) > 0.0 {
+fn check_height(args: &TreeLightArgs, up: DVec3) -> Result<()> {
+    let is_below = |towards_sun: DVec3| towards_sun.dot(up) <= 0.0;
+    let of_shadow = |[tip, top]: [[f64; 3]; 2]| DVec3::from_array(top) - DVec3::from_array(tip);
+    let found = if args.shadow.map(of_shadow).is_some_and(is_below) {
+        "--shadow puts the sun below the horizon; give the tip of the shadow first, then the point that casts it".into()
+    } else if args.sun.map(DVec3::from_array).is_some_and(is_below) {
+        let [x, y, z] = up.to_array().map(|value| format!("{value:.2}"));
+        format!(
+            "--sun puts the sun below the horizon; give the direction from the site to the sun (up is {x},{y},{z})"
+        )
+    } else {
         return Ok(());
-    }
-    Err(Error::Request(
-        "--shadow puts the sun below the horizon; give the tip of the shadow first, then the point that casts it"
-            .into(),
-    ))
+    };
+    Err(Error::Request(found))
 }
 
 /// Returns the estimate, and why trees do not take part.
@@ -186,9 +192,17 @@ mod tests {
 
     #[test]
     fn a_sun_below_the_horizon_is_refused_with_the_order_of_the_points() {
-        assert!(check_height(DVec3::new(1.0, 0.0, 0.1), DVec3::Z).is_ok());
-        let told = check_height(DVec3::new(1.0, 0.0, -0.1), DVec3::Z).unwrap_err().to_string();
+        let shadow = |height: f64| TreeLightArgs {
+            shadow: Some([[0.0; 3], [1.0, 0.0, height]]),
+            ..TreeLightArgs::default()
+        };
+        assert!(check_height(&shadow(0.1), DVec3::Z).is_ok());
+        let told = check_height(&shadow(-0.1), DVec3::Z).unwrap_err().to_string();
         assert!(told.contains("tip of the shadow first"), "{told}");
+        let sun = TreeLightArgs { sun: Some([0.0, 1.0, -1.0]), ..TreeLightArgs::default() };
+        assert!(check_height(&sun, DVec3::NEG_Z).is_ok());
+        let told = check_height(&sun, DVec3::Z).unwrap_err().to_string();
+        assert!(told.contains("up is 0.00,0.00,1.00"), "{told}");
     }
 
     #[test]

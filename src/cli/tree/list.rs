@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::cli::Outcome;
 use crate::cli::args::TreeListArgs;
-use crate::cli::table::Table;
+use crate::cli::table::{Table, counted};
 use crate::cli::words::command_for_project;
 use crate::document::trees::{LightStrength, Strength};
 use crate::document::{Project, Trees};
@@ -48,7 +48,9 @@ fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
     });
     let text = match project.trees.is_empty() {
         true => "no trees; `quadratura tree place` places one\n".to_owned(),
-        false => format!("{}{}{}", species_table(&species), trees_table(project), light(&project.trees)),
+        false => {
+            format!("{}{}{}", species_table(&species), trees_table(project, None), light(&project.trees))
+        }
     };
     Ok(Outcome { text, json, problems })
 }
@@ -80,12 +82,22 @@ fn species_table(species: &[ListedSpecies]) -> String {
     table.render() + "\n"
 }
 
-/// Returns the table of the trees that are placed.
-pub fn trees_table(project: &Project) -> String {
-    let trees = listed_trees(project);
+/// Returns the table of the trees that are placed: of all, or of those of some names.
+pub fn trees_table(project: &Project, names: Option<&[String]>) -> String {
+    let mut trees = listed_trees(project);
+    let count = trees.len();
+    trees.retain(|listed| names.is_none_or(|names| names.contains(&listed.tree.name)));
     if trees.is_empty() {
         return String::new();
     }
+    let others = match count - trees.len() {
+        0 => String::new(),
+        others => format!(
+            "{} not listed; {} lists all\n",
+            counted(others, "other tree"),
+            command_for_project("tree list")
+        ),
+    };
     let mut table = Table::new(&[
         "tree",
         "species",
@@ -112,6 +124,7 @@ pub fn trees_table(project: &Project) -> String {
     }
     table.render()
         + "x, y, z: the foot, in the world; lengths in world units; turn in degrees; masked in: photos\n"
+        + &others
 }
 
 /// Returns what is decided about the light, in words.

@@ -47,7 +47,8 @@ fn combined(images: &[Ldi], combining: &Combining) -> (f64, u32, u64) {
 fn depth_complexity_grows_with_the_angle_between_cameras() {
     let published = Combining { published: true, ..Combining::default() };
     let mut curve = Vec::new();
-    for degrees in [1.0, 3.0, 6.0, 10.0, 15.0, 25.0, 36.0, 45.0, 60.0, 90.0] {
+    // The whole curve, up to 90 degrees, is in `docs/method.md`.
+    for degrees in [1.0, 10.0, 25.0] {
         let images = depth_images(10, degrees);
         let (as_published, layers, dropped) = combined(&images, &published);
         let (ours, our_layers, our_dropped) = combined(&images, &Combining::default());

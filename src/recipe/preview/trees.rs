@@ -61,9 +61,10 @@ impl PreviewTrees {
     }
 
     /// Finds what sun reaches the trees that are drawn.
-    fn shade(&self, wood: &mut Wood) {
+    fn shade(&self, wood: &mut Wood, task: &Task) {
         if !wood.trees.is_empty() {
-            self.blockers.get_or_init(|| SunBlockers::new(&self.model)).shade(wood);
+            let shade = || self.blockers.get_or_init(|| SunBlockers::new(&self.model)).shade(wood);
+            task.timed("sun on trees", shade);
         }
     }
 
@@ -103,7 +104,7 @@ impl Preview {
         let (wood, problems) = self.trees.wood(trees, task)?;
         let shown = wood.map(|mut wood| {
             wood.trees.retain(|tree| !hidden.contains(&tree.name));
-            self.trees.shade(&mut wood);
+            self.trees.shade(&mut wood, task);
             Arc::new(wood)
         });
         self.renderer.set_trees(shown)?;
@@ -143,7 +144,7 @@ impl Preview {
             }
         }
         if let Some(wood) = &mut wood {
-            self.trees.shade(wood);
+            self.trees.shade(wood, task);
         }
         self.trees.noted.clone_from(&problems);
         // A plant that cannot be drawn leaves the rest of the site to be seen.

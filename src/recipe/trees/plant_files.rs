@@ -49,8 +49,7 @@ mod tests {
             fs::create_dir_all(file.parent().unwrap()).unwrap();
             fs::write(file, text).unwrap();
         };
-        for name in
-            ["plane.plant", "leaves/leaf.png", "project.json", "cache/plants/a.slabs", "paint/x.png"]
+        for name in ["plane.plant", "leaves/leaf.png", "project.json", "cache/plants/a.slabs", "paint/x.png"]
         {
             put(name, "x");
         }

@@ -37,7 +37,7 @@ impl SunBlockers {
                 .filter(|other| other.may_shade(crown, towards_sun))
                 .collect();
             // The ground below a foot, and a wall that a branch goes into, hide nothing of it.
-            let start = 0.5 * (crown.radius / 4.0);
+            let start = crown.radius / 8.0;
             Sunlit::new(crown.space, |point| {
                 let point = crown.world_from_plant.transform_point3(point);
                 if self.0.nearest(point + start * towards_sun, towards_sun).is_some() {
@@ -157,8 +157,8 @@ mod tests {
             model.object(name).quad(DVec3::new(x, 40.0, 0.0), -80.0 * DVec3::Y, 80.0 * DVec3::Z);
         }
         let mut lit = wood(vec![tree(DVec3::ZERO, 0)]);
-        let without = model.finish();
-        SunBlockers::new(&without).shade(&mut lit);
+        let model = Arc::unwrap_or_clone(model.finish());
+        SunBlockers::new(&model.with_see_through(|object| object.name.contains("billboard"))).shade(&mut lit);
         assert_eq!(lit.trees[0].sunlit, None);
         let mut model = Modeller::new();
         model.object("wall").quad(DVec3::new(4.0, 40.0, 0.0), -80.0 * DVec3::Y, 6.0 * DVec3::Z);
