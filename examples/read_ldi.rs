@@ -32,6 +32,9 @@ pub fn picture_of(file: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
 fn read(line: &Value, rest: &mut &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
     let number = |value: &Value| value.as_u64().map(|n| n as usize).ok_or("a number is missing");
     let [width, height] = [number(&line["levels"][0]["width"])?, number(&line["levels"][0]["height"])?];
+    if width == 0 || height == 0 {
+        return Err("the image is empty".into());
+    }
     let mut picture = format!("P6 {width} {height} 255\n").into_bytes();
     let (mut depth_pixels, mut layered) = (0, 0);
     for (index, level) in line["levels"].as_array().ok_or("levels are missing")?.iter().enumerate() {
@@ -44,7 +47,11 @@ fn read(line: &Value, rest: &mut &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
             let n = number(&chunk["depth_pixels"])?;
             // Streams: counts, inverse depths (4 bytes), colours (4), surfaces (2), splats (1).
             let lengths = [width * height.saturating_sub(top).min(64), 4 * n, 4 * n, 2 * n, n];
-            let packed = line["packing"] == "deflate";
+            let packed = match line["packing"].as_str() {
+                Some("none") => false,
+                Some("deflate") => true,
+                _ => return Err("the packing is unknown".into()),
+            };
             let streams = lengths.map(|length| stream(&mut content, length, packed));
             let [counts, _, colours, surfaces, _] = streams;
             let (counts, mut colours) = (counts?, colours?);

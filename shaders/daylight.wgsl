@@ -39,7 +39,7 @@ struct Shown {
     // Its ratio images in the view: the index of the first in `ratios`, and their number.
     first_ratio: u32,
     ratio_count: u32,
-    // 1 + the number of its block in `sunlit`; 0 where all of the sun reaches it.
+    // 1 + the number of its block in `sunlit`; 0 where all sunlight reaches it.
     sunlit: u32,
     pad0: u32,
 }
@@ -75,7 +75,7 @@ struct Grid {
 // The logarithms of the ratios of all ratio images, each a square of RATIO_CELLS cells.
 @group(3) @binding(6) var ratio_cells: texture_2d<f32>;
 
-// What of the sun reaches the trees past everything else: blocks of cells, SUNLIT_ACROSS of them in a row and a layer.
+// The share of sunlight that reaches the trees past everything else: blocks of cells, SUNLIT_ACROSS of them in a row and a layer.
 @group(3) @binding(7) var sunlit: texture_3d<f32>;
 
 const ACROSS = 5u;

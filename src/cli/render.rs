@@ -45,28 +45,29 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         let found = "--show exploded shows the layers of each photo by itself; give the photos with --cameras, and no --without";
         return Err(Error::Request(found.into()));
     }
-    let what = what_of(args)?;
+    let content = content_of(args)?;
     let opened = open(&args.project, task)?;
     // Stacks that change meanwhile stay readable as they were.
     let _reader = StackReader::begin(&args.project);
     note_stale_fillings(&args.project, &opened, task)?;
-    let usual = if what == What::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
+    let usual =
+        if content == PictureContent::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(usual);
     let views = opened.views(&ViewRequest { source: args.source(), size, fps: args.pictures.fps }, task)?;
-    if what == What::Exploded && views.list.iter().any(|view| view.photo.is_none()) {
+    if content == PictureContent::Exploded && views.list.iter().any(|view| view.photo.is_none()) {
         let found = "--show exploded shows the layers of photos, not of other views; give --cameras photos, or a text \
                      file with names of photos";
         return Err(Error::Request(found.into()));
     }
     write_path(args, &views)?;
-    let legend = legend_of(args, what, &opened, task)?;
+    let legend = legend_of(args, content, &opened, task)?;
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
     let out = args.pictures.out.clone();
     let options = RenderOptions { out, film, film_alone: false, legend: drawn, stereo: false };
-    let (report, of_layers) = match what {
-        What::Exploded => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
-        what => draw_shots(args, what, &opened, &views, &options, task)?,
+    let (report, of_layers) = match content {
+        PictureContent::Exploded => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
+        content => draw_shots(args, content, &opened, &views, &options, task)?,
     };
     let mut problems: Vec<_> = opened.problems.iter().chain(&views.problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
@@ -74,10 +75,10 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let mut outcome = outcome(args, &report, views.path.is_some(), problems);
     // Without a picture there is nothing to explain.
     if let Some(legend) = legend.as_ref().filter(|_| !report.done.is_empty() || report.film.is_some()) {
-        let uncovered = match what {
-            What::OfImages(Shown::Holes) => "no surface (transparent)".to_owned(),
-            What::OfImages(_) => "in none of the images (transparent)".to_owned(),
-            What::Model(_) | What::Exploded => format!("{UNCOVERED_NAME} (transparent)"),
+        let uncovered = match content {
+            PictureContent::OfImages(Shown::Holes) => "no surface (transparent)".to_owned(),
+            PictureContent::OfImages(_) => "in none of the images (transparent)".to_owned(),
+            PictureContent::Model(_) | PictureContent::Exploded => format!("{UNCOVERED_NAME} (transparent)"),
         };
         outcome.explain(legend, Some(&uncovered));
     }
@@ -86,7 +87,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
 
 /// What pictures show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum What {
+enum PictureContent {
     /// What the projective renderer shows, or colours.
     Model(DisplayMode),
     /// A quantity of layered depth images.
@@ -95,7 +96,7 @@ enum What {
     Exploded,
 }
 
-impl What {
+impl PictureContent {
     /// Returns what the projective renderer shows.
     fn display(self) -> DisplayMode {
         match self {
@@ -106,17 +107,17 @@ impl What {
 }
 
 /// Returns what the arguments ask for.
-fn what_of(args: &RenderArgs) -> Result<What> {
+fn content_of(args: &RenderArgs) -> Result<PictureContent> {
     let of_images = args.made.as_what != AsArg::Model;
     let found = match (args.show, args.show.display()) {
-        (ShowArg::Holes, _) if of_images => return Ok(What::OfImages(Shown::Holes)),
-        (ShowArg::Layer, _) if of_images => return Ok(What::OfImages(Shown::Layer)),
-        (ShowArg::Provenance, _) if of_images => return Ok(What::OfImages(Shown::Provenance)),
-        (ShowArg::Density, _) if of_images => return Ok(What::OfImages(Shown::Density)),
+        (ShowArg::Holes, _) if of_images => return Ok(PictureContent::OfImages(Shown::Holes)),
+        (ShowArg::Layer, _) if of_images => return Ok(PictureContent::OfImages(Shown::Layer)),
+        (ShowArg::Provenance, _) if of_images => return Ok(PictureContent::OfImages(Shown::Provenance)),
+        (ShowArg::Density, _) if of_images => return Ok(PictureContent::OfImages(Shown::Density)),
         (ShowArg::Holes, _) => "--show holes tells about layered depth images; give --as ldi, or --as photo",
-        (ShowArg::Exploded, _) if !of_images => return Ok(What::Exploded),
+        (ShowArg::Exploded, _) if !of_images => return Ok(PictureContent::Exploded),
         (_, Some(display)) if !of_images || display == DisplayMode::Colour => {
-            return Ok(What::Model(display));
+            return Ok(PictureContent::Model(display));
         }
         _ => {
             "views of layered depth images show colour, holes, layer, provenance and density alone; give one of these to \
@@ -127,11 +128,16 @@ fn what_of(args: &RenderArgs) -> Result<What> {
 }
 
 /// Returns the legend of what is shown; `None` for the photos' own colours.
-fn legend_of(args: &RenderArgs, what: What, opened: &Opened, task: &Task) -> Result<Option<Legend>> {
-    let display = match what {
-        What::Model(display) => display,
-        What::OfImages(shown) => return Ok(Some(shown.legend(u32::MAX))),
-        What::Exploded => {
+fn legend_of(
+    args: &RenderArgs,
+    content: PictureContent,
+    opened: &Opened,
+    task: &Task,
+) -> Result<Option<Legend>> {
+    let display = match content {
+        PictureContent::Model(display) => display,
+        PictureContent::OfImages(shown) => return Ok(Some(shown.legend(u32::MAX))),
+        PictureContent::Exploded => {
             return Ok(Some(Legend::Words(
                 "Sheets are image layers, the nearest one in front; hatched parts are hidden in the photo.",
             )));
@@ -195,19 +201,19 @@ fn legend_json(legend: &Legend) -> serde_json::Value {
 /// Draws the pictures; the second result lists the layers that could not be used.
 fn draw_shots(
     args: &RenderArgs,
-    what: What,
+    content: PictureContent,
     opened: &Opened,
     views: &RequestedViews,
     options: &RenderOptions,
     task: &Task,
 ) -> Result<(RenderReport, Vec<String>)> {
-    let mut look = args.look.look(opened, what.display(), usual_exposure(opened))?;
+    let mut look = args.look.look(opened, content.display(), usual_exposure(opened))?;
     look.without_surroundings = args.background != Background::Surroundings;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = args.look.preview();
     let stack = args.look.stack(args.background == Background::Surroundings);
     let mut of_images = args.made.options(stack, opened)?;
-    if let (Some(options), What::OfImages(shown)) = (&mut of_images, what) {
+    if let (Some(options), PictureContent::OfImages(shown)) = (&mut of_images, content) {
         options.shown = Some(shown);
     }
     let renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;

@@ -6,6 +6,7 @@
 
 mod assemble;
 mod bake;
+mod balls;
 mod bounds;
 mod brute;
 mod cast;
@@ -60,6 +61,7 @@ pub(crate) mod tests;
 
 pub use assemble::{Draft, DraftUse, PlantFlaw, assemble};
 pub use bake::{BakeOptions, bake, finest_copy};
+pub use balls::balls;
 pub use bounds::{Ball, BoundingBox, Bounds, largest_stretch};
 pub use brute::{Drawing, InLights, MOST_TRIANGLES, draw, draw_in_lights, draw_shaded, silhouette};
 pub use cast::{CastShadows, SUN_TANGENT, left_in_shadow};

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::bounds::BoundingBox;
 use super::depths::{Depths, Square};
-use super::directions::{ANGLES, DIRECTIONS, serving, towards_viewer};
+use super::directions::{ANGLES, DIRECTIONS, Serving, serving, towards_viewer};
 use super::plant::Plant;
 use crate::error::Result;
 use crate::task::Task;
@@ -90,7 +90,11 @@ impl Openness {
 
     /// Returns the share, 0 to 1, of what comes from a direction, of any length but 0, that reaches a point.
     pub fn towards(&self, point: DVec3, direction: DVec3) -> f32 {
-        let serving = serving(direction);
+        self.towards_served(point, &serving(direction))
+    }
+
+    /// [`Self::towards`] a direction around which these directions are.
+    pub fn towards_served(&self, point: DVec3, serving: &[Serving]) -> f32 {
         let of_cell = |cell: usize| -> f32 {
             let open = &self.open[cell];
             serving.iter().map(|of| of.weight as f32 * f32::from(open[of.direction]) / 255.0).sum()

@@ -1,4 +1,4 @@
-//! How much of the sun's light reaches a tree past everything else in a site, such as buildings and other trees.
+//! The share of sunlight that reaches a tree past everything else in a site, such as buildings and other trees.
 
 use glam::DVec3;
 use rayon::prelude::*;

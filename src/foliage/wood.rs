@@ -54,7 +54,7 @@ pub struct Tree {
     pub casts: bool,
     /// What photos show of it over what is drawn of it.
     pub ratios: Arc<[RatioImage]>,
-    /// What sun reaches it past everything else; `None` where all of it does.
+    /// The share of sunlight that reaches it past everything else; `None` where all does.
     pub sunlit: Option<Arc<Sunlit>>,
 }
 

@@ -86,7 +86,7 @@ fn below(document: &Path, file: &Path) -> String {
 
 fn gather(folder: &Path, depth: usize, is_meant: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>) {
     let found = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    for path in found.filter(|path| is_meant(path)) {
+    for path in found.take(MOST_FILES).filter(|path| is_meant(path)) {
         if files.len() >= MOST_FILES {
             return;
         }

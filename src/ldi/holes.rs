@@ -77,7 +77,8 @@ pub fn holes_of<'a>(
 ) -> Result<Vec<Option<Hole>>> {
     let size = [shot.camera.width as usize, shot.camera.height as usize];
     let pixels: Vec<HolePixel> = (0..size[0] * size[1]).map(pixel).collect();
-    let mut found = vec![None; pixels.len()];
+    let outside = |pixel: &HolePixel| (*pixel != HolePixel::Full).then_some(Hole::OutsideFrame);
+    let mut found: Vec<Option<Hole>> = pixels.iter().map(outside).collect();
     for ldi in images {
         let level_index = level_of(ldi, shot, options);
         let level = &ldi.levels[level_index];

@@ -8,7 +8,7 @@ use super::layout::{DepthPixelOrigin, Ldi, Level};
 use super::set::LdiSet;
 use super::spacing::{Factors, exact};
 use super::transfer::Transfer;
-use super::warp::{WarpOptions, Warped, warp_set};
+use super::warp::{WarpOptions, Warped, common_level, warp_set};
 use crate::error::Result;
 use crate::projection::Shot;
 use crate::projection::legend::{DENSITY, DENSITY_OCTAVES, Legend, Origin, colour_at, colour_of_number};
@@ -90,6 +90,8 @@ pub fn warp_shown(
     options: &WarpOptions,
     task: &Task,
 ) -> Result<Warped> {
+    let level = options.level.or_else(|| common_level(set, shot));
+    let options = &WarpOptions { level, ..*options };
     if shown == Shown::Holes {
         let mut warped = warp_set(set, shot, options, task)?;
         let picture = &warped.picture;
@@ -106,7 +108,7 @@ pub fn warp_shown(
     warp_set(&LdiSet { images, ..*set }, shot, &options, task)
 }
 
-/// Returns an image whose colours stand for a quantity, opaque and without a gain; in place of holes, its own colours.
+/// Returns an image whose colours stand for a quantity, opaque and without a gain; in place of holes, its own colours without the gain.
 pub fn coloured(ldi: &Ldi, shot: &Shot, shown: Shown) -> Ldi {
     let of_level = |level: &Level| {
         let colours = match shown {

@@ -72,7 +72,7 @@ const OURS: [&str; 9] =
     ["stacks", "cache", "exports", "editing", "inbox", "layers", "pictures", "paint", "masks"];
 
 /// Returns the folders of the project in a folder that this program writes to, with links resolved.
-pub fn own_folders(project: &Path) -> [PathBuf; OURS.len()] {
+fn own_folders(project: &Path) -> [PathBuf; OURS.len()] {
     let project = project.canonicalize().unwrap_or_else(|_| project.to_path_buf());
     OURS.map(|name| project.join(name))
 }

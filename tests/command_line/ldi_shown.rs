@@ -22,12 +22,7 @@ fn opaque([r, g, b]: [u8; 3]) -> Rgba<u8> {
 fn a_view_shows_holes_layers_sources_and_resolution_by_colours_that_a_legend_explains() {
     let Some(site) = Site::built() else { return };
     site.run("ldi build project --photo left --out left.ldi").success();
-    for (show, title) in [
-        ("holes", "Empty pixels"),
-        ("layer", "Layers"),
-        ("provenance", "Source"),
-        ("density", "Resolution (depth pixels per pixel)"),
-    ] {
+    for (show, title) in QUANTITIES {
         let words =
             format!("ldi render left.ldi --cameras sparse --size 80x60 --out {show} --show {show} --json");
         let rendered = site.json(&words);
@@ -51,22 +46,31 @@ fn views_of_a_project_from_images_show_the_same_quantities() {
         assert_eq!(rendered["problems"].as_array().unwrap().len(), 0, "{rendered:#}");
         (rendered, image::open(site.path(out).join("left.png")).unwrap().to_rgba8())
     };
-    for (show, title) in QUANTITIES {
-        let (rendered, _) = picture(&format!("--as ldi --unfilled --show {show}"), show);
-        assert_eq!(rendered["legend"]["title"], title, "{rendered:#}");
-    }
     let count =
         |picture: &image::RgbaImage, colour| picture.pixels().filter(|pixel| **pixel == colour).count();
+    for (show, title) in QUANTITIES {
+        let (rendered, shown) = picture(&format!("--as ldi --unfilled --show {show}"), show);
+        assert_eq!(rendered["legend"]["title"], title, "{rendered:#}");
+        // Its own photo has nearly all of the weight, so that the colours of categories are pure, and no pixel of a face is empty.
+        let usual = match show {
+            "layer" => colour_of_number(0),
+            "provenance" => Origin::Photo.colour(),
+            _ => continue,
+        };
+        let all = shown.pixels().filter(|pixel| pixel[3] == 255).count();
+        assert!(2 * count(&shown, opaque(usual)) > all && all > 0, "{show}");
+    }
     // With its photo, the view has what that photo shows, in its first layer.
     let (_, layers) = picture("--as photo --unfilled --show layer", "first");
     let (_, sources) = picture("--as photo --unfilled --show provenance", "photo");
     let first = count(&layers, opaque(colour_of_number(0)));
-    assert!(first > layers.len() / 4 / 2, "{first} pixels are of the first layer");
+    // The floor and the wall fill the photo, which is 160 x 120, but for a strip of sky.
+    assert!(first > 160 * 120 / 2, "{first} pixels are of the first layer");
     assert_eq!(first, count(&sources, opaque(Origin::Photo.colour())), "and all of them from the photo");
     // Without its photo, the other one lacks what lies beyond its frame and what the box hides from it.
     let (_, holes) = picture("--as photo --unfilled --show holes --without left.png", "other");
     for hole in [Hole::OutsideFrame, Hole::Empty] {
-        assert!(count(&holes, opaque(hole.colour())) > 20, "{hole:?}");
+        assert!(count(&holes, opaque(hole.colour())) > 0, "{hole:?}");
     }
     for (words, needed) in [
         ("--as ldi --show weights", "density"),
@@ -87,12 +91,18 @@ fn sets_and_cubes_show_them_too() {
     for file in ["set.ldi", "cube.ldi"] {
         for (show, title) in QUANTITIES {
             let words =
-                format!("ldi render {file} --cameras sparse --size 80x60 --out x --show {show} --json");
+                format!("ldi render {file} --cameras sparse --size 80x60 --out {show} --show {show} --json");
             let rendered = site.json(&words);
             assert_eq!(rendered["legend"]["title"], title, "{file}: {rendered:#}");
+            let shown = image::open(site.path(show).join("left.png")).unwrap().to_rgba8();
+            let has = |colour| shown.pixels().any(|pixel| *pixel == opaque(colour));
+            match show {
+                "layer" => assert!(has(colour_of_number(0)), "{file}"),
+                "provenance" => assert!(has(Origin::Photo.colour()), "{file}"),
+                "holes" => assert!(shown.pixels().all(|pixel| pixel[3] == 255), "{file}"),
+                _ => assert!(shown.pixels().any(|pixel| pixel[3] == 255), "{file}"),
+            }
         }
-        let shown = image::open(site.path("x/left.png")).unwrap().to_rgba8();
-        assert!(shown.pixels().any(|pixel| pixel[3] == 255), "{file}");
     }
 }
 

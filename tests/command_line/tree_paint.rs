@@ -311,7 +311,7 @@ fn guided(site: &Site, out: &str) -> usize {
 }
 
 #[test]
-fn exports_of_photos_have_a_guide_of_the_trees_that_nobody_need_paint() {
+fn exports_of_photos_have_a_guide_of_the_trees() {
     let Some(site) = Site::built() else { return };
     fs::write(site.path("leaf.plant"), LEAF).unwrap();
     let export = |format: &str, out: &str| {
@@ -331,7 +331,7 @@ fn exports_of_photos_have_a_guide_of_the_trees_that_nobody_need_paint() {
     site.run("tree move project bush_1 --at 0,0.5,30").success();
     assert_eq!(export("folder", "behind"), bare);
     site.run("tree move project bush_1 --at 0,0.5,3").success();
-    // In every format the guide comes back as what it is; paint on it is told and not imported.
+    // An import knows the guide in every format. It reports paint on the guide, and does not import it.
     for format in ["psd", "ora", "xcf"] {
         export(format, "files");
         let read = site.json(&format!("import project files/left.png.{format} --dry-run --json"));
@@ -344,7 +344,10 @@ fn exports_of_photos_have_a_guide_of_the_trees_that_nobody_need_paint() {
     guide.save(&file).unwrap();
     let read = stdout_of(&site.run("import project planted/left.png.layers --dry-run").success());
     assert!(read.contains("guide of trees") && read.contains("not imported"), "{read}");
-    // A species that cannot be read is told, and the rest is exported.
+    // A plant without polygons has no guide, and one that cannot be read is noted. Both leave the rest to be exported.
+    fs::write(site.path("empty.plant"), "# nothing\n").unwrap();
+    site.run("tree species project empty --from empty.plant");
+    site.run("tree place project empty --at 0,0.5,3");
     fs::remove_file(site.path("leaf.plant")).unwrap();
     let noted = stderr_of(&site.run("export project --photo left.png --out files").success());
     assert!(noted.contains("leaf.plant"), "{noted}");

@@ -157,7 +157,7 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
         hidden: BTreeSet::new(),
         estimate: state.trees.light.estimate(),
         images: state.trees.images.count(),
-        plants: state.trees.plants,
+        plants_version: state.trees.plants_version,
     });
     work.jobs.start(&mut state.running, JobKind::Preview, "Preparing the 3D view", move |task| {
         let made = Gpu::headless().and_then(|gpu| {

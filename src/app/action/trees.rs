@@ -80,12 +80,12 @@ pub fn follow_trees(state: &mut State, work: &mut Work) {
         // Light is given, and no photo shows a tree any more.
         estimate = estimate.map(|known| Arc::new(LightEstimate::plain(known.strength, known.support)));
     }
-    let (images, plants) = (state.trees.images.count(), state.trees.plants);
-    let shown = ShownTrees { project, hidden, estimate, images, plants };
+    let (images, plants_version) = (state.trees.images.count(), state.trees.plants_version);
+    let shown = ShownTrees { project, hidden, estimate, images, plants_version };
     match &state.trees.sent {
         Some(sent) if sent.looks_like(&shown) => (),
         sent => {
-            if sent.as_ref().is_some_and(|sent| sent.plants != plants) {
+            if sent.as_ref().is_some_and(|sent| sent.plants_version != plants_version) {
                 painter.change(Change::Plants);
             }
             painter.change(Change::Trees(shown.clone()));
@@ -167,6 +167,7 @@ fn want_figures(state: &mut State, work: &mut Work) {
         return;
     }
     let (folder, named) = (session.folder.clone(), named(&session.history.present().trees, &missing));
+    let version = state.trees.plants_version;
     let job = work.jobs.start(&mut state.running, JobKind::Look, "Reading plants", move |task| {
         let mut found = Vec::new();
         for (name, species) in named {
@@ -176,7 +177,12 @@ fn want_figures(state: &mut State, work: &mut Work) {
             let figures = species_figures(&folder, (&name, &species), &quiet);
             found.push((species, figures.map_err(|error| error.to_string())));
         }
-        Ok(arrival(move |state| state.trees.figures.add(found)))
+        // What was found of files that have changed since is found again.
+        Ok(arrival(move |state| {
+            if state.trees.plants_version == version {
+                state.trees.figures.add(found);
+            }
+        }))
     });
     state.trees.figures.job = Some(job);
 }
@@ -189,7 +195,7 @@ pub fn follow_light(state: &mut State, work: &mut Work) {
         return;
     }
     let (folder, project) = (session.folder.clone(), project.clone());
-    let begun = project.clone();
+    let (begun, version) = (project.clone(), state.trees.plants_version);
     let opened = session.opened.with_project(&folder, Project::clone(&project));
     let job =
         work.jobs.start(&mut state.running, JobKind::Look, "Estimating the light on trees", move |task| {
@@ -197,7 +203,11 @@ pub fn follow_light(state: &mut State, work: &mut Work) {
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
                 found => found.map_err(|error| error.to_string()),
             };
-            Ok(arrival(move |state| state.trees.light.keep(&project, found)))
+            Ok(arrival(move |state| match state.trees.plants_version == version {
+                true => state.trees.light.keep(&project, found),
+                // It is of files that have changed since, and is found again.
+                false => state.trees.light.forget(),
+            }))
         });
     state.trees.light.begin(&begun, job);
 }

@@ -152,16 +152,25 @@ pub fn changed(parts: &[&str]) -> Note {
     Note::new(Weight::Warning, format!("Files have changed on disk: {parts}."))
 }
 
-/// Returns the note that plants have changed on disk, by their files.
-pub fn plants_changed(files: &[String]) -> Note {
-    let text = match files {
-        [file] => format!("The plant {file} has changed on disk; its trees are shown as it is now."),
-        files => format!(
-            "The plants {} have changed on disk; their trees are shown as they are now.",
-            files.join(", ")
-        ),
+/// Returns notes about plants whose files have changed on disk, by these: those that are there, and those that are missing.
+pub fn plants_changed(there: &[String], missing: &[String]) -> Vec<Note> {
+    let named = |files: &[String]| match files {
+        [file] => format!("file {file}"),
+        files => format!("files {}", files.join(", ")),
     };
-    Note::new(Weight::Info, text)
+    let are = |files: &[String]| if files.len() == 1 { "is" } else { "are" };
+    let changed = (!there.is_empty()).then(|| {
+        let (files, have) = (named(there), if there.len() == 1 { "has" } else { "have" });
+        let text =
+            format!("Plants of the {files} {have} changed on disk. Their trees are shown as they are now.");
+        Note::new(Weight::Info, text)
+    });
+    let lost = (!missing.is_empty()).then(|| {
+        let text =
+            format!("The {} {} missing. Trees of this plant are not shown.", named(missing), are(missing));
+        Note::new(Weight::Warning, text)
+    });
+    changed.into_iter().chain(lost).collect()
 }
 
 /// Formats a time that has passed, for use in a sentence: `5 minutes ago`.

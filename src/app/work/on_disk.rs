@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use super::waker::Waker;
 use crate::app::state::session::Session;
 use crate::document::Project;
+use crate::io::project::resolved;
 use crate::recipe::site_stamp::SiteStamp;
 use crate::recipe::trees::plant_files::PlantFiles;
 
@@ -30,8 +31,13 @@ pub struct OnDisk {
 pub enum FoundOnDisk {
     /// Files of the site, which have this stamp now.
     Site(SiteStamp),
-    /// The plants of these files.
-    Plants(Vec<String>),
+    /// Plants, by their files.
+    Plants {
+        /// Those that are there.
+        there: Vec<String>,
+        /// Those whose own file is missing.
+        missing: Vec<String>,
+    },
 }
 
 impl Drop for OnDisk {
@@ -49,9 +55,9 @@ impl OnDisk {
         let (mut message, mut last) = (session.seen.clone(), session.seen.clone());
         let present = Arc::new(Mutex::new(project.clone()));
         let (asked, of_window) = (ends.clone(), present.clone());
-        let mut plants = PlantFiles::new(&folder, &project.trees);
-        let mut last_plants = plants.clone();
         let look = move || {
+            let mut plants = PlantFiles::new(&folder, &project.trees);
+            let mut last_plants = plants.clone();
             let mut rest = LOOKS_EVERY;
             while waited(rest, &asked) {
                 let since = Instant::now();
@@ -68,10 +74,13 @@ impl OnDisk {
                 }
                 let steady = std::mem::replace(&mut last_plants, plants_now.clone()) == plants_now;
                 if steady {
-                    let changed: Vec<String> =
-                        plants.changed(&plants_now).into_iter().map(str::to_owned).collect();
-                    found.extend((!changed.is_empty()).then_some(FoundOnDisk::Plants(changed)));
-                    plants = plants_now;
+                    let changed = plants.changed(&plants_now).into_iter();
+                    let (there, missing): (Vec<String>, Vec<String>) =
+                        changed.map(str::to_owned).partition(|file| resolved(&folder, file).is_file());
+                    if !(there.is_empty() && missing.is_empty()) {
+                        found.push(FoundOnDisk::Plants { there, missing });
+                    }
+                    plants.update(plants_now);
                 }
                 for found in found {
                     if send.send(found).is_err() {

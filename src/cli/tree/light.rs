@@ -95,11 +95,11 @@ fn check_height(args: &TreeLightArgs, up: DVec3) -> Result<()> {
     let is_below = |towards_sun: DVec3| towards_sun.dot(up) <= 0.0;
     let of_shadow = |[tip, top]: [[f64; 3]; 2]| DVec3::from_array(top) - DVec3::from_array(tip);
     let found = if args.shadow.map(of_shadow).is_some_and(is_below) {
-        "--shadow puts the sun below the horizon; give the tip of the shadow first, then the point that casts it".into()
+        "--shadow puts the sun on or below the horizon; give the tip of the shadow first, then the point that casts it".into()
     } else if args.sun.map(DVec3::from_array).is_some_and(is_below) {
         let [x, y, z] = up.to_array().map(|value| format!("{value:.2}"));
         format!(
-            "--sun puts the sun below the horizon; give the direction from the site to the sun (up is {x},{y},{z})"
+            "--sun puts the sun on or below the horizon; give the direction from the site to the sun (up is {x},{y},{z})"
         )
     } else {
         return Ok(());

@@ -1,6 +1,6 @@
 //! Which files a plant consists of, as far as that is known without reading it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::io::stamp::Stamp;
 
@@ -8,15 +8,17 @@ use crate::io::stamp::Stamp;
 const ENDINGS: [&str; 12] =
     ["plant", "gltf", "glb", "bin", "ray", "inc", "png", "jpg", "jpeg", "tif", "tiff", "webp"];
 
-/// Takes the stamp of the file of a plant and of all files in and below its folder that it may refer to, without those in the
-/// folders `without`.
-pub fn plant_stamp(file: &Path, without: &[PathBuf]) -> Stamp {
+/// Takes the stamp of the file of a plant and of all files in its folder that it may refer to, and, unless it is `shallow`, of those
+/// below it.
+pub fn plant_stamp(file: &Path, shallow: bool) -> Stamp {
     let itself = Stamp::from_path(file);
     let Some(folder) = file.parent().filter(|folder| folder.is_dir()) else { return itself };
     let is_meant = |path: &Path| {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        path.is_dir() || ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
+        match path.is_dir() {
+            true => !shallow,
+            false => ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())),
+        }
     };
-    let is_own = |path: &Path| path.canonicalize().is_ok_and(|path| without.contains(&path));
-    itself.and(Stamp::of_some(folder, &|path| is_meant(path) && !(path.is_dir() && is_own(path))))
+    itself.and(Stamp::of_some(folder, &is_meant))
 }

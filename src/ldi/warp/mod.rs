@@ -20,7 +20,7 @@ use self::drawing::Drawing;
 use self::pieces::{Piece, pieces_in_order};
 #[cfg(test)]
 pub use self::several::set_drawn_in_order;
-pub use self::several::{check_splat, warp_set};
+pub use self::several::{check_splat, common_level, warp_set};
 use super::layout::{Ldi, Level};
 use super::spacing::{Factors, Spacing, gradients, is_from_behind, largest, slope};
 use super::splat::Canvas;

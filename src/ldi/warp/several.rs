@@ -86,7 +86,7 @@ fn exposures(set: &LdiSet, options: &WarpOptions) -> Vec<[f64; 3]> {
 }
 
 /// Returns the level of all faces of a cube; `None` where each image has its own.
-fn common_level(set: &LdiSet, shot: &Shot) -> Option<u8> {
+pub fn common_level(set: &LdiSet, shot: &Shot) -> Option<u8> {
     let levels = set.images.iter().map(|image| image.levels.len()).min()?;
     if set.arrangement != Arrangement::Cube {
         return None;

@@ -162,7 +162,9 @@ pub fn export(
     let at_a_time =
         ParallelPhotos { threads: rayon::current_num_threads(), memory: options.memory, stage: STAGE };
     let work = |photo: &&Photo| exporter.export(photo, &task.with_subject(&photo.name));
-    let results = at_a_time.run(photos, |photo| bytes_for(photo), work, task)?;
+    let bytes =
+        |photo: &&Photo| bytes_for(photo) + if exporter.trees.is_some() { bytes_for_trees(photo) } else { 0 };
+    let results = at_a_time.run(photos, bytes, work, task)?;
     let names: Vec<String> = photos.iter().map(|photo| photo.name.clone()).collect();
     let (done, failed) = done_and_failed(&names, results)?;
     exporter.records.remove_old_pixels(&exporter.kept)?;
@@ -190,4 +192,10 @@ fn note_darker(done: &[ExportReport], task: &Task) {
 /// compressed, and a guide, with 16 bits at worst; in addition a batch of layers before and after compression.
 fn bytes_for(photo: &Photo) -> u64 {
     u64::from(photo.camera.width) * u64::from(photo.camera.height) * 4 * 2 * 3 + (128 << 20)
+}
+
+/// Returns the peak memory for the guide of trees of one photo in bytes: per pixel the nearness of the model with the owners that it is
+/// made of, and the guide with 16 bits.
+fn bytes_for_trees(photo: &Photo) -> u64 {
+    u64::from(photo.camera.width) * u64::from(photo.camera.height) * (4 + 4 + 8)
 }

@@ -118,7 +118,7 @@ impl Exporter<'_> {
         Ok(ExportReport { photo, path, spared, key: job.key, layers, groups, bytes, darker, problems })
     }
 
-    /// Returns the document's key: the same stack with the same paint, exported with the same options, has the same
+    /// Returns the document's key: the same stack with the same paint and guide of trees, exported with the same options, has the same
     /// key. (`stack.json` and the paint book name their files by the hash of their content, so they represent the
     /// pixels, too.)
     fn key(&self, content: &StackContent) -> String {

@@ -1,20 +1,21 @@
-//! The guide of trees: where the trees of a project are in a photo, as far as the model does not hide them. Who paints a layer
-//! sees what they will hide of it, and what of the photo they replace.
+//! The guide of trees: where the trees of a project are in a photo, as far as the model does not hide them. Someone
+//! who paints a layer sees what they will hide of it, and what of the photo they replace.
 
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::compose::HiddenPixels;
 use super::guide::{self, HatchPattern};
 use crate::document::Trees;
 use crate::error::Result;
-use crate::foliage::{Tree, Wood};
+use crate::foliage::{Ball, Tree, Wood, balls};
 use crate::geometry::{PixelRect, Spans};
 use crate::io::layered::{Depth, Raster};
 use crate::recipe::open::Opened;
-use crate::recipe::trees::mask::{ModelNearness, tree_pixels};
+use crate::recipe::trees::mask::ModelNearness;
 use crate::recipe::trees::{PlantParts, SiteTrees, site_trees};
 use crate::recipe::views::up;
 use crate::scene::{Model, Photo};
@@ -51,7 +52,8 @@ impl TreesInSite {
         let made = site_trees(folder, &self.trees, self.up, PlantParts::Geometry, task)?;
         Ok(made.map(|SiteTrees { wood, problems }| {
             problems.into_iter().for_each(|problem| task.note(problem));
-            GuidedTrees { wood, model: &self.model, tolerance: self.tolerance }
+            let balls = wood.species.par_iter().map(|species| balls(&species.plant)).collect();
+            GuidedTrees { wood, balls, model: &self.model, tolerance: self.tolerance }
         }))
     }
 }
@@ -60,6 +62,8 @@ impl TreesInSite {
 #[derive(Debug, Clone)]
 pub struct GuidedTrees<'a> {
     wood: Arc<Wood>,
+    /// The balls that cover the plants, by species.
+    balls: Vec<Vec<Ball>>,
     model: &'a Model,
     tolerance: f32,
 }
@@ -68,23 +72,23 @@ impl GuidedTrees<'_> {
     /// Draws the guide for a photo; `None` where it shows none of the trees.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`], and [`crate::Error::Request`] for a plant of too many polygons.
+    /// [`crate::Error::Cancelled`].
     pub fn guide(&self, photo: &Photo, depth: Depth, task: &Task) -> Result<Option<TreeGuide>> {
         let distance = |tree: &Tree| photo.pose.center_in_world().distance(self.wood.ball(tree).middle);
-        let mut trees: Vec<&Tree> = self.wood.trees.iter().collect();
+        let in_frame = |tree: &&Tree| !rect_of(&self.wood.ball(tree), photo).is_empty();
+        let mut trees: Vec<&Tree> = self.wood.trees.iter().filter(in_frame).collect();
+        if trees.is_empty() {
+            return Ok(None);
+        }
         // Near trees are drawn over farther ones.
         trees.sort_by(|a, b| distance(b).total_cmp(&distance(a)).then(a.number.cmp(&b.number)));
         let model = ModelNearness::new(self.model, photo, self.tolerance);
-        // Its progress is that of the trees.
-        let quiet = Task::silent().with_stop_flag(task.stop_flag());
-        let mut parts = Vec::new();
-        for (tree, done) in trees.iter().zip(0..) {
-            task.step(STAGE_TREES, done, trees.len() as u64)?;
-            let shown = tree_pixels((&self.wood, tree), photo, &model, 0, &quiet)?;
-            if !shown.is_empty() {
-                parts.push((tree.number as usize, shown));
-            }
-        }
+        let shown = |tree: &&Tree| -> Result<(usize, Spans)> {
+            task.go_on()?;
+            Ok((tree.number as usize, self.shown(tree, photo, &model)))
+        };
+        let mut parts: Vec<(usize, Spans)> = trees.par_iter().map(shown).collect::<Result<_>>()?;
+        parts.retain(|(_, shown)| !shown.is_empty());
         let Some(rect) = parts.iter().map(|(_, shown)| shown.bounds()).reduce(|a, b| a.union(&b)) else {
             return Ok(None);
         };
@@ -93,6 +97,60 @@ impl GuidedTrees<'_> {
         let parts = parts.iter().map(|(number, shown)| (*number, pixels(shown)));
         Ok(Some(TreeGuide { rect, pixels: Arc::new(guide::draw(parts, rect, pattern, depth)) }))
     }
+
+    /// Returns the pixels at which a photo shows the balls of a tree before the model.
+    fn shown(&self, tree: &Tree, photo: &Photo, model: &ModelNearness) -> Spans {
+        let rect = rect_of(&self.wood.ball(tree), photo);
+        let mut shown = HiddenPixels::filled(rect, false);
+        let nearness = model.inverse_depths();
+        for ball in &self.balls[tree.species] {
+            let ball = ball.mapped(&tree.world_from_plant);
+            let Some((middle, radius_px, inverse_depth)) = disc_of(&ball, photo) else { continue };
+            // At least the pixel in which its middle lies.
+            let radius_px = radius_px.max(0.71);
+            let around = rect_around(middle, radius_px).intersection(&rect);
+            for (x, y) in around.pixels() {
+                let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let index = y as usize * photo.camera.width as usize + x as usize;
+                let is_before = inverse_depth as f32 > nearness[index];
+                if is_before && centre.distance_squared(middle) <= radius_px * radius_px {
+                    shown.put(x, y, true);
+                }
+            }
+        }
+        Spans::of_pixels(rect, |x, y| shown.holds(x, y))
+    }
+}
+
+/// Returns where a ball lies in a photo: its middle and its radius in pixels, and its inverse depth along the camera's axis; `None`
+/// where it reaches behind the camera.
+fn disc_of(ball: &Ball, photo: &Photo) -> Option<(DVec2, f64, f64)> {
+    let in_camera = photo.pose.camera_from_world(ball.middle);
+    let middle = photo.camera.image_from_camera(in_camera).filter(|_| in_camera.z > ball.radius)?;
+    Some((middle, photo.camera.fx.max(photo.camera.fy) * ball.radius / in_camera.z, in_camera.z.recip()))
+}
+
+/// Returns the pixels of a photo around a ball: all of them where it reaches behind the camera but not only.
+fn rect_of(ball: &Ball, photo: &Photo) -> PixelRect {
+    let whole = photo.camera.rect();
+    let z = photo.pose.camera_from_world(ball.middle).z;
+    match disc_of(ball, photo) {
+        // The outline of a ball that is near, seen from the side, is up to so much farther from its middle.
+        Some((middle, radius_px, _)) => {
+            let side = 2.0 * radius_px / (1.0 - (ball.radius / z).powi(2)).max(0.01);
+            rect_around(middle, side).intersection(&whole)
+        }
+        None if z > -ball.radius => whole,
+        None => PixelRect { w: 0, h: 0, ..whole },
+    }
+}
+
+/// Returns the pixels of a square around a point; sides beyond any photo are cut off.
+fn rect_around(middle: DVec2, half_px: f64) -> PixelRect {
+    let held = |value: f64| value.clamp(-1e6, 1e6).floor() as i32;
+    let (x, y) = (held(middle.x - half_px), held(middle.y - half_px));
+    let [w, h] = [held(middle.x + half_px) - x, held(middle.y + half_px) - y].map(|side| side as u32 + 1);
+    PixelRect { x, y, w, h }
 }
 
 /// The guide of trees of one photo.

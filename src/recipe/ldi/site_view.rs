@@ -376,7 +376,7 @@ impl Renders for LdiView<'_> {
     fn picture(&mut self, asked: &Shot, task: &Task) -> Result<Picture> {
         let shot = Shot { backs: false, ..asked.clone() };
         if shot.display != DisplayMode::Colour {
-            let found = "views of layered depth images show colours alone; leave out --show, or --as";
+            let found = "views of layered depth images do not show this; leave out --show, or --as";
             return Err(Error::Request(found.into()));
         }
         self.leave_out(&shot.without, task)?;
@@ -385,7 +385,7 @@ impl Renders for LdiView<'_> {
         let (best, others) = photos.split_at(most.min(photos.len()));
         let view = (&shot, &exposure);
         let blended = self.picture_of(best, view, task)?;
-        let shows_holes = self.options.shown == Some(Shown::Holes) && !best.is_empty();
+        let shows_holes = self.options.shown == Some(Shown::Holes);
         if !self.options.source.is_blend() || best.is_empty() {
             if !shows_holes {
                 return Ok(blended.picture);

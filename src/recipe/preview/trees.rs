@@ -61,11 +61,15 @@ impl PreviewTrees {
     }
 
     /// Finds what sun reaches the trees that are drawn.
-    fn shade(&self, wood: &mut Wood, task: &Task) {
-        if !wood.trees.is_empty() {
-            let shade = || self.blockers.get_or_init(|| SunBlockers::new(&self.model)).shade(wood);
-            task.timed("sun on trees", shade);
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    fn shade(&self, wood: &mut Wood, task: &Task) -> Result<()> {
+        if wood.trees.is_empty() {
+            return Ok(());
         }
+        let shade = || self.blockers.get_or_init(|| SunBlockers::new(&self.model)).shade(wood, task);
+        task.timed("sun on trees", shade)
     }
 
     /// Makes what is drawn of trees, in the estimated light that is known where no other is given.
@@ -102,11 +106,12 @@ impl Preview {
     ) -> Result<()> {
         self.trees.estimate = estimate.or(self.trees.estimate.take());
         let (wood, problems) = self.trees.wood(trees, task)?;
-        let shown = wood.map(|mut wood| {
+        let mut shown = None;
+        if let Some(mut wood) = wood {
             wood.trees.retain(|tree| !hidden.contains(&tree.name));
-            self.trees.shade(&mut wood, task);
-            Arc::new(wood)
-        });
+            self.trees.shade(&mut wood, task)?;
+            shown = Some(Arc::new(wood));
+        }
         self.renderer.set_trees(shown)?;
         problems
             .iter()
@@ -144,7 +149,7 @@ impl Preview {
             }
         }
         if let Some(wood) = &mut wood {
-            self.trees.shade(wood, task);
+            self.trees.shade(wood, task)?;
         }
         self.trees.noted.clone_from(&problems);
         // A plant that cannot be drawn leaves the rest of the site to be seen.

@@ -1,18 +1,27 @@
 //! What keeps the sun from the trees of a site: the model, and other trees.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
-use crate::foliage::{BoundingBox, Openness, Sunlit, Tree, Wood};
+use crate::error::Result;
+use crate::foliage::directions::{Serving, serving};
+use crate::foliage::{Openness, Sunlit, Tree, Wood};
+use crate::io::hash::hash_bytes;
 use crate::projection::surface::Surface;
 use crate::scene::Model;
 use crate::scene::builder::says_backdrop;
+use crate::task::Task;
 
-/// The faces of a model that keep the sun away: not those of backdrops, nor what one sees through.
+/// The faces of a model that keep the sun away: not those of backdrops, nor what one sees through. What was found of trees is kept
+/// for the next time, when most of them are where they were.
 #[derive(Debug)]
-pub struct SunBlockers(Surface);
+pub struct SunBlockers {
+    surface: Surface,
+    known: Mutex<FxHashMap<String, Known>>,
+}
 
 impl SunBlockers {
     /// Prepares the faces of a model.
@@ -20,45 +29,95 @@ impl SunBlockers {
         let solid = model
             .without(|object| says_backdrop(&object.name) || object.shows_what_is_behind())
             .without_see_through();
-        Self(Surface::from_model(&solid))
+        Self { surface: Surface::from_model(&solid), known: Mutex::default() }
     }
 
-    /// Finds what sun reaches the trees, past the model and past each other.
-    pub fn shade(&self, wood: &mut Wood) {
-        let crowns: Vec<Option<Crown>> = wood.trees.iter().map(|tree| Crown::new(wood, tree)).collect();
-        let towards_sun = wood.light.towards_sun;
-        let sunlit = |(number, crown): (usize, &Option<Crown>)| {
-            let crown = crown.as_ref()?;
-            let others: Vec<&Crown> = crowns
-                .iter()
-                .enumerate()
-                .filter(|(other, _)| *other != number)
-                .filter_map(|(_, other)| other.as_ref())
-                .filter(|other| other.may_shade(crown, towards_sun))
-                .collect();
-            // The ground below a foot, and a wall that a branch goes into, hide nothing of it.
-            let start = crown.radius / 8.0;
-            Sunlit::new(crown.space, |point| {
-                let point = crown.world_from_plant.transform_point3(point);
-                if self.0.nearest(point + start * towards_sun, towards_sun).is_some() {
-                    return 0.0;
-                }
-                others.iter().map(|other| other.lets_through(point, towards_sun)).product()
-            })
-            .map(Arc::new)
-        };
-        let found: Vec<Option<Arc<Sunlit>>> = crowns.par_iter().enumerate().map(sunlit).collect();
-        for (tree, found) in wood.trees.iter_mut().zip(found) {
-            tree.sunlit = found;
-        }
+    /// Finds the share of sunlight that reaches the trees, past the model and past each other. A sun below the horizon is in nobody's
+    /// way.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn shade(&self, wood: &mut Wood, task: &Task) -> Result<()> {
+        self.shade_by(wood, &|_| true, task)
     }
+
+    /// [`Self::shade`] where only some trees shade others.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn shade_by(
+        &self,
+        wood: &mut Wood,
+        shades: &(dyn Fn(&Tree) -> bool + Sync),
+        task: &Task,
+    ) -> Result<()> {
+        let towards_sun = wood.light.towards_sun;
+        if towards_sun.dot(wood.light.up) <= 0.0 {
+            wood.trees.iter_mut().for_each(|tree| tree.sunlit = None);
+            return Ok(());
+        }
+        let crowns: Vec<Option<Crown>> = wood.trees.iter().map(|tree| Crown::new(wood, tree)).collect();
+        let known = std::mem::take(&mut *self.known.lock().unwrap_or_else(PoisonError::into_inner));
+        let sunlit = |(number, crown): (usize, &Option<Crown>)| {
+            task.go_on()?;
+            let Some(crown) = crown else { return Ok(None) };
+            let others = crowns.iter().zip(&wood.trees).enumerate();
+            let others = others.filter(|(other, (_, tree))| *other != number && shades(tree));
+            let others = others.filter_map(|(_, (other, _))| other.as_ref());
+            let others: Vec<&Crown> = others.filter(|other| other.may_shade(crown, towards_sun)).collect();
+            let key = key(crown, &others, towards_sun);
+            let found = || self.sunlit(crown, &others, towards_sun);
+            let sunlit = known.get(&key).map_or_else(found, |known| known.sunlit.clone());
+            Ok(Some((key, Known { sunlit, _openness: crown.openness.clone() })))
+        };
+        let found: Result<Vec<_>> = crowns.par_iter().enumerate().map(sunlit).collect();
+        let found = found?;
+        for (tree, found) in wood.trees.iter_mut().zip(&found) {
+            tree.sunlit = found.as_ref().and_then(|(_, found)| found.sunlit.clone());
+        }
+        *self.known.lock().unwrap_or_else(PoisonError::into_inner) = found.into_iter().flatten().collect();
+        Ok(())
+    }
+
+    /// Finds the share of sunlight that reaches a crown past the model and past others.
+    fn sunlit(&self, crown: &Crown, others: &[&Crown], towards_sun: DVec3) -> Option<Arc<Sunlit>> {
+        // The ground below a foot, and a wall that a branch goes into, hide nothing of it.
+        let start = crown.radius / 8.0;
+        let share = |point: DVec3| {
+            let point = crown.world_from_plant.transform_point3(point);
+            if self.surface.nearest(point + start * towards_sun, towards_sun).is_some() {
+                return 0.0;
+            }
+            others.iter().map(|other| other.lets_through(point)).product()
+        };
+        Sunlit::new(crown.openness.space(), share).map(Arc::new)
+    }
+}
+
+/// What was found of a tree. Its openness is kept with it, so that no other one gets its address, by which it is known.
+#[derive(Debug, Clone)]
+struct Known {
+    sunlit: Option<Arc<Sunlit>>,
+    _openness: Arc<Openness>,
+}
+
+/// Returns a hash of all that decides about the light on a crown.
+fn key(crown: &Crown, others: &[&Crown], towards_sun: DVec3) -> String {
+    let mut bytes: Vec<u8> = towards_sun.to_array().into_iter().flat_map(f64::to_le_bytes).collect();
+    for crown in std::iter::once(crown).chain(others.iter().copied()) {
+        // A species that is read again has another openness.
+        bytes.extend((Arc::as_ptr(&crown.openness) as usize).to_le_bytes());
+        bytes.extend(crown.world_from_plant.to_cols_array().into_iter().flat_map(f64::to_le_bytes));
+    }
+    hash_bytes(&bytes)
 }
 
 /// The crown of a tree in the world.
 struct Crown {
-    /// The space in which its openness is known, in the plant's frame.
-    space: BoundingBox,
     openness: Arc<Openness>,
+    /// The direction to the sun in the plant's frame, of any length, and the directions of the openness around it.
+    towards_sun: DVec3,
+    serving: Vec<Serving>,
     world_from_plant: DAffine3,
     plant_from_world: DAffine3,
     middle: DVec3,
@@ -70,12 +129,14 @@ impl Crown {
     fn new(wood: &Wood, tree: &Tree) -> Option<Self> {
         let openness = wood.species[tree.species].openness.clone()?;
         let ball = wood.ball(tree);
-        let world_from_plant = tree.world_from_plant;
+        let (world_from_plant, plant_from_world) = (tree.world_from_plant, tree.world_from_plant.inverse());
+        let towards_sun = plant_from_world.transform_vector3(wood.light.towards_sun);
         Some(Self {
-            space: openness.space(),
             openness,
+            towards_sun,
+            serving: serving(towards_sun),
             world_from_plant,
-            plant_from_world: world_from_plant.inverse(),
+            plant_from_world,
             middle: ball.middle,
             radius: ball.radius,
         })
@@ -89,17 +150,17 @@ impl Crown {
         along > -reach && (apart - along * towards_sun).length_squared() < reach * reach
     }
 
-    /// Returns the share of the sun's light that it lets through to a point of the world: what is open there where the ray towards
-    /// the sun comes into it.
-    fn lets_through(&self, point: DVec3, towards_sun: DVec3) -> f32 {
+    /// Returns the share of sunlight that it lets through to a point of the world: what is open towards the sun where the ray comes
+    /// into the space of its openness.
+    fn lets_through(&self, point: DVec3) -> f32 {
         let point = self.plant_from_world.transform_point3(point);
-        let direction = self.plant_from_world.transform_vector3(towards_sun);
-        let (low, high) = ((self.space.low - point) / direction, (self.space.high - point) / direction);
-        // Where the ray is parallel to a side, the quotients are infinite, or not a number on the side itself, which min and max leave out.
+        let space = self.openness.space();
+        // A ray along a side has infinite quotients, and none on the side itself, which counts as outside.
+        let (low, high) = ((space.low - point) / self.towards_sun, (space.high - point) / self.towards_sun);
         let enters = low.min(high).to_array().into_iter().fold(0.0, f64::max);
         let leaves = low.max(high).to_array().into_iter().fold(f64::INFINITY, f64::min);
         match enters < leaves {
-            true => self.openness.towards(point + enters * direction, direction),
+            true => self.openness.towards_served(point + enters * self.towards_sun, &self.serving),
             false => 1.0,
         }
     }
@@ -158,12 +219,14 @@ mod tests {
         }
         let mut lit = wood(vec![tree(DVec3::ZERO, 0)]);
         let model = Arc::unwrap_or_clone(model.finish());
-        SunBlockers::new(&model.with_see_through(|object| object.name.contains("billboard"))).shade(&mut lit);
+        SunBlockers::new(&model.with_see_through(|object| object.name.contains("billboard")))
+            .shade(&mut lit, &Task::silent())
+            .unwrap();
         assert_eq!(lit.trees[0].sunlit, None);
         let mut model = Modeller::new();
         model.object("wall").quad(DVec3::new(4.0, 40.0, 0.0), -80.0 * DVec3::Y, 6.0 * DVec3::Z);
         let mut shaded = wood(vec![tree(DVec3::ZERO, 0)]);
-        SunBlockers::new(&model.finish()).shade(&mut shaded);
+        SunBlockers::new(&model.finish()).shade(&mut shaded, &Task::silent()).unwrap();
         let tree = &shaded.trees[0];
         // At x the sun comes over the wall from a height of 2 + x on; cells are 0.25 and 0.5 wide.
         for (x, z, expected) in [(0.0, 1.2, 0.0), (0.0, 2.8, 1.0), (-0.9, 1.7, 1.0), (0.9, 2.4, 0.0)] {
@@ -179,12 +242,28 @@ mod tests {
         let bare = Tree { species: 1, ..along(8.0) };
         let mut wood =
             wood(vec![along(2.0), along(6.0), bare, along(-4.0), tree(DVec3::new(2.0, 9.0, 0.0), 0)]);
-        SunBlockers::new(&Model::default()).shade(&mut wood);
+        let blockers = SunBlockers::new(&Model::default());
+        blockers.shade(&mut wood, &Task::silent()).unwrap();
         let middle = DVec3::new(0.0, 0.0, 2.0);
         let found: Vec<f32> = wood.trees.iter().map(|tree| at(tree, middle)).collect();
         // A fifth comes through each.
         let expected = [0.2, 1.0, 1.0, 0.04, 1.0];
         let off = found.iter().zip(expected).map(|(found, expected)| (found - expected).abs());
-        assert!(off.fold(0.0, f32::max) < 0.005, "{found:?}");
+        // Shares are bytes: openness 51 of 255, and what is kept of the product.
+        assert!(off.fold(0.0, f32::max) <= 0.5 / 255.0 + 1e-6, "{found:?}");
+        // What was found is the same the next time, and one that is moved away shades nothing any more.
+        let before = wood.clone();
+        blockers.shade(&mut wood, &Task::silent()).unwrap();
+        let same = |(a, b): (&Tree, &Tree)| match (&a.sunlit, &b.sunlit) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        assert!(before.trees.iter().zip(&wood.trees).all(same));
+        wood.trees[1].world_from_plant.translation.y += 50.0;
+        blockers.shade(&mut wood, &Task::silent()).unwrap();
+        assert_eq!(at(&wood.trees[0], middle), 1.0);
+        // Trees that shade none, such as planned ones where the light of photos is found.
+        blockers.shade_by(&mut wood, &|_| false, &Task::silent()).unwrap();
+        assert!(wood.trees.iter().all(|tree| tree.sunlit.is_none()));
     }
 }

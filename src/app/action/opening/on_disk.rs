@@ -22,9 +22,9 @@ pub fn take_changes(state: &mut State, work: &mut Work) {
                     state.tell(changed(&changes).with("Reload from disk", Remedy::ReadAgain));
                 }
             }
-            FoundOnDisk::Plants(files) => {
+            FoundOnDisk::Plants { there, missing } => {
                 state.trees.files_changed();
-                state.tell(plants_changed(&files));
+                plants_changed(&there, &missing).into_iter().for_each(|note| state.tell(note));
             }
         }
     }

@@ -35,7 +35,7 @@ pub struct TreesState {
     /// Which species have images.
     pub images: MadeImages,
     /// How often files of plants have changed on disk.
-    pub plants: u64,
+    pub plants_version: u64,
     /// The light that is estimated from the photos.
     pub light: KnownLight,
 }
@@ -43,7 +43,7 @@ pub struct TreesState {
 impl TreesState {
     /// Forgets what is known of plants, because files of them have changed.
     pub fn files_changed(&mut self) {
-        self.plants += 1;
+        self.plants_version += 1;
         self.figures.forget();
         self.light.forget();
         self.images.forget();
@@ -62,7 +62,7 @@ pub struct ShownTrees {
     /// For how many species images were made.
     pub images: usize,
     /// How often files of plants had changed on disk.
-    pub plants: u64,
+    pub plants_version: u64,
 }
 
 impl ShownTrees {
@@ -75,7 +75,7 @@ impl ShownTrees {
         };
         same && self.hidden == other.hidden
             && self.images == other.images
-            && self.plants == other.plants
+            && self.plants_version == other.plants_version
             && (same_light || !(is_needed(&self.project) || is_needed(&other.project)))
     }
 }

@@ -100,7 +100,7 @@ impl CrownTextures {
         }
     }
 
-    /// Binds the crown, and light: [`DaylightWords`], the ratio images in view with the cells of all, and what sun reaches the trees.
+    /// Binds the crown, and light: [`DaylightWords`], the ratio images in view with the cells of all, and the share of sunlight that reaches the trees.
     pub fn bind(
         &self,
         gpu: &Gpu,

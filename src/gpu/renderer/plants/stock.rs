@@ -29,7 +29,7 @@ pub struct Stock {
     pub species: Vec<SpeciesBuffers>,
     /// The cells of the trees' ratio images.
     pub ratios: RatioCells,
-    /// What sun reaches the trees.
+    /// The share of sunlight that reaches the trees.
     pub sunlit: SunlitCells,
     /// Frame, trees, material and light.
     pub layouts: [BindGroupLayout; 4],

@@ -26,7 +26,7 @@ use crate::document::masks::{Mask, MaskOrigin, MaskedTree};
 use crate::document::trees::{LightStrength, PlacedTree, Strength, TreeLight};
 use crate::document::{Project, Stack, Trees};
 use crate::error::{Message, Result};
-use crate::foliage::{Light, Wood};
+use crate::foliage::{Light, Tree, Wood};
 use crate::io::hash::hash_bytes;
 use crate::io::plant_images::plant_hash;
 use crate::io::stack_store::StackStore;
@@ -34,6 +34,7 @@ use crate::recipe::budget::default_memory;
 use crate::recipe::gains;
 use crate::recipe::inputs::hash_of_model;
 use crate::recipe::open::Opened;
+use crate::recipe::trees::mask::masks_of;
 use crate::recipe::trees::shine;
 use crate::recipe::trees::sunlight::SunBlockers;
 use crate::scene::{Photo, Site};
@@ -107,7 +108,9 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
     if let Some(kept) = kept(folder, &inputs, (&opened.site, &wood)) {
         return Ok(kept);
     }
-    SunBlockers::new(&opened.site.model).shade(&mut wood);
+    // Planned trees are in no photo, and shade none of the real ones.
+    let is_real = |tree: &Tree| is_in_photos(&opened.project, tree);
+    SunBlockers::new(&opened.site.model).shade_by(&mut wood, &is_real, task)?;
     let wood = &wood;
     let memory = default_memory();
     let gains = gains::photo_gains(&opened.site, &stacks, &opened.project.colour, folder, memory, task)?;
@@ -128,6 +131,12 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
         task.note(Message::from("the light on trees cannot be cached: ").and(&error));
     }
     Ok(estimate)
+}
+
+/// Returns whether photos show what stands in a tree's place: where it replaces objects of the model, or is masked.
+fn is_in_photos(project: &Project, tree: &Tree) -> bool {
+    let placed = project.trees.placed.get(tree.number as usize);
+    placed.is_some_and(|placed| !placed.replaces.is_empty() || masks_of(project, placed).photos > 0)
 }
 
 /// Returns whether the trees of a project need an estimate of their light: where no other light is given, and where photos show trees.
