@@ -218,4 +218,19 @@ mod tests {
             ["Opening: a", "Opening: b"]
         );
     }
+
+    #[test]
+    fn plants_that_have_changed_and_plants_that_are_missing_are_different_notes() {
+        let texts = |there: &[&str], missing: &[&str]| {
+            let files = |files: &[&str]| files.iter().map(|file| (*file).to_owned()).collect::<Vec<_>>();
+            let notes = plants_changed(&files(there), &files(missing));
+            notes.iter().map(|note| (note.weight, note.text.to_string())).collect::<Vec<_>>()
+        };
+        let changed =
+            "Plants of the files a.plant, b.glb have changed on disk. Their trees are shown as they are now.";
+        let lost = "The file c.plant is missing. Trees of this plant are not shown.";
+        assert_eq!(texts(&["a.plant", "b.glb"], &[]), [(Weight::Info, changed.to_owned())]);
+        assert_eq!(texts(&[], &["c.plant"]), [(Weight::Warning, lost.to_owned())]);
+        assert_eq!(texts(&["a.plant"], &["c.plant"]).len(), 2);
+    }
 }

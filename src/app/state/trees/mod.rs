@@ -79,3 +79,30 @@ impl ShownTrees {
             && (same_light || !(is_needed(&self.project) || is_needed(&other.project)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::trees::{Grown, PlantSource, TreeSpecies};
+
+    #[test]
+    fn trees_are_shown_again_when_files_of_plants_have_changed() {
+        let mut trees = TreesState::default();
+        let shown = |trees: &TreesState| ShownTrees {
+            project: Arc::new(Project::default()),
+            hidden: BTreeSet::new(),
+            estimate: trees.light.estimate(),
+            images: trees.images.count(),
+            plants_version: trees.plants_version,
+        };
+        trees.figures.add(vec![(maple(), Err("unknown".into()))]);
+        let before = shown(&trees);
+        assert!(before.looks_like(&shown(&trees)) && trees.figures.of(&maple()).is_some());
+        trees.files_changed();
+        assert!(!before.looks_like(&shown(&trees)) && trees.figures.of(&maple()).is_none());
+    }
+
+    fn maple() -> TreeSpecies {
+        TreeSpecies { from: PlantSource::Maple(Grown::default()), up: None, unit: None }
+    }
+}
