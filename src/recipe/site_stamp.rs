@@ -71,16 +71,11 @@ fn model_files(model: &Path) -> Vec<PathBuf> {
 const OURS: [&str; 9] =
     ["stacks", "cache", "exports", "editing", "inbox", "layers", "pictures", "paint", "masks"];
 
-/// Returns the folders of the project in a folder that this program writes to, with links resolved.
-fn own_folders(project: &Path) -> [PathBuf; OURS.len()] {
-    let project = project.canonicalize().unwrap_or_else(|_| project.to_path_buf());
-    OURS.map(|name| project.join(name))
-}
-
 /// Returns the photo files, without those that this program writes.
 fn photo_files(project: &Path, photos: &Path) -> Vec<PathBuf> {
     let Ok(found) = PhotoFolder::scan(photos, &Task::silent()) else { return Vec::new() };
-    let ours = own_folders(project);
+    let project = project.canonicalize().unwrap_or_else(|_| project.to_path_buf());
+    let ours = OURS.map(|name| project.join(name));
     let is_ours = |file: &PathBuf| ours.iter().any(|folder| file.starts_with(folder));
     (0..found.len()).map(|file| found.path(file)).filter(|file| !is_ours(file)).collect()
 }
