@@ -158,7 +158,6 @@ pub fn plants_changed(there: &[String], missing: &[String]) -> Vec<Note> {
         [file] => format!("file {file}"),
         files => format!("files {}", files.join(", ")),
     };
-    let are = |files: &[String]| if files.len() == 1 { "is" } else { "are" };
     let changed = (!there.is_empty()).then(|| {
         let (files, have) = (named(there), if there.len() == 1 { "has" } else { "have" });
         let text =
@@ -166,8 +165,8 @@ pub fn plants_changed(there: &[String], missing: &[String]) -> Vec<Note> {
         Note::new(Weight::Info, text)
     });
     let lost = (!missing.is_empty()).then(|| {
-        let text =
-            format!("The {} {} missing. Trees of this plant are not shown.", named(missing), are(missing));
+        let (are, these) = if missing.len() == 1 { ("is", "this plant") } else { ("are", "these plants") };
+        let text = format!("The {} {are} missing. Trees of {these} are not shown.", named(missing));
         Note::new(Weight::Warning, text)
     });
     changed.into_iter().chain(lost).collect()
