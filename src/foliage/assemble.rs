@@ -8,6 +8,7 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::{FxHashMap, FxHasher};
 
 use super::bounds::Bounds;
+use super::detail::DetailLevels;
 use super::leaves::Leaves;
 use super::order::children_first;
 use super::plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
@@ -130,8 +131,8 @@ impl Assembly {
             return Err(PlantFlaw::Endless(name));
         }
         let leaves = Leaves::of(&primitives, &uses, &self.objects);
-        let paint = Vec::new();
-        self.objects.push(SubObject { name, primitives, uses, bounds, counts, leaves, paint });
+        let (detail, paint) = (DetailLevels::of(&primitives), Vec::new());
+        self.objects.push(SubObject { name, primitives, uses, bounds, counts, leaves, detail, paint });
         Ok(self.objects.len() - 1)
     }
 }

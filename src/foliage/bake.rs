@@ -10,7 +10,7 @@ use super::gains::measured;
 use super::images::{ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages};
 use super::layered::{LayeredRows, draw_part};
 use super::mbuffer::{LayeredPixels, Sample, Slabs};
-use super::mesh::Mesh;
+use super::mesh::Meshes;
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::reproject::Rows;
@@ -85,7 +85,7 @@ const COARSEST_SIDE: f64 = 24.0;
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantImages> {
-    let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
+    let meshes = if options.from_parts { Meshes::of_all_levels(plant) } else { Meshes::in_full(plant) };
     let baker = Baker { plant, meshes: &meshes, options, task };
     let leaf = plant.whole().leaves.mean();
     let total = plant.objects.len() as u64;
@@ -111,7 +111,7 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn finest_copy(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<Option<ImageCopy>> {
-    let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
+    let meshes = Meshes::in_full(plant);
     let baker = Baker { plant, meshes: &meshes, options, task };
     let ball = plant.whole().bounds.ball;
     if ball.radius <= 0.0 {
@@ -123,7 +123,7 @@ pub fn finest_copy(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<
 
 struct Baker<'a> {
     plant: &'a Plant,
-    meshes: &'a [Vec<Mesh>],
+    meshes: &'a Meshes,
     options: &'a BakeOptions,
     task: &'a Task,
 }

@@ -7,7 +7,7 @@ use glam::{DMat3, Vec3};
 use rayon::prelude::*;
 
 use super::drawer::{Canvas, Drawer, Facet};
-use super::mesh::Mesh;
+use super::mesh::Meshes;
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::shade::{Light, Reach, Surface, shade};
@@ -152,7 +152,7 @@ pub(super) fn drawn<C: Canvas, T: Send>(
     task: &Task,
 ) -> Result<Vec<(Vec<T>, u64)>> {
     check(plant, view)?;
-    let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
+    let meshes = Meshes::in_full(plant);
     let rect = view.rect();
     let bands = bands(rect, BAND);
     let done = AtomicU64::new(0);

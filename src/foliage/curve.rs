@@ -35,12 +35,58 @@ fn place(points: &[CurvePoint], t: f64) -> Place {
     Place { at: sum(at), change: sum(change) }
 }
 
+/// The centre line of a limb's polygons: points with the direction of the curve there.
+struct Rings {
+    rings: Vec<(CurvePoint, DVec3)>,
+}
+
+impl Rings {
+    fn new(limb: &Limb, segments: u32) -> Self {
+        let ring = |ring: u32| limb.along(f64::from(ring) / f64::from(segments));
+        Self { rings: (0..=segments).map(ring).collect() }
+    }
+
+    /// Returns the place at a share of the way, between two rings.
+    fn at(&self, share: f64) -> CurvePoint {
+        let last = self.rings.len() - 1;
+        let ring = share * last as f64;
+        let first = (ring as usize).min(last - 1);
+        let ((a, _), (b, _), t) = (self.rings[first], self.rings[first + 1], ring - first as f64);
+        CurvePoint { position: a.position.lerp(b.position, t), radius: a.radius + t * (b.radius - a.radius) }
+    }
+
+    /// Returns the most that rings lose in width because they do not look along the straight pieces that they end.
+    fn narrowed(&self) -> f64 {
+        let ends = self.rings.windows(2).flat_map(|two| {
+            let along = (two[1].0.position - two[0].0.position).normalize_or_zero();
+            [0, 1].map(|end| two[end].0.radius * (1.0 - two[end].1.dot(along).clamp(0.0, 1.0)))
+        });
+        ends.fold(0.0, f64::max)
+    }
+}
+
 impl Limb {
     /// Returns the place and the direction (of length 1) on the centre line at a share of the way, 0..=1 in equal steps of
     /// the curve's parameter, with the radius, in the limb's own frame.
     pub fn along(&self, share: f64) -> (CurvePoint, DVec3) {
         let place = place(&self.points, share * ((self.points.len() - 1) / 3) as f64);
         (place.at, place.change.position.normalize_or(DVec3::Z))
+    }
+
+    /// Returns how far the surface of the limb with `segments` segments along is from its own at most, in the limb's own frame, and but for
+    /// what its number of sides changes. Both are tubes around lines of straight pieces: counted are the distance of the lines and the
+    /// difference of the radii at the same parameter, and what either tube loses in width where a ring leans against a piece, because its
+    /// quadrangles are not flat there and depend on the number of sides.
+    pub(super) fn apart_along(&self, segments: u32) -> f64 {
+        let [given, fewer] = [self.segments, segments].map(|segments| Rings::new(self, segments));
+        let at_ring = |of: &Rings, ring: usize| {
+            let share = ring as f64 / (of.rings.len() - 1) as f64;
+            let [a, b] = [given.at(share), fewer.at(share)];
+            a.position.distance(b.position) + (a.radius - b.radius).abs()
+        };
+        // Lines of straight pieces are farthest apart at a ring of one of them.
+        let at_rings = |of: &Rings| (0..of.rings.len()).map(|ring| at_ring(of, ring)).fold(0.0, f64::max);
+        at_rings(&given).max(at_rings(&fewer)) + given.narrowed() + fewer.narrowed()
     }
 
     /// Makes the limb's polygons, each as two triangles, in the sub-object's frame: rings of `sides` corners, whose first

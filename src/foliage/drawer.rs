@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::clip::clipped;
 use super::door::Door;
-use super::mesh::Mesh;
+use super::mesh::{Mesh, Meshes};
 use super::paint::{Change, PaintAt};
 use super::pixels::Pixels;
 use super::plant::{Plant, Use};
@@ -63,7 +63,7 @@ struct Projected {
 /// Draws instances onto a canvas.
 pub(super) struct Drawer<'a, C> {
     plant: &'a Plant,
-    meshes: &'a [Vec<Mesh>],
+    meshes: &'a Meshes,
     view: &'a View,
     half_spaces: Vec<HalfSpace>,
     target: Target,
@@ -76,9 +76,9 @@ pub(super) struct Drawer<'a, C> {
 }
 
 impl<'a, C: Canvas> Drawer<'a, C> {
-    /// Prepares the drawing of a rectangle of a view; `meshes` are those of the plant's sub-objects.
+    /// Prepares the drawing of a rectangle of a view; `meshes` are those of the plant's sub-objects that are drawn.
     pub fn new(
-        (plant, meshes): (&'a Plant, &'a [Vec<Mesh>]),
+        (plant, meshes): (&'a Plant, &'a Meshes),
         view: &'a View,
         (rect, canvas): (PixelRect, C),
         task: &'a Task,
@@ -108,17 +108,17 @@ impl<'a, C: Canvas> Drawer<'a, C> {
             return Ok(());
         }
         self.task.go_on()?;
-        self.own(object, view_from_object, &Door::wide(0));
+        self.own((object, 0), view_from_object, &Door::wide(0));
         for Use { child, parent_from_child } in &of.uses {
             self.visit(*child, &(*view_from_object * *parent_from_child))?;
         }
         Ok(())
     }
 
-    /// Draws the primitives that an instance has of its own, where a door is open.
-    pub fn own(&mut self, object: usize, view_from_object: &DAffine3, door: &Door) {
+    /// Draws the primitives that an instance of a sub-object has of its own, at a level of detail, where a door is open.
+    pub fn own(&mut self, (object, level): (usize, usize), view_from_object: &DAffine3, door: &Door) {
         let (meshes, plant) = (self.meshes, self.plant);
-        for mesh in &meshes[object] {
+        for mesh in meshes.get(object, level) {
             self.mesh((mesh, door), &plant.objects[object].paint, view_from_object);
         }
     }

@@ -11,7 +11,7 @@ use super::flake::FlakeBuffer;
 use super::images::PlantImages;
 use super::lighting::{FlakeCanvas, Lighting, List};
 use super::listed::{BandPicture, ImageCost, in_bands, meshes_of};
-use super::mesh::Mesh;
+use super::mesh::Meshes;
 use super::place::{Instance, Place};
 use super::planes::Planes;
 use super::plant::Plant;
@@ -127,7 +127,7 @@ pub(super) fn door_of(directions: Directions, (before, weight): (f64, f64), path
 struct Scene<'a> {
     plant: &'a Plant,
     images: &'a PlantImages,
-    meshes: &'a [Vec<Mesh>],
+    meshes: &'a Meshes,
     drawn: &'a [Drawn],
     view: &'a View,
     light: &'a Light,
@@ -155,15 +155,13 @@ impl<'a> Scene<'a> {
                 continue;
             }
             task.go_on()?;
-            let instance = match part {
-                Part::Image(copy) => Instance::of((plant, images), drawn, *copy),
-                Part::Polygons => None,
-            };
-            match instance {
-                Some(instance) => {
-                    cost.samples += self.image(&instance, &mut drawer.canvas)?;
+            match part {
+                Part::Image(copy) => {
+                    if let Some(instance) = Instance::of((plant, images), drawn, *copy) {
+                        cost.samples += self.image(&instance, &mut drawer.canvas)?;
+                    }
                 }
-                None => drawer.own(*object, view_from_object, door),
+                Part::Polygons(level) => drawer.own((*object, *level), view_from_object, door),
             }
         }
         cost.triangles = drawer.triangles;

@@ -45,6 +45,8 @@ pub struct ImageInView {
 pub struct PolygonsInView {
     /// The index of the sub-object.
     pub object: usize,
+    /// Its [level of detail](super::plant::SubObject::detail).
+    pub level: usize,
     /// The map from its frame to the view's.
     pub view_from_object: DAffine3,
     /// A factor by which the map stretches at most.
@@ -66,7 +68,7 @@ impl PolygonsInView {
 pub struct InView {
     /// Images.
     pub images: Vec<ImageInView>,
-    /// Sub-objects whose own primitives are drawn as polygons; ordered by sub-object, and of each first those that are drawn in all
+    /// Sub-objects whose own primitives are drawn as polygons; ordered by sub-object and level, and of each first those that are drawn in all
     /// sub-pixels.
     pub polygons: Vec<PolygonsInView>,
 }
@@ -74,19 +76,20 @@ pub struct InView {
 /// Returns what is drawn of a plant in a view. `seed` tells one tree from another.
 pub fn in_view(plant: &Plant, images: &PlantImages, view: &View, options: &WalkOptions, seed: u64) -> InView {
     let mut found = InView::default();
-    // By sub-object: drawn in all sub-pixels, or in part of them.
-    let mut polygons = vec![[Vec::new(), Vec::new()]; plant.objects.len()];
+    // By sub-object and level: drawn in all sub-pixels, or in part of them.
+    let levels = plant.objects.iter().map(|object| vec![[Vec::new(), Vec::new()]; object.detail.count()]);
+    let mut polygons: Vec<_> = levels.collect();
     for drawn in walk(plant, images, view, options, seed) {
         let Drawn { object, view_from_object, stretch, door, .. } = drawn;
         match drawn.part {
-            Part::Polygons => {
-                let of = PolygonsInView { object, view_from_object, stretch, door };
-                polygons[object][usize::from(!door.is_wide())].push(of);
+            Part::Polygons(level) => {
+                let of = PolygonsInView { object, level, view_from_object, stretch, door };
+                polygons[object][level][usize::from(!door.is_wide())].push(of);
             }
             Part::Image(copy) => add_images(&mut found.images, &drawn, copy, (plant, images), view),
         }
     }
-    found.polygons = polygons.into_iter().flatten().flatten().collect();
+    found.polygons = polygons.into_iter().flatten().flatten().flatten().collect();
     found
 }
 

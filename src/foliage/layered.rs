@@ -8,7 +8,7 @@ use super::drawer::{Canvas, Drawer, Facet};
 use super::images::PlantImages;
 use super::listed::{ImageCost, in_bands, meshes_of, rgba_of_light};
 use super::mbuffer::{Layer, LayeredPixels, Sample, Slabs};
-use super::mesh::Mesh;
+use super::mesh::Meshes;
 use super::place::Instance;
 use super::plant::Plant;
 use super::raster::Fragment;
@@ -64,7 +64,7 @@ pub fn draw_layered(
 struct Scene<'a> {
     plant: &'a Plant,
     images: &'a PlantImages,
-    meshes: &'a [Vec<Mesh>],
+    meshes: &'a Meshes,
     drawn: &'a [Drawn],
     view: &'a View,
     light: &'a Light,
@@ -126,14 +126,14 @@ pub(super) fn draw_part<C: LayeredRows>(
     drawn: &Drawn,
     (view, epsilon_px): (&View, f64),
 ) -> u64 {
-    let instance = match drawn.part {
-        Part::Image(copy) => Instance::of((plant, images), drawn, copy),
-        Part::Polygons => None,
+    let copy = match drawn.part {
+        Part::Image(copy) => copy,
+        Part::Polygons(level) => {
+            drawer.own((drawn.object, level), &drawn.view_from_object, &drawn.door);
+            return 0;
+        }
     };
-    let Some(instance) = instance else {
-        drawer.own(drawn.object, &drawn.view_from_object, &drawn.door);
-        return 0;
-    };
+    let Some(instance) = Instance::of((plant, images), drawn, copy) else { return 0 };
     reproject(&instance, (view, epsilon_px), &mut drawer.canvas.rows())
 }
 

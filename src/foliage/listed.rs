@@ -7,7 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::brute::bands;
-use super::mesh::Mesh;
+use super::mesh::Meshes;
 use super::plant::Plant;
 use super::walk::{Drawn, Part};
 use crate::error::Result;
@@ -56,7 +56,7 @@ pub(super) fn in_bands(
         Ok(picture)
     });
     let pictures: Vec<BandPicture> = pictures.collect::<Result<_>>()?;
-    let images = drawn.iter().filter(|drawn| drawn.part != Part::Polygons).count() as u64;
+    let images = drawn.iter().filter(|drawn| matches!(drawn.part, Part::Image(_))).count() as u64;
     let mut cost = ImageCost { images, ..ImageCost::default() };
     pictures.iter().for_each(|(_, of)| cost += *of);
     let rgba = pictures.into_iter().flat_map(|(rgba, _)| rgba).collect();
@@ -64,13 +64,12 @@ pub(super) fn in_bands(
 }
 
 /// Makes the triangles of those sub-objects that are drawn as polygons.
-pub(super) fn meshes_of(plant: &Plant, drawn: &[Drawn]) -> Vec<Vec<Mesh>> {
-    let mut wanted = vec![false; plant.objects.len()];
-    for drawn in drawn.iter().filter(|drawn| drawn.part == Part::Polygons) {
-        wanted[drawn.object] = true;
-    }
-    let mesh = |(object, wanted): (_, &bool)| if *wanted { Mesh::of(object) } else { Vec::new() };
-    plant.objects.par_iter().zip(&wanted).map(mesh).collect()
+pub(super) fn meshes_of(plant: &Plant, drawn: &[Drawn]) -> Meshes {
+    let level = |drawn: &Drawn| match drawn.part {
+        Part::Polygons(level) => Some((drawn.object, level)),
+        Part::Image(_) => None,
+    };
+    Meshes::of(plant, drawn.iter().filter_map(level))
 }
 
 /// Returns R, G, B, A of a pixel: the mean of light that was summed over the covered ones of its 16 sub-pixels, and their share.

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::plant::SubObject;
+use super::plant::{Plant, SubObject};
 use super::primitive::{Corner, Material, Shape, TriangleList};
 use crate::geometry::polygon::{fit_plane, newell_normal, triangulate};
 
@@ -22,11 +23,17 @@ pub struct Mesh {
 impl Mesh {
     /// Makes the triangles of a sub-object's own primitives, in their order; neighbours of one material share a mesh.
     pub fn of(object: &SubObject) -> Vec<Self> {
+        Self::of_level(object, 0)
+    }
+
+    /// Makes them as [`Self::of`], at one of the sub-object's [levels of detail](SubObject::detail).
+    pub fn of_level(object: &SubObject, level: usize) -> Vec<Self> {
         let mut meshes: Vec<Self> = Vec::new();
+        let mut limbs = object.detail.limbs(&object.primitives, level);
         for primitive in &object.primitives {
             let list = match &primitive.shape {
                 Shape::Polygon(corners) => of_polygon(corners),
-                Shape::Limb(limb) => limb.triangles(),
+                Shape::Limb(_) => limbs.next().expect("a level has all limbs").triangles(),
                 Shape::Triangles(list) => with_normals(list),
             };
             let material = &primitive.material;
@@ -45,6 +52,47 @@ impl Mesh {
         let first = self.corners.len() as u32;
         self.corners.extend(&list.corners);
         self.triangles.extend(list.triangles.iter().map(|triangle| triangle.map(|corner| first + corner)));
+    }
+}
+
+/// The triangles of a plant's sub-objects, at the levels of detail that are drawn.
+#[derive(Debug)]
+pub struct Meshes {
+    /// By sub-object and level of detail.
+    of_levels: Vec<Vec<Vec<Mesh>>>,
+}
+
+impl Meshes {
+    /// Makes those of all sub-objects in full detail.
+    pub fn in_full(plant: &Plant) -> Self {
+        Self { of_levels: plant.objects.par_iter().map(|object| vec![Mesh::of(object)]).collect() }
+    }
+
+    /// Makes those of all sub-objects at all levels of detail.
+    pub fn of_all_levels(plant: &Plant) -> Self {
+        let levels =
+            |(object, of): (usize, &SubObject)| (0..of.detail.count()).map(move |level| (object, level));
+        Self::of(plant, plant.objects.iter().enumerate().flat_map(levels))
+    }
+
+    /// Makes those of the wanted sub-objects and levels of detail.
+    pub fn of(plant: &Plant, wanted: impl Iterator<Item = (usize, usize)>) -> Self {
+        let mut is_wanted: Vec<Vec<bool>> =
+            plant.objects.iter().map(|object| vec![false; object.detail.count()]).collect();
+        wanted.for_each(|(object, level)| is_wanted[object][level] = true);
+        let all = |(object, wanted): (&SubObject, &Vec<bool>)| {
+            let level = |(level, wanted): (usize, &bool)| match wanted {
+                true => Mesh::of_level(object, level),
+                false => Vec::new(),
+            };
+            wanted.iter().enumerate().map(level).collect()
+        };
+        Self { of_levels: plant.objects.par_iter().zip(&is_wanted).map(all).collect() }
+    }
+
+    /// Returns those of a sub-object at a level of detail; none where they were not wanted.
+    pub fn get(&self, object: usize, level: usize) -> &[Mesh] {
+        &self.of_levels[object][level]
     }
 }
 

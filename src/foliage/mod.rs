@@ -13,6 +13,7 @@ mod cast;
 mod clip;
 mod curve;
 mod depths;
+mod detail;
 pub mod directions;
 mod door;
 mod drawer;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::bounds::Bounds;
+use super::detail::DetailLevels;
 use super::leaves::Leaves;
 use super::paint::PaintAt;
 use super::primitive::{Material, Primitive};
@@ -55,6 +56,8 @@ pub struct SubObject {
     pub counts: Counts,
     /// The lengths of its leaves with everything that it uses.
     pub leaves: Leaves,
+    /// The levels of detail of its polygons.
+    pub detail: DetailLevels,
     /// The paint that reaches it, that on what uses it first; none but in a plant that was [`super::painted`].
     pub paint: Vec<PaintAt>,
 }

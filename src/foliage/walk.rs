@@ -30,12 +30,21 @@ impl WalkOptions {
         (0.5 * self.threshold).ceil().max(1.0) as u32
     }
 
+    /// Returns how far the surfaces of polygons with less detail may be from those of full detail, in pixels of the view. In moving views,
+    /// where images may be coarser, it is that of previews, so that a change of the level is not seen.
+    pub fn deviation_px(&self) -> f64 {
+        DEVIATION * self.threshold.min(Self::PREVIEW.threshold)
+    }
+
     /// Returns the size of an image's pixels up to which nothing but the image is drawn of any instance.
     pub fn alone(&self) -> f64 {
         // A little smaller, so that rounding changes nothing.
         (1.0 - 1e-9) * (1.0 - SPREAD) * DISSOLVE * self.threshold
     }
 }
+
+/// How far the surfaces of polygons with less detail may be from those of full detail, as a share of the threshold.
+const DEVIATION: f64 = 0.2;
 
 /// Where the dissolve of an image into finer parts begins, as a share of the threshold.
 pub const DISSOLVE: f64 = 0.85;
@@ -48,8 +57,8 @@ const SPREAD: f64 = 0.1;
 pub enum Part {
     /// All of it, by an image: the index of the copy.
     Image(usize),
-    /// The primitives of its own, as polygons; what it uses is drawn by itself.
-    Polygons,
+    /// The primitives of its own, as polygons at this [level of detail](super::plant::SubObject::detail); what it uses is drawn by itself.
+    Polygons(usize),
 }
 
 /// An instance that is drawn.
@@ -160,7 +169,8 @@ impl Walk<'_> {
             return;
         }
         if !of.primitives.is_empty() {
-            self.drawn.push(at.drawn(Part::Polygons, door));
+            let level = of.detail.level(self.options.deviation_px() / magnification);
+            self.drawn.push(at.drawn(Part::Polygons(level), door));
         }
         if self.stretches[object].len() < of.uses.len() {
             let stretch = |of: &Use| largest_stretch(&of.parent_from_child.matrix3);

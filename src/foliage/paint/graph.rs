@@ -8,6 +8,7 @@ use glam::DAffine3;
 use rustc_hash::FxHashMap;
 
 use super::{PaintAt, PaintField};
+use crate::foliage::detail::DetailLevels;
 use crate::foliage::mesh::Mesh;
 use crate::foliage::plant::{Plant, SubObject, Use};
 use crate::foliage::primitive::{Corner, Material, Primitive, Shape, TriangleList};
@@ -108,7 +109,9 @@ impl Painter<'_> {
         };
         let SubObject { name, bounds, counts, leaves, .. } = of;
         let (name, bounds, counts, leaves) = (name.clone(), *bounds, *counts, *leaves);
-        self.objects.push(SubObject { name, primitives, uses, bounds, counts, leaves, paint });
+        // What paint reaches keeps all its polygons, because colours are known at their corners.
+        let detail = if paint.is_empty() { of.detail.clone() } else { DetailLevels::default() };
+        self.objects.push(SubObject { name, primitives, uses, bounds, counts, leaves, detail, paint });
         let index = self.objects.len() - 1;
         if is_shared {
             self.shared[object] = Some(index);

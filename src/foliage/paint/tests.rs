@@ -301,3 +301,17 @@ fn what_would_make_a_plant_too_large_keeps_its_colours_and_is_counted() {
     assert_eq!(within.unpainted, 3000);
     assert_eq!(within.plant.objects.iter().filter(|object| object.name == "twig").count(), 11);
 }
+
+#[test]
+fn what_paint_reaches_keeps_all_its_polygons() {
+    let plant = crate::foliage::tests::layered::branch();
+    let copy = finest(&plant);
+    let paint = painted_from_x((&plant, &copy), &|at| at.z > 0.5, srgb16(RED, 1.0));
+    let red = painted(&plant, plant.root, &field(vec![paint], plant.root)).plant;
+    let levels = |reached: bool| {
+        let of = red.objects.iter().filter(move |object| object.paint.is_empty() != reached);
+        of.filter(|object| object.primitives.len() > 1).map(|object| object.detail.count())
+    };
+    assert!(levels(true).count() > 0 && levels(true).all(|count| count == 1));
+    assert!(plant.whole().detail.count() > 1 && levels(false).all(|count| count > 1));
+}

@@ -1,10 +1,11 @@
 //! Tests of plants as a whole: graphs, generated plants and brute force.
 
+mod detail;
 mod drawn;
 mod flakes;
 mod graphs;
 mod grown;
-mod layered;
+pub mod layered;
 mod parts;
 mod popping;
 mod shaded;

@@ -32,8 +32,8 @@ pub struct PolygonDraw {
     pub placement: u32,
     /// The species of the trees.
     pub species: usize,
-    /// The sub-object; `None` for all of them.
-    object: Option<usize>,
+    /// The sub-object with its level of detail; `None` for all sub-objects in full detail.
+    object: Option<(usize, usize)>,
     /// Of one sub-object: in [`Polygons::all`] they are indices into [`Polygons::words`], in what is drawn those into
     /// [`Polygons::buffer`]. Those of all sub-objects are in [`super::species::SpeciesBuffers::instances`].
     instances: Range<u32>,
@@ -41,8 +41,8 @@ pub struct PolygonDraw {
     in_part: bool,
 }
 
-/// A sub-object of a species, and whether it is drawn in part of the sub-pixels: what is drawn at once.
-type Kind = (usize, usize, bool);
+/// A species, a sub-object of it with its level of detail, and whether it is drawn in part of the sub-pixels: what is drawn at once.
+type Kind = (usize, (usize, usize), bool);
 
 /// What a view shows of one tree as polygons.
 #[derive(Debug, Default)]
@@ -62,7 +62,7 @@ impl PolygonsOfTree {
         (tree, species): (u32, usize),
         with_balls: bool,
     ) -> Self {
-        let kind = |of: &PolygonsInView| (species, of.object, !of.door.is_wide());
+        let kind = |of: &PolygonsInView| (species, (of.object, of.level), !of.door.is_wide());
         let mut end = 0;
         let draw = |alike: &[PolygonsInView]| {
             let first = end;
@@ -347,7 +347,10 @@ fn at_once(stock: &Stock, draws: &[PolygonDraw], most: f64) -> Vec<(Vec<PolygonD
 
 fn meshes_of<'a>(stock: &'a Stock, draw: &PolygonDraw) -> impl Iterator<Item = &'a MeshBuffers> {
     let object = draw.object;
-    let is_of = move |mesh: &&MeshBuffers| object.is_none_or(|object| object == mesh.object);
+    let is_of = move |mesh: &&MeshBuffers| match object {
+        Some(of) => of == (mesh.object, mesh.level),
+        None => mesh.level == 0,
+    };
     stock.species[draw.species].meshes.iter().filter(is_of)
 }
 

@@ -55,7 +55,7 @@ pub struct MatterWords {
     pub pad0: [f32; 2],
 }
 
-/// The triangles of one sub-object and material.
+/// The triangles of one sub-object, level and material.
 #[derive(Debug)]
 pub struct MeshBuffers {
     pub corners: Buffer,
@@ -64,6 +64,8 @@ pub struct MeshBuffers {
     pub index_count: u32,
     /// The index of the sub-object.
     pub object: usize,
+    /// Its level of detail.
+    pub level: usize,
     /// The material with its picture.
     pub material: BindGroup,
     /// True where the picture is cut out.
@@ -73,7 +75,7 @@ pub struct MeshBuffers {
 /// A plant on the device.
 #[derive(Debug)]
 pub struct SpeciesBuffers {
-    /// In the order of the sub-objects.
+    /// In the order of the sub-objects and their levels of detail.
     pub meshes: Vec<MeshBuffers>,
     /// All instances, where the plant was drawn by polygons alone.
     pub instances: Option<AllInstances>,
@@ -111,10 +113,15 @@ impl SpeciesBuffers {
         let mut materials = Materials { gpu, layout, known: FxHashMap::default() };
         let mut meshes = Vec::new();
         for (index, object) in species.plant.objects.iter().enumerate() {
-            for mesh in Mesh::of(object).into_iter().map(|mesh| Painted::new(mesh, &object.paint)) {
-                if !mesh.mesh.triangles.is_empty() {
-                    let material = materials.bound(&mesh.mesh.material);
-                    meshes.push(mesh_buffers(gpu, &mesh, index, material));
+            // Without images trees are drawn in full detail.
+            let levels = if images.is_some() { object.detail.count() } else { 1 };
+            for level in 0..levels {
+                let of_level = Mesh::of_level(object, level).into_iter();
+                for mesh in of_level.map(|mesh| Painted::new(mesh, &object.paint)) {
+                    if !mesh.mesh.triangles.is_empty() {
+                        let material = materials.bound(&mesh.mesh.material);
+                        meshes.push(mesh_buffers(gpu, &mesh, (index, level), material));
+                    }
                 }
             }
         }
@@ -183,7 +190,12 @@ impl InstanceWords {
     }
 }
 
-fn mesh_buffers(gpu: &Gpu, painted: &Painted, object: usize, material: BindGroup) -> MeshBuffers {
+fn mesh_buffers(
+    gpu: &Gpu,
+    painted: &Painted,
+    (object, level): (usize, usize),
+    material: BindGroup,
+) -> MeshBuffers {
     let Painted { mesh, changes } = painted;
     let corners: Vec<CornerWords> = (mesh.corners.iter().zip(changes))
         .map(|(corner, change)| CornerWords {
@@ -199,6 +211,7 @@ fn mesh_buffers(gpu: &Gpu, painted: &Painted, object: usize, material: BindGroup
         indices: bindings::filled(gpu, "triangles of plants", indices, BufferUsages::INDEX),
         index_count: indices.len() as u32,
         object,
+        level,
         is_cut: mesh.material.picture.is_some() && mesh.material.cutout.is_some(),
         material,
     }
