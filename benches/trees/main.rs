@@ -1,6 +1,6 @@
 //! Trees from images beside brute force, which draws every polygon of every instance with as many samples a pixel, in one run: 13 maples
-//! on the processor and on the device; the time by number of trees and by polygons of a tree, with straight lines through it; the
-//! walk alone; and a view that moves among the trees of an avenue, which shade the ground.
+//! on the processor and on the device, larger ones and 1,000 on the device; the time by number of trees and by polygons of a tree, with
+//! straight lines through it; the walk alone; and a view that moves among the trees of an avenue, which shade the ground.
 //!
 //! `cargo bench --bench trees`; one group alone: `cargo bench --bench trees -- wood`. Ratios and lines are printed at the end of each group.
 
@@ -27,6 +27,8 @@ use quadratura::testing::scene::synthetic::{centred, look_at};
 
 /// Columns and rows of the pictures.
 const SIZE: [u32; 2] = [960, 540];
+/// Those of the large ones.
+const LARGE: [u32; 2] = [1920, 1080];
 /// The focal length of the pictures of woods, in pixels.
 const FOCAL: f64 = 800.0;
 /// What takes longer than this, in seconds, is run [`FEW`] times, or once where that takes too long, whatever criterion asks for.
@@ -161,7 +163,7 @@ fn report_line(name: &str, unit: &str, times: &[(f64, Option<f64>)]) {
     );
 }
 
-/// 13 maples, and a view in which the nearest is about 200 pixels tall.
+/// 13 maples and a view of them.
 struct ThirteenMaples {
     maple: Arc<Plant>,
     wood: Plant,
@@ -169,14 +171,16 @@ struct ThirteenMaples {
 }
 
 impl ThirteenMaples {
-    fn new() -> Self {
+    /// The view has `size` pixels, and the nearest maple is about `rows` pixels tall in it.
+    fn new(size: [u32; 2], rows: f64) -> Self {
         let one = maple_species();
         let wood = grow(&Species { trees: 13, ..one.clone() }).expect("it is within the limits");
         let ball = wood.whole().bounds.ball;
         let tallest = wood.whole().bounds.space.high.z;
-        let distance = FOCAL * tallest / 200.0 + ball.radius;
+        let focal = FOCAL * f64::from(size[0]) / f64::from(SIZE[0]);
+        let distance = focal * tallest / rows + ball.radius;
         let eye = ball.middle + dvec3(0.0, -distance, 2.0 - ball.middle.z);
-        let shot = Shot::new(centred(SIZE[0], SIZE[1], FOCAL), look_at(eye, ball.middle));
+        let shot = Shot::new(centred(size[0], size[1], focal), look_at(eye, ball.middle));
         Self { maple: grown(&one), wood, shot }
     }
 
@@ -201,9 +205,11 @@ impl ThirteenMaples {
 }
 
 /// The groups.
-const GROUPS: [&str; 6] = [
+const GROUPS: [&str; 8] = [
     "wood of 13 on the processor",
     "wood of 13 on the device",
+    "large pictures of 13 on the device",
+    "1,000 maples on the device",
     "picture by number of trees",
     "picture by polygons of a tree",
     "walk, one thread",
@@ -226,11 +232,37 @@ fn thirteen_maples(c: &mut Criterion) {
     if !GROUPS[..2].iter().any(|group| is_wanted(group)) {
         return;
     }
-    let scene = ThirteenMaples::new();
-    let [slabs, layers] =
-        [BakeOptions::SLABS, BakeOptions::LAYERS].map(|options| baked(&scene.maple, &options));
-    on_processor(c, &scene, [&slabs, &layers]);
-    on_device(c, &scene, [&slabs, &layers]);
+    let scene = ThirteenMaples::new(SIZE, 200.0);
+    let images = images_of(&scene.maple);
+    on_processor(c, &scene, [&images[0], &images[1]]);
+    on_device(c, GROUPS[1], (&scene.maple, scene.places()), &scene.shot, &images);
+}
+
+/// The images of slabs and of layers.
+fn images_of(maple: &Plant) -> [Arc<PlantImages>; 2] {
+    [BakeOptions::SLABS, BakeOptions::LAYERS].map(|options| baked(maple, &options))
+}
+
+fn large_pictures(c: &mut Criterion) {
+    if !is_wanted(GROUPS[2]) {
+        return;
+    }
+    let scene = ThirteenMaples::new(LARGE, 500.0);
+    let images = images_of(&scene.maple);
+    on_device(c, GROUPS[2], (&scene.maple, scene.places()), &scene.shot, &images);
+}
+
+/// 1,000 maples in rows of 25, 12 metres apart, which are all in view, from about 90 pixels tall to 30.
+fn thousand_maples(c: &mut Criterion) {
+    // Software adapters would take a quarter of an hour for each picture of all 2.5 thousand million triangles.
+    if !is_wanted(GROUPS[3]) || Gpu::headless().is_ok_and(|gpu| gpu.is_software()) {
+        return;
+    }
+    let maple = grown(&maple_species());
+    let at = |i: u32| 12.0 * dvec3(f64::from(i % 25) - 12.0, f64::from(i / 25), 0.0);
+    let places = (0..1000).map(|i| placed(&maple, at(i), i));
+    let shot = Shot::new(centred(LARGE[0], LARGE[1], 1600.0), look_at(dvec3(0.0, -250.0, 40.0), DVec3::ZERO));
+    on_device(c, GROUPS[3], (&maple, places), &shot, &images_of(&maple));
 }
 
 fn on_processor(c: &mut Criterion, scene: &ThirteenMaples, images: [&PlantImages; 2]) {
@@ -265,20 +297,29 @@ fn on_processor(c: &mut Criterion, scene: &ThirteenMaples, images: [&PlantImages
     found.iter().for_each(|(name, found)| report(name, &truth, found));
 }
 
-fn on_device(c: &mut Criterion, scene: &ThirteenMaples, [slabs, layers]: [&Arc<PlantImages>; 2]) {
+/// Draws maples at places by all their polygons and from both kinds of images.
+fn on_device(
+    c: &mut Criterion,
+    name: &str,
+    (maple, places): (&Arc<Plant>, impl Iterator<Item = DAffine3>),
+    shot: &Shot,
+    [slabs, layers]: &[Arc<PlantImages>; 2],
+) {
     let (Ok(gpu), task) = (Gpu::headless(), Task::silent()) else { return };
-    let mut group = c.benchmark_group("wood of 13 on the device");
+    let places: Vec<DAffine3> = places.collect();
+    let of = |images| renderer(&gpu, wood(species(maple, images), places.iter().copied()));
+    let mut group = c.benchmark_group(name);
     few(&mut group);
     let picture =
         |renderer: &mut Renderer, shot: &Shot| renderer.picture(shot, &task).expect("the adapter works");
     let mut found = Vec::new();
     for (quality, of_quality) in [(Quality::Preview, "preview"), (Quality::Final, "final")] {
-        let polygons = Shot { quality, trees: TreeMethod::Polygons, ..scene.shot.clone() };
-        let mut brute = renderer(&gpu, wood(species(&scene.maple, None), scene.places()));
+        let polygons = Shot { quality, trees: TreeMethod::Polygons, ..shot.clone() };
+        let mut brute = of(None);
         let name = format!("brute force, {of_quality}");
         let truth = timed(&mut group, &name, || picture(&mut brute, &polygons));
         for (kind, images) in [("slabs", slabs), ("layers", layers)] {
-            let mut drawn = renderer(&gpu, wood(species(&scene.maple, Some(images)), scene.places()));
+            let mut drawn = of(Some(images));
             let shot = Shot { trees: TreeMethod::Flakes, ..polygons.clone() };
             let name = format!("flakes of {kind}, {of_quality}");
             let drawn = timed(&mut group, &name, || picture(&mut drawn, &shot));
@@ -289,18 +330,16 @@ fn on_device(c: &mut Criterion, scene: &ThirteenMaples, [slabs, layers]: [&Arc<P
     found.iter().for_each(|(name, truth, found)| report(name, truth, found));
 }
 
+/// Returns the map to the world of the maple of this number at a place.
+fn placed(maple: &Plant, at: DVec3, number: u32) -> DAffine3 {
+    let turn = 137.508 * f64::from(number);
+    Placing { at, up: DVec3::Z, height: None, width: None, turn, unit: 1.0 }.world_from_plant(maple)
+}
+
 /// Trees in rows of 40, 12 metres apart, of which each is about 16 pixels tall in the view; and that view.
 fn rows_of_trees(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> (Wood, Shot) {
     let at = |i: u32| 12.0 * dvec3(f64::from(i % 40) - 19.5, f64::from(i / 40) - 12.0, 0.0);
-    let placing = |i: u32| Placing {
-        at: at(i),
-        up: DVec3::Z,
-        height: None,
-        width: None,
-        turn: 137.508 * f64::from(i),
-        unit: 1.0,
-    };
-    let places = (0..count).map(|i| placing(i).world_from_plant(maple));
+    let places = (0..count).map(|i| placed(maple, at(i), i));
     let eye = dvec3(0.0, -700.0, 700.0);
     let shot = Shot::new(centred(SIZE[0], SIZE[1], 1600.0), look_at(eye, DVec3::ZERO));
     let quality = Quality::Preview;
@@ -368,7 +407,7 @@ fn walks(c: &mut Criterion) {
     let images = baked(&maple, &BakeOptions::SLABS);
     let (far, shot) = rows_of_trees(&maple, &images, 1000);
     let ball = maple.whole().bounds.ball;
-    let near = ThirteenMaples::new();
+    let near = ThirteenMaples::new(SIZE, 200.0);
     // Among the trees, at a metre and a half from the nearest trunk.
     let foot = near.wood.whole().uses[0].parent_from_child.translation;
     let eye = foot + dvec3(1.5, 0.0, 1.7);
@@ -392,5 +431,14 @@ fn walks(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, thirteen_maples, by_trees, by_polygons, walks, moving::moving);
+criterion_group!(
+    benches,
+    thirteen_maples,
+    large_pictures,
+    thousand_maples,
+    by_trees,
+    by_polygons,
+    walks,
+    moving::moving
+);
 criterion_main!(benches);
