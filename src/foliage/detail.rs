@@ -13,7 +13,7 @@ use super::primitive::{Limb, Primitive, Shape};
 const FINEST: f64 = 0.02;
 /// The most levels besides the full detail.
 const MOST_COARSER: usize = 8;
-/// A level has at most this share of the polygons of limbs of the one before, or is left out.
+/// A level has at most this share of the polygons of the one before, or is left out.
 const WORTH: f64 = 0.75;
 
 /// The numbers of sides and of segments of a limb.
@@ -38,8 +38,11 @@ impl DetailLevels {
     /// Finds the levels of primitives; without limbs there is the full detail alone.
     pub fn of(primitives: &[Primitive]) -> Self {
         let limbs: Vec<Candidates> = limbs(primitives).map(Candidates::new).collect();
+        let others = primitives.iter().filter(|primitive| !matches!(primitive.shape, Shape::Limb(_)));
+        let others: u64 = others.map(|primitive| primitive.shape.polygons()).sum();
         let polygons = |limbs: &[Tessellation]| -> u64 {
-            limbs.iter().map(|[sides, segments]| u64::from(*sides) * u64::from(*segments)).sum()
+            let of_limbs = limbs.iter().map(|[sides, segments]| u64::from(*sides) * u64::from(*segments));
+            others + of_limbs.sum::<u64>()
         };
         let mut fewest = polygons(&limbs.iter().map(|limb| limb.full).collect::<Vec<_>>());
         let mut deviation = FINEST * limbs.iter().map(|limb| limb.radius).fold(0.0, f64::max);

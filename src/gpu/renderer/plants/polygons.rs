@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use wgpu::{BufferUsages, RenderPass};
 
 use super::hidden::Tiles;
-use super::species::{InstanceWords, MeshBuffers};
+use super::species::{InstanceWords, LevelInBuffers, MeshBuffers};
 use super::stock::Stock;
 use super::{Cuts, TreeProgram};
 use crate::foliage::{Ball, Plant, PolygonsInView, TreeCost};
@@ -39,6 +39,13 @@ pub struct PolygonDraw {
     instances: Range<u32>,
     /// Whether they are drawn in part of the sub-pixels.
     in_part: bool,
+}
+
+impl PolygonDraw {
+    /// Returns the level of detail.
+    fn level(&self) -> usize {
+        self.object.map_or(0, |(_, level)| level)
+    }
 }
 
 /// A species, a sub-object of it with its level of detail, and whether it is drawn in part of the sub-pixels: what is drawn at once.
@@ -269,7 +276,8 @@ impl Polygons {
             drawing.set_bind_group(2, &mesh.material, &[]);
             drawing.set_vertex_buffer(0, mesh.corners.slice(..));
             drawing.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
-            drawing.draw_indexed(0..mesh.index_count, 0, instances.clone());
+            let LevelInBuffers { indices, first_corner } = mesh.level(draw.level());
+            drawing.draw_indexed(indices.clone(), *first_corner, instances.clone());
         }
     }
 }
@@ -346,11 +354,8 @@ fn at_once(stock: &Stock, draws: &[PolygonDraw], most: f64) -> Vec<(Vec<PolygonD
 }
 
 fn meshes_of<'a>(stock: &'a Stock, draw: &PolygonDraw) -> impl Iterator<Item = &'a MeshBuffers> {
-    let object = draw.object;
-    let is_of = move |mesh: &&MeshBuffers| match object {
-        Some(of) => of == (mesh.object, mesh.level),
-        None => mesh.level == 0,
-    };
+    let object = draw.object.map(|(object, _)| object);
+    let is_of = move |mesh: &&MeshBuffers| object.is_none_or(|object| object == mesh.object);
     stock.species[draw.species].meshes.iter().filter(is_of)
 }
 
@@ -359,7 +364,7 @@ fn triangles_of(stock: &Stock, draw: &PolygonDraw) -> u64 {
     let all = stock.species[draw.species].instances.as_ref().filter(|_| draw.object.is_none());
     let of_mesh = |mesh: &MeshBuffers| {
         let instances = all.map_or(&draw.instances, |all| &all.of_object[mesh.object]);
-        u64::from(mesh.index_count / 3) * instances.len() as u64
+        (mesh.level(draw.level()).indices.len() / 3 * instances.len()) as u64
     };
     meshes_of(stock, draw).map(of_mesh).sum()
 }

@@ -55,27 +55,42 @@ pub struct MatterWords {
     pub pad0: [f32; 2],
 }
 
-/// The triangles of one sub-object, level and material.
+/// The triangles of one sub-object and material, at all levels of detail.
 #[derive(Debug)]
 pub struct MeshBuffers {
     pub corners: Buffer,
     /// Three indices a triangle, of 4 bytes.
     pub indices: Buffer,
-    pub index_count: u32,
+    /// Where the levels of detail are, from the full one on.
+    levels: Vec<LevelInBuffers>,
     /// The index of the sub-object.
     pub object: usize,
-    /// Its level of detail.
-    pub level: usize,
     /// The material with its picture.
     pub material: BindGroup,
     /// True where the picture is cut out.
     pub is_cut: bool,
 }
 
+/// A level of detail among the triangles of a sub-object.
+#[derive(Debug, Clone)]
+pub struct LevelInBuffers {
+    /// Its indices.
+    pub indices: Range<u32>,
+    /// What is added to each index.
+    pub first_corner: i32,
+}
+
+impl MeshBuffers {
+    /// Returns where a level of detail is.
+    pub fn level(&self, level: usize) -> &LevelInBuffers {
+        &self.levels[level]
+    }
+}
+
 /// A plant on the device.
 #[derive(Debug)]
 pub struct SpeciesBuffers {
-    /// In the order of the sub-objects and their levels of detail.
+    /// In the order of the sub-objects.
     pub meshes: Vec<MeshBuffers>,
     /// All instances, where the plant was drawn by polygons alone.
     pub instances: Option<AllInstances>,
@@ -115,14 +130,17 @@ impl SpeciesBuffers {
         for (index, object) in species.plant.objects.iter().enumerate() {
             // Without images trees are drawn in full detail.
             let levels = if images.is_some() { object.detail.count() } else { 1 };
-            for level in 0..levels {
-                let of_level = Mesh::of_level(object, level).into_iter();
-                for mesh in of_level.map(|mesh| Painted::new(mesh, &object.paint)) {
-                    if !mesh.mesh.triangles.is_empty() {
-                        let material = materials.bound(&mesh.mesh.material);
-                        meshes.push(mesh_buffers(gpu, &mesh, (index, level), material));
-                    }
-                }
+            let painted = |level| {
+                Mesh::of_level(object, level).into_iter().map(|mesh| Painted::new(mesh, &object.paint))
+            };
+            // All levels have the same materials in the same order.
+            let mut of_materials: Vec<Vec<Painted>> = painted(0).map(|mesh| vec![mesh]).collect();
+            for level in 1..levels {
+                of_materials.iter_mut().zip(painted(level)).for_each(|(levels, mesh)| levels.push(mesh));
+            }
+            for levels in of_materials.iter().filter(|levels| !levels[0].mesh.triangles.is_empty()) {
+                let material = materials.bound(&levels[0].mesh.material);
+                meshes.push(mesh_buffers(gpu, levels, index, material));
             }
         }
         let crown = CrownTextures::new(gpu, species.openness.as_deref());
@@ -190,29 +208,27 @@ impl InstanceWords {
     }
 }
 
-fn mesh_buffers(
-    gpu: &Gpu,
-    painted: &Painted,
-    (object, level): (usize, usize),
-    material: BindGroup,
-) -> MeshBuffers {
-    let Painted { mesh, changes } = painted;
-    let corners: Vec<CornerWords> = (mesh.corners.iter().zip(changes))
-        .map(|(corner, change)| CornerWords {
+/// Uploads the triangles of one material at all levels of detail.
+fn mesh_buffers(gpu: &Gpu, of_levels: &[Painted], object: usize, material: BindGroup) -> MeshBuffers {
+    let (mut corners, mut indices, mut levels) = (Vec::new(), Vec::new(), Vec::new());
+    for Painted { mesh, changes } in of_levels {
+        let (first_corner, first) = (corners.len() as i32, indices.len() as u32);
+        corners.extend(mesh.corners.iter().zip(changes).map(|(corner, change)| CornerWords {
             position: corner.position.as_vec3().to_array(),
             normal: corner.normal.as_vec3().to_array(),
             texture: corner.texture.as_vec2().to_array(),
             change: change.factors().to_array(),
-        })
-        .collect();
-    let indices = mesh.triangles.as_flattened();
+        }));
+        indices.extend_from_slice(mesh.triangles.as_flattened());
+        levels.push(LevelInBuffers { indices: first..indices.len() as u32, first_corner });
+    }
+    let Material { picture, cutout, .. } = &*of_levels[0].mesh.material;
     MeshBuffers {
         corners: bindings::filled(gpu, "corners of plants", &corners, BufferUsages::VERTEX),
-        indices: bindings::filled(gpu, "triangles of plants", indices, BufferUsages::INDEX),
-        index_count: indices.len() as u32,
+        indices: bindings::filled(gpu, "triangles of plants", &indices, BufferUsages::INDEX),
+        levels,
         object,
-        level,
-        is_cut: mesh.material.picture.is_some() && mesh.material.cutout.is_some(),
+        is_cut: picture.is_some() && cutout.is_some(),
         material,
     }
 }
