@@ -27,13 +27,16 @@ use crate::task::Task;
 /// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
 const BAND: u32 = 64;
 
-/// An axis whose squared cosine to the viewer is 1/16 or more, 76 degrees, draws in all sub-pixels, and one of 1/128 or less, 85 degrees, in none;
-/// between them the share falls. What an axis sees from the side is told by others, too, and drawn from all it covers too much and is
-/// too bright: the mean normal of several leaves leans towards the axis (docs/quality.md).
-const OPEN_FROM_COS2: f64 = 1.0 / 16.0;
-/// The squared cosine from which down an axis draws nothing: it costs as many samples where it draws in a few sub-pixels as where it draws
-/// in all.
-const CLOSED_FROM_COS2: f64 = 1.0 / 128.0;
+/// The squared cosine to the viewer, 1/16 or 76 degrees, from which up an axis draws in all sub-pixels where both others draw in all. Images
+/// that see a plant from the side cover too much and are too bright: the mean normal of several leaves leans towards their axis
+/// (docs/quality.md).
+const OPEN_BESIDE_TWO: f64 = 1.0 / 16.0;
+/// The same, 1/128 or 85 degrees, beside one axis that faces the viewer. That axis misses what is behind the leaves that it sees, so others
+/// are needed as soon as the viewer is a few degrees aside.
+const OPEN_BESIDE_ONE: f64 = 1.0 / 128.0;
+/// From this part of the squared cosine down an axis draws nothing: it costs as many samples where it draws in a few sub-pixels as
+/// where it draws in all.
+const CLOSED: f64 = 1.0 / 8.0;
 
 /// How texels are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,15 +115,28 @@ pub(super) fn light_of_flakes<const N: usize>(
     Ok((sums, covered))
 }
 
-/// Returns the screen door of the flakes of an image whose direction has this weight, after directions with the weight `before`.
-pub(super) fn door_of(directions: Directions, (before, weight): (f64, f64), path: u64) -> Door {
-    match directions {
-        Directions::Around => Door::between(before, before + weight, path),
-        Directions::Axes => {
-            let share = (weight - CLOSED_FROM_COS2) / (OPEN_FROM_COS2 - CLOSED_FROM_COS2);
-            Door::open(share.max(0.0), path)
-        }
-    }
+/// Returns the directions whose images are drawn as flakes from a viewpoint that these serve, each with its screen door.
+pub(super) fn doors_of(directions: Directions, serving: &[Serving], path: u64) -> Vec<(usize, Door)> {
+    let mut before = 0.0;
+    let doors = serving.iter().map(|of| {
+        let from = before;
+        before += of.weight;
+        let door = match directions {
+            Directions::Around => Door::between(from, before, path),
+            Directions::Axes => Door::open(share_of_axis(of, serving), path),
+        };
+        (of.direction, door)
+    });
+    doors.filter(|(_, door)| !door.is_closed()).collect()
+}
+
+/// Returns the share of the sub-pixels that an axis draws in, from 0 to 1, beside the other axes that face a viewpoint. It is continuous.
+fn share_of_axis(of: &Serving, serving: &[Serving]) -> f64 {
+    let others = serving.iter().filter(|other| other.direction != of.direction).map(|other| other.weight);
+    // Axes of weight 0 are not among them.
+    let least = if serving.len() < 3 { 0.0 } else { others.fold(1.0, f64::min) };
+    let open = least.clamp(OPEN_BESIDE_ONE, OPEN_BESIDE_TWO);
+    ((of.weight / open - CLOSED) / (1.0 - CLOSED)).clamp(0.0, 1.0)
 }
 
 /// What all bands of a picture share.
@@ -171,17 +187,16 @@ impl<'a> Scene<'a> {
     /// Draws the images of an instance that serve; returns the number of samples.
     fn image(&self, instance: &Instance<'a>, canvas: &mut FlakeCanvas<'a>) -> Result<u64> {
         let projection = &self.view.projection;
-        let (mut before, mut drawn) = (0.0, 0);
-        for Serving { direction, weight } in instance.serving(projection) {
-            let door = match (instance.directions, self.options.texels) {
-                // Which axis closes the gaps of another depends on the surface: all are needed.
-                (Directions::Axes, Texels::Planes { .. }) => Door::open(1.0, instance.path),
-                _ => door_of(instance.directions, (before, weight), instance.path),
-            };
-            before += weight;
-            if door.is_closed() {
-                continue;
+        let serving = instance.serving(projection);
+        let doors = match (instance.directions, self.options.texels) {
+            // Which axis closes the gaps of another depends on the surface: all are needed.
+            (Directions::Axes, Texels::Planes { .. }) => {
+                serving.iter().map(|of| (of.direction, Door::open(1.0, instance.path))).collect()
             }
+            _ => doors_of(instance.directions, &serving, instance.path),
+        };
+        let mut drawn = 0;
+        for (direction, door) in doors {
             let doors = Doors { of_direction: door, of_part: instance.door };
             let place = Place::new(instance, projection, direction);
             let image = &instance.copy.views[direction];
@@ -208,15 +223,57 @@ impl<'a> Scene<'a> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::scene::synthetic::Rng;
+
+    /// The shares of the three axes that a viewpoint at these squared cosines has, in percent.
+    fn shares(cos2: [f64; 3]) -> [f64; 3] {
+        let serving = Directions::Axes.serving(DVec3::from_array(cos2.map(f64::sqrt)));
+        let mut shares = [0.0; 3];
+        serving
+            .iter()
+            .for_each(|of| shares[of.direction / 2] = (100.0 * share_of_axis(of, &serving)).round());
+        shares
+    }
 
     #[test]
-    fn axes_draw_in_all_sub_pixels_up_to_75_degrees_and_in_none_from_85_on() {
-        let door = |degrees: f64| door_of(Directions::Axes, (0.0, degrees.to_radians().cos().powi(2)), 1);
-        assert!(door(0.0).is_wide() && door(75.0).is_wide());
-        assert!(!door(80.0).is_wide() && !door(80.0).is_closed());
-        assert!(door(85.0).is_closed() && door(90.0).is_closed());
-        // Of three axes, one has a third of the weight at least.
-        assert!(door_of(Directions::Axes, (0.0, 1.0 / 3.0), 1).is_wide());
+    fn beside_one_axis_the_others_open_within_five_degrees_and_beside_two_the_third_at_76() {
+        let sin2 = |degrees: f64| degrees.to_radians().sin().powi(2);
+        let beside_one = |degrees: f64| shares([1.0 - sin2(degrees), sin2(degrees), 0.0]);
+        assert_eq!(beside_one(0.0), [100.0, 0.0, 0.0]);
+        assert_eq!(beside_one(1.0), [100.0, 0.0, 0.0]);
+        assert!((30.0..60.0).contains(&beside_one(3.5)[1]), "{:?}", beside_one(3.5));
+        assert_eq!(beside_one(5.2), [100.0, 100.0, 0.0]);
+        let beside_two =
+            |degrees: f64| shares([0.5 - 0.5 * sin2(degrees), 0.5 - 0.5 * sin2(degrees), sin2(degrees)]);
+        assert_eq!(beside_two(5.0), [100.0, 100.0, 0.0]);
+        assert!((30.0..60.0).contains(&beside_two(10.0)[2]), "{:?}", beside_two(10.0));
+        assert_eq!(beside_two(14.5), [100.0, 100.0, 100.0]);
+        // As far from both: both open together.
+        assert_eq!(shares([0.98, 0.01, 0.01]), [100.0, 100.0, 100.0]);
+        assert_eq!(shares([1.0 / 3.0; 3]), [100.0; 3]);
+    }
+
+    #[test]
+    fn shares_of_axes_change_without_a_jump_and_leave_no_viewpoint_without_an_open_axis() {
+        let mut rng = Rng::new(23);
+        for _ in 0..2000 {
+            let any: [f64; 3] = std::array::from_fn(|_| rng.between(-1.0, 1.0).powi(3));
+            let towards = DVec3::from_array(any).normalize_or(DVec3::X);
+            let step =
+                1e-4 * DVec3::new(rng.between(-1.0, 1.0), rng.between(-1.0, 1.0), rng.between(-1.0, 1.0));
+            let shares = [towards, towards + step].map(|towards| {
+                let serving = Directions::Axes.serving(towards);
+                let mut shares = [0.0; 6];
+                serving.iter().for_each(|of| shares[of.direction] = share_of_axis(of, &serving));
+                shares
+            });
+            // From closed to open is 3 degrees at least, 0.05 rad: 1e-4 of it is less than 1/100 (with what the others' weights change).
+            let most = (0..6).map(|axis| (shares[0][axis] - shares[1][axis]).abs()).fold(0.0, f64::max);
+            assert!(most < 0.01, "{towards}: {shares:?}");
+            assert!(shares[0].contains(&1.0), "{towards}: {shares:?}");
+        }
     }
 }

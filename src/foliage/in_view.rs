@@ -3,9 +3,8 @@
 use glam::{DAffine3, Mat3, Vec3};
 
 use super::bounds::Ball;
-use super::directions::Serving;
 use super::door::Door;
-use super::flakes::door_of;
+use super::flakes::doors_of;
 use super::images::PlantImages;
 use super::lighting::OfSamples;
 use super::place::{Instance, Place};
@@ -103,13 +102,8 @@ fn add_images(
 ) {
     let Some(instance) = Instance::of((plant, images), drawn, copy) else { return };
     let Drawn { object, path, door: of_part, .. } = *drawn;
-    let mut before = 0.0;
-    for Serving { direction, weight } in instance.serving(&view.projection) {
-        let of_direction = door_of(images.directions, (before, weight), path);
-        before += weight;
-        if of_direction.is_closed() {
-            continue;
-        }
+    let serving = instance.serving(&view.projection);
+    for (direction, of_direction) in doors_of(images.directions, &serving, path) {
         let place = Place::new(&instance, &view.projection, direction);
         let Place { linear, origin, .. } = place;
         let OfSamples { view_from_normal, through, gain, length } = instance.of_samples(&place, direction);

@@ -102,6 +102,9 @@ pub struct TreeRenderArgs {
     /// pictures from images have none]
     #[arg(long, value_enum, value_name = "ON|OFF")]
     pub shadows: Option<Shadows>,
+    /// The direction from the plant to the sun, in the plant's frame [default: halfway up, towards x and -y where z is up]
+    #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
+    pub sun: Option<[f64; 3]>,
 }
 
 #[derive(Debug, Args)]

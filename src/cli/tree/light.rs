@@ -92,19 +92,31 @@ fn changed(args: &TreeLightArgs, before: TreeLight) -> Result<TreeLight> {
 
 /// Refuses a sun below the horizon.
 fn check_height(args: &TreeLightArgs, up: DVec3) -> Result<()> {
-    let is_below = |towards_sun: DVec3| towards_sun.dot(up) <= 0.0;
     let of_shadow = |[tip, top]: [[f64; 3]; 2]| DVec3::from_array(top) - DVec3::from_array(tip);
-    let found = if args.shadow.map(of_shadow).is_some_and(is_below) {
-        "--shadow puts the sun on or below the horizon; give the tip of the shadow first, then the point that casts it".into()
-    } else if args.sun.map(DVec3::from_array).is_some_and(is_below) {
+    if args.shadow.map(of_shadow).is_some_and(|towards_sun| is_below(towards_sun, up)) {
+        return Err(Error::Request(
+            "--shadow puts the sun on or below the horizon; give the tip of the shadow first, then the point that casts it".into(),
+        ));
+    }
+    args.sun.map_or(Ok(()), |sun| check_sun(DVec3::from_array(sun), up, "site"))
+}
+
+/// Refuses a direction to the sun, as `--sun` gives it, that is on or below the horizon of the site, or of what `of` names.
+///
+/// # Errors
+/// [`Error::Request`].
+pub(super) fn check_sun(towards_sun: DVec3, up: DVec3, of: &str) -> Result<()> {
+    if is_below(towards_sun, up) {
         let [x, y, z] = up.to_array().map(|value| format!("{value:.2}"));
-        format!(
-            "--sun puts the sun on or below the horizon; give the direction from the site to the sun (up is {x},{y},{z})"
-        )
-    } else {
-        return Ok(());
-    };
-    Err(Error::Request(found))
+        return Err(Error::Request(format!(
+            "--sun puts the sun on or below the horizon; give the direction from the {of} to the sun (up is {x},{y},{z})"
+        )));
+    }
+    Ok(())
+}
+
+fn is_below(towards_sun: DVec3, up: DVec3) -> bool {
+    towards_sun.dot(up) <= 0.0
 }
 
 /// Returns the estimate, and why trees do not take part.

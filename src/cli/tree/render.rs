@@ -1,7 +1,9 @@
 //! The command `tree render`.
 
+use glam::DVec3;
 use serde_json::json;
 
+use super::light::check_sun;
 use crate::cli::Outcome;
 use crate::cli::args::{FlakesOf, Shadows, TreeMethod, TreeQuality, TreeRenderArgs};
 use crate::cli::render::{BEHIND_VIDEOS, USUAL_FPS, table};
@@ -26,6 +28,8 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
     args.pictures.check_places()?;
     args.images.as_deref().map(check_folder).transpose()?;
     let plant = task.timed("read", || read_plant(&args.plant.plant, args.plant.seed, task))?;
+    let sun = args.sun.map(DVec3::from_array);
+    sun.map(|sun| check_sun(sun, plant.up, "plant")).transpose()?;
     let from = match &args.cameras {
         word if word.as_os_str() == ORBIT => PlantViews::Orbit,
         path => PlantViews::At(path.clone()),
@@ -33,6 +37,10 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(Size::Own);
     let views = plant_views(&plant, &from, size, args.pictures.fps, task)?;
     let drawing = PlantDrawing::new(&plant, method(args, &plant, task)?, args.compare);
+    let drawing = match sun {
+        Some(sun) => drawing.with_sun(sun),
+        None => drawing,
+    };
     let drawing = if views.path.is_some() { drawing.with_frames() } else { drawing };
     let mut drawing = match has_shadows(args) {
         true => task.timed("shadows", || drawing.with_shadows(task))?,
@@ -166,6 +174,7 @@ fn outcome(
             TreeMethod::Flakes => "flakes",
         },
         "shadows": has_shadows(args),
+        "sun": drawing.towards_sun().to_array(),
         "counts": plant.whole().counts,
         "projected_triangles": drawing.triangles,
         "layered": drawing.layered,

@@ -141,6 +141,18 @@ impl<'a> PlantDrawing<'a> {
         }
     }
 
+    /// Puts the sun in another direction, of any length but 0, in the plant's frame. It comes before [`Self::with_shadows`].
+    pub fn with_sun(mut self, towards_sun: DVec3) -> Self {
+        // Scaled first, because the square of a huge number is infinite, and that of a tiny one 0.
+        self.light.towards_sun = (towards_sun / towards_sun.abs().max_element()).normalize();
+        self
+    }
+
+    /// Returns the direction to the sun, of length 1, in the plant's frame.
+    pub fn towards_sun(&self) -> DVec3 {
+        self.light.towards_sun
+    }
+
     /// Takes views as the frames of a flight, so that comparisons tell of jumps, too.
     pub fn with_frames(mut self) -> Self {
         self.is_flight = true;
