@@ -62,6 +62,11 @@ fn materials(plant: &Plant) -> String {
     for material in plant.materials() {
         let Material { name, reflected, through, leaf, cutout, picture, .. } = &**material;
         let cut = cutout.map_or(String::new(), |alpha| format!(", cut out at {alpha}"));
+        let reflects = match picture {
+            Some(_) if *reflected == [1.0; 3] => "as its picture".to_owned(),
+            Some(_) => format!("{} of its picture", percent(*reflected)),
+            None => percent(*reflected),
+        };
         let picture = picture.as_ref().map(|picture| {
             let [width, height] = picture.size();
             format!("{width} x {height}{cut}")
@@ -69,7 +74,7 @@ fn materials(plant: &Plant) -> String {
         table.row([
             name.escape_debug().to_string(),
             if *leaf { "leaf" } else { "bark" }.to_owned(),
-            percent(*reflected),
+            reflects,
             percent(*through),
             picture.unwrap_or_default(),
         ]);
