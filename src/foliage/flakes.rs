@@ -27,16 +27,16 @@ use crate::task::Task;
 /// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
 const BAND: u32 = 64;
 
-/// The squared cosine to the viewer, 1/16 or 76 degrees, from which up an axis draws in all sub-pixels where both others draw in all. Images
-/// that see a plant from the side cover too much and are too bright: the mean normal of several leaves leans towards their axis
-/// (docs/quality.md).
+/// The squared cosine to the viewer, 1/16 or 76 degrees, from which up an axis draws in all sub-pixels where those of both others are 1/16 or
+/// more, too. Images that see a plant from the side cover too much and are too bright: the mean normal of several leaves leans towards their
+/// axis (docs/quality.md).
 const OPEN_BESIDE_TWO: f64 = 1.0 / 16.0;
-/// The same, 1/128 or 85 degrees, beside one axis that faces the viewer. That axis misses what is behind the leaves that it sees, so others
-/// are needed as soon as the viewer is a few degrees aside.
+/// The same, 1/128 or 85 degrees, beside a single axis along which the viewer looks. That axis misses what is behind the leaves that it sees,
+/// so the others are needed as soon as the viewer is a few degrees aside.
 const OPEN_BESIDE_ONE: f64 = 1.0 / 128.0;
-/// From this part of the squared cosine down an axis draws nothing: it costs as many samples where it draws in a few sub-pixels as
-/// where it draws in all.
-const CLOSED: f64 = 1.0 / 8.0;
+/// An axis draws nothing from this part of the squared cosine down at which it draws in all sub-pixels: it costs as many samples where it
+/// draws in a few as where it draws in all.
+const CLOSED_FROM: f64 = 1.0 / 8.0;
 
 /// How texels are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,13 +130,15 @@ pub(super) fn doors_of(directions: Directions, serving: &[Serving], path: u64) -
     doors.filter(|(_, door)| !door.is_closed()).collect()
 }
 
-/// Returns the share of the sub-pixels that an axis draws in, from 0 to 1, beside the other axes that face a viewpoint. It is continuous.
+/// Returns the share of the sub-pixels, from 0 to 1, that an axis draws in beside the other axes that serve a viewpoint
+/// (docs/method.md, "Flakes"). The squared cosine at which it is 1 is the smaller one of both others, within [`OPEN_BESIDE_ONE`] and
+/// [`OPEN_BESIDE_TWO`], so the share is a continuous function of the viewpoint.
 fn share_of_axis(of: &Serving, serving: &[Serving]) -> f64 {
     let others = serving.iter().filter(|other| other.direction != of.direction).map(|other| other.weight);
-    // Axes of weight 0 are not among them.
-    let least = if serving.len() < 3 { 0.0 } else { others.fold(1.0, f64::min) };
-    let open = least.clamp(OPEN_BESIDE_ONE, OPEN_BESIDE_TWO);
-    ((of.weight / open - CLOSED) / (1.0 - CLOSED)).clamp(0.0, 1.0)
+    // An axis of weight 0 does not serve.
+    let smaller = if serving.len() < 3 { 0.0 } else { others.fold(1.0, f64::min) };
+    let open = smaller.clamp(OPEN_BESIDE_ONE, OPEN_BESIDE_TWO);
+    ((of.weight / open - CLOSED_FROM) / (1.0 - CLOSED_FROM)).clamp(0.0, 1.0)
 }
 
 /// What all bands of a picture share.
@@ -228,52 +230,78 @@ mod tests {
     use super::*;
     use crate::scene::synthetic::Rng;
 
-    /// The shares of the three axes that a viewpoint at these squared cosines has, in percent.
-    fn shares(cos2: [f64; 3]) -> [f64; 3] {
-        let serving = Directions::Axes.serving(DVec3::from_array(cos2.map(f64::sqrt)));
-        let mut shares = [0.0; 3];
-        serving
-            .iter()
-            .for_each(|of| shares[of.direction / 2] = (100.0 * share_of_axis(of, &serving)).round());
+    fn sin2(degrees: f64) -> f64 {
+        degrees.to_radians().sin().powi(2)
+    }
+
+    fn shares_towards(viewer: DVec3) -> [f64; 6] {
+        let serving = Directions::Axes.serving(viewer);
+        let mut shares = [0.0; 6];
+        serving.iter().for_each(|of| shares[of.direction] = share_of_axis(of, &serving));
         shares
     }
 
+    /// The shares of the positive axes that a viewpoint at these squared cosines has, in percent.
+    fn percent(cos2: [f64; 3]) -> [f64; 3] {
+        let shares = shares_towards(DVec3::from_array(cos2.map(f64::sqrt)));
+        [0, 2, 4].map(|axis| (100.0 * shares[axis]).round())
+    }
+
     #[test]
-    fn beside_one_axis_the_others_open_within_five_degrees_and_beside_two_the_third_at_76() {
-        let sin2 = |degrees: f64| degrees.to_radians().sin().powi(2);
-        let beside_one = |degrees: f64| shares([1.0 - sin2(degrees), sin2(degrees), 0.0]);
+    fn beside_one_axis_the_others_open_within_six_degrees_and_beside_two_the_third_within_fifteen() {
+        let beside_one = |degrees: f64| percent([1.0 - sin2(degrees), sin2(degrees), 0.0]);
         assert_eq!(beside_one(0.0), [100.0, 0.0, 0.0]);
         assert_eq!(beside_one(1.0), [100.0, 0.0, 0.0]);
-        assert!((30.0..60.0).contains(&beside_one(3.5)[1]), "{:?}", beside_one(3.5));
+        // (128 sin^2 3.5 - 1/8) / (7/8)
+        assert_eq!(beside_one(3.5), [100.0, 40.0, 0.0]);
         assert_eq!(beside_one(5.2), [100.0, 100.0, 0.0]);
         let beside_two =
-            |degrees: f64| shares([0.5 - 0.5 * sin2(degrees), 0.5 - 0.5 * sin2(degrees), sin2(degrees)]);
+            |degrees: f64| percent([0.5 - 0.5 * sin2(degrees), 0.5 - 0.5 * sin2(degrees), sin2(degrees)]);
         assert_eq!(beside_two(5.0), [100.0, 100.0, 0.0]);
-        assert!((30.0..60.0).contains(&beside_two(10.0)[2]), "{:?}", beside_two(10.0));
+        // (16 sin^2 10 - 1/8) / (7/8)
+        assert_eq!(beside_two(10.0), [100.0, 100.0, 41.0]);
         assert_eq!(beside_two(14.5), [100.0, 100.0, 100.0]);
-        // As far from both: both open together.
-        assert_eq!(shares([0.98, 0.01, 0.01]), [100.0, 100.0, 100.0]);
-        assert_eq!(shares([1.0 / 3.0; 3]), [100.0; 3]);
+        // As far from both others: both open together.
+        assert_eq!(percent([0.98, 0.01, 0.01]), [100.0, 100.0, 100.0]);
+        assert_eq!(percent([1.0 / 3.0; 3]), [100.0; 3]);
     }
 
     #[test]
     fn shares_of_axes_change_without_a_jump_and_leave_no_viewpoint_without_an_open_axis() {
         let mut rng = Rng::new(23);
-        for _ in 0..2000 {
-            let any: [f64; 3] = std::array::from_fn(|_| rng.between(-1.0, 1.0).powi(3));
-            let towards = DVec3::from_array(any).normalize_or(DVec3::X);
-            let step =
-                1e-4 * DVec3::new(rng.between(-1.0, 1.0), rng.between(-1.0, 1.0), rng.between(-1.0, 1.0));
-            let shares = [towards, towards + step].map(|towards| {
-                let serving = Directions::Axes.serving(towards);
-                let mut shares = [0.0; 6];
-                serving.iter().for_each(|of| shares[of.direction] = share_of_axis(of, &serving));
-                shares
-            });
-            // From closed to open is 3 degrees at least, 0.05 rad: 1e-4 of it is less than 1/100 (with what the others' weights change).
-            let most = (0..6).map(|axis| (shares[0][axis] - shares[1][axis]).abs()).fold(0.0, f64::max);
-            assert!(most < 0.01, "{towards}: {shares:?}");
-            assert!(shares[0].contains(&1.0), "{towards}: {shares:?}");
+        let mut any = || DVec3::new(rng.between(-1.0, 1.0), rng.between(-1.0, 1.0), rng.between(-1.0, 1.0));
+        const STEP: f64 = 1e-3;
+        for _ in 0..50 {
+            // All the way round, so that every place at which a share could jump on this circle is passed.
+            let (across, along) = any().normalize_or(DVec3::Z).any_orthonormal_pair();
+            let mut before = shares_towards(across);
+            for step in 1..=(std::f64::consts::TAU / STEP).ceil() as u32 {
+                let (sine, cosine) = (STEP * f64::from(step)).sin_cos();
+                let towards = cosine * across + sine * along;
+                let now = shares_towards(towards);
+                // Where only the axis itself turns, a share changes by 26 per radian at most, just before it is 1 (at 5.1 degrees, 2 sin cos 128 / (7/8));
+                // where the others' weights change as well, by 26 sqrt 2 = 37.
+                let most = (0..6).map(|axis| (now[axis] - before[axis]).abs()).fold(0.0, f64::max);
+                assert!(most < 40.0 * STEP, "{towards}: {before:?}, {now:?}");
+                // The largest weight is 1/3 at least, more than 1/16.
+                assert!(now.contains(&1.0), "{towards}: {now:?}");
+                before = now;
+            }
         }
+    }
+
+    #[test]
+    fn doors_belong_to_the_directions_that_serve_and_closed_ones_are_left_out() {
+        let beside = |degrees: f64| {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            let serving = Directions::Axes.serving(DVec3::new(cosine, -sine, 0.0));
+            doors_of(Directions::Axes, &serving, 5)
+        };
+        assert_eq!(beside(1.0), [(0, Door::wide(5))]);
+        // +x and -y.
+        assert_eq!(beside(5.2), [(0, Door::wide(5)), (3, Door::wide(5))]);
+        let serving = [(7, 0.25), (9, 0.75)].map(|(direction, weight)| Serving { direction, weight });
+        let around = doors_of(Directions::Around, &serving, 5);
+        assert_eq!(around, [(7, Door::between(0.0, 0.25, 5)), (9, Door::between(0.25, 1.0, 5))]);
     }
 }

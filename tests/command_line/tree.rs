@@ -46,6 +46,35 @@ fn a_plant_of_files_is_rendered_around_and_from_cameras_without_a_project() {
 }
 
 #[test]
+fn the_sun_of_a_plant_is_where_it_is_said_to_be() {
+    let site = Site::new();
+    fs::write(site.path("leaf.plant"), LEAF).unwrap();
+    // The leaf is upright, and the view from +y faces it.
+    let lit_from = |sun: &str, shadows: &str| {
+        let command = "tree render leaf.plant --cameras orbit --out views --size 40x40 --json";
+        let rendered = site.json(&format!("{command} --shadows {shadows} --sun {sun}"));
+        let picture = image::open(site.path("views/orbit-090.png")).unwrap().to_rgba8();
+        (rendered["sun"].clone(), picture.get_pixel(20, 20).0)
+    };
+    for shadows in ["on", "off"] {
+        let (direction, front) = lit_from("0,3,4", shadows);
+        let along = |axis: usize| direction[axis].as_f64().unwrap();
+        assert!(along(0) == 0.0 && (along(1) - 0.6).abs() < 1e-12 && (along(2) - 0.8).abs() < 1e-12);
+        let (_, behind) = lit_from("0,-3,4", shadows);
+        // It reflects blue and lets none through, and lets more green through than it reflects.
+        assert!(front[2] > behind[2] && front[1] < behind[1], "{shadows}: {front:?}, {behind:?}");
+    }
+    let refused = |sun: &str| {
+        let run = site.run(&format!("tree render leaf.plant --cameras orbit --out none --sun {sun}"));
+        stderr_of(&run.failure().code(1))
+    };
+    assert!(refused("0,1,0").contains("direction from the plant to the sun (up is 0.00,0.00,1.00)"));
+    assert!(refused("0,0,0").contains("three numbers, not all 0"));
+    assert!(refused("1e300,0,0").contains("--sun is 1e300,0.0,0.0"));
+    assert!(!site.path("none").exists());
+}
+
+#[test]
 fn a_gltf_plant_with_instances_is_counted_and_rendered() {
     let site = Site::new();
     // A triangle, and where its three instances are.
@@ -73,6 +102,9 @@ fn a_gltf_plant_with_instances_is_counted_and_rendered() {
     assert!(rendered["pictures"].as_array().unwrap().iter().filter(|picture| seen(picture)).count() >= 6);
     let seed = stderr_of(&site.run("tree info tree.gltf --seed 2").failure().code(1));
     assert!(seed.contains("--seed has no effect"), "{seed}");
+    let sun = "tree render tree.gltf --cameras orbit --out views --sun 0,0,1";
+    let told = stderr_of(&site.run(sun).failure().code(1));
+    assert!(told.contains("(up is 0.00,1.00,0.00)"), "{told}");
 }
 
 #[test]

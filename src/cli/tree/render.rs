@@ -36,11 +36,7 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
     };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(Size::Own);
     let views = plant_views(&plant, &from, size, args.pictures.fps, task)?;
-    let drawing = PlantDrawing::new(&plant, method(args, &plant, task)?, args.compare);
-    let drawing = match sun {
-        Some(sun) => drawing.with_sun(sun),
-        None => drawing,
-    };
+    let drawing = PlantDrawing::new(&plant, method(args, &plant, task)?, sun, args.compare);
     let drawing = if views.path.is_some() { drawing.with_frames() } else { drawing };
     let mut drawing = match has_shadows(args) {
         true => task.timed("shadows", || drawing.with_shadows(task))?,

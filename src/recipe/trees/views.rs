@@ -126,12 +126,14 @@ pub struct PlantDrawing<'a> {
 }
 
 impl<'a> PlantDrawing<'a> {
-    /// Prepares the drawing of a plant, without shadows.
-    pub fn new(plant: &'a Plant, method: PlantMethod, compares: bool) -> Self {
+    /// Prepares the drawing of a plant, without shadows. `towards_sun`, of any length, is in the plant's frame; else the sun is that of
+    /// [`Light::day`].
+    pub fn new(plant: &'a Plant, method: PlantMethod, towards_sun: Option<DVec3>, compares: bool) -> Self {
+        let day = Light::day(plant.up);
         Self {
             plant,
             method,
-            light: Light::day(plant.up),
+            light: Light { towards_sun: towards_sun.map_or(day.towards_sun, DVec3::normalize), ..day },
             shades: None,
             triangles: 0,
             layered: ImageCost::default(),
@@ -139,13 +141,6 @@ impl<'a> PlantDrawing<'a> {
             is_flight: false,
             before: None,
         }
-    }
-
-    /// Puts the sun in another direction, of any length but 0, in the plant's frame. It comes before [`Self::with_shadows`].
-    pub fn with_sun(mut self, towards_sun: DVec3) -> Self {
-        // Scaled first, because the square of a huge number is infinite, and that of a tiny one 0.
-        self.light.towards_sun = (towards_sun / towards_sun.abs().max_element()).normalize();
-        self
     }
 
     /// Returns the direction to the sun, of length 1, in the plant's frame.
