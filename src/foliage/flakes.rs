@@ -225,6 +225,8 @@ impl<'a> Scene<'a> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use glam::DVec3;
 
     use super::*;
@@ -275,12 +277,12 @@ mod tests {
             // All the way round, so that every place at which a share could jump on this circle is passed.
             let (across, along) = any().normalize_or(DVec3::Z).any_orthonormal_pair();
             let mut before = shares_towards(across);
-            for step in 1..=(std::f64::consts::TAU / STEP).ceil() as u32 {
+            for step in 1..=(TAU / STEP).ceil() as u32 {
                 let (sine, cosine) = (STEP * f64::from(step)).sin_cos();
                 let towards = cosine * across + sine * along;
                 let now = shares_towards(towards);
-                // Where only the axis itself turns, a share changes by 26 per radian at most, just before it is 1 (at 5.1 degrees, 2 sin cos 128 / (7/8));
-                // where the others' weights change as well, by 26 sqrt 2 = 37.
+                // Where the weight of the axis alone changes, a share changes by 26 per radian at most, just before it
+                // is 1 (at 5.1 degrees: 128 * 2 sin cos / (7/8)); where the others' weights change, too, by 26 sqrt 2 = 37.
                 let most = (0..6).map(|axis| (now[axis] - before[axis]).abs()).fold(0.0, f64::max);
                 assert!(most < 40.0 * STEP, "{towards}: {before:?}, {now:?}");
                 // The largest weight is 1/3 at least, more than 1/16.

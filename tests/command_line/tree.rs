@@ -21,6 +21,8 @@ fn info_counts_every_instance_of_the_maple_and_of_a_wood() {
     fs::write(site.path("wood.json"), species).unwrap();
     let wood = stdout_of(&site.run("tree info wood.json").success());
     assert!(wood.contains("956111") && wood.contains("17205656") && wood.contains("leaf 2"), "{wood}");
+    // The light of leaves is their picture's; bark has none.
+    assert!(wood.contains("leaf  as its picture") && wood.contains("bark  14 12 9 %"), "{wood}");
 }
 
 #[test]
@@ -64,13 +66,15 @@ fn the_sun_of_a_plant_is_where_it_is_said_to_be() {
         // It reflects blue and lets none through, and lets more green through than it reflects.
         assert!(front[2] > behind[2] && front[1] < behind[1], "{shadows}: {front:?}, {behind:?}");
     }
-    let refused = |sun: &str| {
+    let refused = |sun: &str, code: i32| {
         let run = site.run(&format!("tree render leaf.plant --cameras orbit --out none --sun {sun}"));
-        stderr_of(&run.failure().code(1))
+        stderr_of(&run.failure().code(code))
     };
-    assert!(refused("0,1,0").contains("direction from the plant to the sun (up is 0.00,0.00,1.00)"));
-    assert!(refused("0,0,0").contains("three numbers, not all 0"));
-    assert!(refused("1e300,0,0").contains("--sun is 1e300,0.0,0.0"));
+    assert!(refused("0,1,0", 1).contains("direction from the plant to the sun (up is 0.00,0.00,1.00)"));
+    for sun in ["0,0,0", "1e-200,0,0", "1e200,0,1"] {
+        let told = refused(sun, 2);
+        assert!(told.contains(sun) && told.contains("three numbers, not all 0"), "{told}");
+    }
     assert!(!site.path("none").exists());
 }
 

@@ -103,7 +103,7 @@ pub struct TreeRenderArgs {
     #[arg(long, value_enum, value_name = "ON|OFF")]
     pub shadows: Option<Shadows>,
     /// The direction from the plant to the sun, in the plant's frame [default: halfway up, towards x and -y where z is up]
-    #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
     pub sun: Option<[f64; 3]>,
 }
 
@@ -251,7 +251,7 @@ pub struct TreeLightArgs {
     /// The project folder
     pub project: PathBuf,
     /// The direction to the sun, in the world
-    #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
     pub sun: Option<[f64; 3]>,
     /// The direction to the sun from two points of the world: the tip of a shadow, and what casts it
     #[arg(long, value_name = "X,Y,Z:X,Y,Z", value_parser = two_points, allow_hyphen_values = true, conflicts_with = "sun")]
@@ -319,6 +319,16 @@ fn three(text: &str) -> Result<[f64; 3], String> {
     match numbers.map(<[f64; 3]>::try_from) {
         Ok(Ok(numbers)) if numbers.iter().all(|number: &f64| number.is_finite()) => Ok(numbers),
         _ => Err("expected three numbers with commas between them, such as 1.5,0,-2".into()),
+    }
+}
+
+fn direction(text: &str) -> Result<[f64; 3], String> {
+    let direction = three(text)?;
+    let length = direction.iter().map(|value| value * value).sum::<f64>().sqrt();
+    if length > 0.0 && length.is_finite() {
+        Ok(direction)
+    } else {
+        Err("expected a direction: three numbers, not all 0, and none beyond 1e150".into())
     }
 }
 

@@ -101,25 +101,18 @@ fn check_height(args: &TreeLightArgs, up: DVec3) -> Result<()> {
     args.sun.map_or(Ok(()), |sun| check_sun(DVec3::from_array(sun), up, "site"))
 }
 
-/// Refuses a direction to the sun, as `--sun` gives it, that has no length, or is on or below the horizon of what `of` names.
+/// Refuses a direction to the sun, as `--sun` gives it, that is on or below the horizon of what `of` names.
 ///
 /// # Errors
 /// [`Error::Request`].
 pub(super) fn check_sun(towards_sun: DVec3, up: DVec3, of: &str) -> Result<()> {
-    let length = towards_sun.length();
-    if !length.is_finite() || length == 0.0 {
-        let [x, y, z] = towards_sun.to_array().map(|value| format!("{value:?}"));
-        return Err(Error::Request(format!(
-            "--sun is {x},{y},{z}, expected a direction to the sun: three numbers, not all 0"
-        )));
+    if !is_below(towards_sun, up) {
+        return Ok(());
     }
-    if is_below(towards_sun, up) {
-        let [x, y, z] = up.to_array().map(|value| format!("{value:.2}"));
-        return Err(Error::Request(format!(
-            "--sun puts the sun on or below the horizon; give the direction from the {of} to the sun (up is {x},{y},{z})"
-        )));
-    }
-    Ok(())
+    let [x, y, z] = up.to_array().map(|value| format!("{value:.2}"));
+    Err(Error::Request(format!(
+        "--sun puts the sun on or below the horizon; give the direction from the {of} to the sun (up is {x},{y},{z})"
+    )))
 }
 
 fn is_below(towards_sun: DVec3, up: DVec3) -> bool {

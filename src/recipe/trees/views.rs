@@ -126,8 +126,8 @@ pub struct PlantDrawing<'a> {
 }
 
 impl<'a> PlantDrawing<'a> {
-    /// Prepares the drawing of a plant, without shadows. `towards_sun`, of any length, is in the plant's frame; else the sun is that of
-    /// [`Light::day`].
+    /// Prepares the drawing of a plant, without shadows. `towards_sun` is in the plant's frame, of any finite length but 0; without it the
+    /// sun is that of [`Light::day`].
     pub fn new(plant: &'a Plant, method: PlantMethod, towards_sun: Option<DVec3>, compares: bool) -> Self {
         let day = Light::day(plant.up);
         Self {
