@@ -157,11 +157,31 @@ fn in_all_directions(cosine: f32) -> f32 {
     return 2.0 / (3.0 * half_turn) * sum;
 }
 
-// The light of the leaves of a sample: the direction of their mean normal, the length of the mean, and the direction to the viewer.
-fn light_of_leaves(normal: vec3f, length: f32, towards: vec3f, reflected: vec3f, through: vec3f, reach: Reach) -> vec3f {
+// The mean of |m.l| over the directions m of the mean normals of samples in which leaves look in all directions: those of one leaf each
+// where the share is 0, of many where it is 1; for the cosine between the axis of their image and the sun.
+fn over_samples(share: f32, to_axis: f32) -> f32 {
+    let along = 0.5 + 0.5 * share * sqrt(share);
+    let aside = 0.5 * (1.0 - along);
+    let square = aside + (along - aside) * to_axis * to_axis;
+    return sqrt(square) * min(0.78 + 0.27 * square, 1.0);
+}
+
+// How the normals of the leaves of a sample are spread: the length of their mean, the direction to the viewer, and the axis of the image,
+// both of length 1.
+struct Spread {
+    length: f32,
+    towards: vec3f,
+    axis: vec3f,
+}
+
+// The light of the leaves of a sample, whose mean normal has this direction.
+fn light_of_leaves(normal: vec3f, spread: Spread, reflected: vec3f, through: vec3f, reach: Reach) -> vec3f {
+    let length = spread.length;
     let facing = dot(normal, daylight.towards_sun);
     let share = clamp(3.0 * (1.0 - length), 0.0, 1.0);
-    let across = mix(abs(facing), in_all_directions(dot(towards, daylight.towards_sun)), share);
+    let to_axis = dot(spread.axis, daylight.towards_sun);
+    let lacking = over_samples(0.0, to_axis) - over_samples(share, to_axis);
+    let across = mix(abs(facing) + lacking, in_all_directions(dot(spread.towards, daylight.towards_sun)), share);
     let sun = 0.5 * reach.sun * daylight.sun;
     let up = length * dot(normal, daylight.up);
     return reflected * (sun * (across + length * facing) + reach.front * around_at(up))

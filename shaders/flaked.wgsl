@@ -88,7 +88,9 @@ fn lit(@builtin(position) position: vec4f, @builtin(sample_index) sub_pixel: u32
     let reach = reach_at(shown[image.tree], point, normal);
     var light = vec3f(0.0);
     if flake.is_leaf {
-        light = light_of_leaves(normal, image.length, normalize(-point), reflected, reflected * image.through, reach);
+        let axis = normalize(vec3f(image.right.z, image.down.z, image.forward.z));
+        let spread = Spread(image.length, normalize(-point), axis);
+        light = light_of_leaves(normal, spread, reflected, reflected * image.through, reach);
     } else {
         light = light_of(normal, reflected, vec3f(0.0), false, reach);
     }

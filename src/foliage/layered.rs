@@ -13,7 +13,7 @@ use super::place::Instance;
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::reproject::{Rows, reproject};
-use super::shade::{Light, Reach, Surface, shade_leaves};
+use super::shade::{Light, Reach, Spread, Surface, shade_leaves};
 use super::view::{Projection, View};
 use super::walk::{Drawn, Part, WalkOptions, walk};
 use crate::error::Result;
@@ -147,7 +147,9 @@ fn resolved(layers: &[Layer], (light_from_view, towards): (&Mat3, DVec3), light:
             let normal = (*light_from_view * layer.normal()).as_dvec3().normalize_or_zero();
             let through = layer.is_leaf().then(|| layer.through());
             let surface = Surface { normal, reflected: layer.reflected(), through };
-            let light = shade_leaves(&surface, (layer.length(), towards), light, &Reach::ALL);
+            // Images are seen from around the direction to the viewer.
+            let spread = Spread { length: layer.length(), towards_viewer: towards, axis: towards };
+            let light = shade_leaves(&surface, &spread, light, &Reach::ALL);
             sum += seen.count_ones() as f32 * light;
         }
     }

