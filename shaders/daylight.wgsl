@@ -157,21 +157,49 @@ fn in_all_directions(cosine: f32) -> f32 {
     return 2.0 / (3.0 * half_turn) * sum;
 }
 
-// The mean of |m.l| over the directions m of the mean normals of samples in which leaves look in all directions: those of one leaf each
-// where the share is 0, of many where it is 1; for the cosine between the axis of their image and the sun.
-fn over_samples(share: f32, to_axis: f32) -> f32 {
-    let along = 0.5 + 0.5 * share * sqrt(share);
-    let aside = 0.5 * (1.0 - along);
-    let square = aside + (along - aside) * to_axis * to_axis;
-    return sqrt(square) * min(0.78 + 0.27 * square, 1.0);
-}
-
-// How the normals of the leaves of a sample are spread: the length of their mean, the direction to the viewer, and the axis of the image,
-// both of length 1.
+// How the normals of the leaves of a sample are spread: the length of their mean, the direction to the viewer, of length 1, and the rows of
+// the map of normals from the frame of the image, up to a factor.
 struct Spread {
     length: f32,
-    towards: vec3f,
-    axis: vec3f,
+    towards_viewer: vec3f,
+    right: vec3f,
+    down: vec3f,
+    forward: vec3f,
+}
+
+// Leaves that look in all directions in the frame of their image, from which the map stretches them, in the sun: the length of the vector
+// that the map's transpose makes of the sun's direction, its cosine to the axis of the image, the squared lengths of a normal along the
+// axis and of the other two together that the map makes, and the mean of |n.l|, nearly, as a viewer sees them.
+struct LeavesInSun {
+    to_sun: f32,
+    to_axis: f32,
+    squares: vec2f,
+    in_all_directions: f32,
+}
+
+fn leaves_in_sun(spread: Spread) -> LeavesInSun {
+    let transposed = mat3x3f(spread.right, spread.down, spread.forward);
+    let sun = transposed * daylight.towards_sun;
+    let viewer = transposed * spread.towards_viewer;
+    let to_sun = max(sqrt(dot(sun, sun)), 1e-18);
+    let to_viewer = max(sqrt(dot(viewer, viewer)), 1e-18);
+    let squared = transposed[0] * transposed[0] + transposed[1] * transposed[1] + transposed[2] * transposed[2];
+    let aside = squared.x + squared.y;
+    let size = sqrt(max((aside + squared.z) / 3.0, 1e-36));
+    let in_all = in_all_directions(dot(sun / to_sun, viewer / to_viewer));
+    return LeavesInSun(to_sun, sun.z / to_sun, vec2f(squared.z, aside), to_sun / size * in_all);
+}
+
+// The mean of |m.l|, nearly, over the directions m of the mean normals of samples: those of one leaf each where the share is 0, of many
+// where it is 1.
+fn over_samples(leaves: LeavesInSun, share: f32) -> f32 {
+    // The mean of (m.a)^2 along the axis a, and along a line at a right angle to it.
+    let along = 0.5 + 0.5 * share * sqrt(share);
+    let aside = 0.5 * (1.0 - along);
+    let square = aside + (along - aside) * leaves.to_axis * leaves.to_axis;
+    let mean = sqrt(square) * min(0.78 + 0.27 * square, 1.0);
+    let size = sqrt(max(along * leaves.squares.x + aside * leaves.squares.y, 1e-36));
+    return mean * leaves.to_sun / size;
 }
 
 // The light of the leaves of a sample, whose mean normal has this direction.
@@ -179,9 +207,9 @@ fn light_of_leaves(normal: vec3f, spread: Spread, reflected: vec3f, through: vec
     let length = spread.length;
     let facing = dot(normal, daylight.towards_sun);
     let share = clamp(3.0 * (1.0 - length), 0.0, 1.0);
-    let to_axis = dot(spread.axis, daylight.towards_sun);
-    let lacking = over_samples(0.0, to_axis) - over_samples(share, to_axis);
-    let across = mix(abs(facing) + lacking, in_all_directions(dot(spread.towards, daylight.towards_sun)), share);
+    let leaves = leaves_in_sun(spread);
+    let lacking = over_samples(leaves, 0.0) - over_samples(leaves, share);
+    let across = mix(abs(facing) + lacking, leaves.in_all_directions, share);
     let sun = 0.5 * reach.sun * daylight.sun;
     let up = length * dot(normal, daylight.up);
     return reflected * (sun * (across + length * facing) + reach.front * around_at(up))

@@ -88,8 +88,8 @@ fn lit(@builtin(position) position: vec4f, @builtin(sample_index) sub_pixel: u32
     let reach = reach_at(shown[image.tree], point, normal);
     var light = vec3f(0.0);
     if flake.is_leaf {
-        let axis = normalize(vec3f(image.right.z, image.down.z, image.forward.z));
-        let spread = Spread(image.length, normalize(-point), axis);
+        let viewer = normalize(-point);
+        let spread = Spread(image.length, viewer, image.normal_right, image.normal_down, image.normal_forward);
         light = light_of_leaves(normal, spread, reflected, reflected * image.through, reach);
     } else {
         light = light_of(normal, reflected, vec3f(0.0), false, reach);

@@ -106,8 +106,7 @@ fn add_images(
     for (direction, of_direction) in doors_of(images.directions, &serving, path) {
         let place = Place::new(&instance, &view.projection, direction);
         let Place { linear, origin, .. } = place;
-        let OfSamples { view_from_normal, through, gain, length, .. } =
-            instance.of_samples(&place, direction);
+        let OfSamples { view_from_normal, through, gain, length } = instance.of_samples(&place, direction);
         to.push(ImageInView {
             object,
             copy,

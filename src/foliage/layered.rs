@@ -1,7 +1,7 @@
 //! Pictures of plants from the images of their sub-objects (Max 1996): what is drawn is found by a walk, images are brought into
 //! layered pixels, the rest is drawn into them as polygons, and what is seen is lit in the end.
 
-use glam::{DVec2, DVec3, Mat3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 
 use super::brute::check;
 use super::drawer::{Canvas, Drawer, Facet};
@@ -139,6 +139,9 @@ pub(super) fn draw_part<C: LayeredRows>(
 
 /// Lights the layers of a pixel as far as they are seen, front to back; `towards` is the direction to the viewer.
 fn resolved(layers: &[Layer], (light_from_view, towards): (&Mat3, DVec3), light: &Light) -> [u8; 4] {
+    // The images of a pixel are seen from directions around that to the viewer; how they are stretched is not known.
+    let (right, down) = towards.any_orthonormal_pair();
+    let from_image = DMat3::from_cols(right, down, towards);
     let (mut left, mut sum) = (u16::MAX, Vec3::ZERO);
     for layer in layers {
         let seen = layer.mask & left;
@@ -147,8 +150,7 @@ fn resolved(layers: &[Layer], (light_from_view, towards): (&Mat3, DVec3), light:
             let normal = (*light_from_view * layer.normal()).as_dvec3().normalize_or_zero();
             let through = layer.is_leaf().then(|| layer.through());
             let surface = Surface { normal, reflected: layer.reflected(), through };
-            // Images are seen from around the direction to the viewer.
-            let spread = Spread { length: layer.length(), towards_viewer: towards, axis: towards };
+            let spread = Spread { length: layer.length(), towards_viewer: towards, from_image };
             let light = shade_leaves(&surface, &spread, light, &Reach::ALL);
             sum += seen.count_ones() as f32 * light;
         }

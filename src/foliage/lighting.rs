@@ -43,8 +43,6 @@ pub(super) struct OfSamples {
     pub gain: Vec3,
     /// The length of the mean normals of leaves.
     pub length: f32,
-    /// The direction from which the image was made, of length 1 in the view's frame.
-    pub axis: Vec3,
 }
 
 /// What is seen at an index.
@@ -174,7 +172,7 @@ impl Lighting<'_> {
                 let surface = Surface { normal: self.view.light_from_view * normal, reflected, through };
                 Seen { surface, spread: Spread::NONE, gain: Vec3::ONE }
             }
-            Listed::Image(image, OfSamples { view_from_normal, through, gain, length, axis }) => {
+            Listed::Image(image, OfSamples { view_from_normal, through, gain, length }) => {
                 let sample = &image.samples[offset];
                 let reflected = sample.reflected();
                 let normal = (view_from_normal * sample.normal.normal()).as_dvec3();
@@ -188,8 +186,8 @@ impl Lighting<'_> {
                     through: sample.normal.is_leaf().then_some(reflected * through),
                 };
                 let towards = (self.view.light_from_view * towards).normalize_or_zero();
-                let axis = self.view.light_from_view * axis.as_dvec3();
-                Seen { surface, spread: Spread { length, towards_viewer: towards, axis }, gain }
+                let from_image = self.view.light_from_view * view_from_normal.as_dmat3();
+                Seen { surface, spread: Spread { length, towards_viewer: towards, from_image }, gain }
             }
         }
     }

@@ -60,7 +60,6 @@ impl<'a> Instance<'a> {
             through: self.through,
             gain: *gain,
             length: lengths[direction],
-            axis: place.linear.z_axis.normalize_or_zero(),
         }
     }
 

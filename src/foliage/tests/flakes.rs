@@ -94,19 +94,22 @@ fn a_far_branch_is_as_bright_as_its_polygons_from_any_side_of_the_sun_and_would_
     });
     // From images alone.
     let options = FlakeOptions { walk: WalkOptions { threshold: 9.0 }, ..FlakeOptions::PREVIEW };
-    let [mut corrected, mut uncorrected] = [0.0; 2];
+    let [mut corrected, mut uncorrected] = [Vec::new(), Vec::new()];
     for view in directions.map(|towards| from(&plant, towards, 12)) {
         let truth = brute(&plant, &view);
         let squared = |images| {
             let light = similarity(&truth, &flaked(&plant, images, &view, &options)).unwrap().light;
-            (light - 1.0).powi(2) / 24.0
+            (light - 1.0).powi(2)
         };
-        corrected += squared(&images);
-        uncorrected += squared(&bare);
+        corrected.push(squared(&images));
+        uncorrected.push(squared(&bare));
     }
-    // The leaves of a single branch do not look in all directions alike: single views are up to 8 % off.
-    let found = [corrected, uncorrected].map(f64::sqrt);
-    assert!(found[0] < 0.045 && found[0] < 0.75 * found[1], "{found:?}");
+    // The leaves of a single branch do not look in all directions alike, and 12 pixels are few: root mean squares of 4.0 and 5.7 %
+    // and a largest error of 7.6 % were seen.
+    let root_mean_square = |of: &[f64]| (of.iter().sum::<f64>() / 24.0).sqrt();
+    let found = [&corrected, &uncorrected].map(|of| root_mean_square(of));
+    let worst = corrected.iter().fold(0.0f64, |worst, of| worst.max(of.sqrt()));
+    assert!(found[0] < 0.045 && found[0] < 0.75 * found[1] && worst < 0.09, "{found:?} {worst}");
 }
 
 /// Returns the share of a ball of bark, inside its outline, that shows the background.

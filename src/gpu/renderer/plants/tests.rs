@@ -278,41 +278,46 @@ fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
 fn what_is_known_of_the_normals_of_samples_changes_light_as_much_on_the_device_as_on_the_processor() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let mut wood = with_images(wood(plant.clone()));
-    wood.trees.truncate(1);
-    let images = wood.species[0].images.clone().expect("they were made");
+    let both = with_images(wood(plant.clone()));
+    let images = both.species[0].images.clone().expect("they were made");
     let mut bare = (*images).clone();
     for copy in bare.objects.iter_mut().flatten().flat_map(|of| &mut of.copies) {
         copy.correction = LightCorrection::none(images.directions.count());
     }
-    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
-    let ball = plant.whole().bounds.ball;
-    // So far that all is images, of which a sample is several leaves.
-    let shots = [(0.5, -0.8), (0.9, 0.3), (-0.6, 0.7)].map(|(x, y)| {
-        let eye = ball.middle + 14.0 * ball.radius * DVec3::new(x, y, 0.1).normalize();
-        Shot { quality: Quality::Final, ..Shot::new(centred(160, 120, 300.0), look_at(eye, ball.middle)) }
-    });
-    for towards_sun in [DVec3::Z, DVec3::X, DVec3::Y, DVec3::new(0.8, 0.6, 0.0)] {
-        wood.light = Light { towards_sun, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
-        let mut lights = |images: &Arc<PlantImages>| {
-            wood.species[0].images = Some(images.clone());
-            renderer.set_trees(Some(Arc::new(wood.clone()))).unwrap();
-            let mut sums = [DVec3::ZERO; 2];
-            for shot in &shots {
-                sums[0] += measured(&renderer.picture(shot, &Task::silent()).unwrap()).1;
-                let view = View::of_tree(shot.camera, &shot.pose, &DAffine3::IDENTITY, &ball);
-                let (of, options) = ((&plant, &**images), FlakeOptions::FINAL);
-                let drawn = draw_flakes(of, &view, &wood.light, &options, &Task::silent()).unwrap();
-                assert!(drawn.1.images > 0 && drawn.1.triangles == 0, "{:?}", drawn.1);
-                sums[1] += measured(&drawn.0).1;
-            }
-            sums
-        };
-        let (with, without) = (lights(&images), lights(&Arc::new(bare.clone())));
-        let [device, processor] = [0, 1].map(|on| with[on] / without[on]);
-        // 4 samples and 16 of a pixel, of 900 pixels in all: the light itself differs by up to 3 %, but what changes it is the same.
-        let off = (device / processor - 1.0).abs().max_element();
-        assert!(off < 0.015, "{towards_sun}: {device} and {processor}");
+    let bare = Arc::new(bare);
+    let mut renderer = renderer(&gpu, Arc::new(Model::default()), None);
+    // Upright; and turned, squeezed and mirrored.
+    for tree in &both.trees {
+        let ball = plant.whole().bounds.ball.mapped(&tree.world_from_plant);
+        let mut wood = Wood { trees: vec![tree.clone()], ..both.clone() };
+        // So far that all is images, of which a sample is several leaves.
+        let shots = [(0.5, -0.8), (0.9, 0.3), (-0.6, 0.7)].map(|(x, y)| {
+            let eye = ball.middle + 14.0 * ball.radius * DVec3::new(x, y, 0.1).normalize();
+            Shot { quality: Quality::Final, ..Shot::new(centred(160, 120, 300.0), look_at(eye, ball.middle)) }
+        });
+        for towards_sun in [DVec3::Z, DVec3::X, DVec3::Y, DVec3::new(0.8, 0.6, 0.0)] {
+            wood.light = Light { towards_sun, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
+            let mut lights = |images: &Arc<PlantImages>| {
+                wood.species[0].images = Some(images.clone());
+                renderer.set_trees(Some(Arc::new(wood.clone()))).unwrap();
+                let mut sums = [DVec3::ZERO; 2];
+                for shot in &shots {
+                    sums[0] += measured(&renderer.picture(shot, &Task::silent()).unwrap()).1;
+                    let in_plant = &plant.whole().bounds.ball;
+                    let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, in_plant);
+                    let (of, options) = ((&plant, &**images), FlakeOptions::FINAL);
+                    let drawn = draw_flakes(of, &view, &wood.light, &options, &Task::silent()).unwrap();
+                    assert!(drawn.1.images > 0 && drawn.1.triangles == 0, "{:?}", drawn.1);
+                    sums[1] += measured(&drawn.0).1;
+                }
+                sums
+            };
+            let (with, without) = (lights(&images), lights(&bare));
+            let [device, processor] = [0, 1].map(|on| with[on] / without[on]);
+            // 4 samples and 16 of a pixel, of 900 pixels in all: the light itself differs by up to 5 % in a view, what changes it by 1.4 %.
+            let off = (device / processor - 1.0).abs().max_element();
+            assert!(off < 0.02, "tree {}, {towards_sun}: {device} and {processor}", tree.number);
+        }
     }
 }
 
