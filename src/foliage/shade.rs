@@ -306,7 +306,7 @@ mod tests {
                 assert!((found / expected - 1.0).abs() < 0.02, "{leaves}, {degrees}: {found} {expected}");
                 // Along the axis and across it the directions of the means alone are too bright and too dark.
                 let alone = over_all(&|mean| mean.normalize().dot(towards_sun).abs());
-                let is_end = leaves > 1 && (degrees < 1.0 || degrees > 89.0);
+                let is_end = leaves > 1 && !(1.0..=89.0).contains(&degrees);
                 assert!(!is_end || (alone / expected - 1.0).abs() > 0.15, "{leaves}: {alone} {expected}");
             }
         }
