@@ -1,5 +1,7 @@
 //! Makes the images of a plant's sub-objects (Max 1996, section 3).
 
+use std::f64::consts::SQRT_2;
+
 use glam::{DAffine3, DMat3, DVec2, Vec3};
 use rayon::prelude::*;
 
@@ -79,8 +81,12 @@ const MOST_THROUGH: f32 = 16.0;
 /// Copies end at this many pixels across.
 const COARSEST_SIDE: f64 = 24.0;
 
-/// Makes the images of all sub-objects for which images save something: those with more polygons than one of their views has
-/// samples. Each gets copies of half the resolution, again and again, too.
+/// A view has at most this many samples for each polygon of the sub-object. Of 22 directions about two serve a viewpoint, and devices draw six
+/// samples about as fast as a polygon, or faster (docs/performance.md).
+const SAMPLES_PER_POLYGON: f64 = 3.0;
+
+/// Makes the images of all sub-objects for which images save something: as fine as wanted, or as a view with [`SAMPLES_PER_POLYGON`] is.
+/// Each gets copies of half the resolution, again and again, too.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -140,15 +146,10 @@ impl Baker<'_> {
         let ball = self.plant.objects[object].bounds.ball;
         let is_whole = object == self.plant.root;
         let across = if is_whole { self.whole_side(&ball, leaf) } else { f64::from(self.options.side) };
-        // Not one sample in a row is no image.
-        if ball.radius <= 0.0 || self.plant.objects[object].counts.polygons < u64::from(self.options.side) {
+        if ball.radius <= 0.0 {
             return Ok(None);
         }
-        let finest = 2.0 * ball.radius / across;
-        let from_the_side = self.view(parts, (object, finest), FROM_THE_SIDE)?.image;
-        if self.plant.objects[object].counts.polygons <= from_the_side.samples.len() as u64 {
-            return Ok(None);
-        }
+        let Some(finest) = self.finest(parts, object, 2.0 * ball.radius / across)? else { return Ok(None) };
         let (copy, light) = self.copy(parts, object, finest)?;
         let mut copies = vec![copy];
         let mut delta = 2.0 * finest;
@@ -159,6 +160,25 @@ impl Baker<'_> {
         let sums = light.iter().fold([Vec3::ZERO; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
         let images = ObjectImages { copies, through: through_over_reflected(sums) };
         measured((self.plant, object), images, (self.options.directions, parts), self.task).map(Some)
+    }
+
+    /// Returns the side of a pixel of the finest images that save something: `wanted`, or larger by powers of the square root of 2; `None`
+    /// where images do not save anything.
+    fn finest(&self, parts: Option<&PlantImages>, object: usize, wanted: f64) -> Result<Option<f64>> {
+        let across = 2.0 * self.plant.objects[object].bounds.ball.radius;
+        let most = SAMPLES_PER_POLYGON * self.plant.objects[object].counts.polygons as f64;
+        let mut delta = wanted;
+        // What reaches from one side of its ball to the other has a sample in each row at least.
+        while most >= (across / delta).min(COARSEST_SIDE) {
+            if self.view(parts, (object, delta), FROM_THE_SIDE)?.image.samples.len() as f64 <= most {
+                return Ok(Some(delta));
+            }
+            delta *= SQRT_2;
+            if across / delta < COARSEST_SIDE {
+                break;
+            }
+        }
+        Ok(None)
     }
 
     /// Returns how many pixels are across the whole plant in its finest images: half a leaf each.

@@ -124,9 +124,13 @@ pub struct Serving {
     pub weight: f64,
 }
 
-/// Returns the three or four directions around a viewpoint in the direction `towards_viewer`, of any length but 0: two each of the
-/// rings of latitude below and above it, or one of a pole. Weights are bilinear in latitude and longitude and change continuously;
-/// the nearest direction is one of those returned. Published, all four have the same weight.
+/// This share of the largest weight is taken from all weights. All samples of a direction are drawn however small the direction's weight
+/// is, and what a direction farther away shows is less like the view (docs/performance.md).
+const NEGLIGIBLE: f64 = 0.4;
+
+/// Returns one to four of the directions around a viewpoint in the direction `towards_viewer`, of any length but 0: two each of the rings of
+/// latitude below and above it, or one of a pole. Weights are bilinear in latitude and longitude, less [`NEGLIGIBLE`] of the largest one, and
+/// change continuously; the nearest direction is one of those returned. Published, all four have the same weight.
 pub fn serving(towards_viewer: DVec3) -> Vec<Serving> {
     let latitude = towards_viewer.z.atan2(towards_viewer.truncate().length());
     let longitude = towards_viewer.y.atan2(towards_viewer.x);
@@ -142,7 +146,11 @@ pub fn serving(towards_viewer: DVec3) -> Vec<Serving> {
         let pair = [(before, 1.0 - share), ((before + 1) % count, share)];
         serving.extend(pair.map(|(at, share)| Serving { direction: first + at, weight: weight * share }));
     }
-    serving.retain(|serving| serving.weight > 0.0);
+    let negligible = NEGLIGIBLE * serving.iter().map(|of| of.weight).fold(0.0, f64::max);
+    serving.iter_mut().for_each(|of| of.weight -= negligible);
+    serving.retain(|of| of.weight > 0.0);
+    let sum: f64 = serving.iter().map(|of| of.weight).sum();
+    serving.iter_mut().for_each(|of| of.weight /= sum);
     serving
 }
 
@@ -159,6 +167,8 @@ fn serving_axes(towards_viewer: DVec3) -> Vec<Serving> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec2;
+
     use super::*;
     use crate::scene::synthetic::Rng;
 
@@ -217,6 +227,24 @@ mod tests {
     }
 
     #[test]
+    fn two_directions_serve_about_halfway_between_two_and_one_near_by() {
+        let at = |latitude: f64, longitude: f64| {
+            let (sine, cosine) = latitude.to_radians().sin_cos();
+            let of = serving((cosine * DVec2::from_angle(longitude.to_radians())).extend(sine));
+            of.into_iter().map(|of| (ANGLES[of.direction], (100.0 * of.weight).round())).collect::<Vec<_>>()
+        };
+        assert_eq!(at(0.0, 22.5), [((0, 0), 50.0), ((0, 45), 50.0)]);
+        // (2/3, 1/3) less 0.4 * 2/3, over their sum: (0.4, 0.0667) / 0.4667.
+        assert_eq!(at(0.0, 15.0), [((0, 0), 86.0), ((0, 45), 14.0)]);
+        assert_eq!(at(0.0, 12.0), [((0, 0), 100.0)]);
+        assert_eq!(at(90.0, 12.0), [((90, 0), 100.0)]);
+        let mut rng = Rng::new(8);
+        let count: usize = (0..4000).map(|_| serving(any_direction(&mut rng)).len()).sum();
+        // 1.88 of 20,000 directions that are spread evenly; these are of a cube.
+        assert!((count as f64 / 4000.0 - 1.88).abs() < 0.1, "{count}");
+    }
+
+    #[test]
     fn axes_that_face_the_viewpoint_serve_and_what_they_show_of_a_surface_sums_to_all_of_it() {
         let mut rng = Rng::new(7);
         for _ in 0..4000 {
@@ -252,8 +280,10 @@ mod tests {
             let (before, after) = (weights(at), weights(moved));
             let change = before.iter().zip(after).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             // A step of 1e-4 sqrt(3) changes latitude by 2.2e-4 of a ring, and longitude by 2.5e-4 of a ring of 6 and 8 beyond
-            // 45 degrees of latitude; nearer to a pole the ring's weight falls as its longitude turns faster.
-            assert!(change < 1.2e-3, "{at}: {change}");
+            // 45 degrees of latitude; nearer to a pole the ring's weight falls as its longitude turns faster. Bilinear weights change by
+            // 1.2e-3 at most, so less 0.4 of the largest by 1.4 times as much, and the sum of four by 4 times that; the sum is 0.27 at
+            // least (beside one of 1/2.2, three that just begin). Without the subtraction a direction would come with 0.18 at once.
+            assert!(change < 1.4 * 5.0 * 1.2e-3 / 0.27, "{at}: {change}");
             let angle = |of: &usize| at.angle_between(towards_viewer(*of));
             let nearest = (0..DIRECTIONS).min_by(|a, b| angle(a).total_cmp(&angle(b))).unwrap();
             assert!(before[nearest] > 0.0, "{at}");

@@ -20,7 +20,7 @@ impl WalkOptions {
     /// Previews.
     pub const PREVIEW: Self = Self { threshold: 0.8 };
     /// Final pictures.
-    pub const FINAL: Self = Self { threshold: 0.4 };
+    pub const FINAL: Self = Self { threshold: 0.36 };
     /// Moving views of more trees than the device draws in time: parts of samples, of which each has 4 x 4, are as large as two pixels.
     pub const COARSEST: Self = Self { threshold: 8.0 };
 
