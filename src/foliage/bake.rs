@@ -81,9 +81,9 @@ const MOST_THROUGH: f32 = 16.0;
 /// Copies end at this many pixels across.
 const COARSEST_SIDE: f64 = 24.0;
 
-/// A view has at most this many samples for each polygon of the sub-object. Of 22 directions about two serve a viewpoint, and devices draw six
+/// A view has at most this many samples for each polygon of the sub-object. Of 22 directions about two serve a viewpoint, and devices draw four
 /// samples about as fast as a polygon, or faster (docs/performance.md).
-const SAMPLES_PER_POLYGON: f64 = 3.0;
+const SAMPLES_PER_POLYGON: f64 = 2.0;
 
 /// Makes the images of all sub-objects for which images save something: as fine as wanted, or as a view with [`SAMPLES_PER_POLYGON`] is.
 /// Each gets copies of half the resolution, again and again, too.

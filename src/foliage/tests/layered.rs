@@ -88,7 +88,7 @@ fn from_images_a_branch_looks_as_its_polygons_do_from_any_side_and_distance() {
 }
 
 #[test]
-fn sub_objects_have_images_as_fine_as_wanted_or_with_three_samples_for_each_polygon() {
+fn sub_objects_have_images_as_fine_as_wanted_or_with_two_samples_for_each_polygon() {
     let plant = branch();
     let images = bake(&plant, &BakeOptions { side: 192, ..SMALL }, &Task::silent()).unwrap();
     let mut wanted = Vec::new();
@@ -97,8 +97,12 @@ fn sub_objects_have_images_as_fine_as_wanted_or_with_three_samples_for_each_poly
         let finest = &images.copies[0];
         let per_polygon = finest.views[2].samples.len() as f64 / object.counts.polygons as f64;
         // An image with half as many pixels has at least half as many samples, less those whose surfaces are in one pixel now: the next
-        // finer one would have had more than three.
-        assert!(per_polygon <= 3.0 && (per_polygon > 1.5 || finest.side >= 98), "{}: {per_polygon}", object.name);
+        // finer one would have had more than two.
+        assert!(
+            per_polygon <= 2.0 && (per_polygon > 1.0 || finest.side >= 98),
+            "{}: {per_polygon}",
+            object.name
+        );
         let sides_of: Vec<f64> = images.copies.iter().map(|copy| copy.delta / finest.delta).collect();
         assert_eq!(sides_of, [1.0, 2.0, 4.0, 8.0][..sides_of.len()], "{}", object.name);
         wanted.push(finest.side >= 98);
