@@ -264,6 +264,6 @@ mod tests {
     #[test]
     fn samples_reach_half_of_their_size_and_the_next_pixels_at_least() {
         let reach = |threshold: f64| WalkOptions { threshold }.reach_px();
-        assert_eq!([0.4, 0.8, 2.0, 2.1, 4.0, 8.0].map(reach), [1, 1, 1, 2, 2, 4]);
+        assert_eq!([0.36, 0.8, 2.0, 2.1, 4.0, 8.0].map(reach), [1, 1, 1, 2, 2, 4]);
     }
 }
