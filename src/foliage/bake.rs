@@ -165,12 +165,12 @@ impl Baker<'_> {
     fn finest(&self, parts: Option<&PlantImages>, object: usize, wanted: f64) -> Result<Option<f64>> {
         let SubObject { bounds, counts, .. } = &self.plant.objects[object];
         let most = SAMPLES_PER_POLYGON * counts.polygons as f64;
-        // Not a sample for each row of the coarsest image is not tried.
+        // Images are not tried where fewer samples are allowed than the coarsest one has rows.
         if most < COARSEST_SIDE.min(2.0 * bounds.ball.radius / wanted) {
             return Ok(None);
         }
         let pixels = f64::from(side_of(bounds.ball.radius, wanted)).powi(2);
-        if pixels * f64::from(self.options.slabs) * f64::from(self.options.layers) <= most {
+        if pixels * f64::from(self.options.slabs.max(1)) * f64::from(self.options.layers) <= most {
             return Ok(Some(wanted));
         }
         let deltas = (0..).map(|step| wanted * 2f64.powf(0.5 * f64::from(step)));
