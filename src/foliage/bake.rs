@@ -165,8 +165,8 @@ impl Baker<'_> {
     fn finest(&self, parts: Option<&PlantImages>, object: usize, wanted: f64) -> Result<Option<f64>> {
         let SubObject { bounds, counts, .. } = &self.plant.objects[object];
         let most = SAMPLES_PER_POLYGON * counts.polygons as f64;
-        // Images are not tried where fewer samples are allowed than the coarsest one has rows.
-        if most < COARSEST_SIDE.min(2.0 * bounds.ball.radius / wanted) {
+        // Fewer polygons than pixels in a row are no reason for images, and plants may store thousands of such sub-objects.
+        if counts.polygons < u64::from(self.options.side) {
             return Ok(None);
         }
         let pixels = f64::from(side_of(bounds.ball.radius, wanted)).powi(2);
