@@ -11,7 +11,7 @@ use super::images::{ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImag
 use super::layered::{LayeredRows, draw_part};
 use super::mbuffer::{LayeredPixels, Sample, Slabs};
 use super::mesh::Meshes;
-use super::plant::Plant;
+use super::plant::{Plant, SubObject};
 use super::raster::Fragment;
 use super::reproject::Rows;
 use super::view::{Projection, View};
@@ -36,9 +36,9 @@ pub struct BakeOptions {
     pub slabs: u8,
     /// The largest number of surfaces in a pixel of a slab. The last one takes all that is behind the others.
     pub layers: u8,
-    /// Columns and rows of the images of all sub-objects but the whole plant, about.
+    /// Columns and rows of the finest images of all sub-objects but the whole plant, about; fewer where there are few polygons.
     pub side: u32,
-    /// The least columns and rows of the whole plant's finest images.
+    /// The least columns and rows of the whole plant's finest images, unless it has few polygons.
     pub least_side: u32,
     /// The most columns and rows of the whole plant's finest images.
     pub most_side: u32,
@@ -70,8 +70,8 @@ impl BakeOptions {
     pub const SLABS: Self = Self { directions: Directions::Axes, slabs: 6, layers: 2, ..Self::LAYERS };
 }
 
-/// The direction whose view tells how many samples a view has: along a level axis.
-const FROM_THE_SIDE: usize = 2;
+/// The directions whose views tell how many samples views have: three at right angles, of both kinds of images.
+const SIDES: [usize; 3] = [0, 2, 4];
 
 /// The most that leaves let through over what they reflect.
 const MOST_THROUGH: f32 = 16.0;
@@ -79,8 +79,12 @@ const MOST_THROUGH: f32 = 16.0;
 /// Copies end at this many pixels across.
 const COARSEST_SIDE: f64 = 24.0;
 
-/// Makes the images of all sub-objects for which images save something: those with more polygons than one of their views has
-/// samples. Each gets copies of half the resolution, again and again, too.
+/// How many samples views from [`SIDES`] have on average for each polygon of the sub-object, at most. Of 22 directions about two serve a
+/// viewpoint, and devices draw four samples about as fast as a polygon, or faster (docs/performance.md).
+const SAMPLES_PER_POLYGON: f64 = 2.0;
+
+/// Makes the images of all sub-objects for which images save something: as fine as wanted, or as a view with [`SAMPLES_PER_POLYGON`] is.
+/// Each gets copies of half the resolution, again and again, too.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -140,25 +144,44 @@ impl Baker<'_> {
         let ball = self.plant.objects[object].bounds.ball;
         let is_whole = object == self.plant.root;
         let across = if is_whole { self.whole_side(&ball, leaf) } else { f64::from(self.options.side) };
-        // Not one sample in a row is no image.
-        if ball.radius <= 0.0 || self.plant.objects[object].counts.polygons < u64::from(self.options.side) {
+        if ball.radius <= 0.0 {
             return Ok(None);
         }
-        let finest = 2.0 * ball.radius / across;
-        let from_the_side = self.view(parts, (object, finest), FROM_THE_SIDE)?.image;
-        if self.plant.objects[object].counts.polygons <= from_the_side.samples.len() as u64 {
-            return Ok(None);
-        }
+        let Some(finest) = self.finest(parts, object, 2.0 * ball.radius / across)? else { return Ok(None) };
         let (copy, light) = self.copy(parts, object, finest)?;
         let mut copies = vec![copy];
         let mut delta = 2.0 * finest;
-        while 2.0 * ball.radius / delta >= COARSEST_SIDE {
+        while is_fine_enough(&self.plant.objects[object].bounds, delta) {
             copies.push(self.copy(parts, object, delta)?.0);
             delta *= 2.0;
         }
         let sums = light.iter().fold([Vec3::ZERO; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
         let images = ObjectImages { copies, through: through_over_reflected(sums) };
         measured((self.plant, object), images, (self.options.directions, parts), self.task).map(Some)
+    }
+
+    /// Returns the side of a pixel of the finest images that save something: `wanted`, or larger by powers of the square root of 2; `None`
+    /// where images do not save anything.
+    fn finest(&self, parts: Option<&PlantImages>, object: usize, wanted: f64) -> Result<Option<f64>> {
+        let SubObject { bounds, counts, .. } = &self.plant.objects[object];
+        let most = SAMPLES_PER_POLYGON * counts.polygons as f64;
+        // Fewer polygons than pixels in a row are no reason for images, and plants may store thousands of such sub-objects.
+        if counts.polygons < u64::from(self.options.side) {
+            return Ok(None);
+        }
+        let pixels = f64::from(side_of(bounds.ball.radius, wanted)).powi(2);
+        if pixels * f64::from(self.options.slabs.max(1)) * f64::from(self.options.layers) <= most {
+            return Ok(Some(wanted));
+        }
+        let deltas = (0..).map(|step| wanted * 2f64.powf(0.5 * f64::from(step)));
+        for delta in deltas.take_while(|delta| *delta <= wanted || is_fine_enough(bounds, *delta)) {
+            let views = SIDES.into_par_iter().map(|side| self.view(parts, (object, delta), side));
+            let samples = views.map(|view| Ok(view?.image.samples.len())).sum::<Result<usize>>()?;
+            if samples as f64 <= SIDES.len() as f64 * most {
+                return Ok(Some(delta));
+            }
+        }
+        Ok(None)
     }
 
     /// Returns how many pixels are across the whole plant in its finest images: half a leaf each.
@@ -237,6 +260,11 @@ impl Baker<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns whether images of a sub-object whose pixels have this side have [`COARSEST_SIDE`] pixels across; rounding does not count.
+fn is_fine_enough(bounds: &Bounds, delta: f64) -> bool {
+    2.0 * bounds.ball.radius / delta >= (1.0 - 1e-9) * COARSEST_SIDE
 }
 
 /// A view that was made.

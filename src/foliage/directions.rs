@@ -53,7 +53,7 @@ impl Directions {
     /// Returns the directions whose images serve a viewpoint in the direction `towards_viewer`, of any length but 0, with weights.
     pub fn serving(self, towards_viewer: DVec3) -> Vec<Serving> {
         match self {
-            Self::Around => serving(towards_viewer),
+            Self::Around => serving_images(towards_viewer),
             Self::Axes => serving_axes(towards_viewer),
         }
     }
@@ -146,6 +146,22 @@ pub fn serving(towards_viewer: DVec3) -> Vec<Serving> {
     serving
 }
 
+/// This share of the largest weight is taken from all weights of directions whose images are drawn. All samples of an image are drawn however
+/// small the weight of its direction is, and what a direction farther away shows is less like the view (docs/quality.md).
+const NEGLIGIBLE: f64 = 0.4;
+
+/// Returns those one to four of the directions around a viewpoint whose images are drawn. Their weights are those of [`serving`], less
+/// [`NEGLIGIBLE`] of the largest one, over their sum; they change continuously, too.
+fn serving_images(towards_viewer: DVec3) -> Vec<Serving> {
+    let mut serving = serving(towards_viewer);
+    let negligible = NEGLIGIBLE * serving.iter().map(|of| of.weight).fold(0.0, f64::max);
+    serving.iter_mut().for_each(|of| of.weight -= negligible);
+    serving.retain(|of| of.weight > 0.0);
+    let sum: f64 = serving.iter().map(|of| of.weight).sum();
+    serving.iter_mut().for_each(|of| of.weight /= sum);
+    serving
+}
+
 /// Returns the axes that face a viewpoint, three at most. Their weights are the squares of the cosines to them, which sum to 1.
 fn serving_axes(towards_viewer: DVec3) -> Vec<Serving> {
     let towards = towards_viewer.normalize_or(DVec3::Z).to_array();
@@ -159,6 +175,8 @@ fn serving_axes(towards_viewer: DVec3) -> Vec<Serving> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec2;
+
     use super::*;
     use crate::scene::synthetic::Rng;
 
@@ -213,6 +231,56 @@ mod tests {
         }
         for direction in 0..DIRECTIONS {
             assert!((weights(3.0 * towards_viewer(direction))[direction] - 1.0).abs() < 1e-9, "{direction}");
+        }
+    }
+
+    #[test]
+    fn two_images_are_drawn_about_halfway_between_their_directions_and_one_near_by() {
+        let at = |latitude: f64, longitude: f64| {
+            let (sine, cosine) = latitude.to_radians().sin_cos();
+            let towards = (cosine * DVec2::from_angle(longitude.to_radians())).extend(sine);
+            let of = Directions::Around.serving(towards);
+            of.into_iter().map(|of| (ANGLES[of.direction], (100.0 * of.weight).round())).collect::<Vec<_>>()
+        };
+        assert_eq!(at(0.0, 22.5), [((0, 0), 50.0), ((0, 45), 50.0)]);
+        // (2/3, 1/3) less 0.4 * 2/3, over their sum: (0.4, 0.0667) / 0.4667.
+        assert_eq!(at(0.0, 15.0), [((0, 0), 86.0), ((0, 45), 14.0)]);
+        assert_eq!(at(0.0, 12.0), [((0, 0), 100.0)]);
+        assert_eq!(at(90.0, 12.0), [((90, 0), 100.0)]);
+        let mut rng = Rng::new(8);
+        let count: usize = (0..4000).map(|_| Directions::Around.serving(any_direction(&mut rng)).len()).sum();
+        // 1.88 of 20,000 directions that are spread evenly; these are of a cube.
+        assert!((count as f64 / 4000.0 - 1.88).abs() < 0.1, "{count}");
+    }
+
+    #[test]
+    fn weights_of_images_change_without_a_jump_and_the_nearest_direction_is_drawn() {
+        let mut rng = Rng::new(24);
+        const STEP: f64 = 1e-3;
+        let weights = |towards: DVec3| {
+            let mut weights = [0.0; DIRECTIONS];
+            Directions::Around.serving(towards).iter().for_each(|of| weights[of.direction] += of.weight);
+            assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+            weights
+        };
+        for _ in 0..50 {
+            // All the way round, so that every place at which a weight could jump on this circle is passed.
+            let (across, along) = any_direction(&mut rng).normalize_or(DVec3::Z).any_orthonormal_pair();
+            let mut before = weights(across);
+            for step in 1..=(TAU / STEP).ceil() as u32 {
+                let (sine, cosine) = (STEP * f64::from(step)).sin_cos();
+                let towards = cosine * across + sine * along;
+                let now = weights(towards);
+                // Bilinear weights change by 4/PI per radian by latitude, and by 6/TAU/cos 45 degrees by longitude at most. What is left
+                // of up to four, each changed by 1.4 times that at most, is divided by 0.27 at least (beside one of 1/2.2, three that
+                // just begin). A direction that came at once would have 0.12 at least.
+                let most = (0..DIRECTIONS).map(|of| (now[of] - before[of]).abs()).fold(0.0, f64::max);
+                assert!(most < 5.0 * 1.4 * 2.6 * STEP / 0.27, "{towards}: {before:?}, {now:?}");
+                let angle = |of: &usize| towards.angle_between(towards_viewer(*of));
+                let nearest = (0..DIRECTIONS).min_by(|a, b| angle(a).total_cmp(&angle(b))).unwrap();
+                assert!(now[nearest] > 0.0, "{towards}");
+                before = now;
+            }
         }
     }
 

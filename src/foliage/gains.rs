@@ -36,7 +36,11 @@ pub(super) fn measured(
     (directions, parts): (Directions, Option<&PlantImages>),
     task: &Task,
 ) -> Result<ObjectImages> {
-    let plant = Plant { root: object, ..plant.clone() };
+    let (plant, of_all) = plant.part(object);
+    let parts = parts.map(|parts| PlantImages {
+        objects: of_all.iter().map(|index| parts.objects[*index].clone()).collect(),
+        ..*parts
+    });
     let quiet = Task::silent().with_stop_flag(task.stop_flag());
     let ball = plant.whole().bounds.ball;
     let view = |number: u32, scale: f64| {
@@ -53,7 +57,7 @@ pub(super) fn measured(
     let sum = |lights: Vec<[Vec3; SUNS]>| lights.into_iter().flatten().sum::<Vec3>();
     let truth = (0..VIEWS).into_par_iter().map(|number| {
         let (view, suns) = (view(number, ACROSS / (2.0 * ball.radius)), suns(number, plant.up));
-        match parts {
+        match &parts {
             Some(parts) => light_of_flakes((&plant, parts), &view, suns, &quiet).map(mean),
             None => sums_of_light(&plant, &view, suns, &quiet).map(mean),
         }
@@ -61,7 +65,7 @@ pub(super) fn measured(
     let truth = sum(truth.collect::<Result<_>>()?);
     let mut all = PlantImages { directions, from_parts: false, objects: vec![None; plant.objects.len()] };
     let deltas: Vec<f64> = images.copies.iter().map(|copy| copy.delta).collect();
-    all.objects[object] = Some(images);
+    all.objects[plant.root] = Some(images);
     // As large as the copy is where nothing else is drawn of the sub-object.
     let largest = WalkOptions::PREVIEW.alone();
     let gain = |delta: f64| {
@@ -74,7 +78,7 @@ pub(super) fn measured(
         Ok(Vec3::from_array(ratio.to_array().map(|gain| gain.clamp(MOST.recip(), MOST))))
     };
     let gains = deltas.into_iter().map(gain).collect::<Result<Vec<Vec3>>>()?;
-    let mut images = all.objects[object].take().expect("they are those of this sub-object");
+    let mut images = all.objects[plant.root].take().expect("they are those of this sub-object");
     for (copy, gain) in images.copies.iter_mut().zip(gains) {
         copy.correction.gain = gain;
     }

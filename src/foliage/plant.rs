@@ -81,6 +81,27 @@ impl Plant {
         &self.objects[self.root]
     }
 
+    /// Returns a sub-object as a plant of its own, without what it does not use, and the index here of each of that plant's sub-objects.
+    pub(super) fn part(&self, object: usize) -> (Self, Vec<usize>) {
+        let mut is_used = vec![false; object + 1];
+        is_used[object] = true;
+        for index in (0..=object).rev() {
+            if is_used[index] {
+                self.objects[index].uses.iter().for_each(|of| is_used[of.child] = true);
+            }
+        }
+        let of_all: Vec<usize> = (0..=object).filter(|index| is_used[*index]).collect();
+        let mut place = vec![usize::MAX; object + 1];
+        of_all.iter().enumerate().for_each(|(at, index)| place[*index] = at);
+        let moved = |index: &usize| {
+            let mut object = self.objects[*index].clone();
+            object.uses.iter_mut().for_each(|of| of.child = place[of.child]);
+            object
+        };
+        let objects: Vec<SubObject> = of_all.iter().map(moved).collect();
+        (Self { root: objects.len() - 1, objects, ..*self }, of_all)
+    }
+
     /// Returns the number of instances of each sub-object, in their order; numbers that do not fit are the largest one.
     pub fn instances(&self) -> Vec<u64> {
         let mut instances = vec![0u64; self.objects.len()];

@@ -20,7 +20,7 @@ impl WalkOptions {
     /// Previews.
     pub const PREVIEW: Self = Self { threshold: 0.8 };
     /// Final pictures.
-    pub const FINAL: Self = Self { threshold: 0.4 };
+    pub const FINAL: Self = Self { threshold: 0.36 };
     /// Moving views of more trees than the device draws in time: parts of samples, of which each has 4 x 4, are as large as two pixels.
     pub const COARSEST: Self = Self { threshold: 8.0 };
 
@@ -264,6 +264,6 @@ mod tests {
     #[test]
     fn samples_reach_half_of_their_size_and_the_next_pixels_at_least() {
         let reach = |threshold: f64| WalkOptions { threshold }.reach_px();
-        assert_eq!([0.4, 0.8, 2.0, 2.1, 4.0, 8.0].map(reach), [1, 1, 1, 2, 2, 4]);
+        assert_eq!([0.36, 0.8, 2.0, 2.1, 4.0, 8.0].map(reach), [1, 1, 1, 2, 2, 4]);
     }
 }

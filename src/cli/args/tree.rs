@@ -84,7 +84,7 @@ pub struct TreeRenderArgs {
     /// an error of a pixel; `final` fine ones, 8 surfaces, and half a pixel
     #[arg(long, value_enum, default_value_t)]
     pub quality: TreeQuality,
-    /// The most that a pixel of an image may take in the picture, in pixels [default: 0.8 of previews, 0.4 of final pictures]
+    /// The most that a pixel of an image may take in the picture, in pixels [default: 0.8 of previews, 0.36 of final pictures]
     #[arg(long, value_name = "PIXELS", value_parser = length)]
     pub tau: Option<f64>,
     /// Keep the plant's images in this folder: they are read where they are up to date, and made where they are not [default: they

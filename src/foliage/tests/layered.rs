@@ -88,6 +88,47 @@ fn from_images_a_branch_looks_as_its_polygons_do_from_any_side_and_distance() {
 }
 
 #[test]
+fn sub_objects_have_images_as_fine_as_wanted_or_with_two_samples_for_each_polygon() {
+    let plant = branch();
+    let images = bake(&plant, &BakeOptions { side: 192, ..SMALL }, &Task::silent()).unwrap();
+    let mut are_as_wanted = Vec::new();
+    for (index, (object, images)) in plant.objects.iter().zip(&images.objects).enumerate() {
+        let Some(images) = images else { continue };
+        let (finest, across) = (&images.copies[0], 2.0 * object.bounds.ball.radius);
+        let samples: usize = [0, 2, 4].map(|side: usize| finest.views[side].samples.len()).iter().sum();
+        let per_polygon = samples as f64 / (3 * object.counts.polygons) as f64;
+        let wanted = if index == plant.root { 96.0 } else { 192.0 };
+        let is_as_wanted = across / finest.delta > 0.99 * wanted;
+        // The next finer image has at most about twice as many samples, and more than two for each polygon: 1.1 is the least here.
+        assert!(
+            per_polygon <= 2.0 && (is_as_wanted || per_polygon > 1.0),
+            "{}: {per_polygon}, {} pixels",
+            object.name,
+            finest.side
+        );
+        let ratios: Vec<f64> = images.copies.iter().map(|copy| copy.delta / finest.delta).collect();
+        assert_eq!(ratios, [1.0, 2.0, 4.0, 8.0][..ratios.len()], "{}", object.name);
+        let coarsest = across / images.copies[ratios.len() - 1].delta;
+        assert!((23.99..47.99).contains(&coarsest), "{}: {coarsest} pixels", object.name);
+        if index != plant.root {
+            are_as_wanted.push(is_as_wanted);
+        }
+    }
+    assert!(images.objects[0].is_none(), "a leaf has two polygons");
+    assert!(are_as_wanted.contains(&false), "some parts are coarser");
+}
+
+#[test]
+fn a_flat_spray_that_is_thin_from_the_side_has_no_images_since_from_above_it_has_many_samples() {
+    let leaf = draft("leaf", vec![square(Material::default())], &[]);
+    let at = |i: u32| DVec3::new(2.0 * f64::from(i % 8), 2.0 * f64::from(i / 8), 0.0);
+    let uses: Vec<_> = (0..32).map(|i| (0, DAffine3::from_translation(at(i)))).collect();
+    let spray = assemble(vec![leaf, draft("spray", Vec::new(), &uses)], 1, DVec3::Z, 1.0).unwrap();
+    let images = bake(&spray, &SMALL, &Task::silent()).unwrap();
+    assert_eq!(images.objects, [None, None]);
+}
+
+#[test]
 fn no_background_shines_through_a_ball_of_bark() {
     let plant = ball();
     let images = bake(&plant, &BakeOptions { side: 24, least_side: 24, ..SMALL }, &Task::silent()).unwrap();

@@ -8,12 +8,23 @@ use crate::foliage::{Corner, Material, PaintAt, PaintField, PaintPoint, Plant, S
 use crate::io::hash::Hashing;
 
 /// Is changed when the same plant gives other images.
-const RECIPE: u64 = 3;
+const RECIPE: u64 = 4;
+
+/// Is changed when plants are hashed in another way: their exports are then taken for those of other plants.
+const PLANT_VERSION: u64 = 3;
+
+/// Returns the hash of what images of a plant are made of: the plant, and how images are made.
+pub fn images_hash(plant: &Plant) -> String {
+    let mut hashing = Hashing::default();
+    hashing.add(&RECIPE.to_le_bytes());
+    hashing.add(plant_hash(plant).as_bytes());
+    hashing.hash()
+}
 
 /// Returns the hash of a plant's geometry, materials and paint; names do not count.
 pub fn plant_hash(plant: &Plant) -> String {
     let mut words = Words { hashing: Hashing::default(), bytes: Vec::new() };
-    words.number(RECIPE);
+    words.number(PLANT_VERSION);
     words.number(plant.root as u64);
     let mut known: Vec<Arc<Material>> = Vec::new();
     let mut fields: Vec<Arc<PaintField>> = Vec::new();

@@ -13,7 +13,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub use self::inputs::plant_hash;
+pub use self::inputs::{images_hash, plant_hash};
 pub use self::mbuffer::{mbuffer_bytes, parse_mbuffer, read_mbuffer, write_mbuffer};
 pub use self::openness::{read_openness, write_openness};
 use super::atomic::{replace_folder_with, write_atomically};

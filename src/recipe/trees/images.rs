@@ -8,7 +8,7 @@ use super::PlantParts;
 use crate::error::{Error, Message, Result};
 use crate::foliage::{BakeOptions, Openness, Plant, PlantImages, bake};
 use crate::io::plant_images::{
-    is_made_of, plant_hash, read_openness, read_plant_images, write_openness, write_plant_images,
+    images_hash, is_made_of, plant_hash, read_openness, read_plant_images, write_openness, write_plant_images,
 };
 use crate::task::Task;
 
@@ -39,7 +39,7 @@ fn read_or_noted(
     options: &BakeOptions,
     task: &Task,
 ) -> Result<Option<PlantImages>> {
-    let inputs = plant_hash(plant);
+    let inputs = images_hash(plant);
     match task.timed("read images", || read_plant_images(folder, plant.objects.len(), options, &inputs)) {
         Err(Error::Cancelled) => Err(Error::Cancelled),
         Err(error) => {
@@ -57,7 +57,7 @@ fn keep(
     options: &BakeOptions,
     task: &Task,
 ) -> Result<u64> {
-    task.timed("write images", || write_plant_images(folder, images, options, &plant_hash(plant)))
+    task.timed("write images", || write_plant_images(folder, images, options, &images_hash(plant)))
 }
 
 /// The folder of a project in which the images of its species are, each in a folder of its own.
@@ -116,7 +116,7 @@ pub fn species_images_with(
 
 /// Returns whether a project's cache has the images of a plant.
 pub fn has_images(project: &Path, plant: &Plant) -> bool {
-    is_made_of(&folder_of(project, plant), plant.objects.len(), &BakeOptions::SLABS, &plant_hash(plant))
+    is_made_of(&folder_of(project, plant), plant.objects.len(), &BakeOptions::SLABS, &images_hash(plant))
 }
 
 /// Returns how open the crown of a plant of a project is: as the cache says, or found now and kept there. A cache that cannot be read
