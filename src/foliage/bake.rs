@@ -83,14 +83,17 @@ const COARSEST_SIDE: f64 = 24.0;
 /// viewpoint, and devices draw four samples about as fast as a polygon, or faster (docs/performance.md).
 const SAMPLES_PER_POLYGON: f64 = 2.0;
 
-/// Makes the images of all sub-objects for which images save something: as fine as wanted, or as a view with [`SAMPLES_PER_POLYGON`] is.
-/// Each gets copies of half the resolution, again and again, too.
+/// Makes the images of all sub-objects for which images save something. Those of the whole plant, and of sub-objects that it uses at least as
+/// often as there are directions, are as fine as wanted, or as a view with [`SAMPLES_PER_POLYGON`] is. Others have images only if these have
+/// fewer samples than polygons where they are as fine as wanted: all their views would take more time and room than their few uses save.
+/// Paint makes each use a sub-object of its own. Each gets copies of half the resolution, again and again, too.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantImages> {
     let meshes = if options.from_parts { Meshes::of_all_levels(plant) } else { Meshes::in_full(plant) };
     let baker = Baker { plant, meshes: &meshes, options, task };
+    let instances = plant.instances();
     let leaf = plant.whole().leaves.mean();
     let total = plant.objects.len() as u64;
     let BakeOptions { directions, from_parts, .. } = *options;
@@ -102,7 +105,8 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
         let mut children = plant.objects[object].uses.iter().map(|of| of.child);
         has_parts[object] = children.any(|child| images.objects[child].is_some() || has_parts[child]);
         let parts = Some(&images).filter(|_| from_parts && has_parts[object]);
-        let made = baker.object(parts, object, leaf)?;
+        let is_shared = object == plant.root || instances[object] >= directions.count() as u64;
+        let made = baker.object(parts, (object, is_shared), leaf)?;
         images.from_parts |= made.is_some() && from_parts && has_parts[object];
         images.objects[object] = made;
     }
@@ -138,7 +142,7 @@ impl Baker<'_> {
     fn object(
         &self,
         parts: Option<&PlantImages>,
-        object: usize,
+        (object, is_shared): (usize, bool),
         leaf: Option<f64>,
     ) -> Result<Option<ObjectImages>> {
         let ball = self.plant.objects[object].bounds.ball;
@@ -147,7 +151,9 @@ impl Baker<'_> {
         if ball.radius <= 0.0 {
             return Ok(None);
         }
-        let Some(finest) = self.finest(parts, object, 2.0 * ball.radius / across)? else { return Ok(None) };
+        let Some(finest) = self.finest(parts, (object, is_shared), 2.0 * ball.radius / across)? else {
+            return Ok(None);
+        };
         let (copy, light) = self.copy(parts, object, finest)?;
         let mut copies = vec![copy];
         let mut delta = 2.0 * finest;
@@ -160,11 +166,16 @@ impl Baker<'_> {
         measured((self.plant, object), images, (self.options.directions, parts), self.task).map(Some)
     }
 
-    /// Returns the side of a pixel of the finest images that save something: `wanted`, or larger by powers of the square root of 2; `None`
-    /// where images do not save anything.
-    fn finest(&self, parts: Option<&PlantImages>, object: usize, wanted: f64) -> Result<Option<f64>> {
+    /// Returns the side of a pixel of the finest images that save something: `wanted`, or, of shared sub-objects, larger by powers of the
+    /// square root of 2; `None` where images do not save anything.
+    fn finest(
+        &self,
+        parts: Option<&PlantImages>,
+        (object, is_shared): (usize, bool),
+        wanted: f64,
+    ) -> Result<Option<f64>> {
         let SubObject { bounds, counts, .. } = &self.plant.objects[object];
-        let most = SAMPLES_PER_POLYGON * counts.polygons as f64;
+        let most = if is_shared { SAMPLES_PER_POLYGON } else { 1.0 } * counts.polygons as f64;
         // Fewer polygons than pixels in a row are no reason for images, and plants may store thousands of such sub-objects.
         if counts.polygons < u64::from(self.options.side) {
             return Ok(None);
@@ -173,11 +184,18 @@ impl Baker<'_> {
         if pixels * f64::from(self.options.slabs.max(1)) * f64::from(self.options.layers) <= most {
             return Ok(Some(wanted));
         }
-        let deltas = (0..).map(|step| wanted * 2f64.powf(0.5 * f64::from(step)));
-        for delta in deltas.take_while(|delta| *delta <= wanted || is_fine_enough(bounds, *delta)) {
+        let saves = |delta: f64| {
             let views = SIDES.into_par_iter().map(|side| self.view(parts, (object, delta), side));
             let samples = views.map(|view| Ok(view?.image.samples.len())).sum::<Result<usize>>()?;
-            if samples as f64 <= SIDES.len() as f64 * most {
+            Ok(samples as f64 <= SIDES.len() as f64 * most)
+        };
+        if !is_shared {
+            // Coarser views are made faster, and those that have too many samples already tell that finer ones do, too.
+            return Ok((saves(2.0 * wanted)? && saves(wanted)?).then_some(wanted));
+        }
+        let deltas = (0..).map(|step| wanted * 2f64.powf(0.5 * f64::from(step)));
+        for delta in deltas.take_while(|delta| *delta <= wanted || is_fine_enough(bounds, *delta)) {
+            if saves(delta)? {
                 return Ok(Some(delta));
             }
         }

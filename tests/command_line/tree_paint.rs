@@ -29,7 +29,7 @@ fn planted() -> Site {
     fs::write(site.path("leaf.plant"), LEAF).unwrap();
     fs::write(site.path("twig.plant"), cube(4.0, "leaf")).unwrap();
     fs::write(site.path("bush.plant"), cube(17.0, "twig")).unwrap();
-    // So dense that images save something.
+    // So dense that images as fine as wanted save something.
     fs::write(site.path("dense.plant"), cube(5.0, "twig")).unwrap();
     fs::write(site.path("grove.plant"), cube(12.0, "dense")).unwrap();
     site.run("tree species project bush --from bush.plant").success();
@@ -112,13 +112,15 @@ fn a_species_that_is_reddened_from_one_side_is_red_from_all_until_the_import_is_
     assert!(paint_of(&site).is_null() && baked(&site) && !site.path("project/paint").exists());
     site.run("tree import project --undo").failure().code(1);
 
-    // No part of this plant has images, so all are made from polygons, whatever is asked for.
     let from_parts = |options: &str| {
         let made = site.json(&format!("tree bake project {options} --json"))["species"][0].clone();
         [&made["is_new"], &made["from_parts"]].map(|value| value.as_bool().unwrap())
     };
     assert_eq!(from_parts("--from-parts"), [false, false], "those that are there stay");
-    assert_eq!(from_parts("--from-parts --force"), [true, false]);
+    assert_eq!(from_parts("--from-parts --force"), [true, true]);
+    // No part of this plant has images, so all are made from polygons, whatever is asked for.
+    site.run("tree species project bush --from bush.plant").success();
+    assert_eq!(from_parts("--from-parts"), [true, false]);
     fs::create_dir(site.path("nothing")).unwrap();
     let nothing = stderr_of(&site.run("tree import project nothing").failure().code(1));
     assert!(nothing.contains("nothing: this folder contains no layered file"), "{nothing}");

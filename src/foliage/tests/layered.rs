@@ -119,6 +119,29 @@ fn sub_objects_have_images_as_fine_as_wanted_or_with_two_samples_for_each_polygo
 }
 
 #[test]
+fn coarser_images_than_wanted_are_made_of_what_is_used_as_often_as_there_are_directions() {
+    let leaf = draft("leaf", vec![square(Material::default())], &[]);
+    let at = |i: u32| DVec3::new(f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16));
+    let moved = |step: f64, i: u32| DAffine3::from_translation(step * at(i));
+    let twig: Vec<_> = (0..128).map(|i| (0, moved(1.5, i))).collect();
+    let options = BakeOptions { least_side: 24, most_side: 24, ..SMALL };
+    let has_images = |directions: Directions, count: u32| {
+        let uses: Vec<_> = (0..count).map(|i| (1, moved(16.0, i))).collect();
+        let drafts = vec![leaf.clone(), draft("twig", Vec::new(), &twig), draft("branch", Vec::new(), &uses)];
+        let branch = assemble(drafts, 2, DVec3::Z, 1.0).unwrap();
+        let images = bake(&branch, &BakeOptions { directions, ..options }, &Task::silent()).unwrap();
+        if let Some(of_twig) = &images.objects[1] {
+            assert!(of_twig.copies[0].side < 90, "as fine as wanted: {}", of_twig.copies[0].side);
+        }
+        images.objects.iter().map(Option::is_some).collect::<Vec<_>>()
+    };
+    assert_eq!(has_images(Directions::Around, 21), [false, false, true]);
+    assert_eq!(has_images(Directions::Around, 22), [false, true, true]);
+    assert_eq!(has_images(Directions::Axes, 5), [false, false, true]);
+    assert_eq!(has_images(Directions::Axes, 6), [false, true, true]);
+}
+
+#[test]
 fn a_flat_spray_that_is_thin_from_the_side_has_no_images_since_from_above_it_has_many_samples() {
     let leaf = draft("leaf", vec![square(Material::default())], &[]);
     let at = |i: u32| DVec3::new(2.0 * f64::from(i % 8), 2.0 * f64::from(i / 8), 0.0);
