@@ -121,12 +121,13 @@ fn sub_objects_have_images_as_fine_as_wanted_or_with_two_samples_for_each_polygo
 #[test]
 fn coarser_images_than_wanted_are_made_of_what_is_used_as_often_as_there_are_directions() {
     let leaf = draft("leaf", vec![square(Material::default())], &[]);
-    let at = |i: u32| DVec3::new(f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16));
+    // From above they cover each other, so that with 96 pixels across there are too many samples, and with 24 there are not.
+    let at = |i: u32| DVec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100));
     let moved = |step: f64, i: u32| DAffine3::from_translation(step * at(i));
-    let twig: Vec<_> = (0..128).map(|i| (0, moved(1.5, i))).collect();
+    let twig: Vec<_> = (0..1200).map(|i| (0, moved(1.0, i))).collect();
     let options = BakeOptions { least_side: 24, most_side: 24, ..SMALL };
     let has_images = |directions: Directions, count: u32| {
-        let uses: Vec<_> = (0..count).map(|i| (1, moved(16.0, i))).collect();
+        let uses: Vec<_> = (0..count).map(|i| (1, moved(20.0, i))).collect();
         let drafts = vec![leaf.clone(), draft("twig", Vec::new(), &twig), draft("branch", Vec::new(), &uses)];
         let branch = assemble(drafts, 2, DVec3::Z, 1.0).unwrap();
         let images = bake(&branch, &BakeOptions { directions, ..options }, &Task::silent()).unwrap();
