@@ -84,7 +84,7 @@ const COARSEST_SIDE: f64 = 24.0;
 const SAMPLES_PER_POLYGON: f64 = 2.0;
 
 /// Makes the images of all sub-objects for which images save something. Those of the whole plant, and of sub-objects that it uses at least as
-/// often as there are directions, are as fine as wanted, or as a view with [`SAMPLES_PER_POLYGON`] is. Others have images only if these have
+/// often as there are directions, are as fine as wanted, or as views with two samples for each polygon are. Others have images only if these have
 /// fewer samples than polygons where they are as fine as wanted: all their views would take more time and room than their few uses save.
 /// Paint makes each use a sub-object of its own. Each gets copies of half the resolution, again and again, too.
 ///
