@@ -36,7 +36,7 @@ pub struct BakeOptions {
     pub slabs: u8,
     /// The largest number of surfaces in a pixel of a slab. The last one takes all that is behind the others.
     pub layers: u8,
-    /// Columns and rows of the finest images of all sub-objects but the whole plant, about; fewer where there are few polygons.
+    /// Columns and rows of the finest images of all sub-objects but the whole plant, about; fewer, or no images, where there are few polygons.
     pub side: u32,
     /// The least columns and rows of the whole plant's finest images, unless it has few polygons.
     pub least_side: u32,
@@ -83,10 +83,14 @@ const COARSEST_SIDE: f64 = 24.0;
 /// viewpoint, and devices draw four samples about as fast as a polygon, or faster (docs/performance.md).
 const SAMPLES_PER_POLYGON: f64 = 2.0;
 
-/// Makes the images of all sub-objects for which images save something. Those of the whole plant, and of sub-objects that it uses at least as
-/// often as there are directions, are as fine as wanted, or as views with two samples for each polygon are. Others have images only if these have
-/// fewer samples than polygons where they are as fine as wanted: all their views would take more time and room than their few uses save.
-/// Paint makes each use a sub-object of its own. Each gets copies of half the resolution, again and again, too.
+/// Makes images of the sub-objects for which they save something; those of fewer polygons than `side` have none.
+///
+/// The whole plant, and sub-objects that it uses at least as often as there are directions, have the finest images, up to the wanted
+/// resolution, whose views have at most two samples for each polygon; they have none if even views of 24 pixels have more. Other
+/// sub-objects have images of the wanted resolution, or none if their views have more samples than polygons: making and storing all views
+/// would cost more than their few uses save. In a painted plant, each use that paint reaches is such a sub-object.
+///
+/// All images have copies of half the resolution, a quarter, and so on.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -137,8 +141,7 @@ struct Baker<'a> {
 }
 
 impl Baker<'_> {
-    /// Makes the images of a sub-object, if they save something; from `parts`, the images of its parts, where they are given. Nobody
-    /// uses what the root does not reach.
+    /// Makes the images of a sub-object, if they save something; from `parts`, the images of its parts, where they are given.
     fn object(
         &self,
         parts: Option<&PlantImages>,
@@ -190,7 +193,7 @@ impl Baker<'_> {
             Ok(samples as f64 <= SIDES.len() as f64 * most)
         };
         if !is_shared {
-            // Coarser views are made faster, and those that have too many samples already tell that finer ones do, too.
+            // Half the resolution first, which is faster: if that has too many samples, so has the finer one.
             return Ok((saves(2.0 * wanted)? && saves(wanted)?).then_some(wanted));
         }
         let deltas = (0..).map(|step| wanted * 2f64.powf(0.5 * f64::from(step)));

@@ -126,7 +126,8 @@ pub struct Serving {
 
 /// Returns the three or four directions around a viewpoint in the direction `towards_viewer`, of any length but 0: two each of the
 /// rings of latitude below and above it, or one of a pole. Weights are bilinear in latitude and longitude and change continuously;
-/// the nearest direction is one of those returned. Published, all four have the same weight.
+/// the nearest direction is one of those returned. Openness uses them all; [`Directions::serving`] leaves out those whose images are not
+/// drawn. Published, all four have the same weight.
 pub fn serving(towards_viewer: DVec3) -> Vec<Serving> {
     let latitude = towards_viewer.z.atan2(towards_viewer.truncate().length());
     let longitude = towards_viewer.y.atan2(towards_viewer.x);
@@ -146,7 +147,7 @@ pub fn serving(towards_viewer: DVec3) -> Vec<Serving> {
     serving
 }
 
-/// This share of the largest weight is taken from all weights of directions whose images are drawn. All samples of an image are drawn however
+/// This share of the largest weight is subtracted from all weights of directions whose images are drawn. All samples of an image are drawn however
 /// small the weight of its direction is, and what a direction farther away shows is less like the view (docs/quality.md).
 const NEGLIGIBLE: f64 = 0.4;
 

@@ -36,11 +36,11 @@ pub(super) fn measured(
     (directions, parts): (Directions, Option<&PlantImages>),
     task: &Task,
 ) -> Result<ObjectImages> {
-    let (plant, of_all) = plant.part(object);
-    let parts = parts.map(|parts| PlantImages {
-        objects: of_all.iter().map(|index| parts.objects[*index].clone()).collect(),
-        ..*parts
-    });
+    let plant = match parts {
+        None => plant.part(object),
+        // The images of parts have the places of the plant's sub-objects.
+        Some(_) => Plant { root: object, objects: plant.objects[..=object].to_vec(), ..*plant },
+    };
     let quiet = Task::silent().with_stop_flag(task.stop_flag());
     let ball = plant.whole().bounds.ball;
     let view = |number: u32, scale: f64| {
@@ -57,7 +57,7 @@ pub(super) fn measured(
     let sum = |lights: Vec<[Vec3; SUNS]>| lights.into_iter().flatten().sum::<Vec3>();
     let truth = (0..VIEWS).into_par_iter().map(|number| {
         let (view, suns) = (view(number, ACROSS / (2.0 * ball.radius)), suns(number, plant.up));
-        match &parts {
+        match parts {
             Some(parts) => light_of_flakes((&plant, parts), &view, suns, &quiet).map(mean),
             None => sums_of_light(&plant, &view, suns, &quiet).map(mean),
         }

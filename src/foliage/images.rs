@@ -71,7 +71,7 @@ pub struct ObjectImages {
     pub through: Vec3,
 }
 
-/// The images of a plant's sub-objects, in their order; `None` where drawing polygons is as cheap.
+/// The images of a plant's sub-objects, in their order; `None` where images save nothing ([`super::bake()`]).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlantImages {
     /// The directions of all views.

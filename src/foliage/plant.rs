@@ -81,8 +81,8 @@ impl Plant {
         &self.objects[self.root]
     }
 
-    /// Returns a sub-object as a plant of its own, without what it does not use, and the index here of each of that plant's sub-objects.
-    pub(super) fn part(&self, object: usize) -> (Self, Vec<usize>) {
+    /// Returns a sub-object as a plant of its own, without what it does not use.
+    pub(super) fn part(&self, object: usize) -> Self {
         let mut is_used = vec![false; object + 1];
         is_used[object] = true;
         for index in (0..=object).rev() {
@@ -99,7 +99,7 @@ impl Plant {
             object
         };
         let objects: Vec<SubObject> = of_all.iter().map(moved).collect();
-        (Self { root: objects.len() - 1, objects, ..*self }, of_all)
+        Self { root: objects.len() - 1, objects, ..*self }
     }
 
     /// Returns the number of instances of each sub-object, in their order; numbers that do not fit are the largest one.

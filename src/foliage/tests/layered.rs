@@ -143,13 +143,16 @@ fn coarser_images_than_wanted_are_made_of_what_is_used_as_often_as_there_are_dir
 }
 
 #[test]
-fn a_flat_spray_that_is_thin_from_the_side_has_no_images_since_from_above_it_has_many_samples() {
+fn a_flat_spray_that_is_used_once_has_no_images_since_from_above_it_has_many_samples() {
     let leaf = draft("leaf", vec![square(Material::default())], &[]);
-    let at = |i: u32| DVec3::new(2.0 * f64::from(i % 8), 2.0 * f64::from(i / 8), 0.0);
-    let uses: Vec<_> = (0..32).map(|i| (0, DAffine3::from_translation(at(i)))).collect();
-    let spray = assemble(vec![leaf, draft("spray", Vec::new(), &uses)], 1, DVec3::Z, 1.0).unwrap();
-    let images = bake(&spray, &SMALL, &Task::silent()).unwrap();
-    assert_eq!(images.objects, [None, None]);
+    let at = |i: u32| DVec3::new(2.0 * f64::from(i % 10), 2.0 * f64::from(i / 10), 0.0);
+    let uses: Vec<_> = (0..100).map(|i| (0, DAffine3::from_translation(at(i)))).collect();
+    let once = [(1, DAffine3::IDENTITY)];
+    let drafts = vec![leaf, draft("spray", Vec::new(), &uses), draft("twig", Vec::new(), &once)];
+    let twig = assemble(drafts, 2, DVec3::Z, 1.0).unwrap();
+    let images = bake(&twig, &SMALL, &Task::silent()).unwrap();
+    // From the side alone it has no samples at all, fewer than polygons.
+    assert_eq!(images.objects[1], None);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::foliage::{Corner, Material, PaintAt, PaintField, PaintPoint, Plant, S
 use crate::io::hash::Hashing;
 
 /// Is changed when the same plant gives other images.
-const RECIPE: u64 = 4;
+const RECIPE: u64 = 5;
 
 /// Is changed when plants are hashed in another way: their exports are then taken for those of other plants.
 const PLANT_VERSION: u64 = 3;
