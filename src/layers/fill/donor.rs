@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::painted::{LEVELS, Paint, PaintSample, PaintedSurface};
+use super::silhouettes::{CLEAR, INSIDE, mark_clear, mark_inside};
 use super::surfaces::{SurfaceId, Surfaces};
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
@@ -42,24 +43,12 @@ pub trait Donors: Sync {
     fn at_once(&self) -> usize;
 }
 
-/// The distance in pixels from a depth discontinuity within which a photo is not sampled: models are wrong by
-/// a few pixels, and the background at an edge must not be taken for the foreground.
-pub(super) const INSIDE_PX: usize = 4;
-
 /// The relative difference of depths below which two surfaces count as one at a pixel, such as windows in
 /// their wall. It is the tolerance by which `projection::relief` recognises the same surface.
 pub(super) const SAME_DEPTH: f32 = 5e-4;
 
 /// The cosine of 2.5 degrees; planes that enclose a smaller angle count as parallel.
 pub(super) const PARALLEL: f64 = 0.999;
-
-/// The relative difference of depths that neighbouring pixels may have without a discontinuity, beyond what
-/// slopes explain.
-const JUMP: f32 = 3e-3;
-
-/// The bit of [`Donor::owners`] that says that the pixel lies at least [`INSIDE_PX`] inside the area that the
-/// photo shows of its surface.
-const INSIDE: u32 = 1 << 31;
 
 /// What a photo gives.
 #[derive(Clone, Copy)]
@@ -86,7 +75,7 @@ pub struct Donor {
     planes: Vec<Plane>,
     /// The item in `view` of each surface, or [`NOWHERE`].
     item_of: Vec<u32>,
-    /// Per pixel, the index of the item that owns it plus one (0 for none), and [`INSIDE`].
+    /// Per pixel, the index of the item that owns it plus one (0 for none), [`INSIDE`] and [`CLEAR`].
     owners: Vec<u32>,
     levels: Vec<DonorLevel>,
     /// The paint on each item.
@@ -125,6 +114,13 @@ impl Donor {
             donor.remove_outvoted(agreement, &mut valid);
         }
         mark_inside(&mut donor.owners, &donor.view);
+        let item_is_backdrop: Vec<bool> = donor
+            .view
+            .items
+            .iter()
+            .map(|item| surfaces.get(surfaces.id(item.face, item.triangle)).backdrop)
+            .collect();
+        mark_clear(&mut donor.owners, &donor.view, &item_is_backdrop);
         donor.add_levels(valid);
         donor
     }
@@ -248,14 +244,23 @@ impl Donor {
             return false;
         }
         let (x, y) = (px.x as u32, px.y as u32);
-        let entry = self.owners[y as usize * self.camera.width as usize + x as usize];
-        entry & INSIDE != 0 && self.shows_plane_at(item, x, y)
+        self.entry(x, y) & INSIDE != 0 && self.shows_plane_at(item, x, y)
+    }
+
+    /// As [`Donor::shows`], but not behind the outlines of nearer surfaces, where what the model lacks of these overhangs
+    /// ([`super::silhouettes`]).
+    pub fn shows_clearly(&self, item: u32, px: DVec2) -> bool {
+        self.shows(item, px) && self.entry(px.x as u32, px.y as u32) & CLEAR != 0
+    }
+
+    fn entry(&self, x: u32, y: u32) -> u32 {
+        self.owners[y as usize * self.camera.width as usize + x as usize]
     }
 
     /// Returns the item that a pixel shows; `None` where it shows nothing of the model, is invalid, or was
     /// erased.
     pub fn owner(&self, x: u32, y: u32) -> Option<u32> {
-        (self.owners[y as usize * self.camera.width as usize + x as usize] & !INSIDE).checked_sub(1)
+        (self.entry(x, y) & !(INSIDE | CLEAR)).checked_sub(1)
     }
 
     /// Returns true when the photo shows any surface of the model at a pixel.
@@ -348,64 +353,6 @@ fn remove_invalid(owners: &mut [u32], pixels: &PhotoPixels) {
             *owner = 0;
         }
     }
-}
-
-/// Sets [`INSIDE`] at pixels without a depth discontinuity within [`INSIDE_PX`] pixels along rows and
-/// columns.
-fn mark_inside(owners: &mut [u32], view: &View) {
-    let (width, height) = (view.width as usize, view.height as usize);
-    let unmarked = &*owners;
-    let differs = |x: usize, y: usize| {
-        let jump_to = |x1: usize, y1: usize| {
-            let inside = x1 < width && y1 < height;
-            inside && is_jump(view, [unmarked[y * width + x], unmarked[y1 * width + x1]], [x, y], [x1, y1])
-        };
-        jump_to(x + 1, y)
-            || jump_to(x, y + 1)
-            || jump_to(x.wrapping_sub(1), y)
-            || jump_to(x, y.wrapping_sub(1))
-    };
-    let mut jumps = vec![0u8; width * height];
-    jumps.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        row.iter_mut().enumerate().for_each(|(x, jump)| *jump = differs(x, y).into());
-    });
-    let wide: Vec<u8> = jumps.par_chunks(width).flat_map_iter(grown_along).collect();
-    owners.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        let rows = y.saturating_sub(INSIDE_PX)..(y + INSIDE_PX + 1).min(height);
-        for (x, owner) in row.iter_mut().enumerate() {
-            if *owner != 0 && rows.clone().all(|y| wide[y * width + x] == 0) {
-                *owner |= INSIDE;
-            }
-        }
-    });
-}
-
-/// Returns a row in which every mark is extended by [`INSIDE_PX`] to both sides.
-fn grown_along(row: &[u8]) -> Vec<u8> {
-    let mut grown = vec![0u8; row.len()];
-    for (x, _) in row.iter().enumerate().filter(|(_, mark)| **mark != 0) {
-        grown[x.saturating_sub(INSIDE_PX)..(x + INSIDE_PX + 1).min(row.len())].fill(1);
-    }
-    grown
-}
-
-/// Returns true when the depth jumps between two neighbouring pixels: neither plane explains the other's
-/// depth.
-fn is_jump(view: &View, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool {
-    if owners[0] == owners[1] {
-        return false;
-    }
-    if owners.contains(&0) {
-        return true;
-    }
-    let [i, j] = owners.map(|owner| view.items[owner as usize - 1].inverse_depth);
-    let off = |p: [usize; 2]| {
-        let (x, y) = (p[0] as u32, p[1] as u32);
-        let (di, dj) = (i.at(x, y), j.at(x, y));
-        let slopes = i.a.abs() + i.b.abs() + j.a.abs() + j.b.abs();
-        (di - dj).abs() - slopes - JUMP * di.abs().max(dj.abs())
-    };
-    off(a).min(off(b)) > 0.0
 }
 
 fn finest(pixels: &PhotoPixels) -> DonorLevel {

@@ -9,6 +9,9 @@
 //! 3. by diffusion ([`push_pull`]) where the known part is too small to take examples from, in the last
 //!    resort from the few pixels that the photo itself has of the surface ([`remnant`]).
 //!
+//! Pixels close behind the outline of something nearer are no examples, and those of backdrops are not used at all
+//! (`silhouettes`): there photos show what the model lacks of the nearer one.
+//!
 //! A smooth factor on the filling closes the seam to the pixels that the photo shows ([`seam`]); pixels of
 //! the photo never change. [`fill_photo`] carries out the steps for one photo. [`Donors`] is the interface
 //! through which the photos are read.
@@ -33,6 +36,7 @@ pub mod region;
 pub mod remnant;
 pub mod seam;
 pub mod see_through;
+mod silhouettes;
 pub mod surfaces;
 pub mod surroundings;
 

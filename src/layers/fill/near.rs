@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::donor::{INSIDE_PX, PARALLEL, SAME_DEPTH};
+use super::donor::{PARALLEL, SAME_DEPTH};
 use super::painted::LEVELS;
+use super::silhouettes::INSIDE_PX;
 use super::surfaces::{SurfaceId, Surfaces};
 use crate::geometry::PixelRect;
 use crate::layers::software::owners;

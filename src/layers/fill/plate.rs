@@ -112,7 +112,10 @@ fn plate(context: &FillContext, (id, back): SurfaceSide) -> Result<Option<Rectif
     let Some(layout) = PlateLayout::of_surface(context, surface) else { return Ok(None) };
     let donors = context.donors(&layout.photos)?;
     let mut canvas = layout.canvas(surface);
-    layout.gather(&mut canvas, context, &donors, (id, back));
+    layout.gather(&mut canvas, context, &donors, ((id, back), true));
+    if canvas.is_too_little() {
+        layout.gather(&mut canvas, context, &donors, ((id, back), false));
+    }
     if canvas.cells.iter().all(|cell| *cell != Cell::Known) {
         return Ok(None);
     }
@@ -193,13 +196,14 @@ impl PlateLayout {
         canvas
     }
 
-    /// Sets the cells within the outline to the colours that the photos have there.
+    /// Sets unknown cells within the outline to the colours that the photos have there; only to those clear of the outlines of nearer
+    /// surfaces where the side comes with true.
     fn gather(
         &self,
         canvas: &mut ExemplarImage,
         context: &FillContext,
         donors: &[(PhotoId, Arc<Donor>)],
-        side: SurfaceSide,
+        side: (SurfaceSide, bool),
     ) {
         let [width, height] = self.size;
         let columns = width.div_ceil(BLOCK);
@@ -224,7 +228,7 @@ impl PlateLayout {
         cells: &[Cell],
         context: &FillContext,
         donors: &[(PhotoId, Arc<Donor>)],
-        (id, back): SurfaceSide,
+        ((id, back), clearly): (SurfaceSide, bool),
         (x0, y0): (usize, usize),
     ) -> Vec<(usize, [f32; 3])> {
         let [width, height] = self.size;
@@ -240,8 +244,8 @@ impl PlateLayout {
         let viewpoint = probes[0] + outwards * (self.cell * 1e6);
         let density = 1.0 / self.cell;
         let most_angle = std::f64::consts::PI;
-        let plane = surface.plane;
-        let spot = ColourQuery { surface: id, plane, back, viewpoint, most_angle, density, probes: &probes };
+        let (plane, probes) = (surface.plane, &probes);
+        let spot = ColourQuery { surface: id, plane, back, viewpoint, most_angle, density, probes, clearly };
         let ranked_donors = ranked_donors(donors, context.gains, &spot);
         if ranked_donors.is_empty() {
             return Vec::new();
@@ -292,8 +296,14 @@ mod tests {
         let (u, v) = (DVec3::new(0.6, 0.8, 0.0), DVec3::new(-0.8, 0.6, 0.0));
         let outline = vec![DVec3::ZERO, u * 4.0, u * 4.0 + v, v];
         let plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
-        let frame =
-            along_edges(&FillSurface { face: FaceId(0), triangle: None, plane, outline, billboard: false });
+        let frame = along_edges(&FillSurface {
+            face: FaceId(0),
+            triangle: None,
+            plane,
+            outline,
+            billboard: false,
+            backdrop: false,
+        });
         assert!(frame.u.dot(u).abs() > 1.0 - 1e-12 || frame.u.dot(v).abs() > 1.0 - 1e-12);
         assert!((frame.u.cross(frame.v) - DVec3::Z).length() < 1e-12);
     }

@@ -121,7 +121,12 @@ impl Asking<'_> {
         leave_out: &dyn Fn(usize) -> bool,
     ) -> Vec<(usize, [f32; 3])> {
         let mut by_block: BTreeMap<[u32; 2], Vec<(usize, DVec2)>> = BTreeMap::new();
-        let visible = cells.near().filter(|(index, px)| !leave_out(*index) && self.own.shows(item, *px));
+        let is_backdrop = self.context.surfaces.get(region.surface).backdrop;
+        let shows = |px: DVec2| match is_backdrop {
+            true => self.own.shows_clearly(item, px),
+            false => self.own.shows(item, px),
+        };
+        let visible = cells.near().filter(|(index, px)| !leave_out(*index) && shows(*px));
         for (index, px) in visible {
             let corner = [px.x, px.y].map(|at| at as u32 / BLOCK * BLOCK);
             by_block.entry(corner).or_default().push((index, px));
@@ -243,11 +248,12 @@ impl<'a> Query<'a> {
         let depth = if depth > 0.0 { depth } else { pose.camera_from_world(surface.outline[0]).z.abs() };
         let density = pixels_per_unit(&own.camera, &surface.plane, eye, depth.max(f64::MIN_POSITIVE));
         let most_angle = if surface.billboard { BILLBOARD_ANGLE } else { std::f64::consts::PI };
-        let plane = surface.plane;
+        let (plane, clearly) = (surface.plane, surface.backdrop);
         let viewpoint = own.seen_from(item, probes[0]);
-        let spot = ColourQuery { surface: id, plane, back, viewpoint, most_angle, density, probes: &probes };
+        let probes = &probes;
+        let spot = ColourQuery { surface: id, plane, back, viewpoint, most_angle, density, probes, clearly };
         let ranked_donors = ranked_donors(asking.donors, asking.context.gains, &spot);
-        let painted = ranked_donors.iter().any(|ranked_donor| may_have_paint(ranked_donor, &probes));
+        let painted = ranked_donors.iter().any(|ranked_donor| may_have_paint(ranked_donor, probes));
         (!ranked_donors.is_empty()).then_some(Self {
             asking,
             surface: (id, surface),

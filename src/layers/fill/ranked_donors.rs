@@ -60,6 +60,8 @@ pub struct ColourQuery<'a> {
     pub density: f64,
     /// Points of the neighbourhood in world coordinates, its middle first.
     pub probes: &'a [DVec3],
+    /// Whether pixels close behind the outlines of nearer surfaces give nothing.
+    pub clearly: bool,
 }
 
 /// A donor photo ranked for a small neighbourhood on a surface.
@@ -67,6 +69,8 @@ pub struct RankedDonor<'a> {
     photo: PhotoId,
     donor: &'a Donor,
     item: u32,
+    /// Whether pixels close behind the outlines of nearer surfaces give nothing.
+    clearly: bool,
     /// The pose from which the photo sees the surface.
     pose: Pose,
     paint: Option<&'a Paint>,
@@ -188,6 +192,7 @@ fn rank_donor<'a>(
         photo,
         donor,
         item,
+        clearly: spot.clearly,
         pose,
         paint,
         penalty: claim.penalty(&Blend::default()),
@@ -217,6 +222,14 @@ impl RankedDonor<'_> {
         pixels_per_unit(&self.donor.camera, plane, pose.center_in_world(), pose.camera_from_world(point).z)
     }
 
+    /// Returns whether the photo shows the surface at a position.
+    fn shows(&self, px: DVec2) -> bool {
+        match self.clearly {
+            true => self.donor.shows_clearly(self.item, px),
+            false => self.donor.shows(self.item, px),
+        }
+    }
+
     /// Samples the photo at a point: paint before the photo's own pixels. Returns `None` where the paint was
     /// erased or the photo does not show the surface.
     fn sample(&self, index: usize, point: DVec3, coarser: usize) -> Option<DonorColour> {
@@ -225,7 +238,7 @@ impl RankedDonor<'_> {
         let (colour, painted) = match self.paint.map_or(PaintSample::None, |paint| paint.at(px, level)) {
             PaintSample::Silence => return None,
             PaintSample::Colour(colour) => (colour, true),
-            PaintSample::None if self.donor.shows(self.item, px) => (self.donor.colour(px, level), false),
+            PaintSample::None if self.shows(px) => (self.donor.colour(px, level), false),
             PaintSample::None => return None,
         };
         let seen = self.optics.undone(colour.map(f64::from), squared_radius(&self.donor.camera, px));

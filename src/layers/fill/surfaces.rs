@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
+use crate::scene::builder::says_backdrop;
 use crate::scene::{FaceId, Model};
 
 /// The index of a surface in [`Surfaces`].
@@ -29,6 +30,8 @@ pub struct FillSurface {
     /// True for a flat stand-in for foliage and the like, and for what was declared see-through; the background seen
     /// through it depends on the viewpoint.
     pub billboard: bool,
+    /// True for a backdrop, which is behind everything else.
+    pub backdrop: bool,
 }
 
 /// The surfaces of a model, in the order of its faces.
@@ -47,22 +50,30 @@ impl Surfaces {
         for face in model.face_ids() {
             surfaces.first.push(surfaces.list.len() as u32);
             let plane = model.face(face).plane;
-            let billboard = model.object(model.face(face).object).shows_what_is_behind();
+            let object = model.object(model.face(face).object);
+            let (billboard, backdrop) = (object.shows_what_is_behind(), says_backdrop(&object.name));
             if let Some(impostor) = model.impostor(face) {
                 let rest = impostor.at_rest();
                 let (plane, outline) = (impostor.plane(&rest), impostor.corners(&rest).to_vec());
-                surfaces.list.push(FillSurface { face, triangle: None, plane, outline, billboard });
+                surfaces.list.push(FillSurface { face, triangle: None, plane, outline, billboard, backdrop });
                 continue;
             }
             if model.face(face).planar {
                 let outline = model.ring_points(face).collect();
-                surfaces.list.push(FillSurface { face, triangle: None, plane, outline, billboard });
+                surfaces.list.push(FillSurface { face, triangle: None, plane, outline, billboard, backdrop });
                 continue;
             }
             for (t, corners) in (0..).zip(model.face_triangles(face)) {
                 let outline = corners.map(|v| model.vertices[v as usize]).to_vec();
                 let plane = fit_plane(&outline).unwrap_or(plane);
-                surfaces.list.push(FillSurface { face, triangle: Some(t), plane, outline, billboard });
+                surfaces.list.push(FillSurface {
+                    face,
+                    triangle: Some(t),
+                    plane,
+                    outline,
+                    billboard,
+                    backdrop,
+                });
             }
         }
         surfaces

@@ -22,7 +22,7 @@ use crate::scene::builder::SURROUNDINGS;
 use crate::scene::{Photo, PhotoId};
 
 /// A counter of changes in how the same inputs are filled.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// A counter of changes in how the same surroundings are filled. It concerns only photos with a layer of them.
 const SURROUNDINGS_VERSION: u32 = 1;

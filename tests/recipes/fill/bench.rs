@@ -98,6 +98,13 @@ impl Bench {
         pixels.save(file).unwrap();
     }
 
+    /// A backdrop in the place of the wall, seen from one side only, in large photos.
+    pub fn before_a_backdrop(paint: Paint) -> Self {
+        let mut scenes = scenes_with("trees.backdrop", &[0.5]);
+        scenes[0].camera = centred(1000, 750, 812.0);
+        Self::of(&scenes, 8, false, paint)
+    }
+
     /// The same, seen from one side only.
     pub fn alone() -> Self {
         Self::of(&scenes(&[0.5]), 8, false, facade)
@@ -294,8 +301,13 @@ impl Bench {
 }
 
 fn scenes(from: &[f64]) -> Vec<Scene> {
+    scenes_with("wall", from)
+}
+
+/// The scenes, with another name for the wall.
+fn scenes_with(wall: &str, from: &[f64]) -> Vec<Scene> {
     let mut m = Modeller::new();
-    m.object("wall").quad_facing(DVec3::NEG_Y, DVec3::new(-9.0, 6.0, 0.0), DVec3::X * 18.0, DVec3::Z * 8.0);
+    m.object(wall).quad_facing(DVec3::NEG_Y, DVec3::new(-9.0, 6.0, 0.0), DVec3::X * 18.0, DVec3::Z * 8.0);
     m.object("ground").quad(DVec3::new(-9.0, -9.0, 0.0), DVec3::X * 18.0, DVec3::Y * 15.0);
     m.object("cube").cuboid(DVec3::new(0.5, 2.0, 1.2), DVec3::splat(1.2), glam::DMat3::IDENTITY);
     let model: Arc<Model> = m.finish();

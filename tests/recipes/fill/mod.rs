@@ -3,6 +3,7 @@
 mod bench;
 mod contradicted;
 mod kept;
+mod overhanging;
 mod projected;
 mod propagated;
 mod seen;

@@ -52,6 +52,13 @@ impl ExemplarImage {
         Self { size, colours: vec![[0.0; 3]; count], cells: vec![Cell::Outside; count] }
     }
 
+    /// Returns true when too little is known for taking examples from it.
+    pub fn is_too_little(&self) -> bool {
+        let count = |state: Cell| self.cells.iter().filter(|cell| **cell == state).count();
+        let known = count(Cell::Known);
+        known < LEAST_SOURCES || count(Cell::Unknown) > MOST_INVENTED * known
+    }
+
     /// Returns the colours of all cells, unknown ones interpolated by diffusion; `None` when none is known.
     pub fn diffused(&self) -> Option<Vec<[f32; 3]>> {
         let weights = self.cells.iter().map(|cell| if *cell == Cell::Known { 1.0 } else { 0.0 }).collect();
@@ -78,9 +85,7 @@ const TURNS: [usize; 2] = [10, 3];
 /// Synthesises the unknown cells by example. Returns false, without any change, when the known part is too
 /// small to take examples from. The same canvas and seed give the same image on any number of threads.
 pub fn invent(canvas: &mut ExemplarImage, seed: u64) -> bool {
-    let unknown = canvas.cells.iter().filter(|cell| **cell == Cell::Unknown).count();
-    let known = canvas.cells.iter().filter(|cell| **cell == Cell::Known).count();
-    if unknown == 0 || unknown > MOST_INVENTED * known {
+    if canvas.cells.iter().all(|cell| *cell != Cell::Unknown) || canvas.is_too_little() {
         return false;
     }
     let Some(diffused) = canvas.diffused() else { return false };
