@@ -17,7 +17,9 @@ use crate::io::writable::check_folder;
 use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{FoundMask, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{ObjectMasks, from_object};
-use crate::recipe::masks::suggest::{MARGIN_PX, Suggestions, accepted, suggest, suggestion_folder};
+use crate::recipe::masks::suggest::{
+    MARGIN_PX, MaskSuggestion, Suggestions, accepted, suggest, suggestion_folder, suggestions,
+};
 use crate::recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
 use crate::recipe::open::{Opened, open_site, whole_model};
 use crate::task::Task;
@@ -95,7 +97,9 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
         edits.extend(object_edits(args, opened, task)?);
     }
     if let Some(Accepted(numbers)) = &args.accept {
-        edits.extend(accepted(folder, numbers, args.margin.unwrap_or(0))?);
+        let every = || Ok(suggestions(folder)?.list.iter().map(|suggestion| suggestion.number).collect());
+        let numbers = if args.all && numbers.is_empty() { every()? } else { numbers.clone() };
+        edits.extend(accepted(folder, &numbers, args.margin.unwrap_or(0))?);
     }
     Ok((edits, problems))
 }
@@ -134,23 +138,39 @@ fn changed_photos(before: &Masks, after: &Masks) -> Vec<String> {
     photos.into_iter().filter(|photo| before.of(photo) != after.of(photo)).map(str::to_owned).collect()
 }
 
+/// What the search cannot see.
+const UNSEEN: &str = "not found: what stands before surfaces that fewer than two other photos show, before the sky alone, and dark things \
+                      before dark surfaces; look through the photos, and mask these with --add, in the window, or in a layer `mask`\n";
+
 fn suggestions_text(found: &Suggestions, args: &MaskArgs) -> String {
-    if found.list.is_empty() {
-        return "no transient objects were found\n".into();
+    let listed: Vec<&MaskSuggestion> =
+        found.list.iter().filter(|suggestion| args.all || suggestion.is_likely()).collect();
+    let unlisted = found.list.len() - listed.len();
+    let more = match unlisted {
+        0 => String::new(),
+        _ => format!(
+            "{unlisted} more that are hardly objects, such as haze, glare and panes: --all lists them\n"
+        ),
+    };
+    if listed.is_empty() {
+        return format!("no transient objects were found\n{more}{UNSEEN}");
     }
-    let mut table = Table::new(&["number", "photo", "differs", "x", "y", "width", "height", "masks"]);
-    for found in &found.list {
+    let headings = ["number", "photo", "likelihood", "differs", "x", "y", "width", "height", "masks"];
+    let mut table = Table::new(&headings);
+    for found in &listed {
         let [x, y, w, h] = <[i64; 4]>::from(found.rect).map(|edge| edge.to_string());
-        let numbers = [format!("{:.2}", found.score), x, y, w, h, format!("{:.2} %", 100.0 * found.share)];
+        let likelihood = format!("{:.0} %", 100.0 * found.likelihood);
+        let numbers =
+            [likelihood, format!("{:.2}", found.score), x, y, w, h, format!("{:.2} %", 100.0 * found.share)];
         table.row([found.number.to_string(), found.photo.clone()].into_iter().chain(numbers));
     }
     let folder = suggestion_folder(&args.project);
     let project = args.project.display();
     format!(
         "{}\ndiffers: mean difference from the other photos (natural logarithm of light); x, y, width, height: pixels\n\
-         {} outlined in the pictures in {}; run `quadratura mask {project} --accept 1,2` (or `all`) to mask them\n",
+         {} outlined in the pictures in {}; run `quadratura mask {project} --accept 1,2` (or `all`) to mask them\n{more}{UNSEEN}",
         table.render(),
-        counted(found.list.len(), "suggestion"),
+        counted(listed.len(), "suggestion"),
         folder.display(),
     )
 }

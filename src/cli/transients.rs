@@ -1,21 +1,33 @@
-//! The hint of `build` and `update` that photos show something large that other photos do not.
+//! The hints of `build` and `update` about what is large and in one photo only.
 
 use std::path::Path;
 
 use crate::error::{Remedy, Result};
-use crate::recipe::masks::suggest::photos_with_large;
+use crate::recipe::masks::suggest::{LargeFindings, photos_with_large};
 use crate::recipe::open::Opened;
 use crate::task::Task;
 
-/// Notes which of these photos, which were just built, show something large that other photos do not.
+/// Notes which of these photos, which were just built, show something large that other photos do not, and over which of them other light
+/// lies.
 pub fn note_large(project: &Path, opened: &Opened, built: &[String], memory: u64, task: &Task) -> Result<()> {
-    let found = photos_with_large(project, opened, built, memory, task)?;
-    if found.is_empty() {
-        return Ok(());
+    let LargeFindings { things, light } = photos_with_large(project, opened, built, memory, task)?;
+    let listed = |found: &[(String, f64)]| {
+        let photos = found.iter().map(|(photo, share)| format!("{photo} ({:.1} % of it)", 100.0 * share));
+        photos.collect::<Vec<_>>().join(", ")
+    };
+    if !things.is_empty() {
+        let photos = listed(&things);
+        let text =
+            format!("something large is in one photo only, and shows in views from near it: {photos}; ");
+        task.note((text, Remedy::SuggestMasks, " outlines it, so that it can be masked"));
     }
-    let photos = found.iter().map(|(photo, share)| format!("{photo} ({:.1} % of it)", 100.0 * share));
-    let photos = photos.collect::<Vec<_>>().join(", ");
-    let text = format!("something large is in one photo only, and shows in views from near it: {photos}; ");
-    task.note((text, Remedy::SuggestMasks, " outlines it, so that it can be masked"));
+    if !light.is_empty() {
+        task.note(format!(
+            "haze, glare or a shadow lies over surfaces in one photo only: {}; there is nothing to mask, and where three others \
+             contradict it the photo counts less in views; `quadratura colour --offset on` estimates even haze and removes it, and \
+             `quadratura decide --exclude` keeps the photo away from faces that others show better",
+            listed(&light)
+        ));
+    }
     Ok(())
 }

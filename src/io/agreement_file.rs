@@ -10,12 +10,12 @@ use serde::{Deserialize, Serialize};
 use super::atomic::write_atomically;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
-use crate::layers::agreement::{ContradictedRegion, PhotoEvidence};
+use crate::layers::agreement::{PhotoEvidence, Thing};
 use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
 use crate::scene::FaceId;
 
 /// The version that this program writes; it reads no other.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The number of bytes of a pixel.
 const PIXEL: usize = 9;
@@ -38,12 +38,14 @@ struct PhotoEntry {
     beside: usize,
     /// See [`PhotoEvidence::undecided`].
     undecided: f64,
-    regions: Vec<RegionEntry>,
+    things: Vec<ThingEntry>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-struct RegionEntry {
+struct ThingEntry {
     distance: f32,
+    likelihood: f32,
+    is_light: bool,
     /// Row, first column, and one past the last column of each run, by row, then column.
     runs: Vec<[i32; 3]>,
 }
@@ -86,7 +88,7 @@ pub fn read_agreement(file: &Path, inputs: &str, faces: usize) -> Option<Vec<Pho
         return None;
     }
     let mut photos = Vec::with_capacity(header.photos.len());
-    for PhotoEntry { size, contradicted, beside, undecided, regions } in header.photos {
+    for PhotoEntry { size, contradicted, beside, undecided, things } in header.photos {
         let [contradicted, beside] = [contradicted, beside].map(|count| {
             let own;
             (own, pixels) = pixels.split_at(count);
@@ -100,28 +102,30 @@ pub fn read_agreement(file: &Path, inputs: &str, faces: usize) -> Option<Vec<Pho
             return None;
         }
         let agreement = PhotoAgreement { size, contradicted, beside };
-        let regions = regions.into_iter().map(|entry| region(entry, size)).collect::<Option<_>>()?;
-        photos.push(PhotoEvidence { agreement, regions, undecided });
+        let things = things.into_iter().map(|entry| thing(entry, size)).collect::<Option<_>>()?;
+        photos.push(PhotoEvidence { agreement, things, undecided });
     }
     Some(photos)
 }
 
 fn entry(photo: &PhotoEvidence) -> PhotoEntry {
-    let region = |region: &ContradictedRegion| RegionEntry {
-        distance: region.distance,
-        runs: region.pixels.iter().map(|(y, run)| [y, run.start, run.end]).collect(),
+    let thing = |thing: &Thing| ThingEntry {
+        distance: thing.distance,
+        likelihood: thing.likelihood,
+        is_light: thing.is_light,
+        runs: thing.pixels.iter().map(|(y, run)| [y, run.start, run.end]).collect(),
     };
     PhotoEntry {
         size: photo.agreement.size,
         contradicted: photo.agreement.contradicted.len(),
         beside: photo.agreement.beside.len(),
         undecided: photo.undecided,
-        regions: photo.regions.iter().map(region).collect(),
+        things: photo.things.iter().map(thing).collect(),
     }
 }
 
-/// Returns the region of an entry; `None` where it lies outside the reduced photo or its runs are not in order.
-fn region(entry: RegionEntry, [width, height]: [u32; 2]) -> Option<ContradictedRegion> {
+/// Returns the thing of an entry; `None` where it lies outside the reduced photo or its runs are not in order.
+fn thing(entry: ThingEntry, [width, height]: [u32; 2]) -> Option<Thing> {
     let inside = |[y, from, to]: &[i32; 3]| {
         (0..height as i32).contains(y) && *from >= 0 && from < to && *to <= width as i32
     };
@@ -137,7 +141,8 @@ fn region(entry: RegionEntry, [width, height]: [u32; 2]) -> Option<ContradictedR
             out.push(run[1]..run[2]);
         }
     });
-    Some(ContradictedRegion { pixels, distance: entry.distance })
+    let ThingEntry { distance, likelihood, is_light, .. } = entry;
+    Some(Thing { pixels, distance, likelihood, is_light })
 }
 
 fn pixel(&[x0, x1, y0, y1, a, b, c, d, agreement]: &[u8; PIXEL]) -> ContradictedPixel {
@@ -159,8 +164,8 @@ mod tests {
         let pixels = Spans::of_pixels(PixelRect { x: 2, y: 3, w: 5, h: 4 }, |x, y| (x + y) % 3 > 0);
         let contradicted = vec![pixel(2, 3), pixel(8, 399)];
         let agreement = PhotoAgreement { size: [9, 400], contradicted, beside: vec![pixel(7, 398)] };
-        let regions = vec![ContradictedRegion { pixels, distance: 0.75 }];
-        vec![PhotoEvidence::default(), PhotoEvidence { agreement, regions, undecided: 0.25 }]
+        let things = vec![Thing { pixels, distance: 0.75, likelihood: 0.5, is_light: false }];
+        vec![PhotoEvidence::default(), PhotoEvidence { agreement, things, undecided: 0.25 }]
     }
 
     #[test]

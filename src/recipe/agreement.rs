@@ -19,7 +19,7 @@ use crate::io::photo::read_unmasked;
 use crate::io::reference::reference;
 use crate::layers::agreement::{
     AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, photo_agreement,
-    undecided_share, votes,
+    things, undecided_share, votes,
 };
 use crate::layers::fill::{Donor, DonorContent, Surfaces};
 use crate::projection::framing::scaled;
@@ -29,7 +29,7 @@ use crate::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
 use crate::task::Task;
 
 /// A counter of changes in how the same photos are compared, or in the relief on which they are.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The share of a photo's compared pixels with as many votes against them as for them from which on that is told: the
 /// photos differ as a whole, and nobody can know which of them are right.
@@ -189,7 +189,8 @@ impl SiteAgreement {
             let reduction = f64::from(full.width) / f64::from(photo.donor.camera.width);
             let agreement = photo_agreement(photo, &votes, &regions, reduction, &self.options);
             let undecided = undecided_share(&votes);
-            found.push(PhotoEvidence { agreement, regions, undecided });
+            let things = things(photo, &votes, &self.options);
+            found.push(PhotoEvidence { agreement, things, undecided });
         }
         task.step("compare photos", count, count)?;
         Ok(found)

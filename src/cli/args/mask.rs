@@ -35,7 +35,10 @@ pub struct MaskArgs {
     /// pictures and a list, and masks nothing
     #[arg(long)]
     pub suggest: bool,
-    /// Mask suggestions: `all`, or numbers such as 1,4,7
+    /// With --suggest: also list what is hardly an object, such as haze, glare and window panes; with --accept all: also mask it
+    #[arg(long, requires = "widened")]
+    pub all: bool,
+    /// Mask suggestions: `all` that are likely, or numbers such as 1,4,7
     #[arg(long, value_name = "all|N,N,..", value_parser = accepted)]
     pub accept: Option<Accepted>,
     /// Remove masks first, before making others: all of them, or those that are `suggested`, `painted` (in the editor or

@@ -149,7 +149,7 @@ fn polled(tested: &DirectionPhoto, at: usize, others: &[(&DirectionPhoto, bool, 
         (mutual[i * count + k], mutual[k * count + i]) = (agrees(apart), agrees(apart));
     }
     let against = largest_set(&mutual, &weights);
-    Votes { own: agreeing, against, distance: 0.0 }.agreement()
+    Votes { own: agreeing, against, distance: 0.0, expected: None }.agreement()
 }
 
 /// Returns whether a photo from elsewhere shows the same as `tested` in the direction of a pixel. `others` and `scale` are

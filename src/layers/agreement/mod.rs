@@ -2,18 +2,20 @@
 //!
 //! Every photo that shows a surface point has a vote ([`votes()`]). Where two or more votes outweigh a photo's own, the
 //! photo counts less there, smoothly. Things with an outline, which three or more photos contradict, are taken as a whole
-//! ([`regions`]): a person, a car, a pigeon that one photo alone shows and the model lacks. Such regions are also
-//! suggested as masks.
+//! ([`regions`]): a person, a car, a pigeon that one photo alone shows and the model lacks. Such things, as far as they go and without
+//! haze and glare, are also suggested as masks ([`things()`]).
 
 pub mod directions;
 pub mod far_colours;
 pub mod reduced_photo;
 pub mod regions;
+pub mod things;
 mod tints;
 pub mod votes;
 
 pub use reduced_photo::{ReducedPhoto, ReducedPhotos};
 pub use regions::{ContradictedRegion, contradicted_regions};
+pub use things::{Thing, things};
 pub use votes::{Votes, undecided_share, votes};
 
 use rayon::prelude::*;
@@ -26,8 +28,8 @@ use crate::scene::FaceId;
 pub struct PhotoEvidence {
     /// The agreement of the photo's pixels.
     pub agreement: PhotoAgreement,
-    /// The regions that other photos contradict as a whole, in pixels of the reduced photo.
-    pub regions: Vec<ContradictedRegion>,
+    /// The things that it alone shows, from the top, and the light that it alone has.
+    pub things: Vec<Thing>,
     /// The share of the pixels that other photos show, too, of which as many photos contradict what this one shows as
     /// confirm it, 0 to 1.
     pub undecided: f64,

@@ -100,7 +100,7 @@ fn has_core(pixels: &Spans, radius: i32) -> bool {
 }
 
 /// Returns the region with all that it encloses.
-fn without_holes(pixels: &Spans) -> Spans {
+pub(super) fn without_holes(pixels: &Spans) -> Spans {
     let frame = pixels.bounds().grown(1);
     let outside = connected(&pixels.complement(frame), frame);
     let outer = outside.into_iter().find(|part| part.holds(frame.x, frame.y));
@@ -108,7 +108,7 @@ fn without_holes(pixels: &Spans) -> Spans {
 }
 
 /// Divides spans into parts that are connected, across corners too, from the top.
-fn connected(spans: &Spans, whole: PixelRect) -> Vec<Spans> {
+pub(super) fn connected(spans: &Spans, whole: PixelRect) -> Vec<Spans> {
     let bounds = spans.bounds().intersection(&whole);
     let mut open = vec![false; bounds.area() as usize];
     for (y, run) in spans.iter() {
@@ -168,7 +168,8 @@ mod tests {
     /// Finds regions where `against` says how many votes there are against each pixel's own.
     fn found(against: impl Fn(i32, i32) -> f32) -> Vec<ContradictedRegion> {
         let pixels = (0..SIZE[1] as i32).flat_map(|y| (0..SIZE[0] as i32).map(move |x| (x, y)));
-        let votes = pixels.map(|(x, y)| Votes { own: 1.0, against: against(x, y), distance: 0.9 });
+        let votes =
+            pixels.map(|(x, y)| Votes { own: 1.0, against: against(x, y), distance: 0.9, expected: None });
         contradicted_regions(&votes.collect::<Vec<_>>(), SIZE[0] as usize, &options())
     }
 
@@ -194,9 +195,9 @@ mod tests {
         let divided = |alone: bool| {
             let pixels = (0..SIZE[1] as i32).flat_map(|y| (0..SIZE[0] as i32).map(move |x| (x, y)));
             let votes = pixels.map(|(x, y)| match (car(x, y), (16..24).contains(&x)) {
-                (_, true) if alone => Votes { own: 1.0, against: 0.0, distance: 0.0 },
-                (true, false) => Votes { own: 1.0, against: 3.0, distance: 0.9 },
-                _ => Votes { own: 3.0, against: 0.0, distance: 0.0 },
+                (_, true) if alone => Votes { own: 1.0, against: 0.0, distance: 0.0, expected: None },
+                (true, false) => Votes { own: 1.0, against: 3.0, distance: 0.9, expected: None },
+                _ => Votes { own: 3.0, against: 0.0, distance: 0.0, expected: None },
             });
             contradicted_regions(&votes.collect::<Vec<_>>(), SIZE[0] as usize, &options())
         };

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::{
     AgreementOptions, PhotoAgreement, ReducedPhoto, ReducedPhotos, Votes, contradicted_regions,
-    photo_agreement, votes,
+    photo_agreement, things, votes,
 };
 use crate::geometry::PixelRect;
 use crate::layers::fill::{Donor, DonorContent, PaintedSurface, SurfaceId, Surfaces};
@@ -210,4 +210,83 @@ fn photos_of_another_light_confirm_what_they_agree_with_and_contradict_nothing()
         votes.iter().map(|votes| votes.own).sum()
     };
     assert!((own(&[0; 4]) / own(&[0, 1, 1, 1]) - 1.0).abs() < 1e-3, "where they agree their gains fit");
+}
+
+/// What a photo of a wall with windows shows: the light at a point of the wall's plane, given what is there.
+type Seen = fn(DVec3, f64) -> [f64; 3];
+
+/// The things that a photo shows of which four others show the wall alone. The wall ends at a height of 3; above is sky.
+fn things_in(seen: Seen) -> (Vec<super::Thing>, Projector) {
+    let mut m = Modeller::new();
+    m.object("wall").quad_facing(DVec3::NEG_Y, DVec3::new(-9.0, 6.0, 0.0), DVec3::X * 18.0, DVec3::Z * 3.0);
+    m.object("ground").quad(DVec3::new(-9.0, -9.0, 0.0), DVec3::X * 18.0, DVec3::Y * 15.0);
+    let model = m.finish();
+    let surfaces = Surfaces::from_model(&model);
+    let photo = |x: f64| {
+        let projector = projector(x);
+        let colour = |(u, v): (i32, i32)| {
+            let point = on_wall(&projector, u, v);
+            let is_window = point.x.rem_euclid(1.0) < 0.4 && point.z.rem_euclid(1.0) < 0.5;
+            let wall = if point.z > 3.0 {
+                0.9
+            } else if is_window {
+                0.1
+            } else {
+                0.45
+            };
+            let light = if x == 0.0 { seen(point, wall) } else { [wall; 3] };
+            light.map(|light| (255.0 * crate::scene::light::srgb_from_linear(light)).round() as u8)
+        };
+        let samples = PixelRect::of_size(SIZE[0], SIZE[1]).pixels().flat_map(colour).collect();
+        let pixels = PhotoPixels {
+            width: SIZE[0],
+            height: SIZE[1],
+            channels: 3,
+            samples: Samples::U8(samples),
+            icc: None,
+        };
+        let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
+        let donor = Donor::new(&projector, &content, &model, &surfaces, 1e-4);
+        Some(ReducedPhoto::new(donor, [0.0; 3], &Optics::default()))
+    };
+    let photos: Vec<_> = [0.0, -2.0, -1.0, 1.0, 2.0].map(photo).into_iter().collect();
+    let (groups, relief) = (LightGroups::default(), Relief::default());
+    let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, groups: &groups, relief: &relief };
+    let votes = votes(&all, PhotoId(0), &[], &Task::silent()).unwrap();
+    (things(photos[0].as_ref().unwrap(), &votes, &AgreementOptions::default()), projector(0.0))
+}
+
+/// A branch before the wall and the sky.
+fn is_branch(point: DVec3) -> bool {
+    (point.x - 0.5).abs() < 0.9 && (1.2..4.2).contains(&point.z)
+}
+
+#[test]
+fn a_branch_before_the_wall_is_likely_a_thing_and_goes_on_before_the_sky() {
+    let (found, projector) = things_in(|point, wall| {
+        let leaf = 0.03 + 0.02 * (9.0 * point.x).sin() * (7.0 * point.z).cos();
+        if is_branch(point) { [leaf, 2.5 * leaf, 0.5 * leaf] } else { [wall; 3] }
+    });
+    let [branch] = &found[..] else { panic!("{found:?}") };
+    assert!(branch.likelihood > 0.6 && !branch.is_light, "{}", branch.likelihood);
+    let (mut inside, mut masked, mut outside) = (0.0, 0.0, 0.0);
+    for (x, y) in PixelRect::of_size(SIZE[0], SIZE[1]).pixels() {
+        let (truth, held) = (is_branch(on_wall(&projector, x, y)), branch.pixels.holds(x, y));
+        inside += f64::from(u8::from(truth));
+        masked += f64::from(u8::from(truth && held));
+        outside += f64::from(u8::from(held && !truth));
+    }
+    assert!(masked > 0.9 * inside && outside < 0.1 * inside, "{masked} of {inside}, {outside} beside");
+}
+
+#[test]
+fn haze_over_windows_is_light_and_no_thing() {
+    let (found, _) = things_in(|point, wall| {
+        let haze = (1.0 - ((point.x - 0.5) / 1.8).powi(2) - ((point.z - 1.5) / 1.4).powi(2)).max(0.0);
+        [wall + 0.9 * haze * (1.0 - wall); 3]
+    });
+    assert!(!found.is_empty(), "the others contradict it");
+    for thing in &found {
+        assert!(thing.is_light && thing.likelihood < 0.3, "{thing:?}");
+    }
 }

@@ -56,6 +56,12 @@ impl TintLevels {
         level.tints[at]
     }
 
+    /// Returns the brightness at a position, as a natural logarithm; `None` where no surface is shown.
+    pub fn brightness(&self, px: DVec2, level: usize) -> Option<f32> {
+        let [brightness, ..] = self.tint(px, level);
+        (brightness != NONE).then(|| f32::from(brightness) / STEPS)
+    }
+
     /// Returns the distance of a colour, as a natural logarithm, from the bounding box of the colours around a position;
     /// 0 where one of both shows no surface.
     pub fn distance(&self, tint: Tint, px: DVec2, level: usize) -> f32 {

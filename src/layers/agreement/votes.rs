@@ -49,11 +49,13 @@ pub struct Votes {
     pub against: f32,
     /// The mean distance from the colours of the photos that do not agree, as a natural logarithm.
     pub distance: f32,
+    /// The brightness that these photos show, as a natural logarithm in the common exposure; `None` where most agree.
+    pub expected: Option<f32>,
 }
 
 impl Votes {
     /// No votes but its own.
-    const ALONE: Self = Self { own: 1.0, against: 0.0, distance: 0.0 };
+    const ALONE: Self = Self { own: 1.0, against: 0.0, distance: 0.0, expected: None };
 
     /// Returns true where no other photo was asked.
     pub fn are_none(&self) -> bool {
@@ -143,6 +145,13 @@ impl Voter<'_> {
     }
 }
 
+impl Voter<'_> {
+    /// Returns the brightness that the photo shows, at the footprint of another where that is coarser.
+    fn brightness(&self, other: &Voter) -> Option<f32> {
+        self.photo.tints.brightness(self.px, (self.detail - other.detail).round().max(0.0) as usize)
+    }
+}
+
 impl Poll<'_> {
     fn pixel(&self, x: u32, y: u32) -> Option<Votes> {
         let (id, point) = self.photos.visible_point(self.tested, x, y)?;
@@ -173,7 +182,14 @@ impl Poll<'_> {
         }
         let voters: Vec<Voter> = voters[..count].iter().flatten().copied().collect();
         let against = largest_set(&mutual_agreement(&voters), &weights[..count]);
-        Some(Votes { own: agreeing, against, distance: distance / apart })
+        let shown = voters
+            .iter()
+            .zip(&weights)
+            .filter_map(|(voter, weight)| Some((voter.brightness(&own)?, *weight)));
+        let (sum, all) =
+            shown.fold((0.0, 0.0), |(sum, all), (shown, weight)| (sum + weight * shown, all + weight));
+        let expected = (all > 0.0).then(|| sum / all);
+        Some(Votes { own: agreeing, against, distance: distance / apart, expected })
     }
 
     fn voter<'a>(&self, photo: &'a ReducedPhoto, id: SurfaceId, point: DVec3, px: DVec2) -> Voter<'a> {
@@ -229,7 +245,7 @@ mod tests {
     use super::*;
 
     fn votes(own: f32, against: f32) -> f32 {
-        Votes { own, against, distance: 1.0 }.agreement()
+        Votes { own, against, distance: 1.0, expected: None }.agreement()
     }
 
     #[test]
@@ -243,7 +259,7 @@ mod tests {
     #[test]
     fn as_many_votes_against_as_for_leave_a_pixel_undecided() {
         let votes = [[1.0, 1.0], [3.0, 3.0], [1.0, 0.0], [3.0, 0.0], [1.0, 3.0]];
-        let votes = votes.map(|[own, against]| Votes { own, against, distance: 1.0 });
+        let votes = votes.map(|[own, against]| Votes { own, against, distance: 1.0, expected: None });
         assert_eq!(undecided_share(&votes), 0.5);
         assert_eq!((undecided_share(&votes[2..3]), undecided_share(&[])), (0.0, 0.0));
     }

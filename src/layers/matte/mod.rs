@@ -15,7 +15,7 @@ pub mod piece;
 pub mod silhouette;
 
 pub use closed_form::{ClosedForm, closed_form};
-pub use colour_model::ColourModel;
+pub use colour_model::{ColourModel, log_colour};
 pub use compare::{CANDIDATES, Compared, Evidence, Predicted, object_model};
 pub use find::{FindOptions, Likely, find_mattes};
 pub use foreground::{Foreground, foreground};

@@ -20,7 +20,7 @@ use crate::io::mask_file::{mask_png, read_mask};
 use crate::io::overlay::Overlay;
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
-use crate::layers::agreement::{ContradictedRegion, PhotoEvidence};
+use crate::layers::agreement::{PhotoEvidence, Thing};
 use crate::recipe::agreement::SiteAgreement;
 use crate::recipe::gains;
 use crate::recipe::open::Opened;
@@ -28,7 +28,7 @@ use crate::recipe::relief::SiteRelief;
 use crate::scene::{Photo, PhotoId};
 use crate::task::Task;
 
-/// The suggestions, large and strongly different regions first.
+/// The suggestions: likely ones first, and of these large and strongly different ones.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Suggestions {
     /// The version of the file's format.
@@ -54,14 +54,25 @@ pub struct MaskSuggestion {
     pub share: f64,
     /// The mean difference from the colours of the photos that contradict it, as a natural logarithm of light.
     pub score: f64,
+    /// How likely it is a thing that stands before what the others show, 0..=1.
+    pub likelihood: f64,
     /// The suggested mask as a PNG beside `suggestions.json`, in which masked pixels are black.
     pub mask: String,
     /// The picture of the photo with all its suggestions, beside `suggestions.json`.
     pub picture: String,
 }
 
+impl MaskSuggestion {
+    /// Returns true for what is listed unless all is asked for.
+    pub fn is_likely(&self) -> bool {
+        self.likelihood >= LIKELY
+    }
+}
+
 /// The version of the file's format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// The likelihood from which on a suggestion is listed.
+const LIKELY: f64 = 0.5;
 /// The width in photo pixels by which suggested masks are wider than what was found, because colours at its rim are
 /// mixed.
 pub const MARGIN_PX: u32 = 6;
@@ -101,8 +112,11 @@ pub fn suggest(
     for (id, found) in found {
         all.extend(found.into_iter().map(|found| (site.photo(id), found)));
     }
-    // The sort is stable: equal ones stay in the order of photos, from top to bottom.
-    all.sort_by(|a, b| b.1.weight.total_cmp(&a.1.weight));
+    // The sort is stable: equal ones stay in the order of photos, from top to bottom. Likely ones get the first numbers.
+    all.sort_by(|a, b| {
+        let is_likely = |found: &FoundRegion| f64::from(found.likelihood) >= LIKELY;
+        is_likely(&b.1).cmp(&is_likely(&a.1)).then(b.1.weight.total_cmp(&a.1.weight))
+    });
     let target = suggestion_folder(folder);
     std::fs::create_dir_all(&target).map_err(Error::io(&target, "create the folder"))?;
     // New files get new numbers, because the old list is valid until it is replaced.
@@ -123,6 +137,7 @@ pub fn suggest(
             pixels,
             share: pixels as f64 / (f64::from(size[0]) * f64::from(size[1])),
             score: f64::from(found.score),
+            likelihood: f64::from(found.likelihood),
             mask,
             picture: format!("{}.jpg", file_name_of_photo(&photo.name)),
         });
@@ -142,8 +157,17 @@ pub fn suggest(
 /// on entry (5) and 0.09 % on fountain (6). So no photo of the four sites is named.
 const LARGE: f64 = 0.01;
 
-/// Returns those of these photos (full names) that show something large which other photos do not, with its share of
-/// the photo, largest first. What was found is cached, for [`suggest`] and for views.
+/// What is large and in one photo only: photos with its share, largest first.
+#[derive(Debug, Default, PartialEq)]
+pub struct LargeFindings {
+    /// Things, which can be masked.
+    pub things: Vec<(String, f64)>,
+    /// Haze, glare and shadows, where nothing stands that a mask could outline.
+    pub light: Vec<(String, f64)>,
+}
+
+/// Returns what is large of that which these photos (full names) show and other photos do not. What was found is cached, for
+/// [`suggest`] and for views.
 ///
 /// # Errors
 /// [`Error::Cancelled`]. A photo that cannot be read takes no part.
@@ -153,24 +177,31 @@ pub fn photos_with_large(
     photos: &[String],
     memory: u64,
     task: &Task,
-) -> Result<Vec<(String, f64)>> {
+) -> Result<LargeFindings> {
     if photos.is_empty() {
-        return Ok(Vec::new());
+        return Ok(LargeFindings::default());
     }
     // Whatever built these photos has reported those that cannot be read.
     let quiet = Task::silent().with_stop_flag(task.stop_flag());
     let search = || transients(folder, opened, photos, 0, memory, &quiet);
     let found = task.timed("look for transient objects", search)?;
-    let largest = |(id, regions): (PhotoId, Vec<FoundRegion>)| {
-        let photo = opened.site.photo(id);
-        let pixels = f64::from(photo.camera.width) * f64::from(photo.camera.height);
-        let largest = regions.iter().map(|region| region.masked.count()).max()?;
-        Some((photo.name.clone(), largest as f64 / pixels))
+    let large = |wanted: &dyn Fn(&FoundRegion) -> bool| {
+        let of_photo = |(id, regions): &(PhotoId, Vec<FoundRegion>)| {
+            let photo = opened.site.photo(*id);
+            let pixels = f64::from(photo.camera.width) * f64::from(photo.camera.height);
+            let largest =
+                regions.iter().filter(|region| wanted(region)).map(|region| region.masked.count()).max()?;
+            Some((photo.name.clone(), largest as f64 / pixels))
+        };
+        let mut large: Vec<_> =
+            found.iter().filter_map(of_photo).filter(|(_, share)| *share >= LARGE).collect();
+        large.sort_by(|a, b| b.1.total_cmp(&a.1));
+        large
     };
-    let mut large: Vec<_> =
-        found.into_iter().filter_map(largest).filter(|(_, share)| *share >= LARGE).collect();
-    large.sort_by(|a, b| b.1.total_cmp(&a.1));
-    Ok(large)
+    Ok(LargeFindings {
+        things: large(&|region| !region.is_light && f64::from(region.likelihood) >= LIKELY),
+        light: large(&|region| region.is_light),
+    })
 }
 
 /// A lock that is held from reading the list until writing it.
@@ -205,7 +236,7 @@ pub fn suggestions(project: &Path) -> Result<Suggestions> {
     Ok(found)
 }
 
-/// Returns the edits that accept suggestions by their numbers; all suggestions for an empty list. Masks become `margin`
+/// Returns the edits that accept suggestions by their numbers; all likely suggestions for an empty list. Masks become `margin`
 /// photo pixels wider than suggested.
 ///
 /// # Errors
@@ -221,7 +252,11 @@ pub fn accepted(project: &Path, numbers: &[u32], margin: u32) -> Result<Vec<Mask
     if let Some(error) = Error::of_all(errors) {
         return Err(error);
     }
-    let wanted = suggestions.list.iter().filter(|s| numbers.is_empty() || numbers.contains(&s.number));
+    let is_wanted = |s: &&MaskSuggestion| match numbers {
+        [] => s.is_likely(),
+        numbers => numbers.contains(&s.number),
+    };
+    let wanted = suggestions.list.iter().filter(is_wanted);
     let edit = |suggestion: &MaskSuggestion| {
         let [width, height] = suggestion.size;
         let photo = whole(width, height);
@@ -256,6 +291,10 @@ struct FoundRegion {
     masked: Spans,
     /// The mean distance from the colours of the other photos, as a natural logarithm.
     score: f32,
+    /// How likely it is a thing, 0 to 1.
+    likelihood: f32,
+    /// Whether it is other light on what the others show, too.
+    is_light: bool,
     /// The score times the square root of the number of reduced pixels: large things need not differ as much as small ones.
     weight: f32,
 }
@@ -284,16 +323,16 @@ fn transients(
     let all = PhotoId::all(site.photos.len()).zip(evidence.whole().iter()).filter(asked);
     let of_photo = |(id, evidence): (PhotoId, &PhotoEvidence)| {
         let found = evidence
-            .regions
+            .things
             .iter()
-            .map(|region| enlarged(region, evidence.agreement.size, site.photo(id), margin));
+            .map(|thing| enlarged(thing, evidence.agreement.size, site.photo(id), margin));
         (id, found.filter(|found| found.weight >= LEAST_WEIGHT).collect())
     };
     Ok(all.map(of_photo).collect())
 }
 
-/// Converts a region of a reduced photo of this size to pixels of the photo itself, grown by `margin` of them.
-fn enlarged(region: &ContradictedRegion, size: [u32; 2], photo: &Photo, margin: u32) -> FoundRegion {
+/// Converts a thing in a reduced photo of this size to pixels of the photo itself, grown by `margin` of them.
+fn enlarged(region: &Thing, size: [u32; 2], photo: &Photo, margin: u32) -> FoundRegion {
     let camera = &photo.camera;
     let [across, down] =
         [(camera.width, size[0]), (camera.height, size[1])].map(|(l, s)| f64::from(l) / f64::from(s));
@@ -306,7 +345,8 @@ fn enlarged(region: &ContradictedRegion, size: [u32; 2], photo: &Photo, margin: 
     });
     let masked = bare.grown(margin as i32).intersection(&whole(camera.width, camera.height));
     let weight = region.distance * (region.pixels.count() as f32).sqrt();
-    FoundRegion { masked, score: region.distance, weight }
+    let Thing { distance, likelihood, is_light, .. } = *region;
+    FoundRegion { masked, score: distance, likelihood, is_light, weight }
 }
 
 /// Returns all pixels of a photo.
@@ -343,10 +383,11 @@ fn pictures(folder: &Path, all: &[(&Photo, FoundRegion)], first: u32, task: &Tas
         let unit = f64::from(longest) / f64::from(PICTURE_SIDE);
         for ((other, found), number) in all.iter().zip(first..) {
             if other.name == photo.name {
-                outline(&mut overlay, &found.masked);
+                let colour = if f64::from(found.likelihood) >= LIKELY { COLOUR } else { UNLIKELY };
+                outline(&mut overlay, &found.masked, colour);
                 let bounds = found.masked.bounds();
                 let corner = DVec2::new(f64::from(bounds.x), f64::from(bounds.y) - 16.0 * unit);
-                overlay.number(corner.max(DVec2::splat(4.0 * unit)), 12.0 * unit, number, COLOUR);
+                overlay.number(corner.max(DVec2::splat(4.0 * unit)), 12.0 * unit, number, colour);
             }
         }
         overlay.write(&folder.join(format!("{}.jpg", file_name_of_photo(&photo.name))))?;
@@ -356,12 +397,14 @@ fn pictures(folder: &Path, all: &[(&Photo, FoundRegion)], first: u32, task: &Tas
 
 /// The colour of outlines: light, so that the dark seam beside it makes a contrast on any background.
 const COLOUR: [u8; 3] = [255, 236, 120];
+/// The colour of those that are hardly things.
+const UNLIKELY: [u8; 3] = [150, 150, 150];
 
 /// Draws the outline of a set: the ends of its runs, and pixels without a neighbour above or below.
-fn outline(overlay: &mut Overlay, masked: &Spans) {
+fn outline(overlay: &mut Overlay, masked: &Spans, colour: [u8; 3]) {
     let mut line = |x0: i32, y0: i32, x1: i32, y1: i32| {
         let at = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
-        overlay.line(at(x0, y0), at(x1, y1), COLOUR, 1.0);
+        overlay.line(at(x0, y0), at(x1, y1), colour, 1.0);
     };
     let rows = masked.rows();
     for y in rows.start..rows.end {
@@ -407,6 +450,7 @@ mod tests {
                 pixels: number.into(),
                 share: 0.1,
                 score: 1.0,
+                likelihood: if number == 2 { 0.9 } else { 0.1 },
                 mask: format!("{number}.png"),
                 picture: "a.jpg.jpg".into(),
             });
@@ -420,7 +464,7 @@ mod tests {
             };
             edits.iter().map(count).collect::<Vec<_>>()
         };
-        assert_eq!((pixels(&[]), pixels(&[2])), (vec![1, 2], vec![2]));
+        assert_eq!((pixels(&[]), pixels(&[1, 2])), (vec![2], vec![1, 2]), "unlikely ones only by number");
         let message = accepted(project.path(), &[2, 7, 8], 0).unwrap_err().to_string();
         assert!(message.contains('7') && message.contains('8'), "{message}");
         dismiss(project.path(), &[1]).unwrap();

@@ -123,10 +123,11 @@ fn in_short(photos: &[&str]) -> String {
     }
 }
 
+/// Reads the masks of likely suggestions; the others are hardly objects, and the command line lists them.
 fn shown(folder: &Path, list: Vec<MaskSuggestion>, task: &Task) -> Result<Vec<ShownSuggestion>> {
     let read = |it: MaskSuggestion| {
         task.go_on()?;
         Ok(ShownSuggestion { masked: Arc::new(pixels(folder, &it)?), it })
     };
-    list.into_iter().map(read).collect()
+    list.into_iter().filter(MaskSuggestion::is_likely).map(read).collect()
 }

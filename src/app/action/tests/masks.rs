@@ -53,6 +53,7 @@ fn suggestion(number: u32, photo: &str, masked: Spans) -> ShownSuggestion {
         pixels: masked.count(),
         share: 0.1,
         score: 1.0,
+        likelihood: 1.0,
         mask: String::new(),
         picture: String::new(),
     };

@@ -13,10 +13,8 @@ use crate::scene::PhotoId;
 /// The outcome of a search that found nothing.
 pub const NOTHING: &str = "No transient objects were found.";
 
-/// The mean differences, in natural logarithms of light, above which an object is very likely, and likely, transient: a
-/// factor of 2.5 and of 1.8.
-const VERY_LIKELY: f64 = 0.9;
-const LIKELY: f64 = 0.6;
+/// The likelihood from which on an object is very likely.
+const VERY_LIKELY: f64 = 0.75;
 
 /// The suggestions of the project.
 pub struct Suggested {
@@ -70,9 +68,9 @@ pub struct ShownSuggestion {
 impl ShownSuggestion {
     /// Returns the confidence in words.
     pub fn confidence(&self) -> &'static str {
-        match self.it.score {
-            score if score >= VERY_LIKELY => "very likely",
-            score if score >= LIKELY => "likely",
+        match self.it.likelihood {
+            likelihood if likelihood >= VERY_LIKELY => "very likely",
+            _ if self.it.is_likely() => "likely",
             _ => "possible",
         }
     }
