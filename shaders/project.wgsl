@@ -91,6 +91,10 @@ const LEAST_FACING: f32 = 0.1;
 // The least matte at which something of a see-through surface is there (projection/sources.rs).
 const LEAST_MATTE: f32 = 0.03125;
 
+// The darkest channel of stored linear light from where on a colour begins to count as clipped, and where it is for certain.
+const WHITE_FROM: f32 = 0.88;
+const WHITE_CERTAIN: f32 = 0.97;
+
 // The width of the stripes that show weights, in pixels: wide enough to show an eighth, narrow enough for small faces.
 const STRIPE_PX: f32 = 8.0;
 
@@ -248,6 +252,13 @@ fn undone(texel: Texel, photo: Photo, px: vec2f) -> vec3f {
     let almost_black = min(texel.light, vec3f(1.5e-4 * texel.matte));
     let without = max(texel.light - photo.offset * texel.matte, almost_black);
     return without * exp(-(photo.falloff.x + photo.falloff.y * r2) * r2);
+}
+
+// The light that a view shows of a texel, `exposed` from `stored`: what is stored as white, which was at least as bright, stays so
+// (projection/exposure/white.rs).
+fn kept_white(stored: Texel, exposed: vec3f) -> vec3f {
+    let darkest = min(min(stored.light.r, stored.light.g), stored.light.b) / max(stored.matte, 1e-3);
+    return exposed + smoothstep(WHITE_FROM, WHITE_CERTAIN, darkest) * max(stored.light - exposed, vec3f(0.0));
 }
 
 // The factor by which the view's lens darkens a pixel (ViewLens::factor of projection/exposure/optics.rs).
@@ -440,7 +451,8 @@ fn shown(drawn: Drawn) -> vec4f {
             q *= photo.leaning;
             served += select(1.0, MIRROR_SERVES, other_side && apart == MIRRORED);
             most_confident = max(most_confident, texel.confidence);
-            let light = undone(texel, photo, px) * (lens * photo.gain.rgb) * light_on(drawn.cells.x, photo.group);
+            let exposed = undone(texel, photo, px) * (lens * photo.gain.rgb) * light_on(drawn.cells.x, photo.group);
+            let light = kept_white(texel, exposed);
             let color = display_color(light, candidate, octaves, agreement);
             if PINS && !other_side && (candidate.y & FLAG_PINNED) != 0u {
                 pinned += vec4f(color * trust, trust);

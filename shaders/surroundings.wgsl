@@ -75,7 +75,7 @@ fn surroundings(behind: Behind) -> @location(0) vec4f {
             q *= photo.leaning;
             served += 1.0;
             most_confident = max(most_confident, texel.confidence);
-            let light = undone(texel, photo, px) * (lens * photo.gain.rgb);
+            let light = kept_white(texel, undone(texel, photo, px) * (lens * photo.gain.rgb));
             let color = display_color(light, candidate, octaves, agreement);
             best = join(best, q, shade(color, 1.0));
         }

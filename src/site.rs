@@ -91,6 +91,6 @@ pub use crate::recipe::named::{index_of_photo, photos_named};
 pub use crate::recipe::photos::{PhotoImport, import_photos};
 pub use crate::recipe::survey::face_named;
 pub use crate::scene::{
-    Face, FaceFlaw, FaceId, FaceIndex, Model, ModelBuilder, Object, ObjectId, Photo, PhotoId, PhotoPixels,
-    Samples, Site,
+    CameraExposure, Face, FaceFlaw, FaceId, FaceIndex, Model, ModelBuilder, Object, ObjectId, Photo, PhotoId,
+    PhotoPixels, Samples, Site,
 };

@@ -20,6 +20,7 @@ use crate::recipe::colour::{
     report_from_estimate,
 };
 use crate::recipe::open::{Opened, open_site};
+use crate::recipe::written_exposure::{CameraReport, WrittenExposure};
 use crate::task::Task;
 
 /// Runs `colour`: changes exposures as the arguments ask, and reports the exposures of all photos.
@@ -136,7 +137,8 @@ fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
 
 fn outcome(opened: &Opened, report: &ColourReport) -> Outcome {
     let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
-    let text = format!("{}\n{}{}\n{}", photos(report), legend(report), groups(report), rule(report));
+    let (cameras, rule) = (cameras(report), rule(report));
+    let text = format!("{}\n{}{cameras}{}\n{rule}", photos(report), legend(report), groups(report));
     let mut json = json!(report);
     json["problems"] = json!(problems);
     Outcome { text, json, problems }
@@ -146,7 +148,9 @@ fn photos(report: &ColourReport) -> String {
     let headings = ["photo", "R", "G", "B", "points", "residual", "gain", ""];
     let of_optics: &[&str] = if report.optics { &["corner", "offset"] } else { &[] };
     let of_groups: &[&str] = if report.light.len() > 1 { &["group"] } else { &[] };
-    let mut table = Table::new(&[&headings[..4], of_optics, of_groups, &headings[4..]].concat());
+    let is_written = report.photos.iter().any(|photo| photo.camera.is_some());
+    let of_cameras: &[&str] = if is_written { &["camera"] } else { &[] };
+    let mut table = Table::new(&[&headings[..4], of_optics, of_groups, of_cameras, &headings[4..]].concat());
     for photo in &report.photos {
         let residual = if photo.points > 0 { format!("{:.3}", photo.residual) } else { "-".into() };
         let reference = if photo.reference { "reference" } else { "" };
@@ -159,9 +163,56 @@ fn photos(report: &ColourReport) -> String {
         if report.light.len() > 1 {
             row.push(report.light[photo.group].name.clone());
         }
+        if is_written {
+            row.push(photo.camera.as_ref().map_or_else(|| "-".into(), written));
+        }
         table.row(row.into_iter().chain(rest));
     }
     table.render()
+}
+
+/// Describes an exposure that a camera wrote down, with what it makes of the gain.
+fn written(camera: &WrittenExposure) -> String {
+    let WrittenExposure { seconds, f_number, iso, flash, stops } = *camera;
+    let time = if seconds < 0.3 { format!("1/{:.0}", seconds.recip()) } else { format!("{seconds:.1}") };
+    let use_of_it = match (flash, stops) {
+        (true, _) => "flash".into(),
+        (false, Some(stops)) => signed(stops),
+        (false, None) => "not used".into(),
+    };
+    format!("{time} s f/{f_number:.1} ISO {iso:.0}: {use_of_it}")
+}
+
+/// Says what became of the exposures that cameras wrote down; nothing where none did.
+fn cameras(report: &ColourReport) -> String {
+    let CameraReport { written, used, off, lead, suits_views } = report.camera;
+    if written == 0 {
+        return String::new();
+    }
+    let stops = off.map_or("nothing can be compared with them".into(), |off| {
+        format!("the median difference from what common points say is {off:.2} stops")
+    });
+    let of =
+        format!("Cameras wrote down the exposures of {written} of {} photos; {stops}", report.photos.len());
+    if used == 0 {
+        return format!(
+            "{of}: they are not used. Filters, a sensitivity set by hand and developed raw files are not written down.\n"
+        );
+    }
+    let unused = if used < written {
+        format!(" {} do not agree and are not used.", written - used)
+    } else {
+        String::new()
+    };
+    let views = match (suits_views, lead) {
+        (true, Some(lead)) => format!(
+            " Pictures that have the name of another photo get the exposure that its camera wrote down: {lead:+.2} dB at \
+             left-out photos."
+        ),
+        (false, Some(lead)) => format!(" Pictures do not get them: {lead:+.2} dB at left-out photos."),
+        (_, None) => String::new(),
+    };
+    format!("{of}.{unused}{views}\n")
 }
 
 /// Returns the source of a photo's gain.
@@ -236,8 +287,11 @@ pub(super) fn rule(report: &ColourReport) -> String {
     };
     let scores = report.rules.iter().map(|score| format!("{} {:.2} dB", score.rule.name(), score.psnr));
     let scores = scores.collect::<Vec<_>>().join(", ");
-    let scores =
-        if scores.is_empty() { scores } else { format!("Left-out photos are predicted with {scores}.\n") };
+    let scores = if scores.is_empty() {
+        scores
+    } else {
+        format!("Whole photos that are left out are predicted with {scores}.\n")
+    };
     let vignetting = match (report.keeps_vignetting, report.vignetting_lead) {
         (true, Some(lead)) => format!("Pictures keep the vignetting of the lenses: {lead:+.2} dB.\n"),
         (false, Some(lead)) => format!("Vignetting is ignored: keeping it would bring {lead:+.2} dB.\n"),

@@ -1,5 +1,6 @@
 //! The command `render`.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -19,7 +20,7 @@ use crate::io::stack_store::StackStore;
 use crate::io::writable::check_file;
 use crate::ldi::Shown;
 use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
-use crate::projection::{DisplayMode, Renders};
+use crate::projection::{DisplayMode, Exposure, Renders};
 use crate::recipe::colour::{colour_report, usual_exposure};
 use crate::recipe::exploded::exploded;
 use crate::recipe::ldi::viewer::Viewer;
@@ -27,6 +28,7 @@ use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
 use crate::recipe::render::{RenderOptions, RenderReport, RenderedView, VideoOptions, render};
 use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest};
+use crate::recipe::written_exposure::written_exposures;
 use crate::task::Task;
 
 /// Maximum number of pictures in the table; `--json` has all.
@@ -218,8 +220,14 @@ fn draw_shots(
     }
     let renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
     let mut renderer = Viewer::new(&args.project, opened, renderer, of_images)?;
+    let taken = match look.exposure {
+        Exposure::Decided => written_exposures(&args.project, opened, &views.list, task)?,
+        _ => BTreeMap::new(),
+    };
     let mut draw = |view: &RequestedView, task: &Task| {
-        let picture = renderer.picture(&look.shot(view.camera, view.pose), task)?;
+        let mut shot = look.shot(view.camera, view.pose);
+        shot.exposure = taken.get(&view.name).map_or(shot.exposure, |log| Exposure::AsTaken(*log));
+        let picture = renderer.picture(&shot, task)?;
         Ok(match args.background {
             Background::Colour(colour) => picture.on(colour),
             Background::Surroundings | Background::None => picture,

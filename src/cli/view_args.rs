@@ -369,6 +369,7 @@ pub fn exposure_name(exposure: Exposure) -> &'static str {
         Exposure::Near => "near",
         Exposure::Metered => "metered",
         Exposure::Of(_) => "reference",
+        Exposure::AsTaken(_) => "as taken",
         Exposure::Common => "common",
         Exposure::Raw => "raw",
     }

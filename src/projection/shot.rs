@@ -160,6 +160,9 @@ pub enum Exposure {
     Common,
     /// The exposure of one photo, for any camera.
     Of(PhotoId),
+    /// The exposure that the view's camera wrote down, as a natural logarithm, where those of the photos suit views
+    /// ([`super::exposure::CameraExposures`]); otherwise as the site's rule says.
+    AsTaken(f64),
     /// The photos unchanged, with their different exposures.
     Raw,
 }

@@ -10,6 +10,7 @@ use super::budget::default_memory;
 use super::gains::{known_estimate, photo_estimate, photo_gains};
 use super::named::index_of_photo;
 use super::open::Opened;
+use super::written_exposure::{CameraReport, WrittenExposure};
 use crate::document::colour::REST;
 use crate::document::{ColourDecisions, Stack};
 use crate::error::{Error, Remedy, Result};
@@ -158,8 +159,10 @@ pub struct ColourReport {
     pub rule_decided: ExposureRule,
     /// Whether the user has set the rule.
     pub rule_set: bool,
-    /// How well each rule predicts left-out photos; empty where nothing can be compared.
+    /// How well each rule predicts whole photos that are left out; empty where nothing can be compared.
     pub rules: Vec<RuleScore>,
+    /// The exposures that cameras wrote down.
+    pub camera: CameraReport,
     /// The groups of light, in the order of their first photos; one group is the normal case.
     pub light: Vec<LightGroupReport>,
     /// Whether the user has set the groups.
@@ -232,6 +235,8 @@ pub struct PhotoColour {
     pub stops: [f64; 3],
     /// The estimated gain in stops; `None` where the photo shares no point with another one.
     pub estimated: Option<[f64; 3]>,
+    /// What the camera wrote down; `None` where it did not.
+    pub camera: Option<WrittenExposure>,
     /// Whether the gain is fixed by the user.
     pub fixed: bool,
     /// Whether the photo is excluded from the estimation.
@@ -283,6 +288,7 @@ pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site:
         rule_decided: estimate.gains.rule,
         rule_set: colour.exposure.is_some(),
         rules: estimate.rules.clone(),
+        camera: CameraReport::new(estimate),
         light: light_groups(&light.groups, colour, site),
         light_set: colour.groups.is_some(),
         light_support: GroupSupport {
@@ -356,6 +362,7 @@ fn photo_colour(id: PhotoId, site: &Site, colour: &ColourDecisions, estimate: &E
         photo: name.clone(),
         stops: if colour.even { fixed.unwrap_or(estimated) } else { [0.0; 3] },
         estimated: (!estimate.alone.contains(&id)).then_some(estimated),
+        camera: WrittenExposure::of_photo(id, site, estimate),
         fixed: fixed.is_some(),
         left_out: colour.left_out.contains(name),
         reference: reference(colour, site) == Some(id),
@@ -401,6 +408,7 @@ mod tests {
             pose: Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO },
             file: "nowhere".into(),
             masks: Vec::new(),
+            exposure: None,
         };
         Site { photos: ["a.jpg", "b.jpg"].map(photo).to_vec(), model: Arc::new(Model::default()) }
     }

@@ -36,9 +36,9 @@ struct CachedEstimate {
 }
 
 /// The version of the cache file's format.
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 /// The version of the data that [`inputs`] hashes, and of the results that are made from them.
-const INPUTS_VERSION: u32 = 2;
+const INPUTS_VERSION: u32 = 3;
 /// The largest size of the cache file that is read, in bytes.
 const LARGEST: u64 = 64 << 20;
 
@@ -178,7 +178,14 @@ pub fn measured_colours(
         measured.or_else(|error| unmeasured(photo, centers, &error, task))
     };
     let visibility = RayVisibility::new(&site.model, &projectors);
-    MeasuredColours::measure(&projectors, &visibility, &colours, &options, task)
+    let measured = MeasuredColours::measure(&projectors, &visibility, &colours, &options, task)?;
+    Ok(MeasuredColours { camera_logs: camera_logs(site, colour), ..measured })
+}
+
+/// Returns the exposures that cameras wrote down, as natural logarithms, but for photos that `colour` leaves out.
+fn camera_logs(site: &Site, colour: &ColourDecisions) -> Vec<Option<f64>> {
+    let log = |photo: &Photo| photo.exposure.filter(|_| !colour.left_out.contains(&photo.name))?.log();
+    site.photos.iter().map(log).collect()
 }
 
 fn projectors(site: &Site) -> Vec<Projector> {
@@ -312,14 +319,20 @@ pub(super) fn decisions(colour: &ColourDecisions) -> String {
     }
 }
 
-/// Returns the hash of [`inputs`], of which photos are left out, and of which corrections are estimated.
+/// Returns the hash of [`inputs`], of which photos are left out, of what cameras wrote down, and of which corrections are estimated.
 fn estimate_inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>], colour: &ColourDecisions) -> String {
     let left_out = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name));
     let left_out: Vec<bool> = left_out.collect();
-    let groups = &colour.groups;
-    let text =
-        serde_json::to_vec(&(inputs(site, stacks), left_out, colour.vignetting, colour.offset, groups))
-            .expect("plain data is JSON");
+    let (groups, camera) = (&colour.groups, camera_logs(site, colour));
+    let text = serde_json::to_vec(&(
+        inputs(site, stacks),
+        left_out,
+        camera,
+        colour.vignetting,
+        colour.offset,
+        groups,
+    ))
+    .expect("plain data is JSON");
     hash_bytes(&text)
 }
 

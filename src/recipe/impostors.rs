@@ -149,7 +149,14 @@ mod tests {
 
     fn photo(eye: DVec3, target: DVec3) -> Photo {
         let pose = look_at(eye, target);
-        Photo { name: "a".into(), camera: centred(64, 48, 50.0), pose, file: "a".into(), masks: Vec::new() }
+        Photo {
+            name: "a".into(),
+            camera: centred(64, 48, 50.0),
+            pose,
+            file: "a".into(),
+            masks: Vec::new(),
+            exposure: None,
+        }
     }
 
     #[test]

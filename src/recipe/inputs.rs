@@ -148,7 +148,7 @@ mod tests {
     fn photo(file: &Path) -> Photo {
         let camera = Pinhole { width: 4, height: 3, fx: 3.0, fy: 3.0, cx: 2.0, cy: 1.5 };
         let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
-        Photo { name: "a.png".into(), camera, pose, file: file.into(), masks: Vec::new() }
+        Photo { name: "a.png".into(), camera, pose, file: file.into(), masks: Vec::new(), exposure: None }
     }
 
     #[test]

@@ -167,7 +167,8 @@ mod tests {
         let task = Task::silent();
         let sorted =
             sort_photo(&model, &camera, &pose, &SoftwareRasteriser, options, &constraints, &task).unwrap();
-        let photo = Photo { name: "a".into(), camera, pose, file: "a".into(), masks: Vec::new() };
+        let photo =
+            Photo { name: "a".into(), camera, pose, file: "a".into(), masks: Vec::new(), exposure: None };
         LayerReport::new(&assemble(&model, &photo, &sorted, options, &constraints, ""))
     }
 

@@ -60,3 +60,4 @@ pub mod untextured;
 pub mod update;
 pub mod views;
 pub mod watch;
+pub mod written_exposure;

@@ -121,6 +121,7 @@ mod tests {
             pose: Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO },
             file: "nowhere".into(),
             masks: Vec::new(),
+            exposure: None,
         };
         Site { photos: names.iter().map(photo).collect(), model: Arc::new(Model::default()) }
     }

@@ -46,7 +46,14 @@ impl PhotoPlan {
         let lost = undistortion.as_ref().and_then(lost);
         let notes = difference.into_iter().chain(header.notes).chain(lost);
         let notes = notes.map(|note| format!("{name}: {note}")).collect();
-        let photo = Photo { name: name.clone(), camera, pose: *pose, file, masks: Vec::new() };
+        let photo = Photo {
+            name: name.clone(),
+            camera,
+            pose: *pose,
+            file,
+            masks: Vec::new(),
+            exposure: header.exposure,
+        };
         Ok(Self { photo, notes, source, undistortion, sample_bytes: header.sample_bytes })
     }
 

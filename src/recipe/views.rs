@@ -313,6 +313,7 @@ mod tests {
             pose: look_at(DVec3::new(x, -5.0, 1.0), DVec3::ZERO),
             file: "nowhere".into(),
             masks: Vec::new(),
+            exposure: None,
         };
         let photos = [("a.jpg", -1.0), ("b.jpg", 0.0), ("c.jpg", 2.0)].map(photo).into();
         Site { photos, model: Arc::new(Model::default()) }

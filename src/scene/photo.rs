@@ -44,6 +44,29 @@ pub struct Photo {
     pub file: PathBuf,
     /// Mask files that mark pixels as not part of the photo (see `io::mask_file`), as large as the pinhole image.
     pub masks: Vec<PathBuf>,
+    /// What the camera wrote down about the exposure; `None` where it did not.
+    pub exposure: Option<CameraExposure>,
+}
+
+/// The exposure that a camera wrote into a photo's file. All values are positive and finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraExposure {
+    /// The exposure time in seconds.
+    pub seconds: f64,
+    /// The aperture: focal length over diameter.
+    pub f_number: f64,
+    /// The sensitivity, ISO.
+    pub iso: f64,
+    /// Whether a flash fired.
+    pub flash: bool,
+}
+
+impl CameraExposure {
+    /// Returns the natural logarithm of how bright a photo shows the same light, up to a constant of its camera. `None` with a flash,
+    /// which is a light of its own.
+    pub fn log(&self) -> Option<f64> {
+        (!self.flash).then(|| (self.seconds * self.iso / self.f_number.powi(2)).ln())
+    }
 }
 
 /// A point that structure from motion triangulated, with its observations.

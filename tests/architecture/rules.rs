@@ -39,6 +39,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("gltf", &["io/models/", "io/ldi_mesh/", "io/plants/gltf/"]),
     ("exr", &["io/depth_image/"]),
     ("image", &["io/"]),
+    ("exif", &["io/photo/exif.rs"]),
     ("png", &["io/"]),
     ("csv", &["io/tree_list.rs"]),
     ("moxcms", &["io/colour.rs"]),

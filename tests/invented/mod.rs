@@ -66,7 +66,7 @@ fn photo_of(name: &str, width: u32, height: u32, file: &Path) -> Photo {
     let f = f64::from(width);
     let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
     let camera = Pinhole { width, height, fx: f, fy: f, cx: f / 2.0, cy: f64::from(height) / 2.0 };
-    Photo { name: name.into(), camera, pose, file: file.into(), masks: Vec::new() }
+    Photo { name: name.into(), camera, pose, file: file.into(), masks: Vec::new(), exposure: None }
 }
 
 /// Smooth colours with noise, opaque where valid.

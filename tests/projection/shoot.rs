@@ -47,7 +47,7 @@ impl Shoot {
             let file = folder.join(&name);
             let raster = taken(&surface, &scene.camera, &pose, shade);
             write_rgba(File::create(&file).unwrap(), &raster, None).unwrap();
-            Photo { name, camera: scene.camera, pose, file, masks: Vec::new() }
+            Photo { name, camera: scene.camera, pose, file, masks: Vec::new(), exposure: None }
         };
         Site { photos: (0..self.photos).map(photo).collect(), model: scene.model.clone() }
     }

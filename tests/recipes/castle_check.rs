@@ -20,6 +20,7 @@ fn castle() -> Option<(Site, Vec<SparsePoint>)> {
         camera: p.camera,
         pose: p.pose,
         masks: Vec::new(),
+        exposure: None,
     };
     let photos = cameras.photos.into_iter().map(photo).collect();
     Some((Site { photos, model: model.into() }, cameras.points))

@@ -11,8 +11,9 @@ use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::{Error, Result};
-use crate::scene::{PhotoPixels, Samples};
+use crate::scene::{CameraExposure, PhotoPixels, Samples};
 
+mod exif;
 mod folder;
 mod jpeg;
 mod pinhole;
@@ -36,6 +37,8 @@ pub struct PhotoHeader {
     turn: Orientation,
     /// Bytes per sample: 1 or 2.
     pub sample_bytes: u64,
+    /// The exposure that the camera wrote down.
+    pub exposure: Option<CameraExposure>,
     /// Notes for the user about orientation and profile.
     pub notes: Vec<String>,
 }
@@ -130,6 +133,12 @@ pub fn picture_size(path: &Path) -> Result<[u32; 2]> {
     Ok([width, height])
 }
 
+/// Returns the exposure that the camera wrote into a photo's file; `None` where there is none, and where the file cannot be read.
+pub fn read_exposure(path: &Path) -> Option<CameraExposure> {
+    let mut decoder = ImageReader::open(path).ok()?.with_guessed_format().ok()?.into_decoder().ok()?;
+    decoder.exif_metadata().ok().flatten().and_then(exif::camera_exposure)
+}
+
 /// Opens a file that may be a photo of this size.
 fn open(path: &Path, width: u32, height: u32) -> Result<BufReader<File>> {
     let metadata = std::fs::metadata(path).map_err(Error::io(path, "read it"))?;
@@ -196,7 +205,8 @@ fn fitting(path: &Path, decoder: &mut impl ImageDecoder, width: u32, height: u32
     if decoder.icc_profile().ok().flatten().is_some_and(|profile| !describes_rgb(&profile)) {
         notes.push("its colour profile is not for RGB and is ignored".into());
     }
-    Ok(PhotoHeader { turn, sample_bytes: sample_bytes(color), notes })
+    let exposure = decoder.exif_metadata().ok().flatten().and_then(exif::camera_exposure);
+    Ok(PhotoHeader { turn, sample_bytes: sample_bytes(color), exposure, notes })
 }
 
 fn sample_bytes(color: ColorType) -> u64 {

@@ -3,7 +3,8 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::{ExposureOptions, JoinedFaces, PatchColour, SharedPoint, Visibility, shared_points};
+use super::whole::{PhotoPlace, places_of_photos};
+use super::{ExposureOptions, JoinedFaces, PatchColour, PointPatch, SharedPoint, Visibility, shared_points};
 use crate::error::Result;
 use crate::projection::Projector;
 use crate::scene::PhotoId;
@@ -18,10 +19,16 @@ pub struct MeasuredColours {
     pub colours: Vec<Vec<PatchColour>>,
     /// The faces that share edges.
     pub joined: Vec<JoinedFaces>,
+    /// Places all over the photos, from which whole photos are predicted.
+    pub places: Vec<PhotoPlace>,
+    /// The colour of each patch of each place.
+    pub place_colours: Vec<Vec<PatchColour>>,
+    /// The exposure that each photo's camera wrote down, as a natural logarithm; `None` where it did not.
+    pub camera_logs: Vec<Option<f64>>,
 }
 
 impl MeasuredColours {
-    /// Finds common points of `photos` and measures their colours. `colours` measures patches of one photo, given their
+    /// Finds common points of `photos`, and places all over them, and measures their colours. `colours` measures patches of one photo, given their
     /// centres in its pixels, in the same order; it is called once per photo, for several photos in parallel. The result
     /// does not depend on the number of threads.
     ///
@@ -35,43 +42,58 @@ impl MeasuredColours {
         task: &Task,
     ) -> Result<Self> {
         let points = shared_points(photos, visibility, options, task)?;
-        let colours = task.timed("measure colours", || measure(photos.len(), &points, colours))?;
+        let places = places_of_photos(photos, visibility, super::typical_distance(&points), options);
+        let patches: Vec<&[PointPatch]> = points.iter().map(|point| &point.patches[..]).collect();
+        let of_places = places.iter().map(|place| &place.patches[..]);
+        let patches: Vec<&[PointPatch]> = patches.into_iter().chain(of_places).collect();
+        let mut colours = task.timed("measure colours", || measure(photos.len(), &patches, colours))?;
         task.go_on()?;
-        Ok(Self { points, colours, joined: visibility.joined() })
+        let place_colours = colours.split_off(points.len());
+        let camera_logs = vec![None; photos.len()];
+        Ok(Self { points, colours, joined: visibility.joined(), places, place_colours, camera_logs })
     }
 
     /// Returns what is measured where only these photos (in rising order) exist, which are numbered anew.
     pub(super) fn of_photos(&self, kept: &[PhotoId]) -> Self {
         let number = |photo: PhotoId| kept.binary_search(&photo).ok().map(PhotoId::new);
-        let (mut points, mut colours) = (Vec::new(), Vec::new());
-        for (point, measured) in self.points.iter().zip(&self.colours) {
-            let Some(own) = number(point.own) else { continue };
-            let of_photo = point.patches.iter().zip(measured).filter_map(|(patch, colour)| {
+        // Two patches at least: there is nothing to compare with where one photo alone is left.
+        let left = |own: PhotoId, patches: &[PointPatch], measured: &[PatchColour]| {
+            let own = number(own)?;
+            let of_photo = patches.iter().zip(measured).filter_map(|(patch, colour)| {
                 let mut patch = *patch;
                 patch.photo = number(patch.photo)?;
                 Some((patch, *colour))
             });
             let (patches, measured): (Vec<_>, Vec<_>) = of_photo.unzip();
-            if patches.len() >= 2 {
-                let SharedPoint { face, position, normal, .. } = *point;
-                points.push(SharedPoint { own, face, position, normal, patches });
-                colours.push(measured);
-            }
-        }
-        Self { points, colours, joined: self.joined.clone() }
+            (patches.len() >= 2).then_some((own, patches, measured))
+        };
+        let of_point = |(point, measured): (&SharedPoint, &Vec<PatchColour>)| {
+            let (own, patches, measured) = left(point.own, &point.patches, measured)?;
+            let SharedPoint { face, position, normal, .. } = *point;
+            Some((SharedPoint { own, face, position, normal, patches }, measured))
+        };
+        let of_place = |(place, measured): (&PhotoPlace, &Vec<PatchColour>)| {
+            let (own, patches, measured) = left(place.own, &place.patches, measured)?;
+            Some((PhotoPlace { own, face: place.face, patches }, measured))
+        };
+        let (points, colours) = self.points.iter().zip(&self.colours).filter_map(of_point).unzip();
+        let (places, place_colours) =
+            self.places.iter().zip(&self.place_colours).filter_map(of_place).unzip();
+        let camera_logs = kept.iter().map(|photo| self.camera_logs[photo.index()]).collect();
+        Self { points, colours, joined: self.joined.clone(), places, place_colours, camera_logs }
     }
 }
 
 /// Measures the colours of all patches, per point.
 fn measure(
     photo_count: usize,
-    points: &[SharedPoint],
+    points: &[&[PointPatch]],
     colours: &(impl Fn(PhotoId, &[DVec2]) -> Result<Vec<PatchColour>> + Sync),
 ) -> Result<Vec<Vec<PatchColour>>> {
     // Grouped by photo, so that each photo is read once: (point, index among its patches, centre).
     let mut wanted: Vec<Vec<(usize, usize, DVec2)>> = vec![Vec::new(); photo_count];
     for (p, point) in points.iter().enumerate() {
-        for (k, patch) in point.patches.iter().enumerate() {
+        for (k, patch) in point.iter().enumerate() {
             wanted[patch.photo.index()].push((p, k, patch.center_px));
         }
     }
@@ -80,7 +102,8 @@ fn measure(
         if centers.is_empty() { Ok(Vec::new()) } else { colours(PhotoId::new(photo), &centers) }
     };
     let found: Vec<Vec<PatchColour>> = wanted.par_iter().enumerate().map(of_photo).collect::<Result<_>>()?;
-    let mut measured: Vec<Vec<PatchColour>> = points.iter().map(|p| vec![None; p.patches.len()]).collect();
+    let mut measured: Vec<Vec<PatchColour>> =
+        points.iter().map(|patches| vec![None; patches.len()]).collect();
     for (wanted, found) in wanted.iter().zip(found) {
         for ((p, k, _), colour) in wanted.iter().zip(found) {
             measured[*p][*k] = colour;

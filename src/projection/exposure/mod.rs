@@ -6,13 +6,18 @@
 //! gains that explain these best, robustly ([`solve`]). The photos do *not* tell how bright the site was:
 //! gains are relative, 0 on average.
 //!
+//! What cameras wrote down about their exposures is a prior ([`camera`]), where it agrees with what the points say. Clipped pixels
+//! take no part, and no gain turns them grey ([`white`]).
+//!
 //! A view has an exposure, too: a blend of the photos' gains by their part in the view ([`seen`]), corrected
 //! by the difference between what the view's exposure meter would read and what the photos' meters read
-//! ([`meter`]). A view from a photo's own camera has the photo's exposure.
+//! ([`meter`]). A view from a photo's own camera has the photo's exposure. Which rule suits a site is decided by leaving out whole
+//! photos ([`rule`], [`whole`]).
 //!
 //! Panoramas are equalised in the same way (Brown & Lowe, *Automatic Panoramic Image Stitching using
 //! Invariant Features*, 2007, section 6); there the overlaps are whole images, here single points.
 
+pub mod camera;
 pub mod gain_support;
 pub mod groups;
 pub mod light;
@@ -27,7 +32,10 @@ pub mod rule;
 pub mod seen;
 pub mod solve;
 pub mod surface_gains;
+pub mod white;
+pub mod whole;
 
+pub use camera::CameraExposures;
 pub use gain_support::{GainSupport, gain_support};
 pub use groups::{GroupSupport, LightGroups};
 pub use light::SiteLight;
@@ -44,9 +52,12 @@ pub use seen::{shares_of_view, visible_shares};
 pub use solve::{GainFit, solve_gains, solve_in_groups};
 use std::borrow::Cow;
 pub use surface_gains::{JoinedFaces, SurfaceFactors, SurfaceGains};
+pub use white::kept_white;
+pub use whole::PhotoPlace;
 
 use serde::{Deserialize, Serialize};
 
+use self::camera::fit_with_cameras;
 use self::groups::Evidence;
 use self::solve::median_residual;
 use super::Projector;
@@ -73,6 +84,9 @@ pub struct Gains {
     /// Whether views are darkened towards their corners as the photos' lenses darken photos.
     #[serde(default)]
     pub keeps_vignetting: bool,
+    /// The exposures that cameras wrote down.
+    #[serde(default)]
+    pub camera: CameraExposures,
 }
 
 impl Gains {
@@ -87,6 +101,7 @@ impl Gains {
             rule: ExposureRule::default(),
             light: SiteLight::default(),
             keeps_vignetting: false,
+            camera: CameraExposures::default(),
         }
     }
 
@@ -156,8 +171,12 @@ pub struct Estimate {
     pub gains: Gains,
     /// How well each rule of exposure predicts photos that are left out; empty where nothing can be compared.
     pub rules: Vec<RuleScore>,
-    /// The PSNR, in dB, with which each photo that was left out is predicted by each rule, in the order of
-    /// [`ExposureRule::ALL`].
+    /// By how many dB left-out photos are predicted better in the exposure that their cameras wrote down than by the best rule;
+    /// `None` where none is known or nothing can be compared.
+    #[serde(default)]
+    pub camera_lead: Option<f64>,
+    /// The PSNR, in dB, with which the colours of each photo that was left out are predicted at common points by each rule, in the
+    /// order of [`ExposureRule::ALL`].
     #[serde(default)]
     pub left_out_psnr: Vec<[f64; 4]>,
     /// The lead of views that lean to the groups of light that they show most of over those with all photos in one group; `None`
@@ -289,6 +308,8 @@ fn scored(
     }
     estimate.rules = scores.rules;
     estimate.gains.rule = rule::best_rule(&estimate.rules);
+    estimate.camera_lead = rule::camera_lead(&scores.by_camera, estimate.gains.rule);
+    estimate.gains.camera.suits_views = estimate.camera_lead.is_some_and(|lead| lead >= 0.0);
     estimate
 }
 
@@ -329,15 +350,21 @@ fn fitted(
     let points = &measured.points;
     let keeps_vignetting = options.vignetting == Vignetting::Kept;
     let Corrected { colours, optics, ratios, before } = corrected(photos, measured, options);
-    let fit = solve_in_groups(photos.len(), &ratios, groups);
+    let (fit, camera) = fit_with_cameras(&measured.camera_logs, &ratios, groups);
     let usable = |colours: &&Vec<PatchColour>| colours.iter().flatten().filter(|c| c.usable).count() >= 2;
     let shared = colours.iter().filter(usable).count();
     let reach = typical_distance(points);
     let (meter, meters) = if groups.is_one() {
         (Meter::new(photos, points, &colours, (&fit.of_photo, &fit.component), reach), Vec::new())
     } else {
-        let (points, joined) = (points.clone(), Vec::new());
-        let corrected = MeasuredColours { points, colours: colours.to_vec(), joined };
+        let corrected = MeasuredColours {
+            colours: colours.to_vec(),
+            points: points.clone(),
+            joined: Vec::new(),
+            places: Vec::new(),
+            place_colours: Vec::new(),
+            camera_logs: vec![None; photos.len()],
+        };
         (Meter::default(), group_meters(photos, &corrected, groups, &fit, reach))
     };
     let means = if groups.is_one() { Vec::new() } else { group_means(groups, &fit) };
@@ -354,8 +381,10 @@ fn fitted(
             rule: ExposureRule::default(),
             light: SiteLight { groups: groups.clone(), blended: None, meters, means, surfaces },
             keeps_vignetting,
+            camera,
         },
         rules: Vec::new(),
+        camera_lead: None,
         left_out_psnr: Vec::new(),
         group_support: GroupSupport::default(),
         leaning_lead: None,
@@ -422,6 +451,7 @@ impl Gains {
         let blended = blended.map(|blended| Box::new(blended.among(kept, count)));
         gains.light = SiteLight { groups: groups.among(kept, count), blended, meters, means, surfaces };
         (gains.rule, gains.keeps_vignetting) = (self.rule, self.keeps_vignetting);
+        gains.camera = self.camera.among(kept.iter().map(|photo| photo.index()), count);
         gains
     }
 }
@@ -433,6 +463,7 @@ impl Estimate {
         self.leaning_lead = rule::lead_over(self, &one);
         if self.leaning_lead.is_some_and(|lead| !lead.is_clear()) {
             (self.rules, self.left_out_psnr) = (one.rules, one.left_out_psnr);
+            self.camera_lead = one.camera_lead;
             self.vignetting_lead = one.vignetting_lead;
             self.gains.rule = one.gains.rule;
             self.gains.light.blended = Some(Box::new(one.gains));

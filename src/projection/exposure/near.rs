@@ -153,7 +153,8 @@ impl Gains {
         let view = match self.exposure(shot) {
             Exposure::Near | Exposure::Decided => self.of_view(&shot.pose, &shares()),
             Exposure::Raw => return vec![[1.0; 3]; self.of_photo.len()],
-            exposure if shot.exposure == Exposure::Decided => self.near_photos(exposure, shot, &shares()),
+            Exposure::AsTaken(log) => self.as_taken(log, &shares()),
+            exposure if is_decided(shot.exposure) => self.near_photos(exposure, shot, &shares()),
             Exposure::Metered => self.metered(&shot.pose, &shares()),
             Exposure::Common => [0.0; 3],
             Exposure::Of(photo) => self.of_photo[photo.index()],
@@ -191,6 +192,7 @@ impl Gains {
     fn exposure(&self, shot: &Shot) -> Exposure {
         match shot.exposure {
             Exposure::Decided => self.rule.exposure(),
+            Exposure::AsTaken(_) if !self.camera.suits_views => self.rule.exposure(),
             Exposure::Of(photo) if shot.without.contains(&photo) => self.rule.exposure(),
             exposure => exposure,
         }
@@ -211,6 +213,11 @@ impl Gains {
         };
         [0, 1, 2].map(|c| own(c) + carried[c])
     }
+}
+
+/// Returns true when the site's rule may decide on an exposure.
+fn is_decided(exposure: Exposure) -> bool {
+    matches!(exposure, Exposure::Decided | Exposure::AsTaken(_))
 }
 
 /// The shares of the photos and of the common exposure in a view's gain; all sum to 1.

@@ -51,6 +51,9 @@ pub trait Visibility: Sync {
     /// `None` where there is none, and for billboards, whose appearance changes with the direction.
     fn surface_at(&self, photo: PhotoId, image_px: DVec2) -> Option<(FaceId, DVec3)>;
 
+    /// Returns true when the photo shows nothing of the model at an image point.
+    fn is_open(&self, photo: PhotoId, image_px: DVec2) -> bool;
+
     /// Returns the face's unit normal.
     fn normal(&self, face: FaceId) -> DVec3;
 
@@ -91,6 +94,11 @@ impl Visibility for RayVisibility<'_> {
         (!billboard).then(|| (hit.face, origin + direction * hit.t))
     }
 
+    fn is_open(&self, photo: PhotoId, image_px: DVec2) -> bool {
+        let (origin, direction) = self.ray(photo, image_px);
+        self.surface.nearest(origin, direction).is_none()
+    }
+
     fn normal(&self, face: FaceId) -> DVec3 {
         self.model.face(face).plane.normal
     }
@@ -104,7 +112,8 @@ impl Visibility for RayVisibility<'_> {
         let plane = self.model.face(face).plane;
         // The centre is tested first, because it fails most often.
         let offsets = [0, 1, 2, 3, 5, 6, 7, 8].map(|k| (k % 3, k / 3));
-        [(1, 1)].into_iter().chain(offsets).all(|(i, j)| {
+        let around = offsets.into_iter().filter(|_| half_px > 0.0);
+        [(1, 1)].into_iter().chain(around).all(|(i, j)| {
             let offset = DVec2::new(f64::from(i - 1), f64::from(j - 1)) * half_px;
             let (origin, direction) = self.ray(photo, image_px + offset);
             let on_plane = -plane.signed_distance(origin) / plane.normal.dot(direction);
@@ -196,7 +205,7 @@ pub fn spread_points(
 }
 
 /// Returns the grid of image points of one photo.
-fn grid(projector: &Projector, options: &ExposureOptions) -> Vec<DVec2> {
+pub(super) fn grid(projector: &Projector, options: &ExposureOptions) -> Vec<DVec2> {
     let (w, h) = (f64::from(projector.camera.width), f64::from(projector.camera.height));
     let step = (w * h / f64::from(options.points_per_photo.max(1))).sqrt();
     let (columns, rows) = ((w / step).round().max(1.0) as u32, (h / step).round().max(1.0) as u32);
@@ -231,7 +240,12 @@ fn shared_point(
 
 /// Computes the patch of a surface point in a photo; `None` from behind the surface, behind the camera, or
 /// too obliquely.
-fn patch_in(photo: PhotoId, projector: &Projector, position: DVec3, normal: DVec3) -> Option<PointPatch> {
+pub(super) fn patch_in(
+    photo: PhotoId,
+    projector: &Projector,
+    position: DVec3,
+    normal: DVec3,
+) -> Option<PointPatch> {
     let eye = projector.pose.center_in_world();
     let in_camera = projector.pose.camera_from_world(position);
     let center_px = projector.camera.image_from_camera(in_camera)?;

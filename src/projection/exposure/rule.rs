@@ -2,9 +2,10 @@
 //!
 //! Photos of one site that were exposed by their cameras differ with the place; photos that were exposed by hand, or
 //! developed together, do not; and photos of several rounds differ without any rule. Which of these a site is, its photos
-//! tell: each is left out in turn, the gains are estimated from the others, and its colours at the common surface points are
-//! predicted from theirs as views are drawn, once by each rule. Whether views lean to the groups of light that they show most
-//! of is decided in the same way. Nothing is known of a photo that is left out but its camera, as of a view: not its group
+//! tell: each is left out in turn, the gains are estimated from the others, and the whole photo, on a grid of places, is
+//! predicted from theirs as views are drawn, once by each rule. Common points alone would flatter gains: there colours are compared
+//! where they can be compared best. Whether views lean to the groups of light that they show most of, and the like, is decided at
+//! common points, in the same way. Nothing is known of a photo that is left out but its camera, as of a view: not its group
 //! either.
 
 use glam::DVec2;
@@ -14,8 +15,8 @@ use serde::{Deserialize, Serialize};
 use super::measured::MeasuredColours;
 use super::optics::{squared_radius, squared_tangent};
 use super::{
-    Estimate, ExposureOptions, LightGroups, MeanColour, PointPatch, SharedPoint, Shares, SurfaceFactors,
-    SurfaceGains, fitted,
+    Estimate, ExposureOptions, LightGroups, MeanColour, PatchColour, PointPatch, Shares, SurfaceFactors,
+    SurfaceGains, fitted, kept_white,
 };
 use crate::projection::weights::{Claim, border, octaves_missing, weights};
 use crate::projection::{Blend, Exposure, Projector};
@@ -68,7 +69,7 @@ impl ExposureRule {
 pub struct RuleScore {
     /// The rule.
     pub rule: ExposureRule,
-    /// The mean over photos of the PSNR of their predicted patch colours, in dB.
+    /// The mean over whole photos of the PSNR of their predicted colours, in dB.
     pub psnr: f64,
 }
 
@@ -82,8 +83,10 @@ const FEWEST_POINTS: usize = 20;
 pub(super) struct RuleScores {
     /// The scores of all rules, in the order of [`ExposureRule::ALL`]; empty where no photo can be left out.
     pub rules: Vec<RuleScore>,
-    /// The same for each photo that was left out.
+    /// The same at common points for each photo that was left out.
     pub of_photos: Vec<[f64; 4]>,
+    /// For each photo that was left out and whose camera wrote down its exposure: the PSNR in that exposure, and by each rule.
+    pub by_camera: Vec<(f64, [f64; 4])>,
     /// The lead of gains per surface in the light of the photos' own groups; `None` where all photos are one group.
     pub surfaces_lead: Option<Lead>,
 }
@@ -121,22 +124,30 @@ pub(super) fn rule_scores(
 ) -> RuleScores {
     let count = photos.len().min(MOST_LEFT_OUT);
     let left_out: Vec<PhotoId> = (0..count).map(|k| PhotoId::new(k * photos.len() / count)).collect();
-    let of_photos: Vec<([f64; 4], Option<f64>)> = left_out
+    let of_photos: Vec<PhotoScores> = left_out
         .into_par_iter()
-        .filter_map(|photo| psnr_of_rules(photos, measured, photo, groups, options))
+        .filter_map(|photo| scores_of_photo(photos, measured, photo, groups, options))
         .collect();
     if of_photos.is_empty() {
         return RuleScores::default();
     }
     let mean =
-        |rule: usize| of_photos.iter().map(|(psnr, _)| psnr[rule]).sum::<f64>() / of_photos.len() as f64;
+        |rule: usize| of_photos.iter().map(|photo| photo.whole[rule]).sum::<f64>() / of_photos.len() as f64;
     let rules = ExposureRule::ALL.into_iter().enumerate();
-    let leads: Vec<f64> = of_photos.iter().filter_map(|(_, lead)| *lead).collect();
+    let leads: Vec<f64> = of_photos.iter().filter_map(|photo| photo.surfaces_lead).collect();
     RuleScores {
         rules: rules.map(|(i, rule)| RuleScore { rule, psnr: mean(i) }).collect(),
         surfaces_lead: Lead::of(&leads),
-        of_photos: of_photos.into_iter().map(|(psnr, _)| psnr).collect(),
+        by_camera: of_photos.iter().filter_map(|photo| Some((photo.by_camera?, photo.whole))).collect(),
+        of_photos: of_photos.into_iter().map(|photo| photo.at_points).collect(),
     }
+}
+
+/// Returns by how many dB photos are predicted better in the exposure that their cameras wrote down than by a rule.
+pub(super) fn camera_lead(by_camera: &[(f64, [f64; 4])], rule: ExposureRule) -> Option<f64> {
+    let rule = ExposureRule::ALL.iter().position(|other| *other == rule)?;
+    let leads = by_camera.iter().map(|(camera, by_rule)| camera - by_rule[rule]);
+    (!by_camera.is_empty()).then(|| leads.sum::<f64>() / by_camera.len() as f64)
 }
 
 /// Returns the PSNR of a rule; `None` where rules were not compared.
@@ -170,25 +181,43 @@ pub(super) fn best_psnr(estimate: &Estimate) -> Option<f64> {
 /// The lead from which on another rule than that by place is taken, in dB.
 pub(super) const CLEAR_DB: f64 = 0.1;
 
-/// Computes the PSNR with which a photo's colours are predicted under each rule, and the lead of gains per surface in the light
-/// of its group where the others show something of that; `None` where it has too few points in common with others.
-fn psnr_of_rules(
+/// How well one photo that is left out is predicted.
+struct PhotoScores {
+    /// The PSNR of the whole photo by each rule.
+    whole: [f64; 4],
+    /// The same at common points.
+    at_points: [f64; 4],
+    /// The PSNR of the whole photo in the exposure that its camera wrote down.
+    by_camera: Option<f64>,
+    /// The lead of gains per surface in the light of its group, where the others show something of that.
+    surfaces_lead: Option<f64>,
+}
+
+/// Predicts a photo from the others; `None` where it has too few points in common with them.
+fn scores_of_photo(
     photos: &[Projector],
     measured: &MeasuredColours,
     photo: PhotoId,
     groups: &LightGroups,
     options: &ExposureOptions,
-) -> Option<([f64; 4], Option<f64>)> {
-    let predicted = PredictedPoints::new(photos, measured, photo);
+) -> Option<PhotoScores> {
+    let predicted = PredictedPoints::at_points(photos, measured, photo);
     if predicted.points.len() < FEWEST_POINTS {
         return None;
     }
+    let whole = PredictedPoints::all_over(photos, measured, photo);
     let kept: Vec<PhotoId> = PhotoId::all(photos.len()).filter(|other| *other != photo).collect();
     let others: Vec<Projector> = kept.iter().map(|photo| photos[photo.index()].clone()).collect();
     let estimate = fitted(&others, &measured.of_photos(&kept), &groups.of_photos(&kept), options)
         .among(&kept, photos.len());
+    let by_rules = |predicted: &PredictedPoints| {
+        ExposureRule::ALL.map(|rule| predicted.psnr(rule.exposure(), &estimate, photos))
+    };
     if groups.is_one() {
-        return Some((ExposureRule::ALL.map(|rule| predicted.psnr(rule, &estimate, photos)), None));
+        let log = measured.camera_logs[photo.index()].filter(|_| estimate.gains.camera.used() > 0);
+        let by_camera = log.map(|log| whole.psnr(Exposure::AsTaken(log), &estimate, photos));
+        let (whole, at_points) = (by_rules(&whole), by_rules(&predicted));
+        return Some(PhotoScores { whole, at_points, by_camera, surfaces_lead: None });
     }
     let surfaces = &estimate.gains.light.surfaces;
     let parts = groups.parts(&predicted.shares.of_photo);
@@ -196,13 +225,14 @@ fn psnr_of_rules(
     own[groups.of(photo)] = parts[groups.of(photo)];
     let surfaces_lead = own.iter().any(|part| *part > 0.0).then(|| {
         let mut own_light = predicted.clone().leaned(groups, &own, None);
-        let without = own_light.psnr(ExposureRule::Near, &estimate, photos);
+        let without = own_light.psnr(Exposure::Near, &estimate, photos);
         let shares = LightGroups::exposure_shares(&own).unwrap_or_default();
         own_light.surfaces = surfaces.towards(&shares, groups);
-        own_light.psnr(ExposureRule::Near, &estimate, photos) - without
+        own_light.psnr(Exposure::Near, &estimate, photos) - without
     });
-    let leaned = predicted.leaned(groups, &parts, Some(surfaces));
-    Some((ExposureRule::ALL.map(|rule| leaned.psnr(rule, &estimate, photos)), surfaces_lead))
+    let leaned = |points: PredictedPoints| by_rules(&points.leaned(groups, &parts, Some(surfaces)));
+    let (whole, at_points) = (leaned(whole), leaned(predicted));
+    Some(PhotoScores { whole, at_points, by_camera: None, surfaces_lead })
 }
 
 /// The points on the grid of a photo that is left out, with the photos that predict them.
@@ -212,11 +242,14 @@ struct PredictedPoints {
     points: Vec<PredictedPoint>,
     shares: Shares,
     surfaces: SurfaceFactors,
+    /// The share of the points whose errors count.
+    counted: f64,
 }
 
 #[derive(Clone)]
 struct PredictedPoint {
-    face: FaceId,
+    /// The face; `None` for surroundings.
+    face: Option<FaceId>,
     /// The position in the photo that is left out, and its colour there.
     px: DVec2,
     truth: [f64; 3],
@@ -238,17 +271,33 @@ impl PredictedPoint {
 }
 
 impl PredictedPoints {
-    fn new(photos: &[Projector], measured: &MeasuredColours, photo: PhotoId) -> Self {
+    /// Returns the common points of the photo, without the tenth with the largest errors.
+    fn at_points(photos: &[Projector], measured: &MeasuredColours, photo: PhotoId) -> Self {
         let points = measured.points.iter().zip(&measured.colours).filter(|(point, _)| point.own == photo);
-        let points: Vec<PredictedPoint> =
-            points.filter_map(|(point, colours)| predicted_point(photos, point, colours)).collect();
+        let predicted = points.filter_map(|(point, colours)| {
+            predicted_point(photos, (photo, Some(point.face)), &point.patches, colours)
+        });
+        Self::new(photos, photo, predicted.collect(), KEPT)
+    }
+
+    /// Returns the places all over the photo.
+    fn all_over(photos: &[Projector], measured: &MeasuredColours, photo: PhotoId) -> Self {
+        let places =
+            measured.places.iter().zip(&measured.place_colours).filter(|(place, _)| place.own == photo);
+        let predicted = places.filter_map(|(place, colours)| {
+            predicted_point(photos, (photo, place.face), &place.patches, colours)
+        });
+        Self::new(photos, photo, predicted.collect(), 1.0)
+    }
+
+    fn new(photos: &[Projector], photo: PhotoId, points: Vec<PredictedPoint>, counted: f64) -> Self {
         let mut of_photo = vec![0.0; photos.len()];
         for (patch, _, weight) in points.iter().flat_map(|point| &point.others) {
             of_photo[patch.photo.index()] += weight / points.len() as f64;
         }
         let takes_part = PhotoId::all(photos.len()).map(|other| other != photo).collect();
         let shares = Shares { of_photo, of_common: 0.0, takes_part };
-        Self { photo, points, shares, surfaces: SurfaceFactors::default() }
+        Self { photo, points, shares, surfaces: SurfaceFactors::default(), counted }
     }
 
     /// Leans to the groups of light that have these parts, and brings the photos of others over by surface.
@@ -263,49 +312,51 @@ impl PredictedPoints {
         self
     }
 
-    /// Computes the PSNR of the predicted colours, without the tenth of the points with the largest errors.
-    fn psnr(&self, rule: ExposureRule, estimate: &Estimate, photos: &[Projector]) -> f64 {
+    /// Computes the PSNR of the colours predicted in an exposure.
+    fn psnr(&self, exposure: Exposure, estimate: &Estimate, photos: &[Projector]) -> f64 {
         let gains = &estimate.gains;
         let pose = &photos[self.photo.index()].pose;
-        let view = match rule {
-            ExposureRule::Near => gains.of_view(pose, &self.shares),
-            ExposureRule::Metered => gains.metered(pose, &self.shares),
-            ExposureRule::Common => gains.common(&self.shares),
-            ExposureRule::Raw => [0.0; 3],
+        let view = match exposure {
+            Exposure::Metered => gains.metered(pose, &self.shares),
+            Exposure::Common => gains.common(&self.shares),
+            Exposure::AsTaken(log) => gains.as_taken(log, &self.shares),
+            Exposure::Raw => [0.0; 3],
+            _ => gains.of_view(pose, &self.shares),
         };
+        let is_raw = exposure == Exposure::Raw;
         let lens = gains.lens(photos, &self.shares);
         let camera = &photos[self.photo.index()].camera;
-        let colour = |face: FaceId, (patch, colour, weight): &(PointPatch, MeanColour, f64)| {
-            if rule == ExposureRule::Raw {
+        let colour = |point: &PredictedPoint, (patch, colour, weight): &(PointPatch, MeanColour, f64)| {
+            if is_raw {
                 return colour.mean.map(|light| weight * light);
             }
             let i = patch.photo.index();
             let r2 = squared_radius(&photos[i].camera, patch.center_px);
             let light = gains.optics[i].undone(colour.mean, r2);
-            let on_face = self.surfaces.of(face, patch.photo);
-            [0, 1, 2].map(|c| weight * light[c] * on_face[c] * (view[c] - gains.of_photo[i][c]).exp())
+            let on_face = point.face.map_or([1.0; 3], |face| self.surfaces.of(face, patch.photo));
+            let lens = lens.factor(squared_tangent(camera, point.px));
+            let factor = |c: usize| lens * on_face[c] * (view[c] - gains.of_photo[i][c]).exp();
+            let exposed = [0, 1, 2].map(|c| light[c] * factor(c));
+            kept_white(colour.mean, exposed).map(|light| weight * light)
         };
         let error = |point: &PredictedPoint| {
             let blended = point
                 .others
                 .iter()
-                .map(|other| colour(point.face, other))
+                .map(|other| colour(point, other))
                 .fold([0.0; 3], |sum, light| [0, 1, 2].map(|c| sum[c] + light[c]));
-            let lens =
-                if rule == ExposureRule::Raw { 1.0 } else { lens.factor(squared_tangent(camera, point.px)) };
-            let off =
-                |c: usize| srgb_from_linear((lens * blended[c]).min(1.0)) - srgb_from_linear(point.truth[c]);
+            let off = |c: usize| srgb_from_linear(blended[c].min(1.0)) - srgb_from_linear(point.truth[c]);
             (0..3).map(|c| off(c).powi(2)).sum::<f64>() / 3.0
         };
         let errors: Vec<f64> = self.points.iter().map(error).collect();
-        let largest = quantile(&mut errors.clone(), KEPT).expect("there are enough points");
+        let Some(largest) = quantile(&mut errors.clone(), self.counted) else { return 0.0 };
         let kept = || errors.iter().filter(|error| **error <= largest);
         let mean = kept().sum::<f64>() / kept().count() as f64;
         -10.0 * mean.max(LEAST_ERROR).log10()
     }
 }
 
-/// The share of the points whose errors count: the others are where the model is wrong or something moved.
+/// The share of common points whose errors count: the others are where the model is wrong or something moved.
 const KEPT: f64 = 0.9;
 /// The least mean squared error, that of rounding to 8 bits.
 const LEAST_ERROR: f64 = 1.0 / (12.0 * 255.0 * 255.0);
@@ -313,12 +364,11 @@ const LEAST_ERROR: f64 = 1.0 / (12.0 * 255.0 * 255.0);
 /// Weights the photos that predict a point as a renderer does; `None` where none does, or the colour is unknown.
 fn predicted_point(
     photos: &[Projector],
-    point: &SharedPoint,
-    colours: &[Option<MeanColour>],
+    (photo, face): (PhotoId, Option<FaceId>),
+    patches: &[PointPatch],
+    colours: &[PatchColour],
 ) -> Option<PredictedPoint> {
-    let photo = point.own;
-    let measured =
-        || point.patches.iter().zip(colours).filter_map(|(patch, colour)| Some((*patch, (*colour)?)));
+    let measured = || patches.iter().zip(colours).filter_map(|(patch, colour)| Some((*patch, (*colour)?)));
     let (own, truth) = measured().find(|(patch, _)| patch.photo == photo)?;
     let others: Vec<(PointPatch, MeanColour)> =
         measured().filter(|(patch, _)| patch.photo != photo).collect();
@@ -329,7 +379,7 @@ fn predicted_point(
         return None;
     }
     let others = others.into_iter().zip(weights).map(|((patch, colour), weight)| (patch, colour, weight));
-    let (face, px) = (point.face, own.center_px);
+    let px = own.center_px;
     Some(PredictedPoint { face, px, truth: truth.mean, others: others.collect(), penalties })
 }
 

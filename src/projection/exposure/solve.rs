@@ -24,6 +24,9 @@ pub struct GainFit {
 /// The standard deviation assumed for a gain before any measurement: 0.7 EV.
 pub(super) const PRIOR: f64 = 0.5;
 
+/// The same about the exposure that the camera wrote down: a fifth of a stop for shutter, aperture and white balance.
+const CAMERA_PRIOR: f64 = 0.15;
+
 /// The number of ratios that count as one against the prior, because ratios at neighbouring points have
 /// correlated errors.
 pub(super) const CORRELATED: f64 = 10.0;
@@ -38,29 +41,30 @@ pub(super) const LEAST_SIGMA: f64 = 1e-3;
 const MOST_ROUNDS: u32 = 50;
 const GOOD_ENOUGH: f64 = 1e-7;
 
-/// Finds gains `g` of `photos` such that each ratio's `log` is about `g[a] - g[b]`: it minimises Huber's loss
-/// by reweighted least squares, each channel separately. A weak prior pulls gains towards 0, which matters
-/// only to photos with a handful of ratios; then each component is shifted to mean 0.
-pub fn solve_gains(photo_count: usize, ratios: &[Ratio]) -> GainFit {
-    let component = components(photo_count, ratios);
-    let channels: Vec<Channel> = (0..3)
-        .into_par_iter()
-        .map(|channel| solve_channel(photo_count, ratios, channel, &component))
-        .collect();
-    let of_photo = (0..photo_count).map(|photo| [0, 1, 2].map(|c| channels[c].gains[photo])).collect();
-    let (alone, components) = alone_and_components(&component);
+/// Finds gains `g` of photos such that each ratio's `log` is about `g[a] - g[b]`: it minimises Huber's loss
+/// by reweighted least squares, each channel separately. A weak prior pulls each gain towards what its camera wrote down
+/// (`camera`, one value per photo), else towards 0, which matters only to photos with a handful of ratios. Then each component is
+/// shifted to the mean of what its cameras wrote down, else to mean 0, and all of them to mean 0.
+pub fn solve_gains(camera: &[Option<f64>], ratios: &[Ratio]) -> GainFit {
+    let component = components(camera.len(), ratios);
+    let channels: Vec<Channel> =
+        (0..3).into_par_iter().map(|channel| solve_channel(camera, ratios, channel, &component)).collect();
+    let of_photo = (0..camera.len()).map(|photo| [0, 1, 2].map(|c| channels[c].gains[photo])).collect();
+    let (mut alone, components) = alone_and_components(&component);
+    alone.retain(|photo| camera[photo.index()].is_none());
     GainFit { of_photo, alone, components, after: [0, 1, 2].map(|c| channels[c].after), component }
 }
 
 /// As [`solve_gains`], from ratios within groups of light alone. The groups are then shifted against each other so that they
 /// agree best at common points, where shadows count as little as other outliers.
 pub fn solve_in_groups(photo_count: usize, ratios: &[Ratio], groups: &LightGroups) -> GainFit {
+    let no_camera = vec![None; photo_count];
     if groups.is_one() {
-        return solve_gains(photo_count, ratios);
+        return solve_gains(&no_camera, ratios);
     }
     let (within, across): (Vec<Ratio>, Vec<Ratio>) =
         ratios.iter().partition(|ratio| groups.of(ratio.a) == groups.of(ratio.b));
-    let inner = solve_gains(photo_count, &within);
+    let inner = solve_gains(&no_camera, &within);
     let shifted = across.into_iter().map(|ratio| {
         let [a, b] = [ratio.a, ratio.b].map(|photo| photo.index());
         let gain = |c: usize| inner.of_photo[a][c] - inner.of_photo[b][c];
@@ -68,13 +72,13 @@ pub fn solve_in_groups(photo_count: usize, ratios: &[Ratio], groups: &LightGroup
         let [a, b] = [a, b].map(|photo| PhotoId::new(inner.component[photo]));
         Ratio { a, b, log, ..ratio }
     });
-    let outer = solve_gains(photo_count, &shifted.collect::<Vec<_>>());
+    let outer = solve_gains(&no_camera, &shifted.collect::<Vec<_>>());
     let component: Vec<usize> = inner.component.iter().map(|unit| outer.component[*unit]).collect();
     let mut of_photo = vec![[0.0; 3]; photo_count];
     for c in 0..3 {
         let gain = |photo: usize| inner.of_photo[photo][c] + outer.of_photo[inner.component[photo]][c];
         let mut gains: Vec<f64> = (0..photo_count).map(gain).collect();
-        centre(&mut gains, &component);
+        centre(&mut gains, &component, &no_camera);
         of_photo.iter_mut().zip(gains).for_each(|(of_photo, gain)| of_photo[c] = gain);
     }
     let (alone, components) = alone_and_components(&component);
@@ -94,12 +98,12 @@ struct Channel {
     after: f64,
 }
 
-fn solve_channel(photo_count: usize, ratios: &[Ratio], channel: usize, component: &[usize]) -> Channel {
-    let mut gains = vec![0.0; photo_count];
+fn solve_channel(camera: &[Option<f64>], ratios: &[Ratio], channel: usize, component: &[usize]) -> Channel {
+    let mut gains = vec![0.0; camera.len()];
     let mut median = median_residual(ratios, channel, &gains);
     for _ in 0..MOST_ROUNDS {
         let sigma = (SIGMA_PER_MAD * median).max(LEAST_SIGMA);
-        let next = reweighted(ratios, channel, &gains, sigma);
+        let next = reweighted(ratios, channel, &gains, sigma, camera);
         let moved = gains.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         gains = next;
         median = median_residual(ratios, channel, &gains);
@@ -107,12 +111,18 @@ fn solve_channel(photo_count: usize, ratios: &[Ratio], channel: usize, component
             break;
         }
     }
-    centre(&mut gains, component);
+    centre(&mut gains, component, camera);
     Channel { after: median_residual(ratios, channel, &gains), gains }
 }
 
 /// Does one round: finds the minimum of the quadratic that touches Huber's loss at `gains`.
-fn reweighted(ratios: &[Ratio], channel: usize, gains: &[f64], sigma: f64) -> Vec<f64> {
+fn reweighted(
+    ratios: &[Ratio],
+    channel: usize,
+    gains: &[f64],
+    sigma: f64,
+    camera: &[Option<f64>],
+) -> Vec<f64> {
     let n = gains.len();
     let mut normal = vec![0.0; n * n];
     let mut right = vec![0.0; n];
@@ -128,8 +138,12 @@ fn reweighted(ratios: &[Ratio], channel: usize, gains: &[f64], sigma: f64) -> Ve
         right[a] += weight * log;
         right[b] -= weight * log;
     }
-    let prior = CORRELATED * (sigma / PRIOR).powi(2);
-    (0..n).for_each(|i| normal[i * n + i] += prior);
+    for (i, camera) in camera.iter().enumerate() {
+        let deviation = if camera.is_some() { CAMERA_PRIOR } else { PRIOR };
+        let prior = CORRELATED * (sigma / deviation).powi(2);
+        normal[i * n + i] += prior;
+        right[i] += prior * camera.unwrap_or(0.0);
+    }
     cholesky_solve(normal, right)
 }
 
@@ -181,15 +195,25 @@ fn components(photo_count: usize, ratios: &[Ratio]) -> Vec<usize> {
     (0..photo_count).map(|photo| root(&mut parent, photo)).collect()
 }
 
-/// Shifts each component to mean 0.
-fn centre(gains: &mut [f64], component: &[usize]) {
+/// Shifts each component to the mean of what its cameras wrote down, or to mean 0 where none did; then all of them together to
+/// mean 0.
+fn centre(gains: &mut [f64], component: &[usize], camera: &[Option<f64>]) {
+    let by_camera =
+        |root: usize| component.iter().zip(camera).any(|(own, log)| *own == root && log.is_some());
+    let knows: Vec<bool> = (0..gains.len()).map(|root| component[root] == root && by_camera(root)).collect();
     let mut sums = vec![(0.0, 0u32); gains.len()];
-    for (gain, root) in gains.iter().zip(component) {
-        sums[*root].0 += gain;
-        sums[*root].1 += 1;
+    for ((gain, root), camera) in gains.iter().zip(component).zip(camera) {
+        if camera.is_some() || !knows[*root] {
+            sums[*root].0 += gain - camera.unwrap_or(0.0);
+            sums[*root].1 += 1;
+        }
     }
     for (gain, root) in gains.iter_mut().zip(component) {
         *gain -= sums[*root].0 / f64::from(sums[*root].1);
+    }
+    if knows.contains(&true) {
+        let mean = gains.iter().sum::<f64>() / gains.len() as f64;
+        gains.iter_mut().for_each(|gain| *gain -= mean);
     }
 }
 
@@ -226,7 +250,7 @@ mod tests {
         let known: Vec<Ratio> = (0..500).map(|k| ratio(0, 1, 0.2 + noisy(k))).collect();
         let many: Vec<Ratio> = (0..500).map(|k| ratio(2, 0, 0.4 + noisy(k))).collect();
         let step = |weak: &[Ratio]| {
-            let fit = solve_gains(3, &[&known, weak].concat());
+            let fit = solve_gains(&[None; 3], &[&known, weak].concat());
             fit.of_photo[2][0] - fit.of_photo[0][0]
         };
         assert!((step(&many) - 0.4).abs() < 0.005, "{}", step(&many));
@@ -236,9 +260,22 @@ mod tests {
 
     #[test]
     fn without_ratios_there_are_no_gains() {
-        let fit = solve_gains(3, &[]);
+        let fit = solve_gains(&[None; 3], &[]);
         assert_eq!(fit.of_photo, [[0.0; 3]; 3]);
         assert_eq!((fit.alone.len(), fit.components), (3, 0));
-        assert_eq!(solve_gains(0, &[]).of_photo, Vec::<[f64; 3]>::new());
+        assert_eq!(solve_gains(&[], &[]).of_photo, Vec::<[f64; 3]>::new());
+    }
+
+    #[test]
+    fn what_cameras_wrote_down_joins_photos_that_share_no_point_and_yields_to_many_that_do() {
+        let known: Vec<Ratio> = (0..500).map(|k| ratio(0, 1, 0.2 + 0.05 * (k as f32).sin())).collect();
+        // The first two are 0.2 apart by their points and 0.3 by their cameras; the third is known by its camera alone.
+        let fit = solve_gains(&[Some(0.2), Some(-0.1), Some(-0.1)], &known);
+        let gain = |photo: usize| fit.of_photo[photo][1];
+        assert!((gain(0) - gain(1) - 0.2).abs() < 0.01, "{:?}", fit.of_photo);
+        assert!((0.5 * (gain(0) + gain(1)) - gain(2) - 0.15).abs() < 1e-6, "{:?}", fit.of_photo);
+        assert!((gain(0) + gain(1) + gain(2)).abs() < 1e-9 && fit.alone.is_empty());
+        let without = solve_gains(&[Some(0.2), Some(-0.1), None], &known);
+        assert_eq!(without.alone, [PhotoId(2)]);
     }
 }

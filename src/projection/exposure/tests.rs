@@ -13,6 +13,7 @@ use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
 use crate::task::Task;
 
 mod light;
+mod whole;
 
 /// Builds a floor with four boxes on it, at the world point `at`.
 fn courtyard(at: DVec3) -> Arc<Model> {
@@ -59,6 +60,10 @@ struct Shoot {
     later: Vec<u32>,
     /// The groups of light, if they are decided.
     groups: Option<LightGroups>,
+    /// The light of the sky, which all photos show as bright whatever their exposure; `None` where it is not valid.
+    sky: Option<f64>,
+    /// What cameras wrote down; empty where they did not.
+    camera_logs: Vec<Option<f64>>,
 }
 
 impl Shoot {
@@ -79,6 +84,8 @@ impl Shoot {
             keeps_vignetting: false,
             later: Vec::new(),
             groups: None,
+            sky: None,
+            camera_logs: Vec::new(),
         }
     }
 
@@ -101,8 +108,11 @@ impl Shoot {
             (false, _) => Vignetting::Ignored,
         };
         let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
-        let measured =
+        let mut measured =
             MeasuredColours::measure(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap();
+        if !self.camera_logs.is_empty() {
+            measured.camera_logs.clone_from(&self.camera_logs);
+        }
         estimate_gains(&self.photos, &measured, left_out, self.groups.as_ref(), &options)
     }
 
@@ -110,7 +120,9 @@ impl Shoot {
         if self.visited.contains(&photo.0) && (200.0..240.0).contains(&px.x) {
             return Some(MeanColour { mean: [0.9; 3], usable: true });
         }
-        let (_, p) = seen.surface_at(photo, px)?;
+        let Some((_, p)) = seen.surface_at(photo, px) else {
+            return Some(MeanColour { mean: [self.sky?; 3], usable: true });
+        };
         let gain = self.gains[photo.index()];
         let pattern = |k: f64| 0.3 + 0.1 * (k * p.x).sin() + 0.1 * (k * p.y + p.z).cos();
         let noise = (rng.unit() + rng.unit() + rng.unit() - 1.5) * 2.0 * self.noise;

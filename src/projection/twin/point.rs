@@ -6,8 +6,8 @@ use super::ReferenceRenderer;
 use super::sample::Footprint;
 use crate::geometry::polygon::fit_plane;
 use crate::geometry::{Pinhole, Plane, Pose};
-use crate::projection::exposure::ViewExposure;
 use crate::projection::exposure::optics::{squared_radius, squared_tangent};
+use crate::projection::exposure::{ViewExposure, kept_white};
 use crate::projection::surface::RayHit;
 use crate::projection::turned::{MIRRORED, PhotoOnFace, blend_on};
 use crate::projection::weights::{
@@ -25,8 +25,10 @@ struct Contribution {
     penalty: f64,
     /// The trust of a pinned photo; `None` for other photos.
     pinned: Option<f64>,
-    /// The colour in linear light, times the matte.
-    colour: [f64; 3],
+    /// The colour as stored, in linear light.
+    stored: [f64; 3],
+    /// The same without the photo's optics.
+    undone: [f64; 3],
     /// The matte: 1 on faces that are not see-through.
     matte: f64,
 }
@@ -119,7 +121,9 @@ impl<'a> HitPoint<'a> {
             let factor = [0, 1, 2].map(|c| lens * factor[c] * on_face[c]);
             of_servers.0.push(exposure.leaning_of(server.photo) * contribution.penalty);
             of_servers.1.push(contribution.pinned);
-            of_servers.2.push([0, 1, 2].map(|c| contribution.colour[c] * factor[c]));
+            let Contribution { stored, undone, matte, .. } = contribution;
+            let exposed = kept_white(stored, [0, 1, 2].map(|c| undone[c] * factor[c]));
+            of_servers.2.push(exposed.map(|light| light * matte));
             mattes.push(contribution.matte);
             textures.push(server.layer_texture);
         }
@@ -186,11 +190,10 @@ impl<'a> HitPoint<'a> {
         let texel = self.twin.layer_textures[&server.layer_texture].texel(px, footprint)?;
         let optics = self.twin.gains.optics(self.shot, server.photo);
         // The offset is of light that is not multiplied by the matte.
-        let straight = texel.colour.map(|light| if texel.matte > 0.0 { light / texel.matte } else { 0.0 });
-        let undone = optics.undone(straight, squared_radius(&photo.camera, px));
+        let stored = texel.colour.map(|light| if texel.matte > 0.0 { light / texel.matte } else { 0.0 });
+        let undone = optics.undone(stored, squared_radius(&photo.camera, px));
         let sees_through = self.twin.see_through.contains(&self.face) || self.twin.skirts.holds(self.face);
         let matte = if sees_through { texel.matte } else { 1.0 };
-        let colour = undone.map(|light| light * matte);
         let (confidence, border) = (texel.confidence, border(&photo.camera, px));
         if confidence <= LEAST_CONFIDENCE || border <= 0.0 {
             return None;
@@ -202,7 +205,7 @@ impl<'a> HitPoint<'a> {
         let penalty = claim.penalty(&self.shot.blend);
         debug_assert!(self.shot.blend.mode == Mode::Debevec || penalty >= LEAST_ANGLE);
         let pinned = (server.pinned && !other_side).then(|| claim.trust());
-        Some(Contribution { penalty, pinned, colour, matte })
+        Some(Contribution { penalty, pinned, stored, undone, matte })
     }
 
     /// Returns how the point on the plane, `depth` in front of the view, moves in world coordinates for a

@@ -6,8 +6,8 @@ use super::ReferenceRenderer;
 use super::point::{LEAST_CONFIDENCE, image_step};
 use super::sample::Footprint;
 use crate::error::Result;
-use crate::projection::exposure::ViewExposure;
 use crate::projection::exposure::optics::{squared_radius, squared_tangent};
+use crate::projection::exposure::{ViewExposure, kept_white};
 use crate::projection::surroundings::{claim, pixels_per_angle};
 use crate::projection::weights::{border, weights};
 use crate::projection::{Quality, Server, Shot};
@@ -34,10 +34,10 @@ impl ReferenceRenderer {
         let taking_part = servers.filter(|server| !shot.without.contains(&server.photo));
         let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
             .filter_map(|server| {
-                let (penalty, colour) = self.shown_by(server, shot, ray)?;
+                let (penalty, stored, colour) = self.shown_by(server, shot, ray)?;
                 let factor = exposure.factor(server.photo).map(|factor| lens * factor);
                 let penalty = exposure.leaning_of(server.photo) * penalty;
-                Some((penalty, [0, 1, 2].map(|c| colour[c] * factor[c])))
+                Some((penalty, kept_white(stored, [0, 1, 2].map(|c| colour[c] * factor[c]))))
             })
             .unzip();
         let weights = weights(&penalties, &shot.blend);
@@ -45,8 +45,8 @@ impl ReferenceRenderer {
         (!penalties.is_empty()).then(|| [0, 1, 2].map(sum))
     }
 
-    /// Returns the penalty of a photo and its colour in a direction of the view's camera frame.
-    fn shown_by(&self, server: &Server, shot: &Shot, ray: DVec3) -> Option<(f64, [f64; 3])> {
+    /// Returns the penalty of a photo and its colour in a direction of the view's camera frame, as stored and without its optics.
+    fn shown_by(&self, server: &Server, shot: &Shot, ray: DVec3) -> Option<(f64, [f64; 3], [f64; 3])> {
         let photo = self.sources.photo(server.photo);
         let axes = shot.pose.rotation.transpose();
         let in_photo = photo.pose.rotation * (axes * ray);
@@ -72,6 +72,6 @@ impl ReferenceRenderer {
         let agreement = self.agreement(shot, server.layer_texture, px);
         let known = [border, texel.confidence, agreement];
         let claim = claim(&self.sources, shot, server.photo, [ray, in_photo], known);
-        Some((claim.penalty(&shot.blend), colour))
+        Some((claim.penalty(&shot.blend), texel.colour, colour))
     }
 }

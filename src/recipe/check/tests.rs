@@ -28,6 +28,7 @@ fn photos() -> Vec<Photo> {
         pose: look_at(eye, dvec3(2.0, 6.0, 1.5)),
         file: PathBuf::from("missing.png"),
         masks: Vec::new(),
+        exposure: None,
     };
     eyes.into_iter().enumerate().map(photo).collect()
 }

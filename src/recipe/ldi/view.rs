@@ -27,7 +27,14 @@ pub fn views_of(sets: &[LdiSet], asked: &ViewRequest, task: &Task) -> Result<Req
         for (index, ldi) in set.images.iter().enumerate() {
             let (camera, pose) = (ldi.own_camera(), ldi.pose);
             let name = unused(&name_of(set.arrangement, ldi, index), &photos);
-            photos.push(Photo { name, camera, pose, file: PathBuf::new(), masks: Vec::new() });
+            photos.push(Photo {
+                name,
+                camera,
+                pose,
+                file: PathBuf::new(),
+                masks: Vec::new(),
+                exposure: None,
+            });
         }
     }
     views(&Site { photos, model: Arc::new(Model::default()) }, asked, task)

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::io::photo::read_unmasked;
 use crate::io::reference::{Reference, reference};
 use crate::projection::metrics::{ErrorSum, ImageMetrics, ImagePair};
-use crate::projection::{DisplayMode, Picture, Renders, Shot};
+use crate::projection::{DisplayMode, Exposure, Picture, Renders, Shot};
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -70,6 +70,10 @@ impl Scorer<'_> {
         let mut shot = self.options.look.shot(camera, photo.pose);
         shot.without.extend(&question.without);
         shot.display = DisplayMode::Colour;
+        let taken = photo.exposure.and_then(|exposure| exposure.log());
+        if let Some(log) = taken.filter(|_| shot.exposure == Exposure::Decided) {
+            shot.exposure = Exposure::AsTaken(log);
+        }
         shot
     }
 

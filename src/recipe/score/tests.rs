@@ -44,6 +44,7 @@ fn site(folder: &Path) -> Site {
         pose: scene.pose,
         file: folder.join(name),
         masks: Vec::new(),
+        exposure: None,
     };
     Site { photos: vec![photo("a.png"), photo("b.png")], model: Arc::clone(&scene.model) }
 }

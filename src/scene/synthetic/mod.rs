@@ -65,6 +65,7 @@ impl Scene {
             pose: self.pose,
             file: PathBuf::new(),
             masks: Vec::new(),
+            exposure: None,
         }
     }
 
