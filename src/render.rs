@@ -55,7 +55,8 @@
 //! let request = ViewRequest { size: Size::Scaled(0.5), ..ViewRequest::default() };
 //! let views = opened.views(&request, &task)?;
 //! let look = Appearance { without_backs: true, ..Appearance::default() };
-//! let mut draw = |view: &RequestedView, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
+//! let mut draw =
+//!     |view: &RequestedView, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task).map(Into::into);
 //! let report = render(&views.list, &mut draw, &RenderOptions { out, ..RenderOptions::default() }, &task)?;
 //! for view in &report.done {
 //!     println!("{}: {} x {}, {:.0} % textured", view.view, view.width, view.height, 100.0 * view.textured);
@@ -91,10 +92,13 @@
 pub use crate::gpu::TextureOptions;
 pub use crate::projection::metrics::{ImageMetrics, ImagePair};
 pub use crate::projection::twin::ReferenceRenderer;
-pub use crate::projection::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Renders, Shot};
+pub use crate::projection::{
+    Blend, DisplayMode, Exposure, LinearPicture, Mode, Picture, Quality, Renders, Shot,
+};
 pub use crate::recipe::preview::{Preview, PreviewOptions, open as open_preview, open_reference};
 pub use crate::recipe::render::{
-    Appearance, Draw, RenderOptions, RenderReport, RenderedView, VideoOptions, render,
+    Appearance, Draw, DrawnPicture, PictureFormat, RenderOptions, RenderReport, RenderedView, VideoOptions,
+    render,
 };
 pub use crate::recipe::score::{
     MeanMetrics, MeanScore, ObjectScore, Question, ScoreOptions, ScoreReport, ViewScore, held_out,

@@ -26,7 +26,7 @@ use crate::recipe::exploded::exploded;
 use crate::recipe::ldi::viewer::Viewer;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
-use crate::recipe::render::{RenderOptions, RenderReport, RenderedView, VideoOptions, render};
+use crate::recipe::render::{PictureFormat, RenderOptions, RenderReport, RenderedView, VideoOptions, render};
 use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest};
 use crate::recipe::written_exposure::written_exposures;
 use crate::task::Task;
@@ -48,6 +48,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         return Err(Error::Request(found.into()));
     }
     let content = content_of(args)?;
+    check_format(args, content)?;
     let opened = open(&args.project, task)?;
     // Stacks that change meanwhile stay readable as they were.
     let _reader = StackReader::begin(&args.project);
@@ -66,7 +67,8 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
     let out = args.pictures.out.clone();
-    let options = RenderOptions { out, film, film_alone: false, legend: drawn, stereo: false };
+    let format = args.format.into();
+    let options = RenderOptions { out, format, film, legend: drawn, ..RenderOptions::default() };
     let (report, of_layers) = match content {
         PictureContent::Exploded => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
         content => draw_shots(args, content, &opened, &views, &options, task)?,
@@ -106,6 +108,23 @@ impl PictureContent {
             Self::OfImages(_) | Self::Exploded => DisplayMode::Colour,
         }
     }
+}
+
+/// Checks that what is shown can be written in the format.
+fn check_format(args: &RenderArgs, content: PictureContent) -> Result<()> {
+    let format = PictureFormat::from(args.format);
+    let found = match content {
+        _ if !format.is_linear() => return Ok(()),
+        _ if args.legend => {
+            "--legend draws into pictures of 8 bits a channel; leave it out, or give --format png"
+        }
+        PictureContent::Model(_) if args.made.as_what == AsArg::Model => return Ok(()),
+        _ => {
+            "--format png16 and exr are for views that are drawn from the model; exploded views and views of layered depth \
+             images have 8 bits a channel: give --format png"
+        }
+    };
+    Err(Error::Usage(found.into()))
 }
 
 /// Returns what the arguments ask for.
@@ -227,11 +246,20 @@ fn draw_shots(
     let mut draw = |view: &RequestedView, task: &Task| {
         let mut shot = look.shot(view.camera, view.pose);
         shot.exposure = taken.get(&view.name).map_or(shot.exposure, |log| Exposure::AsTaken(*log));
+        if options.format.is_linear() {
+            let picture = renderer.linear_picture(&shot, task)?;
+            return Ok(match args.background {
+                Background::Colour(colour) => picture.on(colour),
+                Background::Surroundings | Background::None => picture,
+            }
+            .into());
+        }
         let picture = renderer.picture(&shot, task)?;
         Ok(match args.background {
             Background::Colour(colour) => picture.on(colour),
             Background::Surroundings | Background::None => picture,
-        })
+        }
+        .into())
     };
     let report = render(&views.list, &mut draw, options, task)?;
     task.detail(format!("textures: {}", renderer.preview().statistics()));
@@ -252,7 +280,7 @@ fn draw_exploded(
         let missing =
             || Error::Request(format!("photo {photo} has no stack yet; run `quadratura update` first"));
         let stack = store.current(photo)?.ok_or_else(missing)?;
-        exploded(&store.folder(photo), &stack, (view.camera.width, view.camera.height), task)
+        exploded(&store.folder(photo), &stack, (view.camera.width, view.camera.height), task).map(Into::into)
     };
     render(&views.list, &mut draw, options, task)
 }

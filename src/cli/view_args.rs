@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, ValueEnum};
 
-use super::args::{AsArgs, PictureArgs, whole};
+use super::args::{AsArgs, PictureArgs, PictureFormatArg, whole};
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::io::cameras::accepted;
@@ -43,6 +43,9 @@ pub struct RenderArgs {
     pub view: Vec<String>,
     #[command(flatten)]
     pub pictures: PictureArgs,
+    /// The format of the pictures
+    #[arg(long, value_enum, default_value_t)]
+    pub format: PictureFormatArg,
     /// Select what is shown
     #[arg(long, value_enum, default_value_t)]
     pub show: ShowArg,

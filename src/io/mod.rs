@@ -18,6 +18,8 @@ pub mod hash;
 pub mod import_ledger;
 pub mod inbox;
 pub mod json;
+#[cfg(feature = "gui")]
+pub mod known_projects;
 pub mod layer_png;
 pub mod layer_reader;
 pub mod layered;
@@ -34,6 +36,7 @@ pub mod overlay;
 pub mod paint_store;
 pub mod photo;
 pub mod photo_list;
+pub mod picture_exr;
 pub mod picture_png;
 pub mod plant_images;
 pub mod plants;

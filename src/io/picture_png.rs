@@ -13,9 +13,12 @@ use super::layer_png::io_error;
 use crate::error::{Error, Result};
 
 /// Keyword of the text chunk.
-const MADE_BY: &str = "quadratura";
+pub(super) const MADE_BY: &str = "quadratura";
 /// Limit on decoded bytes; larger pictures are not this program's.
-const MOST_BYTES: usize = 1 << 32;
+pub(super) const MOST_BYTES: usize = 1 << 32;
+
+/// The extension of the files.
+pub const EXTENSION: &str = "png";
 
 /// The result of writing a picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,20 +40,37 @@ pub struct WrittenPicture {
 pub fn write_picture(folder: &Path, stem: &str, size_px: [u32; 2], pixels: &[u8]) -> Result<WrittenPicture> {
     let channels = pixels.len() / (size_px[0] as usize * size_px[1] as usize);
     let color = if channels == 4 { ColorType::Rgba } else { ColorType::Rgb };
-    let placed = place(folder, stem);
-    write_atomically_with(&placed.path, |out| encode(out, size_px, color, pixels))?;
+    let placed = place(folder, stem, EXTENSION, is_unchanged);
+    write_atomically_with(&placed.path, |out| encode(out, size_px, (color, BitDepth::Eight), pixels))?;
+    Ok(placed)
+}
+
+/// As [`write_picture`], RGBA with 16 bits per channel: `width * height * 4` numbers.
+///
+/// # Errors
+/// [`Error::Io`]; an existing file stays.
+pub fn write_picture_16(
+    folder: &Path,
+    stem: &str,
+    size_px: [u32; 2],
+    pixels: &[u16],
+) -> Result<WrittenPicture> {
+    let placed = place(folder, stem, EXTENSION, is_unchanged);
+    let bytes: Vec<u8> = pixels.iter().flat_map(|value| value.to_be_bytes()).collect();
+    let kind = (ColorType::Rgba, BitDepth::Sixteen);
+    write_atomically_with(&placed.path, |out| encode(out, size_px, kind, &bytes))?;
     Ok(placed)
 }
 
 fn encode(
     out: impl Write,
     [width, height]: [u32; 2],
-    color: ColorType,
+    (color, depth): (ColorType, BitDepth),
     pixels: &[u8],
 ) -> std::io::Result<()> {
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(color);
-    encoder.set_depth(BitDepth::Eight);
+    encoder.set_depth(depth);
     encoder.set_compression(Compression::Fast);
     encoder.add_text_chunk(MADE_BY.into(), hash_bytes(pixels)).map_err(io_error)?;
     let mut writer = encoder.write_header().map_err(io_error)?;
@@ -58,13 +78,18 @@ fn encode(
     writer.finish().map_err(io_error)
 }
 
-/// Chooses the first name that is free or belongs to an unchanged picture of this program.
-fn place(folder: &Path, stem: &str) -> WrittenPicture {
+/// Chooses the first name that is free or belongs to an unchanged picture of this program, which `is_unchanged` finds out.
+pub(super) fn place(
+    folder: &Path,
+    stem: &str,
+    extension: &str,
+    is_unchanged: impl Fn(&Path) -> Option<bool>,
+) -> WrittenPicture {
     let mut spared = Vec::new();
     let mut number = 1u64;
     loop {
         let suffix = if number == 1 { String::new() } else { format!("-{number}") };
-        let path = folder.join(format!("{stem}{suffix}.png"));
+        let path = folder.join(format!("{stem}{suffix}.{extension}"));
         if !path.exists() || is_unchanged(&path).unwrap_or(false) {
             return WrittenPicture { path, spared };
         }
@@ -131,6 +156,19 @@ mod tests {
         encoder.add_text_chunk(MADE_BY.into(), hash_bytes(&[2; 24])).unwrap();
         encoder.write_header().unwrap().write_image_data(&[7; 24]).unwrap();
         assert_eq!(write(folder.path(), 3).path, folder.path().join("0001-3.png"));
+    }
+
+    #[test]
+    fn pictures_of_16_bits_keep_them_and_are_replaced_like_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |value: u16| write_picture_16(folder.path(), "view", [2, 1], &[value; 8]).unwrap();
+        write(7);
+        let placed = write(30_001);
+        assert_eq!((placed.path.clone(), placed.spared.len()), (folder.path().join("view.png"), 0));
+        let read = image::open(placed.path).unwrap();
+        assert_eq!(read.color(), image::ColorType::Rgba16);
+        assert_eq!(read.to_rgba16().get_pixel(1, 0).0, [30_001; 4]);
+        assert_eq!(write_picture(folder.path(), "view", [2, 1], &[9; 8]).unwrap().spared.len(), 0);
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub mod frustum;
 pub mod hatching;
 pub mod hidden;
 pub mod legend;
+pub mod linear;
 pub mod metrics;
 pub mod navigation;
 pub mod peeling;
@@ -34,6 +35,7 @@ pub mod twin;
 pub mod weights;
 
 pub use exposure::Gains;
+pub use linear::LinearPicture;
 pub use renders::{Renders, SiteContent, SiteRenderer, TREE, shown_face};
 pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot, TreeMethod};
 pub use sliced::Sliced;

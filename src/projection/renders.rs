@@ -8,7 +8,7 @@ use super::exposure::ViewExposure;
 use super::peeling::Peels;
 use super::relief::Relief;
 use super::surface::Surface;
-use super::{Gains, LayerTextureId, Picture, Shot, Sliced, Sources, Texels};
+use super::{Gains, LayerTextureId, LinearPicture, Picture, Shot, Sliced, Sources, Texels};
 use crate::error::Result;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
@@ -45,6 +45,27 @@ pub trait Renders {
     /// Those of [`Renders::picture`].
     fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         self.faces(shot, task)
+    }
+
+    /// Finds the depth of what [`Renders::seen_faces`] finds, along the camera's axis, in units of the world; infinite where
+    /// nothing is. `None` where the renderer has no depths.
+    ///
+    /// # Errors
+    /// Those of [`Renders::picture`].
+    fn depths(&mut self, shot: &Shot, task: &Task) -> Result<Option<Vec<f32>>> {
+        let _ = shot;
+        task.go_on().map(|()| None)
+    }
+
+    /// Renders the image of a view in linear light, with depths where the renderer has them. A renderer that draws with 8 bits
+    /// a channel returns these.
+    ///
+    /// # Errors
+    /// Those of [`Renders::picture`].
+    fn linear_picture(&mut self, shot: &Shot, task: &Task) -> Result<LinearPicture> {
+        let mut sliced = self.begin(&Shot { linear: true, ..shot.clone() }, task)?;
+        while !self.advance(&mut sliced, task)? {}
+        Ok(LinearPicture { depths: self.depths(shot, task)?, ..sliced.linear_picture() })
     }
 
     /// Begins an image that is drawn in slices, between which other images can be drawn.

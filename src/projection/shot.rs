@@ -198,6 +198,8 @@ pub struct Shot {
     pub trees_within: Option<Duration>,
     /// True when the photos' surroundings are drawn where no face is, false when nothing is.
     pub surroundings: bool,
+    /// True when the image is drawn in linear light, with more than 8 bits a channel, for [`super::Renders::linear_picture`].
+    pub linear: bool,
 }
 
 impl Shot {
@@ -217,6 +219,7 @@ impl Shot {
             trees: TreeMethod::default(),
             trees_within: None,
             surroundings: true,
+            linear: false,
         }
     }
 

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::exposure::ViewExposure;
-use super::{Picture, Shot};
+use super::{LinearPicture, Picture, Shot};
 
 /// The time that a slice should take, in seconds: a window that waits for it misses at most one frame.
 const WANTED_S: f64 = 0.01;
@@ -20,8 +20,10 @@ pub struct Sliced {
     shot: Shot,
     /// The exposure of the whole image; bands of different exposure would be visible.
     exposure: ViewExposure,
-    /// sRGB and alpha of the rows drawn so far.
+    /// sRGB and alpha of the rows drawn so far, where the image is not drawn in linear light.
     rgba: Vec<u8>,
+    /// The rows drawn so far in linear light.
+    linear: Vec<[f32; 4]>,
     /// The row behind the last one that is drawn.
     end: u32,
     /// The measured time per pixel, in seconds; `None` where all rows are drawn at once.
@@ -31,21 +33,23 @@ pub struct Sliced {
 impl Sliced {
     /// Creates an image without rows. `exposure` is common to all bands.
     pub fn new(shot: &Shot, exposure: ViewExposure) -> Self {
-        let px = shot.camera.width as usize * shot.camera.height as usize;
         let (end, per_px_s) = (shot.camera.height, Some(FIRST_PER_PX_S));
-        Self { shot: shot.clone(), exposure, rgba: Vec::with_capacity(4 * px), end, per_px_s }
+        Self { shot: shot.clone(), exposure, rgba: Vec::new(), linear: Vec::new(), end, per_px_s }
     }
 
     /// Creates an image of which some rows are drawn at once; all others stay empty.
     pub fn of_rows(shot: &Shot, exposure: ViewExposure, rows: Range<u32>) -> Self {
         let whole = Self::new(shot, exposure);
-        let above = 4 * shot.camera.width as usize * rows.start as usize;
-        Self { rgba: vec![0; above], end: rows.end.min(whole.end), per_px_s: None, ..whole }
+        let above = shot.camera.width as usize * rows.start as usize;
+        let (rgba, linear) = if shot.linear { (0, above) } else { (4 * above, 0) };
+        let (rgba, linear) = (vec![0; rgba], vec![[0.0; 4]; linear]);
+        Self { rgba, linear, end: rows.end.min(whole.end), per_px_s: None, ..whole }
     }
 
     /// Returns the number of rows drawn so far.
     fn row(&self) -> u32 {
-        (self.rgba.len() / (4 * self.shot.camera.width as usize)) as u32
+        let px = if self.shot.linear { self.linear.len() } else { self.rgba.len() / 4 };
+        (px / self.shot.camera.width as usize) as u32
     }
 
     /// Returns the next rows as a view of its own: whole rows of cells, so that each cell is the same as in
@@ -69,10 +73,22 @@ impl Sliced {
 
     /// Appends the next rows, or takes the whole image; returns whether it is complete.
     pub fn add(&mut self, band: &Picture) -> bool {
+        if self.shot.linear {
+            return self.add_linear(&LinearPicture::of(band));
+        }
         if band.height == self.shot.camera.height {
             self.rgba.clear();
         }
         self.rgba.extend_from_slice(&band.rgba);
+        self.row() >= self.end
+    }
+
+    /// As [`Self::add`], of an image in linear light.
+    pub fn add_linear(&mut self, band: &LinearPicture) -> bool {
+        if band.height == self.shot.camera.height {
+            self.linear.clear();
+        }
+        self.linear.extend_from_slice(&band.rgba);
         self.row() >= self.end
     }
 
@@ -88,9 +104,22 @@ impl Sliced {
 
     /// Returns the image, once it is complete.
     pub fn picture(mut self) -> Picture {
+        if self.shot.linear {
+            return self.linear_picture().picture();
+        }
         let (width, height) = (self.shot.camera.width, self.shot.camera.height);
         self.rgba.resize(4 * width as usize * height as usize, 0);
         Picture { width, height, rgba: self.rgba }
+    }
+
+    /// Returns the image in linear light, without depths, once it is complete.
+    pub fn linear_picture(mut self) -> LinearPicture {
+        if !self.shot.linear {
+            return LinearPicture::of(&self.picture());
+        }
+        let (width, height) = (self.shot.camera.width, self.shot.camera.height);
+        self.linear.resize(width as usize * height as usize, [0.0; 4]);
+        LinearPicture { width, height, rgba: self.linear, depths: None }
     }
 }
 
@@ -113,5 +142,17 @@ mod tests {
         let mut sliced = Sliced::of_rows(&shot, ViewExposure::default(), 3..7);
         assert!(sliced.add(&Picture { width: 4, height: 9, rgba: vec![7; 144] }));
         assert_eq!(sliced.picture().rgba, [7; 144], "a renderer without slices draws all");
+    }
+
+    #[test]
+    fn rows_in_linear_light_are_joined_and_those_of_bytes_are_taken_as_light() {
+        let shot = Shot { linear: true, ..Shot::new(centred(2, 3, 5.0), camera_is_world()) };
+        let mut sliced = Sliced::new(&shot, ViewExposure::default());
+        let row = |light: f32| LinearPicture { width: 2, height: 1, rgba: vec![[light; 4]; 2], depths: None };
+        assert!(!sliced.add_linear(&row(2.5)));
+        assert!(!sliced.add(&Picture { width: 2, height: 1, rgba: vec![255; 8] }));
+        assert!(sliced.add_linear(&row(0.5)));
+        let lights: Vec<f32> = sliced.linear_picture().rgba.iter().map(|pixel| pixel[0]).collect();
+        assert_eq!(lights, [2.5, 2.5, 1.0, 1.0, 0.5, 0.5]);
     }
 }

@@ -6,6 +6,8 @@ pub mod budget;
 pub mod build;
 pub mod check;
 pub mod colour;
+#[cfg(feature = "gui")]
+pub mod copy;
 pub mod create;
 pub mod decide;
 pub mod discover;
@@ -37,6 +39,7 @@ pub mod paint;
 pub mod peel;
 mod photo_plan;
 pub mod photos;
+pub mod picture_file;
 mod plugged_in;
 pub mod preview;
 pub mod relief;

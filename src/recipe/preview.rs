@@ -448,6 +448,11 @@ impl Renders for Preview {
         self.renderer.seen_faces(shot, task)
     }
 
+    fn depths(&mut self, shot: &Shot, task: &Task) -> Result<Option<Vec<f32>>> {
+        self.make_ready(shot, task)?;
+        self.renderer.depths(shot, task)
+    }
+
     fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
         self.make_ready(shot, task)?;
         self.renderer.begin(shot, task)

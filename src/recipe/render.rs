@@ -6,11 +6,13 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use serde::Serialize;
 
 use super::legend_picture::draw_legend;
+use super::picture_file::write;
+pub use super::picture_file::{DrawnPicture, PictureFormat};
 use super::views::RequestedView;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::film::{Film, VideoFormat};
-use crate::io::picture_png::{make_folder, write_picture};
+use crate::io::picture_png::{WrittenPicture, make_folder};
 use crate::projection::hidden::HiddenFaces;
 use crate::projection::legend::Legend;
 use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot, TreeMethod};
@@ -77,19 +79,21 @@ impl Appearance {
     }
 }
 
-/// A function that draws the picture of a view.
-pub type Draw<'a> = dyn FnMut(&RequestedView, &Task) -> Result<Picture> + 'a;
+/// A function that draws the picture of a view, in linear light where the format of the pictures asks for that.
+pub type Draw<'a> = dyn FnMut(&RequestedView, &Task) -> Result<DrawnPicture> + 'a;
 
 /// Options of [`render`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderOptions {
     /// The folder for the pictures, which is created if necessary.
     pub out: PathBuf,
+    /// The format of the pictures.
+    pub format: PictureFormat,
     /// The options of a video of all views; `None` for no video.
     pub film: Option<VideoOptions>,
     /// Whether only the video is written and no pictures. It has no effect without a video.
     pub film_alone: bool,
-    /// The legend that is drawn into each picture.
+    /// The legend that is drawn into each picture of 8 bits a channel.
     pub legend: Option<Legend>,
     /// Whether each picture has two of the view's size side by side, for the left eye and the right one.
     pub stereo: bool,
@@ -141,8 +145,8 @@ pub struct RenderReport {
     pub film: Option<PathBuf>,
 }
 
-/// Draws the views one after the other and writes them as RGBA PNG (alpha is the textured share of a pixel), as a
-/// video, or both. An error in one view is in [`RenderReport::failed`] and does not stop the others.
+/// Draws the views one after the other and writes them as pictures (alpha is the textured share of a pixel), as a video, or
+/// both. An error in one view is in [`RenderReport::failed`] and does not stop the others.
 ///
 /// # Errors
 /// Returns [`Error::Request`] for a video of pictures of different sizes or of a format that cannot be made,
@@ -174,7 +178,7 @@ impl RenderOptions {
     }
 }
 
-type Drawn<'a> = (&'a RequestedView, Result<Picture>);
+type Drawn<'a> = (&'a RequestedView, Result<DrawnPicture>);
 
 /// Draws all views and sends the pictures to the writer.
 fn draw_all<'a>(
@@ -231,12 +235,19 @@ impl Writer<'_> {
         while let Ok((view, picture)) = pictures.recv() {
             self.task.go_on()?;
             let written = picture.and_then(|mut picture| {
-                let textured = textured(&picture);
-                if let Some(legend) = &self.options.legend {
-                    draw_legend(&mut picture, legend);
+                let textured = picture.textured();
+                if let (Some(legend), DrawnPicture::Bytes(picture)) = (&self.options.legend, &mut picture) {
+                    draw_legend(picture, legend);
                 }
-                self.project(&picture);
-                let write = || write(&self.options.out, view, &picture, textured);
+                if self.film.is_some() {
+                    self.project(&picture.clone().into_bytes());
+                }
+                let write = || -> Result<RenderedView> {
+                    let (size, placed) = write(&self.options.out, &view.name, self.options.format, picture)?;
+                    let WrittenPicture { path, spared } = placed;
+                    let (view, [width, height]) = (view.name.clone(), size);
+                    Ok(RenderedView { view, path, spared, width, height, textured })
+                };
                 let wanted = !self.options.only_film();
                 wanted.then(|| self.task.with_subject(&view.name).timed(STAGE_WRITE, write)).transpose()
             });
@@ -280,26 +291,6 @@ fn unfinished(file: &Path) -> Error {
     Error::Request(format!("{}: not written, because frames of it are missing", file.display()))
 }
 
-/// Returns the share of a picture that is textured.
-fn textured(picture: &Picture) -> f64 {
-    let (pixels, _) = picture.rgba.as_chunks::<4>();
-    pixels.iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum::<f64>() / pixels.len() as f64
-}
-
-/// Writes a picture as PNG.
-fn write(folder: &Path, view: &RequestedView, picture: &Picture, textured: f64) -> Result<RenderedView> {
-    let Picture { width, height, rgba } = picture;
-    let placed = write_picture(folder, &view.name, [*width, *height], rgba)?;
-    Ok(RenderedView {
-        view: view.name.clone(),
-        path: placed.path,
-        spared: placed.spared,
-        width: *width,
-        height: *height,
-        textured,
-    })
-}
-
 /// Notes files that were not overwritten.
 fn note_spared(rendered: &RenderedView, task: &Task) {
     for file in &rendered.spared {
@@ -313,10 +304,11 @@ mod tests {
     use glam::{DMat3, DVec3};
 
     use super::*;
+    use crate::projection::LinearPicture;
     use crate::scene::synthetic::centred;
 
     /// Returns each view in one grey level, which counts the views; the `broken`th cannot be drawn.
-    fn shades(broken: Option<u8>) -> impl FnMut(&RequestedView, &Task) -> Result<Picture> {
+    fn shades(broken: Option<u8>) -> impl FnMut(&RequestedView, &Task) -> Result<DrawnPicture> {
         let mut drawn = 0;
         move |view, _| {
             drawn += 1;
@@ -325,7 +317,7 @@ mod tests {
             }
             let (width, height) = (view.camera.width, view.camera.height);
             let pixel = [drawn, drawn, drawn, 51];
-            Ok(Picture { width, height, rgba: pixel.repeat((width * height) as usize) })
+            Ok(Picture { width, height, rgba: pixel.repeat((width * height) as usize) }.into())
         }
     }
 
@@ -343,7 +335,7 @@ mod tests {
         let out = folder.path().join("out");
         let file = folder.path().join("films/film.apng");
         let film = film.then_some(VideoOptions { file, fps: 5.0, background: [100; 3] });
-        let options = RenderOptions { out, film, film_alone: false, legend: None, stereo: false };
+        let options = RenderOptions { out, film, ..RenderOptions::default() };
         let report = render(views, &mut shades(broken), &options, &Task::silent());
         (folder, report)
     }
@@ -362,11 +354,35 @@ mod tests {
     }
 
     #[test]
+    fn pictures_are_written_in_each_format_and_a_film_beside_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let views = [view("a", 8)];
+        let mut draw = |_: &RequestedView, _: &Task| {
+            let rgba = vec![[0.5, 0.25, 4.0, 1.0]; 48];
+            Ok(LinearPicture { width: 8, height: 6, rgba, depths: Some(vec![3.0; 48]) }.into())
+        };
+        for (format, file) in
+            [(PictureFormat::Png, "a.png"), (PictureFormat::Png16, "a.png"), (PictureFormat::Exr, "a.exr")]
+        {
+            let out = folder.path().join(format!("{format:?}"));
+            let film = Some(VideoOptions { file: out.join("film.apng"), fps: 5.0, background: [0; 3] });
+            let options = RenderOptions { out: out.clone(), format, film, ..RenderOptions::default() };
+            let report = render(&views, &mut draw, &options, &Task::silent()).unwrap();
+            assert_eq!(report.done[0].path, out.join(file));
+            assert_eq!((report.done[0].textured, report.film.is_some()), (1.0, true));
+        }
+        let red = |format: &str| {
+            image::open(folder.path().join(format).join("a.png")).unwrap().to_rgba16().get_pixel(0, 0).0[0]
+        };
+        assert_eq!([red("Png"), red("Png16")], [188 * 257, 48192]);
+    }
+
+    #[test]
     fn a_film_alone_leaves_no_pictures_of_its_frames() {
         let folder = tempfile::tempdir().unwrap();
         let (out, file) = (folder.path().join("out"), folder.path().join("out/film.apng"));
         let film = Some(VideoOptions { file: file.clone(), fps: 5.0, background: [0; 3] });
-        let options = RenderOptions { out: out.clone(), film, film_alone: true, legend: None, stereo: false };
+        let options = RenderOptions { out: out.clone(), film, film_alone: true, ..RenderOptions::default() };
         let views = [view("a", 8), view("b", 8)];
         let report = render(&views, &mut shades(None), &options, &Task::silent()).unwrap();
         assert_eq!((report.film, report.done.len(), report.failed.len()), (Some(file), 0, 0));

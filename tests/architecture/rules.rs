@@ -37,7 +37,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("spade", &["geometry/"]),
     ("i_overlay", &["geometry/"]),
     ("gltf", &["io/models/", "io/ldi_mesh/", "io/plants/gltf/"]),
-    ("exr", &["io/depth_image/"]),
+    ("exr", &["io/depth_image/", "io/picture_exr.rs"]),
     ("image", &["io/"]),
     ("exif", &["io/photo/exif.rs"]),
     ("png", &["io/"]),

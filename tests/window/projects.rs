@@ -262,7 +262,7 @@ fn of_two_projects_asked_for_in_a_row_only_the_last_one_is_opened() {
     harness.state_mut().apply(ProjectAsk::Open(projects[1].clone()));
     wait(&mut harness, "the second", |editor| editor.session.is_some() && editor.running.is_idle());
     assert_eq!(harness.state().session.as_ref().unwrap().folder, projects[1]);
-    assert_eq!(harness.state().settings.recent, [projects[1].clone()]);
+    assert_eq!(harness.state().settings.known.recent, [projects[1].clone()]);
     assert_eq!(ProjectLock::holder(&projects[0]), None);
 }
 
@@ -358,7 +358,7 @@ fn a_message_is_copied_by_the_menu_of_a_right_click() {
 fn sizes_and_colours_are_set_and_projects_that_are_gone_can_be_forgotten() {
     let gone = PathBuf::from("no such folder/castle");
     let mut harness = window(None);
-    harness.state_mut().settings.recent.push(gone);
+    harness.state_mut().settings.known.recent.push(gone);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Comma);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Plus);
     harness.step();
@@ -378,5 +378,5 @@ fn sizes_and_colours_are_set_and_projects_that_are_gone_can_be_forgotten() {
     harness.get_by_label_contains(" from list").click();
     harness.step();
     harness.step();
-    assert!(harness.state().settings.recent.is_empty());
+    assert!(harness.state().settings.known.recent.is_empty());
 }

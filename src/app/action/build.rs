@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::app::action::known::{leave_known, remember_opened};
 use crate::app::action::masks::repairing::{damaged_masks, tell_problems};
 use crate::app::action::opening::around::{forget_opening, welcome_session};
 use crate::app::action::opening::on_disk::watch_disk;
@@ -93,7 +94,7 @@ impl State {
 
 /// Shows a project that was opened.
 pub fn opened(state: &mut State, work: &mut Work, session: Session) {
-    state.settings.remember(&session.folder);
+    remember_opened(state, work, &session.folder);
     state.space = Space::from_session(&session);
     state.selection = Selection::Nothing;
     state.photo = session.opened.site.photo_ids().next();
@@ -127,6 +128,7 @@ pub fn close_project(state: &mut State, work: &mut Work) {
     state.trees = TreesState::default();
     // Messages are about this project.
     state.notes.clear();
+    leave_known(state);
     state.updating = Updating::default();
     work.drop_painter(state);
     state.session = None;

@@ -2,14 +2,14 @@
 
 use crate::app::state::State;
 use crate::app::state::ask::FlightAsk;
-use crate::app::state::flight::export::Export;
+use crate::app::state::flight::export::{Export, Rendering};
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::app::work::painter::Painter;
-use crate::projection::Quality;
-use crate::recipe::render::{Appearance, RenderOptions, RenderReport, VideoOptions, render};
+use crate::projection::{Quality, Shot};
+use crate::recipe::render::{Appearance, PictureFormat, RenderOptions, RenderReport, VideoOptions, render};
 use crate::recipe::views::RequestedView;
 use crate::task::Task;
 
@@ -39,12 +39,20 @@ fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     let out = export.out();
     let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
     // The background of a video is black where nothing is textured.
-    let film = export.film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
-    let options = RenderOptions { out, film, film_alone: true, legend: None, stereo: false };
-    let name = if export.film { "Rendering a video" } else { "Rendering a picture" };
+    let film = export.what == Rendering::Video;
+    let film = film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
+    let format = if film.is_some() { PictureFormat::Png } else { export.format };
+    let options = RenderOptions { out, format, film, film_alone: true, ..RenderOptions::default() };
+    let name = match export.what {
+        Rendering::Picture => "Rendering a picture",
+        Rendering::Video => "Rendering a video",
+        Rendering::Sequence => "Rendering pictures of the flight",
+    };
     work.jobs.start(&mut state.running, JobKind::Render, name, move |task| {
-        let mut draw =
-            |view: &RequestedView, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);
+        let mut draw = |view: &RequestedView, task: &Task| {
+            let shot = Shot { linear: options.format.is_linear(), ..look.shot(view.camera, view.pose) };
+            orders.picture(shot, task)
+        };
         let report = render(&views, &mut draw, &options, task)?;
         let notes = notes_of_report(&report);
         Ok(arrival(move |state| notes.into_iter().for_each(|note| state.tell(note))))
@@ -60,8 +68,9 @@ fn notes_of_report(report: &RenderReport) -> Vec<Note> {
         notes.push(Note::new(Weight::Info, format!("Video rendered: {}", film.display())));
     } else if let [one] = &report.done[..] {
         notes.push(Note::new(Weight::Info, format!("Picture rendered: {}", one.path.display())));
-    } else if !report.done.is_empty() {
-        notes.push(Note::new(Weight::Info, format!("{} pictures rendered", report.done.len())));
+    } else if let Some(first) = report.done.first() {
+        let folder = first.path.parent().unwrap_or(&first.path).display();
+        notes.push(Note::new(Weight::Info, format!("{} pictures rendered: {folder}", report.done.len())));
     }
     notes
 }

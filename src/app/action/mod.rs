@@ -7,6 +7,7 @@ pub mod decide;
 pub mod end;
 pub mod flat;
 pub mod flight;
+pub mod known;
 pub mod layers;
 pub mod life;
 pub mod masks;
@@ -30,6 +31,7 @@ use self::build::{
 };
 use self::check::check_again;
 use self::decide::{follow, follow_history, redo, undo};
+use self::known::{follow_known, forget_project};
 use self::life::{answer_recovery, happens, open_project};
 use self::masks::keeping::keep_masks;
 use self::opening::assistant::created;
@@ -85,6 +87,7 @@ pub fn go_on(state: &mut State, work: &mut Work) {
     paint_strokes(state, work);
     check_again(state, work);
     keep_masks(state, work);
+    follow_known(state, work);
     keep_up_to_date(state, work);
 }
 
@@ -140,7 +143,7 @@ fn project(state: &mut State, work: &mut Work, ask: ProjectAsk) {
         ProjectAsk::Save => drop(save_project(state, work)),
         ProjectAsk::Life(event) => happens(state, work, event),
         ProjectAsk::Recover(restores) => answer_recovery(state, work, restores),
-        ProjectAsk::Forget(project) => state.settings.recent.retain(|other| *other != project),
+        ProjectAsk::Forget(project) => forget_project(state, work, &project),
         ProjectAsk::ShowMissing => state.show_missing(),
         ProjectAsk::Dialog(request) => grant_opening(state, work, request),
     }

@@ -1,8 +1,8 @@
 //! Commands on projects and on the program.
 
-use eframe::egui::Key;
+use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
-use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
+use super::{Command, Menu, PLAIN, WhyNot, ctrl, flight, images, paint, plain, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
 use crate::app::state::life::{Goal, LifeEvent};
@@ -15,7 +15,14 @@ pub const COMMANDS: &[&Command] = &[
     &NEW,
     &OPEN,
     &SAVE,
+    &SAVE_COPY,
     &CLOSE,
+    &paint::IMPORT,
+    &paint::EXPORT,
+    &images::SAVE,
+    &images::PAGE,
+    &flight::STILL,
+    &flight::FILM,
     &READ_AGAIN,
     &MISSING,
     &SETTINGS,
@@ -62,11 +69,22 @@ pub const SAVE: Command = Command {
     name: "Save",
     tooltip: "Saves decisions; layers, fillings and paint are always on disk.",
     keys: &[ctrl(Key::S)],
+    starts_group: true,
     ready: |state| {
         with_project(state)?;
         if state.is_dirty() { Ok(()) } else { Err("there are no unsaved changes") }
     },
     ask: |_| ProjectAsk::Save.into(),
+    ..PLAIN
+};
+
+/// Copies the project to another folder.
+pub const SAVE_COPY: Command = Command {
+    name: "Save a copy…",
+    tooltip: "Copies the project to another folder, with unsaved changes; this project stays open.",
+    keys: &[KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S)],
+    ready: can_copy,
+    ask: |_| dialog(DialogRequest::Copy),
     ..PLAIN
 };
 
@@ -95,6 +113,7 @@ pub const READ_AGAIN: Command = Command {
     name: "Reload from disk",
     tooltip: "Reloads photos, cameras and model from disk; decisions are kept.",
     keys: &[plain(Key::F5)],
+    starts_group: true,
     // An update in the background stops for it.
     ready: |state| match state.running.all().all(|(_, job)| job.kind == JobKind::Update) {
         true => with_project(state),
@@ -285,6 +304,14 @@ pub const DIAGNOSTICS: Command = Command {
 
 fn dialog(request: DialogRequest) -> Ask {
     ProjectAsk::Dialog(request).into()
+}
+
+/// Succeeds when no job writes what a copy would contain.
+fn can_copy(state: &State) -> Result<(), WhyNot> {
+    with_project(state)?;
+    // An update in the background stops for it.
+    let writes = state.running.writing().next().is_some() || state.running.runs(JobKind::Mask);
+    if writes { Err("wait until the running job has ended, or stop it") } else { Ok(()) }
 }
 
 /// Succeeds when some of the project's files could not be read.

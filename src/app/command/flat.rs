@@ -2,7 +2,7 @@
 
 use eframe::egui::Key;
 
-use super::{Command, Menu, PLAIN, WhyNot, images, plain, with_project};
+use super::{Command, Menu, PLAIN, WhyNot, plain, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, FlatAsk, WindowAsk};
 use crate::app::state::panes::Pane;
@@ -25,8 +25,6 @@ pub const COMMANDS: &[&Command] = &[
     &SHOW_SPACE,
     &SHOW_PHOTO,
     &SHOW_LAYER,
-    &images::SAVE,
-    &images::PAGE,
 ];
 
 const PHOTO: Command = Command { menu: Menu::Photo, ready: with_project, ..PLAIN };

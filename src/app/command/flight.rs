@@ -8,7 +8,7 @@ use crate::app::state::ask::{Flag, FlightAsk, WindowAsk};
 use crate::app::state::running::JobKind;
 
 /// The commands in the order of their menus.
-pub const COMMANDS: &[&Command] = &[&PANEL, &KEEP, &ADD, &REMOVE, &PLAY, &STILL, &FILM];
+pub const COMMANDS: &[&Command] = &[&PANEL, &KEEP, &ADD, &REMOVE, &PLAY];
 
 const FLIGHT: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN };
 
@@ -66,7 +66,9 @@ pub const PLAY: Command = Command {
 /// Renders a picture of the view.
 pub const STILL: Command = Command {
     name: "Render picture…",
-    tooltip: "Renders the view in final quality, at any size.",
+    tooltip: "Renders the 3D view in final quality, at any size, as PNG of 8 or 16 bits or as OpenEXR.",
+    starts_group: true,
+    menu: Menu::File,
     ready: with_painter,
     ask: |_| FlightAsk::ChooseStill.into(),
     ..FLIGHT
@@ -75,7 +77,8 @@ pub const STILL: Command = Command {
 /// Renders a video of the flight.
 pub const FILM: Command = Command {
     name: "Render video…",
-    tooltip: "Renders the flight in final quality, as a video.",
+    tooltip: "Renders the flight in final quality, as a video or as a sequence of pictures.",
+    menu: Menu::File,
     ready: |state| with_painter(state).and(can_fly(state)),
     ask: |_| FlightAsk::ChooseFilm.into(),
     ..FLIGHT

@@ -22,10 +22,8 @@ pub const SHOW: Command = Command {
 
 /// Saves the photo as a layered depth image.
 pub const SAVE: Command = Command {
-    name: "Save as layered depth image…",
+    name: "Export layered depth image…",
     tooltip: "Writes the selected photo, with what is behind its surfaces, as a layered depth image.",
-    menu: Menu::Photo,
-    starts_group: true,
     ready: can_export_photo,
     ask: |_| ImagesAsk::Choose(ImageFormat::Ldi).into(),
     ..PLAIN
@@ -33,10 +31,9 @@ pub const SAVE: Command = Command {
 
 /// Saves the photo as a page.
 pub const PAGE: Command = Command {
-    name: "Save as page…",
+    name: "Export page for browsers…",
     tooltip: "Writes the selected photo, with what is behind its surfaces, as a page for browsers in which one leans into \
               it.",
-    menu: Menu::Photo,
     ready: can_export_photo,
     ask: |_| ImagesAsk::Choose(ImageFormat::Page).into(),
     ..PLAIN

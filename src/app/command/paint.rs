@@ -8,8 +8,7 @@ use crate::app::state::ask::{Flag, RoundTripAsk, WindowAsk};
 use crate::app::state::running::JobKind;
 
 /// The commands in the order of their menus.
-pub const COMMANDS: &[&Command] =
-    &[&EDIT, &EDIT_FRESH, &CHOOSE_EDITOR, &IMPORT, &TAKE_BACK, &EXPORT, &SHOW_EDITING];
+pub const COMMANDS: &[&Command] = &[&EDIT, &EDIT_FRESH, &CHOOSE_EDITOR, &TAKE_BACK, &SHOW_EDITING];
 
 const PAINT: Command = Command { menu: Menu::Paint, ready: with_project, ..PLAIN };
 
@@ -47,6 +46,7 @@ pub const IMPORT: Command = Command {
     tooltip: "Imports what was painted on exported files.",
     keys: &[ctrl(Key::I)],
     starts_group: true,
+    menu: Menu::File,
     ask: |_| RoundTripAsk::ChooseImports.into(),
     ..PAINT
 };
@@ -55,6 +55,7 @@ pub const IMPORT: Command = Command {
 pub const TAKE_BACK: Command = Command {
     name: "Undo import",
     tooltip: "Restores all paint as it was before the last import; the files do not change.",
+    starts_group: true,
     ready: can_take_back,
     ask: |_| RoundTripAsk::TakeBackLast.into(),
     ..PAINT
@@ -63,9 +64,10 @@ pub const TAKE_BACK: Command = Command {
 /// Exports photos.
 pub const EXPORT: Command = Command {
     name: "Export…",
-    tooltip: "Writes photos with their layers as files for image editors.",
+    tooltip: "Writes photos with their layers as files for image editors (PSD, XCF, OpenRaster, folders of PNG), as layered depth \
+              images, or as pages for browsers.",
     keys: &[KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::E)],
-    starts_group: true,
+    menu: Menu::File,
     ready: |state| can_export(state),
     ask: |_| RoundTripAsk::ChooseExport.into(),
     ..PAINT

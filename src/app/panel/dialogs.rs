@@ -2,6 +2,7 @@
 
 use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 
+use crate::app::command::{Command, flight, images};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, RoundTripAsk};
 use crate::app::state::round_trip::dialogs::{DialogPurpose, RoundTripDialogs};
@@ -62,14 +63,33 @@ fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<A
     }
 }
 
+/// The formats that have dialogs of their own, because they are of one photo or of a view.
+const OTHERS: &[(&Command, &str)] = &[
+    (&images::SAVE, "Layered depth image…"),
+    (&images::PAGE, "Page for browsers…"),
+    (&flight::STILL, "Picture of the view…"),
+];
+
 fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {
     let Some(dialog) = &mut dialogs.export else { return };
-    let (mut open, mut choose, mut go, mut show) = (true, false, false, None);
+    let (mut open, mut choose, mut go, mut show, mut other) = (true, false, false, None, None);
     let answer = Dialog::new("export", WIDTH).show(context, |ui, keys| {
         ui.heading("Export layered files");
         Grid::new("export").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
             ui.label("Format");
             ui.horizontal(|ui| formats(ui, &mut dialog.format));
+            ui.end_row();
+            ui.label("");
+            ui.horizontal(|ui| {
+                for (command, text) in OTHERS {
+                    let ready = (command.ready)(state);
+                    let button = ui.add_enabled(ready.is_ok(), Button::new(*text).small());
+                    let button = button.on_hover_text(command.tooltip);
+                    if button.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
+                        other = Some(*command);
+                    }
+                }
+            });
             ui.end_row();
             let label = ui.label("Folder");
             ui.horizontal(|ui| {
@@ -111,9 +131,10 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, a
             }
         });
     });
-    if !open || answer.escaped {
+    if !open || answer.escaped || other.is_some() {
         dialogs.export = None;
     }
+    asks.extend(other.map(|command: &Command| command.asked(state)));
     if choose {
         asks.push(RoundTripAsk::ChoosePath(DialogPurpose::ExportFolder).into());
     }

@@ -1,13 +1,15 @@
-//! The inspector: facts about the selection.
+//! The inspector: what to do next with the selection, and facts about it.
 
 use eframe::egui::{ScrollArea, Ui};
 
+use super::inspect::details_ui;
 use super::inspect::layer::layer_page;
+use super::inspect::next::next_ui;
 use super::inspect::surface::{face_page, object_page};
 use super::inspect::tree::tree_page;
 use super::inspect::trees::trees_page;
-use super::{button, counted, grouped, layer_options, masks, percent, rows, title};
-use crate::app::command::{layers, paint, view};
+use super::{button, counted, grouped, layer_options, masks, percent, title};
+use crate::app::command::{layers, view};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk};
 use crate::app::state::selection::Selection;
@@ -31,43 +33,57 @@ pub fn inspector_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
             match state.selection {
                 Selection::Photo(photo) => {
                     photo_ui(state, session, photo, ui, asks);
-                    masks::masks_ui(state, photo, ui, asks);
                 }
-                _ => nothing(session, ui),
+                _ => nothing(state, session, ui, asks),
             }
         }
     });
 }
 
-fn nothing(session: &Session, ui: &mut Ui) {
+fn nothing(state: &State, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
     title(ui, "Project", &session.name());
     let model = session.model();
     let built = session.photos.iter().filter(|photo| photo.is_current()).count();
+    ui.weak(format!("{} · {built} built", counted(session.photos.len() as u64, "photo")));
+    ui.add_space(6.0);
+    ui.strong("Next");
+    if built < session.photos.len() {
+        ui.horizontal_wrapped(|ui| button(state, ui, &layers::BUILD, asks));
+    }
+    ui.label("Click a photo, an object or a layer to see its properties, and what to do next with it.");
     let project = &session.opened.project;
     let facts = [
-        ("Photos", format!("{} ({built} built)", session.photos.len())),
         ("Objects", grouped(model.objects.len() as u64)),
         ("Faces", grouped(model.faces.len() as u64)),
         ("Photos from", project.photos.clone()),
         ("Cameras from", project.cameras.clone()),
         ("Model from", project.model.clone()),
     ];
-    rows(ui, &facts);
-    ui.add_space(8.0);
-    ui.weak("Click a photo, an object or a layer to see its properties.");
+    details_ui(ui, &facts);
 }
 
 fn photo_ui(state: &State, session: &Session, id: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let photo = session.opened.site.photo(id);
-    let status = &session.photos[id.index()];
     title(ui, "Photo", &photo.name);
-    let camera = &photo.camera;
+    next_ui(state, session, id, ui, asks);
+    masks::masks_ui(state, id, ui, asks);
+    decisions(session, &photo.name, ui, asks);
+    ui.add_space(8.0);
+    button(state, ui, &view::SNAP, asks);
+    ui.add_space(4.0);
+    layer_options::photo_options_ui(state, session, &photo.name, ui, asks);
+    details_ui(ui, &facts(session, id));
+}
+
+/// Returns what is known about a photo and its stack.
+fn facts(session: &Session, id: PhotoId) -> Vec<(&'static str, String)> {
+    let camera = &session.opened.site.photo(id).camera;
+    let status = &session.photos[id.index()];
     let field = 2.0 * (f64::from(camera.height) / 2.0 / camera.fy).atan().to_degrees();
     let mut facts = vec![
         ("Size", format!("{} × {} px", camera.width, camera.height)),
         ("Focal length", format!("{:.1} px", camera.fx)),
         ("Field of view", format!("{field:.1}° high")),
-        ("State", status.word.to_owned()),
     ];
     if let Some(stack) = &status.stack {
         let own = u64::from(camera.width) * u64::from(camera.height);
@@ -81,23 +97,7 @@ fn photo_ui(state: &State, session: &Session, id: PhotoId, ui: &mut Ui, asks: &m
             facts.push(("Filled", percent(filled, hidden)));
         }
     }
-    rows(ui, &facts);
-    if let Some(problem) = &status.problem {
-        ui.colored_label(ui.visuals().error_fg_color, problem);
-    }
-    ui.add_space(6.0);
-    ui.horizontal_wrapped(|ui| {
-        button(state, ui, &view::SNAP, asks);
-        if !status.is_current() {
-            button(state, ui, &layers::BUILD_PHOTO, asks);
-        }
-        if status.stack.is_some() {
-            button(state, ui, &paint::EDIT, asks);
-        }
-    });
-    decisions(session, &photo.name, ui, asks);
-    ui.add_space(8.0);
-    layer_options::photo_options_ui(state, session, &photo.name, ui, asks);
+    facts
 }
 
 /// Formats the number of image layers and of depths. An image layer with surfaces of several visibility layers lies

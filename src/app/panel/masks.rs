@@ -25,15 +25,15 @@ pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>)
     let it = session.opened.site.photo(photo);
     let all = u64::from(it.camera.width) * u64::from(it.camera.height);
     let masks = session.history.present().masks.of(&it.name);
-    ui.add_space(8.0);
-    ui.strong("Masks");
-    for of_one in masks {
-        row(&it.name, of_one, all, ui, asks);
+    // Without masks, the page says so among what to do next.
+    if !masks.is_empty() {
+        ui.add_space(8.0);
+        ui.strong("Masks");
+        for of_one in masks {
+            row(&it.name, of_one, all, ui, asks);
+        }
+        buttons(state, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, asks);
     }
-    if masks.is_empty() {
-        ui.weak("There are no masks: the whole photo is used.");
-    }
-    buttons(state, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, asks);
     if open.is_empty() {
         return;
     }

@@ -157,9 +157,9 @@ fn with_margin(ui: &mut Ui) {
 }
 
 fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    ui.add_enabled_ui(!state.settings.recent.is_empty(), |ui| {
+    ui.add_enabled_ui(!state.settings.known.recent.is_empty(), |ui| {
         ui.menu_button("Open recent", |ui| {
-            for project in &state.settings.recent {
+            for project in &state.settings.known.recent {
                 let button = Button::new(project.display().to_string());
                 if ui
                     .add_enabled(project.is_dir(), button)

@@ -31,13 +31,13 @@ pub fn save_image_ui(context: &Context, state: &State, open: &mut Option<SaveIma
 fn questions(ui: &mut Ui, keys: &mut Keys, dialog: &mut SaveImage, asks: &mut Vec<Ask>) -> Option<bool> {
     let (title, what, path, purpose) = match dialog.format {
         ImageFormat::Ldi => (
-            "Save as layered depth image",
+            "Export layered depth image",
             "A file that keeps all surfaces behind each pixel: for other programs, and for the commands “quadratura ldi”.",
             "File",
             DialogPurpose::ImageFile,
         ),
         ImageFormat::Page => (
-            "Save as page",
+            "Export page for browsers",
             "A folder with a page for browsers, in which one leans into the photo. It needs no network.",
             "Folder",
             DialogPurpose::PageFolder,

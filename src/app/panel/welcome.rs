@@ -78,12 +78,12 @@ fn large(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut Vec<A
 }
 
 fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    if state.settings.recent.is_empty() {
+    if state.settings.known.recent.is_empty() {
         return;
     }
     ui.add_space(22.0);
     ui.strong("Recent projects");
-    for project in &state.settings.recent {
+    for project in &state.settings.known.recent {
         let there = project.is_dir();
         let name = project.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let row = |ui: &mut Ui| {

@@ -13,7 +13,9 @@ use super::layout::{Layout, centre_ui};
 use super::look::apply_look;
 use super::textures::Textures;
 use super::turns::Turns;
+use crate::app::APP_ID;
 use crate::app::action::end::end;
+use crate::app::action::known::{follow_known, remember};
 use crate::app::action::opening::{take_dropped, watch_opening};
 use crate::app::action::{apply, go_on, take_in};
 use crate::app::command::{self, Command};
@@ -35,10 +37,20 @@ use crate::app::widget::focus::{FocusKind, focused};
 use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::app::work::Work;
 use crate::app::work::crash::{self, Crash};
+use crate::app::work::known::KnownFile;
 use crate::app::work::waker::Waker;
 
 /// The key of the settings in eframe's storage.
 const SETTINGS: &str = "settings";
+/// The name of the file that all windows share, beside eframe's storage.
+const KNOWN: &str = "projects.json";
+
+/// What earlier versions kept among the settings.
+#[derive(Default, serde::Deserialize)]
+#[serde(default)]
+struct FormerSettings {
+    recent: Vec<PathBuf>,
+}
 
 /// The largest share of the remaining height that each panel below the views takes.
 const BELOW_MOST: f32 = 0.4;
@@ -101,10 +113,22 @@ impl Editor {
             title: String::new(),
         };
         editor.layout.tell(&mut editor.state.panes);
+        editor.share(storage);
         if let Some(project) = project {
             editor.apply(ProjectAsk::Open(project));
         }
         editor
+    }
+
+    /// Shares what is known of projects with all other windows, where settings are stored.
+    fn share(&mut self, storage: Option<&dyn Storage>) {
+        let Some((storage, folder)) = storage.zip(eframe::storage_dir(APP_ID)) else { return };
+        self.work.known = KnownFile::new(folder.join(KNOWN));
+        if self.work.known.is_missing() {
+            let former: FormerSettings = eframe::get_value(storage, SETTINGS).unwrap_or_default();
+            former.recent.iter().rev().for_each(|project| remember(&mut self.state, &self.work, project));
+        }
+        follow_known(&mut self.state, &mut self.work);
     }
 
     /// Applies an ask.
@@ -132,7 +156,8 @@ impl Editor {
 
     fn show_title(&mut self, context: &Context) {
         let name = self.state.session.as_ref().map(Session::name);
-        let title = name.map_or_else(|| "Quadratura".into(), |name| format!("{name} – Quadratura"));
+        let unsaved = if self.state.is_dirty() { "*" } else { "" };
+        let title = name.map_or_else(|| "Quadratura".into(), |name| format!("{unsaved}{name} – Quadratura"));
         if title != self.title {
             context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
             self.title = title;

@@ -14,6 +14,7 @@ pub mod inspect;
 pub mod life;
 pub mod lists;
 pub mod masking;
+pub mod next_steps;
 pub mod notes;
 pub mod numbers;
 pub mod objects;

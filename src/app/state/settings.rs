@@ -1,15 +1,11 @@
 //! The settings of the editor, which are stored from run to run.
 
-use std::path::{Path, PathBuf};
-
 use serde::{Deserialize, Serialize};
 
 use crate::app::state::lists::layer_list::LayerList;
 use crate::app::state::panels::{PanelSizes, Tab};
 use crate::app::state::round_trip::image_editor::EditorChoice;
-
-/// The number of recent projects that are stored.
-const MOST_RECENT: usize = 12;
+use crate::io::known_projects::KnownProjects;
 
 /// The mouse functions in the 3D view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,7 +70,9 @@ pub struct Settings {
     pub images_while_moving: bool,
     /// Whether the panel of messages is shown.
     pub notes_shown: bool,
-    /// Whether stacks that are out of date are built and filled in the background.
+    /// Whether stacks of the open project that are out of date are built and filled in the background. What was chosen is
+    /// remembered by project ([`KnownProjects::paused`]).
+    #[serde(skip)]
     pub keep_up_to_date: bool,
     /// Whether photos and lists are shown on the left.
     pub lists_shown: bool,
@@ -88,8 +86,9 @@ pub struct Settings {
     pub side: Tab,
     /// The image editor that opens photos.
     pub image_editor: EditorChoice,
-    /// The folders of recent projects, the last opened first.
-    pub recent: Vec<PathBuf>,
+    /// The recent projects, and those whose updates are paused, as the file says that all windows share.
+    #[serde(skip)]
+    pub known: KnownProjects,
 }
 
 impl Default for Settings {
@@ -108,7 +107,7 @@ impl Default for Settings {
             layer_list: LayerList::default(),
             side: Tab::default(),
             image_editor: EditorChoice::default(),
-            recent: Vec::new(),
+            known: KnownProjects::default(),
         }
     }
 }
@@ -129,14 +128,6 @@ impl Settings {
     pub fn lay_out_anew(&mut self) {
         (self.lists_shown, self.side_shown, self.sizes) = (true, true, PanelSizes::default());
     }
-
-    /// Moves a project to the top of the recent ones.
-    pub fn remember(&mut self, project: &Path) {
-        let project = project.canonicalize().unwrap_or_else(|_| project.to_path_buf());
-        self.recent.retain(|other| *other != project);
-        self.recent.insert(0, project);
-        self.recent.truncate(MOST_RECENT);
-    }
 }
 
 #[cfg(test)]
@@ -152,15 +143,5 @@ mod tests {
         assert_eq!(settings.scale, Settings::SMALLEST);
         (0..40).for_each(|_| settings.resize(1.0));
         assert_eq!(settings.scale, Settings::LARGEST);
-    }
-
-    #[test]
-    fn a_project_opened_again_comes_first_and_is_listed_once() {
-        let mut settings = Settings::default();
-        (0..20).for_each(|i| settings.remember(Path::new(&format!("no-such-project-{i}"))));
-        settings.remember(Path::new("no-such-project-15"));
-        assert_eq!(settings.recent.len(), MOST_RECENT);
-        assert_eq!(settings.recent[0], Path::new("no-such-project-15"));
-        assert_eq!(settings.recent.iter().filter(|path| path.ends_with("no-such-project-15")).count(), 1);
     }
 }

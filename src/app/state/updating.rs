@@ -18,6 +18,10 @@ const LOOKS_EVERY_S: f64 = 3.0;
 pub struct Updating {
     /// Whether something has changed since the last update began.
     wanted: bool,
+    /// Whether projects are updated that are not paused; none while no project is open.
+    pub usual: Option<bool>,
+    /// Whether the updates of the open project are paused, as it was last remembered.
+    pub paused: Option<bool>,
     /// The number of turns of updates that are shown.
     shown_turns: usize,
     /// When results of a running update were last looked at, in seconds.

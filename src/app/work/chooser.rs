@@ -75,6 +75,7 @@ fn ask(purpose: &Purpose) -> Option<PathBuf> {
         | Purpose::Project
         | Purpose::Site
         | Purpose::Folder
+        | Purpose::Copy
         | Purpose::Sample => dialog.pick_folder(),
     }
 }

@@ -46,7 +46,7 @@ fn asked(wanted: DialogPurpose, dialog: rfd::FileDialog) -> Vec<PathBuf> {
             dialog.set_title("Render to this folder").pick_folder().into_iter().collect()
         }
         DialogPurpose::ImageFile => dialog
-            .set_title("Save as layered depth image")
+            .set_title("Export layered depth image")
             .add_filter("Layered depth images", &["ldi"])
             .save_file()
             .into_iter()

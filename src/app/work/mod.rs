@@ -6,6 +6,7 @@ pub mod chooser;
 pub mod choosing;
 pub mod crash;
 pub mod jobs;
+pub mod known;
 pub mod live_project;
 pub mod on_disk;
 
@@ -23,6 +24,7 @@ use self::autosave::{Autosave, Ending};
 use self::chooser::Chooser;
 use self::choosing::Choosing;
 use self::jobs::Jobs;
+use self::known::KnownFile;
 use self::live_project::LiveProject;
 use self::on_disk::OnDisk;
 use self::painter::Painter;
@@ -45,6 +47,8 @@ pub struct Work {
     pub made: PainterSlot,
     /// The autosave of the open project.
     pub autosave: Option<Arc<Autosave>>,
+    /// What all windows know about projects.
+    pub known: KnownFile,
     /// The handle that ends the window from outside.
     pub ending: Ending,
     /// The pictures of photos.
@@ -98,6 +102,7 @@ impl Work {
             painter: None,
             made: PainterSlot::default(),
             autosave: None,
+            known: KnownFile::default(),
             ending: Ending::default(),
             pictures: Pictures::default(),
             chooser: Chooser::default(),

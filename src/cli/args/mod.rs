@@ -37,7 +37,7 @@ pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
-pub use pictures::PictureArgs;
+pub use pictures::{PictureArgs, PictureFormatArg};
 pub use surroundings::SurroundingsArgs;
 pub use tree::{
     Casts, FlakesOf, Shadows, TreeArgs, TreeBakeArgs, TreeChangeArgs, TreeCommand, TreeInfoArgs,

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use crate::cli::view_args::{parse_fps, parse_scale, parse_size};
 use crate::error::Result;
 use crate::io::film;
 use crate::io::writable::{check_file, check_folder};
+use crate::recipe::render::PictureFormat;
 
 /// Where pictures are written, how large they are, and whether they become a video.
 #[derive(Debug, Args)]
@@ -29,6 +30,28 @@ pub struct PictureArgs {
     /// Frames per second of a flight and of the video [default: the path's, else 25]
     #[arg(long, value_name = "N", value_parser = parse_fps)]
     pub fps: Option<f64>,
+}
+
+/// The formats of pictures.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum PictureFormatArg {
+    /// PNG with 8 bits a channel, sRGB
+    #[default]
+    Png,
+    /// PNG with 16 bits a channel, sRGB
+    Png16,
+    /// OpenEXR: R, G, B and A as 16-bit floats in linear light, times alpha, and Z, the depth along the camera's axis
+    Exr,
+}
+
+impl From<PictureFormatArg> for PictureFormat {
+    fn from(arg: PictureFormatArg) -> Self {
+        match arg {
+            PictureFormatArg::Png => Self::Png,
+            PictureFormatArg::Png16 => Self::Png16,
+            PictureFormatArg::Exr => Self::Exr,
+        }
+    }
 }
 
 impl PictureArgs {

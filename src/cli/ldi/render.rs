@@ -38,10 +38,10 @@ pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
     let views = views_of(&sets, &ViewRequest { source, size, fps: args.pictures.fps }, task)?;
     let mut drawing =
         LdiDrawing::new(&sets, (warp_options, args.quality.into()), (args.stereo, args.show.shown()));
-    let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task);
+    let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task).map(Into::into);
     let film = film(args, &views);
     let (out, stereo) = (args.pictures.out.clone(), args.stereo.is_some());
-    let options = RenderOptions { out, film, film_alone: false, legend: None, stereo };
+    let options = RenderOptions { out, film, stereo, ..RenderOptions::default() };
     let report = render(&views.list, &mut draw, &options, task)?;
     note_too_near(&drawing.too_near, task);
     note_uncomfortable(&drawing.uncomfortable, task);

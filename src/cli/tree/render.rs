@@ -42,13 +42,11 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
         true => task.timed("shadows", || drawing.with_shadows(task))?,
         false => drawing,
     };
-    let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task);
+    let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task).map(Into::into);
     let options = RenderOptions {
         out: args.pictures.out.clone(),
         film: film(args, &views),
-        film_alone: false,
-        legend: None,
-        stereo: false,
+        ..RenderOptions::default()
     };
     let report = render(&views.list, &mut draw, &options, task)?;
     note_empty(&report, task);

@@ -42,7 +42,7 @@ use shadows::Shadows;
 use surfaces::ModelBuffers;
 use table::GrowingBuffer;
 use tables::{TableData, Tables};
-use target::Target;
+use target::{Target, TargetKey};
 use wanted::wants;
 
 use super::TileStore;
@@ -56,7 +56,7 @@ use crate::projection::relief::Relief;
 use crate::projection::skirts::Skirts;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    DisplayMode, Gains, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources, Texels,
+    DisplayMode, Gains, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources, Texels,
     TreeMethod,
 };
 use crate::scene::impostor::Facing;
@@ -111,7 +111,7 @@ pub struct Renderer {
     plants: Option<Plants>,
     /// What shadows these cast on faces; made when they cast some for the first time.
     shadows: Option<Shadows>,
-    targets: BTreeMap<(u32, u32, bool), Target>,
+    targets: BTreeMap<TargetKey, Target>,
 }
 
 impl Renderer {
@@ -333,14 +333,15 @@ impl Renderer {
         [skirts, corners.len() as u32 - skirts]
     }
 
-    /// Draws the image of a view, or of a band of the image of `whole`, whose exposure is given.
-    fn drawn(
+    /// Draws the image of a view, or of a band of the image of `whole`, whose exposure is given, and reads it back.
+    fn drawn<T>(
         &mut self,
         (shot, whole): (&Shot, &Shot),
         side_px: u32,
         exposure: Option<&ViewExposure>,
+        read: impl FnOnce(&Target, &Gpu) -> Result<T>,
         task: &Task,
-    ) -> Result<Picture> {
+    ) -> Result<T> {
         if shot.display == DisplayMode::Provenance && self.origins.is_none() {
             return Err(Error::Request("the renderer was given no source of texels".into()));
         }
@@ -354,7 +355,7 @@ impl Renderer {
                 let has_surroundings = prepared.has_surroundings && shot.display != DisplayMode::Item;
                 let prepared = Prepared { has_surroundings, ..prepared };
                 self.draw(shot, [program, program.of_see_through()], &prepared, task)?;
-                self.target(shot, shot.quality == Quality::Final).picture(&gpu)
+                read(&self.targets[&TargetKey::of_picture(shot)], &gpu)
             })
         })
     }
@@ -374,11 +375,12 @@ impl Renderer {
         prepared: &Prepared,
         task: &Task,
     ) -> Result<()> {
-        let (width, height) = (shot.camera.width, shot.camera.height);
-        let multisampled = shot.quality == Quality::Final && program != Program::Faces;
-        let key = (width, height, multisampled);
+        let key = match program {
+            Program::Faces => TargetKey::of_faces(shot),
+            Program::Picture { .. } => TargetKey::of_picture(shot),
+        };
         // Targets of other sizes are unlikely to be needed again soon.
-        self.targets.retain(|&(w, h, _), _| (w, h) == (width, height));
+        self.targets.retain(|other, _| (other.width, other.height) == (key.width, key.height));
         let target = self.targets.entry(key).or_insert_with(|| Target::new(&self.gpu, key));
         let see_through = (prepared.skirts + prepared.see_through > 0).then_some(program_of_see_through);
         let samples = target.samples;
@@ -427,27 +429,15 @@ impl Renderer {
 impl Renders for Renderer {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
         target::judge(&self.gpu, shot)?;
-        self.drawn((shot, shot), self.cell_px(shot), None, task)
+        self.drawn((shot, shot), self.cell_px(shot), None, Target::picture, task)
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
-        let gpu = self.gpu.clone();
-        target::judge(&gpu, shot)?;
-        gpu.guarded("drawing faces", || {
-            self.face(shot);
-            // Without a known scale, depths would be so small that their differences vanish.
-            let depths = [0.0, farthest(&self.model, shot.viewpoint())];
-            let depths = self.depths_with_trees(shot, depths);
-            let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
-            let photos = self.sources.photos.len();
-            let (exposure, optics) = (&ViewExposure::neutral(photos), &vec![Optics::default(); photos]);
-            let (groups, origin) = (&self.gains.light.groups, self.surfaces.origin());
-            let content = TableData { shot, cells: &cells, exposure, optics, groups, origin };
-            self.tables.write(&gpu, &self.sources, &content);
-            task.go_on()?;
-            self.draw(shot, [Program::Faces; 2], &Prepared::default(), task)?;
-            self.target(shot, false).faces(&gpu)
-        })
+        self.drawn_faces(shot, task, |target, gpu, _| target.faces(gpu))
+    }
+
+    fn depths(&mut self, shot: &Shot, task: &Task) -> Result<Option<Vec<f32>>> {
+        self.drawn_depths(shot, task).map(Some)
     }
 
     fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
@@ -460,12 +450,6 @@ impl Renders for Renderer {
 
     fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         self.advanced(sliced, task)
-    }
-}
-
-impl Renderer {
-    fn target(&self, shot: &Shot, multisampled: bool) -> &Target {
-        &self.targets[&(shot.camera.width, shot.camera.height, multisampled)]
     }
 }
 
@@ -482,9 +466,4 @@ struct Prepared {
     see_through: u32,
     /// The factor on linear colours in the common exposure.
     of_common: [f64; 3],
-}
-
-/// Returns the distance of the farthest vertex, in world units.
-fn farthest(model: &Model, viewpoint: DVec3) -> f64 {
-    model.vertices.iter().map(|vertex| vertex.distance(viewpoint)).fold(0.0, f64::max)
 }

@@ -12,14 +12,14 @@ use wgpu::{
 
 use super::program::Program;
 use super::project::{Pass, Passes, PipelineDescription, SURFACES, source};
-use super::target::{self, COLOR, FACES, Target};
+use super::target::{self, COLOR, FACES, Target, TargetKey};
 use super::{Prepared, Renderer};
 use crate::error::Result;
 use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::projection::exposure::{ViewExposure, ViewLens};
 use crate::projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
-use crate::projection::{Picture, Quality, Shot};
+use crate::projection::{Picture, Shot};
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -187,14 +187,14 @@ impl Renderer {
 impl Peels for Renderer {
     fn surroundings(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
         let hidden = self.site_model.face_ids().collect();
-        let shot = &Shot { hidden, surroundings: true, ..shot.clone() };
+        let shot = &Shot { hidden, surroundings: true, linear: false, ..shot.clone() };
         let gpu = self.gpu.clone();
         target::judge(&gpu, shot)?;
         gpu.guarded("drawing surroundings", || {
             let prepared = self.prepare_layers(shot, task)?;
             let program = Program::new(shot, &self.content(prepared.undoes_optics));
             self.draw(shot, [program, program.of_see_through()], &prepared, task)?;
-            self.target(shot, shot.quality == Quality::Final).picture(&gpu)
+            self.targets[&TargetKey::of_picture(shot)].picture(&gpu)
         })
     }
 
@@ -210,7 +210,7 @@ impl Peels for Renderer {
         task: &Task,
     ) -> Result<()> {
         // Without surroundings there are no skirts, and without these no surroundings are needed.
-        let shot = &Shot { surroundings: surfaces == Peeled::Skirts, ..shot.clone() };
+        let shot = &Shot { surroundings: surfaces == Peeled::Skirts, linear: false, ..shot.clone() };
         let gpu = self.gpu.clone();
         target::judge(&gpu, shot)?;
         let (width, height) = (shot.camera.width, shot.camera.height);
@@ -221,7 +221,7 @@ impl Peels for Renderer {
             self.passes.make_peeling(&gpu, programs);
             let peeled = depth_texture(&gpu, width, height);
             clear(&gpu, &peeled);
-            Ok((prepared, Target::new(&gpu, (width, height, false)), peeled, programs))
+            Ok((prepared, Target::new(&gpu, TargetKey::of_faces(shot)), peeled, programs))
         })?;
         loop {
             task.go_on()?;

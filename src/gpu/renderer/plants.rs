@@ -32,7 +32,7 @@ use self::stock::Stock;
 use self::view::{Onto, PlantsView};
 use super::Renderer;
 use super::project::SURFACES;
-use super::target::{COLOR, FACES};
+use super::target::{COLOR, FACES, LINEAR};
 use crate::error::Result;
 use crate::foliage::Wood;
 use crate::gpu::bindings;
@@ -58,10 +58,10 @@ pub struct PlacementWords {
 /// What a drawing shows of trees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TreeProgram {
-    /// Their colours in the site's light.
-    Lit,
-    /// One colour for each tree.
-    Plain,
+    /// Their colours in the site's light, in linear light or not.
+    Lit { linear: bool },
+    /// One colour for each tree, in linear light or not.
+    Plain { linear: bool },
     /// [`crate::projection::TREE`] and their numbers.
     Numbered,
     /// Their depths alone, as the sun sees them.
@@ -71,14 +71,16 @@ pub enum TreeProgram {
 impl TreeProgram {
     /// Returns what a picture of a view shows.
     pub fn of_picture(shot: &Shot) -> Self {
-        if shot.display == DisplayMode::Colour { Self::Lit } else { Self::Plain }
+        let linear = shot.linear;
+        if shot.display == DisplayMode::Colour { Self::Lit { linear } } else { Self::Plain { linear } }
     }
 
     /// Returns the entry point of its shaders, and the format that it draws in; `None` for depths alone.
     fn entry(self) -> (&'static str, Option<TextureFormat>) {
+        let colors = |linear| Some(if linear { LINEAR } else { COLOR });
         match self {
-            Self::Lit => ("lit", Some(COLOR)),
-            Self::Plain => ("plain", Some(COLOR)),
+            Self::Lit { linear } => ("lit", colors(linear)),
+            Self::Plain { linear } => ("plain", colors(linear)),
             Self::Numbered => ("numbered", Some(FACES)),
             Self::Shadow => ("shadow", None),
         }

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use wgpu::TextureFormat;
+
+use super::target::{COLOR, FACES, LINEAR};
 use crate::projection::legend::{
     AGREEMENT, CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES, MATTE, linear,
 };
@@ -41,6 +44,8 @@ pub enum Program {
         numbers: bool,
         /// True when trees cast shadows on what it draws.
         shadows: bool,
+        /// True when the image is drawn in linear light with 16-bit floats.
+        linear: bool,
     },
 }
 
@@ -80,7 +85,7 @@ impl Program {
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
         let agreement = contradicted && (shot.blend.agreement || shot.display == DisplayMode::Agreement);
-        let Shot { display, quality, .. } = *shot;
+        let Shot { display, quality, linear, .. } = *shot;
         let (see_through, numbers, shadows) = (false, false, false);
         Self::Picture {
             mode,
@@ -95,6 +100,7 @@ impl Program {
             see_through,
             numbers,
             shadows,
+            linear,
         }
     }
 
@@ -124,6 +130,15 @@ impl Program {
             *shadows = casts;
         }
         self
+    }
+
+    /// Returns the format that it draws in.
+    pub fn format(self) -> TextureFormat {
+        match self {
+            Self::Faces | Self::Picture { numbers: true, .. } => FACES,
+            Self::Picture { linear: true, .. } => LINEAR,
+            Self::Picture { linear: false, .. } => COLOR,
+        }
     }
 
     /// Returns true when trees cast shadows on what it draws.
@@ -157,6 +172,7 @@ pub fn generated(program: Program) -> String {
         see_through,
         numbers: _,
         shadows: _,
+        linear: _,
     } = program
     else {
         return String::new();

@@ -20,7 +20,7 @@ use super::shadows;
 use super::surfaces::{Corner, ModelBuffers};
 use super::table::GrowingBuffer;
 use super::tables::{PhotoWords, Tables};
-use super::target::{COLOR, FACES, FLAT_LINEAR, Target};
+use super::target::{FLAT_LINEAR, Target};
 use super::texels::{self, TexelGroup};
 use crate::error::Result;
 use crate::gpu::TileStore;
@@ -248,10 +248,11 @@ impl Passes {
         for program in [Some(program), see_through].into_iter().flatten() {
             programs.entry(program).or_insert_with(|| {
                 let (vertex, fragment) = match program {
-                    Program::Faces => ("owner", ("faces", Some(FACES))),
-                    Program::Picture { numbers: true, .. } => ("drawn", ("seen", Some(FACES))),
-                    Program::Picture { .. } => ("drawn", ("project", Some(COLOR))),
+                    Program::Faces => ("owner", "faces"),
+                    Program::Picture { numbers: true, .. } => ("drawn", "seen"),
+                    Program::Picture { .. } => ("drawn", "project"),
                 };
+                let fragment = (fragment, Some(program.format()));
                 let groups: &[&BindGroupLayout] = &[shot, &texels.layout, shadows];
                 let groups = if program.has_shadows() { groups } else { &groups[..2] };
                 let (fragment, corners, blends) = (Some(fragment), true, program.blends());
@@ -261,7 +262,7 @@ impl Passes {
         }
         if has_surroundings && matches!(program, Program::Picture { .. }) {
             surroundings.entry(program).or_insert_with(|| {
-                let (vertex, fragment) = ("behind", Some(("surroundings", Some(COLOR))));
+                let (vertex, fragment) = ("behind", Some(("surroundings", Some(program.format()))));
                 let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
                 PipelineDescription { vertex, fragment, groups, samples, corners: false, blends: false }
                     .pipeline(gpu, &source(program, photos))

@@ -1,10 +1,17 @@
-//! The faces that a view shows: see-through ones count only where something of them is there.
+//! The faces that a view shows, and their depths: see-through ones count only where something of them is there.
 
-use super::Renderer;
+use glam::DVec3;
+
 use super::program::Program;
-use super::target;
+use super::tables::TableData;
+use super::target::{self, Target, TargetKey};
+use super::{LEAST_CELL_PX, Prepared, Renderer};
 use crate::error::Result;
-use crate::projection::{Quality, Shot};
+use crate::gpu::device::Gpu;
+use crate::projection::cells::Cells;
+use crate::projection::exposure::{Optics, ViewExposure};
+use crate::projection::{Quality, Renders, Shot, shown_face};
+use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
 /// Returns the view whose faces are those that a view shows: there is one a pixel, so that trees need not be finer than in previews.
@@ -26,7 +33,74 @@ impl Renderer {
             };
             let seen = Program::of_seen_faces(shot, &self.content(false));
             self.draw(&of_seen(shot), [Program::Faces, seen], &prepared, task)?;
-            self.target(shot, false).faces(&gpu)
+            self.targets[&TargetKey::of_faces(shot)].faces(&gpu)
         })
     }
+
+    /// Draws the faces of a view, and reads them back; `read` gets what a depth is divided by in the depth buffer, too.
+    pub(super) fn drawn_faces<T>(
+        &mut self,
+        shot: &Shot,
+        task: &Task,
+        read: impl FnOnce(&Target, &Gpu, f64) -> Result<T>,
+    ) -> Result<T> {
+        let gpu = self.gpu.clone();
+        target::judge(&gpu, shot)?;
+        gpu.guarded("drawing faces", || {
+            self.face(shot);
+            // Without a known scale, depths would be so small that their differences vanish.
+            let depths = [0.0, farthest(&self.model, shot.viewpoint())];
+            let depths = self.depths_with_trees(shot, depths);
+            let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
+            let photos = self.sources.photos.len();
+            let (exposure, optics) = (&ViewExposure::neutral(photos), &vec![Optics::default(); photos]);
+            let (groups, origin) = (&self.gains.light.groups, self.surfaces.origin());
+            let content = TableData { shot, cells: &cells, exposure, optics, groups, origin };
+            self.tables.write(&gpu, &self.sources, &content);
+            task.go_on()?;
+            self.draw(shot, [Program::Faces; 2], &Prepared::default(), task)?;
+            read(&self.targets[&TargetKey::of_faces(shot)], &gpu, cells.near())
+        })
+    }
+
+    /// Draws the depths of what a view shows. Where a see-through face is only a gap, the depth is that of the plane that is
+    /// seen through it.
+    pub(super) fn drawn_depths(&mut self, shot: &Shot, task: &Task) -> Result<Vec<f32>> {
+        let shot = &of_seen(shot);
+        let (numbers, mut depths) = self.drawn_faces(shot, task, |target, gpu, near| {
+            // The depth buffer has near / depth, and 0 where nothing is.
+            let depth = |stored: &f32| (near / f64::from(*stored)) as f32;
+            Ok((target.faces(gpu)?, target.depth_buffer(gpu)?.iter().map(depth).collect::<Vec<f32>>()))
+        })?;
+        if self.mattes {
+            let width = shot.camera.width as usize;
+            let seen = self.seen_faces(shot, task)?;
+            let differing =
+                seen.into_iter().zip(numbers).enumerate().filter(|(_, (seen, number))| seen != number);
+            for (px, (seen, _)) in differing {
+                depths[px] = match (seen, shown_face(seen)) {
+                    (0, _) => f32::INFINITY,
+                    (_, Some(face)) => depth_of_plane(&self.model, face, shot, (px % width, px / width)),
+                    // A tree behind a gap is about where the gap is.
+                    (_, None) => depths[px],
+                };
+            }
+        }
+        Ok(depths)
+    }
+}
+
+/// Returns the depth of a face's plane at a pixel's centre.
+fn depth_of_plane(model: &Model, face: FaceId, shot: &Shot, (column, row): (usize, usize)) -> f32 {
+    let (camera, plane) = (&shot.camera, &model.face(face).plane);
+    let [right, down, forward] = shot.pose.rotation_rows().map(DVec3::from);
+    let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+    // The ray has a depth of 1.
+    let ray = forward + right * ((x - camera.cx) / camera.fx) + down * ((y - camera.cy) / camera.fy);
+    (plane.normal.dot(plane.point - shot.viewpoint()) / plane.normal.dot(ray)) as f32
+}
+
+/// Returns the distance of the farthest vertex, in world units.
+fn farthest(model: &Model, viewpoint: DVec3) -> f64 {
+    model.vertices.iter().map(|vertex| vertex.distance(viewpoint)).fold(0.0, f64::max)
 }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::Renderer;
-use super::target;
+use super::target::{self, Target};
 use crate::error::Result;
 use crate::projection::exposure::visible_shares;
 use crate::projection::{Shot, Sliced};
@@ -23,9 +23,16 @@ impl Renderer {
     pub(super) fn advanced(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         let side_px = self.cell_px(sliced.shot());
         let (start, band) = (Instant::now(), sliced.band(side_px));
-        let drawn = self.drawn((&band, sliced.shot()), side_px, Some(sliced.exposure()), task)?;
+        let shots = (&band, sliced.shot());
+        let is_complete = if band.linear {
+            let drawn = self.drawn(shots, side_px, Some(sliced.exposure()), Target::linear_picture, task)?;
+            sliced.add_linear(&drawn)
+        } else {
+            let drawn = self.drawn(shots, side_px, Some(sliced.exposure()), Target::picture, task)?;
+            sliced.add(&drawn)
+        };
         let px = f64::from(band.camera.width) * f64::from(band.camera.height);
         sliced.costs(start.elapsed().as_secs_f64() / px);
-        Ok(sliced.add(&drawn))
+        Ok(is_complete)
     }
 }

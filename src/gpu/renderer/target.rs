@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use bytemuck::Pod;
+use half::f16;
 use rayon::prelude::*;
 use wgpu::{Buffer, Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
 
@@ -10,11 +11,14 @@ use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::gpu::readback;
-use crate::projection::{Picture, Shot};
+use crate::projection::{LinearPicture, Picture, Quality, Shot};
 use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 
 /// The format of images: written in linear light, stored as sRGB.
 pub const COLOR: TextureFormat = TextureFormat::Rgba8UnormSrgb;
+
+/// The format of images in linear light.
+pub const LINEAR: TextureFormat = TextureFormat::Rgba16Float;
 
 /// The format of faces: 1 + an index, 0 where there is none.
 pub const FACES: TextureFormat = TextureFormat::R32Uint;
@@ -25,11 +29,39 @@ pub const FLAT_LINEAR: f64 = 0.215_860_5;
 /// The number of samples per pixel in *final* quality.
 pub const SAMPLES: u32 = 4;
 
+/// What textures are made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TargetKey {
+    /// The width in pixels.
+    pub width: u32,
+    /// The height in pixels.
+    pub height: u32,
+    /// Whether there are several samples per pixel.
+    pub multisampled: bool,
+    /// Whether images are in linear light, with 16-bit floats.
+    pub linear: bool,
+}
+
+impl TargetKey {
+    /// Returns what the image of a view is drawn into.
+    pub fn of_picture(shot: &Shot) -> Self {
+        let multisampled = shot.quality == Quality::Final;
+        Self { multisampled, linear: shot.linear, ..Self::of_faces(shot) }
+    }
+
+    /// Returns what the faces of a view are drawn into.
+    pub fn of_faces(shot: &Shot) -> Self {
+        let (width, height) = (shot.camera.width, shot.camera.height);
+        Self { width, height, multisampled: false, linear: false }
+    }
+}
+
 /// The textures for one image size.
 #[derive(Debug)]
 pub struct Target {
     width: u32,
     height: u32,
+    is_linear: bool,
     /// The number of samples per pixel.
     pub samples: u32,
     /// The depth buffer.
@@ -64,21 +96,27 @@ pub fn judge(gpu: &Gpu, shot: &Shot) -> Result<()> {
         let most = format!("sides of {longest} pixels at most");
         return Err(Error::Gpu(format!("{picture} is too large for this device, which draws {most}")));
     }
-    if row_bytes(width) * u64::from(height) > largest {
+    let px_bytes = if shot.linear { LINEAR_BYTES } else { 4 };
+    if row_bytes(width, px_bytes) * u64::from(height) > largest {
         let most = format!("buffers of {largest} bytes at most");
         return Err(Error::Gpu(format!("{picture} is too large for this device, which has {most}")));
     }
     Ok(())
 }
 
-/// Returns the bytes of a row of 4 bytes per pixel, aligned for copies from textures to buffers.
-fn row_bytes(width: u32) -> u64 {
-    (4 * u64::from(width)).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT))
+/// The bytes of a pixel in linear light.
+const LINEAR_BYTES: u64 = 8;
+
+/// Returns the bytes of a row, aligned for copies from textures to buffers.
+fn row_bytes(width: u32, px_bytes: u64) -> u64 {
+    (px_bytes * u64::from(width)).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT))
 }
 
 impl Target {
-    /// Creates the textures for this width and height, with multisampling or without.
-    pub fn new(gpu: &Gpu, (width, height, multisampled): (u32, u32, bool)) -> Self {
+    /// Creates the textures.
+    pub fn new(gpu: &Gpu, key: TargetKey) -> Self {
+        let TargetKey { width, height, multisampled, linear: is_linear } = key;
+        let color_format = if is_linear { LINEAR } else { COLOR };
         let samples = if multisampled { SAMPLES } else { 1 };
         let made = |label, format, samples, usage| {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -93,8 +131,9 @@ impl Target {
             })
         };
         let view = |texture: &Texture| texture.create_view(&Default::default());
-        let color = made("picture", COLOR, 1, TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING);
-        let many = multisampled.then(|| made("samples", COLOR, samples, TextureUsages::empty()));
+        let color =
+            made("picture", color_format, 1, TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING);
+        let many = multisampled.then(|| made("samples", color_format, samples, TextureUsages::empty()));
         let faces = (!multisampled).then(|| made("faces", FACES, 1, TextureUsages::COPY_SRC));
         // Layers that are peeled off are drawn without samples.
         let copied = if multisampled { TextureUsages::empty() } else { TextureUsages::COPY_SRC };
@@ -102,6 +141,7 @@ impl Target {
         Self {
             width,
             height,
+            is_linear,
             samples,
             depth: view(&depth),
             depth_texture: depth,
@@ -116,10 +156,27 @@ impl Target {
 
     /// Reads back the image that was drawn.
     pub fn picture(&self, gpu: &Gpu) -> Result<Picture> {
+        if self.is_linear {
+            return Ok(self.linear_picture(gpu)?.picture());
+        }
         let rgba = self.read(gpu, &self.color, |pixels: &mut [[u8; 4]]| {
             pixels.iter_mut().filter(|pixel| !matches!(pixel[3], 0 | 255)).for_each(without_background);
         })?;
         Ok(Picture { width: self.width, height: self.height, rgba: rgba.into_flattened() })
+    }
+
+    /// Reads back the image that was drawn in linear light.
+    pub fn linear_picture(&self, gpu: &Gpu) -> Result<LinearPicture> {
+        debug_assert!(self.is_linear);
+        let halves = self.read(gpu, &self.color, |_: &mut [[u16; 4]]| ())?;
+        let light = |bits: u16| f16::from_bits(bits).to_f32();
+        let rgba = halves.par_iter().map(|pixel| without_flat(pixel.map(light))).collect();
+        Ok(LinearPicture { width: self.width, height: self.height, rgba, depths: None })
+    }
+
+    /// Reads back the depth buffer.
+    pub fn depth_buffer(&self, gpu: &Gpu) -> Result<Vec<f32>> {
+        self.read(gpu, &self.depth_texture, |_: &mut [f32]| ())
     }
 
     /// Reads back colours that were multiplied by their alpha and laid over nothing.
@@ -134,18 +191,21 @@ impl Target {
         self.read(gpu, self.faces.as_ref().expect("faces are drawn without samples"), |_: &mut [u32]| ())
     }
 
-    /// Reads the texels of a texture of 4 bytes each; `finish` is called for every row of them.
+    /// Reads the texels of a texture; `finish` is called for every row of them.
     fn read<T: Pod + Send>(
         &self,
         gpu: &Gpu,
         texture: &Texture,
         finish: impl Fn(&mut [T]) + Sync,
     ) -> Result<Vec<T>> {
-        let (row_bytes, width) = (row_bytes(self.width), self.width as usize);
+        let texel_bytes = size_of::<T>();
+        let (row_bytes, width) = (row_bytes(self.width, texel_bytes as u64), self.width as usize);
         let buffer = self.reading.get_or_init(|| {
+            // Depths and faces have 4 bytes a pixel, images in linear light more.
+            let most_bytes = self::row_bytes(self.width, if self.is_linear { LINEAR_BYTES } else { 4 });
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("picture"),
-                size: row_bytes * u64::from(self.height),
+                size: most_bytes * u64::from(self.height),
                 usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
                 mapped_at_creation: false,
             })
@@ -163,7 +223,7 @@ impl Target {
             let mut texels = vec![T::zeroed(); width * self.height as usize];
             let rows = texels.par_chunks_exact_mut(width).zip(bytes.par_chunks_exact(row_bytes as usize));
             rows.for_each(|(row, bytes)| {
-                row.copy_from_slice(bytemuck::cast_slice(&bytes[..4 * width]));
+                row.copy_from_slice(bytemuck::cast_slice(&bytes[..texel_bytes * width]));
                 finish(row);
             });
             texels
@@ -181,6 +241,16 @@ pub(super) fn straight(pixel: [u8; 4]) -> [u8; 4] {
         let light = linear_of_srgb(f64::from(channel) / 255.0) * 255.0 / f64::from(alpha);
         (srgb_from_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8
     };
+    [own(r), own(g), own(b), alpha]
+}
+
+/// As [`without_background`], in linear light. What covers less than a thousandth is nothing: its colour is noise.
+fn without_flat([r, g, b, alpha]: [f32; 4]) -> [f32; 4] {
+    if alpha < 1e-3 {
+        let flat = FLAT_LINEAR as f32;
+        return [flat, flat, flat, 0.0];
+    }
+    let own = |light: f32| ((light - (1.0 - alpha) * FLAT_LINEAR as f32) / alpha).max(0.0);
     [own(r), own(g), own(b), alpha]
 }
 
@@ -212,6 +282,16 @@ mod tests {
             let error = linear_of_srgb(f64::from(pixel[0]) / 255.0) - linear_of_srgb(f64::from(own) / 255.0);
             assert!(error.abs() <= 0.004 / share, "{own} at {alpha}: {pixel:?}");
         }
+    }
+
+    #[test]
+    fn a_pixel_in_linear_light_gets_its_own_light_back_also_above_white() {
+        for (own, alpha) in [(0.02f32, 0.25f32), (3.5, 0.5), (0.7, 1.0)] {
+            let mixed = own * alpha + FLAT_LINEAR as f32 * (1.0 - alpha);
+            let [red, .., same] = without_flat([mixed, mixed, mixed, alpha]);
+            assert!((red - own).abs() < 1e-5 && same == alpha, "{own} at {alpha}: {red}");
+        }
+        assert_eq!(without_flat([0.9, 0.9, 0.9, 0.0])[3], 0.0);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::site_view::{LdiView, LdiViewOptions};
 use crate::error::Result;
-use crate::projection::{Picture, Renders, Shot};
+use crate::projection::{Picture, Renders, Shot, Sliced};
 use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
 use crate::task::Task;
@@ -61,5 +61,17 @@ impl Renders for Viewer<'_> {
 
     fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         self.renders().seen_faces(shot, task)
+    }
+
+    fn depths(&mut self, shot: &Shot, task: &Task) -> Result<Option<Vec<f32>>> {
+        self.renders().depths(shot, task)
+    }
+
+    fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        self.renders().begin(shot, task)
+    }
+
+    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        self.renders().advance(sliced, task)
     }
 }

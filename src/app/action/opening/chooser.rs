@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::assistant::start_assistant;
+use super::copying::place_of_copy;
 use super::relinking::copy_photo;
 use crate::app::action::life::open_project;
 use crate::app::action::masks::repairing::bring_mask;
@@ -49,6 +50,12 @@ pub fn take_choice(state: &mut State, work: &mut Work, purpose: Purpose, path: P
         Purpose::Folder => {
             if let Some(assistant) = &mut state.opening.dialogs.assistant {
                 assistant.goes_to(&path);
+            }
+        }
+        Purpose::Copy => {
+            let name = state.session.as_ref().map(|session| session.name()).unwrap_or_default();
+            if let Some(field) = &mut state.opening.dialogs.copy {
+                field.set(&place_of_copy(&path, &name));
             }
         }
         Purpose::Sample => {

@@ -4,6 +4,7 @@
 pub mod around;
 pub mod assistant;
 pub mod chooser;
+mod copying;
 mod held;
 mod looking;
 pub mod on_disk;
@@ -15,6 +16,7 @@ use std::path::{Path, PathBuf};
 
 use self::assistant::{search_site, start_assistant};
 use self::chooser::{choose, take_chosen};
+use self::copying::{ask_for_copy, save_copy};
 use self::held::watch_held;
 use self::looking::keep_looking;
 use self::on_disk::take_changes;
@@ -62,6 +64,8 @@ pub fn grant_opening(state: &mut State, work: &mut Work, request: DialogRequest)
         DialogRequest::TryAgain(folder) => open_project(state, work, folder),
         DialogRequest::Sample => ask_for_sample(state),
         DialogRequest::OpenSample => open_sample(state, work),
+        DialogRequest::Copy => ask_for_copy(state),
+        DialogRequest::SaveCopy => save_copy(state, work),
         DialogRequest::Relink => relink_parts(state, work),
     }
 }

@@ -44,7 +44,8 @@ pub fn cancel_dialogs(state: &mut State, work: &mut Work) {
         work.jobs.stop_kind(&mut state.running, JobKind::Search);
     }
     work.jobs.stop_kind(&mut state.running, JobKind::Paths);
-    (state.opening.dialogs.relinking, state.opening.dialogs.sample) = (None, None);
+    let dialogs = &mut state.opening.dialogs;
+    (dialogs.relinking, dialogs.sample, dialogs.copy) = (None, None, None);
     (state.opening.held, state.opening.typing) = (None, false);
 }
 

@@ -2,12 +2,13 @@
 
 use super::bench::TestBench;
 use crate::app::state::ask::{DecideAsk, FlightAsk, SpaceAsk};
-use crate::app::state::flight::export::Export;
+use crate::app::state::flight::export::{Export, Rendering};
 use crate::app::state::running::JobKind;
 use crate::app::state::space::memory::SpaceMemory;
 use crate::document::bookmark::BookmarkIndex;
 use crate::document::camera_path::KeyframeIndex;
 use crate::projection::navigation::Viewpoint;
+use crate::recipe::render::PictureFormat;
 
 /// The time after which every flight of the view has ended, in seconds.
 const LANDED_S: f64 = 2.0;
@@ -145,24 +146,34 @@ fn a_film_is_offered_only_where_there_is_a_flight() {
     bench.ask(FlightAsk::ChooseFilm);
     assert!(bench.state.has_dialog());
     let export = bench.state.flights.export.take().unwrap();
-    assert!(export.film && export.file().starts_with(bench.folder()), "{}", export.file().display());
+    let offered = if export.has_ffmpeg { Rendering::Video } else { Rendering::Sequence };
+    assert_eq!((export.what, export.problem()), (offered, None), "{}", export.file().display());
+    assert!(export.file().starts_with(bench.folder()), "{}", export.file().display());
 }
 
 #[test]
 fn a_film_has_a_frame_for_each_moment_and_a_picture_is_the_view() {
     let (mut bench, [first, last]) = with_flight();
     let (project, folder) = (bench.folder().to_path_buf(), "out".into());
-    let mut film = Export { film: true, project, folder, name: "flight.mp4".into(), size: [320, 180] };
+    let mut film = Export {
+        what: Rendering::Sequence,
+        project,
+        folder,
+        name: "flight".into(),
+        format: PictureFormat::Exr,
+        size: [320, 180],
+        has_ffmpeg: false,
+    };
     let fps = bench.project().flight.unwrap().fps;
     let views = bench.state.views_of(&film).unwrap();
     assert_eq!(views.len() as f64, 2.0 * fps + 1.0);
     assert_eq!(
         (views[0].name.as_str(), views[0].camera.width, views[0].camera.height),
-        ("frame-00001", 320, 180)
+        ("flight-00001", 320, 180)
     );
     assert!(views[0].pose.center_in_world().distance(first.position()) < 1e-6);
     assert!(views[views.len() - 1].pose.center_in_world().distance(last.position()) < 1e-6);
-    film.film = false;
+    film.what = Rendering::Picture;
     let views = bench.state.views_of(&film).unwrap();
     assert_eq!((views.len(), views[0].pose), (1, bench.state.space.viewpoint.pose));
 }

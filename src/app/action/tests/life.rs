@@ -282,7 +282,7 @@ fn a_project_is_opened_and_remembered() {
     // The site is missing: a note reports it, and a dialog asks for the missing parts.
     assert!(bench.state.session.is_none() && bench.state.opening.is_asking(), "{:?}", bench.said());
     bench.ask(ProjectAsk::Forget(folder));
-    assert!(bench.state.settings.recent.is_empty());
+    assert!(bench.state.settings.known.recent.is_empty());
 }
 
 #[test]

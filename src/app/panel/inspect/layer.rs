@@ -2,8 +2,9 @@
 
 use eframe::egui::{Button, Key, TextEdit, Ui};
 
-use super::LIST;
-use crate::app::command::{edit, flat, paint};
+use super::next::hidden_words;
+use super::{LIST, details_ui};
+use crate::app::command::{Command, edit, flat, paint};
 use crate::app::panel::layer::shown::shown_ui;
 use crate::app::panel::{button, counted, grouped, long_list, percent, rows, title};
 use crate::app::state::State;
@@ -35,8 +36,8 @@ fn several(state: &State, photo: PhotoId, all: &[LayerIndex], ui: &mut Ui, asks:
     let layers = || all.iter().filter_map(|index| stack.image_layers.get(index.index()));
     title(ui, "Selected", &format!("{} image layers", all.len()));
     let sum = LayerFigures::sum(layers().map(LayerFigures::from_layer));
-    let mut facts = vec![("Photo", stack.photo.name.clone())];
-    facts.extend(figures(&sum));
+    ui.weak(format!("{} · {}", stack.photo.name, hidden_words(&sum)));
+    let mut facts = Vec::new();
     if let Some(cost) = state.merge_cost(photo, all) {
         let [width, height] = cost.size;
         let texels = grouped(cost.texels);
@@ -53,6 +54,7 @@ fn several(state: &State, photo: PhotoId, all: &[LayerIndex], ui: &mut Ui, asks:
             asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer: all[index] })));
         }
     });
+    details_ui(ui, &figures(&sum));
 }
 
 fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -64,25 +66,32 @@ fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks: &mut
     let (Some(session), Some(stack)) = (&state.session, stack_of(state, photo)) else { return };
     let Some(it) = stack.image_layers.get(layer.index()) else { return };
     title(ui, "Image layer", &it.name);
-    rows(ui, &facts(state, session, photo, layer, it));
+    let figures = LayerFigures::from_layer(it);
+    let deepest = stack.image_layers.last().map_or(it.order, |last| last.order);
+    let name = &session.opened.site.photo(photo).name;
+    ui.weak(format!("{name} · depth {} · {}", depth(it.order, deepest), hidden_words(&figures)));
     if !session.photos[photo.index()].is_current() {
         let text = "This layer is out of date, because the project has changed: build the photo again.";
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
     ui.add_space(6.0);
+    let commands = |ui: &mut Ui, asks: &mut Vec<Ask>, commands: &[&'static Command]| {
+        ui.horizontal_wrapped(|ui| commands.iter().for_each(|command| button(state, ui, command, asks)));
+    };
+    if figures.hidden > 0 {
+        ui.strong("Next");
+        ui.label("Paint what the photo does not show of it.");
+    }
+    commands(ui, asks, &[&paint::EDIT, &flat::SHOW_LAYER]);
+    ui.add_space(6.0);
     rename(it, photo, layer, ui, asks);
     shown_ui(state, ui, (photo, layer, it), asks);
     ui.add_space(4.0);
-    ui.horizontal_wrapped(|ui| {
-        let commands =
-            [&flat::SHOW_LAYER, &paint::EDIT, &edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE];
-        for command in commands {
-            button(state, ui, command, asks);
-        }
-    });
+    commands(ui, asks, &[&edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE]);
     decisions(session, photo, &faces_of_layer(stack, layer), ui, asks);
     ui.add_space(6.0);
     held(session, stack, it, ui, asks);
+    details_ui(ui, &facts(state, stack, photo, layer, it));
 }
 
 fn stack_of(state: &State, photo: PhotoId) -> Option<&Stack> {
@@ -106,20 +115,17 @@ fn figures(sum: &LayerFigures) -> Vec<(&'static str, String)> {
 
 fn facts(
     state: &State,
-    session: &Session,
+    stack: &Stack,
     photo: PhotoId,
     layer: LayerIndex,
     it: &ImageLayer,
 ) -> Vec<(&'static str, String)> {
-    let stack = session.photos[photo.index()].stack.as_deref();
-    let deepest = stack.and_then(|stack| stack.image_layers.last()).map_or(it.order, |last| last.order);
     let rect = it.rect;
-    let mut facts = vec![("Photo", session.opened.site.photo(photo).name.clone())];
+    let mut facts = Vec::new();
     if let Some(own) = &it.own_name {
         facts.push(("Original name", own.clone()));
     }
-    facts.push(("Depth", depth(it.order, deepest)));
-    facts.extend(stack.and_then(|stack| visibility(stack, it)).map(|text| ("Visibility layers", text)));
+    facts.extend(visibility(stack, it).map(|text| ("Visibility layers", text)));
     facts.push(("Rectangle", format!("{} × {} px at {}, {}", rect.w, rect.h, rect.x, rect.y)));
     facts.extend(figures(&LayerFigures::from_layer(it)));
     if let Some(shares) =

@@ -1,6 +1,7 @@
 //! Draws the dialogs for opening, creating and relinking projects.
 
 mod assistant;
+mod copy;
 mod held;
 pub mod place;
 mod relinking;
@@ -10,6 +11,7 @@ mod typing;
 use eframe::egui::Context;
 
 use self::assistant::assistant_ui;
+use self::copy::copy_ui;
 use self::held::held_ui;
 use self::relinking::relinking_ui;
 use self::sample::sample_ui;
@@ -29,6 +31,9 @@ pub fn opening_ui(state: &State, dialogs: &mut OpeningDialogs, context: &Context
     }
     if let Some(sample) = &mut dialogs.sample {
         sample_ui(state, sample, context, &mut requests);
+    }
+    if let Some(copy) = &mut dialogs.copy {
+        copy_ui(copy, context, &mut requests);
     }
     held_ui(state, context, &mut requests);
     if state.opening.typing {

@@ -1,9 +1,13 @@
 //! The values with which the dialog for pictures and videos opens, and the views that it renders.
 
-use super::export::{Export, free_name};
+use std::path::Path;
+
+use super::export::{Export, Rendering, free_name};
 use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
 use crate::geometry::{Pinhole, Pose};
+use crate::io::film;
+use crate::recipe::render::PictureFormat;
 use crate::recipe::views::RequestedView;
 
 impl State {
@@ -12,20 +16,24 @@ impl State {
         let [width, height] = self.space.size_px();
         // The default size is twice that of the view, with even sides, as video codecs need.
         let size = [width, height].map(|side| (2 * side).min(7680) & !1);
-        self.ask_export(false, "view", size);
+        self.ask_export(Rendering::Picture, "view", size, true);
     }
 
     /// Opens the dialog for a video of the flight.
     pub fn ask_film(&mut self) {
         let size = self.session.as_ref().and_then(|s| Some(s.opened.project.flight.as_ref()?.size));
         let Some(size) = size else { return };
-        self.ask_export(true, "flight.mp4", size);
+        // Without ffmpeg, a video is an animated PNG, which few programs read: pictures are of more use then.
+        let has_ffmpeg = film::check(Path::new("flight.mp4")).is_ok();
+        let what = if has_ffmpeg { Rendering::Video } else { Rendering::Sequence };
+        self.ask_export(what, if has_ffmpeg { "flight.mp4" } else { "flight" }, size, has_ffmpeg);
     }
 
-    fn ask_export(&mut self, film: bool, name: &str, size: [u32; 2]) {
+    fn ask_export(&mut self, what: Rendering, name: &str, size: [u32; 2], has_ffmpeg: bool) {
         let Some(session) = &self.session else { return };
         let (project, folder) = (session.folder.clone(), "pictures".to_owned());
-        let export = Export { film, project, folder, name: name.to_owned(), size };
+        let (name, format) = (name.to_owned(), PictureFormat::default());
+        let export = Export { what, project, folder, name, format, size, has_ffmpeg };
         self.flights.export = Some(Export { name: free_name(&export), ..export });
     }
 
@@ -35,7 +43,7 @@ impl State {
         let [width, height] = export.size;
         let view =
             |name: String, (camera, pose): (Pinhole, Pose)| RequestedView { name, camera, pose, photo: None };
-        if !export.film {
+        if export.what == Rendering::Picture {
             let here = (self.space.viewpoint.camera(width, height), self.space.viewpoint.pose);
             return Some(vec![view(export.name.clone(), here)]);
         }
@@ -45,7 +53,7 @@ impl State {
         match path.flight(session.scene_frame.up) {
             Ok(flight) => {
                 let frames = flight.frames(path.fps).into_iter().zip(1..);
-                Some(frames.map(|(camera, number)| view(format!("frame-{number:05}"), camera)).collect())
+                Some(frames.map(|(camera, number)| view(export.frame(number), camera)).collect())
             }
             Err((place, found)) => {
                 self.tell(Note::new(Weight::Problem, format!("the flight, {place}: {found}")));

@@ -42,6 +42,8 @@ pub struct OpeningDialogs {
     pub relinking: Option<Relinking>,
     /// The folder of the sample project.
     pub sample: Option<PathField>,
+    /// The folder of a copy of the open project.
+    pub copy: Option<PathField>,
     /// The path typed where there is no file dialog; the welcome page shows it, too.
     pub typed: String,
 }
@@ -74,6 +76,10 @@ pub enum DialogRequest {
     Sample,
     /// Writes the sample project into the folder of its dialog, and opens it.
     OpenSample,
+    /// Opens the dialog for a copy of the open project.
+    Copy,
+    /// Copies the open project to the folder of the dialog.
+    SaveCopy,
     /// Updates the project with the new paths of its parts.
     Relink,
 }
@@ -81,7 +87,9 @@ pub enum DialogRequest {
 impl Opening {
     /// Returns whether a dialog is open: keys belong to it then.
     pub fn is_asking(&self) -> bool {
-        self.dialogs.parts().is_some() || self.dialogs.sample.is_some() || self.held.is_some() || self.typing
+        let fields = [&self.dialogs.sample, &self.dialogs.copy];
+        let types = fields.into_iter().any(Option::is_some);
+        types || self.dialogs.parts().is_some() || self.held.is_some() || self.typing
     }
 }
 
@@ -118,6 +126,8 @@ pub enum Purpose {
     Folder,
     /// The folder of the sample project.
     Sample,
+    /// The folder that gets a copy of the project.
+    Copy,
     /// The file of a missing photo, by the photo's name.
     Photo(String),
     /// A file that replaces a mask that cannot be used.
@@ -133,6 +143,7 @@ impl Purpose {
             Self::Part(part, _) => format!("{}: {}", part.name(), part.accepted()),
             Self::Folder => "Choose an empty folder for the project".into(),
             Self::Sample => "Choose a folder for the sample project".into(),
+            Self::Copy => "Choose a folder for the copy".into(),
             Self::Photo(name) => format!("Choose the file of {name}"),
             Self::Mask(it) => format!("Choose the mask of {}: black is masked", it.photo.name),
         }

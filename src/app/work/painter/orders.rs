@@ -8,15 +8,16 @@ use std::sync::mpsc::{Sender, channel};
 
 use super::{Shared, failed};
 use crate::error::{Error, Result};
-use crate::projection::{Picture, Renders, Shot, Sliced};
+use crate::projection::{LinearPicture, Renders, Shot, Sliced};
 use crate::recipe::preview::Preview;
+use crate::recipe::render::DrawnPicture;
 use crate::task::Task;
 
 /// An ordered picture that a job waits for.
 pub struct Order {
     shot: Shot,
     task: Task,
-    reply: Sender<Result<Picture>>,
+    reply: Sender<Result<DrawnPicture>>,
 }
 
 /// The queue in which a job orders pictures of the painter, drawn in order.
@@ -24,12 +25,12 @@ pub struct Order {
 pub struct Orders(pub(super) Arc<Shared>);
 
 impl Orders {
-    /// Orders the picture of a shot and waits for it.
+    /// Orders the picture of a shot and waits for it; a shot in linear light comes with its depths.
     ///
     /// # Errors
     /// The errors of [`crate::projection::Renders::picture`]; [`Error::Request`] when the 3D view ended in the
     /// meantime.
-    pub fn picture(&self, shot: Shot, task: &Task) -> Result<Picture> {
+    pub fn picture(&self, shot: Shot, task: &Task) -> Result<DrawnPicture> {
         let (reply, receive) = channel();
         let mut slot = self.0.slot();
         if slot.ends {
@@ -82,13 +83,24 @@ impl OrderInProgress {
         match drawn.unwrap_or_else(|_| Err(failed())) {
             Ok(false) => (),
             ended => {
-                let whole = self.sliced.take().map(Sliced::picture);
-                let reply = ended.and_then(|_| whole.ok_or_else(failed));
+                let sliced = self.sliced.take();
+                let finish = || finished(order, sliced.ok_or_else(failed)?, preview);
+                let finish = || catch_unwind(AssertUnwindSafe(finish)).unwrap_or_else(|_| Err(failed()));
+                let reply = ended.and_then(|_| finish());
                 // The job may have been stopped.
                 let _ = self.order.take().map(|order| order.reply.send(reply));
             }
         }
     }
+}
+
+/// Returns a picture that is complete.
+fn finished(order: &Order, sliced: Sliced, preview: &mut Preview) -> Result<DrawnPicture> {
+    if !order.shot.linear {
+        return Ok(sliced.picture().into());
+    }
+    let depths = preview.depths(&order.shot, &order.task)?;
+    Ok(LinearPicture { depths, ..sliced.linear_picture() }.into())
 }
 
 /// Draws a slice; returns whether the picture is complete.
