@@ -47,7 +47,7 @@ pub fn run(args: &InfoArgs, task: &Task) -> Result<Outcome> {
     let photos = opened.photos_named(&args.photos.names)?;
     let mut problems = args.photos.problems_of(&opened, task);
     let (text, mut json) = match &args.face {
-        Some(name) => match opened.site.model.object_named(name) {
+        Some(name) => match opened.site.model.object_like(name) {
             Some(object) => about_object(object, &opened, &survey, &photos, task)?,
             None => about_face(name, &opened, &survey, &photos, task)?,
         },

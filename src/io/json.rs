@@ -35,13 +35,22 @@ pub fn to_json(value: &impl Serialize) -> Vec<u8> {
 /// [`Error::Io`] when it cannot be read; [`Error::Input`] with line and column when it is too large, is not
 /// JSON, or lacks the fields of `T`.
 pub fn read_json<T: DeserializeOwned>(file: &Path, limit: u64, remedy: impl Into<Message>) -> Result<T> {
+    let remedy = remedy.into();
+    let text = read_limited(file, limit, remedy.clone())?;
+    parse_json(file, &text, remedy)
+}
+
+/// Reads a file of at most `limit` bytes.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Input`] when it is too large.
+pub(super) fn read_limited(file: &Path, limit: u64, remedy: Message) -> Result<Vec<u8>> {
     let size = fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
     if size > limit {
         let found = format!("{size} bytes, but such a file has at most {limit}");
         return Err(Error::input(file, "", found, remedy));
     }
-    let text = fs::read(file).map_err(Error::io(file, "read it"))?;
-    parse_json(file, &text, remedy)
+    fs::read(file).map_err(Error::io(file, "read it"))
 }
 
 /// Parses JSON text that was read from `file`.
@@ -49,23 +58,33 @@ pub fn read_json<T: DeserializeOwned>(file: &Path, limit: u64, remedy: impl Into
 /// # Errors
 /// [`Error::Input`] with line and column.
 pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: impl Into<Message>) -> Result<T> {
-    serde_json::from_slice(text).map_err(|error| {
-        let place = format!("line {} column {}", error.line(), error.column());
-        let message = error.to_string();
-        let found = message.split(" at line ").next().unwrap_or(&message);
-        if text.iter().all(u8::is_ascii_whitespace) {
-            return Error::input(file, "", "the file is empty; expected JSON", remedy);
-        }
-        if error.is_eof() {
-            let found = "the file ends before its JSON does: it was cut short, or a bracket is missing";
-            return Error::input(file, place, found, remedy);
-        }
-        let found = match near(text, error.line(), error.column()) {
-            Some(near) if error.is_syntax() => format!("{found} near {near:?}"),
-            _ => in_words(found),
-        };
-        Error::input(file, place, found, remedy)
-    })
+    serde_json::from_slice(text)
+        .map_err(|error| wrong_at(file, text, &error, (error.line(), error.column()), remedy))
+}
+
+/// Makes the error about a place in the text of `file`, line and column counted from 1.
+pub(super) fn wrong_at(
+    file: &Path,
+    text: &[u8],
+    error: &serde_json::Error,
+    (line, column): (usize, usize),
+    remedy: impl Into<Message>,
+) -> Error {
+    let place = format!("line {line} column {column}");
+    let message = error.to_string();
+    let found = message.split(" at line ").next().unwrap_or(&message);
+    if text.iter().all(u8::is_ascii_whitespace) {
+        return Error::input(file, "", "the file is empty; expected JSON", remedy);
+    }
+    if error.is_eof() {
+        let found = "the file ends before its JSON does: it was cut short, or a bracket is missing";
+        return Error::input(file, place, found, remedy);
+    }
+    let found = match near(text, line, column) {
+        Some(near) if error.is_syntax() => format!("{found} near {near:?}"),
+        _ => in_words(found),
+    };
+    Error::input(file, place, found, remedy)
 }
 
 /// Returns a message of the parser about JSON that is none of the expected kind, without the names that kinds have in the program:
@@ -91,6 +110,8 @@ fn found_in_words(found: &str) -> String {
         _ => quoted("integer ")
             .or_else(|| quoted("floating point "))
             .map(|number| format!("the number {number}"))
+            // What stands for no number in JSON of other programs is marked by this sign.
+            .or_else(|| found.strip_prefix("string \"\\u{7f}")?.strip_suffix('"').map(str::to_owned))
             .or_else(|| found.strip_prefix("string ").map(|text| format!("the text {text}")))
             .or_else(|| quoted("boolean "))
             .unwrap_or_else(|| found.to_owned()),

@@ -21,6 +21,7 @@ pub mod import;
 pub mod impostors;
 pub mod inputs;
 mod keeping;
+mod known_names;
 mod layer_names;
 pub mod layer_pixels;
 pub mod layer_report;

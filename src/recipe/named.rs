@@ -1,8 +1,11 @@
 //! Photos by abbreviated names, as they are typed.
 
+use std::borrow::Cow;
+
 use super::unknown_name::no_such;
 use crate::document::names::without_extension;
 use crate::error::{Error, Remedy, Result};
+use crate::scene::alike::{composed, folded};
 use crate::scene::{Photo, PhotoId, Site};
 
 /// Returns the photos that `names` refer to, in the site's order; all photos for an empty list. A name may omit the
@@ -52,18 +55,23 @@ pub fn index_of_photo(site: &Site, name: &str) -> Result<PhotoId> {
 
 /// Returns the indices of the photos that a typed name can mean: the one of this whole name; else those of which it is
 /// the name without folder, extension, or both; else those that begin or end with this number (`4` for
-/// `IMG_0004.jpg` and for `04_gate.jpg`); else those that end with this word (`gate` for `north-gate.jpg`).
+/// `IMG_0004.jpg` and for `04_gate.jpg`); else those that end with this word (`gate` for `north-gate.jpg`). Each form is looked for
+/// exactly first, then in any Unicode form and with `\` for `/`, then in any letter case.
 pub fn meant(name: &str, photos: &[&str]) -> Vec<usize> {
-    let forms: [&dyn Fn(&str) -> bool; 4] = [
-        &|photo| photo == name,
-        &|photo| is_abbreviation_of(name, photo),
-        &|photo| is_number(name) && numbers_of(file_of(photo)).contains(&Some(significant(name))),
-        &|photo| is_last_word_of(name, file_of(photo)),
+    let forms: [fn(&str, &str) -> bool; 4] = [
+        |name, photo| photo == name,
+        is_abbreviation_of,
+        |name, photo| is_number(name) && numbers_of(file_of(photo)).contains(&Some(significant(name))),
+        |name, photo| is_last_word_of(name, file_of(photo)),
     ];
-    let matching = |is_meant: &&dyn Fn(&str) -> bool| {
-        (0..photos.len()).filter(|index| is_meant(photos[*index])).collect::<Vec<_>>()
+    let spellings: [fn(&str) -> Cow<'_, str>; 3] = [|name| name.into(), composed, folded];
+    let mut ways = forms.iter().flat_map(|form| spellings.iter().map(move |spelling| (form, spelling)));
+    let matching = |(is_meant, spelling): (&fn(&str, &str) -> bool, &fn(&str) -> Cow<'_, str>)| {
+        let name = spelling(name);
+        let found = (0..photos.len()).filter(|index| is_meant(&name, &spelling(photos[*index])));
+        Some(found.collect::<Vec<_>>()).filter(|found| !found.is_empty())
     };
-    forms.iter().map(matching).find(|found| !found.is_empty()).unwrap_or_default()
+    ways.find_map(matching).unwrap_or_default()
 }
 
 /// Returns a photo's name without its folder and extension.
@@ -157,6 +165,22 @@ mod tests {
         assert_eq!(meant("1", &["01_church.jpg", "10_arcade.jpg", "1st.jpg"]), [0]);
         assert_eq!(meant("7", &["a7.jpg", "b07.jpg", "77.jpg"]), [0, 1], "two photos have the number");
         assert_eq!(meant("2", &["2.jpg", "b/02.jpg"]), [0], "a name goes before a number");
+    }
+
+    #[test]
+    fn a_name_is_meant_in_any_unicode_form_and_letter_case_where_no_exact_one_is() {
+        let photos = ["Co\u{302}te\u{301}/Mur.JPG", "c\u{f4}t\u{e9}/porte.jpg", "porte.jpg", "PORTE.jpg"];
+        for (name, found) in [
+            ("c\u{f4}t\u{e9}\\mur.jpg", vec![0]),
+            ("mur", vec![0]),
+            ("co\u{302}te\u{301}/porte.jpg", vec![1]),
+            ("porte.jpg", vec![2]),
+            ("PORTE.jpg", vec![3]),
+            ("Porte.jpg", vec![2, 3]),
+            ("fen\u{ea}tre", vec![]),
+        ] {
+            assert_eq!(meant(name, &photos), found, "{name}");
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::impostors::{RefusedImpostors, refused, turns, with_impostors};
+use super::known_names::as_known;
 use super::masks::attach;
 use super::named::{meant, photos_named};
 use super::photos::{PhotoImport, import_photos};
@@ -296,7 +297,8 @@ fn no_such_folder(project: &Path, photos: &Path) -> Error {
 /// Reads the model and transforms it to the cameras' world.
 fn read_world_model(folder: &Path, project: &Project, task: &Task) -> Result<Model> {
     let file = resolved(folder, &project.model);
-    let (model, notes) = task.timed("read model", || read_model(&file, task))?;
-    notes.iter().for_each(|note| task.note(note));
+    let (mut model, notes) = task.timed("read model", || read_model(&file, task))?;
+    let renamed = as_known(folder, project, &mut model);
+    notes.into_iter().chain(renamed).for_each(|note| task.note(note));
     Ok(model.transformed(&project.world_from_model))
 }

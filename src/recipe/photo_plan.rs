@@ -8,6 +8,7 @@ use crate::geometry::{Pinhole, Undistortion};
 use crate::io::cameras::CameraPhoto;
 use crate::io::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
 use crate::scene::Photo;
+use crate::scene::alike::composed;
 use crate::task::Task;
 
 /// The plan for importing a photo.
@@ -126,6 +127,12 @@ fn ambiguous(photo: &CameraPhoto, folder: &PhotoFolder, files: &[usize], photos:
     let found = match photos {
         1 => format!("{} matches {} files ({listed})", photo.name, files.len()),
         _ => format!("{} and {} other photos match {listed}", photo.name, photos - 1),
+    };
+    let same = files.iter().all(|file| composed(folder.name(*file)) == composed(folder.name(files[0])));
+    let found = if files.len() > 1 && same {
+        format!("{found}, whose names differ in their Unicode form")
+    } else {
+        found
     };
     let remedy = "give the files the paths in the cameras' file";
     Error::input(folder.path(files[0]), "", found, remedy)

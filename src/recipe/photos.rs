@@ -1,6 +1,7 @@
 //! Import of photos: the file of each of the cameras' photos is found and, if distorted, resampled to a pinhole
 //! image.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -15,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::io::cameras::{CameraPhoto, Cameras};
 use crate::io::photo::{Match, PhotoFolder};
 use crate::scene::Photo;
+use crate::scene::alike::{composed, folded};
 use crate::task::Task;
 
 /// The result of [`import_photos`].
@@ -65,6 +67,7 @@ pub fn import_photos(
         }
     }
     import.photos.sort_by(|a, b| a.name.cmp(&b.name));
+    import.notes.extend(look_alikes(&folder, cameras, &matches));
     import.notes.extend(unused(&folder, cameras, &matches));
     Ok(import)
 }
@@ -104,6 +107,20 @@ fn made_images(plans: &[Result<PhotoPlan>], task: &Task) -> Result<Vec<Result<()
     at_a_time.run(plans, bytes, work, task)
 }
 
+/// Returns notes about photos beside whose files there are others with names that look the same.
+fn look_alikes(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Vec<String> {
+    let used: FxHashSet<usize> = matches.iter().filter_map(Match::file).collect();
+    let others = (0..folder.len()).filter(|file| !used.contains(file));
+    let others: FxHashSet<Cow<'_, str>> = others.map(|file| composed(folder.name(file))).collect();
+    let note = |(photo, found): (&CameraPhoto, &Match)| {
+        let name = folder.name(found.file()?);
+        others.contains(&composed(name)).then(|| {
+            format!("{}: another file has this name in another Unicode form, too; it is not used", photo.name)
+        })
+    };
+    cameras.photos.iter().zip(matches).filter_map(note).collect()
+}
+
 /// Returns a note about files that belong to no camera and are no masks, if any.
 fn unused(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Option<String> {
     let mut used = vec![false; folder.len()];
@@ -114,9 +131,10 @@ fn unused(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Option<
             Match::Missing => (),
         }
     }
-    let masks: FxHashSet<String> = cameras.photos.iter().flat_map(|photo| mask_names(&photo.name)).collect();
+    let masks = cameras.photos.iter().flat_map(|photo| mask_names(&photo.name));
+    let masks: FxHashSet<String> = masks.map(|name| folded(&name).into_owned()).collect();
     let unused = (0..folder.len()).filter(|&file| !used[file]).map(|f| folder.name(f));
-    let unused: Vec<_> = unused.filter(|name| !masks.contains(*name)).collect();
+    let unused: Vec<_> = unused.filter(|name| !masks.contains(&*folded(name))).collect();
     let listed = unused[..unused.len().min(5)].join(", ");
     match unused.len() {
         0 => None,

@@ -109,7 +109,7 @@ pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
         let found = format!("{name:?} is not a face; write OBJECT[INDEX], as in the list of ");
         Error::missing((found, Remedy::List, ""))
     };
-    if let Some(object) = model.object_named(name) {
+    if let Some(object) = model.object_like(name) {
         let faces = faces_of(model.object(object));
         return Err(Error::Request(format!(
             "{name:?} is an object with {faces}; write {name}[0] for its first face"
@@ -117,7 +117,7 @@ pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
     }
     let (object, rest) = name.rsplit_once('[').ok_or_else(expected)?;
     let index: usize = rest.strip_suffix(']').and_then(|index| index.parse().ok()).ok_or_else(expected)?;
-    let Some(object) = model.object_named(object).map(|object| model.object(object)) else {
+    let Some(object) = model.object_like(object).map(|object| model.object(object)) else {
         let known = model.objects.iter().map(|object| object.name.as_str());
         return Err(no_such("object", object, known, Some(Remedy::ListObjects)));
     };

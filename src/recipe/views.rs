@@ -12,7 +12,7 @@ use crate::document::camera_path::{CameraPath, PathFlaw};
 use crate::document::names::{file_name_of_photo, picture_names};
 use crate::error::{Error, Message, Result};
 use crate::geometry::{Pinhole, Pose};
-use crate::io::camera_path::read_camera_path;
+use crate::io::camera_path::{ReadPath, read_camera_path};
 use crate::io::cameras::{is_camera_file, read_cameras};
 use crate::io::photo_list::read_photo_list;
 use crate::projection::flight::Flight;
@@ -118,8 +118,8 @@ pub fn views(site: &Site, asked: &ViewRequest, task: &Task) -> Result<RequestedV
             ViewFormat::Cameras => of_cameras(path, size, task),
             ViewFormat::List => listed(site, path, size),
             ViewFormat::Path => {
-                let (path, flight) = read_camera_path(path, up(&site.photos))?;
-                of_flight(path, &flight, size, fps)
+                let ReadPath { path, flight, problems } = read_camera_path(path, up(&site.photos))?;
+                Ok(RequestedViews { problems, ..of_flight(path, &flight, size, fps)? })
             }
         },
     }

@@ -56,7 +56,7 @@ impl ModelBuilder {
     /// Returns the object of this name, which is added if it is new. An object that has the reserved name of the
     /// surroundings gets another one, `[surroundings] (object)`.
     pub fn object(&mut self, name: &str) -> ObjectId {
-        let name = if name == SURROUNDINGS { RENAMED } else { name };
+        let name = not_reserved(name);
         if let Some(&known) = self.by_name.get(name) {
             return known;
         }
@@ -71,6 +71,15 @@ impl ModelBuilder {
         });
         self.by_name.insert(name.to_owned(), id);
         id
+    }
+
+    /// Gives the objects other names, all different, in the order of their ids.
+    pub(crate) fn name_objects(&mut self, names: Vec<String>) {
+        self.by_name = names.iter().cloned().zip((0..).map(ObjectId)).collect();
+        for (object, name) in self.model.objects.iter_mut().zip(names) {
+            object.billboard |= says_billboard(&name);
+            object.name = name;
+        }
     }
 
     /// Returns true when an object has this name.
@@ -170,6 +179,11 @@ pub(crate) const SURROUNDINGS: &str = "[surroundings]";
 
 /// The name of an object of the model that is called as the surroundings are.
 const RENAMED: &str = "[surroundings] (object)";
+
+/// Returns a name for an object of the model.
+pub(crate) fn not_reserved(name: &str) -> &str {
+    if name == SURROUNDINGS { RENAMED } else { name }
+}
 
 /// The plane of faces without area; it does not matter, because they have no triangles.
 const NO_PLANE: Plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };

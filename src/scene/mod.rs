@@ -1,5 +1,6 @@
 //! The photographed site: photos with their cameras, and the model. All of it is immutable and shared.
 
+pub mod alike;
 pub mod builder;
 pub mod edges;
 pub mod impostor;

@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::alike;
 use super::impostor::Impostor;
 use crate::geometry::{Plane, Similarity};
 
@@ -135,6 +136,11 @@ impl Model {
     /// Returns the object with this name.
     pub(crate) fn object_named(&self, name: &str) -> Option<ObjectId> {
         self.objects.iter().position(|object| object.name == name).map(ObjectId::new)
+    }
+
+    /// Returns the object with this name, or else the only one whose name means the same in another spelling ([`alike`]).
+    pub(crate) fn object_like(&self, name: &str) -> Option<ObjectId> {
+        alike::find(name, self.objects.iter().map(|object| &object.name)).one().map(ObjectId::new)
     }
 
     /// Returns the face that files and users call `object[index]`.

@@ -118,3 +118,22 @@ fn a_project_that_does_not_exist_is_named_before_the_display() {
     let told = stderr_of(&wrong.failure().code(1));
     assert!(told.contains("nowhere") && told.contains("quadratura new"), "{told}");
 }
+
+#[test]
+fn names_of_a_mac_are_found_by_their_composed_form() {
+    let (composed, decomposed) = ("porche_\u{e9}t\u{e9}", "porche_e\u{301}te\u{301}");
+    let site = Site::with_photos(&["a.png", "b.png"], 160, 120, 1);
+    let images = fs::read_to_string(site.path("sparse/images.txt")).unwrap();
+    fs::write(site.path("sparse/images.txt"), images.replace("a.png", &format!("{composed}.png"))).unwrap();
+    fs::rename(site.path("photos/a.png"), site.path(&format!("photos/{decomposed}.png"))).unwrap();
+    let mask = format!("photos/{decomposed}.mask.png");
+    image::GrayImage::from_fn(160, 120, |x, _| image::Luma([if x < 16 { 0 } else { 255 }]))
+        .save(site.path(&mask))
+        .unwrap();
+    let created = site.run("new project --photos photos --cameras sparse --model model.obj").success();
+    let told = stderr_of(&created);
+    assert!(told.contains("the file was found under another Unicode form"), "{told}");
+    assert!(told.contains("its mask was found under another Unicode form"), "{told}");
+    let listed = site.json(&format!("info project --photo {decomposed} --json"));
+    assert_eq!(listed["photos"].as_array().map(Vec::len), Some(1), "{listed}");
+}

@@ -41,6 +41,8 @@ pub(super) struct Assembly<'s> {
     points: Vec<SparsePoint>,
     problems: Problems,
     notes: Vec<String>,
+    /// The number of names with the sign that Windows has between folders.
+    backslashes: usize,
 }
 
 impl<'s> Assembly<'s> {
@@ -60,6 +62,7 @@ impl<'s> Assembly<'s> {
             points: Vec::new(),
             problems: Problems::default(),
             notes: Vec::new(),
+            backslashes: 0,
         }
     }
 
@@ -118,6 +121,8 @@ impl<'s> Assembly<'s> {
     /// Takes a photo that refers to its camera by number, and its observations.
     pub fn image(&mut self, place: String, raw: RawImage<'_>) {
         let RawImage { id, pose, camera, name, observations } = raw;
+        self.backslashes += usize::from(name.contains('\\'));
+        let name = &name.replace('\\', "/");
         self.listed += 1;
         let judged = self.judged_number(id, name).and_then(|()| {
             let raw = RawPhoto { name, camera: self.camera_of(name, camera), pose };
@@ -235,6 +240,10 @@ impl<'s> Assembly<'s> {
     pub fn finish(self, mut notes: Vec<String>) -> Result<Cameras> {
         let Self { images_file: file, listed, photos, points, problems, .. } = self;
         notes.extend(self.notes);
+        if self.backslashes > 0 {
+            let (file, count) = (file.display(), self.backslashes);
+            notes.push(format!("{file}: \\ in the names of {count} photos is read as /"));
+        }
         let problems = problems.finish();
         if photos.is_empty() {
             let remedy = "use a reconstruction in which photos were registered";

@@ -1,4 +1,4 @@
-//! Bundler's `.out` file, version 0.3, with the photos' names in `list.txt`.
+//! Bundler's `.out` file, version 0.3, with the photos' names in a list beside it (`bundler_list`).
 //!
 //! Each photo has `f k1 k2`, a rotation and a translation, world to camera, in OpenGL's axes: y up, looking along -z.
 //! A point P in the camera's frame is imaged at `p = -P / P.z`, in pixels `f (1 + k1 |p|^2 + k2 |p|^4) p` from the
@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec2, DVec3};
 
 use super::assembly::Assembly;
+use super::bundler_list::{read_list, with_list};
 use super::format::{CameraFormat, ReconstructionFiles};
 use super::lines::LineReader;
 use super::locate::{beginning, has_name, recognised};
@@ -32,7 +33,7 @@ const CUT: &str = "copy the file again; it is cut short or damaged";
 
 impl CameraFormat for Bundler {
     fn accepted(&self) -> &'static str {
-        "Bundler's .out file with list.txt beside it"
+        "Bundler's .out file with its list of photos beside it, such as list.txt"
     }
 
     fn folders(&self) -> &'static [&'static str] {
@@ -55,9 +56,9 @@ impl CameraFormat for Bundler {
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
         let list = &files.others[0];
-        let names = read_list(list, task)?;
         let mut tokens = Tokens::open(&files.images)?;
         let [cameras, points] = tokens.head(task)?;
+        let names = read_list(list, usize::try_from(cameras).ok(), task)?;
         if cameras != names.len() as u64 {
             let found =
                 format!("{} photos where {} has {cameras} cameras", names.len(), files.images.display());
@@ -79,46 +80,10 @@ fn is_bundle(beginning: &[u8]) -> bool {
     beginning.trim_ascii_start().starts_with(MARK.as_bytes())
 }
 
-/// Finds the list beside the file or in the folder above: `list.rd.txt` for `bundle.rd.out`, else `list.txt`.
-fn with_list(file: &Path) -> Result<ReconstructionFiles> {
-    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let own = name.strip_suffix(".out").and_then(|stem| stem.strip_prefix("bundle"));
-    let own = own.map(|rest| format!("list{rest}.txt"));
-    let folder = file.parent().unwrap_or(Path::new("")).to_path_buf();
-    let folders = [folder.clone(), folder.join("..")];
-    let candidates = |name: &str| folders.each_ref().map(|folder| folder.join(name));
-    let all = own.iter().flat_map(|own| candidates(own)).chain(candidates("list.txt"));
-    match all.into_iter().find(|list| list.is_file()) {
-        Some(list) => Ok(ReconstructionFiles { others: vec![list], ..ReconstructionFiles::one(file) }),
-        None => {
-            let found = "there is no list.txt beside it, which names the photos";
-            Err(Error::input(file, "", found, "put the list of photos there that Bundler was given"))
-        }
-    }
-}
-
 /// Returns the folders to which the list's paths may be relative: its own, or the one above where Bundler ran.
 fn folders_of(list: &Path) -> [PathBuf; 2] {
     let folder = list.parent().unwrap_or(Path::new("")).to_path_buf();
     [folder.clone(), folder.join("..")]
-}
-
-/// Reads the list: one photo per line, its path optionally followed by a 0 and an initial focal length.
-fn read_list(list: &Path, task: &Task) -> Result<Vec<String>> {
-    let (mut lines, mut names) = (LineReader::open(list)?, Vec::new());
-    while lines.next_record("read names", task)? {
-        names.push(path_in(&lines.text()).to_owned());
-    }
-    Ok(names)
-}
-
-fn path_in(line: &str) -> &str {
-    let is_number = |text: &str| text.parse::<f64>().is_ok();
-    let mut words = line.rsplitn(3, char::is_whitespace);
-    match (words.next(), words.next(), words.next()) {
-        (Some(focal), Some("0"), Some(path)) if is_number(focal) => path.trim(),
-        _ => line,
-    }
 }
 
 /// A camera that is used.

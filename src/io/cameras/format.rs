@@ -12,7 +12,7 @@ use crate::task::Task;
 /// A format of calibrated cameras: the recognition of its files, and their reader. All code that reads cameras uses
 /// [`FORMATS`]; a new format is an implementation of this trait and an entry there.
 pub(super) trait CameraFormat: Sync {
-    /// Returns a name of its files for messages and help: `Bundler's .out file with list.txt beside it`.
+    /// Returns a name of its files for messages and help: `transforms.json of nerfstudio`.
     fn accepted(&self) -> &'static str;
 
     /// Returns the folders, below the one given by the user, in which the format's program puts its files.

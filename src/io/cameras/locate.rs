@@ -6,9 +6,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::format::{CameraFormat, FORMATS, FormatId, ReconstructionFiles};
-use super::lines::not_utf16;
 use super::photo_name::short;
 use crate::error::{Error, Result};
+use crate::io::text::{lines_of, not_utf16};
 
 /// A reconstruction that was found.
 pub(super) struct Located {
@@ -124,7 +124,7 @@ fn content_of(beginning: &[u8]) -> String {
         return "it is text in UTF-16 or a binary file of another kind".into();
     }
     let text = String::from_utf8_lossy(beginning);
-    match text.lines().map(str::trim).find(|line| !line.is_empty()) {
+    match lines_of(&text).map(str::trim).find(|line| !line.is_empty()) {
         Some(line) if !line.contains(|c: char| c.is_control() || c == char::REPLACEMENT_CHARACTER) => {
             format!("it begins with the line {}", short(line))
         }

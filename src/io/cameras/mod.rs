@@ -15,6 +15,7 @@ use crate::task::Task;
 mod assembly;
 mod binary;
 mod bundler;
+mod bundler_list;
 mod colmap;
 mod colmap_model;
 mod dummy;
@@ -29,6 +30,8 @@ mod text;
 mod transforms;
 mod transforms_lens;
 
+#[cfg(test)]
+mod spellings;
 #[cfg(test)]
 mod tests;
 mod three_formats;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::Objection;
 use super::photo_paths::PhotoPath;
 use crate::error::{Error, Result};
+use crate::io::named_file::NamedFiles;
 use crate::io::photo::{Match, PhotoFolder, picture_size};
 use crate::task::Task;
 
@@ -31,13 +32,14 @@ impl SizeSource<'_> {
             Self::Folder(folder) => in_folder(folder, photos, task)?,
             Self::Named | Self::Unneeded => Vec::new(),
         };
+        let mut named = NamedFiles::default();
         let mut sizes = Vec::with_capacity(photos.len());
         for (index, photo) in photos.iter().enumerate() {
             task.step("read sizes", index as u64, photos.len() as u64)?;
             sizes.push(match self {
                 Self::Unneeded => Ok(ANY),
-                Self::Named => match photo.files.iter().find(|file| file.is_file()) {
-                    Some(file) => size_of(file),
+                Self::Named => match photo.files.iter().find_map(|file| named.path(file)) {
+                    Some(file) => size_of(&file),
                     None => Err((format!("{UNKNOWN}, and its file is not there"), PUT_THERE)),
                 },
                 Self::Folder(_) => looked_up[index].clone().and_then(|file| size_of(&file)),

@@ -6,6 +6,7 @@ use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::io::mutated::mutations;
 
 const CAMERAS: &str =
     "# comment\n1 PINHOLE 640 480 500 510 320 240\n2 OPENCV 640 480 500 510 320 240 .1 .2 .3 .4\n";
@@ -283,7 +284,7 @@ fn the_castle_is_read_whole() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(ProptestConfig::with_cases(mutations(300)))]
 
     #[test]
     fn mutated_binary_files_never_panic(

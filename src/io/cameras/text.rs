@@ -1,4 +1,5 @@
-//! COLMAP's text files: one record a line, photos in two lines, `#` begins a comment.
+//! COLMAP's text files: one record a line, photos in two lines. A line that begins with `#` is a comment; the name of a photo is the
+//! rest of its line, whatever that holds.
 
 use std::str::FromStr;
 
@@ -40,7 +41,9 @@ fn take_camera(line: &str, place: String, assembly: &mut Assembly) {
         let name = fields.next().unwrap_or_default();
         let model = ColmapModel::by_name(name).ok_or_else(|| unknown_model(name))?;
         let (width, height) = (parse(fields.next(), "WIDTH")?, parse(fields.next(), "HEIGHT")?);
-        let parameters = fields.map(|field| parse(Some(field), "PARAMS")).collect::<Result<Vec<f64>, _>>()?;
+        let parameters = fields.take_while(|field| !field.starts_with('#'));
+        let parameters =
+            parameters.map(|field| parse(Some(field), "PARAMS")).collect::<Result<Vec<f64>, _>>()?;
         Ok((model, width, height, parameters))
     })();
     match (id, parsed) {
@@ -108,7 +111,7 @@ fn parse_header(line: &str) -> Result<RawImage<'_>, Objection> {
     }
     let camera = parse(field(&mut rest), "CAMERA_ID")?;
     let pose = pose_of_quaternion(quaternion, translation);
-    Ok(RawImage { id, pose, camera, name: rest.trim(), observations: Vec::new() })
+    Ok(RawImage { id, pose, camera, name: rest.trim_ascii(), observations: Vec::new() })
 }
 
 /// `X Y POINT3D_ID` again and again; those without a point (-1) are left out.

@@ -1,7 +1,7 @@
 //! `transforms.json` of nerfstudio, instant-ngp and NeRF's own scenes.
 //!
 //! Each of `frames` has a `file_path` and a `transform_matrix`, camera to world in OpenGL's axes (y up, looking along
-//! -z). Sizes, focal lengths and lenses are global or the frame's own. `applied_transform`, by which nerfstudio turned
+//! -z). Sizes, focal lengths and lenses are global or the frame's own. A frame that uses a `NaN` is left out. `applied_transform`, by which nerfstudio turned
 //! the world, is undone, so that a model of the same world fits. Source: nerfstudio, *Data conventions*; instant-ngp,
 //! `docs/nerf_dataset_tips.md`.
 
@@ -13,14 +13,14 @@ use serde_json::{Map, Value};
 use super::Objection;
 use super::assembly::Assembly;
 use super::format::{CameraFormat, ReconstructionFiles};
-use super::lines::{SAVE_AS_UTF8, not_utf16};
 use super::locate::{beginning, has_name, recognised};
 use super::photo_paths::photo_paths;
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
 use super::transforms_lens::{Fields, camera};
 use crate::error::{Error, Result};
 use crate::geometry::Pose;
-use crate::io::json::parse_json;
+use crate::io::foreign_json::{no_number, parse_foreign_json, text_of};
+use crate::io::text::{BYTE_ORDER_MARK, SAVE_AS_UTF8, not_utf16};
 use crate::task::Task;
 
 /// The format.
@@ -64,7 +64,7 @@ impl CameraFormat for Transforms {
             return Err(Error::input(file, "", found, "split it into several files"));
         }
         let text = std::fs::read(file).map_err(Error::io(file, "read it"))?;
-        let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&text);
+        let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
         if let Some((found, remedy)) = not_utf16(text) {
             return Err(Error::input(file, "", found, remedy));
         }
@@ -76,7 +76,7 @@ impl CameraFormat for Transforms {
         if text.trim_ascii().is_empty() {
             return Err(Error::input(file, "", format!("it is empty, {EXPECTED}"), REMEDY));
         }
-        let global = match parse_json(file, text, REMEDY)? {
+        let global = match parse_foreign_json(file, text, REMEDY)? {
             Value::Object(global) => global,
             other => {
                 let found = format!("{}, {EXPECTED}", kind(Some(&other)));
@@ -143,10 +143,11 @@ fn path_of(frame: &Value) -> Result<(&Map<String, Value>, &str), Objection> {
     let Value::Object(fields) = frame else {
         return Err((format!("{}, expected an object", kind(Some(frame))), "remove it"));
     };
-    match fields.get("file_path") {
-        Some(Value::String(path)) if !path.trim().is_empty() => Ok((fields, path)),
-        other => {
-            let found = format!("file_path is {}, expected the path of the photo", kind(other));
+    let path = fields.get("file_path");
+    match path.and_then(text_of) {
+        Some(path) if !path.trim().is_empty() => Ok((fields, path)),
+        _ => {
+            let found = format!("file_path is {}, expected the path of the photo", kind(path));
             Err((found, "write the path of the photo, from the folder of this file"))
         }
     }
@@ -159,12 +160,12 @@ fn note_what_is_not_read(
     assembly: &mut Assembly<'_>,
 ) {
     let file = file.display();
-    if let Some(Value::String(points)) = global.get("ply_file_path") {
+    if let Some(points) = global.get("ply_file_path").and_then(text_of) {
         assembly.note(format!(
             "{file}: the points in {points} are not read, because they do not say which photos show them"
         ));
     }
-    let masked = frames.iter().filter(|frame| frame.get("mask_path").is_some_and(Value::is_string)).count();
+    let masked = frames.iter().filter(|frame| frame.get("mask_path").and_then(text_of).is_some()).count();
     if masked > 0 {
         assembly.note(format!(
             "{file}: {masked} of {} photos have a mask_path, which is not read; masks are found beside the photos, as \
@@ -182,7 +183,7 @@ pub(super) fn kind(value: Option<&Value>) -> String {
         Some(Value::Array(items)) => format!("a list of {}", items.len()),
         Some(Value::Object(_)) => "an object".into(),
         Some(value) => {
-            let text = value.to_string();
+            let text = no_number(value).map_or_else(|| value.to_string(), str::to_owned);
             let short: String = text.chars().take(40).collect();
             if short.len() < text.len() { format!("{short}…") } else { short }
         }

@@ -10,11 +10,14 @@ use serde_json::Value;
 use crate::error::{Error, Message, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::cameras::{Cameras, read_cameras};
-use crate::io::json::{in_words, read_json};
+use crate::io::foreign_json::{no_number, read_foreign_json};
+use crate::io::json::in_words;
 use crate::io::ldi_file::{LdiCamera, wrong_camera};
+use crate::io::named_file::NamedFiles;
 use crate::io::photo::picture_size;
 use crate::ldi::layout::LONGEST_SIDE;
 use crate::scene::SparsePoint;
+use crate::scene::alike;
 use crate::task::Task;
 
 /// The only version of the list.
@@ -166,7 +169,7 @@ type Camera = (Pinhole, Pose, Option<u32>);
 /// [`Error::Io`]; [`Error::Input`] where the list itself or the cameras' files cannot be used; [`Error::Cancelled`]. What
 /// concerns one image is in [`DepthList::problems`].
 pub fn read_list(file: &Path, task: &Task) -> Result<DepthList> {
-    let list: ListFile = read_json(file, LARGEST, DESCRIBED)?;
+    let list: ListFile = read_foreign_json(file, LARGEST, DESCRIBED)?;
     if list.version != VERSION {
         let found = format!("`version` is {}; expected {VERSION}", list.version);
         return Err(Error::input(file, "", found, "use a newer version of quadratura, or correct the list"));
@@ -201,20 +204,27 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    fn entry(&self, number: usize, value: Value) -> Result<DepthEntry> {
-        let named = value.get("colour").and_then(Value::as_str).unwrap_or_default();
+    fn entry(&self, number: usize, mut value: Value) -> Result<DepthEntry> {
+        let named = value.get("colour").and_then(Value::as_str).unwrap_or_default().to_owned();
         let place =
             if named.is_empty() { format!("image {number}") } else { format!("image {number} ({named})") };
         let wrong = |found: String, remedy: &str| Error::input(self.file, place.clone(), found, remedy);
-        let entry: EntryFile = serde_json::from_value(value.clone())
-            .map_err(|error| wrong(in_words(&error.to_string()), DESCRIBED))?;
+        // Some programs write that there is no background as one that is infinitely far.
+        if let Some(background) = value.get_mut("background")
+            && no_number(background).is_some_and(|word| word.to_lowercase().starts_with("inf"))
+        {
+            *background = Value::Null;
+        }
+        let entry: EntryFile =
+            serde_json::from_value(value).map_err(|error| wrong(in_words(&error.to_string()), DESCRIBED))?;
         let EntryFile { scale, offset, .. } = entry;
         let background = entry.background.unwrap_or(f64::INFINITY);
         if !(scale.is_finite() && scale != 0.0 && offset.is_finite() && background > 0.0) {
             let found = format!("`scale` {scale}, `offset` {offset}, `background` {background}");
             return Err(wrong(found, "give a scale other than 0 and a background above 0"));
         }
-        let colour = self.folder.join(&entry.colour);
+        let file = |path: &Path| NamedFiles::default().path_below(self.folder, path);
+        let colour = file(&entry.colour);
         let camera = entry.camera.ok_or_else(|| wrong("`camera` is missing".to_owned(), CAMERA))?;
         let (camera, pose, photo) = match camera {
             Value::String(name) => self.camera_named(&name).map_err(|found| wrong(found, CAMERA))?,
@@ -225,7 +235,7 @@ impl Reading<'_> {
         }
         Ok(DepthEntry {
             name: entry.colour.to_string_lossy().replace('\\', "/"),
-            depth: self.folder.join(entry.depth),
+            depth: file(&entry.depth),
             kind: entry.kind,
             place,
             colour,
@@ -241,14 +251,15 @@ impl Reading<'_> {
     /// Returns the camera of a photo of the cameras' files.
     fn camera_named(&self, name: &str) -> Result<Camera, String> {
         let photos = &self.cameras.photos;
-        let number =
-            photos.iter().position(|photo| photo.name == name).ok_or_else(|| match photos.len() {
+        let number = alike::find(name, photos.iter().map(|photo| &photo.name)).one().ok_or_else(|| {
+            match photos.len() {
                 0 => format!("the camera {name:?}, but the list names no `cameras`"),
                 count => format!(
                     "the camera {name:?}, which is none of the {count} in {}",
                     self.cameras.file.display()
                 ),
-            })?;
+            }
+        })?;
         let photo = &photos[number];
         if !photo.lens.is_none() {
             return Err(format!(

@@ -3,24 +3,32 @@
 //! The project has its own reader, because existing ones cannot distinguish `o` from `g`, read 32-bit floats
 //! (which loses half a metre of a site in map coordinates), or give no line numbers for errors.
 //!
+//! - The first word of a line is its keyword, which decides how the rest is read. A line that begins with `#` is a comment.
 //! - `o NAME` begins an object; `g NAME` begins one where there is no `o`, and a sub-object `OBJECT/NAME`
 //!   inside one. The same name again continues the same object. Faces before any name belong to an object
 //!   named after the file. An object without faces is left out.
+//! - A name is the rest of its line, whatever that holds: `#`, a backslash at the end, bytes of any encoding. Names are the same
+//!   when their bytes are (`names`).
 //! - `v x y z` is read in 64 bits; a weight or colours behind it are ignored, as are `vt`, `vn`, materials,
 //!   lines and points. Free-form surfaces are left out with a note.
 //! - `f` has any number of corners, `v/vt/vn` in all forms, with indices from 1 or negative from the end,
 //!   after the vertices that it uses. Holes are bridged: the outline repeats the bridge's ends.
-//! - `\` continues a line, `#` begins a comment; CRLF, a byte order mark and names in any encoding are
-//!   accepted.
+//! - In a statement of numbers, and only there, `\` at the end continues the line, and a word that begins with `#` begins a
+//!   comment, which ends with its line.
+//! - Lines end with LF, CR LF or CR.
+
+mod names;
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, Read};
+use std::io::BufRead;
 use std::path::Path;
 
 use glam::DVec3;
 
+use self::names::Names;
 use super::limits::{check_count, check_position};
 use crate::error::{Error, Result};
+use crate::io::text::{BYTE_ORDER_MARK, Lines, is_no_number, not_utf16};
 use crate::scene::builder::says_billboard;
 use crate::scene::{ModelBuilder, ObjectId};
 use crate::task::Task;
@@ -43,56 +51,119 @@ pub fn read(
     task: &Task,
     notes: &mut Vec<String>,
 ) -> Result<ModelBuilder> {
-    let mut lines = LogicalLines { path, input, number: 0, next_number: 1, bytes: 0 };
+    let mut statements = Statements { path, lines: Lines::new(input), number: 0 };
     let mut reader = ObjReader::new(path);
-    let mut line = Vec::new();
+    let mut statement = Vec::new();
     let mut last_step = 0;
-    while lines.next_into(&mut line)? {
-        reader.line(lines.number, &line)?;
-        if lines.number - last_step >= LINES_A_STEP {
-            last_step = lines.number;
-            task.step("read the model", lines.bytes, size)?;
+    while statements.next_into(&mut statement)? {
+        reader.statement(statements.number, &statement)?;
+        if statements.number - last_step >= LINES_A_STEP {
+            last_step = statements.number;
+            task.step("read the model", statements.lines.bytes, size)?;
         }
     }
     reader.finish(notes)
 }
 
-/// A reader of logical lines with the number of the first physical line of each.
-struct LogicalLines<'a, R> {
+/// A reader of statements with the number of the first line of each.
+struct Statements<'a, R> {
     path: &'a Path,
-    input: R,
+    lines: Lines<R>,
     number: u64,
-    next_number: u64,
-    bytes: u64,
 }
 
-impl<R: BufRead> LogicalLines<'_, R> {
-    /// Reads the next logical line into `line`; false at the end of the file.
-    fn next_into(&mut self, line: &mut Vec<u8>) -> Result<bool> {
-        line.clear();
-        self.number = self.next_number;
+impl<R: BufRead> Statements<'_, R> {
+    /// Reads the next statement into `statement`, with the lines that continue it and without comments behind numbers; false at
+    /// the end of the file.
+    fn next_into(&mut self, statement: &mut Vec<u8>) -> Result<bool> {
+        statement.clear();
+        if !self.append_line(statement)? {
+            return Ok(false);
+        }
+        self.number = self.lines.number;
+        if self.number == 1 {
+            if let Some((found, remedy)) = not_utf16(statement) {
+                return Err(Error::input(self.path, "", found, remedy));
+            }
+            if statement.starts_with(BYTE_ORDER_MARK) {
+                statement.drain(..BYTE_ORDER_MARK.len());
+            }
+        }
+        if !is_of_numbers(keyword_and_rest(statement).0) {
+            return Ok(true);
+        }
+        let mut line = 0;
         loop {
-            let room = (LONGEST_LINE + 1).saturating_sub(line.len()) as u64;
-            let read = (&mut self.input).take(room).read_until(b'\n', line);
-            let read = read.map_err(Error::io(self.path, "read it"))?;
-            if read == 0 {
-                return Ok(!line.is_empty());
-            }
-            self.bytes += read as u64;
-            if line.len() > LONGEST_LINE {
-                let found = format!("a line of more than {LONGEST_LINE} bytes");
-                return Err(Error::input(self.path, format!("line {}", self.number), found, NO_OBJ));
-            }
-            self.next_number += 1;
-            while line.last().is_some_and(|b| matches!(b, b'\n' | b'\r')) {
-                line.pop();
-            }
-            if line.last() != Some(&b'\\') {
+            let length = length_without_comment(&statement[line..]);
+            statement.truncate(line + length);
+            if statement[line..].last() != Some(&b'\\') {
                 return Ok(true);
             }
-            *line.last_mut().expect("it ends in a backslash") = b' ';
+            *statement.last_mut().expect("it ends in a backslash") = b' ';
+            line = statement.len();
+            if !self.append_line(statement)? {
+                return Ok(true);
+            }
         }
     }
+
+    fn append_line(&mut self, statement: &mut Vec<u8>) -> Result<bool> {
+        let read = self.lines.append_next(statement, LONGEST_LINE);
+        let is_there = read.map_err(Error::io(self.path, "read it"))?;
+        if statement.len() > LONGEST_LINE {
+            let found = format!("a line of more than {LONGEST_LINE} bytes");
+            return Err(Error::input(self.path, format!("line {}", self.lines.number), found, NO_OBJ));
+        }
+        Ok(is_there)
+    }
+}
+
+/// The keywords of statements that consist of numbers: of vertices, elements, and free-form curves and surfaces.
+const OF_NUMBERS: [&[u8]; 24] = [
+    b"v", b"vt", b"vn", b"vp", b"f", b"fo", b"l", b"p", b"s", b"deg", b"bmat", b"step", b"curv", b"curv2",
+    b"surf", b"parm", b"trim", b"hole", b"scrv", b"sp", b"con", b"bzp", b"bsp", b"res",
+];
+
+fn is_of_numbers(keyword: &[u8]) -> bool {
+    OF_NUMBERS.contains(&keyword)
+}
+
+/// Divides a line into its first word and what is behind it, without white space around.
+fn keyword_and_rest(line: &[u8]) -> (&[u8], &[u8]) {
+    let line = trimmed(line);
+    let end = line.iter().position(is_space).unwrap_or(line.len());
+    let (keyword, rest) = line.split_at(end);
+    (keyword, trimmed(rest))
+}
+
+fn is_space(byte: &u8) -> bool {
+    matches!(byte, b' ' | b'\t' | b'\x0b' | b'\x0c')
+}
+
+fn trimmed(mut bytes: &[u8]) -> &[u8] {
+    while let [first, rest @ ..] = bytes
+        && is_space(first)
+    {
+        bytes = rest;
+    }
+    while let [rest @ .., last] = bytes
+        && is_space(last)
+    {
+        bytes = rest;
+    }
+    bytes
+}
+
+fn words(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    bytes.split(is_space).filter(|word| !word.is_empty())
+}
+
+/// Returns the length of a line of numbers up to its comment, which begins with a word, without white space at its end.
+fn length_without_comment(line: &[u8]) -> usize {
+    let is_first = |at: &usize| *at == 0 || is_space(&line[at - 1]);
+    let comment = (0..line.len()).find(|at| line[*at] == b'#' && is_first(at));
+    let rest = &line[..comment.unwrap_or(line.len())];
+    rest.iter().rposition(|byte| !is_space(byte)).map_or(0, |last| last + 1)
 }
 
 const NO_OBJ: &str = "check that it is an OBJ file, or export the model again";
@@ -100,10 +171,11 @@ const NO_OBJ: &str = "check that it is an OBJ file, or export the model again";
 struct ObjReader<'a> {
     path: &'a Path,
     builder: ModelBuilder,
+    names: Names,
     /// The name after the last `o`.
-    object: Option<String>,
+    object: Option<Vec<u8>>,
     /// The name after the last `g`.
-    group: Option<String>,
+    group: Option<Vec<u8>>,
     billboard_material: bool,
     /// The object of the next face; created when the face is read.
     current: Option<ObjectId>,
@@ -117,6 +189,7 @@ impl<'a> ObjReader<'a> {
         Self {
             path,
             builder: ModelBuilder::new(),
+            names: Names::default(),
             object: None,
             group: None,
             billboard_material: false,
@@ -126,23 +199,20 @@ impl<'a> ObjReader<'a> {
         }
     }
 
-    fn line(&mut self, number: u64, line: &[u8]) -> Result<()> {
-        let line = if number == 1 { line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line) } else { line };
-        let line = line.split(|&b| b == b'#').next().unwrap_or_default();
-        let mut words =
-            line.split(|b| matches!(b, b' ' | b'\t' | b'\x0b' | b'\x0c')).filter(|w| !w.is_empty());
-        match words.next() {
-            None => {}
-            Some(b"v") => self.vertex(number, words)?,
-            Some(b"f" | b"fo") => self.face(number, words)?,
-            Some(b"o") => (self.object, self.group, self.current) = (name(words), None, None),
-            Some(b"g") => (self.group, self.current) = (name(words), None),
-            Some(b"usemtl") => {
-                self.billboard_material = name(words).is_some_and(|name| says_billboard(&name));
+    fn statement(&mut self, number: u64, statement: &[u8]) -> Result<()> {
+        let (keyword, rest) = keyword_and_rest(statement);
+        match keyword {
+            b"" | [b'#', ..] => {}
+            b"v" => self.vertex(number, words(rest))?,
+            b"f" | b"fo" => self.face(number, words(rest))?,
+            b"o" => (self.object, self.group, self.current) = (name(rest), None, None),
+            b"g" => (self.group, self.current) = (name(rest), None),
+            b"usemtl" => {
+                self.billboard_material = says_billboard(&String::from_utf8_lossy(rest));
                 self.current = None;
             }
-            Some(b"vt" | b"vn" | b"s" | b"mtllib" | b"l" | b"p" | b"lod" | b"usemap" | b"maplib") => {}
-            Some(other) => self.leave_out(number, other),
+            b"vt" | b"vn" | b"s" | b"mtllib" | b"l" | b"p" | b"lod" | b"usemap" | b"maplib" => {}
+            other => self.leave_out(number, other),
         }
         Ok(())
     }
@@ -158,16 +228,24 @@ impl<'a> ObjReader<'a> {
                     "export the model again",
                 )
             })?;
-            let parsed = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
-            *value = parsed.ok_or_else(|| {
-                let found = format!("`{}` where a coordinate should be", printable(word));
-                self.error(line_number, found, "write numbers with a point, as in 1.5 or -2e3")
-            })?;
+            *value = self.coordinate(line_number, word)?;
         }
         let position = DVec3::from_array(position);
         check_position(self.path, || format!("line {line_number}"), position)?;
         let vertex = self.builder.vertex(position);
         check_count(self.path, || format!("line {line_number}"), vertex as usize + 1, "vertices")
+    }
+
+    fn coordinate(&self, number: u64, word: &[u8]) -> Result<f64> {
+        if is_no_number(word) {
+            let found = format!("`{}` where a coordinate should be, which is no number", printable(word));
+            return Err(self.error(number, found, "delete or repair this vertex in the modelling program"));
+        }
+        let parsed = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
+        parsed.ok_or_else(|| {
+            let found = format!("`{}` where a coordinate should be", printable(word));
+            self.error(number, found, "write numbers with a point, as in 1.5 or -2e3")
+        })
     }
 
     fn face<'b>(&mut self, number: u64, words: impl Iterator<Item = &'b [u8]>) -> Result<()> {
@@ -205,11 +283,13 @@ impl<'a> ObjReader<'a> {
             return known;
         }
         let name = match (&self.object, &self.group) {
-            (Some(object), Some(group)) => format!("{object}/{group}"),
+            (Some(object), Some(group)) => [&object[..], b"/", group].concat(),
             (Some(name), None) | (None, Some(name)) => name.clone(),
-            (None, None) => self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            (None, None) => {
+                self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned().into_bytes()
+            }
         };
-        let id = self.builder.object(&name);
+        let id = self.names.object(name, &mut self.builder);
         if self.billboard_material {
             self.builder.mark_billboard(id);
         }
@@ -226,7 +306,7 @@ impl<'a> ObjReader<'a> {
         }
     }
 
-    fn finish(self, notes: &mut Vec<String>) -> Result<ModelBuilder> {
+    fn finish(mut self, notes: &mut Vec<String>) -> Result<ModelBuilder> {
         if self.builder.corner_count() == 0 {
             let found = format!("no faces among {} vertices", self.builder.vertices().len());
             return Err(Error::input(self.path, "", found, NO_OBJ));
@@ -234,6 +314,7 @@ impl<'a> ObjReader<'a> {
         for (keyword, (count, line)) in &self.left_out {
             notes.push(format!("`{keyword}` is left out ({count} times, first in line {line})"));
         }
+        notes.extend(self.names.show(&mut self.builder));
         Ok(self.builder)
     }
 
@@ -245,10 +326,9 @@ impl<'a> ObjReader<'a> {
 /// Number of unknown keywords that are reported.
 const KEYWORDS_REMEMBERED: usize = 8;
 
-/// Joins the rest of a line to a name; `None` when it is empty.
-fn name<'b>(words: impl Iterator<Item = &'b [u8]>) -> Option<String> {
-    let words: Vec<_> = words.map(String::from_utf8_lossy).collect();
-    (!words.is_empty()).then(|| words.join(" "))
+/// Returns the name that the rest of a line is; `None` when it is empty.
+fn name(rest: &[u8]) -> Option<Vec<u8>> {
+    (!rest.is_empty()).then(|| rest.to_vec())
 }
 
 /// Returns a piece of the file for a message, without control characters and cut to 40 bytes.

@@ -6,6 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::EXTENSIONS;
 use crate::error::{Error, Result};
+use crate::scene::alike::{self, composed, folded};
 use crate::task::Task;
 
 /// Sub-folders are searched down to this depth; links between folders may form circles.
@@ -35,20 +36,35 @@ pub enum Match {
     },
 }
 
-/// A way in which names may differ, and a function that maps such names to the same text.
+impl Match {
+    /// Returns the index of the only file.
+    pub fn file(&self) -> Option<usize> {
+        match self {
+            Self::File(file, _) => Some(*file),
+            _ => None,
+        }
+    }
+}
+
+/// A way in which names may differ, and a function that maps such names to the same text. All but the first take names in
+/// composed Unicode form, and `\` for `/`.
 type Rule = (&'static str, fn(&str) -> String);
 
 /// The ways in which a file's name may differ from the photo's, from the smallest difference to the largest.
-const RULES: [Rule; 8] = [
+const RULES: [Rule; 9] = [
     ("", |name| name.to_owned()),
-    ("in another letter case", |name| name.to_lowercase()),
-    ("in another folder", |name| base(name).to_owned()),
-    ("in another folder and letter case", |name| base(name).to_lowercase()),
-    ("in another image format", |name| stem(name).to_owned()),
-    ("in another image format and letter case", |name| stem(name).to_lowercase()),
-    ("in another folder and image format", |name| stem(base(name)).to_owned()),
-    ("in another folder, image format and letter case", |name| stem(base(name)).to_lowercase()),
+    (FORM, |name| composed(name).into_owned()),
+    ("in another letter case", |name| folded(name).into_owned()),
+    ("in another folder", |name| base(&composed(name)).to_owned()),
+    ("in another folder and letter case", |name| base(&folded(name)).to_owned()),
+    ("in another image format", |name| stem(&composed(name)).to_owned()),
+    ("in another image format and letter case", |name| stem(&folded(name)).to_owned()),
+    ("in another folder and image format", |name| stem(base(&composed(name))).to_owned()),
+    ("in another folder, image format and letter case", |name| stem(base(&folded(name))).to_owned()),
 ];
+
+/// The rule of names that look the same; [`alike::difference`] says what differs.
+const FORM: &str = "under another Unicode form";
 
 fn base(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
@@ -145,7 +161,11 @@ impl PhotoFolder {
                 match (photos.as_slice(), files.get(&key).map(Vec::as_slice)) {
                     (_, None) => (),
                     (&[photo], Some(&[file])) => {
-                        found[photo] = Match::File(file, difference);
+                        let how = match difference {
+                            FORM => alike::difference(names[photo], &self.files[file]),
+                            other => other,
+                        };
+                        found[photo] = Match::File(file, how);
                         taken[file] = true;
                     }
                     (_, Some(files)) => {
@@ -194,6 +214,24 @@ mod tests {
             ("x/img_2.tif", "in another folder, image format and letter case")
         );
         assert_eq!(found(&folder, "img_3.jpg"), ("", "not found"));
+    }
+
+    #[test]
+    fn a_name_is_found_under_another_unicode_form_and_the_exact_one_goes_first() {
+        let (composed, decomposed) = ("b/pont_\u{f1}.jpg", "b/pont_n\u{303}.jpg");
+        assert_eq!(found(&folder(&[decomposed]), composed), (decomposed, "under another Unicode form"));
+        assert_eq!(found(&folder(&[composed]), decomposed), (composed, "under another Unicode form"));
+        let both = folder(&[composed, decomposed]);
+        assert_eq!(found(&both, composed), (composed, ""));
+        assert_eq!(found(&both, decomposed), (decomposed, ""));
+        let upper = folder(&["x/PONT_N\u{303}.JPG"]);
+        assert_eq!(
+            found(&upper, "pont_\u{f1}.jpg"),
+            ("x/PONT_N\u{303}.JPG", "in another folder and letter case")
+        );
+        // A third spelling of a letter with two accents fits both files equally.
+        let several = folder(&["\u{1ed9}.jpg", "o\u{302}\u{323}.jpg"]);
+        assert_eq!(several.find(&["\u{f4}\u{323}.jpg"]), [Match::Ambiguous { files: vec![0, 1], photos: 1 }]);
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub fn read_keyword(path: &Path, task: &Task) -> Result<Plant> {
     let (mut drafts, mut up, mut unit) = (Vec::new(), DVec3::Z, 1.0);
     while let Some((_, file)) = reader.files.get(drafts.len()).cloned() {
         task.step(STAGE, drafts.len() as u64, reader.files.len() as u64)?;
-        let text = read_text(&file)?;
+        let text = read_text(&file, &mut reader.folder)?;
         let read = Statements::new(Tokens::new(&file, &text), &mut reader).read(drafts.len())?;
         if drafts.is_empty() {
             up = read.up.unwrap_or(up);
@@ -49,20 +49,18 @@ pub fn read_keyword(path: &Path, task: &Task) -> Result<Plant> {
         drafts.push(read.draft);
     }
     reader.notes.iter().for_each(|noted| task.note(noted.text()));
+    reader.folder.notes().iter().for_each(|note| task.note(note));
     assembled(path, drafts, up, unit)
 }
 
-fn read_text(file: &Path) -> Result<String> {
+fn read_text(file: &Path, folder: &mut Folder) -> Result<String> {
     let bytes = fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
     if bytes > LARGEST {
         let found = format!("{bytes} bytes, but a sub-object has at most {LARGEST}");
         return Err(Error::input(file, "", found, "divide it into several files"));
     }
     let bytes = fs::read(file).map_err(Error::io(file, "read it"))?;
-    String::from_utf8(bytes).map_err(|error| {
-        let place = format!("byte {}", error.utf8_error().valid_up_to());
-        Error::input(file, place, "not a text in UTF-8", REMEDY)
-    })
+    folder.decoded(file, &bytes)
 }
 
 fn assembled(path: &Path, drafts: Vec<Draft>, up: DVec3, unit: f64) -> Result<Plant> {

@@ -1,5 +1,6 @@
 //! The files beside a plant's file: other sub-objects and pictures, none of them outside of its folder.
 
+use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,8 +9,11 @@ use rustc_hash::FxHashMap;
 use super::tokens::quoted;
 use crate::error::{Error, Result};
 use crate::foliage::Pixels;
+use crate::io::named_file::{NamedFile, NamedFiles};
 use crate::io::photo::{picture_size, read_photo};
+use crate::io::text::decoded;
 use crate::scene::PhotoPixels;
+use crate::scene::alike::difference;
 
 /// The largest side of a picture in pixels.
 pub const LONGEST_SIDE: u32 = 16_384;
@@ -20,6 +24,9 @@ pub struct Folder {
     /// The same without links.
     itself: PathBuf,
     pictures: FxHashMap<PathBuf, Arc<Pixels>>,
+    named: NamedFiles,
+    /// What is told once about names and texts, in order.
+    notes: BTreeSet<String>,
 }
 
 impl Folder {
@@ -31,22 +38,62 @@ impl Folder {
         let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
         let path = parent.unwrap_or(Path::new(".")).to_path_buf();
         let itself = path.canonicalize().map_err(Error::io(&path, "find the folder"))?;
-        Ok(Self { path, itself, pictures: FxHashMap::default() })
+        Ok(Self {
+            path,
+            itself,
+            pictures: FxHashMap::default(),
+            named: NamedFiles::default(),
+            notes: BTreeSet::new(),
+        })
     }
 
     /// Returns the file of a name in or below the folder, by its text and after resolving links; `None` for others. The
-    /// file need not exist.
-    pub fn file(&self, name: &str) -> Option<PathBuf> {
+    /// file need not exist. One that is spelled differently on the disk is noted.
+    pub fn file(&mut self, name: &str) -> Option<PathBuf> {
         let is_plain = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
-        if name.is_empty() || name.contains(['\\', ':', '\0']) || !Path::new(name).components().all(is_plain)
-        {
+        let plain = name.replace('\\', "/");
+        if plain.is_empty() || plain.contains([':', '\0']) || !Path::new(&plain).components().all(is_plain) {
             return None;
         }
-        let file = self.path.join(name);
+        let file = match self.named.find(&self.path, &plain) {
+            NamedFile::Missing => self.path.join(plain),
+            NamedFile::Found(found) => {
+                if found != plain {
+                    let how = difference(&plain, &found);
+                    self.notes
+                        .insert(format!("{}: {name} was found {how}", self.path.join(&found).display()));
+                }
+                self.path.join(found)
+            }
+            NamedFile::Several(files) => {
+                let folder = self.path.display();
+                self.notes.insert(format!("{folder}: several files could be {name}: {}", files.join(", ")));
+                self.path.join(plain)
+            }
+        };
         match file.canonicalize() {
             Ok(itself) if !itself.starts_with(&self.itself) => None,
             _ => Some(file),
         }
+    }
+
+    /// Returns the text of a file that was read. One that is not UTF-8 is noted.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for text in UTF-16.
+    pub fn decoded(&mut self, file: &Path, bytes: &[u8]) -> Result<String> {
+        let (text, guess) =
+            decoded(bytes).map_err(|(found, remedy)| Error::input(file, "", found, remedy))?;
+        if let Some(guess) = guess {
+            let (file, guess) = (file.display(), guess.name());
+            self.notes.insert(format!("{file}: it is not UTF-8; it is read as {guess}, which is a guess"));
+        }
+        Ok(text.into_owned())
+    }
+
+    /// Returns what is told about names and texts.
+    pub fn notes(&self) -> &BTreeSet<String> {
+        &self.notes
     }
 
     /// Reads a picture once.

@@ -4,16 +4,17 @@ use std::path::{Path, PathBuf};
 
 use super::REMEDY;
 use crate::error::{Error, Result};
+use crate::io::text::lines_of;
 
 /// Numbers beyond this are refused.
 pub const LARGEST_NUMBER: f64 = 1e15;
 
-/// The words of a text. A `#` begins a comment to the end of its line; braces are words of their own.
+/// The words of a text. A word that begins with `#` begins a comment to the end of its line; braces are words of their own.
 pub struct Tokens<'a> {
     file: PathBuf,
     /// What is left of the present line.
     rest: &'a str,
-    lines: std::str::Lines<'a>,
+    lines: Box<dyn Iterator<Item = &'a str> + 'a>,
     /// The present line, from 1.
     pub line: usize,
 }
@@ -21,7 +22,7 @@ pub struct Tokens<'a> {
 impl<'a> Tokens<'a> {
     /// Begins a text of a file.
     pub fn new(file: &Path, text: &'a str) -> Self {
-        Self { file: file.to_path_buf(), rest: "", lines: text.lines(), line: 0 }
+        Self { file: file.to_path_buf(), rest: "", lines: Box::new(lines_of(text)), line: 0 }
     }
 
     /// Returns the file.
@@ -47,7 +48,7 @@ impl<'a> Tokens<'a> {
         if self.rest.starts_with(['{', '}']) {
             return Some(&self.rest[..1]);
         }
-        let end = self.rest.find(|c: char| c.is_whitespace() || matches!(c, '{' | '}' | '#'));
+        let end = self.rest.find(|c: char| c.is_whitespace() || matches!(c, '{' | '}'));
         Some(&self.rest[..end.unwrap_or(self.rest.len())])
     }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use super::propagation::{OnlyHere, PaintPlace, Propagation, is_among};
+use crate::scene::alike::nfc;
 
 /// The method for texels that no photo shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -88,8 +89,11 @@ impl FillOptions {
     }
 }
 
-/// Returns true when a name equals the pattern, in which each `*` stands for any characters, or none.
+/// Returns true when a name equals the pattern, in which each `*` stands for any characters, or none. Both may be in any Unicode
+/// form.
 pub fn matches_pattern(name: &str, pattern: &str) -> bool {
+    let [name, pattern] = [name, pattern].map(nfc);
+    let (name, pattern) = (&*name, &*pattern);
     let Some((beginning, rest)) = pattern.split_once('*') else { return name == pattern };
     let Some(mut left) = name.strip_prefix(beginning) else { return false };
     let (middle, end) = rest.rsplit_once('*').unwrap_or(("", rest));
@@ -115,6 +119,9 @@ mod tests {
         assert_eq!(matching("*"), [1; 5]);
         assert_eq!(matching("tree"), [0, 0, 0, 0, 1]);
         assert!(!matches_pattern("aba", "ab*ba"), "no character counts twice");
+        assert!(
+            matches_pattern("ch\u{ea}ne_2", "che\u{302}ne*") && matches_pattern("che\u{302}ne", "ch\u{ea}ne")
+        );
     }
 
     #[test]

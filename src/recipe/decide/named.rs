@@ -13,10 +13,10 @@ use crate::scene::{FaceIndex, Model};
 /// # Errors
 /// Returns [`Error::Request`] when it is none of these.
 pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<Vec<Faces>> {
-    let is_object = |name: &str| model.objects.iter().any(|object| object.name == name);
+    let object_called = |name: &str| model.object_like(name).map(|object| model.object(object).name.as_str());
     // Objects take precedence, whatever their names.
-    if is_object(typed) || typed == SURROUNDINGS {
-        return Ok(vec![Faces::whole(typed)]);
+    if let Some(object) = object_called(typed).or((typed == SURROUNDINGS).then_some(typed)) {
+        return Ok(vec![Faces::whole(object)]);
     }
     let layer = stack.and_then(|stack| Some(faces_of_layer(stack, stack.layer_with_token(typed)?)));
     if let Some(faces) = layer {
@@ -24,7 +24,7 @@ pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<
     }
     let unknown = || {
         let object = typed.split_once('[').map_or(typed, |(object, _)| object);
-        if is_object(object) {
+        if object_called(object).is_some() {
             return Error::Request(format!("{typed:?} is no list of faces; write OBJECT[3, 5-8]"));
         }
         let known = model.objects.iter().map(|object| object.name.as_str());
@@ -32,7 +32,8 @@ pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<
         no_such("object or image layer", object, known.chain(tokens), Some(Remedy::List))
     };
     let (object, rest) = typed.rsplit_once('[').ok_or_else(unknown)?;
-    let faces = rest.strip_suffix(']').and_then(indices).filter(|_| is_object(object)).ok_or_else(unknown)?;
+    let faces = rest.strip_suffix(']').and_then(indices).zip(object_called(object));
+    let (faces, object) = faces.ok_or_else(unknown)?;
     Ok(vec![Faces { object: object.to_owned(), faces }])
 }
 

@@ -353,6 +353,7 @@ fn faces_are_named_as_people_type_them() {
     assert_eq!(named("pair").unwrap(), whole(&["pair"]));
     assert_eq!(named("pair[0-1]").unwrap(), [faces("pair", &[0, 1])]);
     assert_eq!(named("pair[1, 0]").unwrap(), [faces("pair", &[0, 1])]);
+    assert_eq!(named("Pair[1]").unwrap(), [faces("pair", &[1])], "no other object is called so");
     let layer = layer_of(&stack, "front", 0);
     let of_layer = named(&stack.layer(layer).id).unwrap();
     assert!(of_layer.contains(&faces("front", &[0])), "{of_layer:?}");

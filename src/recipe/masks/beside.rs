@@ -1,6 +1,6 @@
 //! Discovery of mask files beside the photos, by their usual names.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::MaskEdit;
@@ -11,9 +11,11 @@ use crate::document::names::without_extension;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
 use crate::io::cameras::{CameraPhoto, read_cameras_of};
+use crate::io::named_file::{NamedFile, NamedFiles};
 use crate::io::project::resolved;
 use crate::recipe::named::index_of_photo;
 use crate::scene::Site;
+use crate::scene::alike::difference;
 use crate::task::Task;
 
 /// Returns the possible names of a photo's mask, as paths from the photo folder: `0028.mask.png` and
@@ -60,18 +62,12 @@ pub fn masks_beside(
     task: &Task,
 ) -> Result<(Vec<FoundMask>, Vec<Error>)> {
     let root = resolved(folder, &project.photos);
-    let files: Vec<(&str, String)> = site
-        .photos
-        .iter()
-        .flat_map(|photo| mask_names(&photo.name).map(|name| (photo.name.as_str(), name)))
-        .filter(|(_, name)| root.join(name).is_file())
-        .collect();
+    let (files, mut problems) = mask_files(&root, site, task);
     if files.is_empty() {
-        return Ok((Vec::new(), Vec::new()));
+        return Ok((Vec::new(), problems));
     }
     let cameras = cameras(folder, project, task)?;
     let mut found = Vec::new();
-    let mut problems = Vec::new();
     for (photo, file) in files {
         task.go_on()?;
         match read_whole(&root.join(&file), &cameras[photo]) {
@@ -80,6 +76,40 @@ pub fn masks_beside(
         }
     }
     Ok((found, problems))
+}
+
+/// Finds the mask files of photos, as paths from the photo folder, and the names that several files could have.
+fn mask_files<'a>(root: &Path, site: &'a Site, task: &Task) -> (Vec<(&'a str, String)>, Vec<Error>) {
+    let mut named = NamedFiles::default();
+    let (mut files, mut problems): (Vec<(&str, String)>, Vec<Error>) = Default::default();
+    for photo in &site.photos {
+        let mut of_photo: BTreeSet<String> = BTreeSet::new();
+        for name in mask_names(&photo.name) {
+            match named.find(root, &name) {
+                NamedFile::Missing => {}
+                NamedFile::Found(file) => {
+                    let how = difference(&name, &file);
+                    if of_photo.insert(file.clone()) && !how.is_empty() {
+                        task.note(format!("{}: its mask was found {how}, as {file}", photo.name));
+                    }
+                }
+                NamedFile::Several(files) => {
+                    let found = format!(
+                        "{} files could be {name}: their names differ in Unicode form or letter case",
+                        files.len()
+                    );
+                    problems.push(Error::input(
+                        root.join(&files[0]),
+                        "",
+                        found,
+                        "keep one of them, or give it exactly this name",
+                    ));
+                }
+            }
+        }
+        files.extend(of_photo.into_iter().map(|file| (photo.name.as_str(), file)));
+    }
+    (files, problems)
 }
 
 /// Reads a file as the mask of one photo, whose name may be abbreviated.

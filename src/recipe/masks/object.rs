@@ -22,11 +22,15 @@ use crate::scene::impostor::Facing;
 use crate::scene::{Model, Object, ObjectId, Photo};
 use crate::task::Task;
 
-/// Returns the objects with a name, or with names like a pattern ([`matches_pattern`]).
+/// Returns the object with a name, in another spelling where none has exactly this one ([`Model::object_like`]), or the objects with
+/// names like a pattern ([`matches_pattern`]).
 ///
 /// # Errors
 /// Returns [`Error::Request`](crate::error::Error::Request) when the model has none of that name.
 pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
+    if let Some(object) = model.object_like(pattern) {
+        return Ok(vec![object]);
+    }
     let all = (0..).map(ObjectId).zip(&model.objects);
     let meant: Vec<ObjectId> =
         all.filter(|(_, object)| matches_pattern(&object.name, pattern)).map(|(id, _)| id).collect();

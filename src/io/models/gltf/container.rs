@@ -10,6 +10,7 @@ use serde::de::IgnoredAny;
 
 use super::super::limits::{LARGEST_FILE, check_file_size};
 use crate::error::{Error, Result};
+use crate::io::named_file::{NamedFile, NamedFiles};
 
 /// Maximum number of values in the JSON part: a list of empty braces takes a hundred times its text once
 /// parsed.
@@ -185,29 +186,54 @@ pub fn resource(path: &Path, place: &str, uri: &str) -> Result<Vec<u8>> {
         let broken = "a data URI that is not base64";
         return decoded.ok_or_else(|| Error::input(path, place, broken, EXPORT_AGAIN));
     }
-    let file = file_of_uri(path, uri).ok_or_else(|| {
-        let uri: String = uri.chars().take(80).collect();
-        let found = format!("the uri `{uri}` leads out of the model's folder");
-        Error::input(path, place, found, "keep buffers and pictures beside the model, or export it as GLB")
+    let short = || uri.chars().take(80).collect::<String>();
+    let file = file_of_uri(path, uri).map_err(|fault| match fault {
+        UriFault::Outside => {
+            let found = format!("the uri `{}` leads out of the model's folder", short());
+            Error::input(
+                path,
+                place,
+                found,
+                "keep buffers and pictures beside the model, or export it as GLB",
+            )
+        }
+        UriFault::Several(files) => {
+            let found = format!("several files could be `{}`: {}", short(), files.join(", "));
+            Error::input(path, place, found, "give one of them exactly this name, or remove the others")
+        }
     })?;
     let size = fs::metadata(&file).map_err(Error::io(&file, "find this file of the model"))?.len();
     check_file_size(&file, size)?;
     fs::read(&file).map_err(Error::io(&file, "read it"))
 }
 
-/// Returns the file that a relative URI refers to; `None` when it is not in or below the model's folder, by
-/// its text or, where it exists, after resolving links.
-fn file_of_uri(path: &Path, uri: &str) -> Option<PathBuf> {
-    let name = String::from_utf8(percent_decoded(uri)?).ok()?;
+/// Why a URI names no file.
+#[derive(Debug, PartialEq)]
+enum UriFault {
+    /// It leads out of the model's folder.
+    Outside,
+    /// Several files are equally like it.
+    Several(Vec<String>),
+}
+
+/// Returns the file that a relative URI refers to, which must be in or below the model's folder, by its text and, where it exists,
+/// after resolving links. It may have `\` between folders, and be spelled differently on the disk ([`NamedFiles`]).
+fn file_of_uri(path: &Path, uri: &str) -> Result<PathBuf, UriFault> {
+    let name = percent_decoded(uri).and_then(|name| String::from_utf8(name).ok()).ok_or(UriFault::Outside)?;
+    let name = name.replace('\\', "/");
     let is_plain = |c: Component| matches!(c, Component::Normal(_) | Component::CurDir);
-    if name.is_empty() || name.contains(['\\', ':', '\0']) || !Path::new(&name).components().all(is_plain) {
-        return None;
+    if name.is_empty() || name.contains([':', '\0']) || !Path::new(&name).components().all(is_plain) {
+        return Err(UriFault::Outside);
     }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let file = folder.join(name);
+    let file = match NamedFiles::default().find(folder, &name) {
+        NamedFile::Missing => folder.join(name),
+        NamedFile::Found(name) => folder.join(name),
+        NamedFile::Several(files) => return Err(UriFault::Several(files)),
+    };
     match (file.canonicalize(), folder.canonicalize()) {
-        (Ok(file_itself), Ok(folder)) if !file_itself.starts_with(&folder) => None,
-        _ => Some(file),
+        (Ok(file_itself), Ok(folder)) if !file_itself.starts_with(&folder) => Err(UriFault::Outside),
+        _ => Ok(file),
     }
 }
 
@@ -263,7 +289,10 @@ mod tests {
     #[test]
     fn uris_stay_in_the_models_folder() {
         let model = Path::new("site/model.gltf");
-        assert_eq!(file_of_uri(model, "parts/roof%201.bin"), Some("site/parts/roof 1.bin".into()));
+        for uri in ["parts/roof%201.bin", ".\\parts\\roof 1.bin"] {
+            let file = file_of_uri(model, uri).unwrap();
+            assert!(file.ends_with("parts/roof 1.bin") && file.starts_with("site"), "{}", file.display());
+        }
         for uri in [
             "../a.bin",
             "a/../../b",
@@ -276,8 +305,21 @@ mod tests {
             "",
             "a%00",
         ] {
-            assert_eq!(file_of_uri(model, uri), None, "{uri}");
+            assert_eq!(file_of_uri(model, uri), Err(UriFault::Outside), "{uri}");
         }
+    }
+
+    #[test]
+    fn a_file_is_found_in_another_unicode_form_and_none_is_guessed_among_several() {
+        let folder = tempfile::tempdir().unwrap();
+        let model = folder.path().join("model.gltf");
+        let file = folder.path().join("me\u{301}tal.BIN");
+        fs::write(&file, "x").unwrap();
+        assert_eq!(file_of_uri(&model, "m%C3%A9tal.bin"), Ok(file));
+        fs::write(folder.path().join("me\u{301}tal.Bin"), "x").unwrap();
+        assert!(
+            matches!(file_of_uri(&model, "m%C3%A9tal.bin"), Err(UriFault::Several(files)) if files.len() == 2)
+        );
     }
 
     #[test]

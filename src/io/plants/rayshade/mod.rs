@@ -46,6 +46,7 @@ pub fn read_rayshade(path: &Path, task: &Task) -> Result<Plant> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let root = statements.read(name)?;
     let Statements { mut objects, mut surfaces, notes, .. } = statements;
+    folder.notes().iter().for_each(|note| task.note(note));
     objects.push(root);
     let (drafts, root) = drafts(path, objects, &mut surfaces)?;
     notes.texts().into_iter().for_each(|text| task.note(text));

@@ -11,6 +11,7 @@ use super::super::pictures::Folder;
 use super::lexing::{Lexeme, lexeme};
 use crate::error::{Error, Result};
 use crate::foliage::MOST_LEVELS;
+use crate::io::text::lines_of;
 
 /// The largest size of all files of a plant together in bytes, counting each time that one is included.
 const LARGEST: u64 = 1 << 30;
@@ -115,7 +116,8 @@ impl<'a> Source<'a> {
         }
         let bytes = fs::read(path).map_err(Error::io(path, "read it"))?;
         // Comments of that time are in all kinds of encodings.
-        let text = String::from_utf8_lossy(&bytes).into();
+        let text = self.folder.decoded(path, &bytes)?;
+        let text = lines_of(&text).collect::<Vec<_>>().join("\n").into();
         let kind = Kind::File { name, place: Place { file: path.into(), line: 1 } };
         self.frames.push(Frame { text, at: 0, is_line_start: true, kind });
         Ok(())

@@ -1,0 +1,69 @@
+//! The names of objects: told apart by their bytes, and shown as text.
+
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashMap;
+
+use crate::io::text::Guess;
+use crate::scene::builder::not_reserved;
+use crate::scene::{ModelBuilder, ObjectId};
+
+/// The names of a file, in the order in which objects began.
+#[derive(Default)]
+pub(super) struct Names {
+    ids: FxHashMap<Vec<u8>, ObjectId>,
+    names: Vec<Vec<u8>>,
+}
+
+impl Names {
+    /// Returns the object of a name, which is added if it is new. Until [`Self::show`] it has a number for its name.
+    pub fn object(&mut self, name: Vec<u8>, builder: &mut ModelBuilder) -> ObjectId {
+        if let Some(&known) = self.ids.get(&name) {
+            return known;
+        }
+        let id = builder.object(&self.names.len().to_string());
+        self.names.push(name.clone());
+        self.ids.insert(name, id);
+        id
+    }
+
+    /// Names the objects: as they are called where that is UTF-8, and else in the encoding that all other names of the file
+    /// seem to have. A name that another object has already gets a number. Returns a note about names that are not UTF-8.
+    pub fn show(&self, builder: &mut ModelBuilder) -> Option<String> {
+        let foreign: Vec<&[u8]> =
+            self.names.iter().map(Vec::as_slice).filter(|name| std::str::from_utf8(name).is_err()).collect();
+        let guess = Guess::of(foreign.iter().copied());
+        let text = |name: &Vec<u8>| match std::str::from_utf8(name) {
+            Ok(name) => name.to_owned(),
+            Err(_) => guess.decode(name),
+        };
+        // White space within a name counts as one space, unless names differ in nothing else.
+        let words = |name: String| {
+            name.split([' ', '\t', '\x0b', '\x0c'])
+                .filter(|word| !word.is_empty())
+                .collect::<Vec<_>>()
+                .join(" ")
+        };
+        let shown: Vec<String> = self.names.iter().map(|name| words(text(name))).collect();
+        let is_exact = |index: &usize| shown[*index].as_bytes() == self.names[*index];
+        let (exact, others): (Vec<usize>, Vec<usize>) = (0..shown.len()).partition(is_exact);
+        let mut taken: BTreeSet<String> = BTreeSet::new();
+        let mut unique = vec![String::new(); shown.len()];
+        for index in exact.into_iter().chain(others) {
+            let name = not_reserved(&shown[index]);
+            let numbered = (2..).map(|number| format!("{name} ({number})"));
+            let mut names = std::iter::once(name.to_owned()).chain(numbered);
+            unique[index] =
+                names.find(|name| !taken.contains(name)).expect("there are more numbers than objects");
+            taken.insert(unique[index].clone());
+        }
+        builder.name_objects(unique);
+        let first = foreign.first().map(|name| guess.decode(name))?;
+        Some(format!(
+            "{} of {} names of objects are not UTF-8: they are shown as {}, which is a guess, such as {first:?}",
+            foreign.len(),
+            self.names.len(),
+            guess.name()
+        ))
+    }
+}
