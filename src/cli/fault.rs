@@ -5,15 +5,21 @@ use std::panic::PanicHookInfo;
 
 #[cfg(feature = "gui")]
 use crate::app::crash::is_of_display;
+use crate::io::guarded::is_decoding;
 
 /// Replaces the message of a panic by one that says what to do. With `RUST_BACKTRACE` set the standard
 /// message follows.
 pub fn install_message() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
+        let wants_details = std::env::var_os("RUST_BACKTRACE").is_some();
+        // A decoder's panic becomes an error about its file.
+        if is_decoding() && !wants_details {
+            return;
+        }
         // A closed terminal must not turn a panic into an abort.
         let _ = writeln!(std::io::stderr(), "{}", message(panic));
-        if std::env::var_os("RUST_BACKTRACE").is_some() {
+        if wants_details {
             usual(panic);
         }
     }));

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use moxcms::{ColorProfile, Layout, Transform16BitExecutor, TransformOptions};
 
+use super::guarded::guarded_bytes;
 use super::layered::srgb::srgb_profile;
 
 /// Two profiles count as equal if their colours differ by less than this (of 65535; two steps of 8 bits).
@@ -27,9 +28,10 @@ impl Conversion {
         }
         let (from, to) = (parsed(from)?, parsed(to)?);
         let options = TransformOptions::default();
-        let transform = from
-            .create_transform_16bit(Layout::Rgba, &to, Layout::Rgba, options)
-            .map_err(|error| format!("a colour profile cannot be converted: {error:?}"))?;
+        let unusable = |why: String| format!("a colour profile cannot be converted: {why}");
+        let transform =
+            guarded_bytes(|| from.create_transform_16bit(Layout::Rgba, &to, Layout::Rgba, options));
+        let transform = transform.map_err(unusable)?.map_err(|error| unusable(format!("{error:?}")))?;
         let conversion = Self { transform };
         Ok((!conversion.changes_nothing()).then_some(conversion))
     }
@@ -60,7 +62,9 @@ impl Conversion {
 fn parsed(profile: Option<&[u8]>) -> Result<ColorProfile, String> {
     let own = profile.is_none().then(srgb_profile);
     let bytes = profile.or(own.as_deref()).expect("one of the two is there");
-    ColorProfile::new_from_slice(bytes).map_err(|error| format!("a colour profile cannot be read: {error:?}"))
+    let unreadable = |why: String| format!("a colour profile cannot be read: {why}");
+    let parsed = guarded_bytes(|| ColorProfile::new_from_slice(bytes)).map_err(unreadable)?;
+    parsed.map_err(|error| unreadable(format!("{error:?}")))
 }
 
 /// Returns a profile other than sRGB, for tests.

@@ -10,6 +10,7 @@ use image::codecs::png::PngEncoder;
 use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageError, ImageReader, Rgb};
 
 use super::atomic::write_atomically_with;
+use super::guarded::guarded;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::srgb::Srgb;
@@ -25,6 +26,10 @@ const REMEDY: &str =
 /// # Errors
 /// [`Error::Io`], and [`Error::Input`] for a file that is no picture or is not twice as wide as high.
 pub fn read_dome_picture(path: &Path) -> Result<Image<[f32; 3]>> {
+    guarded(path, "save it as PNG or Radiance HDR", || decoded(path))
+}
+
+fn decoded(path: &Path) -> Result<Image<[f32; 3]>> {
     let reader = ImageReader::open(path).map_err(Error::io(path, "open it"))?;
     let reader = reader.with_guessed_format().map_err(Error::io(path, "read it"))?;
     let picture = reader.decode().map_err(|error| {

@@ -8,9 +8,13 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Reader, Transforma
 
 use crate::error::{Error, Result};
 use crate::geometry::{PixelRect, Spans};
+use crate::io::guarded::guarded;
 
 /// The middle of the range of 8 bits: darker samples are masked if alpha is at least this.
 const HALF: u8 = 128;
+
+/// The remedy for a file that cannot be read.
+const SAVE: &str = "save the mask as a PNG: black where the photo is to be masked, else white";
 
 /// Reads the pixels that a PNG of `width` x `height` masks: those that are opaque (alpha of at least half)
 /// and whose mean over the colour channels is darker than half. Transparent pixels are not masked, because
@@ -18,7 +22,11 @@ const HALF: u8 = 128;
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] for a file that is not a PNG, is damaged, or is of another size.
-pub fn read_mask(file: &Path, [width, height]: [u32; 2]) -> Result<Spans> {
+pub fn read_mask(file: &Path, size: [u32; 2]) -> Result<Spans> {
+    guarded(file, SAVE, || decoded(file, size))
+}
+
+fn decoded(file: &Path, [width, height]: [u32; 2]) -> Result<Spans> {
     let mut reader = opened(file, [width, height])?;
     let (colour, _) = reader.output_color_type();
     let channels = colour.samples();
@@ -42,7 +50,7 @@ pub fn read_mask(file: &Path, [width, height]: [u32; 2]) -> Result<Spans> {
 /// # Errors
 /// As [`read_mask`].
 pub fn check_mask(file: &Path, size: [u32; 2]) -> Result<()> {
-    opened(file, size).map(drop)
+    guarded(file, SAVE, || opened(file, size).map(drop))
 }
 
 /// Encodes a mask as a PNG of one bit per pixel; the same set always gives the same bytes.
@@ -84,7 +92,7 @@ fn opened(file: &Path, [width, height]: [u32; 2]) -> Result<Reader<BufReader<Fil
 }
 
 fn unusable(file: &Path, found: String) -> Error {
-    Error::input(file, "", found, "save the mask as a PNG: black where the photo is to be masked, else white")
+    Error::input(file, "", found, SAVE)
 }
 
 #[cfg(test)]

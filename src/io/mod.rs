@@ -15,6 +15,7 @@ pub mod exports;
 pub mod film;
 pub mod foreign_json;
 pub mod free_path;
+pub mod guarded;
 pub mod hash;
 pub mod import_ledger;
 pub mod inbox;

@@ -93,6 +93,8 @@ fn located(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder) -> Result<(
             let note = format!("the file was found {difference}, as {}", folder.name(*file));
             Ok((folder.path(*file), Some(note)))
         }
+        // Reading its header says what it is instead.
+        Match::NotRead(file) => Ok((folder.path(*file), None)),
         Match::Missing => Err(missing(photo, folder)),
         Match::Ambiguous { files, photos } => Err(ambiguous(photo, folder, files, *photos)),
     }

@@ -123,17 +123,15 @@ fn look_alikes(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Ve
 
 /// Returns a note about files that belong to no camera and are no masks, if any.
 fn unused(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Option<String> {
-    let mut used = vec![false; folder.len()];
-    for found in matches {
-        match found {
-            Match::File(file, _) => used[*file] = true,
-            Match::Ambiguous { files, .. } => files.iter().for_each(|&file| used[file] = true),
-            Match::Missing => (),
-        }
-    }
+    let of_photos = matches.iter().flat_map(|found| match found {
+        Match::File(file, _) => std::slice::from_ref(file),
+        Match::Ambiguous { files, .. } => files,
+        Match::NotRead(_) | Match::Missing => &[],
+    });
+    let used: FxHashSet<usize> = of_photos.copied().collect();
     let masks = cameras.photos.iter().flat_map(|photo| mask_names(&photo.name));
     let masks: FxHashSet<String> = masks.map(|name| folded(&name).into_owned()).collect();
-    let unused = (0..folder.len()).filter(|&file| !used[file]).map(|f| folder.name(f));
+    let unused = (0..folder.len()).filter(|file| !used.contains(file)).map(|f| folder.name(f));
     let unused: Vec<_> = unused.filter(|name| !masks.contains(&*folded(name))).collect();
     let listed = unused[..unused.len().min(5)].join(", ");
     match unused.len() {

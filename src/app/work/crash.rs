@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::io::atomic::write_atomically;
+use crate::io::guarded::is_decoding;
 
 thread_local! {
     /// The last panic of this thread, and the path of its report.
@@ -41,6 +42,10 @@ pub fn watch(folder: Option<PathBuf>) {
     let before = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         before(panic);
+        // A decoder's panic becomes an error about its file.
+        if is_decoding() {
+            return;
+        }
         let report = folder.as_ref().and_then(|folder| written(folder, &text(panic)));
         let crash = Crash { said: said(panic), report };
         // Thread-local storage may be gone in a thread that ends.

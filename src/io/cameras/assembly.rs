@@ -9,6 +9,7 @@ use super::format::ReconstructionFiles;
 use super::photo_name::{objection, short};
 use super::photo_paths::PhotoPath;
 use super::pose::is_on_a_map;
+use super::rigs::Rigs;
 use super::sizes::SizeSource;
 use super::{
     CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS, Objection, Problems, RawCamera, RawImage, RawPhoto,
@@ -43,6 +44,7 @@ pub(super) struct Assembly<'s> {
     notes: Vec<String>,
     /// The number of names with the sign that Windows has between folders.
     backslashes: usize,
+    rigs: Option<Rigs>,
 }
 
 impl<'s> Assembly<'s> {
@@ -63,7 +65,13 @@ impl<'s> Assembly<'s> {
             problems: Problems::default(),
             notes: Vec::new(),
             backslashes: 0,
+            rigs: None,
         }
+    }
+
+    /// Takes the poses of rigs, which replace those of photos that are taken after that.
+    pub fn rigs(&mut self, rigs: Rigs) {
+        self.rigs = Some(rigs);
     }
 
     /// Something the user should know and that leaves nothing out.
@@ -120,10 +128,13 @@ impl<'s> Assembly<'s> {
 
     /// Takes a photo that refers to its camera by number, and its observations.
     pub fn image(&mut self, place: String, raw: RawImage<'_>) {
-        let RawImage { id, pose, camera, name, observations } = raw;
+        let RawImage { id, mut pose, camera, name, observations } = raw;
         self.backslashes += usize::from(name.contains('\\'));
         let name = &name.replace('\\', "/");
         self.listed += 1;
+        if let Some(rigs) = &mut self.rigs {
+            pose = rigs.pose_of(id, (name, camera), pose);
+        }
         let judged = self.judged_number(id, name).and_then(|()| {
             let raw = RawPhoto { name, camera: self.camera_of(name, camera), pose };
             self.judged_photo(&place, raw)
@@ -244,6 +255,7 @@ impl<'s> Assembly<'s> {
             let (file, count) = (file.display(), self.backslashes);
             notes.push(format!("{file}: \\ in the names of {count} photos is read as /"));
         }
+        notes.extend(self.rigs.map(|rigs| rigs.notes(&file)).into_iter().flatten());
         let problems = problems.finish();
         if photos.is_empty() {
             let remedy = "use a reconstruction in which photos were registered";

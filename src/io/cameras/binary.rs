@@ -95,7 +95,7 @@ fn read_point(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
 }
 
 /// A reader of records that keeps track of its position.
-struct Records<'a> {
+pub(super) struct Records<'a> {
     path: &'a Path,
     reader: BufReader<File>,
     at: u64,
@@ -105,19 +105,24 @@ struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    fn open(path: &'a Path) -> Result<Self> {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn open(path: &'a Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io(path, "read it"))?;
         let size = file.metadata().map_err(Error::io(path, "read it"))?.len();
         Ok(Self { path, reader: BufReader::with_capacity(1 << 16, file), at: 0, size, total: 0 })
     }
 
-    fn place(&self) -> String {
+    /// Returns the position for messages.
+    pub fn place(&self) -> String {
         format!("byte {}", self.at)
     }
 
     /// Reads a count of records of at least `smallest` bytes each, and checks it against the rest of the
     /// file.
-    fn count(&mut self, smallest: u64) -> Result<u64> {
+    pub fn count(&mut self, smallest: u64) -> Result<u64> {
         let place = self.place();
         let count = self.u64()?;
         let room = (self.size - self.at.min(self.size)) / smallest;
@@ -141,15 +146,24 @@ impl<'a> Records<'a> {
         Ok(bytes)
     }
 
-    fn u32(&mut self) -> Result<u32> {
+    /// Returns the last count that was read.
+    pub fn total(&self) -> u64 {
+        self.total
+    }
+
+    pub fn u8(&mut self) -> Result<u8> {
+        Ok(u8::from_le_bytes(self.bytes()?))
+    }
+
+    pub fn u32(&mut self) -> Result<u32> {
         Ok(u32::from_le_bytes(self.bytes()?))
     }
 
-    fn u64(&mut self) -> Result<u64> {
+    pub fn u64(&mut self) -> Result<u64> {
         Ok(u64::from_le_bytes(self.bytes()?))
     }
 
-    fn f64(&mut self) -> Result<f64> {
+    pub fn f64(&mut self) -> Result<f64> {
         Ok(f64::from_le_bytes(self.bytes()?))
     }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::assembly::Assembly;
 use super::format::{CameraFormat, ReconstructionFiles};
+use super::rigs::Rigs;
 use super::{binary, text};
 use crate::error::{Error, Result};
 use crate::task::Task;
@@ -29,7 +30,9 @@ impl CameraFormat for Colmap {
         let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().to_lowercase();
         let (stem, extension) = (part(file.file_stem()), part(file.extension()));
         let is_binary = extension == "bin";
-        if !["cameras", "images", "points3d"].contains(&stem.as_str()) || !(is_binary || extension == "txt") {
+        if !["cameras", "images", "points3d", "rigs", "frames"].contains(&stem.as_str())
+            || !(is_binary || extension == "txt")
+        {
             return None;
         }
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -48,6 +51,10 @@ impl CameraFormat for Colmap {
     }
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
+        if let [rigs, frames] = files.others.as_slice() {
+            let rigs = Rigs::read(rigs, frames, assembly, task)?;
+            assembly.rigs(rigs);
+        }
         if files.cameras.extension().is_some_and(|extension| extension == "bin") {
             binary::read(files, assembly, task)
         } else {
@@ -75,7 +82,23 @@ fn complete(folder: &Path, binary: bool) -> Option<ReconstructionFiles> {
         notes.push(format!("{}: read instead of images.txt beside it", images.display()));
     }
     let points = points.is_file().then_some(points);
-    Some(ReconstructionFiles { cameras, images, points, others: Vec::new(), notes })
+    let rigs =
+        ["rigs", "frames"].map(|name| folder.join(name).with_extension(if binary { "bin" } else { "txt" }));
+    let others = match rigs.each_ref().map(|file| file.is_file()) {
+        [true, true] => rigs.to_vec(),
+        [false, false] => Vec::new(),
+        [has_rigs, _] => {
+            let (there, missing) = if has_rigs { (&rigs[0], &rigs[1]) } else { (&rigs[1], &rigs[0]) };
+            notes.push(format!(
+                "{}: not used without {}; the poses of {} are, which may be older",
+                there.display(),
+                missing.file_name().unwrap_or_default().display(),
+                images.file_name().unwrap_or_default().display()
+            ));
+            Vec::new()
+        }
+    };
+    Some(ReconstructionFiles { cameras, images, points, others, notes })
 }
 
 /// Returns a note about further parts of a reconstruction, which COLMAP numbers; only one part is read.

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::geometry::{Lens, Pinhole, Pose};
+use crate::io::guarded::guarded;
 use crate::scene::SparsePoint;
 use crate::task::Task;
 
@@ -25,6 +26,7 @@ mod locate;
 mod photo_name;
 mod photo_paths;
 mod pose;
+mod rigs;
 mod sizes;
 mod text;
 mod transforms;
@@ -128,9 +130,11 @@ pub fn read_names(path: &Path, task: &Task) -> Result<CameraNames> {
 
 fn read_with(path: &Path, sizes: SizeSource<'_>, task: &Task) -> Result<Cameras> {
     let located = locate::locate(path)?;
-    let mut assembly = Assembly::new(&located.files, sizes);
-    located.format.format().read(&located.files, &mut assembly, task)?;
-    assembly.finish(located.files.notes)
+    guarded(path, "export the cameras again", || {
+        let mut assembly = Assembly::new(&located.files, sizes);
+        located.format.format().read(&located.files, &mut assembly, task)?;
+        assembly.finish(located.files.notes)
+    })
 }
 
 /// Lists the files that [`read_cameras`] reads; the list is empty where there are no cameras.

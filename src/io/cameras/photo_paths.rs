@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::io::photo::EXTENSIONS;
+use crate::io::photo::{EXTENSIONS, is_picture_ending};
 
 /// A photo given by its path.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,7 +42,7 @@ fn files(path: &str, folders: &[PathBuf]) -> Vec<PathBuf> {
 
 fn has_ending(path: &str) -> bool {
     let ending = path.rsplit('/').next().unwrap_or(path).rsplit_once('.').map_or("", |(_, ending)| ending);
-    EXTENSIONS.iter().any(|known| ending.eq_ignore_ascii_case(known))
+    is_picture_ending(ending)
 }
 
 fn with_ending(path: &str) -> String {

@@ -56,7 +56,8 @@ fn in_folder(folder: &Path, photos: &[PhotoPath], task: &Task) -> Result<Vec<Res
     let names: BTreeSet<&str> = photos.iter().map(|photo| photo.name.as_str()).collect();
     let names: Vec<&str> = names.into_iter().collect();
     let file = |found: Match| match found {
-        Match::File(file, _) => Ok(files.path(file)),
+        // Reading the size of what is no photo says what it is instead.
+        Match::File(file, _) | Match::NotRead(file) => Ok(files.path(file)),
         Match::Missing => {
             Err((format!("{UNKNOWN}, and there is no such photo in {}", folder.display()), GIVE))
         }

@@ -144,7 +144,8 @@ fn field<'a>(rest: &mut &'a str) -> Option<&'a str> {
     (!field.is_empty()).then_some(field)
 }
 
-fn parse<T: FromStr>(field: Option<&str>, name: &str) -> Result<T, Objection> {
+/// Returns the number of a field, which errors call `name`.
+pub(super) fn parse<T: FromStr>(field: Option<&str>, name: &str) -> Result<T, Objection> {
     let field = field.ok_or_else(|| (format!("the line ends before {name}"), "write all fields"))?;
     field.parse().map_err(|_| (format!("{} where {name} should be", short(field)), "write a number there"))
 }

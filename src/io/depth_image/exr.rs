@@ -1,6 +1,5 @@
 //! OpenEXR: one channel of a flat image, as 16- or 32-bit float or 32-bit whole numbers, in lines or tiles, compressed or not.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use exr::block::lines::LineRef;
@@ -37,13 +36,6 @@ struct Chosen {
 
 /// Reads the numbers of a file, rows from the top. Pixels of the picture that the file's data window leaves out have none.
 pub(super) fn read(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {
-    let path = source.path.clone();
-    // The package is tested against broken files. Should one still make it panic, that is an error of this file.
-    catch_unwind(AssertUnwindSafe(|| read_unguarded(source, size)))
-        .unwrap_or_else(|_| Err(Error::input(path, "", "the OpenEXR file cannot be decoded", COPY)))
-}
-
-fn read_unguarded(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {
     let (path, length) = (source.path.clone(), source.length);
     let unreadable = |error: exr::error::Error| unreadable(&path, &error);
     let reader = block::read(&mut source.reader, false).map_err(unreadable)?;

@@ -17,6 +17,7 @@ use std::path::Path;
 pub use self::list::{DepthEntry, DepthKind, DepthList, read_list};
 use self::source::Source;
 use crate::error::{Error, Result};
+use crate::io::guarded::guarded;
 
 /// The numbers of a depth image, as its file has them.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +58,7 @@ const FORMATS: &str =
 /// [`Error::Io`]; [`Error::Input`] with place, finding and remedy where the file is in no known format, of another size, cut
 /// short or damaged.
 pub fn read_depth_map(file: &Path, size: [u32; 2]) -> Result<DepthMap> {
-    read_source(&mut Source::open(file)?, size)
+    guarded(file, source::COPY, || read_source(&mut Source::open(file)?, size))
 }
 
 fn read_source(source: &mut Source, size: [u32; 2]) -> Result<DepthMap> {

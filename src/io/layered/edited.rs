@@ -3,14 +3,17 @@
 //! Pixels stay in the file until they are requested, so a document of many layers takes little memory, and
 //! layers that are not needed take no time.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::depth::Depth;
 use super::grey::Grey;
 use super::raster::Raster;
+use super::read::SAVE_AGAIN;
 use crate::document::export_record::ExportFormat;
 use crate::error::Result;
 use crate::geometry::PixelRect;
+use crate::io::guarded::{file_being_decoded, guarded};
 
 /// The content of a layered file.
 #[derive(Debug)]
@@ -110,12 +113,14 @@ type Read<T> = Box<dyn Fn() -> Result<T> + Send + Sync>;
 pub struct Lazy<T> {
     read: Read<T>,
     code: Option<Read<String>>,
+    /// The layered file, which errors of decoders name.
+    file: PathBuf,
 }
 
 impl<T> Lazy<T> {
     /// Creates a value that the function `read` reads.
     pub fn new(read: impl Fn() -> Result<T> + Send + Sync + 'static) -> Self {
-        Self { read: Box::new(read), code: None }
+        Self { read: Box::new(read), code: None, file: file_being_decoded().unwrap_or_default() }
     }
 
     /// Adds a function that returns a hash of the stored data and of how it is decoded.
@@ -129,7 +134,7 @@ impl<T> Lazy<T> {
     /// # Errors
     /// As [`Self::read`].
     pub fn code(&self) -> Result<Option<String>> {
-        self.code.as_ref().map(|code| code()).transpose()
+        self.code.as_ref().map(|code| guarded(&self.file, SAVE_AGAIN, code)).transpose()
     }
 
     /// Reads the data.
@@ -138,7 +143,7 @@ impl<T> Lazy<T> {
     /// [`crate::Error::Input`] with file and place when the data is damaged; [`crate::Error::Io`] when the
     /// file can no longer be read.
     pub fn read(&self) -> Result<T> {
-        (self.read)()
+        guarded(&self.file, SAVE_AGAIN, &self.read)
     }
 }
 

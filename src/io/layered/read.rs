@@ -9,6 +9,7 @@ use super::format::file_names;
 use super::{FORMATS, KEY_FILE, folder};
 use crate::error::{Error, Result};
 use crate::io::documents::is_document;
+use crate::io::guarded::guarded;
 
 /// Reads a layered image: a PSD or PSB, an XCF, an OpenRaster file, or an exported folder (or the
 /// `stack.json` in it). Pixels stay in the file until they are requested; if the file is rewritten meanwhile,
@@ -18,6 +19,10 @@ use crate::io::documents::is_document;
 /// [`Error::Input`] with place, finding, expectation and remedy when the file is none of these, damaged, or
 /// of an unsupported kind; [`Error::Io`] when it cannot be opened.
 pub fn read_layered(path: &Path) -> Result<EditedDocument> {
+    guarded(path, SAVE_AGAIN, || opened(path))
+}
+
+fn opened(path: &Path) -> Result<EditedDocument> {
     if path.is_dir() {
         return folder::read::read(path);
     }
@@ -79,4 +84,6 @@ fn unknown(path: &Path, beginning: &[u8]) -> Error {
 }
 
 const AS_PSD: &str = "save it from the image editor as PSD";
-const SAVE_AGAIN: &str = "save it again in the image editor; paint that was imported from it before stays";
+/// The remedy for a file that is damaged.
+pub(super) const SAVE_AGAIN: &str =
+    "save it again in the image editor; paint that was imported from it before stays";

@@ -13,6 +13,7 @@ use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::io::guarded::guarded;
 use crate::scene::{Model, ModelBuilder};
 use crate::task::Task;
 
@@ -27,6 +28,10 @@ pub use limits::{LARGEST_FILE, MOST_CORNERS};
 /// [`Error::Io`] when the file cannot be read; [`Error::Input`] with line, byte or JSON path when it is
 /// damaged, too large or has no faces; [`Error::Cancelled`] on request.
 pub fn read_model(path: &Path, task: &Task) -> Result<(Model, Vec<String>)> {
+    guarded(path, "export the model again, or a part of it at a time", || decoded(path, task))
+}
+
+fn decoded(path: &Path, task: &Task) -> Result<(Model, Vec<String>)> {
     let mut file = File::open(path).map_err(Error::io(path, "open it"))?;
     let metadata = file.metadata().map_err(Error::io(path, "read it"))?;
     if !metadata.is_file() {

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rustc_hash::FxHashMap;
 
-use super::EXTENSIONS;
+use super::is_photo;
+use super::kind::{is_photo_ending, is_picture_ending};
 use crate::error::{Error, Result};
 use crate::scene::alike::{self, composed, folded};
 use crate::task::Task;
@@ -16,8 +17,10 @@ const DEEPEST: usize = 16;
 #[derive(Debug)]
 pub struct PhotoFolder {
     root: PathBuf,
-    /// Paths below `root`, with `/`, sorted.
+    /// Paths below `root`, with `/`: first those of photos, sorted, then all others, sorted.
     files: Vec<String>,
+    /// The number of files that have the ending of a photo.
+    photos: usize,
 }
 
 /// The result of matching one photo.
@@ -25,6 +28,8 @@ pub struct PhotoFolder {
 pub enum Match {
     /// The index of the file, and how its name differs from the photo's (empty if it does not).
     File(usize, &'static str),
+    /// The index of a file of this name, or of this name and another ending, whose content is no photo that is read.
+    NotRead(usize),
     /// No file matches.
     Missing,
     /// Several files match equally well, or several photos match this file.
@@ -70,16 +75,16 @@ fn base(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
 }
 
-/// Returns the name without the extension of an image format; other endings are kept.
+/// Returns the name without the extension of an image format, read or not; other endings are kept.
 fn stem(name: &str) -> &str {
     match name.rsplit_once('.') {
-        Some((stem, extension)) if is_image_extension(extension) => stem,
+        Some((stem, extension)) if is_picture_ending(extension) => stem,
         _ => name,
     }
 }
 
-fn is_image_extension(extension: &str) -> bool {
-    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+fn is_photo_name(name: &str) -> bool {
+    name.rsplit_once('.').is_some_and(|(_, extension)| is_photo_ending(extension))
 }
 
 impl PhotoFolder {
@@ -91,31 +96,15 @@ impl PhotoFolder {
         if !root.is_dir() {
             return Err(Error::input(root, "", "this folder does not exist", "check the path to the photos"));
         }
-        let mut folder = Self { root: root.to_path_buf(), files: Vec::new() };
-        folder.enter("", 0, task)?;
-        folder.files.sort_unstable();
-        Ok(folder)
+        let mut files = Vec::new();
+        enter(root, "", 0, &mut files, task)?;
+        Ok(Self::of(root.to_path_buf(), files))
     }
 
-    fn enter(&mut self, below: &str, depth: usize, task: &Task) -> Result<()> {
-        task.go_on()?;
-        let folder = self.root.join(below);
-        for entry in std::fs::read_dir(&folder).map_err(Error::io(&folder, "read the folder"))? {
-            let entry = entry.map_err(Error::io(&folder, "read the folder"))?;
-            // The cameras' names are UTF-8, so a file whose name is not cannot match.
-            let Ok(name) = entry.file_name().into_string() else { continue };
-            if name.starts_with('.') {
-                continue;
-            }
-            let path = if below.is_empty() { name } else { format!("{below}/{name}") };
-            let Ok(metadata) = std::fs::metadata(entry.path()) else { continue };
-            if metadata.is_dir() && depth < DEEPEST {
-                self.enter(&path, depth + 1, task)?;
-            } else if metadata.is_file() && stem(&path) != path {
-                self.files.push(path);
-            }
-        }
-        Ok(())
+    fn of(root: PathBuf, mut files: Vec<String>) -> Self {
+        files.sort_unstable_by(|a, b| (!is_photo_name(a), a).cmp(&(!is_photo_name(b), b)));
+        let photos = files.iter().take_while(|file| is_photo_name(file)).count();
+        Self { root, files, photos }
     }
 
     /// Returns the folder.
@@ -135,12 +124,12 @@ impl PhotoFolder {
 
     /// Returns the number of image files.
     pub fn len(&self) -> usize {
-        self.files.len()
+        self.photos
     }
 
     /// Returns whether there is no image file.
     pub fn is_empty(&self) -> bool {
-        self.files.is_empty()
+        self.photos == 0
     }
 
     /// Finds a file for each of `names`, in their order. No file is used for two photos: a file whose name
@@ -148,13 +137,15 @@ impl PhotoFolder {
     pub fn find(&self, names: &[&str]) -> Vec<Match> {
         let mut found = vec![Match::Missing; names.len()];
         let mut taken = vec![false; self.files.len()];
+        self.find_named(names, &mut found, &mut taken);
         for (difference, key) in RULES {
             let mut photos: FxHashMap<String, Vec<usize>> = FxHashMap::default();
             for (photo, name) in names.iter().enumerate().filter(|&(i, _)| found[i] == Match::Missing) {
                 photos.entry(key(name)).or_default().push(photo);
             }
             let mut files: FxHashMap<String, Vec<usize>> = FxHashMap::default();
-            for (file, name) in self.files.iter().enumerate().filter(|&(i, _)| !taken[i]) {
+            let photos_there = self.files[..self.photos].iter().enumerate();
+            for (file, name) in photos_there.filter(|&(i, _)| !taken[i]) {
                 files.entry(key(name)).or_default().push(file);
             }
             for (key, photos) in photos {
@@ -175,8 +166,68 @@ impl PhotoFolder {
                 }
             }
         }
+        self.find_others(names, &mut found, &mut taken);
         found
     }
+
+    /// Finds photos of exactly these names that have the ending of none.
+    fn find_named(&self, names: &[&str], found: &mut [Match], taken: &mut [bool]) {
+        for (name, found) in names.iter().zip(found) {
+            if let Ok(at) = self.files[self.photos..].binary_search_by(|file| file.as_str().cmp(name))
+                && is_photo(&self.path(self.photos + at))
+            {
+                taken[self.photos + at] = true;
+                *found = Match::File(self.photos + at, "");
+            }
+        }
+    }
+
+    /// Finds files for photos that have none yet among those that have not the ending of a photo: of the same name, or with
+    /// the ending of another picture.
+    fn find_others(&self, names: &[&str], found: &mut [Match], taken: &mut [bool]) {
+        let others = self.photos..self.files.len();
+        for (difference, key) in RULES {
+            if !found.contains(&Match::Missing) {
+                return;
+            }
+            let may_be =
+                |file: &usize| difference.is_empty() || stem(&self.files[*file]) != self.files[*file];
+            let files = others.clone().filter(may_be).rev();
+            let files: FxHashMap<String, usize> = files.map(|file| (key(&self.files[file]), file)).collect();
+            for (name, found) in names.iter().zip(&mut *found).filter(|(_, found)| **found == Match::Missing)
+            {
+                match files.get(&key(name)) {
+                    Some(&file) if !is_photo(&self.path(file)) => *found = Match::NotRead(file),
+                    Some(&file) if !std::mem::replace(&mut taken[file], true) => {
+                        *found = Match::File(file, difference);
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+}
+
+/// Lists the files below a folder; hidden files and folders are skipped.
+fn enter(root: &Path, below: &str, depth: usize, files: &mut Vec<String>, task: &Task) -> Result<()> {
+    task.go_on()?;
+    let folder = root.join(below);
+    for entry in std::fs::read_dir(&folder).map_err(Error::io(&folder, "read the folder"))? {
+        let entry = entry.map_err(Error::io(&folder, "read the folder"))?;
+        // The cameras' names are UTF-8, so a file whose name is not cannot match.
+        let Ok(name) = entry.file_name().into_string() else { continue };
+        if name.starts_with('.') {
+            continue;
+        }
+        let path = if below.is_empty() { name } else { format!("{below}/{name}") };
+        let Ok(metadata) = std::fs::metadata(entry.path()) else { continue };
+        if metadata.is_dir() && depth < DEEPEST {
+            enter(root, &path, depth + 1, files, task)?;
+        } else if metadata.is_file() {
+            files.push(path);
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -184,7 +235,7 @@ mod tests {
     use super::*;
 
     fn folder(files: &[&str]) -> PhotoFolder {
-        PhotoFolder { root: PathBuf::new(), files: files.iter().map(|&f| f.to_owned()).collect() }
+        PhotoFolder::of(PathBuf::new(), files.iter().map(|&f| f.to_owned()).collect())
     }
 
     fn found<'a>(folder: &'a PhotoFolder, name: &str) -> (&'a str, &'static str) {
@@ -261,6 +312,49 @@ mod tests {
     }
 
     #[test]
+    fn a_photo_is_found_by_its_content_and_what_is_no_photo_is_told_from_what_is_missing() {
+        let root = tempfile::tempdir().unwrap();
+        let (jpeg, heic) = (b"\xFF\xD8\xFF\xE0\0\x10", b"\0\0\0\x18ftypheic\0\0\0\0heicmif1");
+        let files: [(&str, &[u8]); 9] = [
+            ("1.HEIC", jpeg),
+            ("2.HEIC", heic),
+            ("3.HEIC", heic),
+            ("3.jpg", jpeg),
+            ("shot4", jpeg),
+            ("shot4.png", jpeg),
+            ("far/5.dng", b"II*\0\x08\0\0\0"),
+            ("6.txt", b"six"),
+            ("8.gif", b"GIF89a"),
+        ];
+        std::fs::create_dir(root.path().join("far")).unwrap();
+        for (file, content) in files {
+            std::fs::write(root.path().join(file), content).unwrap();
+        }
+        let folder = PhotoFolder::scan(root.path(), &Task::silent()).unwrap();
+        let names = ["1.HEIC", "2.HEIC", "3.HEIC", "shot4", "5.DNG", "6.txt", "6.jpg", "7.heic", "8.jpg"];
+        let found = folder.find(&names).into_iter().map(|found| match found {
+            Match::File(file, difference) => format!("{} {difference}", folder.name(file)),
+            Match::NotRead(file) => format!("{} is not read", folder.name(file)),
+            other => format!("{other:?}"),
+        });
+        assert_eq!(
+            found.collect::<Vec<_>>(),
+            [
+                "1.HEIC ",
+                "2.HEIC is not read",
+                "3.jpg in another image format",
+                "shot4 ",
+                "far/5.dng is not read",
+                "6.txt is not read",
+                "Missing",
+                "Missing",
+                "8.gif is not read",
+            ]
+        );
+        assert_eq!(folder.len(), 2, "photos by their endings");
+    }
+
+    #[test]
     fn only_image_files_are_listed_with_their_sub_folders() {
         let root = tempfile::tempdir().unwrap();
         std::fs::create_dir_all(root.path().join("b/c")).unwrap();
@@ -268,7 +362,8 @@ mod tests {
             std::fs::write(root.path().join(file), "").unwrap();
         }
         let folder = PhotoFolder::scan(root.path(), &Task::silent()).unwrap();
-        assert_eq!(folder.files, ["a.png", "b/c/1.JPG"]);
+        assert_eq!(folder.files, ["a.png", "b/c/1.JPG", "notes.txt"]);
+        assert_eq!((folder.len(), folder.is_empty()), (2, false));
         assert!(PhotoFolder::scan(&root.path().join("a.png"), &Task::silent()).is_err());
     }
 }

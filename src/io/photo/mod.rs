@@ -1,4 +1,5 @@
-//! Reads photos: JPEG, PNG, TIFF and WebP, 8 and 16 bit, grey, RGB and RGBA.
+//! Reads photos: JPEG, PNG, TIFF and WebP, 8 and 16 bit, grey, RGB and RGBA. A file is judged by its content, not by its name;
+//! a picture in another format is refused by the name of the format.
 //!
 //! Cameras refer to the pixels as they are stored. Viewers rotate a photo by its EXIF orientation; this
 //! module does so only where the stored size does not match the camera and the rotated size does.
@@ -11,12 +12,15 @@ use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::{Error, Result};
+use crate::io::guarded::guarded;
 use crate::scene::{CameraExposure, PhotoPixels, Samples};
 
 mod exif;
 mod folder;
 mod jpeg;
+mod kind;
 mod pinhole;
+mod tiff;
 mod turn;
 mod unmasked;
 
@@ -24,11 +28,10 @@ mod unmasked;
 mod tests;
 
 pub use folder::{Match, PhotoFolder};
+pub use kind::{EXTENSIONS, is_picture_ending};
+use kind::{Kind, kind_of, lying_ending, refusal};
 pub use pinhole::make_pinhole_image;
 pub use unmasked::{masked_pixels, read_unmasked};
-
-/// The extensions of photos, in lower case.
-pub const EXTENSIONS: [&str; 6] = ["jpg", "jpeg", "png", "tif", "tiff", "webp"];
 
 /// The result of comparing a photo's header with its camera.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +52,10 @@ pub struct PhotoHeader {
 /// [`Error::Input`] when the file is in no supported format, damaged at its beginning, a truncated JPEG, of
 /// an unsupported kind, or of another size; [`Error::Io`].
 pub fn check_photo(path: &Path, width: u32, height: u32) -> Result<PhotoHeader> {
+    guarded(path, SAVE_AGAIN, || checked(path, width, height))
+}
+
+fn checked(path: &Path, width: u32, height: u32) -> Result<PhotoHeader> {
     // The JPEG decoder reads all that it is given; the header rarely reaches beyond this.
     const BEGINNING: u64 = 1 << 18;
     let mut file = open(path, width, height)?;
@@ -66,7 +73,7 @@ pub fn check_photo(path: &Path, width: u32, height: u32) -> Result<PhotoHeader> 
 }
 
 fn header_of(path: &Path, input: impl BufRead + Seek, width: u32, height: u32) -> Result<PhotoHeader> {
-    fitting(path, &mut decoder(path, input, width, height)?, width, height)
+    fitting(path, &mut decoder(path, input, most_memory(width, height))?, width, height)
 }
 
 /// Reads a photo whose camera has `width` x `height` pixels. Samples are those of the file, bit for bit as
@@ -75,6 +82,10 @@ fn header_of(path: &Path, input: impl BufRead + Seek, width: u32, height: u32) -
 /// # Errors
 /// As [`check_photo`], and when the file is damaged.
 pub fn read_photo(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
+    guarded(path, SAVE_AGAIN, || whole(path, width, height))
+}
+
+fn whole(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
     let mut file = open(path, width, height)?;
     if file.fill_buf().map_err(Error::io(path, "read it"))?.starts_with(&jpeg::START) {
         refuse_cut_jpeg(path, &mut file)?;
@@ -84,8 +95,9 @@ pub fn read_photo(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
 }
 
 fn decoded(path: &Path, input: impl BufRead + Seek, width: u32, height: u32) -> Result<PhotoPixels> {
-    let mut decoder = decoder(path, input, width, height)?;
-    let header = fitting(path, &mut decoder, width, height)?;
+    let mut opened = decoder(path, input, most_memory(width, height))?;
+    let header = fitting(path, &mut opened, width, height)?;
+    let mut decoder = opened.decoder;
     let icc = decoder.icc_profile().ok().flatten().filter(|profile| describes_rgb(profile));
     let (stored_width, stored_height) = decoder.dimensions();
     let color = decoder.color_type();
@@ -100,9 +112,11 @@ fn decoded(path: &Path, input: impl BufRead + Seek, width: u32, height: u32) -> 
 /// # Errors
 /// [`Error::Input`] when it is in no supported format, damaged or too large.
 pub fn decode_picture(path: &Path, bytes: &[u8], longest: u32) -> Result<PhotoPixels> {
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let reader = reader.map_err(Error::io(path, "read it"))?;
-    let (width, height) = reader.into_dimensions().map_err(|error| unreadable(path, &error))?;
+    guarded(path, SAVE_AGAIN, || picture(path, bytes, longest))
+}
+
+fn picture(path: &Path, bytes: &[u8], longest: u32) -> Result<PhotoPixels> {
+    let (width, height) = decoder(path, Cursor::new(bytes), MEMORY_OF_A_HEADER)?.decoder.dimensions();
     if width > longest || height > longest {
         let found = format!("a picture of {width} x {height} pixels, expected at most {longest} a side");
         return Err(Error::input(path, "", found, "make it smaller"));
@@ -127,16 +141,28 @@ fn refuse_cut_jpeg(path: &Path, file: &mut (impl BufRead + Seek)) -> Result<()> 
 /// # Errors
 /// [`Error::Input`] when the format is not supported; [`Error::Io`].
 pub fn picture_size(path: &Path) -> Result<[u32; 2]> {
-    let reader = ImageReader::open(path).map_err(Error::io(path, "open it"))?;
-    let reader = reader.with_guessed_format().map_err(Error::io(path, "read it"))?;
-    let (width, height) = reader.into_dimensions().map_err(|error| unreadable(path, &error))?;
-    Ok([width, height])
+    guarded(path, SAVE_AGAIN, || {
+        let file = BufReader::new(File::open(path).map_err(Error::io(path, "open it"))?);
+        let (width, height) = decoder(path, file, MEMORY_OF_A_HEADER)?.decoder.dimensions();
+        Ok([width, height])
+    })
+}
+
+/// Returns true where a file's content is a photo in a format that is read, whatever its name is.
+pub(super) fn is_photo(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(kind::START as u64).read_to_end(&mut start));
+    read.is_ok() && matches!(kind_of(path, &start), Kind::Photo(_))
 }
 
 /// Returns the exposure that the camera wrote into a photo's file; `None` where there is none, and where the file cannot be read.
 pub fn read_exposure(path: &Path) -> Option<CameraExposure> {
-    let mut decoder = ImageReader::open(path).ok()?.with_guessed_format().ok()?.into_decoder().ok()?;
-    decoder.exif_metadata().ok().flatten().and_then(exif::camera_exposure)
+    let read = || {
+        let file = BufReader::new(File::open(path).map_err(Error::io(path, "open it"))?);
+        let mut decoder = decoder(path, file, MEMORY_OF_A_HEADER)?.decoder;
+        Ok(decoder.exif_metadata().ok().flatten().and_then(exif::camera_exposure))
+    };
+    guarded(path, SAVE_AGAIN, read).ok().flatten()
 }
 
 /// Opens a file that may be a photo of this size.
@@ -150,35 +176,50 @@ fn open(path: &Path, width: u32, height: u32) -> Result<BufReader<File>> {
         return Err(Error::input(path, "", "the file is empty: 0 bytes", remedy));
     }
     // More than 8 bytes per sample of uncompressed RGBA is not a photo of this size, but an attack.
-    let most = 32 * u64::from(width) * u64::from(height) + (64 << 20);
-    if metadata.len() > most {
+    if metadata.len() > most_memory(width, height) {
         let found = format!("{} megabytes for a photo of {width} x {height} pixels", metadata.len() >> 20);
         return Err(Error::input(path, "", found, "save the photo again without other data"));
     }
     Ok(BufReader::new(File::open(path).map_err(Error::io(path, "read it"))?))
 }
 
-fn decoder<'a>(
-    path: &Path,
-    input: impl BufRead + Seek + 'a,
-    width: u32,
-    height: u32,
-) -> Result<impl ImageDecoder + 'a> {
-    let mut reader = ImageReader::new(input).with_guessed_format().map_err(Error::io(path, "read it"))?;
-    use ImageFormat::{Jpeg, Png, Tiff, WebP};
-    if !matches!(reader.format(), Some(Jpeg | Png | Tiff | WebP)) {
-        let found = "not a JPEG, PNG, TIFF or WebP image";
-        return Err(Error::input(path, "", found, "convert the photo to one of these"));
+/// The memory in bytes that the decoder of a photo of this size may take: several times the 8 bytes of a 16-bit RGBA pixel, but
+/// not unlimited.
+fn most_memory(width: u32, height: u32) -> u64 {
+    32 * u64::from(width) * u64::from(height) + (64 << 20)
+}
+
+/// The same where only the header is read.
+const MEMORY_OF_A_HEADER: u64 = 64 << 20;
+
+/// A decoder that has read a file's header.
+struct Opened<'a> {
+    decoder: Box<dyn ImageDecoder + 'a>,
+    /// Remarks for the user about the file.
+    notes: Vec<String>,
+}
+
+fn decoder<'a>(path: &Path, mut input: impl BufRead + Seek + 'a, memory: u64) -> Result<Opened<'a>> {
+    let start = input.fill_buf().map_err(Error::io(path, "read it"))?;
+    let kind = kind_of(path, &start[..start.len().min(kind::START)]);
+    let Kind::Photo(format) = kind else { return Err(refusal(path, kind)) };
+    let mut notes: Vec<String> = lying_ending(path, format).into_iter().collect();
+    if format == ImageFormat::Tiff {
+        let decoder = tiff::TiffPhoto::open(path, input, memory)?;
+        notes.extend_from_slice(decoder.notes());
+        return Ok(Opened { decoder: Box::new(decoder), notes });
     }
+    let mut reader = ImageReader::with_format(input, format);
     let mut limits = Limits::default();
-    // Decoders may need several times the 8 bytes of a 16-bit RGBA pixel, but not unlimited memory.
-    limits.max_alloc = Some(32 * u64::from(width) * u64::from(height) + (64 << 20));
+    limits.max_alloc = Some(memory);
     reader.limits(limits);
-    reader.into_decoder().map_err(|error| unreadable(path, &error))
+    let decoder = reader.into_decoder().map_err(|error| unreadable(path, &error))?;
+    Ok(Opened { decoder: Box::new(decoder), notes })
 }
 
 /// Checks size and sample type.
-fn fitting(path: &Path, decoder: &mut impl ImageDecoder, width: u32, height: u32) -> Result<PhotoHeader> {
+fn fitting(path: &Path, opened: &mut Opened, width: u32, height: u32) -> Result<PhotoHeader> {
+    let decoder = &mut opened.decoder;
     use ColorType::{L8, L16, La8, La16, Rgb8, Rgb16, Rgba8, Rgba16};
     let color = decoder.color_type();
     if !matches!(color, L8 | L16 | La8 | La16 | Rgb8 | Rgb16 | Rgba8 | Rgba16) {
@@ -188,7 +229,7 @@ fn fitting(path: &Path, decoder: &mut impl ImageDecoder, width: u32, height: u32
     let stored = decoder.dimensions();
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let turns = turn::swaps_sides(orientation);
-    let mut notes = Vec::new();
+    let mut notes = std::mem::take(&mut opened.notes);
     let turn = if stored == (width, height) {
         if orientation != Orientation::NoTransforms {
             let tag = orientation.to_exif();
@@ -253,7 +294,10 @@ fn in_color<T: Copy>(samples: Vec<T>, color: ColorType) -> Vec<T> {
     }
 }
 
+/// The remedy for a file that cannot be decoded.
+const SAVE_AGAIN: &str = "copy the file again, or save it again in an image editor";
+
 fn unreadable(path: &Path, error: &image::ImageError) -> Error {
     let found = format!("the photo cannot be decoded ({error})");
-    Error::input(path, "", found, "copy the file again, or save it again in an image editor")
+    Error::input(path, "", found, SAVE_AGAIN)
 }

@@ -27,6 +27,7 @@ use self::keyword::read_keyword;
 use self::rayshade::read_rayshade;
 use crate::error::{Error, Result};
 use crate::foliage::Plant;
+use crate::io::guarded::guarded;
 use crate::task::Task;
 
 /// The remedy for what is wrong in a plant's file.
@@ -39,6 +40,10 @@ const REMEDY: &str = "correct it; docs/formats.md describes plants";
 /// [`Error::Input`] with file and line, JSON path or names for what is no plant; [`Error::Io`]; [`Error::Request`] for a
 /// seed of a plant that is not grown.
 pub fn read_plant(path: &Path, seed: Option<u64>, task: &Task) -> Result<Plant> {
+    guarded(path, REMEDY, || decoded(path, seed, task))
+}
+
+fn decoded(path: &Path, seed: Option<u64>, task: &Task) -> Result<Plant> {
     if let Some(species) = built_in(path).filter(|_| !path.exists()) {
         return grown(path, species?, seed);
     }

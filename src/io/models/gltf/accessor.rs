@@ -8,6 +8,7 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Root};
 
 use super::super::limits::check_count;
+use super::extensions::Extensions;
 use super::frames::NodeFrames;
 use crate::error::{Error, Result};
 
@@ -23,6 +24,8 @@ pub struct Source<'a> {
     pub frames: NodeFrames,
     /// The bytes of all buffers.
     pub buffers: Vec<Cow<'a, [u8]>>,
+    /// The extensions that the file uses.
+    pub extensions: Extensions,
 }
 
 const BROKEN: &str = "export the model again";
@@ -131,6 +134,12 @@ impl Source<'_> {
         let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
         check_count(self.path, || place.to_owned(), count, "elements")?;
         let Some(view) = accessor.buffer_view else {
+            if accessor.sparse.is_none()
+                && let Some(name) = self.extensions.on(place).next()
+            {
+                let found = format!("its values come from the extension {name}, which is not read");
+                return Err(Error::input(self.path, place, found, "export the model without this extension"));
+            }
             if count > MOST_ZEROS {
                 let found = format!("{count} elements without a bufferView; at most {MOST_ZEROS} are read");
                 return Err(self.error(place, found));

@@ -38,6 +38,28 @@ pub struct Frame {
 struct Extensions {
     #[serde(default, rename = "EXT_mesh_gpu_instancing")]
     instancing: Option<Instancing>,
+    #[serde(default, rename = "KHR_node_visibility")]
+    visibility: Option<Visibility>,
+    #[serde(default, rename = "MSFT_lod")]
+    levels: Option<Levels>,
+}
+
+/// `KHR_node_visibility`: a node that is not visible hides everything below it.
+#[derive(Deserialize)]
+struct Visibility {
+    #[serde(default = "yes")]
+    visible: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// `MSFT_lod`: other nodes that stand for a node seen from far away.
+#[derive(Deserialize)]
+struct Levels {
+    #[serde(default)]
+    ids: Vec<usize>,
 }
 
 #[derive(Deserialize)]
@@ -71,6 +93,18 @@ fn unturned() -> [f64; 4] {
 }
 
 impl Frame {
+    /// Returns whether the node and everything below it is hidden.
+    pub fn is_hidden(&self) -> bool {
+        let visibility = self.extensions.as_ref().and_then(|known| known.visibility.as_ref());
+        visibility.is_some_and(|visibility| !visibility.visible)
+    }
+
+    /// Returns the nodes that stand for this one, seen from far away.
+    pub fn coarser_levels(&self) -> &[usize] {
+        let levels = self.extensions.as_ref().and_then(|known| known.levels.as_ref());
+        levels.map_or(&[], |levels| &levels.ids)
+    }
+
     /// Returns the map from the node's frame to its parent's.
     pub fn parent_from_node(&self) -> DMat4 {
         let from_parts = || {

@@ -171,6 +171,7 @@ pub fn surface(
         notes.insert(format!("{place} has no positions; it is left out"));
         return Ok(None);
     };
+    refuse_values_elsewhere(source, place, primitive, accessor.value())?;
     let mut positions = Vec::new();
     for (i, position) in source.positions(accessor.value())?.into_iter().enumerate() {
         let position = DVec3::from_array(position);
@@ -186,6 +187,28 @@ pub fn surface(
         return Err(source.error(place, format!("an index refers to vertex {index} of {count}")));
     }
     Ok(Some(Surface { positions, triangles: triangles_of(mode, &corners) }))
+}
+
+/// Refuses a primitive whose positions or indices are not in the file because one of its extensions has them.
+fn refuse_values_elsewhere(
+    source: &Source,
+    place: &str,
+    primitive: &json::mesh::Primitive,
+    positions: usize,
+) -> Result<()> {
+    let indices = primitive.indices.map(|indices| indices.value());
+    for accessor in std::iter::once(positions).chain(indices) {
+        let described = source.accessor(accessor)?;
+        if described.buffer_view.is_some() || described.sparse.is_some() {
+            continue;
+        }
+        source.extensions.refuse_compressed(source.path, place)?;
+        if let Some(name) = source.extensions.on(place).find(|name| !name.contains("_materials_")) {
+            let found = format!("its values come from the extension {name}, which is not read");
+            return Err(source.error(place, found));
+        }
+    }
+    Ok(())
 }
 
 /// Returns the triangles of a primitive; points and lines have none.

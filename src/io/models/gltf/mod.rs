@@ -7,11 +7,14 @@
 //!   else those neighbours in a primitive that are coplanar.
 //! - A billboard is marked by the name of its node, mesh or material, or by `extras.billboard: true`.
 //! - Positions are converted to 64 bits before anything else; node transforms are read in 64 bits.
+//! - A node that `KHR_node_visibility` hides is left out with everything below it, with a note.
+//! - What a file requires and is not known is refused by name; `extensions` says which other extensions matter.
 //! - Buffers are read from the file itself and from files in or below its folder, nowhere else. Skins, morph
 //!   targets, points and lines are left out with a note.
 
 mod accessor;
 mod container;
+mod extensions;
 mod frames;
 mod mesh;
 mod scene;
@@ -24,10 +27,11 @@ use rustc_hash::FxHashMap;
 use serde::de::DeserializeOwned;
 
 use super::limits::{check_count, check_position};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::scene::builder::says_billboard;
 use crate::scene::{ModelBuilder, ObjectId};
 use crate::task::Task;
+use extensions::Extensions;
 use mesh::{Extras, Polygons};
 use scene::PlacedMesh;
 
@@ -44,8 +48,8 @@ pub(in crate::io) use scene::{SceneNode, scene_nodes};
 /// [`Error::Input`] with line and column or with a JSON path; [`Error::Io`]; [`Error::Cancelled`].
 pub fn read(path: &Path, bytes: &[u8], task: &Task, notes: &mut Vec<String>) -> Result<ModelBuilder> {
     let source = Source::open(path, bytes)?;
-    let placed = scene::placed_meshes(&source)?;
-    let mut new_notes = BTreeSet::new();
+    let mut new_notes = source.extensions.notes.clone();
+    let placed = scene::placed_meshes(&source, &mut new_notes)?;
     let builder = ModelAssembly::new(&source).build(&placed, task, &mut new_notes)?;
     notes.extend(new_notes);
     Ok(builder)
@@ -60,9 +64,10 @@ impl<'a> Source<'a> {
         let container::Container { json, binary } = container::split(path, bytes)?;
         container::check_counts(path, json)?;
         let root: Root = parse(path, json)?;
-        check_extensions(path, &root)?;
+        let extensions = Extensions::read(path, json, &root)?;
+        refuse_missing_buffers(path, &root, &extensions, binary.is_some())?;
         let buffers = container::buffers(path, &root.buffers, binary)?;
-        Ok(Self { path, json, frames: parse(path, json)?, root, buffers })
+        Ok(Self { path, json, frames: parse(path, json)?, root, buffers, extensions })
     }
 }
 
@@ -74,18 +79,20 @@ pub(in crate::io) fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Res
     crate::io::json::parse_json(path, json, "check that it is a glTF 2.0 file, or export the model again")
 }
 
-/// Extensions that store geometry in their own encoding.
-const HIDE_GEOMETRY: [&str; 2] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression"];
-
-fn check_extensions(path: &Path, root: &Root) -> Result<()> {
-    let hides = |name: &&String| HIDE_GEOMETRY.contains(&name.as_str());
-    match root.extensions_required.iter().find(hides) {
-        Some(name) => {
-            let found = format!("the file needs the extension {name}, which is not supported");
-            Err(Error::input(path, "extensionsRequired", found, "export the model without compression"))
-        }
-        None => Ok(()),
+/// Refuses buffers that are not in the file because what is in them is compressed elsewhere.
+fn refuse_missing_buffers(path: &Path, root: &Root, extensions: &Extensions, has_binary: bool) -> Result<()> {
+    let is_missing = |buffer: usize| {
+        let described = root.buffers.get(buffer);
+        described.is_some_and(|it| it.uri.is_none()) && !(buffer == 0 && has_binary)
+    };
+    let buffers = (0..root.buffers.len()).filter(|buffer| is_missing(*buffer));
+    for buffer in buffers {
+        extensions.refuse_compressed(path, &format!("buffers[{buffer}]"))?;
     }
+    for (i, _) in root.buffer_views.iter().enumerate().filter(|(_, view)| is_missing(view.buffer.value())) {
+        extensions.refuse_compressed(path, &format!("bufferViews[{i}]"))?;
+    }
+    Ok(())
 }
 
 /// Collects the placed meshes in a model.

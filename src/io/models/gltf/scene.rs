@@ -1,7 +1,10 @@
 //! Reads the node hierarchy: the nodes of the scene, and the position of each mesh.
 
+use std::collections::BTreeSet;
+
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use gltf::json::Root;
+use rustc_hash::FxHashSet;
 
 use super::accessor::Source;
 use super::frames::{MOST_INSTANCES, instances};
@@ -37,12 +40,16 @@ impl PlacedMesh {
     }
 }
 
-/// Returns all nodes of the scene, parents before children, children in file order.
+/// Returns all nodes of the scene, parents before children, children in file order. Hidden nodes are left out with all below
+/// them, and the coarser copies of nodes in levels of detail; `notes` name them.
 ///
 /// # Errors
 /// [`crate::Error::Input`] with the JSON path when nodes are missing, shared or their own ancestors, or when
 /// a transform is not affine.
-pub fn scene_nodes(source: &Source) -> Result<Vec<SceneNode>> {
+pub fn scene_nodes(source: &Source, notes: &mut BTreeSet<String>) -> Result<Vec<SceneNode>> {
+    let coarser: FxHashSet<usize> =
+        source.frames.nodes.iter().flat_map(|frame| frame.coarser_levels()).copied().collect();
+    let mut hidden: Vec<String> = Vec::new();
     let mut visited = vec![false; source.root.nodes.len()];
     let mut nodes: Vec<SceneNode> = Vec::new();
     let mut open: Vec<(usize, Option<usize>)> = roots(source)?.into_iter().map(|n| (n, None)).rev().collect();
@@ -55,6 +62,14 @@ pub fn scene_nodes(source: &Source) -> Result<Vec<SceneNode>> {
         if std::mem::replace(&mut visited[node], true) {
             return Err(source.error(&place, reached_twice(node, parent, &nodes)));
         }
+        if coarser.contains(&node) {
+            continue;
+        }
+        if frame.is_hidden() {
+            let name = described.name.as_ref().filter(|name| !name.is_empty());
+            hidden.push(name.cloned().unwrap_or_else(|| place.clone()));
+            continue;
+        }
         let map = frame.parent_from_node();
         if !map.is_finite() || map.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
             return Err(source.error(&place, "a transform that is not finite or not affine"));
@@ -63,8 +78,19 @@ pub fn scene_nodes(source: &Source) -> Result<Vec<SceneNode>> {
         open.extend(children.map(|child| (child.value(), Some(nodes.len()))));
         nodes.push(SceneNode { node, parent, parent_from_node: DAffine3::from_mat4(map) });
     }
+    if !hidden.is_empty() {
+        let named = hidden.iter().take(NAMED).cloned().collect::<Vec<_>>().join(", ");
+        let more = hidden.len().saturating_sub(NAMED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        notes.insert(format!(
+            "hidden nodes (KHR_node_visibility) are left out, with everything below them: {named}{more}"
+        ));
+    }
     Ok(nodes)
 }
+
+/// The hidden nodes that a note names.
+const NAMED: usize = 5;
 
 /// The most nodes of a cycle that a message names.
 const LONGEST_CYCLE: usize = 20;
@@ -86,8 +112,8 @@ fn reached_twice(node: usize, parent: Option<usize>, nodes: &[SceneNode]) -> Str
 ///
 /// # Errors
 /// Those of [`scene_nodes`] and [`instances`]; too many instances; a transform that is not finite.
-pub(super) fn placed_meshes(source: &Source) -> Result<Vec<PlacedMesh>> {
-    let nodes = scene_nodes(source)?;
+pub(super) fn placed_meshes(source: &Source, notes: &mut BTreeSet<String>) -> Result<Vec<PlacedMesh>> {
+    let nodes = scene_nodes(source, notes)?;
     let mut worlds: Vec<DMat4> = Vec::with_capacity(nodes.len());
     let mut meshes = Vec::new();
     for SceneNode { node, parent, parent_from_node } in nodes {

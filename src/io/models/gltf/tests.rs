@@ -294,7 +294,42 @@ fn faults_are_named_with_their_json_path() {
         (
             after(&|j| j["extensionsRequired"] = json!(["KHR_draco_mesh_compression"])),
             "extensionsRequired: ",
-            "needs the extension KHR_draco",
+            "compressed (KHR_draco_mesh_compression)",
+        ),
+        (
+            after(&|j| j["extensionsRequired"] = json!(["ACME_curved_spaces"])),
+            "extensionsRequired: ",
+            "needs the extension ACME_curved_spaces, which is not read; export the model without it",
+        ),
+        (
+            after(&|j| j["extensions"] = json!({ "CESIUM_RTC": { "center": [5e5, 4e6, 9.0] } })),
+            "extensions.CESIUM_RTC: ",
+            "the whole model is moved by the extension CESIUM_RTC",
+        ),
+        (
+            after(&|j| {
+                j["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_draco_mesh_compression": {} });
+                j["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+            }),
+            "meshes[0].primitives[0]: ",
+            "compressed (KHR_draco_mesh_compression)",
+        ),
+        (
+            after(&|j| {
+                j["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+                j["accessors"][0]["extensions"] = json!({ "MPEG_accessor_timed": {} });
+            }),
+            "accessors[0]: ",
+            "its values come from the extension MPEG_accessor_timed",
+        ),
+        (
+            after(&|j| {
+                j["buffers"].as_array_mut().unwrap().push(json!({ "byteLength": 84 }));
+                j["bufferViews"][0]["buffer"] = json!(1);
+                j["bufferViews"][0]["extensions"] = json!({ "EXT_meshopt_compression": { "buffer": 0 } });
+            }),
+            "bufferViews[0]: ",
+            "compressed (EXT_meshopt_compression), which is not read; export the model without compression",
         ),
         (after(&|j| j["meshes"] = json!(7)), "line 1 column ", "the number 7, expected a list"),
     ] {
@@ -303,6 +338,78 @@ fn faults_are_named_with_their_json_path() {
     assert!(read_bytes(b"glTF\x01\0\0\0\0\0\0\0").unwrap_err().to_string().contains("GLB version 1"));
     assert!(read_bytes(b"glTF\x02").unwrap_err().to_string().contains("ends in the middle"));
     assert!(read_bytes(&b"[".repeat(100_000)).is_err());
+}
+
+#[test]
+fn required_extensions_that_do_not_touch_polygons_are_no_reason_to_refuse() {
+    let mut json = file(&TRIANGLES);
+    let required = ["KHR_materials_unlit", "KHR_texture_basisu", "EXT_texture_webp", "KHR_mesh_quantization"];
+    json["extensionsRequired"] = json!(required);
+    json["extensionsUsed"] = json!(required);
+    json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [] }, "EXT_structural_metadata": {} });
+    json["meshes"][0]["primitives"][0]["extensions"] =
+        json!({ "KHR_materials_variants": { "mappings": [] } });
+    let (model, notes) = read_json(&json).unwrap();
+    assert_eq!((model, notes), read_json(&file(&TRIANGLES)).unwrap());
+}
+
+#[test]
+fn an_unknown_extension_on_a_mesh_or_node_is_told_once_with_the_first_place() {
+    let mut json = file(&TRIANGLES);
+    let unknown = json!({ "ACME_bent": { "by": 3 } });
+    json["nodes"][0]["extensions"] = unknown.clone();
+    json["meshes"][0]["primitives"][0]["extensions"] = unknown.clone();
+    json["materials"] = json!([{ "extensions": { "ACME_paint": {} } }]);
+    let (_, notes) = read_json(&json).unwrap();
+    let said = "the extension ACME_bent has no effect, although it may change what is seen \
+                (meshes[0].primitives[0] and 1 more places)";
+    assert_eq!(notes, [said]);
+}
+
+#[test]
+fn integers_as_positions_are_read_with_and_without_normalisation() {
+    // The first four corners in bytes of 0..=100, and in normalised bytes whose full range is 0..=1.
+    for (component, normalized, full) in [(5121, false, 1u8), (5121, true, 255), (5120, true, 127)] {
+        let mut json = file(&[0, 1, 2, 0, 2, 3]);
+        let corners = [[0, 0, 0], [full, 0, 0], [full, full, 0], [0, full, 0]];
+        let bytes: Vec<u8> = corners.iter().flat_map(|[x, y, z]| [*x, *y, *z, 0]).collect();
+        json["accessors"][0] = json!({ "bufferView": 2, "componentType": component, "normalized": normalized, "count": 4, "type": "VEC3" });
+        json["bufferViews"]
+            .as_array_mut()
+            .unwrap()
+            .push(json!({ "buffer": 1, "byteLength": 16, "byteStride": 4 }));
+        let uri = format!("data:;base64,{}", base64(&bytes));
+        json["buffers"].as_array_mut().unwrap().push(json!({ "byteLength": 16, "uri": uri }));
+        json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+        let (model, _) = read_json(&json).unwrap();
+        let truth = read_json(&file(&[0, 1, 2, 0, 2, 3])).unwrap().0;
+        assert_eq!(model.vertices[..4], truth.vertices[..4], "{component} {normalized}");
+    }
+}
+
+#[test]
+fn hidden_nodes_and_coarser_levels_are_left_out_with_what_is_below_them() {
+    let mut json = file(&TRIANGLES);
+    let visible = |is: bool| json!({ "KHR_node_visibility": { "visible": is } });
+    json["nodes"] = json!([
+        { "name": "shown", "mesh": 0, "extensions": visible(true) },
+        { "name": "draft", "mesh": 0, "children": [2], "extensions": visible(false) },
+        { "name": "below", "mesh": 0, "extensions": visible(true) },
+        { "name": "fine", "mesh": 0, "extensions": { "MSFT_lod": { "ids": [4] } } },
+        { "name": "coarse", "mesh": 0 },
+        { "mesh": 0, "extensions": visible(false) },
+    ]);
+    json["scenes"] = json!([]);
+    json.as_object_mut().unwrap().remove("scene");
+    let (model, notes) = read_json(&json).unwrap();
+    assert_eq!(names(&model), ["shown", "fine"]);
+    assert_eq!(
+        notes,
+        [
+            "hidden nodes (KHR_node_visibility) are left out, with everything below them: draft, nodes[5]",
+            "nodes[3]: of the levels of detail of MSFT_lod, the finest is read",
+        ]
+    );
 }
 
 proptest! {

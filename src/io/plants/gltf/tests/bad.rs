@@ -137,7 +137,7 @@ fn bad_nodes_meshes_and_pictures_are_told_with_their_json_path() {
         (after(&|j| j["images"] = json!([])), place, "this picture does not exist"),
         (after(&|j| j["images"][0]["bufferView"] = json!(9)), place, "bufferViews[9], which is missing"),
         (after(&|j| j["images"][0] = json!({})), place, "neither a uri nor a bufferView"),
-        (after(&|j| j["images"][0]["bufferView"] = json!(0)), place, "cannot be decoded"),
+        (after(&|j| j["images"][0]["bufferView"] = json!(0)), place, "not a JPEG, PNG, TIFF or WebP image"),
         (after(&|j| j["images"][0]["uri"] = json!("../leaf.png")), place, "leads out of the model's folder"),
         (after(&|j| j["images"][0]["uri"] = json!("https://x.y/leaf.png")), place, "leads out of"),
         (after(&|j| j["images"][0]["uri"] = json!("data:image/png;base64,!")), place, "not base64"),
