@@ -10,6 +10,7 @@ use super::quotient::Quotient;
 use super::together::{MergeResult, Obstacle, Unsatisfied, bring_together};
 use crate::geometry::PixelRect;
 use crate::scene::Model;
+use crate::scene::builder::says_backdrop;
 
 /// The part of an element that lies in one image layer: the whole element, unless it is larger than the
 /// largest side allowed.
@@ -68,8 +69,9 @@ pub struct Clusters {
 /// Merges that the user requested are made first, whatever they cost in texels. Then these groups and all
 /// other patches are processed by falling box area (ties: object name, first node). Each joins the cluster
 /// whose box holds the union and whose bounding box grows least, provided that no path of occlusions leads
-/// between the two in either direction, that they share no forgiven pair, that no split keeps them apart, and that one
-/// sees through both or neither (the alpha of a layer is the matte of what it shows); otherwise it starts a new cluster. With sides that are powers of two this is the rule A12 < A1 + A2 of
+/// between the two in either direction, that they share no forgiven pair, that no split keeps them apart, that one
+/// sees through both or neither (the alpha of a layer is the matte of what it shows), and that both consist of backdrops or
+/// neither does (a backdrop is hidden by nearly everything, which is counted apart); otherwise it starts a new cluster. With sides that are powers of two this is the rule A12 < A1 + A2 of
 /// 2003; the option `published` restricts it to one visibility layer.
 pub fn cluster(
     model: &Model,
@@ -81,8 +83,10 @@ pub fn cluster(
 ) -> Clusters {
     let sees_through = |element: &SortedElement| model.object(element.object).see_through;
     let see_through = layers.elements.iter().map(sees_through).collect();
+    let is_backdrop = |element: &SortedElement| says_backdrop(&model.object(element.object).name);
+    let backdrops = layers.elements.iter().map(is_backdrop).collect();
     let patches = split_into_patches(bounds, options);
-    let rules = Rules::new(layers, see_through, patches, options, grouping);
+    let rules = Rules::new(layers, [see_through, backdrops], patches, options, grouping);
     let (together, unsatisfied) = rules.bring_together();
     let name = |p: &ElementPatch| &model.object(layers.elements[p.element.index()].object).name;
     let mut units = rules.units(&together.members);
@@ -171,6 +175,8 @@ struct Rules<'a> {
     layers: &'a Layers,
     /// Whether one sees through the surfaces of each element.
     see_through: Vec<bool>,
+    /// Whether each element is part of a backdrop.
+    backdrops: Vec<bool>,
     options: &'a Options,
     grouping: &'a ElementConstraints,
     patches: Vec<ElementPatch>,
@@ -181,7 +187,7 @@ struct Rules<'a> {
 impl<'a> Rules<'a> {
     fn new(
         layers: &'a Layers,
-        see_through: Vec<bool>,
+        [see_through, backdrops]: [Vec<bool>; 2],
         patches: Vec<ElementPatch>,
         options: &'a Options,
         grouping: &'a ElementConstraints,
@@ -190,7 +196,7 @@ impl<'a> Rules<'a> {
         let mut against: Vec<(u32, u32)> =
             layers.against.iter().flat_map(|&(f, b, _)| [(f, b), (b, f)]).collect();
         against.sort_unstable();
-        Self { layers, see_through, options, grouping, patches, order, against }
+        Self { layers, see_through, backdrops, options, grouping, patches, order, against }
     }
 
     /// Makes the merges that the user requested; also returns those that were not possible, between elements.
@@ -237,6 +243,11 @@ impl<'a> Rules<'a> {
         find(&|a, b| self.against.binary_search(&(a, b)).is_ok(), Obstacle::Forgiven)
             .or_else(|| find(&differs, Obstacle::SeeThrough))
             .or_else(|| find(&|a, b| self.grouping.apart(a, b), Obstacle::Split))
+    }
+
+    /// Returns true for patches of backdrops alone. Those that the user merged with something else are not.
+    fn is_backdrop(&self, members: &[u32]) -> bool {
+        members.iter().all(|&member| self.backdrops[self.patches[member as usize].element.index()])
     }
 
     fn too_large(&self, a: &[u32], b: &[u32]) -> bool {
@@ -316,6 +327,7 @@ impl Merging<'_> {
     fn may_join(&self, unit: &Unit, cluster: usize) -> bool {
         let cluster = &self.clusters[cluster].unit;
         self.rules.obstacle(&unit.members, &cluster.members).is_none()
+            && self.rules.is_backdrop(&unit.members) == self.rules.is_backdrop(&cluster.members)
             && !self.quotient.connected(cluster.root, unit.root)
     }
 

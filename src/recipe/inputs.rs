@@ -9,6 +9,7 @@ use crate::document::Decisions;
 use crate::error::Result;
 use crate::io::hash::hash_file;
 use crate::layers::{BoxShape, Method, ObjectOptions, Options};
+use crate::scene::builder::says_backdrop;
 use crate::scene::impostor::Impostor;
 use crate::scene::{Model, Photo};
 
@@ -118,6 +119,10 @@ pub(super) fn hash_of_model(model: &Model) -> String {
         if object.see_through != object.impostor.is_some() {
             hasher.update(&[2, object.see_through.into()]);
         }
+        // Backdrops have layers of their own; models without any keep their hash.
+        if says_backdrop(&object.name) {
+            hasher.update(&[3]);
+        }
     }
     for face in &model.faces {
         let (ring, triangles) = (face.ring.end, face.triangles.end);
@@ -144,6 +149,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::{Pinhole, Pose, Similarity};
+    use crate::scene::synthetic::Modeller;
 
     fn photo(file: &Path) -> Photo {
         let camera = Pinhole { width: 4, height: 3, fx: 3.0, fy: 3.0, cx: 2.0, cy: 1.5 };
@@ -176,6 +182,20 @@ mod tests {
         std::fs::write(file.path(), "pixels").unwrap();
         assert_ne!(Inputs::new(&model, &options, &none).hash(&photo).unwrap(), hash);
     }
+
+    #[test]
+    fn only_models_with_a_backdrop_have_another_hash_than_before_these_had_layers_of_their_own() {
+        let hash = |name: &str| hash_of_model(&Modeller::new().object(name).finish());
+        let before = |name: &str| {
+            let mut hasher = Hasher::new();
+            hasher.update(name.as_bytes());
+            hasher.update(&[0, 0]);
+            hasher.finalize().to_hex().to_string()
+        };
+        assert_eq!(hash("trees"), before("trees"));
+        assert_ne!(hash("Trees.Backdrop"), before("Trees.Backdrop"));
+    }
+
     #[test]
     fn a_decision_changes_the_hash_of_its_own_photo_and_leaves_its_ground() {
         let file = tempfile::NamedTempFile::new().unwrap();
