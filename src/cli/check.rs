@@ -1,29 +1,52 @@
 //! The command `check`.
 
+use std::path::PathBuf;
+
 use serde_json::json;
 
 use super::Outcome;
-use super::args::CheckArgs;
+use super::args::{CheckArgs, FixArg};
+use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::tree::note_doubts;
-use crate::cli::words::error_text;
+use super::unexplained::unexplained_text;
+use crate::cli::words::{command_for_project, error_text};
 use crate::error::Result;
+use crate::geometry::Similarity;
 use crate::gpu::{Gpu, GpuRasteriser};
+use crate::io::project::write_project;
 use crate::io::writable::check_folder;
-use crate::recipe::check::mistake::advice_without_fix;
+use crate::recipe::check::fix::realigned;
+use crate::recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use crate::recipe::check::{
     AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Names, ObjectDistances, Verdict, check_site,
 };
-use crate::recipe::open::open;
+use crate::recipe::open::{Opened, open_site};
 use crate::recipe::trees::list::{listed_species, species_problems};
 use crate::task::Task;
 
 /// Number of names in a list; `--json` has more.
 const LISTED: usize = 6;
 
-/// Runs `check`: examines cameras, model and photos of a project, and reports how well they are aligned.
+/// Runs `check`: examines cameras, model and photos of a project, and reports how well they are aligned; moves the
+/// model first where that is asked for.
 pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
-    let opened = open(&args.project, task)?;
+    let (_lock, project) = read_with_lock_if(args.fix.is_some(), &args.project, task)?;
+    let mut opened = open_site(&args.project, project, task)?;
+    let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
+    let before = opened.project.world_from_model;
+    let there = match args.fix {
+        None => None,
+        Some(FixArg::To(there)) => Some(there),
+        Some(FixArg::Found) => {
+            checked(&opened, None, &rasteriser, task)?.suggestion.map(|it| it.similarity())
+        }
+    };
+    if let Some(there) = there.filter(|there| *there != before) {
+        let project = realigned(&opened.project, there);
+        write_project(&args.project, &project)?;
+        opened = open_site(&args.project, project, task)?;
+    }
     // A project on a medium that cannot be written to is checked as well.
     let pictures = args.project.join("cache/check");
     let refused = check_folder(&pictures).err();
@@ -31,13 +54,7 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
         task.note(format!("no pictures with the model's edges are written: {error}"));
     }
     let pictures = refused.is_none().then_some(pictures);
-    let options = CheckOptions {
-        world_from_model: opened.project.world_from_model,
-        tolerance: opened.project.options.tolerance,
-        pictures: pictures.clone(),
-    };
-    let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
-    let report = check_site(&opened.site, &opened.points, &options, &rasteriser, task)?;
+    let report = checked(&opened, pictures.clone(), &rasteriser, task)?;
     let mut problems: Vec<_> = opened.problems.iter().map(error_text).collect();
     problems
         .extend(report.photos.iter().filter_map(|p| Some(format!("{}: {}", p.name, p.problem.as_ref()?))));
@@ -48,19 +65,55 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
         note_doubts(&opened, task);
         problems.extend(species_problems(&listed_species(&args.project, &opened.project.trees, task)?));
     }
-    let shown = pictures.map_or_else(String::new, |folder| {
+    let shown = pictures.as_ref().map_or_else(String::new, |folder| {
         format!("\npictures with the model's edges: {}\n", folder.display())
     });
+    let now = opened.project.world_from_model;
+    let fixed = args.fix.as_ref().map_or_else(String::new, |fix| fixed_text(*fix, before, now));
+    let suggestion = report.suggestion.as_ref().map(|suggestion| suggestion_text(suggestion, &now));
     let text = format!(
-        "{}{}\n{}\n{}{}{shown}",
+        "{fixed}{}{}\n{}\n{}{}{}{shown}",
         verdict_text(&report),
-        report.suggestion.as_ref().map_or_else(|| no_suggestion(report.verdict), suggestion_text),
+        suggestion.unwrap_or_else(|| no_suggestion(report.verdict)),
         photos(&report),
         faces(&report.faces),
         distances(&report.distances),
+        unexplained_text(report.unexplained.as_ref(), pictures.is_some()),
     );
-    let json = json!({ "report": report, "left_out": problems });
+    let fixed = (now != before).then(|| json!({ "before": before.to_string(), "after": now.to_string() }));
+    let json = json!({ "report": report, "fixed": fixed, "left_out": problems });
     Ok(Outcome { text, json, problems })
+}
+
+/// Checks an open project.
+fn checked(
+    opened: &Opened,
+    pictures: Option<PathBuf>,
+    rasteriser: &GpuRasteriser,
+    task: &Task,
+) -> Result<CheckReport> {
+    let options = CheckOptions {
+        world_from_model: opened.project.world_from_model,
+        tolerance: opened.project.options.tolerance,
+        pictures,
+    };
+    check_site(&opened.site, &opened.points, &options, rasteriser, task)
+}
+
+/// Says what was done to the model's transform, and how to restore it.
+fn fixed_text(fix: FixArg, before: Similarity, now: Similarity) -> String {
+    if now == before {
+        return match fix {
+            FixArg::Found => "Nothing was changed: no other transform aligns the model better.\n\n".into(),
+            FixArg::To(_) => format!("Nothing was changed: the model's transform is {now} already.\n\n"),
+        };
+    }
+    let restore = command_for_project(&format!("check --fix={before}"));
+    let update = command_for_project("update");
+    format!(
+        "The model's transform in project.json is {now} now; it was {before}.\n{restore} restores it; {update} builds \
+         the layers.\n\n"
+    )
 }
 
 /// Returns the verdict as a sentence.
@@ -86,20 +139,26 @@ fn no_suggestion(verdict: Verdict) -> String {
     }
 }
 
-fn suggestion_text(suggestion: &AlignmentSuggestion) -> String {
+fn suggestion_text(suggestion: &AlignmentSuggestion, now: &Similarity) -> String {
     let reach = match (suggestion.agreement, suggestion.covered) {
         (Some(share), _) => format!("matches {} of the observations", percent(share)),
         (None, Some(share)) => format!("covers {} of a photo (median)", percent(share)),
         (None, None) => "fits better".into(),
     };
+    let mistakes = likely_mistakes(now, &suggestion.similarity());
+    let fix = command_for_project("check --fix");
     let mut text = format!(
-        "This transform {reach}:\n  --model-transform {0}\nCreate the project again with it, in a new folder, or \
-         choose *Fix alignment* in the window.\n",
+        "{}\nThis transform {reach}:\n  --model-transform {}\n{fix} applies it to the project, as *Fix alignment* does \
+         in the window.\n",
+        mistakes.join(" "),
         suggestion.transform
     );
     if !suggestion.alternatives.is_empty() {
         let others = suggestion.alternatives.join("  ");
-        text.push_str(&format!("Other transforms fit nearly as well, so compare the pictures: {others}\n"));
+        let fix = command_for_project("check --fix=M");
+        text.push_str(&format!(
+            "Other transforms fit nearly as well, so compare the pictures: {others}\n{fix} applies one of them.\n"
+        ));
     }
     text
 }

@@ -60,6 +60,7 @@ mod table;
 mod timings;
 mod transients;
 mod tree;
+mod unexplained;
 mod unknown_mattes;
 mod untextured;
 mod update;

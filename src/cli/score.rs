@@ -4,6 +4,7 @@ use serde_json::json;
 
 use super::Outcome;
 use super::table::Table;
+use super::unexplained::unexplained_line;
 use super::view_args::{ScoreArgs, ScoreBackground, exposure_name, size};
 use super::words::{error_text, worded};
 use crate::error::{Error, Result};
@@ -11,6 +12,7 @@ use crate::gpu::Gpu;
 use crate::io::writable::check_folder;
 use crate::projection::metrics::ImageMetrics;
 use crate::projection::{DisplayMode, Exposure};
+use crate::recipe::check::unexplained::{Unexplained, unexplained};
 use crate::recipe::ldi::StackLdiOptions;
 use crate::recipe::ldi::viewer::Viewer;
 use crate::recipe::open::{Opened, open};
@@ -61,7 +63,8 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
     problems.extend(renderer.preview().problems().iter().map(worded));
-    Ok(outcome(args, &options, &report, problems))
+    let unexplained = unexplained(&opened.site, &opened.points);
+    Ok(outcome(args, &options, &report, unexplained.as_ref(), problems))
 }
 
 fn questions(args: &ScoreArgs, opened: &Opened, task: &Task) -> Result<(Vec<Question>, Vec<Error>)> {
@@ -72,13 +75,20 @@ fn questions(args: &ScoreArgs, opened: &Opened, task: &Task) -> Result<(Vec<Ques
     }
 }
 
-fn outcome(args: &ScoreArgs, options: &ScoreOptions, report: &ScoreReport, problems: Vec<String>) -> Outcome {
+fn outcome(
+    args: &ScoreArgs,
+    options: &ScoreOptions,
+    report: &ScoreReport,
+    unexplained: Option<&Unexplained>,
+    problems: Vec<String>,
+) -> Outcome {
     let text = format!(
-        "{}\n{}{}\n{}\n{}",
+        "{}\n{}{}\n{}{}\n{}",
         photos(report),
         legend(args),
         light(args, report),
         objects(&report.objects),
+        unexplained_line(unexplained),
         args.pictures.as_ref().map_or(String::new(), |folder| {
             format!("photo, prediction and four times their difference: {}\n", folder.display())
         }),
@@ -89,6 +99,7 @@ fn outcome(args: &ScoreArgs, options: &ScoreOptions, report: &ScoreReport, probl
         "mean": report.mean,
         "fit_explains": report.mean.as_ref().and_then(MeanScore::unexplained_light),
         "objects": report.objects,
+        "unexplained": unexplained,
         "problems": problems,
     });
     Outcome { text, json, problems }

@@ -9,10 +9,12 @@ use super::fill::gpu_rasteriser;
 use super::photo_table::{FILLING_HEADINGS, filling_cells};
 use super::table::{Table, counted};
 use super::transients::note_large;
+use super::unexplained::unexplained_line;
 use super::words::error_text;
 use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
+use crate::recipe::check::unexplained::{Unexplained, unexplained};
 use crate::recipe::fill::FillShares;
 use crate::recipe::fill::propagation::CoarsePaint;
 use crate::recipe::update::{ProjectOnDisk, UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
@@ -34,13 +36,12 @@ pub fn run(args: &UpdateArgs, task: &Task) -> Result<Outcome> {
     for file in updated.iter().flat_map(|photo| &photo.kept) {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
-    let built =
-        updated.iter().filter(|photo| photo.built).map(|photo| photo.photo.clone()).collect::<Vec<_>>();
-    note_large(&args.project, &*source.project(task)?, &built, request.memory, task)?;
-    Ok(report(&updated, problems))
+    let opened = source.project(task)?;
+    note_large(&args.project, &opened, &up_to_date(&updated), request.memory, task)?;
+    Ok(report(&updated, unexplained(&opened.site, &opened.points).as_ref(), problems))
 }
 
-fn report(updated: &[UpdatedPhoto], mut problems: Vec<String>) -> Outcome {
+fn report(updated: &[UpdatedPhoto], unexplained: Option<&Unexplained>, mut problems: Vec<String>) -> Outcome {
     problems.extend(updated.iter().filter_map(problem));
     let built = updated.iter().filter(|photo| photo.built).count();
     let filled = updated.iter().filter(|photo| photo.filled).count();
@@ -61,9 +62,14 @@ fn report(updated: &[UpdatedPhoto], mut problems: Vec<String>) -> Outcome {
         ),
     };
     let coarse = coarse(updated);
-    let text = text + &coarse_text(&coarse, "keep");
+    let text = text + &coarse_text(&coarse, "keep") + &unexplained_line(unexplained);
     let photos: Vec<Value> = updated.iter().map(to_json).collect();
-    let json = json!({ "photos": photos, "too_coarse": coarse, "problems": problems });
+    let json = json!({
+        "photos": photos,
+        "too_coarse": coarse,
+        "unexplained": unexplained,
+        "problems": problems,
+    });
     Outcome { text, json, problems }
 }
 
@@ -76,6 +82,12 @@ fn coarse(updated: &[UpdatedPhoto]) -> Vec<CoarsePaint> {
     CoarsePaint::among(
         fills.flat_map(|(photo, fill)| fill.propagated.iter().map(move |paint| (photo, paint))),
     )
+}
+
+/// Returns the names of the photos that are up to date, whether they were built now or earlier: the same is told about both.
+fn up_to_date(updated: &[UpdatedPhoto]) -> Vec<String> {
+    let current = updated.iter().filter(|photo| matches!(photo.end, UpdateEnd::Current(_)));
+    current.map(|photo| photo.photo.clone()).collect()
 }
 
 /// Returns the number of photos that are up to date and were so before.

@@ -1,4 +1,4 @@
-//! Draws lines and numbers over a reduced photo and writes it as JPEG.
+//! Draws lines, dots and numbers over a reduced photo and writes it as JPEG.
 
 use std::path::Path;
 
@@ -8,14 +8,15 @@ use image::codecs::jpeg::JpegEncoder;
 
 use super::atomic::write_atomically;
 use crate::error::{Error, Result};
+use crate::projection::Picture;
 use crate::scene::{PhotoPixels, Samples};
 
 /// How lines are drawn: with a dark seam on both sides, which keeps them readable on a light background.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct LineStyle {
-    /// Half the width of a line, in pixels.
+    /// Half the width of a line, in pixels of a picture of [`PLAIN`] pixels or less.
     half_width: f64,
-    /// The width of the seam on each side, in pixels.
+    /// The width of the seam on each side, in the same unit.
     seam: f64,
     /// The opacity of the seam, 0 to 1.
     seam_strength: f64,
@@ -26,6 +27,10 @@ const FINE: LineStyle = LineStyle { half_width: 0.7, seam: 1.3, seam_strength: 0
 
 /// Few lines that have to be found on any background.
 const BOLD: LineStyle = LineStyle { half_width: 1.2, seam: 1.6, seam_strength: 0.9 };
+
+/// The longer side up to which lines are as wide as their style says. In larger pictures they are wider in proportion,
+/// because such pictures are looked at as a whole.
+const PLAIN: f64 = 1024.0;
 
 /// JPEG quality, 1 to 100.
 const QUALITY: u8 = 88;
@@ -58,6 +63,8 @@ pub struct Overlay {
     style: LineStyle,
     /// Pixels of the picture per pixel of the photo, along x and y.
     scale: DVec2,
+    /// How much wider lines are than their style says.
+    wider: f64,
 }
 
 impl Overlay {
@@ -81,6 +88,7 @@ impl Overlay {
                 f64::from(width) / f64::from(photo.width),
                 f64::from(height) / f64::from(photo.height),
             ),
+            wider: (f64::from(width.max(height)) / PLAIN).max(1.0),
         }
     }
 
@@ -92,15 +100,27 @@ impl Overlay {
     /// Draws a line between two points (in photo pixels) with opacity `strength`, 0 to 1. Lines that overlap
     /// do not add up.
     pub fn line(&mut self, from_px: DVec2, to_px: DVec2, color: [u8; 3], strength: f32) {
-        let (a, b) = (from_px * self.scale, to_px * self.scale);
-        let reach = self.style.half_width + self.style.seam + 1.0;
+        self.stroke([from_px, to_px], self.style.half_width, color, strength);
+    }
+
+    /// Draws a dot around a point (in photo pixels), three times as wide as lines. Of dots and lines that overlap, the one
+    /// drawn first is on top.
+    pub fn dot(&mut self, at_px: DVec2, color: [u8; 3]) {
+        self.stroke([at_px, at_px], 3.0 * self.style.half_width, color, 1.0);
+    }
+
+    /// Draws a line of this half width, in the unit of the style.
+    fn stroke(&mut self, ends_px: [DVec2; 2], half_width: f64, color: [u8; 3], strength: f32) {
+        let [a, b] = ends_px.map(|end| end * self.scale);
+        let (half_width, seam) = (half_width * self.wider, self.style.seam * self.wider);
+        let reach = half_width + seam + 1.0;
         let (low, high) = (a.min(b) - reach, a.max(b) + reach);
         let clamp = |value: f64, side: u32| value.clamp(0.0, f64::from(side)) as u32;
         for y in clamp(low.y.floor(), self.height)..clamp(high.y.ceil(), self.height) {
             for x in self.columns(a, b, y, reach) {
                 let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let distance = distance_to_segment(centre, a, b);
-                self.blend(x, y, distance, color, strength);
+                self.blend([x, y], distance, [half_width, seam], color, strength);
             }
         }
     }
@@ -134,10 +154,17 @@ impl Overlay {
         clamp((from - reach).floor())..clamp((to + reach).ceil())
     }
 
-    fn blend(&mut self, x: u32, y: u32, distance: f64, color: [u8; 3], strength: f32) {
+    /// Draws what a line of this half width and seam, `distance` away from a pixel, leaves there; all in pixels.
+    fn blend(
+        &mut self,
+        [x, y]: [u32; 2],
+        distance: f64,
+        [half_width, seam]: [f64; 2],
+        color: [u8; 3],
+        strength: f32,
+    ) {
         let coverage = |half_width: f64| (half_width + 0.5 - distance).clamp(0.0, 1.0) as f32 * strength;
         let i = y as usize * self.width as usize + x as usize;
-        let LineStyle { half_width, seam, .. } = self.style;
         let ink = coverage(half_width);
         if ink > self.ink[i] {
             (self.ink[i], self.colors[i]) = (ink, color);
@@ -145,32 +172,41 @@ impl Overlay {
         self.seam[i] = self.seam[i].max(coverage(half_width + seam));
     }
 
+    /// Returns the picture, opaque.
+    pub fn into_picture(self) -> Picture {
+        let mut rgba = Vec::with_capacity(4 * self.ink.len());
+        for (i, under) in self.rgb.as_chunks::<3>().0.iter().enumerate() {
+            let ink = f64::from(self.ink[i]);
+            let shade = 1.0 - self.style.seam_strength * f64::from(self.seam[i]);
+            let mixed = |channel: usize| {
+                let (under, over) = (f64::from(under[channel]) * shade, f64::from(self.colors[i][channel]));
+                (under + (over - under) * ink).round() as u8
+            };
+            rgba.extend([mixed(0), mixed(1), mixed(2), u8::MAX]);
+        }
+        Picture { width: self.width, height: self.height, rgba }
+    }
+
     /// Writes the picture as JPEG.
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn write(mut self, path: &Path) -> Result<()> {
-        for i in 0..self.ink.len() {
-            let ink = f64::from(self.ink[i]);
-            let shade = 1.0 - self.style.seam_strength * f64::from(self.seam[i]);
-            for channel in 0..3 {
-                let under = f64::from(self.rgb[3 * i + channel]) * shade;
-                let over = f64::from(self.colors[i][channel]);
-                self.rgb[3 * i + channel] = (under + (over - under) * ink).round() as u8;
-            }
-        }
-        let mut bytes = Vec::new();
-        let encoder = JpegEncoder::new_with_quality(&mut bytes, QUALITY);
-        image::ImageEncoder::write_image(
-            encoder,
-            &self.rgb,
-            self.width,
-            self.height,
-            ExtendedColorType::Rgb8,
-        )
-        .map_err(|error| Error::io(path, "encode it")(std::io::Error::other(error)))?;
-        write_atomically(path, &bytes)
+    pub fn write(self, path: &Path) -> Result<()> {
+        write_jpeg(&self.into_picture(), path)
     }
+}
+
+/// Writes an opaque picture as JPEG.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn write_jpeg(picture: &Picture, path: &Path) -> Result<()> {
+    let rgb: Vec<u8> = picture.pixels().iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
+    let mut bytes = Vec::new();
+    let encoder = JpegEncoder::new_with_quality(&mut bytes, QUALITY);
+    image::ImageEncoder::write_image(encoder, &rgb, picture.width, picture.height, ExtendedColorType::Rgb8)
+        .map_err(|error| Error::io(path, "encode it")(std::io::Error::other(error)))?;
+    write_atomically(path, &bytes)
 }
 
 fn distance_to_segment(point: DVec2, a: DVec2, b: DVec2) -> f64 {
@@ -249,6 +285,20 @@ mod tests {
                 assert!((overlay.ink[y * 30 + x] - expected).abs() < 1e-6, "{x} {y}");
             }
         }
+    }
+
+    #[test]
+    fn lines_are_wider_in_larger_pictures_and_dots_wider_than_lines() {
+        let width_of = |side: u32, draw: &dyn Fn(&mut Overlay)| {
+            let mut overlay = Overlay::new(&grey(side, 20), side);
+            draw(&mut overlay);
+            (0..20).map(|y| overlay.ink[(y * side + 10) as usize]).sum::<f32>()
+        };
+        let line =
+            |overlay: &mut Overlay| overlay.line(DVec2::new(0.0, 10.0), DVec2::new(40.0, 10.0), [9; 3], 1.0);
+        let dot = |overlay: &mut Overlay| overlay.dot(DVec2::new(10.5, 10.0), [9; 3]);
+        assert!((width_of(512, &line) - 1.4).abs() < 1e-5 && (width_of(2048, &line) - 2.8).abs() < 1e-5);
+        assert!((width_of(512, &dot) - 4.2).abs() < 0.2 && (width_of(2048, &dot) - 8.4).abs() < 0.2);
     }
 
     /// The lightness of pixels, 0 to 255, after Rec. 709.

@@ -35,7 +35,27 @@ pub fn draw_legend(picture: &mut Picture, legend: &Legend) {
     let scale = (picture.height / PX_PER_SCALE).max(1);
     let room = (picture.height / scale).saturating_sub(2 * MARGIN) / LINE;
     let columns = (picture.width / scale).saturating_sub(2 * MARGIN) / ADVANCE;
-    let lines = lines(legend, room as usize, columns as usize);
+    draw_lines(picture, scale, &lines(legend, room as usize, columns as usize));
+}
+
+/// A heading, and colours with their meanings.
+pub type KeyList = (String, Vec<(String, [u8; 3])>);
+
+/// Draws lists of colours with their meanings over the lower left corner of a picture, opaque, each below its heading.
+/// What does not fit is left out.
+pub fn draw_key(picture: &mut Picture, lists: &[KeyList]) {
+    let scale = (picture.height / PX_PER_SCALE).max(1);
+    let room = (picture.height / scale).saturating_sub(2 * MARGIN) / LINE;
+    let of_list = lists.iter().flat_map(|(title, entries)| {
+        let colours = entries.iter().map(|(text, colour)| Line::Colour(text, *colour));
+        std::iter::once(Line::Text(title.clone())).chain(colours)
+    });
+    let lines: Vec<Line> = of_list.take(room as usize).collect();
+    draw_lines(picture, scale, &lines);
+}
+
+/// Draws lines of text over the lower left corner of a picture.
+fn draw_lines(picture: &mut Picture, scale: u32, lines: &[Line]) {
     let wide = lines.iter().map(Line::width).max().unwrap_or(0) + 2 * MARGIN;
     let high = lines.len() as u32 * LINE + 2 * MARGIN;
     let top = (picture.height / scale).saturating_sub(high);
@@ -164,6 +184,18 @@ mod tests {
         assert!(picture.rgba[..4 * 400 * 160].iter().all(|value| *value == 0), "above the legend");
         let ramp = drawn(&legend(DisplayMode::Density, &[], &[]).unwrap(), 400, 300);
         assert!([0.0, 1.0].iter().all(|end| has(&ramp, colour_at(crate::projection::legend::DENSITY, *end))));
+    }
+
+    #[test]
+    fn a_key_lists_each_colour_below_its_heading_and_leaves_out_what_does_not_fit() {
+        let list = |title: &str, colour: [u8; 3]| (title.to_owned(), vec![("meaning".to_owned(), colour)]);
+        let lists = [list("first", [200, 10, 20]), list("second", [20, 210, 30])];
+        let mut picture = Picture { width: 200, height: 120, rgba: vec![0; 4 * 200 * 120] };
+        draw_key(&mut picture, &lists);
+        assert!(has(&picture, [200, 10, 20]) && has(&picture, [20, 210, 30]) && !has(&picture, UNCOVERED));
+        let mut low = Picture { width: 200, height: 45, rgba: vec![0; 4 * 200 * 45] };
+        draw_key(&mut low, &lists);
+        assert!(has(&low, [200, 10, 20]) && !has(&low, [20, 210, 30]));
     }
 
     #[test]

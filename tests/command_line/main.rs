@@ -96,6 +96,40 @@ fn check_fails_on_a_model_that_misses_the_photos_and_offers_a_transform() {
 }
 
 #[test]
+fn check_fixes_the_alignment_in_the_project_and_restores_it() {
+    if adapter().is_none() {
+        return;
+    }
+    let site = Site::new();
+    fs::write(site.path("model.obj"), "v -4 -3 9\nv -4 3 9\nv 4 3 9\nv 4 -3 9\nf 4 3 2 1\n").unwrap();
+    site.run("new project --photos photos --cameras sparse --model model.obj --model-transform z-down")
+        .success();
+    let transform = |site: &Site| -> serde_json::Value {
+        let project = fs::read(site.path("project/project.json")).unwrap();
+        serde_json::from_slice::<serde_json::Value>(&project).unwrap()["world_from_model"].take()
+    };
+    let wrong = transform(&site);
+    let text = stdout_of(&site.run("check project").failure().code(1));
+    assert!(text.contains("`quadratura check project --fix` applies it"), "{text}");
+    assert_eq!(transform(&site), wrong, "a check alone changes nothing");
+
+    let text = stdout_of(&site.run("check project --fix").success());
+    assert!(text.contains("The model is aligned with the photos"), "it is checked again: {text}");
+    assert_ne!(transform(&site), wrong);
+    let right = transform(&site);
+    let restores = text.lines().find(|line| line.contains("restores it")).unwrap();
+    let restore = restores.split('`').nth(1).unwrap().strip_prefix("quadratura ").unwrap();
+    let again = site.json("check project --fix --json");
+    assert_eq!((&again["fixed"], transform(&site)), (&serde_json::Value::Null, right), "it is right already");
+
+    site.run(restore).failure().code(1);
+    assert_eq!(transform(&site), wrong);
+    let fixed = site.json("check project --fix --json");
+    assert!(restore.ends_with(&format!("--fix={}", fixed["fixed"]["before"].as_str().unwrap())), "{fixed:#}");
+    site.run("check project --fix=sideways").failure().code(2);
+}
+
+#[test]
 fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
     if adapter().is_none() {
         return;

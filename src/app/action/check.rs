@@ -10,8 +10,8 @@ use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
-use crate::document::Project;
 use crate::gpu::{Gpu, GpuRasteriser};
+use crate::recipe::check::fix::realigned;
 use crate::recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
 use crate::recipe::thumbnail::picture_of_file;
 use crate::scene::PhotoId;
@@ -49,15 +49,15 @@ impl State {
     /// Moves the model, as a step that can be undone, and checks the project again.
     fn mend(&mut self, mend: Mend) {
         let Some(session) = &self.session else { return };
-        let mut project = Project::clone(session.history.present());
+        let project = session.history.present();
         let (now, folder) = (project.world_from_model, session.folder.clone());
         let there = match (&mend, &self.checks.before) {
             (Mend::Stand(there), _) => *there,
             (Mend::Back, Some((project, before))) if *project == folder => *before,
             (Mend::Back, _) => return,
         };
+        let project = realigned(project, there);
         self.checks.before = (mend != Mend::Back).then_some((folder, now));
-        project.world_from_model = there;
         self.edit("alignment of the model", project, None);
         self.checks.again = true;
     }
@@ -151,6 +151,7 @@ mod tests {
             photos,
             faces,
             distances: Vec::new(),
+            unexplained: None,
         }
     }
 

@@ -88,6 +88,12 @@ fn contents(
         });
         ui.add_space(6.0);
         faces(&checked.report.faces, ui);
+        if let Some(sentence) = checked.report.unexplained.as_ref().and_then(|found| found.sentence(3)) {
+            ui.label(sentence).on_hover_text(
+                "Views show what is not modelled infinitely far away, or flat on what is behind it. The dots in the \
+                 overlays show these points.",
+            );
+        }
     });
 }
 
@@ -136,7 +142,7 @@ fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, a
         (None, Some(share)) => format!("The fixed model covers {} of a photo.", percent_of(share)),
         (None, None) => String::new(),
     };
-    let Ok(better) = Similarity::parse(&suggestion.transform) else { return };
+    let better = suggestion.similarity();
     let mistakes = likely_mistakes(&checked.world_from_model, &better);
     ui.label(format!("{} {reach}", mistakes.join(" ")));
     ui.horizontal_wrapped(|ui| {

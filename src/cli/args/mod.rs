@@ -211,6 +211,30 @@ pub struct SampleArgs {
 pub struct CheckArgs {
     /// The project folder
     pub project: PathBuf,
+    /// Apply the transform of the model that is found to the project, as *Fix alignment* does in the window, then check
+    /// again. With =M, apply this transform, given as for `new --model-transform`: the present one is printed, so that it
+    /// can be restored
+    #[arg(long, value_name = "M", num_args = 0..=1, require_equals = true, default_missing_value = FOUND,
+          value_parser = FixArg::parse)]
+    pub fix: Option<FixArg>,
+}
+
+/// The value of `--fix` without a value.
+const FOUND: &str = "found";
+
+/// The transform that `check --fix` applies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FixArg {
+    /// The one that is found.
+    Found,
+    /// This one.
+    To(Similarity),
+}
+
+impl FixArg {
+    fn parse(text: &str) -> Result<Self, String> {
+        if text == FOUND { Ok(Self::Found) } else { Similarity::parse(text).map(Self::To) }
+    }
 }
 
 #[derive(Debug, Args)]

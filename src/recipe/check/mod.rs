@@ -6,12 +6,14 @@
 pub mod alignment;
 mod distances;
 mod faces;
+pub mod fix;
 pub mod mistake;
 mod picture;
 mod report;
 mod seen;
 mod sunk;
 mod turning;
+pub mod unexplained;
 
 #[cfg(test)]
 mod tests;
@@ -26,11 +28,12 @@ use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::geometry::{Similarity, axes};
 use crate::layers::{Options, Rasteriser};
-use crate::scene::{FaceId, Model, Photo, Site, SparsePoint};
+use crate::scene::{FaceId, Model, Photo, PhotoId, Site, SparsePoint};
 use crate::task::Task;
 use alignment::{Observation, agreement, best_alignment, is_plausible};
 pub use faces::CheckedSurface;
 use seen::VisibleModel;
+use unexplained::{Unexplained, unexplained};
 
 pub use report::{
     AlignmentSuggestion, CheckReport, FaceReport, Intersection, Names, ObjectDistances, PhotoReport, Verdict,
@@ -81,7 +84,12 @@ pub fn check_site(
         }
         (_, None) => by_cover(&surface, site, covered, options),
     };
-    let pictures = pictures(site, &surface, &seen, options, task)?;
+    // What a model leaves out that is not where the photos are says nothing.
+    let unexplained = match verdict {
+        Verdict::Misses => None,
+        _ => task.timed("find unexplained points", || unexplained(site, points)),
+    };
+    let pictures = pictures(site, &surface, &seen, unexplained.as_ref(), options, task)?;
     Ok(CheckReport {
         verdict,
         agreement,
@@ -99,6 +107,7 @@ pub fn check_site(
             Verdict::Misses => Vec::new(),
             _ => task.timed("measure distances", || distances::distances(site, &surface, points)),
         },
+        unexplained,
     })
 }
 
@@ -243,18 +252,21 @@ fn pictures(
     site: &Site,
     surface: &CheckedSurface,
     seen: &[VisibleModel],
+    unexplained: Option<&Unexplained>,
     options: &CheckOptions,
     task: &Task,
 ) -> Result<Vec<PictureResult>> {
     let Some(folder) = &options.pictures else { return Ok(site.photos.iter().map(|_| None).collect()) };
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
-    let jobs: Vec<_> = site.photos.iter().zip(seen).collect();
-    let drawn = |(photo, seen): (&Photo, &VisibleModel)| {
+    let jobs: Vec<_> = site.photo_ids().zip(seen).collect();
+    let drawn = |(id, seen): (PhotoId, &VisibleModel)| {
         task.go_on()?;
+        let photo = site.photo(id);
         let path = picture_path(folder, photo);
+        let points = unexplained.map_or(&[][..], |found| &found.in_photo[id.index()]);
         let made = task
             .with_subject(&photo.name)
-            .timed("draw the edges", || picture::draw(&site.model, surface, photo, seen, &path));
+            .timed("draw the edges", || picture::draw(&site.model, surface, photo, seen, points, &path));
         Ok(Some(made.map(|()| path)))
     };
     jobs.into_par_iter().map(drawn).collect()

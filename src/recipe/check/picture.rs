@@ -6,11 +6,13 @@ use glam::{DVec2, DVec3};
 
 use super::faces::CheckedSurface;
 use super::seen::VisibleModel;
+use super::unexplained::Miss;
 use crate::error::Result;
 use crate::geometry::Pinhole;
-use crate::io::overlay::Overlay;
+use crate::io::overlay::{Overlay, write_jpeg};
 use crate::io::photo::read_photo;
-use crate::scene::{Edges, Model, Photo};
+use crate::recipe::legend_picture::{KeyList, draw_key};
+use crate::scene::{Edges, Model, ObjectId, Photo};
 
 /// The length of the picture's longer side in pixels.
 const LONGEST_SIDE: u32 = 2048;
@@ -24,8 +26,11 @@ const FAINT: f32 = 0.22;
 /// An edge is hidden when a surface is nearer by more than this share of the distance.
 const HIDES: f64 = 2e-3;
 
-/// Draws the edges of the faces that the photo sees, each object in its own colour and hidden parts faint, and
-/// writes the picture.
+/// The most objects that the legend lists: those that cover most of the photo.
+const LISTED: usize = 8;
+
+/// Draws the edges of the faces that the photo sees, each object in its own colour and hidden parts faint, and over them
+/// the sparse points that no face explains, with a legend, and writes the picture.
 ///
 /// # Errors
 /// Returns [`crate::Error::Input`] and [`crate::Error::Io`] when the photo cannot be read or the picture cannot be
@@ -35,6 +40,7 @@ pub fn draw(
     surface: &CheckedSurface,
     photo: &Photo,
     seen: &VisibleModel,
+    unexplained: &[(DVec3, Miss)],
     path: &Path,
 ) -> Result<()> {
     let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
@@ -42,6 +48,13 @@ pub fn draw(
     drop(pixels);
     let longest = photo.camera.width.max(photo.camera.height);
     let stride_px = STRIDE * (f64::from(longest) / f64::from(LONGEST_SIDE)).max(1.0);
+    // Dots are on top of lines that are drawn later, and the worst ones on top of others.
+    for miss in Miss::ALL {
+        for (point, _) in unexplained.iter().filter(|(_, it)| *it == miss) {
+            let px = photo.camera.image_from_camera(photo.pose.camera_from_world(*point));
+            px.into_iter().for_each(|px| overlay.dot(px, dot_color(miss)));
+        }
+    }
     let edges = Edges::from_model(model);
     for face in seen.faces.iter().map(|seen| seen.face) {
         let color = color_of(model.face(face).object.0);
@@ -51,7 +64,42 @@ pub fn draw(
             draw_edge(&mut overlay, surface, photo, ends, color, stride_px);
         }
     }
-    overlay.write(path)
+    let mut picture = overlay.into_picture();
+    draw_key(&mut picture, &key(model, seen, unexplained));
+    write_jpeg(&picture, path)
+}
+
+/// Returns the legend: the objects that cover most of the photo, and the kinds of points.
+fn key(model: &Model, seen: &VisibleModel, unexplained: &[(DVec3, Miss)]) -> Vec<KeyList> {
+    let mut px = vec![0u64; model.objects.len()];
+    seen.faces.iter().for_each(|seen| px[model.face(seen.face).object.index()] += u64::from(seen.px));
+    let mut objects: Vec<ObjectId> =
+        model.objects.iter().enumerate().map(|(at, _)| ObjectId(at as u32)).collect();
+    objects.retain(|object| px[object.index()] > 0);
+    objects.sort_by_key(|object| (std::cmp::Reverse(px[object.index()]), *object));
+    let shown = objects.iter().take(LISTED);
+    let shown = shown.map(|object| (model.object(*object).name.clone(), color_of(object.0))).collect();
+    let more = match objects.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!("; not listed: {more} smaller ones"),
+    };
+    let mut key = vec![(format!("edges of the model, hidden ones faint{more}"), shown)];
+    if !unexplained.is_empty() {
+        let count = |miss: Miss| unexplained.iter().filter(|(_, it)| *it == miss).count();
+        let kinds = Miss::ALL.into_iter().filter(|miss| count(*miss) > 0);
+        let kinds = kinds.map(|miss| (format!("{} {}", count(miss), miss.meaning()), dot_color(miss)));
+        key.push(("sparse points that no face explains".into(), kinds.collect()));
+    }
+    key
+}
+
+/// The colour of points that no face explains.
+fn dot_color(miss: Miss) -> [u8; 3] {
+    match miss {
+        Miss::Open => [255, 40, 160],
+        Miss::InFront => [255, 220, 40],
+        Miss::Hidden => [60, 220, 255],
+    }
 }
 
 /// Clips an edge (camera frame) to what projects into the photo.
@@ -132,7 +180,9 @@ fn color_of(object: u32) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::centred;
+    use crate::recipe::check::seen::VisibleFace;
+    use crate::scene::FaceId;
+    use crate::scene::synthetic::{Modeller, centred};
 
     #[test]
     fn an_edge_through_the_camera_plane_is_cut_at_the_photos_border() {
@@ -143,6 +193,29 @@ mod tests {
         assert!((px(b) - DVec2::new(50.0, 52.5)).length() < 1e-9);
         assert!(within_photo([DVec3::new(0.0, 0.0, -1.0), DVec3::new(0.0, 0.0, -2.0)], &camera).is_none());
         assert!(within_photo([DVec3::new(9.0, 0.0, 1.0), DVec3::new(9.0, 5.0, 2.0)], &camera).is_none());
+    }
+
+    #[test]
+    fn the_legend_lists_the_largest_objects_and_the_kinds_of_points_that_there_are() {
+        let mut m = Modeller::new();
+        for object in 0..10 {
+            m.object(format!("object {object}")).screen(10.0, [0.0, 0.0, 1.0, 1.0]);
+        }
+        let model = m.finish();
+        let seen = |(face, px): (FaceId, u32)| VisibleFace { face, back: false, px };
+        // The last object is not seen, the one before it has most pixels.
+        let faces = model.face_ids().take(9).zip(1..).map(seen).collect();
+        let seen = VisibleModel { in_front: 1.0, inside: 1.0, covered: 1.0, faces };
+        let points = [(DVec3::ZERO, Miss::Open), (DVec3::ONE, Miss::Open), (DVec3::X, Miss::Hidden)];
+        let lists = key(&model, &seen, &points);
+        assert_eq!(lists[0].0, "edges of the model, hidden ones faint; not listed: 1 smaller ones");
+        assert_eq!((lists[0].1.len(), &lists[0].1[0]), (8, &("object 8".to_owned(), color_of(8))));
+        let points: Vec<&str> = lists[1].1.iter().map(|(text, _)| text.as_str()).collect();
+        assert_eq!(
+            points,
+            ["2 with no face behind them: shown infinitely far away", "1 behind a face, which hides them"]
+        );
+        assert_eq!(key(&model, &seen, &[]).len(), 1);
     }
 
     #[test]

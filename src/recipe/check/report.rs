@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::unexplained::Unexplained;
 use crate::scene::{FaceId, Model};
 
 /// The number of names that a list contains at most; its count is always complete.
@@ -40,6 +41,8 @@ pub struct CheckReport {
     /// The distances between sparse points and the faces nearest to them, by object, the largest first. It is empty
     /// where the model is not aligned.
     pub distances: Vec<ObjectDistances>,
+    /// The sparse points that no face explains; `None` where the model is not aligned, or too few points can be judged.
+    pub unexplained: Option<Unexplained>,
 }
 
 /// The distances of sparse points from the faces of the object that is nearest to them, in world units. Points that are
