@@ -54,13 +54,11 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     for file in kept {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
-    let fresh: Vec<String> = built
-        .iter()
-        .filter(|photo| photo.stack.is_ok() && !photo.up_to_date)
-        .map(|photo| photo.photo.clone())
-        .collect();
+    // Whether a photo was built now or earlier, the same is told about it.
+    let current = built.iter().filter(|photo| photo.stack.is_ok());
+    let current: Vec<String> = current.map(|photo| photo.photo.clone()).collect();
     if !args.stacks_only {
-        note_large(&args.project, &opened, &fresh, options.memory, task)?;
+        note_large(&args.project, &opened, &current, options.memory, task)?;
     }
     let painted = PaintReport::new(&opened, &store)?;
     Ok(report(&opened, &built, &painted, args.photos.problems_of(&opened, task)))

@@ -12,6 +12,7 @@ use super::args::Global;
 use super::paint::{NOTE, paint};
 use super::timings::Timings;
 use super::words::worded;
+use crate::recipe::render;
 use crate::task::{Event, Task};
 
 /// Time between lines of progress where there is no terminal; also the time before the first one, so that
@@ -121,12 +122,21 @@ impl Reporter {
         }
     }
 
+    /// Tells a note once: several steps of a command may find the same.
     fn note(&self, subject: String, text: String) {
+        let note = (subject, text);
+        {
+            let notes = &mut self.state().notes;
+            if notes.contains(&note) {
+                return;
+            }
+            notes.push(note.clone());
+        }
+        let (subject, text) = note;
         if !self.quiet {
             let about = if subject.is_empty() { String::new() } else { format!("{subject}: ") };
             self.line(&format!("{} {about}{text}", paint(NOTE, "note:")));
         }
-        self.state().notes.push((subject, text));
     }
 
     fn detail(&self, subject: &str, text: &str) {
@@ -163,6 +173,10 @@ impl Stage {
         if done == 0 {
             // A stage may start again, for example when a folder is watched.
             (self.started, self.last_line) = (now, now);
+            if name == render::STAGE {
+                // What all pictures need is read or made for the first one, which may take minutes.
+                print_line(&format!("{name}: {done} of {total}, and the first takes longest"));
+            }
         }
         if now - self.last_line < BETWEEN_LINES {
             return;
@@ -240,6 +254,8 @@ mod tests {
         });
         let json = reporter.to_json();
         assert_eq!(json["notes"].as_array().unwrap().len(), 2);
+        task.with_subject("a").note("something");
+        assert_eq!(reporter.to_json()["notes"], json["notes"], "the same is told once");
         assert_eq!(json["timings"]["seconds"].as_object().unwrap().len(), 2);
     }
 

@@ -7,10 +7,16 @@ use crate::recipe::masks::suggest::{LargeFindings, photos_with_large};
 use crate::recipe::open::Opened;
 use crate::task::Task;
 
-/// Notes which of these photos, which were just built, show something large that other photos do not, and over which of them other light
-/// lies.
-pub fn note_large(project: &Path, opened: &Opened, built: &[String], memory: u64, task: &Task) -> Result<()> {
-    let LargeFindings { things, light } = photos_with_large(project, opened, built, memory, task)?;
+/// Notes which of these photos, which have stacks that are up to date, show something large that other photos do not, and over which
+/// of them other light lies.
+pub fn note_large(
+    project: &Path,
+    opened: &Opened,
+    photos: &[String],
+    memory: u64,
+    task: &Task,
+) -> Result<()> {
+    let LargeFindings { things, light } = photos_with_large(project, opened, photos, memory, task)?;
     let listed = |found: &[(String, f64)]| {
         let photos = found.iter().map(|(photo, share)| format!("{photo} ({:.1} % of it)", 100.0 * share));
         photos.collect::<Vec<_>>().join(", ")
