@@ -19,7 +19,7 @@ pub fn run(args: &SurroundingsArgs, task: &Task) -> Result<Outcome> {
     let (_lock, project) = read_with_lock_if(changes, &args.project, task)?;
     let mut opened = open_site(&args.project, project, task)?;
     if changes {
-        let choose = |file| chosen_picture(&args.project, &opened.site, file, args.middle);
+        let choose = |file| chosen_picture(&args.project, &opened.site, file, args.middle, task);
         let chosen = args.set.as_deref().map(choose).transpose()?;
         // What cannot be written is told before anything is saved.
         args.export.as_deref().map_or(Ok(()), check_target)?;
@@ -42,7 +42,7 @@ fn text(report: &DomeReport) -> String {
     let picture = report.picture.as_ref().filter(|_| report.picture_used);
     let known = match (picture, report.known) {
         (Some(picture), _) => format!("from the picture {}", picture.picture),
-        (None, Some(known)) => format!("{:.0} % known from photos, the rest inpainted", 100.0 * known),
+        (None, Some(known)) => format!("{:.0} %", 100.0 * known),
         (None, None) => {
             let update = command_for_project("update");
             format!(
@@ -50,9 +50,20 @@ fn text(report: &DomeReport) -> String {
             )
         }
     };
+    if let Some(near) = report.known_near.filter(|_| picture.is_none()) {
+        let near = format!("{:.0} % known from photos, the rest inpainted", 100.0 * near);
+        table.row(["around the model, as views near the photos see it".to_owned(), near]);
+    }
     table.row(["all directions".to_owned(), known]);
-    if let Some(file) = &report.exported {
+    if let Some(picture) = picture {
+        let [x, y, z] = picture.middle;
+        table.row(["its middle looks along".to_owned(), format!("{x},{y},{z}")]);
+    }
+    if let (Some(file), Some([x, y, z])) = (&report.exported, report.middle) {
         table.row(["written".to_owned(), file.display().to_string()]);
+        let middle =
+            format!("{x},{y},{z}, as it says itself; if another program drops that, give --middle to --set");
+        table.row(["its middle looks along".to_owned(), middle]);
     }
     table.render().trim_start().to_owned()
 }

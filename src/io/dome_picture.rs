@@ -2,15 +2,18 @@
 //! linear light.
 
 use std::ffi::OsStr;
-use std::io::{BufWriter, Write};
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
+use glam::DVec3;
 use image::codecs::hdr::HdrEncoder;
-use image::codecs::png::PngEncoder;
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageError, ImageReader, Rgb};
+use image::{DynamicImage, ImageError, ImageReader, Rgb};
+use png::{BitDepth, ColorType, Encoder};
 
 use super::atomic::write_atomically_with;
 use super::guarded::guarded;
+use super::layer_png::io_error;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::srgb::Srgb;
@@ -20,6 +23,18 @@ use crate::scene::light::linear_of_srgb;
 /// What to do about a picture of another shape.
 const REMEDY: &str =
     "give an equirectangular picture: 360 degrees wide, 180 degrees high, so twice as wide as high";
+
+/// The keyword of the text that says where the middle of a PNG looks. Image editors keep comments.
+const COMMENT: &str = "Comment";
+
+/// What precedes the direction of a picture's middle, three numbers with commas between, in the cameras' world.
+const MIDDLE: &str = "QUADRATURA_MIDDLE=";
+
+/// The first line of a Radiance picture.
+const RADIANCE: &str = "#?RADIANCE";
+
+/// The most bytes of a Radiance header that are read.
+const LONGEST_HEADER: u64 = 64 << 10;
 
 /// Reads a picture of all directions: linear light (full range 1), rows from the top.
 ///
@@ -72,28 +87,61 @@ fn extension(path: &Path) -> String {
 }
 
 /// Writes linear light (full range 1), rows from the top, as PNG in sRGB or, where the name ends in `.hdr`, as
-/// Radiance HDR.
+/// Radiance HDR, with the direction of the middle in the cameras' world ([`recorded_middle`]).
 ///
 /// # Errors
 /// [`Error::Io`].
-pub fn write_dome_picture(path: &Path, width: u32, light: &[[f32; 3]]) -> Result<()> {
+pub fn write_dome_picture(path: &Path, width: u32, light: &[[f32; 3]], middle: DVec3) -> Result<()> {
     let height = (light.len() / width as usize) as u32;
+    let DVec3 { x, y, z } = middle;
+    let record = format!("{MIDDLE}{x},{y},{z}");
     write_atomically_with(path, |out| {
         let mut out = BufWriter::new(out);
-        let written = if extension(path) == "hdr" {
+        if extension(path) == "hdr" {
             let pixels: Vec<Rgb<f32>> = light.iter().map(|light| Rgb(*light)).collect();
-            HdrEncoder::new(&mut out).encode(&pixels, width as usize, height as usize)
+            // The encoder writes its own first line, which is a comment here.
+            writeln!(out, "{RADIANCE}\n{record}")?;
+            let written = HdrEncoder::new(&mut out).encode(&pixels, width as usize, height as usize);
+            written.map_err(std::io::Error::other)?;
         } else {
             let srgb = Srgb::tables();
             let bytes: Vec<u8> = light
                 .iter()
                 .flat_map(|light| light.map(|light| srgb.encoded(light.clamp(0.0, 1.0))))
                 .collect();
-            PngEncoder::new(&mut out).write_image(&bytes, width, height, ExtendedColorType::Rgb8)
-        };
-        written.map_err(std::io::Error::other)?;
+            let mut encoder = Encoder::new(&mut out, width, height);
+            encoder.set_color(ColorType::Rgb);
+            encoder.set_depth(BitDepth::Eight);
+            encoder.add_text_chunk(COMMENT.into(), record.clone()).map_err(io_error)?;
+            let mut writer = encoder.write_header().map_err(io_error)?;
+            writer.write_image_data(&bytes).map_err(io_error)?;
+            writer.finish().map_err(io_error)?;
+        }
         out.flush()
     })
+}
+
+/// Returns the direction of a picture's middle that [`write_dome_picture`] has recorded in it; `None` where a file of
+/// another format, or of another program, has none.
+pub fn recorded_middle(path: &Path) -> Option<[f64; 3]> {
+    let file = BufReader::new(File::open(path).ok()?);
+    let line = match extension(path).as_str() {
+        "png" => {
+            let reader = png::Decoder::new(file).read_info().ok()?;
+            let info = reader.info();
+            let latin = info.uncompressed_latin1_text.iter().map(|text| text.text.clone());
+            let utf8 = info.utf8_text.iter().filter_map(|text| text.get_text().ok());
+            latin.chain(utf8).find(|text| text.starts_with(MIDDLE))?
+        }
+        "hdr" => {
+            let header = file.take(LONGEST_HEADER).lines().map_while(std::io::Result::ok);
+            header.take_while(|line| !line.is_empty()).find(|line| line.starts_with(MIDDLE))?
+        }
+        _ => return None,
+    };
+    let numbers = line.strip_prefix(MIDDLE)?.trim().split(',').map(|number| number.parse::<f64>().ok());
+    let middle = <[f64; 3]>::try_from(numbers.collect::<Option<Vec<_>>>()?).ok()?;
+    (middle.iter().all(|x| x.is_finite()) && middle != [0.0; 3]).then_some(middle)
 }
 
 #[cfg(test)]
@@ -106,7 +154,9 @@ mod tests {
         let light: Vec<[f32; 3]> = (0..32 * 16).map(|i| [(i % 32) as f32 / 32.0, 0.25, 0.5]).collect();
         for (name, tolerance) in [("sky.png", 0.005), ("sky.HDR", 0.01)] {
             let file = folder.path().join(name);
-            write_dome_picture(&file, 32, &light).unwrap();
+            let middle = DVec3::new(0.1, -0.7 / 3.0, 1e-17);
+            write_dome_picture(&file, 32, &light, middle).unwrap();
+            assert_eq!(recorded_middle(&file), Some(middle.to_array()), "{name}");
             let read = read_dome_picture(&file).unwrap();
             assert_eq!(read.size(), [32, 16]);
             let pairs = read.pixels().iter().zip(&light);
@@ -115,12 +165,33 @@ mod tests {
             assert!(off.fold(0.0, f32::max) < tolerance, "{name}");
         }
         let square = folder.path().join("square.png");
-        write_dome_picture(&square, 16, &light[..256]).unwrap();
+        write_dome_picture(&square, 16, &light[..256], DVec3::Y).unwrap();
         let message = read_dome_picture(&square).unwrap_err().to_string();
         let says = ["square.png", "16 x 16", "twice as wide as high", "equirectangular"];
         assert!(says.iter().all(|words| message.contains(words)), "{message}");
         std::fs::write(&square, "no picture").unwrap();
         assert!(read_dome_picture(&square).unwrap_err().to_string().contains("cannot be read"));
         assert!(is_writable(Path::new("a.Png")) && !is_writable(Path::new("a.exr")));
+    }
+
+    #[test]
+    fn a_picture_of_another_program_records_no_direction_and_a_wrong_record_is_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let plain = folder.path().join("plain.png");
+        image::RgbImage::new(8, 4).save(&plain).unwrap();
+        assert_eq!(recorded_middle(&plain), None);
+        let radiance = |name: &str, record: &str| {
+            let file = folder.path().join(name);
+            std::fs::write(&file, format!("{RADIANCE}\n{record}\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n"))
+                .unwrap();
+            recorded_middle(&file)
+        };
+        assert_eq!(radiance("a.hdr", "QUADRATURA_MIDDLE=0,1,0"), Some([0.0, 1.0, 0.0]));
+        for wrong in
+            ["EXPOSURE=1", "QUADRATURA_MIDDLE=0,0,0", "QUADRATURA_MIDDLE=1,2", "QUADRATURA_MIDDLE=a,b,c"]
+        {
+            assert_eq!(radiance("b.hdr", wrong), None, "{wrong}");
+        }
+        assert_eq!(recorded_middle(&folder.path().join("missing.hdr")), None);
     }
 }

@@ -64,7 +64,7 @@ fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     found.iter().for_each(|found| task.with_subject(&found.photo).note(format!("masked by {}", found.file)));
     Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").extend(problems);
     if let Some((file, middle)) = &new.surroundings {
-        opened.project.surroundings = Some(chosen_picture(folder, &opened.site, file, *middle)?);
+        opened.project.surroundings = Some(chosen_picture(folder, &opened.site, file, *middle, task)?);
     }
     let edits: Vec<MaskEdit> = found.into_iter().map(FoundMask::edit).collect();
     opened.project.masks = edited(folder, &opened.project.masks, &edits, &opened.site)?;

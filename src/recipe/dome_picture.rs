@@ -7,13 +7,14 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::budget::default_memory;
+use super::check::CheckedSurface;
 use super::gains::photo_gains;
 use super::open::Opened;
 use super::surroundings::{SiteSurroundings, dome_side};
 use super::views::up;
 use crate::document::{Project, Stack, SurroundingsPicture};
 use crate::error::{Error, Remedy, Result};
-use crate::io::dome_picture::{is_writable, read_dome_picture, write_dome_picture};
+use crate::io::dome_picture::{is_writable, read_dome_picture, recorded_middle, write_dome_picture};
 use crate::io::project::{relative_to, resolved};
 use crate::io::stack_store::StackStore;
 use crate::io::writable::check_beside;
@@ -33,12 +34,17 @@ pub struct DomeReport {
     pub photos: usize,
     /// The share of all directions that a photo shows, or the user's picture, 0..=1; `None` where there is no dome.
     pub known: Option<f64>,
+    /// The same share of what views from near the photos see where no face is: from each photo's place, up to half a
+    /// picture beyond its borders. `None` where there is no dome, or faces are everywhere.
+    pub known_near: Option<f64>,
     /// The user's picture.
     pub picture: Option<SurroundingsPicture>,
     /// Whether that picture is shown: it can be read.
     pub picture_used: bool,
     /// The file that was written.
     pub exported: Option<PathBuf>,
+    /// The direction of the middle of that file, in the cameras' world.
+    pub middle: Option<[f64; 3]>,
 }
 
 /// A request to write the dome as a picture.
@@ -48,7 +54,7 @@ pub struct DomeExport {
     pub file: PathBuf,
     /// The width in pixels; `None` for that of the dome.
     pub width: Option<u32>,
-    /// The direction of the middle; `None` for the usual one.
+    /// The direction of the middle; `None` for that in which the photos look.
     pub middle: Option<[f64; 3]>,
 }
 
@@ -81,18 +87,62 @@ pub fn dome_report(
     let mut report = DomeReport {
         photos: stacks.iter().flatten().filter(|stack| stack.surroundings().is_some()).count(),
         known: dome.map(Dome::known_share),
+        known_near: dome.and_then(|dome| known_near(site, dome)),
         picture: opened.project.surroundings.clone(),
         picture_used: around.uses_picture(),
         exported: None,
+        middle: None,
     };
     if let Some(DomeExport { file, width, middle }) = export {
         let dome = dome.ok_or_else(|| Error::Request(NOTHING.into()))?;
-        let frame = frame(site, *middle)?;
-        let width = width.unwrap_or(4 * dome.side) / 2 * 2;
-        task.timed("export", || write_dome_picture(file, width, &dome.equirectangular(&frame, width)))?;
-        report.exported = Some(file.clone());
+        let frame = match middle {
+            None => frame_of_photos(&site.photos),
+            given => frame(site, *given)?,
+        };
+        let (width, middle) = (width.unwrap_or(4 * dome.side) / 2 * 2, frame.middle());
+        let write = || write_dome_picture(file, width, &dome.equirectangular(&frame, width), middle);
+        task.timed("export", write)?;
+        (report.exported, report.middle) = (Some(file.clone()), Some(middle.to_array()));
     }
     Ok(report)
+}
+
+/// The columns and rows of a grid of directions that is seen from a photo's place.
+const GRID: [u32; 2] = [48, 32];
+
+/// Returns how much of what views from near the photos see where no face is is known, 0..=1: from each photo's place, in
+/// its picture and half a picture beyond its borders. `None` where faces are everywhere.
+fn known_near(site: &Site, dome: &Dome) -> Option<f64> {
+    let surface = CheckedSurface::from_model(&site.model);
+    let (mut known, mut all) = (0.0, 0u32);
+    for photo in &site.photos {
+        let (eye, [columns, rows]) = (photo.pose.center_in_world(), GRID);
+        let at =
+            |i: u32, of: u32, px: u32| (2.0 * (f64::from(i) + 0.5) / f64::from(of) - 0.5) * f64::from(px);
+        for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+            let px = DVec2::new(at(column, columns, photo.camera.width), at(row, rows, photo.camera.height));
+            let towards = photo.pose.world_from_camera(photo.camera.ray_in_camera(px)) - eye;
+            if surface.tree.first_hit(eye, towards, f64::INFINITY).is_none() {
+                known += f64::from(dome.known(towards));
+                all += 1;
+            }
+        }
+    }
+    (all > 0).then(|| known / f64::from(all))
+}
+
+/// The least length of the mean of the photos' directions, made level, at which it is one.
+const ONE_WAY: f64 = 0.1;
+
+/// Returns the frame of pictures of a site that has the direction in which the photos look in its middle; the usual one
+/// where they look all around.
+fn frame_of_photos(photos: &[Photo]) -> DomeFrame {
+    let up = up(photos);
+    let forward = |photo: &Photo| photo.pose.rotation.transpose() * DVec3::Z;
+    let mean = photos.iter().map(forward).sum::<DVec3>() / photos.len().max(1) as f64;
+    let level = mean - up * mean.dot(up);
+    let frame = DomeFrame::new(up, mean).filter(|_| level.length() >= ONE_WAY);
+    frame.unwrap_or_else(|| DomeFrame::with_default_middle(up))
 }
 
 /// What is told where there is nothing to export.
@@ -127,7 +177,8 @@ fn frame(site: &Site, middle: Option<[f64; 3]>) -> Result<DomeFrame> {
     })
 }
 
-/// Returns the decision for a picture after reading it, so that a wrong one is told at once.
+/// Returns the decision for a picture after reading it, so that a wrong one is told at once. Without a given direction of
+/// its middle, that which an exported picture records is taken, else the usual one, which is noted.
 ///
 /// # Errors
 /// Returns the errors of reading the picture, and [`Error::Request`] for a direction that is not level enough.
@@ -136,10 +187,19 @@ pub fn chosen_picture(
     site: &Site,
     file: &Path,
     middle: Option<[f64; 3]>,
+    task: &Task,
 ) -> Result<SurroundingsPicture> {
-    let frame = frame(site, middle)?;
+    let known = middle.or_else(|| recorded_middle(file));
+    let frame = frame(site, known)?;
     read_dome_picture(file)?;
-    let middle = middle.unwrap_or_else(|| frame.middle().to_array());
+    let middle = known.unwrap_or_else(|| frame.middle().to_array());
+    if known.is_none() {
+        let ([x, y, z], file) = (middle, file.display());
+        task.note(format!(
+            "{file} does not say in which direction its middle is: it is taken to be {x},{y},{z}; --middle X,Y,Z gives \
+             another one"
+        ));
+    }
     Ok(SurroundingsPicture { picture: relative_to(folder, file)?, middle })
 }
 
@@ -181,4 +241,55 @@ pub(super) fn picture_stamp(folder: &Path, project: &Project) -> String {
     let changed = changed.and_then(|at| at.duration_since(UNIX_EPOCH).ok()).map_or(0, |at| at.as_nanos());
     let length = metadata.map_or(0, |file| file.len());
     format!("{} {:?} {length} {changed}", chosen.picture, chosen.middle)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::dvec3;
+
+    use super::*;
+    use crate::scene::Model;
+    use crate::scene::synthetic::{Modeller, centred, look_at};
+
+    fn photo(eye: DVec3, target: DVec3) -> Photo {
+        let (camera, pose) = (centred(60, 40, 50.0), look_at(eye, target));
+        Photo { name: "a.jpg".into(), camera, pose, file: "missing.jpg".into(), masks: Vec::new() }
+    }
+
+    #[test]
+    fn what_views_near_the_photos_see_counts_and_what_faces_hide_or_is_behind_them_does_not() {
+        // Known in front of the camera and above the horizon: the upper half of what it sees.
+        let known = |d: DVec3| ([0.5; 3], if d.y > 0.0 && d.z > 0.0 { 1.0 } else { 0.0 });
+        let dome = Dome::from_light(&CubeMap::from_directions(56, known));
+        let photos = vec![photo(DVec3::ZERO, DVec3::Y)];
+        let empty = Site { photos: photos.clone(), model: Modeller::new().finish() };
+        assert!((known_near(&empty, &dome).unwrap() - 0.5).abs() < 0.02);
+        let mut m = Modeller::new();
+        m.object("ground").quad(dvec3(-900.0, -900.0, -1.0), DVec3::X * 1800.0, DVec3::Y * 1800.0);
+        let ground = Site { photos: photos.clone(), model: m.finish() };
+        assert!(known_near(&ground, &dome).unwrap() > 0.95, "the ground is no part of the surroundings");
+        m.object("wall").quad(dvec3(-900.0, 1.0, -900.0), DVec3::X * 1800.0, DVec3::Z * 1800.0);
+        assert_eq!(known_near(&Site { photos, model: m.finish() }, &dome), None);
+    }
+
+    #[test]
+    fn the_middle_of_an_exported_picture_is_where_the_photos_look_and_is_found_again() {
+        let photos =
+            vec![photo(DVec3::ZERO, dvec3(1.0, 0.2, 0.0)), photo(DVec3::ZERO, dvec3(1.0, -0.2, 0.0))];
+        let frame = frame_of_photos(&photos);
+        assert!(frame.middle().abs_diff_eq(DVec3::X, 1e-9), "{}", frame.middle());
+        let around = vec![photo(DVec3::ZERO, DVec3::X), photo(DVec3::ZERO, DVec3::NEG_X)];
+        assert_eq!(frame_of_photos(&around).middle(), DVec3::Y, "they look all around");
+
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("sky.hdr");
+        write_dome_picture(&file, 8, &[[0.5; 3]; 32], frame.middle()).unwrap();
+        let site = Site { photos, model: Arc::new(Model::default()) };
+        let chosen =
+            |given| chosen_picture(folder.path(), &site, &file, given, &Task::silent()).unwrap().middle;
+        assert_eq!(chosen(None), frame.middle().to_array());
+        assert_eq!(chosen(Some([0.0, 1.0, 0.0])), [0.0, 1.0, 0.0], "what is given counts first");
+    }
 }

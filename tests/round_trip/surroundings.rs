@@ -286,6 +286,10 @@ fn the_sky_goes_out_as_a_picture_of_all_directions_and_is_replaced_by_another() 
         assert!(told["known"].as_f64().unwrap() > 0.0 && told["photos"] == 1, "{told:#}");
         let picture = image::open(site.path(name)).unwrap();
         assert_eq!((picture.width(), picture.height()), (64, 32), "{name}");
+        assert!(told["known_near"].as_f64() > told["known"].as_f64(), "{told:#}");
+        let set = site.json(&format!("surroundings project --set {name} --json"));
+        assert_eq!(set["picture"]["middle"], told["middle"], "{name} says where its middle looks");
+        site.run("surroundings project --remove -q").success();
     }
     let refused = stderr_of(&site.run("surroundings project --export sky.png").failure());
     assert!(refused.contains("exists"), "{refused}");
@@ -297,6 +301,8 @@ fn the_sky_goes_out_as_a_picture_of_all_directions_and_is_replaced_by_another() 
     assert!(refused.contains("48 x 32") && refused.contains("twice as wide as high"), "{refused}");
     assert!(!fs::read_to_string(site.path("project/project.json")).unwrap().contains("surroundings"));
     image::RgbImage::from_pixel(64, 32, image::Rgb([255, 0, 0])).save(site.path("red.png")).unwrap();
+    let told = stderr_of(&site.run("surroundings project --set red.png").success());
+    assert!(told.contains("red.png does not say in which direction its middle is"), "{told}");
     let set = site.json("surroundings project --set red.png --middle 1,0,0 --json");
     assert_eq!((&set["picture"]["middle"][0], &set["known"]), (&1.0.into(), &1.0.into()), "{set:#}");
     site.run("surroundings project --export again.png --width 8 -q").success();

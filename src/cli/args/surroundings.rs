@@ -21,8 +21,8 @@ pub struct SurroundingsArgs {
     /// Use this picture instead of the photos, where they show nothing: equirectangular, twice as wide as high
     #[arg(long, value_name = "FILE", group = "picture", conflicts_with = "remove")]
     pub set: Option<PathBuf>,
-    /// The direction of the middle of the picture in the cameras' world [default: the world's Y axis if it is
-    /// level, else -Z or X]
+    /// The direction of the middle of the picture in the cameras' world [default: to export, that in which the photos
+    /// look; to set, what an exported picture says itself, else the world's Y axis if it is level, else -Z or X]
     #[arg(long, value_name = "X,Y,Z", requires = "picture", allow_hyphen_values = true, value_parser = direction)]
     pub middle: Option<[f64; 3]>,
     /// Use the photos again instead of a picture
