@@ -67,8 +67,8 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
     let out = args.pictures.out.clone();
-    let format = args.format.into();
-    let options = RenderOptions { out, format, film, legend: drawn, ..RenderOptions::default() };
+    let (format, grey) = (args.format.into(), legend.is_some());
+    let options = RenderOptions { out, format, film, legend: drawn, grey, ..RenderOptions::default() };
     let (report, of_layers) = match content {
         PictureContent::Exploded => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
         content => draw_shots(args, content, &opened, &views, &options, task)?,

@@ -78,6 +78,21 @@ impl DrawnPicture {
         }
     }
 
+    /// Makes all pixels that are fully transparent black.
+    pub(super) fn blacken(&mut self) {
+        match self {
+            Self::Bytes(picture) => {
+                let transparent =
+                    picture.rgba.as_chunks_mut::<4>().0.iter_mut().filter(|pixel| pixel[3] == 0);
+                transparent.for_each(|pixel| *pixel = [0; 4]);
+            }
+            Self::Linear(picture) => {
+                let transparent = picture.rgba.iter_mut().filter(|pixel| pixel[3] == 0.0);
+                transparent.for_each(|pixel| *pixel = [0.0; 4]);
+            }
+        }
+    }
+
     /// Returns the share of the picture that is textured.
     pub(super) fn textured(&self) -> f64 {
         let pixels = match self {

@@ -97,6 +97,9 @@ pub struct RenderOptions {
     pub legend: Option<Legend>,
     /// Whether each picture has two of the view's size side by side, for the left eye and the right one.
     pub stereo: bool,
+    /// Whether pixels that show nothing, which have alpha 0, keep the grey of legends. Otherwise they are black, which is
+    /// what viewers show that ignore alpha.
+    pub grey: bool,
 }
 
 /// Options of a video.
@@ -242,6 +245,9 @@ impl Writer<'_> {
                 if self.film.is_some() {
                     self.project(&picture.clone().into_bytes());
                 }
+                if !self.options.grey {
+                    picture.blacken();
+                }
                 let write = || -> Result<RenderedView> {
                     let (size, placed) = write(&self.options.out, &view.name, self.options.format, picture)?;
                     let WrittenPicture { path, spared } = placed;
@@ -375,6 +381,24 @@ mod tests {
             image::open(folder.path().join(format).join("a.png")).unwrap().to_rgba16().get_pixel(0, 0).0[0]
         };
         assert_eq!([red("Png"), red("Png16")], [188 * 257, 48192]);
+    }
+
+    #[test]
+    fn what_is_not_covered_is_transparent_black_or_keeps_the_grey_of_legends() {
+        for (grey, expected) in [(false, [0; 4]), (true, [128, 128, 128, 0])] {
+            let folder = tempfile::tempdir().unwrap();
+            let mut draw = |view: &RequestedView, _: &Task| {
+                let (width, height) = (view.camera.width, view.camera.height);
+                let mut rgba = [128, 128, 128, 0].repeat((width * height) as usize);
+                rgba[4..8].copy_from_slice(&[9, 8, 7, 1]);
+                Ok(Picture { width, height, rgba }.into())
+            };
+            let options = RenderOptions { out: folder.path().into(), grey, ..RenderOptions::default() };
+            render(&[view("a", 60)], &mut draw, &options, &Task::silent()).unwrap();
+            let picture = image::open(folder.path().join("a.png")).unwrap().to_rgba8();
+            assert_eq!(picture.get_pixel(0, 0).0, expected);
+            assert_eq!(picture.get_pixel(1, 0).0, [9, 8, 7, 1], "what is hardly covered keeps its colour");
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::app::work::painter::Painter;
-use crate::projection::{Quality, Shot};
+use crate::projection::{DisplayMode, Quality, Shot};
 use crate::recipe::render::{Appearance, PictureFormat, RenderOptions, RenderReport, VideoOptions, render};
 use crate::recipe::views::RequestedView;
 use crate::task::Task;
@@ -42,7 +42,8 @@ fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     let film = export.what == Rendering::Video;
     let film = film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
     let format = if film.is_some() { PictureFormat::Png } else { export.format };
-    let options = RenderOptions { out, format, film, film_alone: true, ..RenderOptions::default() };
+    let grey = look.display != DisplayMode::Colour;
+    let options = RenderOptions { out, format, film, film_alone: true, grey, ..RenderOptions::default() };
     let name = match export.what {
         Rendering::Picture => "Rendering a picture",
         Rendering::Video => "Rendering a video",

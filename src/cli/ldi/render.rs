@@ -41,7 +41,8 @@ pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
     let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task).map(Into::into);
     let film = film(args, &views);
     let (out, stereo) = (args.pictures.out.clone(), args.stereo.is_some());
-    let options = RenderOptions { out, film, stereo, ..RenderOptions::default() };
+    let grey = args.show.shown().is_some();
+    let options = RenderOptions { out, film, stereo, grey, ..RenderOptions::default() };
     let report = render(&views.list, &mut draw, &options, task)?;
     note_too_near(&drawing.too_near, task);
     note_uncomfortable(&drawing.uncomfortable, task);
