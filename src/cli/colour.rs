@@ -9,15 +9,15 @@ use super::Outcome;
 use super::args::{ColourArgs, GroupArg, Switch};
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
-use crate::cli::words::error_text;
+use crate::cli::words::{command_for_project, error_text};
 use crate::document::ColourDecisions;
 use crate::document::colour::REST;
 use crate::error::{Error, Result};
 use crate::io::project::write_project;
 use crate::projection::exposure::{ExposureRule, GroupSupport};
 use crate::recipe::colour::{
-    ColourEdit, ColourReport, PhotoColour, colour_report, edited, estimate, keeping_found, lead_in_words,
-    report_from_estimate,
+    ColourEdit, ColourReport, PhotoColour, colour_report, edited, estimate, keeping_found, known_report,
+    lead_in_words, report_from_estimate,
 };
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::written_exposure::{CameraReport, WrittenExposure};
@@ -32,13 +32,36 @@ pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
     args.refuse_photos_in_two_groups(&opened)?;
     let edits = keeping_groups(&args.project, &opened, edits, task)?;
     let colour = edited(&opened.project.colour, &edits, &opened.site)?;
+    let before = known_report(&args.project, &opened);
     if colour != opened.project.colour {
         opened.project.colour = colour;
         write_project(&args.project, &opened.project)?;
         note_both(&opened.project.colour, task);
     }
     let report = colour_report(&args.project, &opened, task)?;
+    let is_asked = |edit: &ColourEdit| matches!(edit, ColourEdit::Rule(_) | ColourEdit::Reset);
+    if let Some(switched) = before.and_then(|before| switched(&before, &report))
+        && !edits.iter().any(is_asked)
+    {
+        task.note(switched);
+    }
     Ok(outcome(&opened, &report))
+}
+
+/// Says that another change has changed the rule by which pictures are exposed, and how to keep the former one; `None`
+/// where it has not, or the user has set the rule.
+fn switched(before: &ColourReport, now: &ColourReport) -> Option<String> {
+    let is_chosen = |report: &ColourReport| report.even && !report.rule_set;
+    let (old, new) = (before.rule, now.rule);
+    (is_chosen(before) && is_chosen(now) && old != new).then(|| {
+        let keep = command_for_project(&format!("colour --exposure {}", old.name()));
+        format!(
+            "with these settings, pictures have {} instead of {}, because that predicts left-out photos better now; {keep} \
+             keeps the former rule",
+            rule_words(new),
+            rule_words(old)
+        )
+    })
 }
 
 /// Keeps found groups of light where photos are taken out of theirs: otherwise nothing would be left of the groups.
@@ -342,4 +365,45 @@ fn legend(report: &ColourReport) -> String {
         three(report.before),
         three(report.after),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::Gains;
+    use crate::projection::exposure::Estimate;
+    use crate::scene::{Model, Site};
+
+    #[test]
+    fn a_rule_that_another_setting_changes_is_told_and_one_that_is_set_stays() {
+        let site = Site { photos: Vec::new(), model: Model::default().into() };
+        let report = |rule: ExposureRule, set: Option<ExposureRule>| {
+            let estimate = Estimate {
+                gains: Gains { rule, ..Gains::none(0) },
+                rules: Vec::new(),
+                left_out_psnr: Vec::new(),
+                leaning_lead: None,
+                surfaces_lead: None,
+                vignetting_lead: None,
+                gain_support: Vec::new(),
+                reach: 1.0,
+                points: 0,
+                pairs: 0,
+                group_support: GroupSupport::default(),
+                alone: Vec::new(),
+                components: 0,
+                before: [0.0; 3],
+                after: [0.0; 3],
+            };
+            let colour = ColourDecisions { exposure: set, ..ColourDecisions::default() };
+            report_from_estimate(&estimate, &colour, &site)
+        };
+        let near = report(ExposureRule::Near, None);
+        let note = switched(&near, &report(ExposureRule::Common, None)).unwrap();
+        assert!(note.contains("the common exposure (common) instead of the exposure of photos taken nearby"));
+        assert!(note.contains("colour --exposure near"), "{note}");
+        assert_eq!(switched(&near, &near), None);
+        let set = Some(ExposureRule::Near);
+        assert_eq!(switched(&near, &report(ExposureRule::Common, set)), None);
+    }
 }

@@ -167,8 +167,8 @@ pub struct LookArgs {
     /// Compress textures in GPU memory (BC7): a quarter of the memory, slightly lower quality, slower to load
     #[arg(long)]
     pub compressed: bool,
-    /// Leave this photo out (may be given several times)
-    #[arg(long, value_name = "PHOTO")]
+    /// Leave out these photos (may be given several times)
+    #[arg(long, value_name = "PHOTO,PHOTO,..", value_delimiter = ',')]
     pub without: Vec<String>,
 }
 

@@ -182,7 +182,7 @@ fn note_darker(done: &[ExportReport], task: &Task) {
     };
     let most = of_all.iter().filter_map(|one| one.darker).fold(0.0, f64::max);
     task.note(format!(
-        "in image editors, edges of leaves are up to {:.0} of 255 darker in {files} than in views and photos, because editors mix \
+        "in image editors, edges of see-through layers are up to {:.0} of 255 darker in {files} than in views and photos, because editors mix \
          encoded values; an XCF opened in GIMP shows them right",
         (most * 255.0).ceil()
     ));
