@@ -29,10 +29,13 @@
 //! # }
 //! ```
 
+mod amount;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+pub(crate) use self::amount::{has_parts, in_words};
 use crate::error::{Error, Message, Result};
 
 /// A message of a long computation to its observer.
@@ -85,12 +88,14 @@ pub struct Task {
     also: Option<Arc<AtomicBool>>,
     sink: Arc<Sink>,
     subject: Arc<str>,
+    /// Whether steps of all photos together are reported.
+    tells_steps: bool,
 }
 
 impl Task {
     /// Makes a task whose events go to `sink`, which may be called from any thread.
     pub fn new(sink: impl Fn(Event) + Send + Sync + 'static) -> Self {
-        Self { stop: Arc::default(), also: None, sink: Arc::new(sink), subject: "".into() }
+        Self { stop: Arc::default(), also: None, sink: Arc::new(sink), subject: "".into(), tells_steps: true }
     }
 
     /// Makes a task without an observer; it can still be cancelled.
@@ -114,6 +119,12 @@ impl Task {
         Self { also: Some(also), ..self.clone() }
     }
 
+    /// Returns the same task for a part of a stage whose steps the caller reports: only steps of single photos are
+    /// reported as well.
+    pub(crate) fn within_step(&self) -> Self {
+        Self { tells_steps: false, ..self.clone() }
+    }
+
     /// Returns the flag that cancels the task when set (for signal handlers and cancel buttons).
     pub fn stop_flag(&self) -> Arc<AtomicBool> {
         self.stop.clone()
@@ -125,7 +136,9 @@ impl Task {
     /// Returns [`Error::Cancelled`] when the task was cancelled.
     pub fn step(&self, stage: &'static str, done: u64, total: u64) -> Result<()> {
         self.go_on()?;
-        (self.sink)(Event::Step { stage, subject: self.subject.to_string(), done, total });
+        if self.tells_steps || !self.subject.is_empty() {
+            (self.sink)(Event::Step { stage, subject: self.subject.to_string(), done, total });
+        }
         Ok(())
     }
 

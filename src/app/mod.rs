@@ -28,6 +28,7 @@ pub use self::state::space::sight;
 pub use self::state::{ask, life, notes, panes, running, selection, settings};
 pub use self::work::autosave::Ending;
 pub use self::work::crash;
+pub use self::work::priority::lower_own_priority;
 use crate::error::{Error, Result};
 
 /// The application id in the window system; settings are stored under it.

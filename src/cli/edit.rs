@@ -2,6 +2,14 @@
 
 #[cfg(feature = "gui")]
 pub use self::window::run;
+use rayon::ThreadPoolBuilder;
+
+/// Makes the threads that jobs share give way to the window.
+pub fn below_window(pool: ThreadPoolBuilder) -> ThreadPoolBuilder {
+    #[cfg(feature = "gui")]
+    let pool = pool.start_handler(|_| crate::app::lower_own_priority());
+    pool
+}
 
 /// Refuses to open a window: this program was compiled without one.
 #[cfg(not(feature = "gui"))]

@@ -147,12 +147,20 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
 
 fn prepare(global: &Global, command: &CommandArgs, task: &Task) -> Result<()> {
     global.json_file.as_deref().filter(|file| !is_stream(file)).map(check_file).transpose()?;
+    let is_window = matches!(command, CommandArgs::Edit(_));
+    let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = global.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-        pool.map_err(|error| Error::Request(format!("could not start {threads} threads: {error}")))?;
+        pool = pool.num_threads(threads);
+    }
+    if is_window {
+        pool = edit::below_window(pool);
+    }
+    if is_window || global.threads.is_some() {
+        pool.build_global()
+            .map_err(|error| Error::Request(format!("could not start the threads: {error}")))?;
     }
     // In the window jobs are stopped one by one, and a signal ends it.
-    if matches!(command, CommandArgs::Edit(_)) { Ok(()) } else { stop_on_ctrl_c(task) }
+    if is_window { Ok(()) } else { stop_on_ctrl_c(task) }
 }
 
 /// Installs the Ctrl-C handler: the first Ctrl-C requests a stop, the second one ends the program at once.

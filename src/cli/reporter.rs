@@ -2,22 +2,23 @@
 
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, Weak};
 use std::time::{Duration, Instant};
 
-use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::args::Global;
 use super::paint::{NOTE, paint};
 use super::timings::Timings;
 use super::words::worded;
-use crate::recipe::render;
-use crate::task::{Event, Task};
+use crate::task::{Event, Task, has_parts, in_words};
 
 /// Time between lines of progress where there is no terminal; also the time before the first one, so that
 /// quick commands print none.
 const BETWEEN_LINES: Duration = Duration::from_secs(5);
+/// Time between looks whether a line is due.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(500);
 
 /// The receiver of a command's events, shared by its threads.
 pub struct Reporter {
@@ -34,29 +35,40 @@ pub struct Reporter {
 struct ReporterState {
     timings: Timings,
     notes: Vec<(String, String)>,
-    /// Progress of all photos together, by stage; several stages may run side by side.
+    /// Progress of all photos together, by stage; several stages may run side by side, or be parts of others.
     stages: BTreeMap<&'static str, Stage>,
-    /// The stage on the bar, which is the one that reported last.
-    shown: &'static str,
+    /// The stage that is shown.
+    shown: Option<&'static str>,
+    /// The last line of progress, and when it was printed.
+    line: Option<(String, Instant)>,
 }
 
+#[derive(Debug, Clone, Copy)]
 struct Stage {
     started: Instant,
-    last_line: Instant,
+    done: u64,
+    total: u64,
 }
 
 impl Reporter {
     /// Creates a reporter with the verbosity of the options.
     pub fn new(global: &Global) -> Arc<Self> {
         let bar = (!global.quiet && std::io::stderr().is_terminal()).then(new_bar);
-        Arc::new(Self {
+        let prints_lines = !global.quiet && bar.is_none();
+        let reporter = Arc::new(Self {
             quiet: global.quiet,
             verbose: global.verbose,
             timings_wanted: global.timings,
             started: Instant::now(),
             bar,
             state: Mutex::default(),
-        })
+        });
+        if prints_lines {
+            let weak = Arc::downgrade(&reporter);
+            // Without it only the progress is missing.
+            drop(std::thread::Builder::new().name("progress".into()).spawn(move || print_lines(&weak)));
+        }
+        reporter
     }
 
     /// Returns a task that reports here.
@@ -101,17 +113,10 @@ impl Reporter {
 
     fn progress(&self, name: &'static str, done: u64, total: u64) {
         let mut state = self.state();
-        match &self.bar {
-            Some(bar) => {
-                let is_new = std::mem::replace(&mut state.shown, name) != name;
-                show(bar, is_new.then_some(name), done, total);
-            }
-            None if !self.quiet => {
-                let now = Instant::now();
-                let stage = state.stages.entry(name).or_insert(Stage { started: now, last_line: now });
-                stage.plain_line(name, done, total);
-            }
-            None => (),
+        let before = state.shown;
+        state.step(name, done, total, Instant::now());
+        if let (Some(bar), Some((name, stage))) = (&self.bar, state.shown()) {
+            show(bar, before != Some(name), name, stage);
         }
     }
 
@@ -167,24 +172,52 @@ impl Reporter {
     }
 }
 
-impl Stage {
-    fn plain_line(&mut self, name: &str, done: u64, total: u64) {
-        let now = Instant::now();
-        if done == 0 {
+/// Prints lines of progress as long as there is a reporter: also before the first picture is done, which may take minutes.
+fn print_lines(reporter: &Weak<Reporter>) {
+    while let Some(reporter) = reporter.upgrade() {
+        if let Some(line) = reporter.state().due_line(Instant::now()) {
+            print_line(&line);
+        }
+        drop(reporter);
+        std::thread::sleep(BETWEEN_LOOKS);
+    }
+}
+
+impl ReporterState {
+    fn step(&mut self, name: &'static str, done: u64, total: u64, now: Instant) {
+        let stage = self.stages.entry(name).or_insert(Stage { started: now, done, total });
+        if done == 0 || done < stage.done {
             // A stage may start again, for example when a folder is watched.
-            (self.started, self.last_line) = (now, now);
-            if name == render::STAGE {
-                // What all pictures need is read or made for the first one, which may take minutes.
-                print_line(&format!("{name}: {done} of {total}, and the first takes longest"));
-            }
+            stage.started = now;
         }
-        if now - self.last_line < BETWEEN_LINES {
-            return;
+        (stage.done, stage.total) = (done, total);
+        // A stage that has this one as a part stays on the bar until it is done.
+        let is_open = |(name, stage): &(&&str, &Stage)| has_parts(name) && stage.done < stage.total;
+        let open = self.stages.iter().filter(is_open);
+        let first = open.min_by_key(|(_, stage)| stage.started).map(|(name, _)| *name);
+        self.shown = first.or(Some(name));
+    }
+
+    fn shown(&self) -> Option<(&'static str, Stage)> {
+        let name = self.shown?;
+        Some((name, self.stages[name]))
+    }
+
+    /// Returns the next line, once there is something new to say and the last line is some time ago.
+    fn due_line(&mut self, now: Instant) -> Option<String> {
+        let (name, stage) = self.shown()?;
+        let spent = now.saturating_duration_since(stage.started);
+        let since = self.line.as_ref().map_or(spent, |(_, at)| now.saturating_duration_since(*at).min(spent));
+        let head = format!("{name}: {}", in_words(name, stage.done, stage.total));
+        let is_new = self.line.as_ref().is_none_or(|(last, _)| *last != head);
+        if !is_new || since < BETWEEN_LINES || stage.done >= stage.total {
+            return None;
         }
-        self.last_line = now;
-        let left = time_left(now - self.started, done, total);
+        let left = time_left(spent, stage.done, stage.total);
         let left = left.map_or(String::new(), |left| format!(", about {} s left", left.as_secs().max(1)));
-        print_line(&format!("{name}: {done} of {total}{left}"));
+        let line = format!("{head}{left}");
+        self.line = Some((head, now));
+        Some(line)
     }
 }
 
@@ -194,34 +227,27 @@ fn print_line(line: &str) {
 }
 
 fn new_bar() -> ProgressBar {
-    let template = "{prefix} [{bar:30}] {pos}/{len}{left}  {wide_msg}";
+    let template = "[{bar:30}] {prefix}  {wide_msg}";
     let style = ProgressStyle::with_template(template).expect("the template is well formed");
-    ProgressBar::new(0).with_style(style.progress_chars("=> ").with_key("left", write_left))
+    ProgressBar::new(0).with_style(style.progress_chars("=> "))
 }
 
-/// Writes the remaining time, but not before the first step, when it cannot be estimated.
-fn write_left(state: &ProgressState, out: &mut dyn std::fmt::Write) {
-    if state.pos() > 0 {
-        // A bar that cannot be written to is no reason to fail.
-        let _ = write!(out, ", {:#} left", HumanDuration(state.eta()));
-    }
-}
-
-fn show(bar: &ProgressBar, new_stage: Option<&'static str>, done: u64, total: u64) {
-    if let Some(stage) = new_stage {
-        bar.set_prefix(stage);
-        bar.set_length(total);
+fn show(bar: &ProgressBar, is_new: bool, name: &'static str, stage: Stage) {
+    if is_new {
         bar.reset();
-        // The remaining time decreases between steps, too.
         bar.enable_steady_tick(Duration::from_millis(500));
     }
-    bar.set_length(total);
-    bar.set_position(done);
+    let left = time_left(stage.started.elapsed(), stage.done, stage.total);
+    let left = left.map_or(String::new(), |left| format!(", {:#} left", HumanDuration(left)));
+    bar.set_prefix(format!("{name}: {}{left}", in_words(name, stage.done, stage.total)));
+    bar.set_length(stage.total);
+    bar.set_position(stage.done);
 }
 
-/// Estimates the remaining time; `None` at the beginning and at the end.
+/// Estimates the remaining time; `None` before a tenth is done, and at the end.
 fn time_left(spent: Duration, done: u64, total: u64) -> Option<Duration> {
-    (done > 0 && done < total).then(|| spent.mul_f64((total - done) as f64 / done as f64))
+    let is_known = done > 0 && done < total && 10 * done >= total;
+    is_known.then(|| spent.mul_f64((total - done) as f64 / done as f64))
 }
 
 #[cfg(test)]
@@ -265,5 +291,23 @@ mod tests {
         assert_eq!(time_left(ten, 2, 8), Some(3 * ten));
         assert_eq!(time_left(ten, 0, 8), None);
         assert_eq!(time_left(ten, 8, 8), None);
+        assert_eq!(time_left(ten, 1, 11), None, "less than a tenth is done");
+    }
+
+    #[test]
+    fn a_line_is_printed_before_the_first_picture_and_its_parts_are_not_shown() {
+        let mut state = ReporterState::default();
+        let start = Instant::now();
+        state.step("render", 0, 3, start);
+        state.step("load layers", 47_217, 749_070, start + Duration::from_millis(9));
+        assert_eq!(state.due_line(start + Duration::from_secs(4)), None, "a quick command prints none");
+        let after = |seconds| start + Duration::from_secs(seconds);
+        assert_eq!(state.due_line(after(6)).as_deref(), Some("render: 0 of 3 pictures"));
+        assert_eq!(state.due_line(after(12)), None, "nothing has changed");
+        state.step("render", 1, 3, after(20));
+        assert_eq!(state.due_line(after(20)).as_deref(), Some("render: 1 of 3 pictures, about 40 s left"));
+        state.step("render", 3, 3, after(30));
+        state.step("page", 1, 2, after(31));
+        assert_eq!(state.shown().map(|(name, _)| name), Some("page"), "the next one");
     }
 }

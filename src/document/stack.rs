@@ -10,6 +10,7 @@ pub use self::filling::{
 };
 pub use self::untextured::{Untextured, UntexturedReason};
 
+use super::in_use::FilesInUse;
 use crate::geometry::PixelRect;
 use crate::layers::{ElementIndex, Faces, LayerIndex, Method};
 use crate::scene::FaceIndex;
@@ -89,6 +90,9 @@ pub struct Stack {
     pub linked: Vec<Vec<String>>,
     /// Counts for reports.
     pub counts: Counts,
+    /// The hold on the files of this version, where it was read from disk.
+    #[serde(skip)]
+    pub in_use: FilesInUse,
 }
 
 /// The largest permitted side of a rectangle in pixels, from the number of levels of a texture pyramid.
@@ -167,6 +171,16 @@ impl Stack {
             (layer.name, layer.own_name) = (other.name.clone(), other.own_name.clone());
         }
         renamed == *other
+    }
+
+    /// Returns whether another stack has image layers in the same places, see-through ones in those of see-through ones, so
+    /// that its files can be shown in their stead.
+    pub fn is_placed_like(&self, other: &Self) -> bool {
+        let place = |layer: &ImageLayer| {
+            let sees_through = layer.fill.as_ref().is_some_and(|fill| fill.matte_file.is_some());
+            (layer.rect, layer.needed_rect, sees_through)
+        };
+        self.image_layers.iter().map(place).eq(other.image_layers.iter().map(place))
     }
 
     /// Checks the image layers: their elements have to exist, and their sides to have a valid number of pixels.

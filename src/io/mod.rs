@@ -18,6 +18,7 @@ pub mod free_path;
 pub mod guarded;
 pub mod hash;
 pub mod import_ledger;
+mod in_use;
 pub mod inbox;
 pub mod json;
 #[cfg(feature = "gui")]

@@ -9,7 +9,8 @@
 //! A file of paint is never changed: its name holds a hash of its content. An import writes and syncs new
 //! files and then replaces `paint.json` by one rename. Only after that are files removed that the old
 //! `paint.json` named and the new one does not. After a kill at any moment the old paint is there, or the new
-//! one, complete; leftovers are listed in `unfinished.txt` and removed by the next import. No other picture
+//! one, complete; leftovers are listed in `unfinished.txt` and removed by the next import. So are the files of
+//! former books that this program still has in memory, because a view may read them. No other picture
 //! is ever removed.
 
 use std::collections::BTreeSet;
@@ -20,6 +21,7 @@ use std::time::SystemTime;
 
 use super::atomic::{remove_leftovers, write_atomically, write_atomically_with};
 use super::hash::{hash_bytes, hash_file};
+use super::in_use::{self, one_name};
 use super::json::{read_json, to_json};
 use super::layered::Raster;
 use super::layered::png::{read_rgba_as_stored, write_rgba};
@@ -37,6 +39,8 @@ pub(super) const UNFINISHED: &str = "unfinished.txt";
 /// MB.
 const LARGEST_BOOK: u64 = 1 << 30;
 const REMEDY: &str = "put the file back as the program wrote it (the pictures beside it hold the paint)";
+/// How often the book is read while another program replaces it.
+const TRIES: usize = 5;
 /// Number of hexadecimal digits of the hash in a file's name.
 const DIGITS: usize = 12;
 /// Maximum length of the object's name in a file's name in bytes, so that the whole stays below the 255 of
@@ -66,12 +70,27 @@ impl PaintStore {
         std::fs::metadata(self.book_file()).and_then(|metadata| metadata.modified()).ok()
     }
 
-    /// Reads the book of paint; it is empty where there is no paint yet.
+    /// Reads the book of paint; it is empty where there is no paint yet. The files that it names stay on disk as long as
+    /// the book, or a copy of it, is in memory.
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] when the book is damaged or of another version, or when it is missing
     /// although pictures of paint are there.
     pub fn read(&self) -> Result<PaintBook> {
+        let _reading = in_use::reading();
+        let mut tries = TRIES;
+        loop {
+            let before = self.changed();
+            let read = self.read_now();
+            tries -= 1;
+            // Another program may have replaced the book between two looks at the folder.
+            if read.is_ok() || tries == 0 || self.changed() == before {
+                return read.map(|book| self.held(book));
+            }
+        }
+    }
+
+    fn read_now(&self) -> Result<PaintBook> {
         let file = self.folder.join(BOOK);
         if !file.exists() {
             let lost = self.pictures_without(&self.unfinished()?)?;
@@ -96,12 +115,28 @@ impl PaintStore {
         Ok(book)
     }
 
+    /// Returns a book that is on disk with a hold on its files. A writer holds the book that it returns before another
+    /// writer can replace it.
+    pub(crate) fn held(&self, mut book: PaintBook) -> PaintBook {
+        let folder = self.held_folder();
+        book.in_use = in_use::hold(book.files().into_iter().map(|file| folder.join(file)));
+        book
+    }
+
+    /// Returns the folder as holds name it; it may not exist yet.
+    fn held_folder(&self) -> PathBuf {
+        one_name(self.folder.parent().unwrap_or(Path::new(""))).join("paint")
+    }
+
     /// Reads the pixels of an entry.
     ///
     /// # Errors
     /// As [`Self::check`].
     pub fn patch(&self, entry: &PaintEntry) -> Result<PaintPatch> {
         let file = self.folder.join(&entry.file);
+        if !file.is_file() {
+            return Err(self.damaged(entry, "is missing"));
+        }
         let raster = read_rgba_as_stored(&file, entry.rect.w, entry.rect.h);
         Ok(patch_of(
             &raster.map_err(|found| self.damaged(entry, &format!("is damaged: {found}")))?,
@@ -122,11 +157,18 @@ impl PaintStore {
         if is_ours(&file)? { Ok(()) } else { self.patch(entry).map(drop) }
     }
 
-    /// Builds the error for an entry whose picture has the problem `what`.
+    /// Builds the error for an entry whose picture has the problem `what`. Nothing is damaged where another program has
+    /// replaced the paint since the entry was read.
     fn damaged(&self, entry: &PaintEntry, what: &str) -> Error {
         let pixels = entry.pixels;
         let face = entry.face_name();
         let photo = &entry.photo;
+        let names_it = |now: &PaintBook| now.files().contains(entry.file.as_str());
+        if self.read_now().is_ok_and(|now| !names_it(&now)) {
+            return Error::Request(format!(
+                "the paint on {face} of photo {photo} was replaced while it was being read; nothing is lost: try again"
+            ));
+        }
         let found = format!("the picture of {pixels} px of paint on {face} of photo {photo} {what}");
         let restore = "restore it from a copy of the project";
         if entry.is_of_brush() {
@@ -171,6 +213,7 @@ impl PaintStore {
     /// [`Error::Io`]; when the rename failed, the old book still holds, with all its files.
     pub fn commit(&self, book: &PaintBook, before: &PaintBook) -> Result<()> {
         let file = self.folder.join(BOOK);
+        let _replacing = in_use::replacing();
         let mut superseded = self.unfinished()?;
         superseded.extend(before.files().into_iter().map(str::to_owned));
         // After a kill behind the rename this list still says what is to be removed.
@@ -185,7 +228,13 @@ impl PaintStore {
             fs::create_dir_all(&self.folder).map_err(Error::io(&self.folder, "create the folder"))?;
             write_atomically(&file, &to_json(book))?;
         }
-        self.clear(book, &superseded)
+        superseded.retain(|name| !named.contains(name.as_str()));
+        let folder = self.held_folder();
+        // The writer's own books do not count.
+        let own = [&book.in_use, &before.in_use];
+        let is_used = |name: &String| in_use::is_held(&folder.join(name), &own);
+        let (used, unused): (BTreeSet<String>, _) = superseded.into_iter().partition(is_used);
+        self.clear(&unused, &used)
     }
 
     /// Records, before a file is written, that it is not part of the project yet.
@@ -227,20 +276,26 @@ impl PaintStore {
         Ok(found)
     }
 
-    /// Removes those files in `over` that this program wrote and the book does not name, and then empty
-    /// folders.
-    fn clear(&self, book: &PaintBook, superseded: &BTreeSet<String>) -> Result<()> {
+    /// Removes those of the `superseded` files that this program wrote, and then empty folders. Those that are `used` are
+    /// left to the next import.
+    fn clear(&self, superseded: &BTreeSet<String>, used: &BTreeSet<String>) -> Result<()> {
         if !self.folder.is_dir() {
             return Ok(());
         }
-        let named = book.files();
-        for name in superseded.iter().filter(|name| !named.contains(name.as_str())) {
+        for name in superseded {
             let file = self.folder.join(name);
             if is_ours(&file)? {
                 remove_if_there(&file)?;
             }
         }
-        remove_if_there(&self.folder.join(UNFINISHED))?;
+        let list = self.folder.join(UNFINISHED);
+        match used.is_empty() {
+            true => remove_if_there(&list)?,
+            false => {
+                let names: String = used.iter().map(|name| format!("{name}\n")).collect();
+                write_atomically(&list, names.as_bytes())?;
+            }
+        }
         remove_leftovers(&self.folder)?;
         for photo in entries_of(&self.folder)?.iter().filter(|path| path.is_dir()) {
             remove_leftovers(photo)?;
@@ -319,160 +374,4 @@ fn raster_of(patch: &PaintPatch) -> Raster {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::document::paint::{ERASED, PaintColour};
-    use crate::scene::FaceIndex;
-
-    fn entry(object: &str, import: u32) -> PaintEntry {
-        PaintEntry {
-            photo: "nord/1.png".into(),
-            object: object.into(),
-            face: Some(FaceIndex(3)),
-            triangle: None,
-            beyond: false,
-            layer: "t1".into(),
-            document: "k1".into(),
-            import,
-            view: "v".into(),
-            outline: vec![],
-            file: String::new(),
-            rect: PixelRect::EMPTY,
-            pixels: 0,
-        }
-    }
-
-    fn painted(store: &PaintStore, object: &str, colour: PaintColour) -> (PaintEntry, PaintPatch) {
-        let patch = PaintPatch::of_pixels(&[(-3, 2, colour), (4, 5, ERASED)]);
-        let mut entry = entry(object, 1);
-        store.add(&mut entry, &patch).unwrap();
-        (entry, patch)
-    }
-
-    fn names(folder: &Path) -> Vec<String> {
-        let below = |path: PathBuf| {
-            let inner = if path.is_dir() { names(&path) } else { vec![] };
-            let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            [vec![name], inner].concat()
-        };
-        entries_of(folder).unwrap().into_iter().flat_map(below).collect()
-    }
-
-    #[test]
-    fn paint_comes_back_in_8_and_in_16_bits_erased_pixels_too() {
-        let project = tempfile::tempdir().unwrap();
-        let store = PaintStore::new(project.path());
-        for colour in [[257, 0, 514, 65535], [1, 2, 3, 4], [0, 0, 0, 257]] {
-            let (entry, patch) = painted(&store, "wall", colour);
-            assert_eq!(store.patch(&entry).unwrap(), patch);
-            assert_eq!((entry.rect, entry.pixels), (PixelRect { x: -3, y: 2, w: 8, h: 4 }, 2));
-        }
-    }
-
-    #[test]
-    fn a_picture_that_is_gone_or_damaged_is_told_with_what_is_lost_and_where_it_came_from() {
-        let project = tempfile::tempdir().unwrap();
-        let store = PaintStore::new(project.path());
-        let (mut entry, _) = painted(&store, "wall", [257; 4]);
-        entry.document = "k1@layers/1.png.psd".into();
-        fs::create_dir(project.path().join("layers")).unwrap();
-        fs::write(project.path().join("layers/1.png.psd"), "edited").unwrap();
-        store.check(&entry).unwrap();
-        let file = project.path().join("paint").join(&entry.file);
-        let whole = fs::read(&file).unwrap();
-        let mut other = Vec::new();
-        let retouched = PaintPatch::of_pixels(&[(-3, 2, [514; 4]), (4, 5, ERASED)]);
-        write_rgba(&mut other, &raster_of(&retouched), None).unwrap();
-        fs::write(&file, other).unwrap();
-        store.check(&entry).unwrap();
-        assert_eq!(store.patch(&entry).unwrap(), retouched, "a changed picture is used");
-        for damage in [Some(&whole[..whole.len() / 2]), None] {
-            match damage {
-                Some(bytes) => fs::write(&file, bytes).unwrap(),
-                None => fs::remove_file(&file).unwrap(),
-            }
-            for message in [store.check(&entry).unwrap_err(), store.patch(&entry).unwrap_err()] {
-                let message = message.to_string();
-                assert!(message.contains("2 px of paint on wall[3] of photo nord/1.png"), "{message}");
-                assert!(
-                    message.contains("layers/1.png.psd again") && !message.contains("stack"),
-                    "{message}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn an_object_of_any_name_has_a_file() {
-        let project = tempfile::tempdir().unwrap();
-        let store = PaintStore::new(project.path());
-        for name in ["a/b:c", "\0", "Säule ".repeat(60).as_str(), ""] {
-            let (entry, _) = painted(&store, name, [257; 4]);
-            assert!(project.path().join("paint").join(&entry.file).is_file(), "{}", entry.file);
-        }
-    }
-
-    #[test]
-    fn unnamed_pictures_are_removed_and_files_of_others_are_not() {
-        let project = tempfile::tempdir().unwrap();
-        let store = PaintStore::new(project.path());
-        let (kept, _) = painted(&store, "kept", [257; 4]);
-        painted(&store, "left over by a kill", [257; 4]);
-        let theirs = project.path().join("paint/nord%2F1.png/mine-0123456789ab.png");
-        fs::write(&theirs, "not ours").unwrap();
-        let book = PaintBook { entries: vec![kept], ..PaintBook::default() };
-        store.commit(&book, &PaintBook::default()).unwrap();
-        assert_eq!(store.read().unwrap(), book);
-        let found = names(&project.path().join("paint"));
-        assert_eq!(found.len(), 4, "{found:?}");
-        assert!(theirs.is_file() && found[1].starts_with("kept-3-"), "{found:?}");
-    }
-
-    #[test]
-    fn pictures_whose_book_is_gone_are_told_and_stay() {
-        let project = tempfile::tempdir().unwrap();
-        let store = PaintStore::new(project.path());
-        let (entry, _) = painted(&store, "wall", [257; 4]);
-        let picture = project.path().join("paint").join(&entry.file);
-        let nothing = PaintBook::default();
-        store.commit(&PaintBook { entries: vec![entry], ..PaintBook::default() }, &nothing).unwrap();
-        std::fs::remove_file(project.path().join("paint/paint.json")).unwrap();
-        let message = store.read().unwrap_err().to_string();
-        assert!(
-            message.contains("paint.json") && message.contains("1 pictures") && message.contains("copy"),
-            "{message}"
-        );
-        let (other, _) = painted(&store, "floor", [9 * 257; 4]);
-        store.commit(&PaintBook { entries: vec![other], ..PaintBook::default() }, &nothing).unwrap();
-        assert!(picture.is_file(), "it was not to be removed");
-    }
-
-    #[test]
-    fn a_book_without_anything_leaves_no_folder_and_the_one_before_it_is_not_read() {
-        let project = tempfile::tempdir().unwrap();
-        let store = PaintStore::new(project.path());
-        let (entry, _) = painted(&store, "wall", [257; 4]);
-        let (book, nothing) =
-            (PaintBook { entries: vec![entry], ..PaintBook::default() }, PaintBook::default());
-        store.commit(&book, &nothing).unwrap();
-        // Reading fails from here on: a writer has read the book before, and it is not read a second time.
-        fs::write(project.path().join("paint/paint.json"), "no book").unwrap();
-        store.commit(&nothing, &book).unwrap();
-        assert!(names(project.path()).is_empty());
-        assert!(store.read().unwrap().is_empty());
-    }
-
-    #[test]
-    fn a_book_of_another_version_is_refused_with_a_remedy() {
-        let project = tempfile::tempdir().unwrap();
-        let store = PaintStore::new(project.path());
-        store
-            .commit(
-                &PaintBook { version: 9, entries: vec![entry("a", 1)], ..PaintBook::default() },
-                &PaintBook::default(),
-            )
-            .unwrap();
-        let said = store.read().unwrap_err().to_string();
-        assert!(said.contains("paint.json") && said.contains("version 9"), "{said}");
-    }
-}
+mod tests;

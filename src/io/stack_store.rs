@@ -13,8 +13,8 @@
 //! current by the rename of `stack.json`: the one kind of rename that also replaces on every system (a folder
 //! that is not empty cannot be replaced by one). Only then is the old version removed, unless a program reads the stacks: unchanged files are
 //! deleted, all others go to `inbox/`. After a kill at any moment `stack.json` names complete files, old or
-//! new; the next [`StackStore::clean`] removes leftovers. A reader with the old `stack.json` finds its files
-//! missing, never mixed with new ones, and reads again.
+//! new; the next [`StackStore::clean`] removes leftovers. A reader of
+//! another program with the old `stack.json` finds its files missing, never mixed with new ones, and reads again.
 
 use std::fs;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
@@ -24,14 +24,15 @@ use tempfile::TempDir;
 
 use super::atomic::{remove_leftovers, sync_folder, write_atomically};
 use super::hash::{hash_bytes, hash_file};
+use super::in_use::{self, one_name};
 use super::inbox::{copy_to_inbox, move_to_inbox};
 use super::json::{read_json, to_json};
 use super::stack_files::{FileState, FileTimes, RECORD, StackFiles, is_version, names_in};
-use super::stack_readers::are_read;
+use super::stack_readers::{are_read, are_read_by_others};
 use crate::document::names::{file_name_of_photo, photo_of_file_name};
 use crate::document::stack::LayerFill;
 use crate::document::stack::STACK_VERSION;
-use crate::document::{ImageLayer, Stack};
+use crate::document::{FilesInUse, ImageLayer, Stack};
 use crate::error::{Error, Remedy, Result};
 
 const STACK_FILE: &str = "stack.json";
@@ -86,13 +87,15 @@ impl StackStore {
         self.folder(photo).join(STACK_FILE)
     }
 
-    /// Reads the current stack of `photo`; `None` if it has none.
+    /// Reads the current stack of `photo`; `None` if it has none. [`Self::clear_former`] leaves its files alone as long as
+    /// the stack, or a copy of it, is in memory.
     ///
     /// # Errors
     /// [`Error::Input`] when `stack.json` is damaged or of another version; [`Error::Io`].
     pub fn current(&self, photo: &str) -> Result<Option<Stack>> {
         let file = self.stack_file(photo);
-        let stack: Stack = match read_json(&file, LARGEST_STACK, REMEDY) {
+        let _reading = in_use::reading();
+        let mut stack: Stack = match read_json(&file, LARGEST_STACK, REMEDY) {
             Err(Error::Io { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
             read => read?,
         };
@@ -103,6 +106,7 @@ impl StackStore {
         if let Some((place, found)) = stack.flaw() {
             return Err(Error::input(file, place, found, REMEDY));
         }
+        stack.in_use = self.in_use(photo, &stack);
         Ok(Some(stack))
     }
 
@@ -255,16 +259,23 @@ impl StackStore {
         if self.keeps_former() { Ok(Vec::new()) } else { self.clear_former() }
     }
 
-    /// Removes versions of stacks that are no longer current; no stack may be written meanwhile. Returns the
-    /// paths in `inbox/` of files that were changed by the user.
+    /// Removes versions of stacks that are no longer current, but those that stacks in memory name, and none while
+    /// another program reads stacks; no stack may be written meanwhile. Returns the paths in `inbox/` of files that
+    /// were changed by the user.
     ///
     /// # Errors
     /// [`Error::Io`] when something cannot be removed.
     pub fn clear_former(&self) -> Result<Vec<PathBuf>> {
         let mut kept = Vec::new();
+        if are_read_by_others(&self.project) {
+            return Ok(kept);
+        }
         for photo in self.photos()? {
+            let _replacing = in_use::replacing();
             if let Some(current) = self.current_version(&photo) {
-                kept.extend(self.clear_versions_but(&photo, &current)?);
+                let folder = one_name(&self.folder(&photo));
+                let is_used = |version: &String| in_use::is_held(&folder.join(version), &[]);
+                kept.extend(self.clear_versions_but(&photo, &current, is_used)?);
             }
         }
         Ok(kept)
@@ -273,6 +284,13 @@ impl StackStore {
     /// Returns the project's folder.
     pub fn project(&self) -> &Path {
         &self.project
+    }
+
+    /// Returns a hold on the version of a photo's stack.
+    fn in_use(&self, photo: &str, stack: &Stack) -> FilesInUse {
+        let version = |layer: &ImageLayer| Some(layer.file.split_once('/')?.0.to_owned());
+        let folder = one_name(&self.folder(photo));
+        in_use::hold(stack.image_layers.first().and_then(version).map(|version| folder.join(version)))
     }
 
     fn stacks(&self) -> PathBuf {
@@ -298,10 +316,16 @@ impl StackStore {
         versions_in(&folder).ok()?.into_iter().find(knows)
     }
 
-    fn clear_versions_but(&self, photo: &str, current: &str) -> Result<Vec<PathBuf>> {
+    fn clear_versions_but(
+        &self,
+        photo: &str,
+        current: &str,
+        is_used: impl Fn(&String) -> bool,
+    ) -> Result<Vec<PathBuf>> {
         let stamps = FileTimes::read(&self.stamps_file(photo));
         let mut kept = Vec::new();
-        for version in versions_in(&self.folder(photo))?.iter().filter(|version| *version != current) {
+        let former = |version: &&String| *version != current && !is_used(version);
+        for version in versions_in(&self.folder(photo))?.iter().filter(former) {
             kept.extend(remove_version(&self.folder(photo).join(version), &self.inbox(photo), &stamps)?);
         }
         Ok(kept)
@@ -332,6 +356,7 @@ impl StackWriter {
         let version = record.version(&to_json(&stack));
         let files = stack.image_layers.iter_mut().flat_map(files_of);
         files.for_each(|file| *file = format!("{version}/{file}"));
+        stack.in_use = self.store.in_use(&self.photo, &stack);
         let text = to_json(&stack);
         record.stack = hash_bytes(&text);
         write_atomically(self.folder().join(RECORD), &to_json(&record))?;
@@ -339,7 +364,7 @@ impl StackWriter {
         let mut kept = self.move_to_version(&version, &record)?;
         kept.extend(self.replace_stack_file(&text)?);
         if !self.store.keeps_former() {
-            kept.extend(self.store.clear_versions_but(&self.photo, &version)?);
+            kept.extend(self.store.clear_versions_but(&self.photo, &version, |_| false)?);
         }
         let target = self.stack_folder().join(version);
         FileTimes::new(&record, &target).write(&self.store.stamps_file(&self.photo));

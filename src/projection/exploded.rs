@@ -71,15 +71,16 @@ impl Stand {
         indices
     }
 
-    /// Returns a viewpoint that sees all layer textures up to an order from the side, with `up` of the world upwards.
-    pub fn side_view(&self, last: u32, lens: FrameLens, up: DVec3) -> Viewpoint {
+    /// Returns a viewpoint that sees all layer textures up to an order from the side, with `up` of the world upwards, in an
+    /// image of this `width` in image heights.
+    pub fn side_view(&self, last: u32, lens: FrameLens, up: DVec3, width: f64) -> Viewpoint {
         let whole = self.camera.rect();
         let marks = [self.corners(0, whole), self.corners(last, whole)].concat();
         let center = marks.iter().sum::<DVec3>() / marks.len() as f64;
         let radius = marks.iter().map(|mark| mark.distance(center)).fold(0.0, f64::max);
         let forward = self.pose.rotation.transpose() * -ASIDE.normalize();
         let mut view = Viewpoint::towards(center, radius, forward, up, lens);
-        view.hold(&marks);
+        view.hold_within(&marks, width);
         view
     }
 }
@@ -131,7 +132,7 @@ mod tests {
     #[test]
     fn from_aside_all_sheets_are_in_the_picture() {
         let stand = stand();
-        let view = stand.side_view(4, FrameLens::with_field_of_view(0.8), DVec3::Z);
+        let view = stand.side_view(4, FrameLens::with_field_of_view(0.8), DVec3::Z, 1.0);
         let whole = PixelRect::of_size(640, 480);
         let mut widest = 0.0f64;
         for corner in [stand.corners(0, whole), stand.corners(4, whole)].concat() {

@@ -4,6 +4,7 @@
 pub mod agreement;
 pub mod back_to_front;
 pub mod backdrops;
+pub mod best_view;
 pub mod cells;
 pub mod dome;
 pub mod exploded;

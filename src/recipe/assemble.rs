@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::linked::{LinkedLayers, linked_layers, name_in_layer};
 use super::unsatisfied::unsatisfied;
 use super::untextured;
+use crate::document::FilesInUse;
 use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
     ToleratedOverlap,
@@ -65,6 +66,7 @@ pub fn assemble(
         notes: notes(model, sorted, options),
         unsatisfied: unsatisfied(constraints, sorted, &elements),
         counts: counts(sorted, options),
+        in_use: FilesInUse::default(),
         leftovers: sorted.leftovers.spans.iter().map(|span| [span.y, span.x0, span.x1]).collect(),
         surroundings_left_over: false,
         spared: spared(model, sorted),

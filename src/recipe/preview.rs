@@ -5,6 +5,7 @@ mod in_use;
 mod stacks;
 mod trees;
 
+pub use self::stacks::ReadStacks;
 pub use self::trees::PlantedRenderer;
 
 use std::path::Path;
@@ -127,10 +128,30 @@ pub fn open(
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
+    // Stacks that change from now on stay readable as they are.
+    let _reader = StackReader::begin(folder);
+    let store = StackStore::new(folder);
+    let read = task.timed("read stacks", || stacks(opened, &store, options, task))?;
+    open_read(folder, opened, read, gpu, options, task)
+}
+
+/// Makes the renderer of an opened project from stacks that were read before, whatever is on disk now.
+///
+/// # Errors
+/// As [`open`], except those of reading stacks.
+pub(crate) fn open_read(
+    folder: &Path,
+    opened: &Opened,
+    read: ReadStacks,
+    gpu: &Gpu,
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<Preview> {
     let on_device = |site: SiteContent<'_>| -> Result<Box<dyn PlantedRenderer>> {
         Ok(Box::new(Renderer::of_site(gpu, site, options.textures)?))
     };
-    let mut preview = open_with(folder, opened, on_device, options, task)?;
+    let reader = StackReader::begin(folder);
+    let mut preview = open_stacks(folder, opened, read, reader, on_device, options, task)?;
     preview.plant(opened, task)?;
     Ok(preview)
 }
@@ -148,8 +169,21 @@ pub fn open_with(
 ) -> Result<Preview> {
     // Stacks that change from now on stay readable as they are.
     let reader = StackReader::begin(folder);
+    let store = StackStore::new(folder);
+    let read = task.timed("read stacks", || stacks(opened, &store, options, task))?;
+    open_stacks(folder, opened, read, reader, make, options, task)
+}
+
+fn open_stacks(
+    folder: &Path,
+    opened: &Opened,
+    ReadStacks { stacks, mut problems }: ReadStacks,
+    reader: StackReader,
+    make: impl FnOnce(SiteContent<'_>) -> Result<Box<dyn PlantedRenderer>>,
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<Preview> {
     let (store, site) = (StackStore::new(folder), &opened.site);
-    let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, options, task))?;
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     let files = files.held_by(reader);
     problems.extend(files.problems().into_iter().map(Message::from));
@@ -214,7 +248,8 @@ pub fn open_reference(
 ) -> Result<ReferenceRenderer> {
     let reader = StackReader::begin(folder);
     let (store, site) = (StackStore::new(folder), &opened.site);
-    let (stacks, problems) = task.timed("read stacks", || stacks(opened, &store, options, task))?;
+    let ReadStacks { stacks, problems } =
+        task.timed("read stacks", || stacks(opened, &store, options, task))?;
     problems.into_iter().for_each(|problem| task.note(problem));
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     let files = files.held_by(reader);

@@ -239,6 +239,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         linked: vec![],
         tolerated: vec![],
         counts: Default::default(),
+        in_use: Default::default(),
         image_layers,
     }
 }

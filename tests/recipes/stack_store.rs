@@ -3,11 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use quadratura::testing::document::stack::{STACK_VERSION, StackCamera, StackPhoto};
 use quadratura::testing::document::{ImageLayer, Stack};
 use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::io::stack_store::{Committed, StackStore};
+use quadratura::testing::scene::synthetic::Rng;
 
 const PHOTO: &str = "nord/tür.jpg";
 
@@ -55,6 +57,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         linked: vec![],
         tolerated: vec![],
         counts: Default::default(),
+        in_use: Default::default(),
     }
 }
 
@@ -124,7 +127,11 @@ fn a_former_version_can_stay_for_whoever_shows_it_until_it_is_cleared_away() {
     assert!(file_of(&store, &former, 0).is_file(), "it is still shown");
     assert_eq!(store.current(PHOTO).unwrap().as_ref(), Some(&current));
     assert!(store.clear_former().unwrap().is_empty(), "nobody changed anything");
-    assert!(!file_of(&store, &former, 0).exists() && file_of(&store, &current, 0).is_file());
+    let file = file_of(&store, &former, 0);
+    assert!(file.is_file(), "a stack in memory names it");
+    drop(former);
+    store.clear_former().unwrap();
+    assert!(!file.exists() && file_of(&store, &current, 0).is_file());
 }
 
 #[test]
@@ -306,4 +313,54 @@ fn a_reader_sees_the_old_stack_or_the_new_one_whole_while_they_are_replaced() {
         done.store(true, Ordering::Relaxed);
         assert!(reader.join().unwrap() > 0);
     });
+}
+
+/// Waits up to `most_us` microseconds.
+fn wait(rng: &mut Rng, most_us: f64) {
+    std::thread::sleep(Duration::from_micros(rng.between(0.0, most_us) as u64));
+}
+
+/// Reads stacks until the writer has ended, and their files some time later: all are there.
+fn look_at_stacks(store: &StackStore, rng: &mut Rng, ended: &AtomicBool) {
+    while !ended.load(Ordering::Relaxed) {
+        let stack = store.current(PHOTO).unwrap().expect("there is a stack at every moment");
+        wait(rng, 9000.0);
+        for layer in 0..stack.image_layers.len() {
+            assert_eq!(fs::read_to_string(file_of(store, &stack, layer)).unwrap(), stack.inputs);
+        }
+    }
+}
+
+#[test]
+fn former_versions_that_are_cleared_away_are_not_those_that_somebody_still_has() {
+    let rounds = std::env::var("QUADRATURA_ROUNDS").ok().and_then(|rounds| rounds.parse().ok());
+    for seed in 0..rounds.unwrap_or(3) {
+        let (folder, store) = project();
+        let store = store.keeping_former();
+        commit(&store, &["left", "right"], "version 0");
+        let ended = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            for reader in 1..4 {
+                let (store, ended) = (&store, &ended);
+                scope.spawn(move || look_at_stacks(store, &mut Rng::new(1000 * reader + seed), ended));
+            }
+            let writer = scope.spawn(|| {
+                let mut rng = Rng::new(seed);
+                for _ in 0..15 {
+                    // Undo and redo bring back versions that were current before.
+                    commit(&store, &["left", "right"], &format!("version {}", rng.whole(0, 4)));
+                    wait(&mut rng, 3000.0);
+                    if rng.chance(0.6) {
+                        store.clear_former().unwrap();
+                    }
+                }
+            });
+            let written = writer.join();
+            ended.store(true, Ordering::Relaxed);
+            written.unwrap();
+        });
+        store.clear_former().unwrap();
+        let files = tree(&folder.path().join("stacks"));
+        assert_eq!(files.len(), 6, "seed {seed}: one version is left: {files:?}");
+    }
 }

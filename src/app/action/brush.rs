@@ -31,7 +31,7 @@ pub fn paint_again(state: &mut State, work: &mut Work, number: u32, stroke: &Str
 }
 
 /// Undoes the last stroke, where it has not become paint yet; returns whether there was one.
-pub fn undo_stroke(state: &mut State) -> bool {
+pub fn undo_stroke(state: &mut State, work: &mut Work) -> bool {
     let brush = &mut state.space.brush;
     if brush.give_up() {
         return true;
@@ -40,12 +40,15 @@ pub fn undo_stroke(state: &mut State) -> bool {
     if waits {
         brush.waiting.pop_back();
     } else if brush.is_painting {
-        // It may be on disk already: it is undone as soon as it is a step of the history.
+        // It is stopped, and not seen any more. It may be on disk already: then it is undone as soon as it is a step of the
+        // history.
+        brush.is_undone = true;
+        work.jobs.stop_kind(&mut state.running, JobKind::Import);
         // Asked for once more, the steps before it are undone as well.
         let done = state.session.as_ref().map(|session| session.history.names().1);
         state.history_target = state.history_target.map(|target| target.saturating_sub(1)).or(done);
     }
-    waits || brush.is_painting
+    waits || state.space.brush.is_painting
 }
 
 fn paint(state: &mut State, work: &mut Work, drawn: Arc<DrawnStroke>, again: Option<u32>) {

@@ -12,6 +12,7 @@ use crate::app::action::quality::surroundings::{is_repainted, renew_surroundings
 use crate::app::action::reread::reopen;
 use crate::app::action::round_trip::watching::{begin_round_trip, leave_round_trip};
 use crate::app::action::space::space_failed;
+use crate::app::action::updating::StackChange;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, MaskAsk};
 use crate::app::state::checks::Checks;
@@ -22,7 +23,7 @@ use crate::app::state::numbers::counted;
 use crate::app::state::quality::QualityState;
 use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
-use crate::app::state::session::{PhotoStatus, Session, survey};
+use crate::app::state::session::{PhotoStatus, Session, stacks_of, survey};
 use crate::app::state::space::Space;
 use crate::app::state::space::brush::SpaceBrush;
 use crate::app::state::trees::{ShownTrees, TreesState};
@@ -34,13 +35,14 @@ use crate::app::work::jobs::arrival;
 use crate::app::work::painter::{Change, Painter};
 use crate::app::work::pictures::Pictures;
 use crate::document::paint::PaintBook;
-use crate::error::Error;
+use crate::error::{Error, Message};
 use crate::gpu::{Gpu, GpuRasteriser};
 use crate::io::stack_store::StackStore;
 use crate::recipe::budget::default_memory;
 use crate::recipe::build::{BuildOptions, build};
 use crate::recipe::fill::{FillRequest, fill};
-use crate::recipe::preview::{self, PreviewOptions};
+use crate::recipe::open::Opened;
+use crate::recipe::preview::{self, PreviewOptions, ReadStacks};
 use crate::recipe::site_stamp::SiteStamp;
 use crate::recipe::trees::PlantParts;
 use crate::task::Task;
@@ -51,6 +53,7 @@ impl State {
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
             return Vec::new();
         };
+        let photos = session.newest(photos);
         let same = session.photos.len() == photos.len()
             && session.photos.iter().zip(&photos).all(|(known, seen)| seen.is_drawn_like(known));
         if !same {
@@ -78,6 +81,7 @@ impl State {
         if photos.len() != session.opened.site.photos.len() {
             return Vec::new();
         }
+        let photos = session.newest(photos);
         let before = std::mem::replace(&mut session.photos, photos);
         let same = !made && before.iter().zip(&session.photos).all(|(before, now)| now.is_drawn_like(before));
         self.keep_selection(&before);
@@ -140,7 +144,8 @@ pub fn close_project(state: &mut State, work: &mut Work) {
     work.pictures = Pictures::default();
 }
 
-/// Starts the job that makes the renderer of the 3D view, and replaces the current one where there is one.
+/// Starts the job that makes the renderer of the 3D view from the stacks as they are known, and replaces the current one
+/// where there is one.
 pub fn prepare_painter(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     if session.photos.iter().all(|photo| photo.stack.is_none()) {
@@ -149,6 +154,7 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let (waker, left) = (work.waker.clone(), work.made.clone());
     let book = state.round_trip.book.clone();
+    let photos = session.photos.clone();
     work.jobs.stop_kind(&mut state.running, JobKind::Preview);
     // The new renderer gets the present surroundings.
     work.jobs.stop_kind(&mut state.running, JobKind::Surroundings);
@@ -169,7 +175,8 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
                 tree_parts: PlantParts::CachedImages,
                 ..PreviewOptions::default()
             };
-            let preview = preview::open(&folder, &opened, &gpu, &options, task)?;
+            let read = read_stacks(&opened, &photos);
+            let preview = preview::open_read(&folder, &opened, read, &gpu, &options, task)?;
             preview.problems().into_iter().for_each(|problem| task.note(problem));
             let project = (folder.clone(), opened.clone());
             Painter::new(preview, project, &gpu, task.clone(), waker)
@@ -177,7 +184,7 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
         let model = opened.site.model.clone();
         let ask = match made {
             Ok(painter) => {
-                left.put(MadePainter { painter, folder, model, book });
+                left.put(MadePainter { painter, folder, model, book, stacks: stacks_of(&photos) });
                 BuildAsk::PainterMade
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -187,9 +194,20 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
     });
 }
 
+/// Returns the stacks of the photos with messages about those that cannot be read.
+fn read_stacks(opened: &Opened, photos: &[PhotoStatus]) -> ReadStacks {
+    let stacks = photos.iter().map(|photo| photo.stack.as_deref().cloned()).collect();
+    let unread = opened.site.photos.iter().zip(photos).filter(|(_, status)| status.stack.is_none());
+    let problems = unread.filter_map(|(photo, status)| {
+        let problem = status.problem.as_ref()?;
+        Some(Message::from(format!("{}: its stack is not used: {problem}", photo.name)))
+    });
+    ReadStacks { stacks, problems: problems.collect() }
+}
+
 /// Installs the painter that a job has made, unless the project or its model has changed since.
 pub fn painter_made(state: &mut State, work: &mut Work) {
-    let Some(MadePainter { mut painter, folder, model, book }) = work.made.take() else { return };
+    let Some(MadePainter { mut painter, folder, model, book, stacks }) = work.made.take() else { return };
     let is_wanted =
         |session: &&mut Session| session.folder == folder && Arc::ptr_eq(&model, &session.opened.site.model);
     // Objects were excluded or included in the meantime: a job is making another painter.
@@ -205,6 +223,11 @@ pub fn painter_made(state: &mut State, work: &mut Work) {
         painter.change(Change::Paint(photos.into_iter().collect(), now.clone()));
         is_repainted_around = is_repainted(book.as_deref(), now);
     }
+    // Stacks that were made meanwhile; where their layers are others, another painter is needed.
+    let change = StackChange::between(&stacks, &stacks_of(&session.photos));
+    if change == StackChange::Fillings {
+        painter.change(Change::Fillings(stacks_of(&session.photos)));
+    }
     state.device = Some(painter.adapter.clone());
     work.painter = Some(painter);
     // It gets the present trees with the next frame, where they are others.
@@ -213,7 +236,10 @@ pub fn painter_made(state: &mut State, work: &mut Work) {
     if is_repainted_around {
         renew_surroundings(state, work);
     }
-    clear_former(state, work);
+    match change {
+        StackChange::Layers if !state.running.runs(JobKind::Preview) => prepare_painter(state, work),
+        _ => clear_former(state, work),
+    }
 }
 
 /// Reports that the painter of this project could not be made, or has failed.

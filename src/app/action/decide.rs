@@ -15,7 +15,7 @@ use crate::document::history::{History, StepResult};
 
 /// Undoes the last step.
 pub fn undo(state: &mut State, work: &mut Work) {
-    if !undo_stroke(state) {
+    if !undo_stroke(state, work) {
         undo_step(state, work);
     }
 }

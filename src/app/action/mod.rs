@@ -37,7 +37,7 @@ use self::masks::keeping::keep_masks;
 use self::opening::assistant::created;
 use self::opening::open::open_now;
 use self::opening::{arrived, grant_opening};
-use self::reread::reopen;
+use self::reread::{reload, reload_if_due, reopen};
 use self::saving::{autosave_if_due, save_project};
 use self::updating::{keep_up_to_date, stop_job};
 use super::state::State;
@@ -86,6 +86,7 @@ pub fn go_on(state: &mut State, work: &mut Work) {
     round_trip::take_home(state, work).into_iter().for_each(|ask| apply(state, work, ask));
     paint_strokes(state, work);
     check_again(state, work);
+    reload_if_due(state, work);
     keep_masks(state, work);
     follow_known(state, work);
     keep_up_to_date(state, work);
@@ -122,6 +123,7 @@ fn build(state: &mut State, work: &mut Work, ask: BuildAsk) {
     match ask {
         BuildAsk::Build(photos) => build_layers(state, work, photos),
         BuildAsk::Fill => fill_hidden(state, work),
+        BuildAsk::Reread(None) => reload(state, work),
         BuildAsk::Reread(then_build) => reopen(state, work, then_build),
         BuildAsk::PreparePainter => prepare_painter(state, work),
         BuildAsk::RestartPainter => restart_painter(state, work),

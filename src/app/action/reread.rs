@@ -16,6 +16,28 @@ use crate::error::Error;
 use crate::recipe::open::open_site;
 use crate::recipe::site_stamp::SiteStamp;
 
+/// Reads the site again once other jobs have ended: what they bring belongs to the site as it is. An update in the
+/// background stops for it.
+pub fn reload(state: &mut State, work: &mut Work) {
+    let other = state.running.all().map(|(_, job)| job).find(|job| job.kind != JobKind::Update);
+    let waits = other.map(|job| format!("Reload from disk waits until “{}” has ended", job.name));
+    match (waits, &mut state.session) {
+        (Some(text), Some(session)) => {
+            session.pending.reload = true;
+            state.tell(Note::new(Weight::Info, text));
+        }
+        _ => reopen(state, work, None),
+    }
+}
+
+/// Starts the reading of the site that waits, where nothing else runs.
+pub fn reload_if_due(state: &mut State, work: &mut Work) {
+    let waits = state.session.as_ref().is_some_and(|session| session.pending.reload);
+    if waits && state.running.all().all(|(_, job)| job.kind == JobKind::Update) {
+        reopen(state, work, None);
+    }
+}
+
 /// Starts reading the site again, as the project now describes it. Then, if `then_build` is given, builds these photos
 /// (all where the list is empty).
 pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>>) {

@@ -269,7 +269,8 @@ fn press(state: &mut State, sight: &Sight) {
         ));
         return;
     }
-    if let Some(index) = state.tree_at(sight) {
+    // A tree that was placed just now is taken as well, before it is drawn.
+    if let Some(index) = state.tree_at(sight).or_else(|| state.undrawn_tree_at(sight)) {
         state.select(Selection::Tree(index));
     } else if !place(state, sight) {
         return;

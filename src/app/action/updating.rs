@@ -10,10 +10,11 @@ use crate::app::state::ask::{Ask, MaskAsk};
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::numbers::counted;
 use crate::app::state::running::{Job, JobId, JobKind};
-use crate::app::state::session::{PhotoStatus, Session, survey};
+use crate::app::state::session::{PhotoStatus, Session, stacks_of, survey};
 use crate::app::work::Work;
 use crate::app::work::jobs::Arrival;
 use crate::app::work::live_project::LiveProject;
+use crate::document::Stack;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, GpuRasteriser};
 use crate::io::stack_store::StackStore;
@@ -67,8 +68,7 @@ fn start(state: &mut State, work: &mut Work) {
         stops: work.live.new_stops(),
         ..UpdateRequest::default()
     };
-    // The painter has to read files that were superseded before as long as it does not know the new ones.
-    let clears = session.has_former && work.painter.as_ref().is_none_or(|painter| painter.is_settled());
+    let clears = session.has_former;
     session.has_former = true;
     let (opened, known) = (session.opened.clone(), session.photos.clone());
     let job = BackgroundUpdate { live: work.live.clone(), opened, known, request, clears };
@@ -85,7 +85,7 @@ struct BackgroundUpdate {
     opened: Arc<Opened>,
     known: Vec<PhotoStatus>,
     request: UpdateRequest,
-    /// Whether versions that no view shows any more are deleted before.
+    /// Whether versions that nothing names any more are deleted before.
     clears: bool,
 }
 
@@ -170,21 +170,28 @@ fn show_finished(state: &mut State, work: &mut Work) {
 
 /// How stacks differ from those that are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum StackChange {
+pub enum StackChange {
+    /// They are the same.
     None,
+    /// Their image layers are the same, in other files or with other fillings.
     Fillings,
+    /// Their image layers are others.
     Layers,
 }
 
 impl StackChange {
-    fn between(known: &[PhotoStatus], seen: &[PhotoStatus]) -> Self {
-        let made_of = |status: &PhotoStatus| status.stack.as_ref().map(|stack| stack.inputs.clone());
-        let is_same = |known: &PhotoStatus, seen: &PhotoStatus| match (&known.stack, &seen.stack) {
+    /// Compares the stacks that are known with those that were seen, both in the site's order.
+    pub fn between(known: &[Option<Arc<Stack>>], seen: &[Option<Arc<Stack>>]) -> Self {
+        let same_layers = |both: (&Option<Arc<Stack>>, &Option<Arc<Stack>>)| match both {
+            (Some(known), Some(seen)) => known.inputs == seen.inputs && known.is_placed_like(seen),
+            (known, seen) => known.is_none() && seen.is_none(),
+        };
+        let is_same = |known: &Option<Arc<Stack>>, seen: &Option<Arc<Stack>>| match (known, seen) {
             (Some(known), Some(seen)) => Arc::ptr_eq(known, seen),
             (known, seen) => known.is_none() && seen.is_none(),
         };
         let mut both = known.iter().zip(seen);
-        if known.len() != seen.len() || both.clone().any(|(known, seen)| made_of(known) != made_of(seen)) {
+        if known.len() != seen.len() || !both.clone().all(same_layers) {
             Self::Layers
         } else if both.all(|(known, seen)| is_same(known, seen)) {
             Self::None
@@ -209,8 +216,9 @@ impl State {
             notes.into_iter().for_each(|note| self.tell(note));
             return Vec::new();
         }
-        let known = self.session.as_ref().map_or(&[][..], |session| &session.photos);
-        match StackChange::between(known, &photos) {
+        let Some(session) = &self.session else { return Vec::new() };
+        let photos = session.newest(photos);
+        match StackChange::between(&stacks_of(&session.photos), &stacks_of(&photos)) {
             StackChange::Fillings if !built => self.fillings_changed(folder, photos, notes),
             StackChange::None if !built => {
                 notes.into_iter().for_each(|note| self.tell(note));

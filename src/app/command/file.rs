@@ -7,7 +7,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
 use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::opening::{DialogRequest, Purpose};
-use crate::app::state::running::JobKind;
+use crate::app::state::session::Session;
 use crate::app::state::settings::Colours;
 
 /// The commands in the order of their menus.
@@ -114,11 +114,7 @@ pub const READ_AGAIN: Command = Command {
     tooltip: "Reloads photos, cameras and model from disk; decisions are kept.",
     keys: &[plain(Key::F5)],
     starts_group: true,
-    // An update in the background stops for it.
-    ready: |state| match state.running.all().all(|(_, job)| job.kind == JobKind::Update) {
-        true => with_project(state),
-        false => Err("wait until the running job has ended, or stop it"),
-    },
+    ready: with_project,
     ask: |_| BuildAsk::Reread(None).into(),
     ..PLAIN
 };
@@ -317,6 +313,7 @@ fn can_copy(state: &State) -> Result<(), WhyNot> {
 /// Succeeds when some of the project's files could not be read.
 fn with_problems(state: &State) -> Result<(), WhyNot> {
     with_project(state)?;
-    let complete = state.session.as_ref().is_some_and(|session| !session.incomplete);
+    let is_complete = |session: &Session| !session.incomplete && session.missing_since().next().is_none();
+    let complete = state.session.as_ref().is_some_and(is_complete);
     if complete { Err("no files are missing") } else { Ok(()) }
 }

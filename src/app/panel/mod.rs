@@ -8,6 +8,7 @@ pub mod dialogs;
 pub mod fill;
 pub mod flat;
 pub mod flight;
+mod gone;
 pub mod guide;
 pub mod help;
 pub mod history;

@@ -1,8 +1,8 @@
 //! The panel of messages and running jobs.
 
-use eframe::egui::{Align, Color32, Label, Layout, ProgressBar, Response, RichText, ScrollArea, Sense, Ui};
+use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, ScrollArea, Sense, Ui};
 
-use super::status::{left, stop_ui};
+use super::status::{bar_ui, left, stop_ui};
 use crate::app::command::file::READ_AGAIN;
 use crate::app::command::words::worded;
 use crate::app::state::State;
@@ -42,11 +42,11 @@ pub fn notes_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     for (id, job) in state.running.all() {
         ui.horizontal(|ui| {
-            ui.add(ProgressBar::new(job.share().unwrap_or_default()).desired_width(120.0));
+            bar_ui(ui, job);
+            stop_ui(ui, (id, job), asks);
             ui.label(&job.name);
             ui.weak(&job.stage);
             ui.weak(left(job));
-            stop_ui(ui, (id, job), asks);
         });
     }
 }

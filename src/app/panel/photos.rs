@@ -6,13 +6,14 @@ use eframe::egui::{
     vec2,
 };
 
+use super::gone::{gone_ui, locate_ui};
 use super::menu::{PHOTO, context_ui};
 use super::percent;
 use crate::app::command::layers::BUILD;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
 use crate::app::state::selection::Selection;
-use crate::app::state::session::{BUILT, PhotoStatus, Session};
+use crate::app::state::session::{BUILT, MISSING, PhotoStatus, Session};
 use crate::app::widget::look::focus_stroke;
 use crate::app::widget::look::good;
 use crate::recipe::layer_table::LayerFigures;
@@ -49,6 +50,7 @@ pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: Thumbnails<'_>, asks: &
             }
         }
     });
+    gone_ui(ui, session, asks);
     let count = session.photos.len();
     let goes_to = gone_to(state, ui);
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, count, |ui, rows| {
@@ -116,7 +118,7 @@ fn row(
     let mut ui = ui.new_child(UiBuilder::new().max_rect(text));
     ui.spacing_mut().item_spacing.y = BETWEEN;
     ui.add(eframe::egui::Label::new(RichText::new(&photo.name).strong()).truncate().selectable(false));
-    word_of_state(&mut ui, status, changes);
+    word_of_state(&mut ui, status, changes, asks);
     details(&mut ui, status);
     if response.double_clicked() {
         asks.push(Ask::Space(SpaceAsk::FlyToPhoto(id)));
@@ -164,15 +166,16 @@ fn meaning(word: &str) -> &'static str {
             "Its layers are out of date, because masks, options or model have changed: build it again."
         }
         "broken" => "Its layers cannot be read: build it again.",
+        MISSING => "Its file is missing. Its layers are shown as they were built.",
         _ => "It has no layers yet: build it.",
     }
 }
 
-fn word_of_state(ui: &mut Ui, status: &PhotoStatus, changes: Changes) {
+fn word_of_state(ui: &mut Ui, status: &PhotoStatus, changes: Changes, asks: &mut Vec<Ask>) {
     let colour = match status.word {
         BUILT => good(ui.visuals()),
         "stale" => ui.visuals().warn_fg_color,
-        "broken" => ui.visuals().error_fg_color,
+        "broken" | MISSING => ui.visuals().error_fg_color,
         _ => ui.visuals().weak_text_color(),
     };
     let text = format!("{}{}", status.word, changes.words(" · "));
@@ -181,6 +184,9 @@ fn word_of_state(ui: &mut Ui, status: &PhotoStatus, changes: Changes) {
         ui.spacing_mut().item_spacing.x = 5.0;
         let (rect, _) = ui.allocate_exact_size(Vec2::splat(SIGN), Sense::hover());
         sign(ui, rect, status.word, colour);
+        if status.word == MISSING {
+            locate_ui(ui, asks);
+        }
         ui.add(eframe::egui::Label::new(text).truncate().selectable(false));
     });
 }
@@ -196,7 +202,7 @@ fn sign(ui: &Ui, rect: Rect, word: &str, colour: Color32) {
             painter.with_clip_rect(half).circle_filled(middle, radius, colour);
             painter.circle_stroke(middle, radius, stroke)
         }
-        "broken" => {
+        "broken" | MISSING => {
             let corner = vec2(radius, radius);
             painter.line_segment([middle - corner, middle + corner], stroke);
             let corner = vec2(radius, -radius);

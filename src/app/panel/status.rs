@@ -36,17 +36,19 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         }
         return images_ui(ui, images);
     };
-    match job.share() {
-        Some(share) => ui.add(ProgressBar::new(share).desired_width(120.0).show_percentage()),
-        None => ui.add(Spinner::new().size(14.0)),
-    };
+    bar_ui(ui, job);
+    // The button comes before the words, whose length changes, so that it stays under the pointer.
+    stop_ui(ui, (id, job), asks);
     ui.label(&job.name);
-    if let Some((done, total)) = job.progress.filter(|_| is_update(job)) {
-        let each = "An update looks at all photos, because they fill each other; most need nothing.";
-        ui.weak(format!("looking at photo {} of {total}", (done + 1).min(total))).on_hover_text(each);
+    if !job.progress.in_words().is_empty() {
+        let words = ui.weak(job.progress.in_words());
+        if is_update(job) {
+            words.on_hover_text(
+                "An update looks at all photos, because they fill each other; most need nothing.",
+            );
+        }
     }
     ui.weak(left(job));
-    stop_ui(ui, (id, job), asks);
     let more = state.running.all().count() - 1;
     if more > 0 {
         ui.weak(format!("and {more} more"));
@@ -57,6 +59,14 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
     // The remaining time is updated even where no job reports progress.
     ui.ctx().request_repaint_after_secs(0.5);
+}
+
+/// Draws how far a job is, always as wide.
+pub fn bar_ui(ui: &mut Ui, job: &Job) {
+    match job.progress.share() {
+        Some(share) => ui.add(ProgressBar::new(share).desired_width(BAR).show_percentage()),
+        None => ui.add_sized([BAR, 14.0], Spinner::new().size(14.0)),
+    };
 }
 
 /// Draws the button that stops a job; an update in the background is paused.
@@ -71,6 +81,8 @@ pub fn stop_ui(ui: &mut Ui, (id, job): (JobId, &Job), asks: &mut Vec<Ask>) {
     }
 }
 
+/// The width of the progress bar, in points.
+const BAR: f32 = 120.0;
 /// The room that other parts of the bar need at least, in points.
 const OTHERS: f32 = 130.0;
 
@@ -103,7 +115,7 @@ pub fn left(job: &Job) -> String {
     if job.is_stopping() {
         return "stopping…".into();
     }
-    match job.left().map(|left| left.as_secs()) {
+    match job.progress.left().map(|left| left.as_secs()) {
         Some(seconds) if seconds >= 90 => format!("about {} min left", (seconds + 30) / 60),
         Some(seconds) => format!("about {} s left", seconds + 1),
         None => String::new(),

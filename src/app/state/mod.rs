@@ -23,6 +23,7 @@ pub mod palette;
 pub mod panels;
 pub mod panes;
 pub mod pending;
+pub mod progress;
 pub mod quality;
 pub mod round_trip;
 pub mod running;

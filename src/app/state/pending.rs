@@ -70,6 +70,8 @@ pub struct PendingUpdates {
     pub looks: bool,
     /// Whether an update was stopped or failed. It waits until the next edit, build or reload.
     pub waits: bool,
+    /// Whether the site is to be read again as soon as other jobs have ended.
+    pub reload: bool,
     /// The time of the last edit, in seconds.
     pub edited_s: f64,
     /// When the autosave is due.
@@ -95,7 +97,7 @@ impl PendingUpdates {
 
     /// Drops the updates that reading the site again includes.
     pub fn reread(&mut self) {
-        (self.invalidation, self.waits) = (None, false);
+        (self.invalidation, self.waits, self.reload) = (None, false, false);
     }
 }
 

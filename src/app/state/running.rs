@@ -1,7 +1,8 @@
 //! The running jobs: subject and progress of each. These are plain values; the threads belong to `work`.
 
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant};
+
+use super::progress::Progress;
 
 /// The identifier of a job, unique in a run of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -95,39 +96,15 @@ pub struct Job {
     pub name: String,
     /// The current step: stage and subject, empty before the first step.
     pub stage: String,
-    /// The units done and the total units of the main stage; none before they are known.
-    pub progress: Option<(u64, u64)>,
-    /// The start time.
-    pub since: Instant,
+    /// How far the job is.
+    pub progress: Progress,
     is_stopping: bool,
-    counted: BTreeMap<&'static str, (u64, u64)>,
 }
 
 impl Job {
     /// Makes a job that starts now.
     pub fn new(kind: JobKind, name: String) -> Self {
-        Self {
-            kind,
-            name,
-            stage: String::new(),
-            progress: None,
-            since: Instant::now(),
-            is_stopping: false,
-            counted: BTreeMap::new(),
-        }
-    }
-
-    /// Returns the progress, 0 to 1; none before it is known.
-    pub fn share(&self) -> Option<f32> {
-        self.progress.map(|(done, total)| done as f32 / total.max(1) as f32)
-    }
-
-    /// Returns the estimated time left; none before anything is done.
-    pub fn left(&self) -> Option<Duration> {
-        let (done, total) = self.progress.filter(|(done, total)| *done > 0 && done < total)?;
-        // An estimate after a moment would only flicker.
-        let spent = self.since.elapsed();
-        (spent > Duration::from_secs(1)).then(|| spent.mul_f64((total - done) as f64 / done as f64))
+        Self { kind, name, stage: String::new(), progress: Progress::default(), is_stopping: false }
     }
 
     /// Returns whether the job was asked to stop.
@@ -201,31 +178,11 @@ impl Running {
 }
 
 impl Job {
-    /// Records a step. Stages nest and run side by side: the main stage is that with most units of work without a
-    /// subject (all photos, not one photo's part), otherwise the one reported last.
+    /// Records a step. Steps of a subject are those of one photo, which do not move the bar.
     pub fn step(&mut self, stage: &'static str, subject: String, done: u64, total: u64) {
-        self.stage = if subject.is_empty() { stage.into() } else { format!("{stage}: {subject}") };
         if subject.is_empty() {
-            self.counted.insert(stage, (done, total));
-            self.progress =
-                self.counted.values().copied().filter(|(done, total)| done < total).max_by_key(|p| p.1);
-            self.progress = self.progress.or(Some((done, total)));
+            self.progress.step(self.kind, stage, done, total);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_stage_of_most_units_counts_until_it_is_done() {
-        let mut job = Job::new(JobKind::Build, String::new());
-        job.step("photos", String::new(), 3, 19);
-        job.step("sort", "a.jpg".into(), 1, 50);
-        job.step("read", String::new(), 1, 2);
-        assert_eq!(job.progress, Some((3, 19)));
-        job.step("photos", String::new(), 19, 19);
-        assert_eq!(job.progress, Some((1, 2)));
+        self.stage = if subject.is_empty() { stage.into() } else { format!("{stage}: {subject}") };
     }
 }

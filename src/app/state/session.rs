@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use glam::{DVec2, DVec3};
@@ -14,6 +15,7 @@ use crate::io::atomic::remove_old_leftovers;
 use crate::io::lock::ProjectLock;
 use crate::io::project::read_project;
 use crate::io::recovery::{UnsavedChanges, read_unsaved};
+use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::projection::backdrops::without_backdrops;
 use crate::projection::navigation::{SceneFrame, Viewpoint};
@@ -23,7 +25,7 @@ use crate::recipe::open::{Opened, open_site};
 use crate::recipe::site_stamp::SiteStamp;
 use crate::recipe::survey::{StackState, Survey};
 use crate::recipe::views::up;
-use crate::scene::{Edges, Model, Object, PhotoId};
+use crate::scene::{Edges, Model, Object, Photo, PhotoId};
 use crate::task::Task;
 
 /// The longest time between frames of a video: a video without one for longer was killed.
@@ -51,16 +53,23 @@ pub struct Session {
     pub seen: SiteStamp,
     /// Whether parts of the site were missing when it was read.
     pub incomplete: bool,
+    /// The photos that have layers and were left out when the site was read, with the reason.
+    pub gone: Vec<(String, String)>,
     /// The decisions, with the steps that led to them.
     pub history: History,
     /// The pending updates after edits.
     pub pending: PendingUpdates,
     /// The project's lock, shared with jobs that must not be interrupted while they write.
     pub lock: Arc<ProjectLock>,
+    /// The hold on the stacks: what jobs of the window replace stays on disk until nothing names it.
+    _reader: StackReader,
 }
 
 /// The word for a photo whose layers are up to date.
 pub const BUILT: &str = "built";
+
+/// The word for a photo that has layers and whose file is gone since the project was opened.
+pub const MISSING: &str = "photo missing";
 
 /// The word for a photo whose stack is damaged.
 const BROKEN: &str = "broken";
@@ -74,19 +83,34 @@ pub struct PhotoStatus {
     pub stack: Option<Arc<Stack>>,
     /// The problem, where there is one.
     pub problem: Option<String>,
+    /// The number of the look at the disk that found this; later looks have higher numbers.
+    pub look: u64,
 }
 
+/// The number of the next look at a stack on disk.
+static NEXT_LOOK: AtomicU64 = AtomicU64::new(1);
+
 impl PhotoStatus {
-    fn from_state(state: StackState) -> Self {
+    fn from_state(state: StackState, look: u64) -> Self {
         // The user sees a stack that is up to date as built.
         let word = if matches!(state, StackState::Current(_)) { BUILT } else { state.word() };
         match state {
             StackState::Current(stack) | StackState::Stale(stack) => {
-                Self { word, stack: Some(Arc::new(stack)), problem: None }
+                Self { word, stack: Some(Arc::new(stack)), problem: None, look }
             }
-            StackState::Missing => Self { word, stack: None, problem: None },
-            StackState::Broken(error) => Self { word, stack: None, problem: Some(error.to_string()) },
+            StackState::Missing => Self { word, stack: None, problem: None, look },
+            StackState::Broken(error) => Self { word, stack: None, problem: Some(error.to_string()), look },
         }
+    }
+
+    /// Tells a photo whose file is gone from one whose stack cannot be read: its layers are still shown.
+    fn with_file(self, photo: &Photo, store: &StackStore) -> Self {
+        if self.word != BROKEN || photo.file.is_file() {
+            return self;
+        }
+        let Ok(Some(stack)) = store.current(&photo.name) else { return self };
+        let problem = format!("the photo {} is missing", photo.file.display());
+        Self { word: MISSING, stack: Some(Arc::new(stack)), problem: Some(problem), ..self }
     }
 
     /// Reuses the known stack where it is equal.
@@ -149,10 +173,25 @@ pub fn survey(
     let photos = &opened.site.photos;
     let status = |(done, photo)| {
         task.step("check stacks", done, photos.len() as u64)?;
-        let status = PhotoStatus::from_state(survey.state(photo)?).with_known(known.get(done as usize));
+        // A look that begins later finds what is there now, or something newer.
+        let look = NEXT_LOOK.fetch_add(1, Ordering::Relaxed);
+        let status = PhotoStatus::from_state(survey.state(photo)?, look).with_file(photo, &store);
+        let status = status.with_known(known.get(done as usize));
         Ok(status.with(store.damage(&photo.name)))
     };
     (0u64..).zip(photos).map(status).collect()
+}
+
+/// Returns the stacks of photos with these states.
+pub fn stacks_of(photos: &[PhotoStatus]) -> Vec<Option<Arc<Stack>>> {
+    photos.iter().map(|photo| photo.stack.clone()).collect()
+}
+
+/// Returns the photos that have layers and are left out of the site, with the reason. (Cameras often name more photos than
+/// are used.)
+fn gone(folder: &Path, opened: &Opened) -> Vec<(String, String)> {
+    let store = StackStore::new(folder);
+    opened.left_out.iter().filter(|(photo, _)| store.stack_file(photo).is_file()).cloned().collect()
 }
 
 /// Returns the points of a site without backdrops.
@@ -166,6 +205,25 @@ fn home(opened: &Opened) -> Vec<DVec3> {
 }
 
 impl Session {
+    /// Returns the newer of the known state and the `seen` one of each photo: jobs that look at the disk at the same time
+    /// may end in any order.
+    pub fn newest(&self, seen: Vec<PhotoStatus>) -> Vec<PhotoStatus> {
+        if seen.len() != self.photos.len() {
+            return seen;
+        }
+        let newer = |(known, seen): (&PhotoStatus, PhotoStatus)| match seen.look < known.look {
+            true => known.clone(),
+            false => seen,
+        };
+        self.photos.iter().zip(seen).map(newer).collect()
+    }
+
+    /// Returns the names of photos whose files are gone since the site was read.
+    pub fn missing_since(&self) -> impl Iterator<Item = &str> {
+        let photos = self.opened.site.photos.iter().zip(&self.photos);
+        photos.filter(|(_, status)| status.word == MISSING).map(|(photo, _)| photo.name.as_str())
+    }
+
     /// Returns the stack of a photo, where the photo exists and has one.
     pub fn stack_of(&self, photo: PhotoId) -> Option<&Arc<Stack>> {
         self.photos.get(photo.index())?.stack.as_ref()
@@ -204,6 +262,7 @@ impl Session {
     }
 
     fn with(lock: ProjectLock, folder: &Path, opened: Opened, seen: SiteStamp, task: &Task) -> Result<Self> {
+        let reader = StackReader::begin(folder);
         let photos = survey(folder, &opened, &[], task)?;
         let history = History::new(opened.project.clone());
         let model = &opened.site.model;
@@ -217,11 +276,13 @@ impl Session {
             has_former: false,
             seen,
             incomplete: !opened.problems.is_empty(),
+            gone: gone(folder, &opened),
             opened: Arc::new(opened),
             photos,
             history,
             pending: PendingUpdates::default(),
             lock,
+            _reader: reader,
         })
     }
 
@@ -234,6 +295,7 @@ impl Session {
         // Decisions made while the site was read are kept.
         let present = Project::clone(self.history.present());
         self.incomplete = !opened.problems.is_empty();
+        self.gone = gone(&self.folder, &opened);
         self.opened = Arc::new(opened.with_project(&self.folder, present));
         self.photos = photos;
     }

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
+use super::priority::lower_own_priority;
 use super::waker::Waker;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
@@ -111,6 +112,8 @@ impl Jobs {
         running.begun(id, job);
         self.stops.insert(id, task.stop_flag());
         let run = move || {
+            // The threads that it starts have its priority, too.
+            lower_own_priority();
             let ended =
                 catch_unwind(AssertUnwindSafe(|| work(&task))).unwrap_or_else(|panic| Err(fault(&*panic)));
             tell(Message::Ended(id, ended));
@@ -209,6 +212,22 @@ mod tests {
         let (notes, arrivals) = ended(&mut jobs, &mut running);
         assert!(arrivals.is_empty());
         assert!(notes[0].text.to_string().contains("the wall fell"), "{notes:?}");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_job_and_the_threads_that_it_starts_give_way_to_the_window() {
+        let nice = || rustix::process::nice(0).unwrap();
+        let (mut jobs, mut running) = (Jobs::new(Waker::default()), Running::default());
+        let (send, receive) = channel();
+        jobs.start(&mut running, JobKind::Build, "Building", move |_| {
+            let of_thread = std::thread::spawn(nice).join().unwrap();
+            send.send([nice(), of_thread]).unwrap();
+            Ok(arrival(|_| ()))
+        });
+        ended(&mut jobs, &mut running);
+        let lower = receive.recv().unwrap();
+        assert!(lower.iter().all(|lower| *lower > nice()), "{lower:?}");
     }
 
     #[test]

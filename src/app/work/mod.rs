@@ -32,6 +32,7 @@ use self::pictures::Pictures;
 use self::waker::Waker;
 use self::watching::Watching;
 use super::state::State;
+use crate::document::Stack;
 use crate::document::paint::PaintBook;
 use crate::scene::Model;
 
@@ -75,6 +76,8 @@ pub struct MadePainter {
     pub model: Arc<Model>,
     /// The project's paint when it began to be made, where that had changed since the project was opened.
     pub book: Option<Arc<PaintBook>>,
+    /// The stacks that it shows, in the site's order.
+    pub stacks: Vec<Option<Arc<Stack>>>,
 }
 
 /// A slot for a painter, between the job that makes it and the state that uses it.

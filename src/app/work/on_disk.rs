@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::priority::lower_own_priority;
 use super::waker::Waker;
 use crate::app::state::session::Session;
 use crate::document::Project;
@@ -56,6 +57,7 @@ impl OnDisk {
         let present = Arc::new(Mutex::new(project.clone()));
         let (asked, of_window) = (ends.clone(), present.clone());
         let look = move || {
+            lower_own_priority();
             let mut plants = PlantFiles::new(&folder, &project.trees);
             let mut last_plants = plants.clone();
             let mut rest = LOOKS_EVERY;

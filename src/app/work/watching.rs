@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
+use super::priority::lower_own_priority;
 use super::waker::Waker;
 use super::write_lock::WriteLock;
 use crate::app::state::notes::{Note, Weight};
@@ -49,6 +50,7 @@ impl Watching {
         let stop = task.stop_flag();
         let (project, lock) = (session.folder.clone(), Arc::downgrade(&session.lock));
         let run = move || {
+            lower_own_priority();
             let folder = editing::folder(&project);
             // The window holds the project's lock as long as the project is open; the thread holds it while paint is
             // written.

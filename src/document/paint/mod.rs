@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
+use super::in_use::FilesInUse;
 use super::masks::{Mask, MaskOrigin};
 use super::stack::{StackCamera, StackPhoto};
 use super::stroke::BrushMode;
@@ -43,6 +44,9 @@ pub struct PaintBook {
     pub documents: BTreeMap<String, PaintedDocument>,
     /// The last [`IMPORTS_KEPT`] imports, oldest first.
     pub imports: Vec<PaintImport>,
+    /// The hold on the files of this book, where it was read from disk or written to it.
+    #[serde(skip)]
+    pub in_use: FilesInUse,
 }
 
 /// A photo and its camera at the time of an import.
@@ -168,6 +172,7 @@ impl Default for PaintBook {
             entries: Vec::new(),
             documents: BTreeMap::new(),
             imports: Vec::new(),
+            in_use: FilesInUse::default(),
         }
     }
 }

@@ -225,6 +225,7 @@ pub fn take_back_with_book(project: &Path) -> Result<(PaintImport, Arc<PaintBook
     let import = book.take_back().ok_or_else(|| Error::Request("there is no import to undo".into()))?;
     mask::take_back(project, &import.masks)?;
     store.commit(&book, &before)?;
+    let book = store.held(book);
     if read_project(project)?.fill.only_here.imports.contains(&import.number) {
         change_project(project, |project| {
             let mut project = project?;

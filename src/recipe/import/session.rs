@@ -235,7 +235,7 @@ impl<'a> PaintSession<'a> {
             })?;
         }
         self.store.commit(&self.book, &self.before)?;
-        Ok(CommittedPaint { store: self.store, book: self.book })
+        Ok(CommittedPaint { book: self.store.held(self.book), store: self.store })
     }
 
     /// Makes the history's record.

@@ -16,7 +16,7 @@ use self::lost::LostPaint;
 use self::parts::{LayerParts, PartSource, SurfacePart, camera_of};
 use crate::document::paint::{PaintBook, PaintEntry, PaintPatch};
 use crate::document::stack::{ImageLayer, Stack};
-use crate::document::{Element, paint::PaintedView};
+use crate::document::{Element, FilesInUse, paint::PaintedView};
 use crate::error::Result;
 use crate::geometry::{PixelRect, Spans};
 use crate::io::paint_store::PaintStore;
@@ -35,6 +35,8 @@ pub struct PhotoPaint {
     lost: Vec<usize>,
     /// Messages about paint that cannot be shown, because its files are damaged or missing.
     damaged: Vec<String>,
+    /// The hold on the files of the book.
+    _in_use: FilesInUse,
 }
 
 /// An entry on an image layer.
@@ -90,7 +92,8 @@ impl PhotoPaint {
         let current = || PaintedView { photo: stack.photo.clone(), camera: stack.camera.clone() };
         let views =
             entries.iter().map(|e| book.views.get(&e.view).cloned().unwrap_or_else(current)).collect();
-        let mut paint = Self { store: Some(store), entries, views, damaged, ..Self::default() };
+        let _in_use = book.in_use.clone();
+        let mut paint = Self { store: Some(store), entries, views, damaged, _in_use, ..Self::default() };
         paint.assign(stack);
         paint
     }

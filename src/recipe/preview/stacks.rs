@@ -8,13 +8,22 @@ use crate::recipe::open::Opened;
 use crate::recipe::survey::{StackState, Survey};
 use crate::task::Task;
 
-/// Returns the photos' stacks, in the site's order, and messages about unreadable ones.
+/// The stacks that a preview shows.
+#[derive(Debug, Clone)]
+pub struct ReadStacks {
+    /// The photos' stacks, in the site's order.
+    pub stacks: Vec<Option<Stack>>,
+    /// Messages about unreadable ones.
+    pub problems: Vec<Message>,
+}
+
+/// Reads the photos' stacks.
 pub fn stacks(
     opened: &Opened,
     store: &StackStore,
     options: &PreviewOptions,
     task: &Task,
-) -> Result<(Vec<Option<Stack>>, Vec<Message>)> {
+) -> Result<ReadStacks> {
     let survey = Survey::new(opened, store);
     let mut stacks = Vec::with_capacity(opened.site.photos.len());
     let mut missing = Vec::new();
@@ -45,7 +54,7 @@ pub fn stacks(
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     if options.without_stack_notes {
-        return Ok((stacks, broken));
+        return Ok(ReadStacks { stacks, problems: broken });
     }
     if !missing.is_empty() {
         let missing = missing.join(", ");
@@ -57,5 +66,5 @@ pub fn stacks(
         let found = format!("the stacks of these photos are out of date: {stale}; ");
         task.note((found, Remedy::Build, " updates them"));
     }
-    Ok((stacks, broken))
+    Ok(ReadStacks { stacks, problems: broken })
 }

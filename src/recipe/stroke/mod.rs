@@ -315,6 +315,8 @@ impl Recorded<'_> {
             brush: Some(mode),
             ..PaintMade::default()
         };
+        // A stroke that was undone meanwhile is not written.
+        task.go_on()?;
         let committed = task.timed("write paint", || session.commit(made, options.only_here))?;
         report.book = Arc::new(committed.book);
         Ok(report)

@@ -16,7 +16,7 @@ pub use self::on_disk::ProjectOnDisk;
 pub use self::turns::UpdateSource;
 pub(super) use self::turns::{FillCheck, Turns};
 use super::budget::default_memory;
-use super::build::{BuildOptions, Built, build, build_in_turn};
+use super::build::{BuildOptions, Built, STAGE, build, build_in_turn};
 use super::fill::{FillRequest, FilledPhoto, fill_in_turns};
 use super::layer_names::rename;
 use super::named::index_of_photo;
@@ -269,17 +269,22 @@ impl UpdateJob<'_> {
     fn build(&mut self, opened: &Arc<Opened>, task: &Task) -> Result<bool> {
         let needed = self.photos_to_build(opened)?;
         let turns = Turns::new(self.source, opened, self.store, &self.request.stops);
+        let (mut done, total) = (0, needed.len() as u64);
         for some in needed.chunks(self.request.together.max(1)) {
+            task.step(STAGE, done, total)?;
+            done += some.len() as u64;
             let Some(_turn) = turns.begin(task)? else { return Ok(false) };
             let rasteriser = match &mut self.rasteriser {
                 Some(rasteriser) => rasteriser,
                 none => none.insert((self.make)()?),
             };
             let options = options(opened, some.to_vec(), self.request.memory, self.request.together);
-            for built in build_in_turn(&opened.site, self.store, &**rasteriser, &options, &turns, task)? {
+            let part = task.within_step();
+            for built in build_in_turn(&opened.site, self.store, &**rasteriser, &options, &turns, &part)? {
                 self.note_built(built, &turns);
             }
         }
+        task.step(STAGE, total, total)?;
         Ok(Arc::ptr_eq(&self.source.project(task)?, opened))
     }
 

@@ -14,7 +14,8 @@ impl State {
     pub fn show_missing(&mut self) {
         let Some(session) = &self.session else { return };
         let parts = parts_of(&session.folder, &session.opened.project);
-        let missing = missing_photos(&session.opened, &parts);
+        let mut missing = missing_photos(&session.opened, &parts);
+        missing.extend(session.missing_since().map(str::to_owned));
         self.opening.dialogs.relinking = Some(Relinking::of_photos(session.folder.clone(), parts, missing));
     }
 }

@@ -8,7 +8,7 @@ use crate::app::state::panes::Pane;
 use crate::app::state::quality::filling::{LookoutInputs, Worst};
 use crate::app::state::quality::lookup::ComputedValue;
 use crate::app::state::running::JobKind;
-use crate::app::state::session::Session;
+use crate::app::state::session::{Session, stacks_of};
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::document::{Project, Stack};
@@ -105,7 +105,7 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
         return;
     }
     let (opened, up) = (session.opened.clone(), session.scene_frame.up);
-    let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
+    let stacks = stacks_of(&session.photos);
     let ticket = fill.worst.ticket();
     let job = work.jobs.start(&mut state.running, JobKind::Look, "Finding occluded areas", move |task| {
         let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();

@@ -53,7 +53,10 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
         let note = Note::about(Weight::Info, &photo.name, text);
         Ok(Box::new(move |state| {
             state.tell(note);
-            state.settings.notes_shown = true;
+            // Who edits photo after photo knows where it is said.
+            if !std::mem::replace(&mut state.round_trip.told_of_saves, true) {
+                state.settings.notes_shown = true;
+            }
             vec![RoundTripAsk::WatchForSaves.into()]
         }))
     });

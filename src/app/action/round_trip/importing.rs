@@ -90,6 +90,7 @@ pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc
 pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
     let Some(session) = &state.session else { return };
     let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.live.paint.clone());
+    state.space.hide_stroke(number);
     work.jobs.start(&mut state.running, JobKind::Import, "Undoing an import", move |_| {
         let _turn = turn.take();
         if history(&folder)?.last().map(|import| import.number) != Some(number) {

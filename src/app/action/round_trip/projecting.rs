@@ -9,7 +9,7 @@ use crate::app::state::ask::{Ask, RoundTripAsk};
 use crate::app::state::notes::Note;
 use crate::app::state::round_trip::Projected;
 use crate::app::state::running::JobKind;
-use crate::app::state::session::PhotoStatus;
+use crate::app::state::session::{PhotoStatus, stacks_of};
 use crate::app::work::Work;
 use crate::app::work::painter::Change;
 use crate::document::paint::PaintBook;
@@ -41,6 +41,7 @@ impl State {
             session.folder == folder && session.opened.site.photos.len() == photos.len()
         };
         let Some(session) = self.session.as_mut().filter(is_of) else { return Vec::new() };
+        let photos = session.newest(photos);
         let before = std::mem::replace(&mut session.photos, photos);
         self.keep_selection(&before);
         let is_all = !self.running.runs(JobKind::Update);
@@ -70,7 +71,7 @@ fn project_to(state: &mut State, work: &mut Work, book: Arc<PaintBook>, mut phot
     let Some(session) = &state.session else { return };
     let later = photos.split_off(FIRST.min(photos.len()));
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
-    let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
+    let stacks = stacks_of(&session.photos);
     let number = state.round_trip.projection;
     work.jobs.start(&mut state.running, JobKind::Projection, "Projecting paint", move |task| {
         let projection = PaintProjection::new(&folder, &opened, &stacks, task)?;
@@ -109,8 +110,7 @@ pub fn show_projected(state: &mut State, work: &mut Work, projected: Projected) 
 pub fn show_fillings(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     if let Some(painter) = &mut work.painter {
-        let stacks = session.photos.iter().map(|photo| photo.stack.clone()).collect();
-        painter.change(Change::Fillings(stacks));
+        painter.change(Change::Fillings(stacks_of(&session.photos)));
         state.space.redraw();
     }
     // Paint that came in the meantime is not in these files.

@@ -17,7 +17,7 @@ pub fn layered() -> TestBench {
     let site = &session.opened.site;
     let status = |photo| {
         let stack = Some(Arc::new(stack_of(site, photo)));
-        PhotoStatus { word: BUILT, stack, problem: None }
+        PhotoStatus { word: BUILT, stack, problem: None, look: 0 }
     };
     session.photos = site.photos.iter().map(status).collect();
     bench

@@ -189,6 +189,36 @@ fn while_the_model_is_not_what_the_decisions_say_nothing_is_made_of_it() {
 }
 
 #[test]
+fn reloading_waits_for_a_running_job_and_happens_after_it() {
+    let mut bench = TestBench::new();
+    let reads = |bench: &TestBench| bench.state.running.runs(JobKind::Open);
+    bench.state.running.begun(JobId(900), Job::new(JobKind::Export, "Exporting".into()));
+    bench.ask(BuildAsk::Reread(None));
+    bench.pass(0.1);
+    assert!(!reads(&bench));
+    assert!(bench.said().last().unwrap().contains("waits until “Exporting” has ended"));
+    bench.state.running.ended(JobId(900));
+    bench.pass(0.1);
+    assert!(reads(&bench));
+    bench.settle();
+    bench.pass(0.1);
+    assert!(!reads(&bench), "once");
+}
+
+#[test]
+fn what_was_looked_at_later_counts_in_whatever_order_it_arrives() {
+    let mut bench = layered();
+    let now = bench.session().photos.clone();
+    let mut former = now.clone();
+    (former[0].word, former[0].look) = ("stale", 0);
+    bench.state.session.as_mut().unwrap().photos[0].look = 7;
+    let session = bench.session();
+    assert_eq!(session.newest(former.clone())[0].word, now[0].word, "an earlier look arrives late");
+    former[0].look = 8;
+    assert_eq!(session.newest(former)[0].word, "stale");
+}
+
+#[test]
 fn layers_that_will_be_one_are_known_before_they_are_built() {
     let mut bench = layered();
     let layers: Vec<_> = bench.session().stack_of(PhotoId(0)).unwrap().layer_indices().take(2).collect();

@@ -1,7 +1,8 @@
 //! Hatching over hidden areas, and the checkerboard behind transparent ones.
 
 use eframe::egui::{
-    Color32, ColorImage, Context, Painter, Rect, Stroke, TextureHandle, TextureOptions, pos2,
+    Align2, Color32, ColorImage, Context, FontId, Painter, Rect, Stroke, TextureHandle, TextureOptions, Vec2,
+    pos2, vec2,
 };
 
 use super::placement::PlacedPicture;
@@ -11,11 +12,18 @@ use crate::projection::hatching::{PixelMask, stripes};
 const PITCH: f64 = 8.0;
 /// The side of a square of the checkerboard, in points.
 const FIELD: f32 = 9.0;
+/// Where it is said that nothing is hidden, from the lower left corner.
+const NOTHING_AT: Vec2 = vec2(8.0, -8.0);
 /// The colour of hidden areas.
 pub const HIDDEN: Color32 = Color32::from_rgb(0xf2, 0x8c, 0x38);
 
-/// Draws stripes over a mask.
+/// Draws stripes over a mask; says so where nothing of it is left to be hatched.
 pub fn hatch(painter: &Painter, seen: &PlacedPicture, mask: &PixelMask) {
+    if !mask.pixels().contains(&true) {
+        let (at, font) = (seen.rect.left_bottom() + NOTHING_AT, FontId::proportional(12.0));
+        painter.text(at, Align2::LEFT_BOTTOM, "Hatching: nothing is hidden here", font, HIDDEN);
+        return;
+    }
     // The pitch is a power of two, so that stripes keep their positions from one zoom level to the next.
     let pitch_px = (PITCH / seen.scale).max(1.0).log2().ceil().exp2() as u32;
     let stroke = Stroke::new(1.2, HIDDEN);

@@ -138,7 +138,7 @@ fn progress(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         return;
     };
     ui.horizontal(|ui| {
-        ui.add(ProgressBar::new(job.share().unwrap_or_default()).desired_width(240.0));
+        ui.add(ProgressBar::new(job.progress.share().unwrap_or_default()).desired_width(240.0));
         ui.label(&job.stage);
         if ui.button("Stop").clicked() {
             asks.push(BuildAsk::Stop(id).into());

@@ -11,7 +11,7 @@ use crate::app::state::numbers::{counted, grouped};
 use crate::app::state::running::JobKind;
 use crate::app::state::space::brush::{DrawnStroke, UnseenStroke};
 use crate::document::stroke::{BrushMode, Stroke};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::recipe::stroke::StrokeReport;
 use crate::recipe::stroke::coverage::StrokeCoverage;
 
@@ -29,12 +29,14 @@ impl State {
         done: Result<StrokeReport>,
         again: Option<u32>,
     ) -> Vec<Ask> {
+        let was_undone = self.space.brush.is_undone;
         let ended = self.space.brush.take_ended(drawn);
         if self.session.as_ref().is_none_or(|session| session.folder != folder) {
             return Vec::new();
         }
         let report = match done {
             Ok(report) => report,
+            Err(Error::Cancelled) if was_undone => return Vec::new(),
             Err(error) => {
                 self.tell(Note::new(Weight::Problem, format!("The stroke was not painted: {error}")));
                 return Vec::new();
@@ -49,7 +51,7 @@ impl State {
             self.remember_only_here(number);
         }
         // The picture on the screen does not contain it yet.
-        let gets_picture = self.device.is_some() || self.running.runs(JobKind::Preview);
+        let gets_picture = !was_undone && (self.device.is_some() || self.running.runs(JobKind::Preview));
         if let Some(drawn) = ended.filter(|_| gets_picture) {
             let revision = self.space.next_revision();
             self.space.brush.unseen.push(UnseenStroke { drawn, number, revision });

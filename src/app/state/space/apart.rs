@@ -13,6 +13,7 @@ use crate::document::Stack;
 use crate::layers::LayerIndex;
 use crate::projection::exploded::Stand;
 use crate::projection::flight::FrameLens;
+use crate::projection::navigation::Viewpoint;
 use crate::recipe::peel::Opacities;
 use crate::scene::PhotoId;
 
@@ -40,12 +41,17 @@ impl State {
         self.panes.show(Pane::Space);
         self.space.exploded.photo = Some(photo);
         self.space.exploded.now_apart = 0.0;
-        let apart = self.space.exploded.apart;
-        let (Some(stand), Some(session)) = (self.stand(apart), &self.session) else { return };
-        let lens = FrameLens::with_field_of_view(FIELD_RAD);
-        let there = stand.side_view(last_order(session, photo), lens, session.scene_frame.up);
+        let Some(there) = self.view_of_layers_apart() else { return };
         self.space.exploded.begins = true;
         self.fly_to_viewpoint(there);
+    }
+
+    /// Returns the view of all layers that are pulled apart; none where nothing is.
+    pub fn view_of_layers_apart(&self) -> Option<Viewpoint> {
+        let (photo, session) = (self.space.exploded.photo?, self.session.as_ref()?);
+        let stand = self.stand(self.space.exploded.apart)?;
+        let (lens, up) = (FrameLens::with_field_of_view(FIELD_RAD), session.scene_frame.up);
+        Some(stand.side_view(last_order(session, photo), lens, up, self.space.width().min(1.0)))
     }
 
     /// Returns the version of the layers that are pulled apart; none where nothing is, or where no layers are built.

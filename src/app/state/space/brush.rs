@@ -30,6 +30,8 @@ pub struct SpaceBrush {
     pub waiting: VecDeque<Arc<DrawnStroke>>,
     /// Whether the first waiting stroke is in work.
     pub is_painting: bool,
+    /// Whether that stroke is undone already: it is not seen any more.
+    pub is_undone: bool,
     /// The strokes that have become paint, which the picture of the view does not contain yet.
     pub unseen: Vec<UnseenStroke>,
     /// The parts of the last stroke that could not become paint, in words.
@@ -67,6 +69,7 @@ impl Default for SpaceBrush {
             stroke: None,
             waiting: VecDeque::new(),
             is_painting: false,
+            is_undone: false,
             unseen: Vec::new(),
             remark: None,
         }
@@ -121,7 +124,8 @@ impl SpaceBrush {
     /// Returns the strokes that the picture of the view does not contain yet, oldest first.
     pub fn previews(&self) -> impl Iterator<Item = &DrawnStroke> {
         let unseen = self.unseen.iter().map(|stroke| &*stroke.drawn);
-        let all = unseen.chain(self.waiting.iter().map(|drawn| &**drawn)).chain(&self.stroke);
+        let waiting = self.waiting.iter().skip(usize::from(self.is_undone)).map(|drawn| &**drawn);
+        let all = unseen.chain(waiting).chain(&self.stroke);
         // Strokes of the matte brush are in photos.
         all.filter(|drawn| !drawn.stroke.brush.mode.is_of_matte())
     }
@@ -135,20 +139,20 @@ impl SpaceBrush {
     pub fn drop_unpainted(&mut self) -> usize {
         let count = self.unpainted();
         self.waiting.clear();
-        (self.stroke, self.is_painting) = (None, false);
+        (self.stroke, self.is_painting, self.is_undone) = (None, false, false);
         count
     }
 
     /// Takes the first waiting stroke, where it is this one: it has ended.
     pub fn take_ended(&mut self, drawn: &Arc<DrawnStroke>) -> Option<Arc<DrawnStroke>> {
         self.waiting.front().filter(|first| Arc::ptr_eq(first, drawn))?;
-        self.is_painting = false;
+        (self.is_painting, self.is_undone) = (false, false);
         self.waiting.pop_front()
     }
 
-    /// Drops the previews of strokes that a picture of this revision contains.
-    pub fn seen(&mut self, revision: u64) {
-        self.unseen.retain(|stroke| stroke.revision > revision);
+    /// Takes the previews of strokes that a picture of this revision contains.
+    pub fn seen(&mut self, revision: u64) -> Vec<UnseenStroke> {
+        self.unseen.extract_if(.., |stroke| stroke.revision <= revision).collect()
     }
 
     /// Drops the preview of a stroke whose import was undone.
@@ -219,11 +223,25 @@ pub mod tests {
         }
         begin(&mut brush);
         assert_eq!((brush.previews().count(), brush.unpainted()), (4, 1));
-        brush.seen(10);
-        assert_eq!(brush.previews().count(), 4, "this picture is older");
-        brush.seen(11);
+        assert!(brush.seen(10).is_empty(), "this picture is older");
+        assert_eq!(brush.previews().count(), 4);
+        assert_eq!(brush.seen(11).len(), 1);
         brush.undone(3);
         assert_eq!(brush.unseen.iter().map(|stroke| stroke.number).collect::<Vec<_>>(), [2]);
+    }
+
+    #[test]
+    fn a_stroke_that_is_undone_while_it_is_in_work_is_not_seen_any_more() {
+        let mut brush = SpaceBrush::default();
+        for _ in 0..2 {
+            begin(&mut brush);
+            brush.end();
+        }
+        (brush.is_painting, brush.is_undone) = (true, true);
+        assert_eq!(brush.previews().count(), 1);
+        let first = brush.waiting[0].clone();
+        brush.take_ended(&first).unwrap();
+        assert_eq!((brush.previews().count(), brush.is_undone), (1, false), "the next one is seen");
     }
 
     #[test]

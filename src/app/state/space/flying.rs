@@ -3,12 +3,14 @@
 use glam::DVec3;
 
 use super::FIELD_RAD;
-use super::picking::ball_of;
+use super::picking::{ball_of, faces_of};
 use crate::app::state::State;
 use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::projection::best_view::BestView;
 use crate::projection::flight::FrameLens;
 use crate::projection::navigation::{SceneFrame, Viewpoint};
-use crate::scene::PhotoId;
+use crate::scene::{FaceId, PhotoId};
 
 impl State {
     /// Flies to a free viewpoint.
@@ -63,21 +65,43 @@ impl State {
         }
     }
 
-    /// Moves back until the whole model is visible, backdrops excepted.
+    /// Moves back until the whole model is visible, backdrops excepted. Where it is not seen from here, the view turns to
+    /// where a photo looks at it from. Layers that are pulled apart are shown instead, where there are some.
     pub fn show_everything(&mut self) {
+        if self.frame_apart() {
+            return;
+        }
         let Some(session) = &self.session else { return };
-        let [width, height] = self.space.size_px.map(f64::from);
-        let mut there = self.space.viewpoint;
-        there.lens = FrameLens::with_field_of_view(FIELD_RAD);
-        let home = SceneFrame::new(&session.home, session.scene_frame.up);
-        there.show(home.center, home.radius);
-        // A ball around it is much larger than a flat site.
-        there.hold_within(&session.home, width / height);
+        let (home, up) = (SceneFrame::new(&session.home, session.scene_frame.up), session.scene_frame.up);
+        let width = self.space.width();
+        let held = |mut view: Viewpoint| {
+            view.lens = FrameLens::with_field_of_view(FIELD_RAD);
+            view.show(home.center, home.radius);
+            // A ball around it is much larger than a flat site.
+            view.hold_within(&session.home, width);
+            view
+        };
+        let faces: Vec<FaceId> =
+            session.model().objects.iter().flat_map(|object| object.faces.clone()).collect();
+        let views = views_onto(session, &faces, home.center);
+        let lens = FrameLens::with_field_of_view(FIELD_RAD);
+        let towards = |forward| held(Viewpoint::towards(home.center, home.radius, forward, up, lens));
+        let there = views.best(held(self.space.viewpoint), home.center, up, width, towards);
         self.space.fly(there, None, session, self.window.now_s);
     }
 
-    /// Frames the selection.
+    /// Shows all layers that are pulled apart; returns false where none are.
+    fn frame_apart(&mut self) -> bool {
+        let Some(there) = self.view_of_layers_apart() else { return false };
+        self.fly_to_viewpoint(there);
+        true
+    }
+
+    /// Frames the selection, or the layers that are pulled apart.
     pub fn frame_selection(&mut self) {
+        if self.frame_apart() {
+            return;
+        }
         let Some(session) = &self.session else { return };
         let of_tree = match self.selection {
             Selection::Tree(index) => self.ball_of_tree(index),
@@ -95,9 +119,16 @@ impl State {
     fn fly_to_ball(&mut self, center: DVec3, radius: f64) {
         let now_s = self.window.now_s;
         let Some(session) = &self.session else { return };
-        let mut there = self.space.viewpoint;
-        there.lens = FrameLens::with_field_of_view(FIELD_RAD);
-        there.show(center, radius);
+        let (width, up) = (self.space.width(), session.scene_frame.up);
+        let lens = FrameLens::with_field_of_view(FIELD_RAD);
+        // The narrower side of the view decides.
+        let radius = radius / width.min(1.0);
+        let mut present = self.space.viewpoint;
+        present.lens = lens;
+        present.show(center, radius);
+        let towards = |forward| Viewpoint::towards(center, radius, forward, up, lens);
+        let views = views_onto(session, &faces_of(self.selection, session), center);
+        let there = views.best(present, center, up, width, towards);
         self.space.fly(there, None, session, now_s);
     }
 
@@ -109,4 +140,11 @@ impl State {
         there.level(session.scene_frame.up);
         self.space.fly(there, None, session, now_s);
     }
+}
+
+/// Returns the views of faces from where photos look at them, and of `center` where there are none.
+fn views_onto<'a>(session: &'a Session, faces: &[FaceId], center: DVec3) -> BestView<'a> {
+    let photos = session.opened.site.photos.iter().map(|photo| photo.pose.center_in_world());
+    let photos: Vec<DVec3> = photos.collect();
+    BestView::new(session.model(), faces, center, &session.solid, &photos)
 }

@@ -16,7 +16,7 @@ pub mod visibility;
 
 use std::time::Duration;
 
-use self::brush::SpaceBrush;
+use self::brush::{SpaceBrush, UnseenStroke};
 use self::exploded::Exploded;
 use self::images::{DrawnFrom, SpaceImages};
 use self::pace::DrawingPace;
@@ -34,6 +34,8 @@ use crate::scene::{FaceId, PhotoId};
 
 /// The time without a change after which the view is drawn in final quality, in seconds.
 const RESTS_S: f64 = 0.25;
+/// The number of pictures of before strokes that are kept for their undo.
+const BEFORE_STROKES: usize = 3;
 /// The time that trees may take in a picture of a moving view: more than half of that of all of it ([`DrawingPace`]).
 const TREES_WITHIN: Duration = Duration::from_millis(30);
 /// The time for which a picture may be another one than is asked for before the view says so, in seconds: a moving view
@@ -85,6 +87,8 @@ pub struct Space {
     /// The time at which the last flight ended, in seconds of the window's clock.
     landed_s: Option<f64>,
     shown: Option<NewestPicture>,
+    /// Pictures of before strokes of the brush, oldest first, with these strokes.
+    before_strokes: Vec<(Vec<UnseenStroke>, NewestPicture)>,
     asked: Option<Request>,
     /// The number of changes of the project's content that pictures have to show.
     revision: u64,
@@ -133,6 +137,7 @@ impl Space {
             travel: None,
             landed_s: None,
             shown: None,
+            before_strokes: Vec::new(),
             asked: None,
             revision: 0,
             behind_s: None,
@@ -173,6 +178,12 @@ impl Space {
     /// Returns the size of the view in pixels, as it was drawn last.
     pub fn size_px(&self) -> [u32; 2] {
         self.size_px
+    }
+
+    /// Returns the width of the view in its heights.
+    pub fn width(&self) -> f64 {
+        let [width, height] = self.size_px.map(f64::from);
+        width / height.max(1.0)
     }
 
     /// Requests new pictures because only the content of photos has changed. The current picture stays until the next
@@ -222,14 +233,38 @@ impl Space {
             pace.learn(&request.shot, spent);
         }
         self.images.status = images.map(|status| (status, spent));
-        self.brush.seen(request.revision);
-        self.shown = Some(NewestPicture::new(request, image, faces));
+        let strokes = self.brush.seen(request.revision);
+        let before = self.shown.replace(NewestPicture::new(request, image, faces));
+        if let Some(before) = before.filter(|_| !strokes.is_empty()) {
+            self.before_strokes.push((strokes, before));
+            let surplus = self.before_strokes.len().saturating_sub(BEFORE_STROKES);
+            self.before_strokes.drain(..surplus);
+        }
+    }
+
+    /// Hides a stroke that is being undone, until a picture without it is drawn: its preview, or the picture with it, in whose
+    /// place the one of before is shown where that is of the same view.
+    pub fn hide_stroke(&mut self, number: u32) {
+        self.brush.undone(number);
+        let is_it =
+            |(strokes, _): &(Vec<UnseenStroke>, NewestPicture)| strokes.iter().any(|it| it.number == number);
+        let Some(at) = self.before_strokes.iter().position(is_it) else { return };
+        let next = self.next_revision();
+        let mut pictures = self.before_strokes.split_off(at);
+        let (strokes, before) = pictures.swap_remove(0);
+        let same_view = |shown: &NewestPicture| shown.request.shot.pose == before.request.shot.pose;
+        if self.shown.as_ref().is_some_and(same_view) {
+            self.shown = Some(before);
+            let others = strokes.into_iter().filter(|stroke| stroke.number != number);
+            self.brush.unseen.extend(others.map(|stroke| UnseenStroke { revision: next, ..stroke }));
+        }
     }
 
     /// Drops the picture, because nothing can be drawn. Returns whether the reason is new: every change of the layers
     /// tries again, and a missing driver is reported once.
     pub fn fail(&mut self, trouble: &str) -> bool {
         (self.asked, self.shown, self.behind_s) = (None, None, None);
+        self.before_strokes.clear();
         self.brush.unseen.clear();
         let is_new = self.message.as_deref() != Some(trouble);
         (self.message, self.trouble) = (Some(trouble.to_owned()), Some(trouble.to_owned()));
@@ -334,6 +369,7 @@ impl Space {
     pub fn forget_site(&mut self) {
         self.forget_faces();
         (self.shown, self.exploded) = (None, Exploded::default());
+        self.before_strokes.clear();
         (self.through, self.travel, self.back) = (None, None, None);
     }
 

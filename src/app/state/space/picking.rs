@@ -15,6 +15,9 @@ use crate::projection::hidden::{Culling, HiddenFaces};
 use crate::projection::{TREE, shown_face};
 use crate::scene::{FaceId, Model, Object, PhotoId};
 
+/// The number of parts of a tree's height at which its distance from a ray is looked at.
+const PARTS: u32 = 16;
+
 impl State {
     /// Returns the face at a position: from the item buffer where the picture shows this view, otherwise by a ray. In the
     /// item buffer, see-through faces are where something of them is there; a ray meets all of them.
@@ -52,6 +55,29 @@ impl State {
     /// Returns whether a tree is drawn at a position that is not known to stand there any more.
     pub fn shows_tree_of_before(&self, sight: &Sight) -> bool {
         self.number_at(sight).is_some_and(|number| number & TREE != 0) && self.tree_at(sight).is_none()
+    }
+
+    /// Returns the nearest tree that stands at a position and is not in the picture yet; the ball of its crown and stem counts.
+    pub fn undrawn_tree_at(&self, sight: &Sight) -> Option<TreeIndex> {
+        let (session, trees) = (self.session.as_ref()?, self.trees()?);
+        let (eye, ray) = (sight.viewpoint.position(), sight.ray().normalize_or_zero());
+        let present = self.space.shown.as_ref().filter(|_| self.space.shows_present());
+        let drawn: BTreeSet<u32> = present.iter().flat_map(|shown| shown.faces.iter().copied()).collect();
+        let up = session.scene_frame.up;
+        let depth_at = |index: TreeIndex| {
+            let tree = trees.at(index).filter(|tree| !self.trees.hidden.contains(&tree.name))?;
+            let radius = session.scene_frame.radius;
+            let [height, width] = self.size_of_tree(tree).unwrap_or([0.1 * radius, 0.05 * radius]);
+            let foot = DVec3::from_array(tree.at) - eye;
+            let near = |part: u32| {
+                let point = foot + height * f64::from(part) / f64::from(PARTS) * up;
+                (point.cross(ray).length() <= 0.5 * width && point.dot(ray) > 0.0).then(|| point.dot(ray))
+            };
+            (0..=PARTS).filter_map(near).reduce(f64::min)
+        };
+        let all = (0..trees.placed.len() as u32).filter(|index| !drawn.contains(&(index | TREE)));
+        let met = all.filter_map(|index| Some((depth_at(TreeIndex(index))?, TreeIndex(index))));
+        met.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
     }
 
     /// Returns the point of the solid surfaces under a position in the view, whatever tree or billboard is before it.

@@ -15,6 +15,7 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use glam::DVec3;
+use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
 pub use self::orders::Orders;
@@ -120,7 +121,14 @@ impl Painter {
         let (bench, last) = Default::default();
         let images = PainterImages::new(folder, opened, theirs.clone(), WarpOn::faster(gpu));
         let adapter = gpu.adapter_summary();
-        let draw = move || Drawing { preview, images, task, send, waker, bench, last }.run(&theirs);
+        // Threads of its own: all others are those of jobs in the background, which have a lower priority.
+        let pool = ThreadPoolBuilder::new().thread_name(|_| "painter".into()).build();
+        let pool = pool.map_err(|error| {
+            Error::Request(format!("the system cannot start the threads of the 3D view: {error}"))
+        })?;
+        let draw = move || {
+            pool.install(move || Drawing { preview, images, task, send, waker, bench, last }.run(&theirs));
+        };
         let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
         let thread = started.map_err(|error| {
             Error::Request(format!("the system cannot start a thread for the 3D view: {error}"))

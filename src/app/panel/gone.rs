@@ -1,0 +1,31 @@
+//! Photos that have layers and whose files are gone: they stay in the list of photos, with a way to find them.
+
+use eframe::egui::{Label, RichText, Ui};
+
+use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::session::Session;
+
+/// The number of photos that are named; the dialog lists all.
+const MOST: usize = 4;
+
+/// Draws a line for each photo that is gone.
+pub fn gone_ui(ui: &mut Ui, session: &Session, asks: &mut Vec<Ask>) {
+    for (photo, reason) in session.gone.iter().take(MOST) {
+        ui.horizontal(|ui| {
+            locate_ui(ui, asks);
+            ui.colored_label(ui.visuals().error_fg_color, "missing");
+            ui.add(Label::new(RichText::new(photo).strong()).truncate()).on_hover_text(reason);
+        });
+    }
+    if let Some(more) = session.gone.len().checked_sub(MOST).filter(|more| *more > 0) {
+        ui.weak(format!("and {more} more are missing"));
+    }
+}
+
+/// Draws the link to the dialog of missing files.
+pub fn locate_ui(ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let tooltip = "Chooses the file, or the folder in which the photos are now.";
+    if ui.link("Locate…").on_hover_text(tooltip).clicked() {
+        asks.push(ProjectAsk::ShowMissing.into());
+    }
+}
