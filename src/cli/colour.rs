@@ -385,6 +385,7 @@ mod tests {
                 leaning_lead: None,
                 surfaces_lead: None,
                 vignetting_lead: None,
+                camera_lead: None,
                 gain_support: Vec::new(),
                 reach: 1.0,
                 points: 0,

@@ -7,6 +7,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
 use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::opening::{DialogRequest, Purpose};
+use crate::app::state::running::JobKind;
 use crate::app::state::session::Session;
 use crate::app::state::settings::Colours;
 

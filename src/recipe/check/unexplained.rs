@@ -314,6 +314,7 @@ mod tests {
             camera: centred(2000, 1500, 1600.0),
             pose: look_at(eye, dvec3(0.0, 0.0, 1.7)),
             file: "missing.jpg".into(),
+            exposure: None,
             masks: Vec::new(),
         };
         Site { photos: EYES.into_iter().enumerate().map(photo).collect(), model: m.finish() }
