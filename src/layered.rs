@@ -144,9 +144,10 @@ pub use crate::io::layered::psd::{PsdVariant, write as write_psd};
 pub use crate::io::layered::xcf::{XcfVersion, write as write_xcf};
 pub use crate::io::layered::{
     BlendMode, Depth, EditedDocument, EditedLayer, EditedMask, FormatFit, Grey, Group, Layer, LayerNode,
-    LayeredDocument, Lazy, PixelSource, Raster, Tag, read_layered,
+    LayeredDocument, Lazy, PixelSource, Raster, Rounding, StoredColours, Tag, read_layered,
 };
 pub use crate::recipe::export::{ExportOptions, ExportReport, Exported, export};
+pub use crate::recipe::import::question::Question;
 pub use crate::recipe::import::report::{Conflict, FileReport, LayerReport, LayerState};
 pub use crate::recipe::import::{
     ImportOptions, Imported, history as import_history, import_once as import, take_back as undo_import,

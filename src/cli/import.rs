@@ -20,22 +20,22 @@ use crate::recipe::fill::propagation::{CoarsePaint, coarse_paint};
 use crate::recipe::fill::seen::propagation_in_words;
 use crate::recipe::import::elsewhere::PaintElsewhere;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
-use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back};
+use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back_one};
 use crate::recipe::open::open;
 use crate::recipe::watch::{WatchOptions, project_lock, watch};
 use crate::task::Task;
 
-/// Runs `import`: reads edited files as paint, lists the imports of the past, or takes back the last one.
+/// Runs `import`: reads edited files as paint, lists the imports of the past, or undoes one of them.
 pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
     let project = read_project(&args.project)?;
     if args.history {
         return Ok(history_outcome(&args.project, &history(&args.project)?, &project.fill));
     }
-    let ImportArgs { dry_run, scaled, only_here, .. } = *args;
-    let options = ImportOptions { dry_run, scaled, only_whole: false, only_here };
+    let ImportArgs { dry_run, scaled, only_here, only_unseen, all, .. } = *args;
+    let options = ImportOptions { dry_run, scaled, only_whole: false, only_here, only_unseen, all };
     let _lock = read_with_lock_if(!dry_run, &args.project, task)?;
-    if args.undo {
-        return Ok(undo_outcome(&args.project, &take_back(&args.project)?));
+    if let Some(number) = args.undo {
+        return Ok(undo_outcome(&args.project, &take_back_one(&args.project, number)?.0));
     }
     let imported = import_once(&args.project, &args.files, options, task)?;
     let number = imported.number.filter(|_| !dry_run);
@@ -58,7 +58,8 @@ fn coarse(project: &Path, imported: &Imported, task: &Task) -> Vec<CoarsePaint> 
 pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     let project = read_project(&args.project)?;
     refuse_no_folder(&args.folder)?;
-    let import = ImportOptions { scaled: args.scaled, only_here: args.only_here, ..ImportOptions::default() };
+    let WatchArgs { scaled, only_here, only_unseen, all, .. } = *args;
+    let import = ImportOptions { scaled, only_here, only_unseen, all, ..ImportOptions::default() };
     let mut imports = Vec::new();
     let mut problems = Vec::new();
     let there = counted(documents(&args.folder)?.len(), "layered document");
@@ -73,8 +74,10 @@ pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
         imports.push(json!({
             "import": imported.number,
             "changed": imported.changed,
+            "masked": imported.masked,
             "seconds": spent.as_secs_f64(),
             "files": imported.files,
+            "questioned": imported.questioned,
             "elsewhere": imported.elsewhere,
         }));
     })?;
@@ -97,7 +100,22 @@ fn refuse_no_folder(folder: &Path) -> Result<()> {
 /// Returns what was not imported, for the exit status.
 fn problems_of(imported: &Imported) -> Vec<String> {
     let refused = imported.failed.iter().map(|(_, problem)| error_text(problem));
-    refused.chain(imported.files.iter().filter_map(FileReport::problem)).collect()
+    let left_out = imported.files.iter().filter_map(FileReport::problem);
+    refused.chain(imported.questioned.iter().filter_map(question)).chain(left_out).collect()
+}
+
+/// Returns the question about a file, with the answers.
+fn question(file: &FileReport) -> Option<String> {
+    let (path, found) = (file.file.display().to_string(), file.question.as_ref()?.found());
+    let quoted = if path.contains(' ') { format!("'{path}'") } else { path.clone() };
+    let (all, look) = (
+        command_for_project(&format!("import --all {quoted}")),
+        command_for_project(&format!("import --all --dry-run {quoted}")),
+    );
+    Some(format!(
+        "{path}: {found}; if it is meant, {all} imports it ({look} shows what it would change), otherwise undo it in the \
+         editor and save again"
+    ))
 }
 
 /// Notes the result of an import while watching.
@@ -105,11 +123,13 @@ fn note_import(imported: &Imported, spent: Duration, task: &Task) {
     for file in &imported.files {
         let task = task.with_subject(&file.file.display().to_string());
         let layers = file.layers.iter().filter(|layer| layer.changed > 0).count();
-        let changed: u64 = file.layers.iter().map(|layer| layer.changed).sum();
         let number = imported.number.map_or(String::new(), |number| format!(", import {number}"));
-        let pixels = counted(changed as usize, "pixel");
         let seconds = spent.as_secs_f64();
-        task.note(format!("{pixels} on {} changed{number} ({seconds:.2} s)", counted(layers, "layer")));
+        let changed = changed_in_words(std::slice::from_ref(file), false);
+        task.note(match layers {
+            0 => format!("nothing changed ({seconds:.2} s)"),
+            _ => format!("{changed} on {}{number} ({seconds:.2} s)", counted(layers, "layer")),
+        });
         remarks(file).iter().for_each(|remark| task.note(remark));
     }
     imported.elsewhere.iter().for_each(|paint| task.note(elsewhere_in_words(paint)));
@@ -151,22 +171,44 @@ pub fn elsewhere_in_words(paint: &PaintElsewhere) -> String {
     )
 }
 
+/// Returns how many pixels of paint and of masks have changed, as `12 pixels changed, 30 pixels of earlier paint removed`.
+fn changed_in_words(files: &[FileReport], dry_run: bool) -> String {
+    let of = |wanted: fn(LayerState) -> bool| -> u64 {
+        let layers = files.iter().flat_map(|file| &file.layers).filter(|layer| wanted(layer.state));
+        layers.map(|layer| layer.changed).sum()
+    };
+    let kinds = [
+        (of(|state| !matches!(state, LayerState::Mask | LayerState::Restored)), ["changed", "would change"]),
+        (
+            of(|state| state == LayerState::Restored),
+            ["of earlier paint removed", "of earlier paint would be removed"],
+        ),
+        (of(|state| state == LayerState::Mask), ["of masks changed", "of masks would change"]),
+    ];
+    let kinds = kinds.iter().filter(|(pixels, _)| *pixels > 0);
+    let in_words = |(pixels, [is, would]): &(u64, [&str; 2])| {
+        format!("{} {}", counted(*pixels as usize, "pixel"), if dry_run { would } else { is })
+    };
+    let words: Vec<String> = kinds.map(in_words).collect();
+    if words.is_empty() { "no pixel changed".to_owned() } else { words.join(", ") }
+}
+
 fn report(imported: &Imported, dry_run: bool, seen: &str, coarse: &[CoarsePaint]) -> Outcome {
     let mut text = String::new();
-    for file in &imported.files {
+    for file in imported.files.iter().chain(&imported.questioned) {
         text.push_str(&format!("{} -> {}\n{}", file.file.display(), file.photo, table(file)));
         remarks(file).iter().for_each(|remark| text.push_str(&format!("  {remark}\n")));
         text.push('\n');
     }
     imported.elsewhere.iter().for_each(|paint| text.push_str(&format!("{}\n", elsewhere_in_words(paint))));
-    let changed = counted(imported.changed as usize, "pixel");
+    let changed = changed_in_words(&imported.files, dry_run);
     text.push_str(&match (imported.number, dry_run) {
         (None, _) => "nothing changed\n".to_owned(),
         (Some(number), false) => {
             let undo = command_for_project("import --undo");
-            format!("import {number}: {changed} changed; {undo} undoes it\n")
+            format!("import {number}: {changed}; {undo} undoes it\n")
         }
-        (Some(_), true) => format!("{changed} would change; nothing was written\n"),
+        (Some(_), true) => format!("{changed}; nothing was written\n"),
     });
     if imported.changed > 0 {
         text.push_str(&format!("{seen}\n"));
@@ -180,7 +222,9 @@ fn report(imported: &Imported, dry_run: bool, seen: &str, coarse: &[CoarsePaint]
         "import": imported.number.filter(|_| !dry_run),
         "dry_run": dry_run,
         "changed": imported.changed,
+        "masked": imported.masked,
         "files": imported.files,
+        "questioned": imported.questioned,
         "elsewhere": imported.elsewhere,
         "seen": seen,
         "too_coarse": coarse,
@@ -196,12 +240,16 @@ fn masks_changed() -> String {
 
 /// Returns a table with a row for every layer that was changed; the others are only counted.
 pub fn table(file: &FileReport) -> String {
-    let mut table = Table::new(&["layer", "state", "painted", "erased", "changed", "conflicts", "also"]);
+    let columns = ["layer", "state", "painted", "erased", "over photos", "changed", "conflicts", "also"];
+    let mut table = Table::new(&columns);
     for layer in file.layers.iter().filter(|layer| layer.state != LayerState::Unchanged || layer.changed > 0)
     {
-        let numbers = [layer.painted, layer.erased, layer.changed, conflicts(layer)].map(|n| n.to_string());
-        let cells = [layer.name.clone(), layer.state.word().to_owned()];
-        table.row(cells.into_iter().chain(numbers).chain([also(layer)]));
+        let [painted, erased, changed, conflicts] =
+            [layer.painted, layer.erased, layer.changed, conflicts(layer)].map(|n| n.to_string());
+        let over_photos = layer.over_photos.map_or_else(|| "-".to_owned(), |pixels| pixels.to_string());
+        let cells =
+            [layer.name.clone(), layer.state.word().to_owned(), painted, erased, over_photos, changed];
+        table.row(cells.into_iter().chain([conflicts, also(layer)]));
     }
     let unchanged = file.layers.iter().filter(|layer| layer.state == LayerState::Unchanged).count();
     let rest = format!("{} unchanged\n", counted(unchanged, "layer"));
@@ -214,14 +262,24 @@ fn conflicts(layer: &LayerReport) -> u64 {
 
 fn also(layer: &LayerReport) -> String {
     let moved = layer.moved.map(|[x, y]| format!("moved by {x}, {y}"));
+    let turned = layer.turned.map(str::to_owned);
     let resized = layer.resized.then(|| "resized".to_owned());
     let renamed = layer.renamed.then(|| "renamed".to_owned());
-    [moved, resized, renamed].into_iter().flatten().collect::<Vec<_>>().join(", ")
+    [moved, turned, resized, renamed].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the remarks about a file that are printed as sentences.
 pub fn remarks(file: &FileReport) -> Vec<String> {
     let mut remarks = file.notes.clone();
+    let over_photos: u64 = file.layers.iter().filter_map(|layer| layer.over_photos).sum();
+    if over_photos > 0 {
+        remarks.push(format!(
+            "{} of paint lie where {} does not see the surface and other photos do, and replace what they show; with \
+             --only-unseen they are left out",
+            counted(over_photos as usize, "pixel"),
+            file.photo
+        ));
+    }
     // Notes of layers that were left out are reported with the problems.
     for layer in file.layers.iter().filter(|layer| layer.state != LayerState::LeftOut) {
         remarks.extend(layer.notes.iter().map(|note| format!("{}: {note}", layer.name)));
@@ -250,7 +308,11 @@ fn history_outcome(project: &Path, imports: &[PaintImport], fill: &FillOptions) 
     let text = match imports.is_empty() {
         true => "there is no import to undo\n".to_owned(),
         false => {
-            format!("{}\n{} undoes the last one\n", table.render(), command_for_project("import --undo"))
+            format!(
+                "{}\n{} undoes the last one, --undo NUMBER another\n",
+                table.render(),
+                command_for_project("import --undo")
+            )
         }
     };
     Outcome {

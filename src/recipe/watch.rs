@@ -128,10 +128,14 @@ impl<'a> WatchState<'a> {
             let since = Instant::now();
             let imported = self.import(&batch, only_whole)?;
             let ends = self.options.once && imported.number.is_some();
-            if !imported.files.is_empty() || !imported.failed.is_empty() {
+            // A file with a question is asked about again when the folder is next watched, until it is imported.
+            let answered =
+                batch.iter().filter(|(path, _)| !imported.questioned.iter().any(|of| of.file == *path));
+            let answered: Vec<StampedDocument> = answered.cloned().collect();
+            if !(imported.files.is_empty() && imported.failed.is_empty() && imported.questioned.is_empty()) {
                 report(imported, since.elapsed());
             }
-            self.remember(&batch);
+            self.remember(&answered);
             if ends {
                 return Ok(false);
             }
@@ -186,7 +190,8 @@ impl<'a> WatchState<'a> {
             for (path, _) in imported.failed.drain(..) {
                 self.failing.entry(path).or_insert_with(Instant::now);
             }
-            self.failing.retain(|path, _| !imported.files.iter().any(|report| report.file == *path));
+            let read = || imported.files.iter().chain(&imported.questioned);
+            self.failing.retain(|path, _| !read().any(|report| report.file == *path));
         } else {
             self.failing.retain(|path, _| !files.contains(path));
         }

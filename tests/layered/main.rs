@@ -5,6 +5,7 @@ mod documents;
 mod memory;
 mod mutated;
 mod psd_file;
+mod psd_parameters;
 mod psd_variants;
 mod round_trip;
 mod xcf_file;

@@ -109,7 +109,8 @@ fn read_all(path: &Path) {
             }
             Err(error) => judge(error),
         }
-        for (mask, pixels) in layer.masks.iter().map(|mask| (mask, mask.pixels.read())) {
+        let others = layer.masks.iter().filter_map(|mask| mask.lowest_with.as_ref());
+        for (mask, pixels) in layer.masks.iter().chain(others).map(|mask| (mask, mask.pixels.read())) {
             match pixels {
                 Ok(pixels) => {
                     let size = (pixels.width(), pixels.height(), pixels.depth());
@@ -131,11 +132,16 @@ fn assert_survives(whole: &[u8], damages: &[Damage]) -> Result<(), TestCaseError
     Ok(())
 }
 
+/// The number of mutations of each file: `usual`, or as many as the variable `MUTATIONS` says.
+fn cases(usual: u32) -> u32 {
+    std::env::var("MUTATIONS").ok().and_then(|count| count.parse().ok()).unwrap_or(usual)
+}
+
 /// A test on each of these files.
 macro_rules! survives {
     ($($name:ident: $whole:expr;)*) => {
         proptest! {
-            #![proptest_config(ProptestConfig::with_cases(300))]
+            #![proptest_config(ProptestConfig::with_cases(cases(300)))]
             $(
                 #[test]
                 fn $name(damages in damages()) {
@@ -180,7 +186,7 @@ fn png() -> Vec<u8> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(ProptestConfig::with_cases(cases(100)))]
 
     #[test]
     fn a_damaged_folder(damages in damages(), in_png in any::<bool>()) {

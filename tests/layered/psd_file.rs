@@ -29,6 +29,10 @@ pub struct Layer {
     pub flags: u8,
     /// Rectangle, value outside, flags.
     pub mask: Option<([i32; 4], u8, u8)>,
+    /// What follows in the mask's data; two zeros as a rule.
+    pub mask_data: Vec<u8>,
+    /// Blending ranges.
+    pub ranges: Vec<u8>,
     pub blocks: Vec<(&'static [u8; 4], Vec<u8>)>,
 }
 
@@ -43,6 +47,8 @@ impl Layer {
             clipping: 0,
             flags: 0,
             mask: None,
+            mask_data: vec![0, 0],
+            ranges: [0, 0, 255, 255].repeat(2),
             blocks: vec![],
         }
     }
@@ -130,10 +136,11 @@ impl File {
         let mut mask = Vec::new();
         if let Some((rect, outside, flags)) = layer.mask {
             put_rect(&mut mask, rect);
-            mask.extend([outside, flags, 0, 0]);
+            mask.extend([outside, flags]);
+            mask.extend(&layer.mask_data);
         }
         put_block(&mut extra, &mask);
-        put_block(&mut extra, &[9; 8]); // blending ranges
+        put_block(&mut extra, &layer.ranges);
         extra.push(layer.name.len() as u8);
         extra.extend(layer.name.as_bytes());
         extra.resize(extra.len().next_multiple_of(4), 0);
@@ -147,7 +154,7 @@ impl File {
     }
 
     fn coded(&self, layer: &Layer, (id, coding, samples): &Channel) -> Vec<u8> {
-        let width = if *id == -2 { layer.mask.unwrap().0[2] } else { layer.rect[2] } as usize;
+        let width = if *id <= -2 { layer.mask.unwrap().0[2] } else { layer.rect[2] } as usize;
         let wide = self.depth == 16;
         let stored = |samples: &[u16]| -> Vec<u8> {
             let bytes = samples.iter().flat_map(|s| s.to_be_bytes());

@@ -46,7 +46,8 @@ fn expected(full: u16) -> Vec<u16> {
 /// One file with all that readers stumble over.
 pub fn everything() -> File {
     let masked = Layer {
-        mask: Some(([1, 2, 3, 2], 255, 0)),
+        mask: Some(([1, 2, 3, 2], 255, 16)),
+        mask_data: vec![1, 255],
         blocks: vec![(b"luni", unicode("Maske\0")), (b"lfx2", vec![0; 5])],
         ..Layer::new(
             "masked",

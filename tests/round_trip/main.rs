@@ -1,6 +1,7 @@
 //! Out to an image editor and home again: exactly what was painted becomes paint, whatever editors do to a file
 //! besides, and nothing of it is ever lost.
 
+mod at_once;
 #[path = "../common/mod.rs"]
 mod common;
 mod crash;

@@ -44,6 +44,9 @@ fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<A
         }
         let scaled = "The images are scaled back to the photo's size; faint paint is lost.";
         ui.checkbox(&mut dialog.scaled, "Allow scaled images").on_hover_text(scaled);
+        let unseen = "Paint is left out where this photo or another one shows the surface: it only fills what no photo \
+                      shows.";
+        ui.checkbox(&mut dialog.only_unseen, "Only where no photo shows the surface").on_hover_text(unseen);
         choose = ui.button("Choose…").clicked();
         ui.add_space(8.0);
         ui.horizontal(|ui| {

@@ -22,6 +22,7 @@ pub mod menu;
 pub mod merging;
 pub mod notes;
 
+mod import_question;
 pub mod opening;
 pub mod paint;
 pub mod palette;

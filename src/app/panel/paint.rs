@@ -8,6 +8,7 @@ use eframe::egui::{
 };
 
 use super::fill::question::{QuestionTextures, question_ui};
+use super::import_question::{ImportQuestionTextures, import_question_ui};
 use super::{button, counted, grouped};
 use crate::app::command::paint;
 use crate::app::panel::pictures::image;
@@ -32,6 +33,8 @@ pub struct PaintTextures {
     textures: Vec<[TextureHandle; 2]>,
     /// The question where paint is seen.
     question: QuestionTextures,
+    /// The question about a file.
+    import_question: ImportQuestionTextures,
 }
 
 impl PaintTextures {
@@ -66,6 +69,7 @@ pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: 
             }
         });
         ui.separator();
+        import_question_ui(ui, state, &mut textures.import_question, asks);
         question_ui(ui, state, &mut textures.question, asks);
         textures.follow(state.round_trip.report.as_ref(), ui.ctx());
         match &state.round_trip.report {
@@ -173,7 +177,8 @@ fn file_ui(
 
 fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
-        let warns = !matches!(layer.state, LayerState::Unchanged | LayerState::Painted);
+        let warns =
+            !matches!(layer.state, LayerState::Unchanged | LayerState::Painted | LayerState::Restored);
         let color = if warns { ui.visuals().warn_fg_color } else { ui.visuals().hyperlink_color };
         ui.label(RichText::new(layer.state.word()).color(color).strong());
         match index_of(state, file, layer) {
@@ -211,7 +216,12 @@ fn facts(layer: &LayerReport) -> String {
     let parts = [
         count(layer.painted, "painted"),
         count(layer.erased, "of them erased"),
-        count(layer.changed, "new"),
+        count(
+            layer.changed,
+            if layer.state == LayerState::Restored { "of earlier paint removed" } else { "new" },
+        ),
+        count(layer.over_photos.unwrap_or(0), "over what other photos show"),
+        layer.turned.map(|turned| format!("{turned}, imported to where it belongs")),
         layer.moved.map(|[x, y]| format!("moved by {x}, {y}, imported to where it belongs")),
         layer.resized.then(|| "resized".to_owned()),
         layer.renamed.then(|| "renamed".to_owned()),

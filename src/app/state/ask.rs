@@ -332,6 +332,12 @@ pub enum RoundTripAsk {
     Import,
     /// Imports these files.
     ImportFiles(Vec<PathBuf>),
+    /// Imports a file in which nearly everything has changed at once.
+    ImportAll(PathBuf),
+    /// Does not import a file about which there is a question, until it is saved again.
+    LeaveFile(PathBuf),
+    /// Makes the pictures for the question about a file.
+    LookAtQuestion(PathBuf),
     /// Shows the dialog for exports.
     ChooseExport,
     /// Exports with the options of the dialog.

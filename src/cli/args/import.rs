@@ -17,12 +17,18 @@ pub struct ImportArgs {
     /// Import an image that was scaled in the editor; paint fainter than the errors of scaling is lost
     #[arg(long)]
     pub scaled: bool,
+    /// Leave out paint where a photo, this one or another, shows the surface
+    #[arg(long, conflicts_with_all = ["undo", "history"])]
+    pub only_unseen: bool,
+    /// Import a file in which most pixels of most layers have changed at once
+    #[arg(long, conflicts_with_all = ["undo", "history"])]
+    pub all: bool,
     /// Show this paint only in its photo: project it to no other one
     #[arg(long, conflicts_with_all = ["undo", "history"])]
     pub only_here: bool,
-    /// Undo the last import
-    #[arg(long, conflicts_with_all = ["files", "history"])]
-    pub undo: bool,
+    /// Undo the last import, or the one with this number, on which no later one depends
+    #[arg(long, value_name = "NUMBER", num_args = 0..=1, conflicts_with_all = ["files", "history"])]
+    pub undo: Option<Option<u32>>,
     /// List the imports that can be undone
     #[arg(long, conflicts_with = "files")]
     pub history: bool,
@@ -41,6 +47,12 @@ pub struct WatchArgs {
     /// Import images that were scaled in the editor, as for import
     #[arg(long)]
     pub scaled: bool,
+    /// Leave out paint where a photo shows the surface, as for import
+    #[arg(long)]
+    pub only_unseen: bool,
+    /// Import files in which most pixels of most layers have changed at once, too
+    #[arg(long)]
+    pub all: bool,
     /// Show this paint only in its photo, as for import
     #[arg(long)]
     pub only_here: bool,

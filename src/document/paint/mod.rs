@@ -2,6 +2,7 @@
 //! It is authored data; nothing in it is derived.
 
 pub mod patch;
+mod undo;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -240,22 +241,6 @@ impl PaintBook {
         self.imports.push(import);
         let surplus = self.imports.len().saturating_sub(IMPORTS_KEPT);
         self.imports.drain(..surplus);
-    }
-
-    /// Undoes the last import; `None` when there is none. The entries that it added are removed, those that it
-    /// replaced are restored.
-    pub fn take_back(&mut self) -> Option<PaintImport> {
-        let import = self.imports.pop()?;
-        self.entries.retain(|entry| !import.added.contains(&entry.name()));
-        self.entries.extend(import.replaced.iter().cloned());
-        for (key, before) in &import.documents {
-            match before {
-                Some(document) => self.documents.insert(key.clone(), document.clone()),
-                None => self.documents.remove(key),
-            };
-        }
-        self.tidy();
-        Some(import)
     }
 
     /// Sorts the entries, and drops views to which none of them refers.

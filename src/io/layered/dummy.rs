@@ -80,6 +80,7 @@ fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
         width: head.size[0],
         height: head.size[1],
         depth: Depth::Eight,
+        rounding: None,
         icc: None,
         key: Some(head.key),
         layers,

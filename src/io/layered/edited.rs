@@ -14,6 +14,8 @@ use crate::document::export_record::ExportFormat;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::guarded::{file_being_decoded, guarded};
+use crate::raster::in_8_bits;
+use crate::scene::light::linear_of_srgb;
 
 /// The content of a layered file.
 #[derive(Debug)]
@@ -26,6 +28,8 @@ pub struct EditedDocument {
     pub height: u32,
     /// Bit depth of the pixels and masks of every layer.
     pub depth: Depth,
+    /// How coarsely colours are stored, where that is not the depth in which they are read.
+    pub rounding: Option<Rounding>,
     /// ICC profile of all pixels as stored in the file.
     pub icc: Option<Vec<u8>>,
     /// The document key that the export wrote into the file; `None` when the editor dropped it, or when the
@@ -35,6 +39,34 @@ pub struct EditedDocument {
     pub layers: Vec<EditedLayer>,
     /// Notes for the user about content that was not understood, with its place in the file.
     pub notes: Vec<String>,
+}
+
+/// How coarsely a file stores colours that are read in another way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rounding {
+    /// Whether linear light is stored instead of values with sRGB's tone curve.
+    pub linear: bool,
+    /// The largest difference between neighbouring values, of 1; of the value itself where they are floating-point.
+    pub step: f64,
+    /// Whether they are floating-point.
+    pub is_float: bool,
+}
+
+impl Rounding {
+    /// Returns true when both colours, in 16 bits, are the same one as the file stores it: rounded up or down.
+    pub fn is_same(self, one: [u16; 4], other: [u16; 4]) -> bool {
+        let value = |sample: u16| {
+            let value = f64::from(sample) / 65535.0;
+            if self.linear { linear_of_srgb(value) } else { value }
+        };
+        let same = |i: usize| {
+            let (one, other) = (value(one[i]), value(other[i]));
+            let step = if self.is_float { self.step * one.max(other) } else { self.step };
+            // Reading rounds once more.
+            (one - other).abs() <= step + 1.0 / 65535.0
+        };
+        in_8_bits(one[3]) == in_8_bits(other[3]) && (0..3).all(same)
+    }
 }
 
 /// A layer of a file that was read.
@@ -60,6 +92,8 @@ pub struct EditedLayer {
     pub id: Option<String>,
     /// Whether the layer is locked against painting.
     pub locked: bool,
+    /// The colours that its pixels can have as they are stored.
+    pub colours: StoredColours,
     /// Pixels of the size of `rect` and of the document's depth. Mask and opacity are not applied; colours of
     /// transparent pixels are as stored.
     pub pixels: Lazy<Raster>,
@@ -80,6 +114,7 @@ impl EditedLayer {
             masks: vec![],
             id: None,
             locked: false,
+            colours: StoredColours::Full,
             pixels,
         }
     }
@@ -94,6 +129,17 @@ pub enum BlendMode {
     Other(String),
 }
 
+/// The colours that the pixels of a layer can have as they are stored; they are always read as RGBA.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StoredColours {
+    /// Any colour.
+    Full,
+    /// Grey values only.
+    Grey,
+    /// At most 256 colours.
+    Palette,
+}
+
 /// A mask of a layer or group.
 #[derive(Debug)]
 pub struct EditedMask {
@@ -103,8 +149,21 @@ pub struct EditedMask {
     pub outside: f32,
     /// False when the user disabled the mask.
     pub enabled: bool,
+    /// Another mask of the same layer; the lower value of both counts.
+    pub lowest_with: Option<Arc<EditedMask>>,
     /// Samples of the size of `rect` and of the document's depth.
     pub pixels: Lazy<Grey>,
+}
+
+impl EditedMask {
+    /// Returns the pixels of a mask that several layers share, to be read on request.
+    pub(crate) fn shared_pixels(mask: &Arc<Self>) -> Lazy<Grey> {
+        let (pixels, code) = (mask.clone(), mask.clone());
+        let code: Read<String> = Box::new(move || {
+            code.pixels.code().map(|code| code.expect("it was there when the mask was shared"))
+        });
+        Lazy { read: Box::new(move || pixels.pixels.read()), code: mask.pixels.code.as_ref().map(|_| code) }
+    }
 }
 
 type Read<T> = Box<dyn Fn() -> Result<T> + Send + Sync>;
@@ -126,6 +185,16 @@ impl<T> Lazy<T> {
     /// Adds a function that returns a hash of the stored data and of how it is decoded.
     pub(crate) fn with_stored_hash(self, code: impl Fn() -> Result<String> + Send + Sync + 'static) -> Self {
         Self { code: Some(Box::new(code)), ..self }
+    }
+
+    /// Returns what `change` makes of the value when it is read; `how` tells the change from others.
+    pub(crate) fn changed(self, how: &'static str, change: impl Fn(T) -> T + Send + Sync + 'static) -> Self
+    where
+        T: 'static,
+    {
+        let Self { read, code } = self;
+        let code = code.map(|code| -> Read<String> { Box::new(move || Ok(format!("{} {how}", code()?))) });
+        Self { read: Box::new(move || Ok(change(read()?))), code }
     }
 
     /// Returns a hash of the stored data, much faster than reading: equal hashes mean that [`Self::read`]

@@ -112,7 +112,7 @@ mod tests {
     fn mask(outside: f32) -> Arc<EditedMask> {
         let pixels = Lazy::new(|| Ok(Grey::new(0, 0, Samples::U8(vec![]))));
         let rect = PixelRect::EMPTY;
-        Arc::new(EditedMask { rect, outside, enabled: true, pixels })
+        Arc::new(EditedMask { rect, outside, enabled: true, lowest_with: None, pixels })
     }
 
     #[test]

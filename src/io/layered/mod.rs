@@ -25,6 +25,7 @@ pub mod raster;
 pub mod read;
 mod sink;
 pub mod srgb;
+pub mod turn;
 pub mod xcf;
 
 /// Name of the file with the document key in folders and OpenRaster files.
@@ -33,11 +34,12 @@ pub const KEY_FILE: &str = "quadratura-key.txt";
 pub use composite::composite;
 pub use depth::Depth;
 pub use document::{Group, Layer, LayerNode, LayeredDocument, PixelSource, Tag};
-pub use edited::{BlendMode, EditedDocument, EditedLayer, EditedMask, Lazy};
+pub use edited::{BlendMode, EditedDocument, EditedLayer, EditedMask, Lazy, Rounding, StoredColours};
 pub use grey::Grey;
 pub use raster::Raster;
 pub use read::read_layered;
 pub use sink::FormatFit;
+pub use turn::Turn;
 
 /// All formats, the default first: each has its entry beside its codec.
 pub static FORMATS: &[format::LayeredFormat] = &[

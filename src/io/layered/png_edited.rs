@@ -5,6 +5,7 @@ use std::io::{BufRead, Seek};
 use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::depth::Depth;
+use super::edited::StoredColours;
 use super::inflate::can_inflate_to;
 use super::place::{is_canvas, not_a_canvas};
 use super::raster::Raster;
@@ -18,6 +19,8 @@ pub struct PngHead {
     /// Bit depth; anything above 8 bits counts as 16.
     pub depth: Depth,
     pub icc: Option<Vec<u8>>,
+    /// The colours that its pixels can have.
+    pub colours: StoredColours,
 }
 
 /// A picture of up to this many bytes in memory is always read; a small file can be one of a single colour,
@@ -36,7 +39,12 @@ pub fn head(input: impl BufRead + Seek) -> Result<PngHead, String> {
     if !is_canvas(width, height) {
         return Err(not_a_canvas(width, height));
     }
-    Ok(PngHead { width, height, depth, icc: info.icc_profile.as_deref().map(<[u8]>::to_vec) })
+    let colours = match info.color_type {
+        ColorType::Rgb | ColorType::Rgba => StoredColours::Full,
+        ColorType::Grayscale | ColorType::GrayscaleAlpha => StoredColours::Grey,
+        ColorType::Indexed => StoredColours::Palette,
+    };
+    Ok(PngHead { width, height, depth, icc: info.icc_profile.as_deref().map(<[u8]>::to_vec), colours })
 }
 
 /// Reads a PNG of `length` bytes as RGBA; its width and height must be those in `head`. Samples of 8 bits are widened

@@ -3,7 +3,7 @@
 use crate::document::paint::{ERASED, PaintColour, PaintPatch};
 use crate::geometry::PixelRect;
 use crate::io::colour::Conversion;
-use crate::io::layered::{Depth, Raster};
+use crate::io::layered::{Depth, Raster, Rounding};
 use crate::raster::in_8_bits;
 
 /// The largest difference, of 65535, that conversion to another profile and back may cause: three steps of 8 bits.
@@ -45,6 +45,8 @@ pub struct Comparison<'a> {
     pub canvas: PixelRect,
     /// The profiles; `None` where the document has the photo's profile.
     pub profiles: Option<&'a Profiles>,
+    /// How coarsely the document stores colours.
+    pub rounding: Option<Rounding>,
 }
 
 impl Comparison<'_> {
@@ -73,25 +75,42 @@ impl Comparison<'_> {
             .map(|x| (x, self.base.at(x, y), self.found.at(x, y)))
             .filter(|(_, base, found)| base != found && (base[3] != 0 || found[3] != 0))
             .collect();
+        let is_rounded =
+            |base: PaintColour, found| self.rounding.is_some_and(|rounding| rounding.is_same(base, found));
         let Some(profiles) = self.profiles else {
             let depths = (self.base.pixels.depth(), self.found.pixels.depth());
-            let other = row.into_iter().filter(|(_, base, found)| !alike(*base, *found, depths));
+            let other = row
+                .into_iter()
+                .filter(|(_, base, found)| !alike(*base, *found, depths) && !is_rounded(*base, *found));
             painted.extend(other.map(|(x, _, found)| (x, y, kept(found))));
             return;
         };
         let there = profiles.there.converted(&row.iter().map(|(_, base, _)| *base).collect::<Vec<_>>());
         let back = profiles.back.converted(&row.iter().map(|(_, _, found)| *found).collect::<Vec<_>>());
-        let near = |a: PaintColour, b: PaintColour| {
-            let alpha_is_alike = in_8_bits(a[3]) == in_8_bits(b[3]);
-            alpha_is_alike && (0..3).all(|i| a[i].abs_diff(b[i]) <= CONVERTED)
-        };
         let all = row.iter().zip(there).zip(back);
-        let other = all.filter(|(((_, _, found), there), _)| !near(*there, *found));
+        let other =
+            all.filter(|(((_, _, found), there), _)| !near(*there, *found) && !is_rounded(*there, *found));
         painted.extend(other.map(|(((x, _, _), _), back)| (*x, y, kept(back))));
     }
 }
 
-/// Returns true when a pixel is in the rectangle.
+/// Returns true when two colours differ by no more than a conversion to another profile may cause.
+fn near(a: PaintColour, b: PaintColour) -> bool {
+    let alpha_is_alike = in_8_bits(a[3]) == in_8_bits(b[3]);
+    alpha_is_alike && (0..3).all(|i| a[i].abs_diff(b[i]) <= CONVERTED)
+}
+
+impl Profiles {
+    /// Returns true when the document's profile was assigned and its pixels were not converted to it: of these colours,
+    /// as exported and as found, more are the same than are as converted.
+    pub fn are_assigned(&self, colours: &[(PaintColour, PaintColour)]) -> bool {
+        let there = self.there.converted(&colours.iter().map(|(base, _)| *base).collect::<Vec<_>>());
+        let same = colours.iter().filter(|(base, found)| base.map(in_8_bits) == found.map(in_8_bits)).count();
+        let converted = colours.iter().zip(there).filter(|((_, found), there)| near(*there, *found)).count();
+        same > converted
+    }
+}
+
 /// Returns the colour as it is stored: erased pixels have a defined value.
 fn kept(colour: PaintColour) -> PaintColour {
     if colour[3] == 0 { ERASED } else { colour }
@@ -132,6 +151,7 @@ mod tests {
             found: placed(found, found_x),
             canvas: CANVAS,
             profiles: None,
+            rounding: None,
         };
         comparison.painted().iter().collect()
     }
@@ -206,7 +226,13 @@ mod tests {
             found: PlacedRaster { rect, pixels: &found },
             canvas: PixelRect { w: 200, ..CANVAS },
             profiles: Some(&profiles),
+            rounding: None,
         };
+        let pairs = |edit: &dyn Fn(usize) -> PaintColour| -> Vec<(PaintColour, PaintColour)> {
+            wide.iter().enumerate().map(|(x, base)| (*base, edit(x))).collect()
+        };
+        assert!(!profiles.are_assigned(&pairs(&|x| found.rgba16(x as u32, 0))));
+        assert!(profiles.are_assigned(&pairs(&|x| if x < 60 { [0, 0, 0, 65535] } else { wide[x] })));
         let painted: Vec<_> = comparison.painted().iter().collect();
         assert_eq!(painted.len(), 1);
         assert!(painted[0].0 == 17 && painted[0].2[1] < 257, "{painted:?}");

@@ -4,28 +4,23 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::compare::Profiles;
-use super::gather::gathered;
+use super::colours::refuse_lost_colours;
+use super::context::{ReadContext, document_context, missing, notes};
 use super::identify::{SortedLayers, foreign, record_of, refuse_foreign, sorted};
 use super::layer::{DocumentContext, LayerPaint};
 use super::mask::{FileMask, mask_of};
-use super::merged::AbsentLayer;
-use super::originals::ExportedPixels;
-use super::place::{CanvasPlacement, place};
+use super::question::{LayerChange, WeighedLayer};
+use super::real::real_paint;
 use super::report::{FileReport, LayerReport, LayerState};
 use super::settle::SurfacePaint;
 use super::share::by_surface;
-use super::{ImportOptions, LayerCache};
+use super::turned::{turn_of, turn_of_layers};
 use crate::document::Element;
-use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
+use crate::document::export_record::{ExportRecord, ExportedLayer, RecordedIndex};
 use crate::document::paint::{PaintPatch, PaintedDocument, PaintedLayer};
 use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::io::baselines::Baselines;
-use crate::io::colour::Conversion;
-use crate::io::hash::hash_bytes;
 use crate::io::layered::read_layered;
-use crate::io::layered::{Depth, EditedDocument, EditedLayer};
+use crate::io::layered::{EditedDocument, EditedLayer, Turn};
 use crate::recipe::paint::parts::{LayerParts, PartSource};
 use crate::task::Task;
 
@@ -51,23 +46,13 @@ pub struct ImportedLayerPaint {
     pub surfaces: Option<Vec<SurfacePaint>>,
     /// The layer's present state; `None` where that is unknown.
     pub seen: Option<PaintedLayer>,
+    /// How it differs from the export; `None` where it is not in the file, or left out.
+    pub change: Option<LayerChange>,
+    /// The area of its rectangle in the export.
+    pub area: u64,
+    /// Whether it is as at the last import, so that the project's paint stays as it is.
+    pub is_as_before: bool,
 }
-
-/// The inputs for reading any file of an import.
-#[derive(Clone, Copy)]
-pub struct ReadContext<'a> {
-    /// The records of exports.
-    pub records: &'a [ExportRecord],
-    /// The exported pixels.
-    pub originals: ExportedPixels<'a>,
-    /// The import options.
-    pub options: ImportOptions,
-    /// The layers as seen at earlier imports.
-    pub recall: &'a LayerCache,
-}
-
-/// The number of layers, the largest ones, by which the canvas is located.
-const VOTERS: usize = 8;
 
 /// An edited document beside its export.
 pub struct ComparedDocument<'a> {
@@ -94,19 +79,20 @@ pub fn identified<'a>(
     Ok((document, record))
 }
 
-/// Compares a document with its export. `before` is what the export's layers showed when this file was last imported.
+/// Compares a document with its export; `turn` is how it was turned back before that. `before` is what the export's layers showed when this file was last imported.
 ///
 /// # Errors
-/// Returns [`Error::Input`] when the image was scaled and that is not permitted, and the errors of reading pixels.
+/// Returns [`Error::Input`] when the image was scaled and that is not permitted, or has lost its colours, and the errors of
+/// reading pixels.
 pub fn compared<'a>(
-    (file, document): (&Path, &'a EditedDocument),
+    (file, document, turn): (&Path, &'a EditedDocument, Option<Turn>),
     record: &'a ExportRecord,
     reading: ReadContext<'a>,
     before: &PaintedDocument,
     task: &Task,
 ) -> Result<ComparedDocument<'a>> {
     let sorted = sorted(document, record);
-    let context = document_context(file, document, record, &sorted, reading)?;
+    let context = document_context((file, document, turn), record, &sorted, reading)?;
     let found: Vec<(RecordedIndex, LayerPaint)> = task.timed("compare layers", || {
         let all: Vec<_> = sorted.image_layers.iter().collect();
         let compared = all.par_iter().map(|(index, layers)| {
@@ -116,6 +102,7 @@ pub fn compared<'a>(
         });
         compared.collect::<Result<_>>()
     })?;
+    refuse_lost_colours(file, document, &sorted, &found)?;
     Ok(ComparedDocument { context, sorted, found })
 }
 
@@ -126,16 +113,19 @@ pub fn begun_report(file: &Path, document: &EditedDocument, context: &DocumentCo
         file: file.to_owned(),
         photo: record.photo.name.clone(),
         key: record.key.clone(),
+        turned: context.turn.map(|turn| turn.done),
         offset: context.offset,
         scale: context.scale,
         layers: Vec::new(),
+        question: None,
         notes: document.notes.clone(),
     };
     report.notes.extend(notes(context));
     report
 }
 
-/// Reads an edited file. `before` returns what an export's layers showed when this file was last imported.
+/// Reads an edited file. `before` returns what an export's layers showed when this file was last imported. An image that
+/// was mirrored or turned is turned back.
 ///
 /// # Errors
 /// Returns [`Error::Input`] for a file that cannot be read or is not an export of this project, or when the image
@@ -148,22 +138,73 @@ pub fn read<'a>(
 ) -> Result<FilePaint<'a>> {
     let (document, record) = identified(file, reading.records, task)?;
     refuse_evened(file, record)?;
-    let compared = compared((file, &document), record, reading, &before(record), task)?;
+    let before = before(record);
+    let as_saved = paint_of((file, &document, None), record, reading, &before, task);
+    let turn = match &as_saved {
+        Ok((paint, turn)) if turn.is_some() || !paint.may_be_turned() => *turn,
+        Err(Error::Cancelled) => None,
+        _ => task.timed("look for a turned image", || {
+            turn_of(&document, record, &sorted(&document, record), reading.originals)
+        })?,
+    };
+    match turn {
+        Some(turn) => {
+            let document = turn.document(document);
+            Ok(paint_of((file, &document, Some(turn)), record, reading, &before, task)?.0)
+        }
+        None => Ok(as_saved?.0),
+    }
+}
+
+impl FilePaint<'_> {
+    /// Returns true where a turn of the whole image would explain what was found: hardly a pixel is where it was, or the
+    /// image was scaled, so that none is.
+    fn may_be_turned(&self) -> bool {
+        let changes = self.layers.iter().filter_map(|layer| layer.change.as_ref());
+        let compared: Vec<_> = changes.filter(|change| change.shown > 0).collect();
+        let moved = compared.iter().filter(|change| !change.is_in_place()).count();
+        self.report.scale != 1.0 || 2 * moved > compared.len()
+    }
+}
+
+impl ImportedLayerPaint {
+    /// Returns the layer for the question about its file; `changed` is the number of pixels whose paint is new.
+    pub fn weighed(&self, changed: u64) -> Option<WeighedLayer> {
+        self.change.clone().map(|change| WeighedLayer { change, area: self.area, changed })
+    }
+}
+
+/// Reads the paint of a document, and finds whether its layers say that the image was turned.
+fn paint_of<'a>(
+    (file, document, turn): (&Path, &EditedDocument, Option<Turn>),
+    record: &'a ExportRecord,
+    reading: ReadContext<'a>,
+    before: &PaintedDocument,
+    task: &Task,
+) -> Result<(FilePaint<'a>, Option<Turn>)> {
+    let compared = compared((file, document, turn), record, reading, before, task)?;
     let ComparedDocument { context, sorted, found } = compared;
-    let mut report = begun_report(file, &document, &context);
+    let turned = turn_of_layers(found.iter().map(|(_, paint)| paint)).filter(|_| turn.is_none());
+    let mut report = begun_report(file, document, &context);
     let mut layers = Vec::new();
     let mut of_absent: Vec<(RecordedIndex, PaintPatch)> = Vec::new();
     for (index, mut paint) in found {
         let exported = &record.layers[index.0];
         let left_out = paint.report.state == LayerState::LeftOut;
+        if let Some(patch) = paint.patch.take_if(|patch| !patch.is_empty()) {
+            paint.patch = Some(real_paint((file, record, exported), patch, reading, &mut paint.report)?);
+        }
         let painted = paint.patch.as_ref().map_or(0, PaintPatch::count);
         let surfaces = paint.patch.map(|patch| by_surface(&patch, &parts(record, exported)));
         paint.report.notes.extend(surfaces.as_deref().and_then(|surfaces| past_outlines(surfaces, painted)));
         layers.push(ImportedLayerPaint {
             token: exported.id.clone(),
             report: Some(report.layers.len()),
+            is_as_before: surfaces.is_none(),
             surfaces,
             seen: (!left_out).then_some(paint.seen),
+            change: (!left_out).then_some(paint.change),
+            area: exported.exported_rect.area(),
         });
         report.layers.push(paint.report);
         of_absent.extend(paint.of_absent);
@@ -181,13 +222,21 @@ pub fn read<'a>(
             let surfaces = Some(surfaces);
             let token = exported.id.clone();
             let index = Some(report.layers.len());
-            layers.push(ImportedLayerPaint { token, report: index, surfaces, seen: None });
+            layers.push(ImportedLayerPaint {
+                token,
+                report: index,
+                surfaces,
+                seen: None,
+                change: None,
+                area: 0,
+                is_as_before: false,
+            });
         }
         report.layers.push(layer_report);
     }
     let mask = mask_of(&context, &sorted.masks, record, &mut report)?;
     report.layers.extend(task.timed("compare helpers", || others(&context, &sorted))?);
-    Ok(FilePaint { record, report, layers, mask })
+    Ok((FilePaint { record, report, layers, mask }, turned))
 }
 
 /// The share of a layer's paint that may be past all outlines without a note: strokes along an edge go past it as a matter of course.
@@ -212,138 +261,13 @@ fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
     Err(Error::input(file, "", found, "export without --even-colour, and paint on that file"))
 }
 
-/// Returns the record's layers that are not in the document, with their indices.
-pub fn missing<'a>(
-    record: &'a ExportRecord,
-    sorted: &SortedLayers,
-) -> Vec<(RecordedIndex, &'a ExportedLayer)> {
-    let all = (0..).map(RecordedIndex).zip(&record.layers);
-    all.filter(|(index, _)| !sorted.image_layers.contains_key(index)).collect()
-}
-
-/// Collects what all layers of a document share; locates the canvas and compares the profiles.
-fn document_context<'a>(
-    file: &Path,
-    document: &EditedDocument,
-    record: &'a ExportRecord,
-    sorted: &SortedLayers,
-    reading: ReadContext<'a>,
-) -> Result<DocumentContext<'a>> {
-    let ReadContext { originals, options, recall, .. } = reading;
-    let size = (record.photo.width, record.photo.height);
-    let (offset, scale) = match where_is(document, record, sorted, originals)? {
-        CanvasPlacement::At(offset) => (offset, 1.0),
-        CanvasPlacement::Scaled(scale) if options.scaled => ([0, 0], scale),
-        CanvasPlacement::Scaled(scale) => {
-            let found = format!("the image was scaled to {:.4} of its size", scale);
-            let remedy = "import with --scaled (faint paint is lost then), or scale it back in the editor";
-            return Err(Error::input(file, "", found, remedy));
-        }
-        CanvasPlacement::Unclear => {
-            let (w, h) = size;
-            let found = format!(
-                "the canvas has {} x {} pixels but the photo {w} x {h}, and no layer shows the position",
-                document.width, document.height
-            );
-            return Err(Error::input(file, "", found, "restore the image's canvas in the editor"));
-        }
-    };
-    let canvas = match scale == 1.0 {
-        true => PixelRect { x: -offset[0], y: -offset[1], w: document.width, h: document.height },
-        false => PixelRect::of_size(size.0, size.1),
-    };
-    let depth = Depth::try_from(record.depth).map_err(Error::Request)?;
-    let profiles = profiles(file, document, record, originals.kept)?;
-    let absent =
-        missing(record, sorted).into_iter().map(|(index, layer)| AbsentLayer { index, layer }).collect();
-    // An equivalent profile may be written anew with every save, with the date in it, so only profiles that differ
-    // count.
-    let other_profile = profiles.is_some().then(|| document.icc.as_deref().map(hash_bytes));
-    let conditions = format!("{offset:?} {scale} {depth:?} {:?} {other_profile:?}", document.depth);
-    let named = document.format != ExportFormat::Folder;
-    let only_whole = options.only_whole;
-    Ok(DocumentContext {
-        originals,
-        record,
-        depth,
-        offset,
-        scale,
-        canvas,
-        profiles,
-        absent,
-        named,
-        only_whole,
-        recall,
-        conditions,
-    })
-}
-
-/// Locates the canvas by the size of the document or by the largest image layers.
-fn where_is(
-    document: &EditedDocument,
-    record: &ExportRecord,
-    sorted: &SortedLayers,
-    originals: ExportedPixels,
-) -> Result<CanvasPlacement> {
-    let size = (record.photo.width, record.photo.height);
-    let mut voters = Vec::new();
-    if (document.width, document.height) != size {
-        let mut largest: Vec<_> = sorted.image_layers.iter().collect();
-        largest.sort_by_key(|(index, layers)| (std::cmp::Reverse(layers[0].rect.area()), **index));
-        for (index, layers) in largest.into_iter().take(VOTERS) {
-            let exported = &record.layers[index.0];
-            if let Some(base) = originals.pixels(record, exported)? {
-                let depth = base.depth();
-                // A layer that cannot be read is left out later, with the reason.
-                let Ok(found) = gathered(layers) else { continue };
-                voters.push((base, exported.baseline.rect, found.pixels.in_depth(depth), found.rect));
-            }
-        }
-    }
-    let voters = voters.iter().map(|(base, at, found, found_at)| (base, *at, found, *found_at));
-    Ok(place(document, size, voters))
-}
-
-/// Compares the profiles; `None` where they agree. A document without a profile is assumed to have the photo's,
-/// because some editors drop it.
-fn profiles(
-    file: &Path,
-    document: &EditedDocument,
-    record: &ExportRecord,
-    kept: &Baselines,
-) -> Result<Option<Profiles>> {
-    let Some(found) = &document.icc else { return Ok(None) };
-    let own = record.profile.as_ref().map(|name| kept.bytes(name)).transpose()?.flatten();
-    let wrong = |said: String| Error::input(file, "colour profile", said, "save it with the photo's profile");
-    let there = Conversion::between(own.as_deref(), Some(found)).map_err(wrong)?;
-    let back = Conversion::between(Some(found), own.as_deref()).map_err(wrong)?;
-    Ok(there.zip(back).map(|(there, back)| Profiles { there, back }))
-}
-
-/// Returns notes about the document as a whole.
-fn notes(context: &DocumentContext) -> Vec<String> {
-    let mut notes = Vec::new();
-    if context.offset != [0, 0] {
-        let [x, y] = context.offset;
-        notes.push(format!("the canvas was cropped or enlarged: the photo is at {x}, {y}"));
-    }
-    if context.scale != 1.0 {
-        notes.push(format!("the image was scaled to {:.4} of its size; faint paint is lost", context.scale));
-    }
-    if context.profiles.is_some() {
-        notes.push(
-            "its colours are in another profile; changes of less than 3 of 255 count as rounding".into(),
-        );
-    }
-    notes
-}
-
 /// Reports helpers that were painted on, and layers that belong to no export.
 ///
 /// # Errors
 /// Returns the errors of reading their pixels.
 pub fn others(context: &DocumentContext, sorted: &SortedLayers) -> Result<Vec<LayerReport>> {
-    let comparable = context.scale == 1.0 && context.profiles.is_none() && context.offset == [0, 0];
+    let is_exact = context.profiles.is_none() && context.rounding.is_none();
+    let comparable = context.scale == 1.0 && is_exact && context.offset == [0, 0];
     let helpers = if comparable { &sorted.helpers[..] } else { &[] };
     let looked_at = helpers.par_iter().map(|(layer, helper)| context.helper(layer, helper));
     let reports = looked_at.collect::<Result<Vec<_>>>()?;

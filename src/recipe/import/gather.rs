@@ -38,7 +38,11 @@ pub fn gathered(layers: &[&EditedLayer]) -> Result<Gathered> {
         notes.push(format!("\"{}\": its opacity only affects the display and is ignored", lowest.name));
     }
     if let BlendMode::Other(blend) = &lowest.blend {
-        notes.push(format!("\"{}\": its mode {blend} only affects the display and is ignored", lowest.name));
+        let what = match blend.strip_prefix("normal with ") {
+            Some(display) => display.to_owned(),
+            None => format!("mode {blend}"),
+        };
+        notes.push(format!("\"{}\": its {what} only affects the display and is ignored", lowest.name));
     }
     let mut rect = lowest.rect;
     let mut pixels = masked(lowest.pixels.read()?, lowest.rect, &lowest.masks, 1.0)?;
@@ -106,12 +110,12 @@ fn united(pixels: Raster, rect: PixelRect, other: PixelRect) -> (Raster, PixelRe
 /// Multiplies masks and opacity into the pixels' alpha.
 fn masked(mut pixels: Raster, rect: PixelRect, masks: &[Arc<EditedMask>], opacity: f32) -> Result<Raster> {
     let on = masks.iter().filter(|mask| mask.enabled);
-    let on = on.map(|mask| Ok((mask, mask.pixels.read()?))).collect::<Result<Vec<_>>>()?;
+    let on = on.map(|mask| ReadMask::new(mask)).collect::<Result<Vec<_>>>()?;
     if on.is_empty() && opacity >= 1.0 {
         return Ok(pixels);
     }
     for (u, v) in rect.pixels() {
-        let share = on.iter().fold(opacity, |share, (mask, grey)| share * through(mask, grey, u, v));
+        let share = on.iter().fold(opacity, |share, mask| share * mask.through(u, v));
         if share < 1.0 {
             let (x, y) = ((u - rect.x) as u32, (v - rect.y) as u32);
             let [r, g, b, a] = pixels.rgba16(x, y);
@@ -121,10 +125,29 @@ fn masked(mut pixels: Raster, rect: PixelRect, masks: &[Arc<EditedMask>], opacit
     Ok(pixels)
 }
 
-/// Returns the share of a canvas pixel that a mask lets through, 0..=1.
-fn through(mask: &EditedMask, grey: &Grey, x: i32, y: i32) -> f32 {
-    let (dx, dy) = (x - mask.rect.x, y - mask.rect.y);
-    if mask.rect.contains(x, y) { grey.at(dx as u32, dy as u32) } else { mask.outside }
+/// A mask with its pixels.
+struct ReadMask<'a> {
+    mask: &'a EditedMask,
+    grey: Grey,
+    lowest_with: Option<Box<Self>>,
+}
+
+impl<'a> ReadMask<'a> {
+    fn new(mask: &'a EditedMask) -> Result<Self> {
+        let other = mask.lowest_with.as_deref().filter(|other| other.enabled);
+        let lowest_with = other.map(|other| Self::new(other).map(Box::new)).transpose()?;
+        Ok(Self { mask, grey: mask.pixels.read()?, lowest_with })
+    }
+
+    /// Returns the share of a canvas pixel that the mask lets through, 0..=1.
+    fn through(&self, x: i32, y: i32) -> f32 {
+        let rect = self.mask.rect;
+        let own = match rect.contains(x, y) {
+            true => self.grey.at((x - rect.x) as u32, (y - rect.y) as u32),
+            false => self.mask.outside,
+        };
+        self.lowest_with.as_ref().map_or(own, |other| own.min(other.through(x, y)))
+    }
 }
 
 #[cfg(test)]
@@ -168,17 +191,22 @@ mod tests {
             rect: PixelRect::of_size(2, 1),
             outside: 0.0,
             enabled,
+            lowest_with: None,
             pixels: Lazy::new(|| Ok(Grey::new(2, 1, Samples::U8(vec![255, 0])))),
         };
         let masked = EditedLayer { masks: vec![Arc::new(mask(true))], ..layer("a", 0, &[5, 5, 5]) };
         assert_eq!(shades(&gathered(&[&masked]).unwrap()), [(5, 255), (5, 0), (5, 0)]);
-        let half = EditedMask {
-            pixels: Lazy::new(|| Ok(Grey::new(2, 1, Samples::U8(vec![51, 255])))),
+        let half = |value: u8| EditedMask {
+            pixels: Lazy::new(move || Ok(Grey::new(2, 1, Samples::U8(vec![value, 255])))),
             ..mask(true)
         };
         let both =
-            EditedLayer { masks: vec![Arc::new(mask(true)), Arc::new(half)], ..layer("a", 0, &[5, 5]) };
+            EditedLayer { masks: vec![Arc::new(mask(true)), Arc::new(half(51))], ..layer("a", 0, &[5, 5]) };
         assert_eq!(shades(&gathered(&[&both]).unwrap()), [(5, 51), (5, 0)], "those of groups count, too");
+        let lower =
+            EditedMask { lowest_with: Some(Arc::new(EditedMask { outside: 1.0, ..half(51) })), ..half(127) };
+        let two_in_one = EditedLayer { masks: vec![Arc::new(lower)], ..layer("a", 0, &[5, 5]) };
+        assert_eq!(shades(&gathered(&[&two_in_one]).unwrap()), [(5, 51), (5, 255)], "the lower one counts");
         let off = EditedLayer { masks: vec![Arc::new(mask(false))], ..layer("a", 0, &[5, 5, 5]) };
         assert_eq!(shades(&gathered(&[&off]).unwrap()), [(5, 255); 3]);
     }

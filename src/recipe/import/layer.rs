@@ -1,9 +1,11 @@
 //! Comparison of one image layer with its export.
 
+use super::colours::lost_colours;
 use super::compare::{Comparison, PlacedRaster, Profiles};
 use super::gather::{Gathered, gathered};
 use super::merged::{AbsentLayer, take_out};
 use super::originals::ExportedPixels;
+use super::question::LayerChange;
 use super::recall::{CachedLayer, LayerCache, key_of_layers};
 use super::report::{LayerReport, LayerState};
 use super::scaled::{repainted, unscaled};
@@ -13,7 +15,8 @@ use crate::document::paint::{PaintPatch, PaintedLayer};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::hash::hash_bytes;
-use crate::io::layered::{Depth, EditedLayer, Raster};
+use crate::io::layered::turn::TURNS;
+use crate::io::layered::{Depth, EditedLayer, Raster, Rounding, Turn};
 
 /// The data that all layers of a document share.
 pub struct DocumentContext<'a> {
@@ -23,6 +26,8 @@ pub struct DocumentContext<'a> {
     pub record: &'a ExportRecord,
     /// The bits per sample of the export.
     pub depth: Depth,
+    /// How the image was mirrored or turned; the document is turned back.
+    pub turn: Option<Turn>,
     /// The position of the photo's top-left pixel on the canvas.
     pub offset: [i32; 2],
     /// The number of canvas pixels per photo pixel.
@@ -31,12 +36,18 @@ pub struct DocumentContext<'a> {
     pub canvas: PixelRect,
     /// The profiles; `None` where the document has the photo's profile.
     pub profiles: Option<Profiles>,
+    /// Whether another profile was assigned to the document, whose colours are as they were.
+    pub assigned: bool,
+    /// How coarsely the document stores colours.
+    pub rounding: Option<Rounding>,
     /// The image layers that are not in the document; they may have been merged into others.
     pub absent: Vec<AbsentLayer<'a>>,
     /// Whether layers have their names from the export, rather than file names.
     pub named: bool,
     /// Whether an unreadable layer is an error; otherwise it is left out.
     pub only_whole: bool,
+    /// Whether paint is imported only where no photo shows the surface.
+    pub only_unseen: bool,
     /// The layers as seen at earlier imports.
     pub recall: &'a LayerCache,
     /// The remaining properties of the document that influence what a layer shows, as a key for [`LayerCache`].
@@ -53,14 +64,34 @@ pub struct LayerPaint {
     pub seen: PaintedLayer,
     /// Paint on image layers that were merged into this one, by their indices in the record.
     pub of_absent: Vec<(RecordedIndex, PaintPatch)>,
+    /// How it differs from the export.
+    pub change: LayerChange,
+    /// How the layer was mirrored or turned by itself.
+    pub turned: Option<Turn>,
+    /// How it is stored, where that cannot have the exported colours.
+    pub lost_colours: Option<&'static str>,
+}
+
+impl LayerPaint {
+    fn new(report: LayerReport, patch: Option<PaintPatch>, seen: PaintedLayer) -> Self {
+        let change = LayerChange::default();
+        Self { report, patch, seen, of_absent: Vec::new(), change, turned: None, lost_colours: None }
+    }
 }
 
 /// Makes the result for a layer that is left out; its paint in the project stays.
 fn left_out(mut report: LayerReport, why: String) -> LayerPaint {
     report.state = LayerState::LeftOut;
     report.notes.push(why);
-    LayerPaint { report, patch: None, seen: PaintedLayer::default(), of_absent: Vec::new() }
+    LayerPaint::new(report, None, PaintedLayer::default())
 }
+
+/// The end of the hash of a layer of which only the paint is imported where no photo shows the surface.
+const UNSEEN: &str = " unseen";
+
+/// What to do about colours that were lost.
+pub const TO_RGB: &str = "convert the image to RGB first: undo the conversion in the editor, because colours that are \
+                          lost do not return with it, and save again";
 
 /// The combined layers of one token.
 struct CombinedLayers {
@@ -68,9 +99,6 @@ struct CombinedLayers {
     /// The pixels with their rectangle in the photo; `None` where the hash was enough.
     pixels: Option<(Raster, PixelRect)>,
 }
-
-/// The share of a layer's pixels beyond which differences are no paint: the layer was probably moved.
-const MOST_PAINTED: f64 = 0.6;
 
 impl DocumentContext<'_> {
     /// Compares the layers with the token of `exported`; `before` is what they showed at the last import.
@@ -95,15 +123,18 @@ impl DocumentContext<'_> {
         let rect = seen.sight.rect;
         report.resized =
             self.scale == 1.0 && (rect.w, rect.h) != (exported.exported_rect.w, exported.exported_rect.h);
-        let shown = seen.sight.shown;
-        let done = |report, patch, seen| Ok(LayerPaint { report, patch, seen, of_absent: Vec::new() });
+        let mut shown = seen.sight.shown;
         if shown == exported.pixels {
-            return done(report, Some(PaintPatch::of_pixels(&[])), PaintedLayer::default());
+            return Ok(LayerPaint::new(report, Some(PaintPatch::of_pixels(&[])), PaintedLayer::default()));
+        }
+        if self.only_unseen {
+            // A part of the paint is another state of the layer than all of it.
+            shown.push_str(UNSEEN);
         }
         if let Some(before) = before.filter(|before| before.shown == shown) {
             (report.painted, report.erased) = (before.painted, before.erased);
             report.state = if before.painted > 0 { LayerState::Painted } else { LayerState::Unchanged };
-            return done(report, None, before.clone());
+            return Ok(LayerPaint::new(report, None, before.clone()));
         }
         let (pixels, rect) = seen.pixels.expect("what is not known was decoded");
         let Some(base) = self.originals.pixels(self.record, exported)? else {
@@ -114,13 +145,30 @@ impl DocumentContext<'_> {
                     .into(),
             ));
         };
+        if let Some(stored) = lost_colours(layers[0].colours, &base) {
+            let lost = left_out(report, format!("its pixels are stored in {stored}; {TO_RGB}"));
+            return Ok(LayerPaint { lost_colours: Some(stored), ..lost });
+        }
         let base = PlacedRaster { rect: exported.baseline.rect, pixels: &base };
         let found = PlacedRaster { rect, pixels: &pixels };
         let mut patch = self.painted(base, found);
-        if let Some(moved) = self.moved(base, found, &patch) {
-            report.moved = Some(moved);
-            let rect = PixelRect { x: rect.x - moved[0], y: rect.y - moved[1], ..rect };
-            patch = self.painted(base, PlacedRaster { rect, pixels: &pixels });
+        let mut change = LayerChange::new(base, &patch);
+        let mut turned = None;
+        if !change.is_in_place() && self.scale == 1.0 {
+            let by = |moved: [i32; 2], rect: PixelRect| PixelRect {
+                x: rect.x - moved[0],
+                y: rect.y - moved[1],
+                ..rect
+            };
+            if let Some(moved) = shift(base.pixels, base.rect, &pixels, rect) {
+                report.moved = Some(moved).filter(|moved| *moved != [0, 0]);
+                patch = self.painted(base, PlacedRaster { rect: by(moved, rect), pixels: &pixels });
+            } else if let Some((turn, pixels, moved)) = turned_layer(base, found) {
+                (turned, report.turned) = (Some(turn), Some(turn.done));
+                let rect = PixelRect { w: pixels.width(), h: pixels.height(), ..rect };
+                patch = self.painted(base, PlacedRaster { rect: by(moved, rect), pixels: &pixels });
+            }
+            change = LayerChange::new(base, &patch);
         }
         let (patch, of_absent) =
             take_out(&self.absent, exported, base, patch, self.originals.kept, &mut report)?;
@@ -129,12 +177,15 @@ impl DocumentContext<'_> {
             report.state = LayerState::Painted;
         }
         let seen = PaintedLayer { shown, painted: report.painted, erased: report.erased };
-        Ok(LayerPaint { report, patch: Some(patch), seen, of_absent })
+        let paint = LayerPaint::new(report, Some(patch), seen);
+        Ok(LayerPaint { of_absent, change, turned, ..paint })
     }
 
     /// Returns true when the hash is that of the export or of the last import.
     fn is_known(&self, shown: &str, exported: &ExportedLayer, before: Option<&PaintedLayer>) -> bool {
-        shown == exported.pixels || before.is_some_and(|before| before.shown == shown)
+        let unseen = if self.only_unseen { UNSEEN } else { "" };
+        let is_before = |before: &PaintedLayer| before.shown.strip_suffix(unseen) == Some(shown);
+        shown == exported.pixels || before.is_some_and(is_before)
     }
 
     /// Combines the layers of one token. Layers that were seen at an earlier import are not decoded again when
@@ -211,7 +262,7 @@ impl DocumentContext<'_> {
     fn painted(&self, base: PlacedRaster, found: PlacedRaster) -> PaintPatch {
         if self.scale == 1.0 {
             let profiles = self.profiles.as_ref();
-            Comparison { base, found, canvas: self.canvas, profiles }.painted()
+            Comparison { base, found, canvas: self.canvas, profiles, rounding: self.rounding }.painted()
         } else {
             repainted(base, found, self.scale)
         }
@@ -228,14 +279,14 @@ impl DocumentContext<'_> {
         let plain = self.profiles.is_none() && self.scale == 1.0;
         if plain { hash } else { hash_bytes(format!("{hash} converted {}", self.scale).as_bytes()) }
     }
+}
 
-    /// Returns by how much the layer was moved, if its pixels differ so much that this is likely.
-    fn moved(&self, base: PlacedRaster, found: PlacedRaster, patch: &PaintPatch) -> Option<[i32; 2]> {
-        let places = PixelRect::of_size(base.pixels.width(), base.pixels.height()).pixels();
-        let opaque = places.filter(|&(x, y)| base.pixels.has_colour(x as u32, y as u32)).count();
-        if opaque == 0 || (patch.count() as f64) < MOST_PAINTED * opaque as f64 || self.scale != 1.0 {
-            return None;
-        }
-        shift(base.pixels, base.rect, found.pixels, found.rect).filter(|by| *by != [0, 0])
-    }
+/// Returns how a layer was mirrored or turned, the layer turned back at the same corner, and by how much it is then moved.
+fn turned_layer(base: PlacedRaster, found: PlacedRaster) -> Option<(Turn, Raster, [i32; 2])> {
+    TURNS.into_iter().find_map(|turn| {
+        let pixels = turn.raster(found.pixels);
+        let rect = PixelRect { w: pixels.width(), h: pixels.height(), ..found.rect };
+        let moved = shift(base.pixels, base.rect, &pixels, rect)?;
+        Some((turn, pixels, moved))
+    })
 }

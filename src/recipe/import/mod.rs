@@ -2,7 +2,11 @@
 //! project's paint, by surface. Nothing else of the project is changed except masks, and the last imports can be
 //! undone.
 
+#[cfg(feature = "gui")]
+pub mod before_after;
+mod colours;
 mod compare;
+pub mod context;
 pub mod elsewhere;
 pub mod file;
 mod gather;
@@ -13,6 +17,8 @@ mod merged;
 pub mod originals;
 pub mod pictures;
 mod place;
+pub mod question;
+mod real;
 mod recall;
 pub mod report;
 mod scaled;
@@ -20,17 +26,21 @@ pub(super) mod session;
 pub(super) mod settle;
 pub(super) mod share;
 mod shift;
+mod tones;
+mod turned;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use self::recall::LayerCache;
 
+use self::context::ReadContext;
 use self::elsewhere::PaintElsewhere;
-use self::file::{FilePaint, ReadContext};
+use self::file::FilePaint;
 use self::mask::MaskSession;
 use self::originals::ExportedPixels;
-use self::report::FileReport;
+use self::question::Question;
+use self::report::{FileReport, LayerState};
 use self::session::{PaintMade, PaintSession, PaintedPlace};
 use crate::document::export_record::ExportRecord;
 use crate::document::masks::MaskChange;
@@ -61,6 +71,10 @@ pub struct ImportOptions {
     pub only_whole: bool,
     /// Whether the paint stays in its photo: it is not projected to other photos.
     pub only_here: bool,
+    /// Whether paint is left out where a photo, this one or another, shows the surface.
+    pub only_unseen: bool,
+    /// Whether a file is imported in which most pixels of most layers have changed at once; otherwise nothing of it is.
+    pub all: bool,
 }
 
 /// The results for all files, in their order.
@@ -70,12 +84,17 @@ pub struct Imported {
     pub number: Option<u32>,
     /// The number of pixels whose paint changed.
     pub changed: u64,
+    /// The number of pixels whose masking changed.
+    pub masked: u64,
     /// The masks that were added, replaced or removed.
     pub masks: Vec<MaskChange>,
     /// The paint of other photos that differs at the same places, which these photos keep.
     pub elsewhere: Vec<PaintElsewhere>,
     /// The reports of files that were read.
     pub files: Vec<FileReport>,
+    /// The reports of files of which nothing was imported, because so much has changed at once; see
+    /// [`ImportOptions::all`].
+    pub questioned: Vec<FileReport>,
     /// The files that failed, with the reasons.
     pub failed: Vec<(PathBuf, Error)>,
     /// The project's paint as it is now, so that it need not be read again.
@@ -116,9 +135,13 @@ pub fn import(
     // One after the other: a file may paint over what one before it brought.
     let reports = one_by_one(STAGE, &files, |file| session.file(file, task), task)?;
     let (reports, failed) = done_and_failed(&files, reports)?;
-    imported.files.extend(reports);
+    (imported.questioned, imported.files) = reports.into_iter().partition(|report| report.question.is_some());
     imported.failed.extend(failed);
-    imported.changed = imported.files.iter().flat_map(|file| &file.layers).map(|layer| layer.changed).sum();
+    let of = |is_mask: bool| {
+        let layers = imported.files.iter().flat_map(|file| &file.layers);
+        layers.filter(|layer| (layer.state == LayerState::Mask) == is_mask).map(|layer| layer.changed).sum()
+    };
+    (imported.changed, imported.masked) = (of(false), of(true));
     if session.paint.changed() || session.masks.changed() {
         imported.number = Some(session.paint.number());
         imported.elsewhere = session.paint.elsewhere(options.only_here)?;
@@ -211,18 +234,21 @@ pub fn history(project: &Path) -> Result<Vec<PaintImport>> {
 /// Returns [`Error::Request`] when there is none, or [`Error::Io`] and [`Error::Input`] when the project's paint
 /// cannot be read or written.
 pub fn take_back(project: &Path) -> Result<PaintImport> {
-    take_back_with_book(project).map(|(import, _)| import)
+    take_back_one(project, None).map(|(import, _)| import)
 }
 
-/// [`take_back`], and the project's paint as it is then.
+/// Undoes the import of this number, or the last one, and returns the project's paint as it is then. The caller holds the
+/// project's lock.
 ///
 /// # Errors
-/// As [`take_back`].
-pub fn take_back_with_book(project: &Path) -> Result<(PaintImport, Arc<PaintBook>)> {
+/// As [`take_back`]; also [`Error::Request`] when a later import changed what this one brought.
+pub fn take_back_one(project: &Path, number: Option<u32>) -> Result<(PaintImport, Arc<PaintBook>)> {
     let store = PaintStore::new(project);
     let before = store.read()?;
     let mut book = before.clone();
-    let import = book.take_back().ok_or_else(|| Error::Request("there is no import to undo".into()))?;
+    let last = book.imports.last().map(|import| import.number);
+    let number = number.or(last).ok_or_else(|| Error::Request("there is no import to undo".into()))?;
+    let import = book.take_back_one(number).map_err(|why| Error::Request(why.to_string()))?;
     mask::take_back(project, &import.masks)?;
     store.commit(&book, &before)?;
     let book = store.held(book);
@@ -259,24 +285,36 @@ impl ImportSession<'_> {
         let read = |record: &ExportRecord| self.seen_before(&name(&record.key));
         let found =
             file::read(file, reading, &read, task).map_err(|error| tree_export_or(project, file, error));
-        let FilePaint { record, mut report, layers, mask } = found?;
+        let FilePaint { record, mut report, mut layers, mask } = found?;
         let document = name(&record.key);
         let view = PaintedView { photo: record.photo.clone(), camera: record.camera.clone() };
         let known = record.paint.clone();
         let photo = record.photo.name.clone();
         let size = [record.photo.width, record.photo.height];
+        let before = self.paint.state();
+        let mut weighed = Vec::new();
+        for layer in &mut layers {
+            let Some(surfaces) = layer.surfaces.take() else { continue };
+            let place = PaintedPlace { view: &view, layer: &layer.token, document: &document, known: &known };
+            let settled = self.paint.settle(&place, surfaces)?;
+            weighed.extend(layer.weighed(settled.changed));
+            if let Some(entry) = layer.report.and_then(|index| report.layers.get_mut(index)) {
+                entry.changed = settled.changed;
+                entry.conflicts = settled.conflicts;
+                if entry.state == LayerState::Unchanged && entry.changed > 0 {
+                    entry.state = LayerState::Restored;
+                }
+            }
+        }
+        weighed.extend(layers.iter().filter(|layer| layer.is_as_before).filter_map(|layer| layer.weighed(0)));
+        report.question = Question::of(&weighed).filter(|_| !self.options.all);
+        if report.question.is_some() {
+            self.paint.restore(before);
+            return Ok(report);
+        }
         let mut seen: PaintedDocument =
             self.paint.book().documents.get(&document).cloned().unwrap_or_default();
         for layer in layers {
-            if let Some(surfaces) = layer.surfaces {
-                let place =
-                    PaintedPlace { view: &view, layer: &layer.token, document: &document, known: &known };
-                let settled = self.paint.settle(&place, surfaces)?;
-                if let Some(entry) = layer.report.and_then(|index| report.layers.get_mut(index)) {
-                    entry.changed = settled.changed;
-                    entry.conflicts = settled.conflicts;
-                }
-            }
             match layer.seen {
                 Some(layer_state) if layer_state.painted > 0 => {
                     drop(seen.layers.insert(layer.token, layer_state))
@@ -318,7 +356,7 @@ impl ImportSession<'_> {
         let made = PaintMade {
             files: imported.files.iter().map(|file| self.path_of(&file.file)).collect(),
             photos: imported.files.iter().map(|file| file.photo.clone()).collect(),
-            pixels: imported.changed,
+            pixels: imported.changed + imported.masked,
             masks: masks.imported(),
             brush: None,
         };

@@ -1,11 +1,21 @@
 //! Location of the photo on the canvas of an edited document: unchanged, cropped or enlarged, or scaled.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
+use super::compare::PlacedRaster;
+use super::gather::gathered;
+use super::identify::SortedLayers;
+use super::originals::ExportedPixels;
 use super::shift::shift;
+use crate::document::export_record::ExportRecord;
+use crate::document::paint::PaintColour;
+use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::{EditedDocument, Raster};
 
+/// The number of layers, the largest ones, by which the canvas is located.
+const VOTERS: usize = 8;
 /// The largest error in pixels by which width and height may have been rounded.
 const ROUNDED_PX: f64 = 1.0;
 
@@ -20,31 +30,94 @@ pub enum CanvasPlacement {
     Unclear,
 }
 
-/// Locates the photo of `width` x `height` on the canvas of a document. `layers` yields layers as they were
-/// exported and as they are in the document, each with its rectangle; it is used only where the canvas has another
-/// size. The majority of the layers decides.
-pub fn place<'a>(
+/// An image layer as it was exported, and as it is in the document, each with its rectangle: in the photo, and on the
+/// canvas.
+pub struct PlacedLayer {
+    /// The exported pixels.
+    pub base: Raster,
+    /// Their rectangle in photo pixels.
+    pub at: PixelRect,
+    /// The pixels in the document, in the depth of the exported ones.
+    pub found: Raster,
+    /// Their rectangle on the canvas.
+    pub found_at: PixelRect,
+}
+
+/// The number of pixels of a layer that stand for all of them.
+const SAMPLED: u64 = 4096;
+
+impl PlacedLayer {
+    /// Returns colours as they were exported and as they are in the document, whose canvas shows the photo at `offset`.
+    pub fn colours(&self, offset: [i32; 2]) -> Vec<(PaintColour, PaintColour)> {
+        let step = (self.at.area() / SAMPLED).max(1) as usize;
+        let (base, found) = (
+            PlacedRaster { rect: self.at, pixels: &self.base },
+            PlacedRaster { rect: self.found_at, pixels: &self.found },
+        );
+        let pairs = self
+            .at
+            .pixels()
+            .step_by(step)
+            .map(|(x, y)| (base.at(x, y), found.at(x + offset[0], y + offset[1])));
+        pairs.filter(|(base, found)| base[3] != 0 && found[3] != 0).collect()
+    }
+}
+
+/// Returns the largest image layers of a document whose exported pixels are known.
+///
+/// # Errors
+/// Returns the errors of reading the exported pixels.
+pub fn placed_layers(
+    record: &ExportRecord,
+    sorted: &SortedLayers,
+    originals: ExportedPixels,
+) -> Result<Vec<PlacedLayer>> {
+    let mut largest: Vec<_> = sorted.image_layers.iter().collect();
+    largest.sort_by_key(|(index, layers)| (Reverse(layers[0].rect.area()), **index));
+    let mut placed = Vec::new();
+    for (index, layers) in largest.into_iter().take(VOTERS) {
+        let exported = &record.layers[index.0];
+        let Some(base) = originals.pixels(record, exported)? else { continue };
+        // A layer that cannot be read is left out later, with the reason.
+        let Ok(found) = gathered(layers) else { continue };
+        let pixels = found.pixels.in_depth(base.depth());
+        placed.push(PlacedLayer { base, at: exported.baseline.rect, found: pixels, found_at: found.rect });
+    }
+    Ok(placed)
+}
+
+/// Locates the photo of an export on the canvas of a document, by the size of the canvas or by the largest image
+/// layers, of which the majority decides.
+///
+/// # Errors
+/// Returns the errors of reading the exported pixels.
+pub fn place(
     document: &EditedDocument,
-    (width, height): (u32, u32),
-    layers: impl Iterator<Item = (&'a Raster, PixelRect, &'a Raster, PixelRect)>,
-) -> CanvasPlacement {
-    if (document.width, document.height) == (width, height) {
-        return CanvasPlacement::At([0, 0]);
+    record: &ExportRecord,
+    sorted: &SortedLayers,
+    originals: ExportedPixels,
+) -> Result<CanvasPlacement> {
+    let (canvas, photo) = ((document.width, document.height), (record.photo.width, record.photo.height));
+    if canvas == photo {
+        return Ok(CanvasPlacement::At([0, 0]));
     }
     let mut votes: BTreeMap<[i32; 2], usize> = BTreeMap::new();
-    for (base, at, found, found_at) in layers {
-        if let Some(offset) = shift(base, at, found, found_at) {
+    for layer in placed_layers(record, sorted, originals)? {
+        if let Some(offset) = shift(&layer.base, layer.at, &layer.found, layer.found_at) {
             *votes.entry(offset).or_default() += 1;
         }
     }
     if let Some((offset, _)) = votes.into_iter().max_by_key(|(_, count)| *count) {
-        return CanvasPlacement::At(offset);
+        return Ok(CanvasPlacement::At(offset));
     }
-    let (x, y) = (ratio(document.width, width), ratio(document.height, height));
-    let scale = x.max(y);
+    Ok(scale_of(canvas, photo).map_or(CanvasPlacement::Unclear, CanvasPlacement::Scaled))
+}
+
+/// Returns the scale with which a photo has the size of a canvas; `None` where the sides have other proportions.
+pub fn scale_of(canvas: (u32, u32), (width, height): (u32, u32)) -> Option<f64> {
+    let scale = ratio(canvas.0, width).max(ratio(canvas.1, height));
     let fits = |side: u32, canvas: u32| (f64::from(side) * scale - f64::from(canvas)).abs() <= ROUNDED_PX;
-    let is_scaled = fits(width, document.width) && fits(height, document.height);
-    if is_scaled { CanvasPlacement::Scaled(scale) } else { CanvasPlacement::Unclear }
+    (fits(width, canvas.0) && fits(height, canvas.1)).then_some(scale)
 }
 
 /// Returns the ratio of two sides.

@@ -1,14 +1,15 @@
 //! A cache of what layers showed at earlier imports, by the hash of their stored data: a watched folder is read
 //! after each save, and most layers of a file have not changed then.
 
-use std::sync::{Mutex, PoisonError};
+use std::iter;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rustc_hash::FxHashMap;
 
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::hash::Hashing;
-use crate::io::layered::EditedLayer;
+use crate::io::layered::{EditedLayer, EditedMask};
 
 /// The cache, kept by callers that import repeatedly. Its entries never become invalid, because their keys cover
 /// everything they were made from.
@@ -45,7 +46,7 @@ impl LayerCache {
 ///
 /// # Errors
 /// Returns the errors of reading the file.
-pub fn key_of_layers(context: &str, layers: &[&EditedLayer]) -> Result<Option<String>> {
+pub fn key_of_layers<'a>(context: &str, layers: &[&'a EditedLayer]) -> Result<Option<String>> {
     let mut hashing = Hashing::default();
     hashing.add(context.as_bytes());
     for layer in layers {
@@ -54,7 +55,9 @@ pub fn key_of_layers(context: &str, layers: &[&EditedLayer]) -> Result<Option<St
             (&layer.name, layer.rect, layer.visible, layer.hidden_by_group, layer.opacity, &layer.blend);
         hashing.add(format!("{look:?}").as_bytes());
         hashing.add(pixels.as_bytes());
-        for mask in &layer.masks {
+        let both =
+            |mask: &'a Arc<EditedMask>| iter::successors(Some(&**mask), |mask| mask.lowest_with.as_deref());
+        for mask in layer.masks.iter().flat_map(both) {
             let Some(grey) = mask.pixels.code()? else { return Ok(None) };
             hashing.add(format!("{:?} {} {}", mask.rect, mask.outside.to_bits(), mask.enabled).as_bytes());
             hashing.add(grey.as_bytes());
@@ -65,10 +68,8 @@ pub fn key_of_layers(context: &str, layers: &[&EditedLayer]) -> Result<Option<St
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
-    use crate::io::layered::{BlendMode, Depth, EditedMask, Grey, Lazy, Raster};
+    use crate::io::layered::{BlendMode, Depth, Grey, Lazy, Raster};
     use crate::scene::Samples;
 
     const RECT: PixelRect = PixelRect { x: 1, y: 2, w: 3, h: 4 };
@@ -82,7 +83,7 @@ mod tests {
     fn masked(stored: &'static str, enabled: bool) -> EditedLayer {
         let grey =
             Lazy::new(|| Ok(Grey::new(0, 0, Samples::U8(vec![])))).with_stored_hash(|| Ok(stored.to_owned()));
-        let mask = EditedMask { rect: RECT, outside: 1.0, enabled, pixels: grey };
+        let mask = EditedMask { rect: RECT, outside: 1.0, enabled, lowest_with: None, pixels: grey };
         EditedLayer { masks: vec![Arc::new(mask)], ..layer("a") }
     }
 

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::question::Question;
+
 /// The report of one edited file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FileReport {
@@ -13,10 +15,14 @@ pub struct FileReport {
     pub photo: String,
     /// The key of the export from which it comes.
     pub key: String,
+    /// How the image was mirrored or turned, if it was; its paint is imported as if it had been turned back.
+    pub turned: Option<&'static str>,
     /// The position of the photo's top-left pixel on the canvas, if the canvas was cropped or enlarged.
     pub offset: [i32; 2],
     /// The number of canvas pixels per photo pixel, if the image was scaled.
     pub scale: f64,
+    /// Why nothing of the file was imported: so much has changed at once that it may be a mistake.
+    pub question: Option<Question>,
     /// The layers from bottom to top as in the file, then the missing ones.
     pub layers: Vec<LayerReport>,
     /// Notes about what was ignored or assumed.
@@ -47,11 +53,16 @@ pub struct LayerReport {
     pub painted: u64,
     /// The number of painted pixels that were erased.
     pub erased: u64,
+    /// The number of painted pixels at which this photo does not show the surface, and other photos do, so that paint
+    /// replaces what they really show; `None` where that is not known, because the photo is not filled.
+    pub over_photos: Option<u64>,
     /// The number of pixels whose paint (for a mask: masking) differs from the project's.
     pub changed: u64,
     /// The offset in pixels by which the layer was moved against all others; its paint is imported to its proper
     /// position.
     pub moved: Option<[i32; 2]>,
+    /// How the layer was mirrored or turned by itself; its paint is imported to its proper position.
+    pub turned: Option<&'static str>,
     /// Whether the layer was cropped or enlarged.
     pub resized: bool,
     /// Whether the layer's name was changed, apart from the token.
@@ -70,6 +81,8 @@ pub enum LayerState {
     Unchanged,
     /// The layer was painted on.
     Painted,
+    /// The layer is as it was exported, and its paint of an earlier import was undone in the editor.
+    Restored,
     /// The layer is not in the file; its paint in the project stays.
     Missing,
     /// The layer masks pixels of the photo.
@@ -104,8 +117,10 @@ impl LayerReport {
             state,
             painted: 0,
             erased: 0,
+            over_photos: None,
             changed: 0,
             moved: None,
+            turned: None,
             resized: false,
             renamed: false,
             conflicts: Vec::new(),
@@ -120,6 +135,7 @@ impl LayerState {
         match self {
             Self::Unchanged => "unchanged",
             Self::Painted => "painted",
+            Self::Restored => "paint removed",
             Self::Missing => "missing",
             Self::Mask => "mask",
             Self::Unknown => "unknown",

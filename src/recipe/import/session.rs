@@ -31,6 +31,18 @@ pub struct PaintSession<'a> {
     pending: BTreeMap<String, PaintPatch>,
 }
 
+/// The paint at a point of an import.
+pub struct PaintState {
+    book: PaintBook,
+    /// The number of patches that are not written yet.
+    pending: usize,
+}
+
+/// Returns the temporary name of a patch. No file of paint has such a name, because all of them are in folders.
+fn pending_name(number: usize) -> String {
+    format!("+{number}")
+}
+
 /// Where paint was made: a layer of a document.
 pub struct PaintedPlace<'a> {
     /// The photo and its camera.
@@ -146,6 +158,18 @@ impl<'a> PaintSession<'a> {
         Ok(SettledLayer { changed, conflicts })
     }
 
+    /// Returns the paint as it is now, to be restored.
+    pub fn state(&self) -> PaintState {
+        PaintState { book: self.book.clone(), pending: self.pending.len() }
+    }
+
+    /// Restores the paint as it was.
+    pub fn restore(&mut self, state: PaintState) {
+        self.book = state.book;
+        // Paint is only ever added, under the next number.
+        self.pending.retain(|name, _| (0..state.pending).any(|number| *name == pending_name(number)));
+    }
+
     /// Records what a document's layers show now, and the camera of its photo.
     pub fn note_document(&mut self, document: String, seen: PaintedDocument, view: &PaintedView) {
         if seen.layers.is_empty() {
@@ -205,8 +229,7 @@ impl<'a> PaintSession<'a> {
     fn take(&mut self, removed: Vec<PaintEntry>, added: Vec<(PaintEntry, PaintPatch)>) {
         self.book.entries.retain(|entry| !removed.contains(entry));
         for (mut entry, patch) in added {
-            // No file of paint has such a name, because all of them are in folders.
-            entry.file = format!("+{}", self.pending.len());
+            entry.file = pending_name(self.pending.len());
             (entry.rect, entry.pixels) = (patch.rect(), patch.count());
             self.pending.insert(entry.file.clone(), patch);
             self.book.entries.push(entry);

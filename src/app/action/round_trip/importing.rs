@@ -15,9 +15,11 @@ use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::app::work::painter::Change;
 use crate::document::paint::PaintBook;
+use crate::error::Error;
 use crate::io::paint_store::PaintStore;
+use crate::recipe::import::before_after::before_and_after;
 use crate::recipe::import::pictures::changed_layers;
-use crate::recipe::import::{ImportOptions, history, import_once, take_back_with_book};
+use crate::recipe::import::{ImportOptions, import_once, take_back_one};
 use crate::task::Task;
 
 /// The longer side of a picture before or after, in pixels: the width of the panel in a large window.
@@ -28,7 +30,8 @@ pub fn import_chosen(state: &mut State, work: &mut Work) {
     let Some(dialog) = state.round_trip.dialogs.import.take() else { return };
     let paths = dialog.paths.iter().map(|path| path.trim()).filter(|path| !path.is_empty());
     let files: Vec<PathBuf> = paths.map(PathBuf::from).collect();
-    let options = ImportOptions { scaled: dialog.scaled, ..ImportOptions::default() };
+    let (scaled, only_unseen) = (dialog.scaled, dialog.only_unseen);
+    let options = ImportOptions { scaled, only_unseen, ..ImportOptions::default() };
     import_with(state, work, files, options, None);
 }
 
@@ -37,10 +40,26 @@ pub fn import_files(state: &mut State, work: &mut Work, files: Vec<PathBuf>) {
     import_with(state, work, files, ImportOptions::default(), None);
 }
 
+/// Imports a file in which nearly everything has changed at once.
+pub fn import_all(state: &mut State, work: &mut Work, file: PathBuf) {
+    let options = ImportOptions { all: true, ..ImportOptions::default() };
+    import_with(state, work, vec![file], options, None);
+}
+
+/// Makes the pictures for the question about a file.
+pub fn look_at_question(state: &mut State, work: &mut Work, file: PathBuf) {
+    let Some(session) = &state.session else { return };
+    let folder = session.folder.clone();
+    work.jobs.start(&mut state.running, JobKind::Look, "Reading the edited file", move |task| {
+        let pictures = before_and_after(&folder, &file, PICTURE, task)?;
+        Ok(arrival(move |state| state.show_question(&file, pictures)))
+    });
+}
+
 /// Redoes an import that was undone.
 pub fn import_again(state: &mut State, work: &mut Work, number: u32, files: Vec<PathBuf>) {
     // The import passed its checks before, so that its options allow everything.
-    let options = ImportOptions { scaled: true, ..ImportOptions::default() };
+    let options = ImportOptions { scaled: true, all: true, ..ImportOptions::default() };
     import_with(state, work, files, options, Some(number));
 }
 
@@ -86,17 +105,17 @@ pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc
     });
 }
 
-/// Undoes an import, if it is the last one.
+/// Undoes an import, if no later one depends on it.
 pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
     let Some(session) = &state.session else { return };
     let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.live.paint.clone());
     state.space.hide_stroke(number);
     work.jobs.start(&mut state.running, JobKind::Import, "Undoing an import", move |_| {
         let _turn = turn.take();
-        if history(&folder)?.last().map(|import| import.number) != Some(number) {
-            return Ok(arrival(move |state| state.not_taken_back(number)));
-        }
-        let (import, book) = take_back_with_book(&folder)?;
+        let (import, book) = match take_back_one(&folder, Some(number)) {
+            Err(Error::Request(_)) => return Ok(arrival(move |state| state.not_taken_back(number))),
+            undone => undone?,
+        };
         drop(lock);
         Ok(Box::new(move |state| state.taken_back(import, book)))
     });

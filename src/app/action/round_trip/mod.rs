@@ -13,7 +13,9 @@ use std::path::PathBuf;
 use self::choosing::{choose_path, take_chosen_files};
 use self::editing::edit_photo;
 use self::exporting::{export_chosen, show_folder_of};
-use self::importing::{import_chosen, import_files, look_at_import, paint_changed};
+use self::importing::{
+    import_all, import_chosen, import_files, look_at_import, look_at_question, paint_changed,
+};
 use self::projecting::{show_fillings, show_projected};
 use self::taking_back::take_back_last;
 use self::watching::{take_saved, watch_for_saves};
@@ -29,6 +31,9 @@ pub fn apply(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
         RoundTripAsk::ChooseImports => state.choose_imports(),
         RoundTripAsk::Import => import_chosen(state, work),
         RoundTripAsk::ImportFiles(files) => import_files(state, work, files),
+        RoundTripAsk::ImportAll(file) => import_all(state, work, file),
+        RoundTripAsk::LeaveFile(file) => state.round_trip.questions.retain(|question| question.file != file),
+        RoundTripAsk::LookAtQuestion(file) => look_at_question(state, work, file),
         RoundTripAsk::ChooseExport => state.choose_export(),
         RoundTripAsk::Export => export_chosen(state, work),
         RoundTripAsk::EditPhoto { fresh } => edit_photo(state, work, fresh),

@@ -23,6 +23,8 @@ fn file(bench: &TestBench) -> FileReport {
         file: bench.folder().join("edited").join("a.psd"),
         photo: PHOTOS[0].into(),
         key: String::new(),
+        turned: None,
+        question: None,
         offset: [0; 2],
         scale: 1.0,
         layers: Vec::new(),

@@ -49,7 +49,10 @@ pub fn question_ui(ui: &mut Ui, state: &State, textures: &mut QuestionTextures, 
              until you choose.",
         );
         match (both, &textures.textures) {
-            (Some(both), Some(textures)) => pictures(ui, both, textures),
+            (Some(both), Some(textures)) => {
+                side_by_side(ui, textures, ["Only in its photo", "From everywhere"], &both.photo);
+                ui.weak(format!("{}, with paint of {}", both.photo, both.from.join(", ")));
+            }
             _ if lookup.is_sought(&state.running) => {
                 ui.horizontal(|ui| {
                     ui.spinner();
@@ -84,12 +87,12 @@ fn answers(ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-/// Draws both pictures, side by side where they fit.
-fn pictures(ui: &mut Ui, both: &BothWays, textures: &[TextureHandle; 2]) {
+/// Draws two pictures of a subject with their names, side by side where they fit.
+pub fn side_by_side(ui: &mut Ui, textures: &[TextureHandle; 2], names: [&str; 2], subject: &str) {
     let room = ui.available_width();
     let width = ((room - ui.spacing().item_spacing.x) / 2.0).max(80.0).min(room);
     ui.horizontal_wrapped(|ui| {
-        for (texture, name) in textures.iter().zip(["Only in its photo", "From everywhere"]) {
+        for (texture, name) in textures.iter().zip(names) {
             let size = texture.size_vec2();
             let shown = size * (width / size.x).min(width / size.y).min(8.0);
             ui.vertical(|ui| {
@@ -97,12 +100,11 @@ fn pictures(ui: &mut Ui, both: &BothWays, textures: &[TextureHandle; 2]) {
                 let (rect, response) = ui.allocate_exact_size(shown, Sense::hover());
                 Image::new((texture.id(), size)).fit_to_exact_size(shown).paint_at(ui, rect);
                 response.widget_info(|| {
-                    let label = format!("{name}: {}", both.photo);
+                    let label = format!("{name}: {subject}");
                     eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Image, true, label)
                 });
                 ui.weak(name);
             });
         }
     });
-    ui.weak(format!("{}, with paint of {}", both.photo, both.from.join(", ")));
 }

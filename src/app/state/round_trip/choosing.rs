@@ -13,7 +13,7 @@ impl State {
         self.round_trip
             .dialogs
             .import
-            .get_or_insert_with(|| ImportDialog { paths: vec![String::new()], scaled: false });
+            .get_or_insert_with(|| ImportDialog { paths: vec![String::new()], ..ImportDialog::default() });
     }
 
     /// Opens the export dialog.

@@ -31,6 +31,8 @@ pub struct ImportDialog {
     pub paths: Vec<String>,
     /// Whether scaled images are accepted.
     pub scaled: bool,
+    /// Whether paint is left out where a photo shows the surface.
+    pub only_unseen: bool,
 }
 
 /// The export dialog.

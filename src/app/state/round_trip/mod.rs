@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use self::dialogs::RoundTripDialogs;
-use self::report::Report;
+use self::report::{ImportQuestion, Report};
 use crate::document::paint::{PaintBook, PaintImport};
 use crate::io::programs::ImageEditor;
 use crate::recipe::fill::projected::ProjectedPaint;
@@ -24,6 +24,8 @@ use crate::scene::PhotoId;
 pub struct RoundTrip {
     /// The last import.
     pub report: Option<Report>,
+    /// The questions about files that are not imported yet.
+    pub questions: Vec<ImportQuestion>,
     /// The imports that can be undone, oldest first.
     pub history: Vec<PaintImport>,
     /// The photos that have paint.

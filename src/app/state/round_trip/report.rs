@@ -1,8 +1,10 @@
 //! The results of imports.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::projection::Picture;
 use crate::recipe::import::Imported;
 use crate::recipe::import::pictures::ChangedLayer;
 
@@ -16,6 +18,16 @@ pub enum Way {
         /// The number of the import that was undone.
         again: Option<u32>,
     },
+}
+
+/// A question about a file of which nothing was imported, because so much has changed at once.
+pub struct ImportQuestion {
+    /// The file.
+    pub file: PathBuf,
+    /// What was found, in a sentence.
+    pub found: String,
+    /// Its image layers as they were exported, and as they are in the file, once they are made.
+    pub pictures: Option<Arc<[Picture; 2]>>,
 }
 
 /// The report of an import.

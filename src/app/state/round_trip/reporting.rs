@@ -1,10 +1,10 @@
 //! Changes of state that follow from imports and exports that have ended.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::report::{Report, Way};
+use super::report::{ImportQuestion, Report, Way};
 use super::shown_path;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, RoundTripAsk};
@@ -12,9 +12,11 @@ use crate::app::state::notes::{Note, Weight};
 use crate::app::state::numbers::{counted, grouped};
 use crate::app::state::panels::Tab;
 use crate::document::paint::{PaintBook, PaintImport};
+use crate::projection::Picture;
 use crate::recipe::export::Exported;
 use crate::recipe::import::Imported;
 use crate::recipe::import::pictures::ChangedLayer;
+use crate::recipe::import::report::LayerState;
 
 impl State {
     /// Handles an import that has ended: reports its result, and updates all views.
@@ -26,7 +28,8 @@ impl State {
         failed.collect::<Vec<_>>().into_iter().for_each(|note| self.tell(note));
         for file in &imported.files {
             let name = shown_path(&folder, &file.file);
-            let changed: u64 = file.layers.iter().map(|layer| layer.changed).sum();
+            let painted = file.layers.iter().filter(|layer| layer.state != LayerState::Mask);
+            let changed: u64 = painted.map(|layer| layer.changed).sum();
             let text = match changed {
                 0 => format!("{name} contains no new paint"),
                 1 => format!("{name} contains 1 pixel of new paint"),
@@ -34,9 +37,10 @@ impl State {
             };
             self.notes.add(Note::about(Weight::Info, &file.photo, text));
         }
+        let questions = self.ask_about(&imported);
         // A save without changes does not switch to another panel.
         if imported.files.is_empty() || (way == Way::Saved && imported.number.is_none()) {
-            return Vec::new();
+            return questions;
         }
         let photos = imported.files.iter().map(|file| file.photo.clone()).collect();
         let number = imported.number;
@@ -49,7 +53,35 @@ impl State {
         self.round_trip.report = Some(Report { imported, spent, looks: Arc::default(), taken_back: false });
         self.settings.side = Tab::Paint;
         let looks = number.map(|number| RoundTripAsk::LookAtImport(number, book.clone()).into());
-        [RoundTripAsk::PaintChanged(photos, book.clone()).into()].into_iter().chain(looks).collect()
+        let changed = RoundTripAsk::PaintChanged(photos, book.clone()).into();
+        questions.into_iter().chain([changed]).chain(looks).collect()
+    }
+
+    /// Asks about the files in which so much has changed at once that nothing of them was imported; a file that is
+    /// imported now is no question any more.
+    fn ask_about(&mut self, imported: &Imported) -> Vec<Ask> {
+        let read = |file: &PathBuf| {
+            imported.files.iter().chain(&imported.questioned).any(|report| report.file == *file)
+        };
+        self.round_trip.questions.retain(|question| !read(&question.file));
+        let mut asks = Vec::new();
+        for report in &imported.questioned {
+            let Some(question) = &report.question else { continue };
+            let (file, found) = (report.file.clone(), question.found());
+            self.tell(Note::about(Weight::Warning, &report.photo, format!("{}: {found}", file.display())));
+            asks.push(RoundTripAsk::LookAtQuestion(file.clone()).into());
+            self.round_trip.questions.push(ImportQuestion { file, found, pictures: None });
+            self.settings.side = Tab::Paint;
+        }
+        asks
+    }
+
+    /// Adds the pictures to the question about a file.
+    pub fn show_question(&mut self, file: &Path, pictures: [Picture; 2]) {
+        let question = self.round_trip.questions.iter_mut().find(|question| question.file == file);
+        if let Some(question) = question {
+            question.pictures = Some(Arc::new(pictures));
+        }
     }
 
     /// Adds the pictures of an import to its report, where that is still the last one.

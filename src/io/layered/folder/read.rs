@@ -19,7 +19,9 @@ use crate::io::layered::bytes::SAVE_AGAIN;
 use crate::io::layered::document::{LEFTOVERS, TREE_GUIDE, guide_name};
 use crate::io::layered::place::{is_canvas, not_a_canvas, rect_at, tidy_name};
 use crate::io::layered::png_edited::{self, PngHead};
-use crate::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster};
+use crate::io::layered::{
+    BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster, StoredColours,
+};
 
 /// Name of the file that describes the folder.
 pub const STACK_FILE: &str = "stack.json";
@@ -109,6 +111,7 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
         width,
         height,
         depth,
+        rounding: None,
         icc,
         key: key.filter(|key| !key.is_empty()),
         layers: guides
@@ -251,6 +254,7 @@ fn profile(placed: &mut [PlacedFile], notes: &mut Vec<String>) -> Option<Vec<u8>
 impl PlacedFile {
     fn layer(self, depth: Depth) -> EditedLayer {
         let Self { name, file, rect, head, id } = self;
+        let colours = head.as_ref().map_or(StoredColours::Full, |head| head.colours);
         let stored = file.clone();
         let code = move || Ok(format!("{} {depth:?}", hash_file(&stored)?));
         EditedLayer {
@@ -264,6 +268,7 @@ impl PlacedFile {
             masks: Vec::new(),
             id,
             locked: false,
+            colours,
             pixels: Lazy::new(move || pixels(&file, &head, depth)).with_stored_hash(code),
         }
     }

@@ -15,7 +15,7 @@ use crate::io::hash::Hashing;
 use crate::io::layered::bytes::{FileBytes, FileReader, SAVE_AGAIN};
 use crate::io::layered::place::rect_at;
 use crate::io::layered::png_edited::{self, PngHead};
-use crate::io::layered::{Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy};
+use crate::io::layered::{Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, StoredColours};
 
 /// The signature of a ZIP archive.
 pub const SIGNATURE: &[u8] = b"PK\x03\x04";
@@ -49,7 +49,17 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut layers: Vec<EditedLayer> = layers.collect::<Vec<_>>().into_iter().flatten().collect();
     layers.reverse();
     let (width, height) = (image.width, image.height);
-    Ok(EditedDocument { format: ExportFormat::Ora, width, height, depth, icc, key, layers, notes })
+    Ok(EditedDocument {
+        format: ExportFormat::Ora,
+        width,
+        height,
+        depth,
+        rounding: None,
+        icc,
+        key,
+        layers,
+        notes,
+    })
 }
 
 /// A layer of `stack.xml` with the header of its PNG, or why that cannot be read.
@@ -96,6 +106,7 @@ impl OraPicture<'_> {
         let Self { described, head } = self;
         let (x, y) = described.place;
         let (width, height) = head.as_ref().map_or((0, 0), |head| (head.width.into(), head.height.into()));
+        let colours = head.as_ref().map_or(StoredColours::Full, |head| head.colours);
         let Some(rect) = rect_at(x, y, width, height) else {
             notes.push(format!("layer \"{}\" is left out: its position is ({x}, {y})", described.name));
             return None;
@@ -119,6 +130,7 @@ impl OraPicture<'_> {
             masks: Vec::new(),
             id: None,
             locked: described.locked,
+            colours,
             pixels,
         })
     }

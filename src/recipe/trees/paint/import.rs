@@ -19,9 +19,8 @@ use crate::io::layered::read_layered;
 use crate::io::plant_images::{parse_mbuffer, plant_hash};
 use crate::io::project::relative_to;
 use crate::io::tree_paint::TreePaintStore;
-use crate::recipe::import::file::{
-    ComparedDocument, ReadContext, begun_report, compared, identified, missing, others,
-};
+use crate::recipe::import::context::{ReadContext, missing};
+use crate::recipe::import::file::{ComparedDocument, begun_report, compared, identified, others};
 use crate::recipe::import::originals::ExportedPixels;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
 use crate::recipe::import::{ImportOptions, LayerCache, documents_of};
@@ -188,7 +187,7 @@ impl Session<'_> {
         let originals = ExportedPixels { kept: &kept, project: self.project, book: &no_paint };
         let options = ImportOptions { scaled: self.options.scaled, ..ImportOptions::default() };
         let reading = ReadContext { records, originals, options, recall: &cache };
-        let compared = compared((file, &document), record, reading, &PaintedDocument::default(), task)?;
+        let compared = compared((file, &document, None), record, reading, &PaintedDocument::default(), task)?;
         let ComparedDocument { context, sorted, found } = compared;
         let mut report = begun_report(file, &document, &context);
         report.notes.extend(self.notes_about_plant(file, tree, task)?);

@@ -59,6 +59,12 @@ pub struct BlockProperties {
     pub fill: Option<u8>,
     /// The kind of a layer that Photoshop computes without pixels of its own.
     pub computed: Option<&'static str>,
+    /// The kind of a layer whose pixels the editor has drawn from other data.
+    pub drawn: Option<&'static str>,
+    /// Whether the layer has a vector mask that is not disabled.
+    pub has_vector_mask: bool,
+    /// What changes how the editor mixes the layer with those below, beside mode and opacity.
+    pub display: Vec<&'static str>,
     /// Features that are not supported, as phrases for messages about the layer.
     pub unknown: Vec<&'static str>,
 }
@@ -88,6 +94,10 @@ impl BlockProperties {
                 self.locked = content.u32()? & (ALL | PIXELS) != 0;
             }
             b"iOpa" => self.fill = Some(content.u8()?),
+            b"vmsk" | b"vsms" => self.has_vector_mask = is_enabled_vector_mask(content)?,
+            // The channels to which blending is restricted; none as a rule.
+            b"brst" if content.left() > 0 => self.display.push("channels that are switched off"),
+            b"knko" if content.left() > 0 && content.u8()? != 0 => self.display.push("knockout"),
             key => self.take_unread(key),
         }
         Ok(())
@@ -101,7 +111,8 @@ impl BlockProperties {
                 self.computed = Some("an adjustment layer");
             }
             b"lfx2" | b"lrFX" | b"lmfx" => self.unknown_once("its layer style"),
-            b"vmsk" | b"vsms" => self.unknown_once("its vector mask"),
+            b"PlLd" | b"SoLd" | b"SoLE" => self.drawn = Some("a smart object"),
+            b"TySh" | b"tySh" => self.drawn = Some("a text layer"),
             _ => {}
         }
     }
@@ -111,6 +122,16 @@ impl BlockProperties {
             self.unknown.push(what);
         }
     }
+}
+
+/// Returns false where the vector mask is disabled; its other data are paths, which are not read.
+fn is_enabled_vector_mask(content: &mut Cursor) -> Result<bool> {
+    const DISABLED: u32 = 4;
+    if content.left() < 8 {
+        return Ok(true);
+    }
+    let _version = content.u32()?;
+    Ok(content.u32()? & DISABLED == 0)
 }
 
 fn section(content: &mut Cursor) -> Result<Option<GroupRole>> {

@@ -6,18 +6,18 @@ use rayon::prelude::*;
 
 use super::blocks::GroupRole;
 use super::head::PsdHeader;
+use super::masks::{MASK, edited_mask};
 use super::names::blend_name;
 use super::planes::{Coding, hash_of_code, read_plane};
-use super::records::{ChannelPosition, MaskRecord, Record};
+use super::records::{ChannelPosition, Record};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::bytes::FileBytes;
 use crate::io::layered::groups::{GroupProperties, OpenGroups};
-use crate::io::layered::{BlendMode, Depth, EditedLayer, EditedMask, Grey, Lazy, Raster};
+use crate::io::layered::{BlendMode, Depth, EditedLayer, Lazy, Raster, StoredColours};
 use crate::scene::Samples;
 
 const ALPHA: i16 = -1;
-const MASK: i16 = -2;
 
 /// Converts `records` to layers, both from bottom to top.
 pub fn from_records(
@@ -51,12 +51,8 @@ fn group_traits(
         name: record.name.clone(),
         visible: record.visible,
         opacity: f32::from(record.opacity) / 255.0,
-        mask: record.mask.and_then(|mask| edited_mask(record, mask, head, bytes)).map(Arc::new),
-        blend: if matches!(&blend, b"pass" | b"norm") {
-            BlendMode::Normal
-        } else {
-            BlendMode::Other(blend_name(blend))
-        },
+        mask: edited_mask(record, head, bytes).map(Arc::new),
+        blend: with_display(record, &blend),
     }
 }
 
@@ -71,14 +67,23 @@ fn layer(
         notes.push(format!("layer \"{}\" is {what}, which has no pixels; it is left out", record.name));
         return None;
     }
-    for what in record.extras.unknown.iter().filter(|what| !is_drawn_as_mask(record, what)) {
+    if let Some(what) = record.extras.drawn {
+        notes.push(format!(
+            "layer \"{}\" is {what}: its pixels are read as the editor drew them",
+            record.name
+        ));
+    }
+    // Where a layer has both, its mask's channel shows the vector mask, too.
+    let vector_mask =
+        (record.extras.has_vector_mask && record.channel(MASK).is_none()).then_some("its vector mask");
+    for what in record.extras.unknown.iter().copied().chain(vector_mask) {
         notes.push(format!("layer \"{}\": {what} is not applied", record.name));
     }
     let fill = f32::from(record.extras.fill.unwrap_or(255)) / 255.0;
     let around = groups.around();
     Some(EditedLayer {
         name: record.name.clone(),
-        masks: around.masks(record.mask.and_then(|mask| edited_mask(record, mask, head, bytes))),
+        masks: around.masks(edited_mask(record, head, bytes)),
         rect: record.rect,
         visible: record.visible,
         hidden_by_group: around.hidden,
@@ -87,54 +92,26 @@ fn layer(
         groups: around.names,
         id: None,
         locked: record.extras.locked,
+        colours: if head.grey { StoredColours::Grey } else { StoredColours::Full },
         pixels: pixels(record, head, bytes),
     })
-}
-
-/// Returns whether the vector mask is included in the mask's channel, which is so where a layer has both.
-fn is_drawn_as_mask(record: &Record, what: &str) -> bool {
-    what == "its vector mask" && record.channel(MASK).is_some()
 }
 
 fn blend(record: &Record) -> BlendMode {
     match &record.blend {
         _ if record.clipped => BlendMode::Other("clipped to the layer below".into()),
-        b"norm" | b"pass" => BlendMode::Normal,
-        other => BlendMode::Other(blend_name(*other)),
+        mode => with_display(record, mode),
     }
 }
 
-fn edited_mask(
-    record: &Record,
-    mask: MaskRecord,
-    head: &PsdHeader,
-    bytes: &Arc<FileBytes>,
-) -> Option<EditedMask> {
-    let channel = record.channel(MASK)?;
-    let (bytes, coding) = (bytes.clone(), Coding { kind: head.kind, depth: head.depth });
-    let PixelRect { w, h, .. } = mask.rect;
-    let inverted = mask.inverted;
-    let code = {
-        let bytes = bytes.clone();
-        move || Ok(format!("{} {inverted}", hash_of_code(&bytes, &[channel], (w, h), coding)?))
-    };
-    let read = move || {
-        let samples = read_plane(&bytes, channel, w, h, coding)?;
-        Ok(Grey::new(w, h, if inverted { negative(samples) } else { samples }))
-    };
-    let outside = f32::from(if inverted { 255 - mask.outside } else { mask.outside }) / 255.0;
-    Some(EditedMask {
-        rect: mask.rect,
-        outside,
-        enabled: mask.enabled,
-        pixels: Lazy::new(read).with_stored_hash(code),
-    })
-}
-
-fn negative(samples: Samples) -> Samples {
-    match samples {
-        Samples::U8(samples) => Samples::U8(samples.into_iter().map(|sample| !sample).collect()),
-        Samples::U16(samples) => Samples::U16(samples.into_iter().map(|sample| !sample).collect()),
+/// Returns a blend mode with what else changes how the editor mixes the record with what is below.
+fn with_display(record: &Record, mode: &[u8; 4]) -> BlendMode {
+    let display = record.extras.display.join(" and ");
+    match (matches!(mode, b"norm" | b"pass"), display.is_empty()) {
+        (true, true) => BlendMode::Normal,
+        (false, true) => BlendMode::Other(blend_name(*mode)),
+        (true, false) => BlendMode::Other(format!("normal with {display}")),
+        (false, false) => BlendMode::Other(format!("{} with {display}", blend_name(*mode))),
     }
 }
 

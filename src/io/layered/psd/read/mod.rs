@@ -6,6 +6,7 @@
 mod blocks;
 mod head;
 mod layers;
+mod masks;
 mod merged;
 mod names;
 mod planes;
@@ -44,6 +45,7 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
         width: head.width,
         height: head.height,
         depth: head.depth,
+        rounding: None,
         icc: head.icc,
         key: head.key,
         layers,

@@ -2,6 +2,7 @@
 
 use super::blocks::{BlockProperties, next_block};
 use super::head::PsdHeader;
+use super::masks::{MaskRecord, REAL_MASK, read_mask};
 use super::{names, wide};
 use crate::error::Result;
 use crate::geometry::PixelRect;
@@ -28,21 +29,11 @@ pub struct Record {
 /// The position of a channel's code in the file.
 #[derive(Debug, Clone, Copy)]
 pub struct ChannelPosition {
-    /// The kind of the channel: 0 red or grey, 1 green, 2 blue, -1 alpha, -2 mask.
+    /// The kind of the channel: 0 red or grey, 1 green, 2 blue, -1 alpha, -2 mask, -3 the other mask of a layer that
+    /// has a pixel mask and a vector mask.
     pub id: i16,
     pub at: u64,
     pub length: u64,
-}
-
-/// A record's mask.
-#[derive(Debug, Clone, Copy)]
-pub struct MaskRecord {
-    /// Position and size in canvas pixels.
-    pub rect: PixelRect,
-    /// The value outside `rect`.
-    pub outside: u8,
-    pub enabled: bool,
-    pub inverted: bool,
 }
 
 /// Reads the list; `cursor` contains it and the channels behind it.
@@ -69,7 +60,7 @@ impl Record {
         let rect = read_rect(cursor)?;
         let channels = (0..cursor.u16()?)
             .map(|_| Ok(ChannelPosition { id: cursor.i16()?, length: wide(cursor, head.kind)?, at: 0 }))
-            .collect::<Result<_>>()?;
+            .collect::<Result<Vec<_>>>()?;
         let signature: [u8; 4] = cursor.array()?;
         if &signature != b"8BIM" {
             let what = signature.escape_ascii();
@@ -79,11 +70,13 @@ impl Record {
         let [opacity, clipping, flags, _]: [u8; 4] = cursor.array()?;
         let length = cursor.u32()?;
         let mut extra = cursor.part(length.into())?;
-        let mask = read_mask(&mut extra, rect)?;
-        let ranges = extra.u32()?;
-        extra.skip(ranges.into())?;
-        let short_name = names::short(&mut extra)?;
+        let has_real_mask = channels.iter().any(|channel| channel.id == REAL_MASK);
+        let mask = read_mask(&mut extra, rect, has_real_mask)?;
         let mut extras = BlockProperties::default();
+        if blends_by_ranges(&mut extra)? {
+            extras.display.push("Blend If");
+        }
+        let short_name = names::short(&mut extra)?;
         while let Some(mut block) = next_block(&mut extra, head.kind)? {
             extras.take(&mut block)?;
         }
@@ -100,27 +93,18 @@ impl Record {
 }
 
 /// Reads a rectangle, stored as top, left, bottom, right.
-fn read_rect(cursor: &mut Cursor) -> Result<PixelRect> {
+pub fn read_rect(cursor: &mut Cursor) -> Result<PixelRect> {
     let edges = [cursor.i32()?, cursor.i32()?, cursor.i32()?, cursor.i32()?];
     let [top, left, bottom, right] = edges.map(i64::from);
     let found = || format!("a rectangle from ({left}, {top}) to ({right}, {bottom})");
     rect_at(left, top, right - left, bottom - top).ok_or_else(|| cursor.damaged(found()))
 }
 
-/// Reads a mask, which takes 0 or 20 bytes; longer ones repeat themselves in more detail.
-fn read_mask(extra: &mut Cursor, layer: PixelRect) -> Result<Option<MaskRecord>> {
+/// Reads the blending ranges; true when they hide part of the layer or of what is below it (Blend If). Each is four
+/// bytes: two for where black ends, two for where white begins. Writers leave those of unused channels empty.
+fn blends_by_ranges(extra: &mut Cursor) -> Result<bool> {
+    const EVERYTHING: [u8; 4] = [0, 0, 255, 255];
     let length = extra.u32()?;
-    let mut content = extra.part(length.into())?;
-    if length == 0 {
-        return Ok(None);
-    }
-    let mut rect = read_rect(&mut content)?;
-    let [outside, flags] = content.array()?;
-    const RELATIVE: u8 = 1;
-    const OFF: u8 = 2;
-    const INVERTED: u8 = 4;
-    if flags & RELATIVE != 0 {
-        (rect.x, rect.y) = (rect.x + layer.x, rect.y + layer.y);
-    }
-    Ok(Some(MaskRecord { rect, outside, enabled: flags & OFF == 0, inverted: flags & INVERTED != 0 }))
+    let ranges = extra.take(length.into())?;
+    Ok(ranges.as_chunks::<4>().0.iter().any(|range| *range != EVERYTHING && *range != [0; 4]))
 }

@@ -93,6 +93,7 @@ impl XcfLayerReader<'_> {
             groups: around.names,
             id: properties.layer,
             locked: properties.locked,
+            colours: model.colours(),
             pixels: Lazy::new(move || table.raster()).with_stored_hash(move || same.hash_of_code()),
             name,
         }))
@@ -145,7 +146,7 @@ impl XcfLayerReader<'_> {
         let table = self.table(hierarchy, rect, PixelModel::Mask)?;
         let same = table.clone();
         let pixels = Lazy::new(move || table.grey()).with_stored_hash(move || same.hash_of_code());
-        Ok(Some(EditedMask { rect, outside: 1.0, enabled, pixels }))
+        Ok(Some(EditedMask { rect, outside: 1.0, enabled, lowest_with: None, pixels }))
     }
 
     fn table(&self, hierarchy: u64, rect: PixelRect, model: PixelModel) -> Result<TileTable> {

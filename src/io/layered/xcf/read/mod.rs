@@ -49,6 +49,7 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
         width: head.width,
         height: head.height,
         depth: head.precision.depth(),
+        rounding: head.precision.rounding(),
         icc: if head.precision.linear { icc.map(profile::with_tone_curve) } else { icc },
         key: properties.key.or(properties.metadata_key),
         layers,

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use half::f16;
 
-use crate::io::layered::Depth;
+use crate::io::layered::{Depth, Rounding};
 use crate::scene::light::srgb_from_linear;
 
 /// The encoding of samples.
@@ -78,6 +78,18 @@ impl Precision {
         if self.kind == SampleKind::U8 && !self.linear { Depth::Eight } else { Depth::Sixteen }
     }
 
+    /// Returns how coarsely colours are stored, where that differs from the depth to convert to.
+    pub fn rounding(self) -> Option<Rounding> {
+        let (step, is_float) = match self.kind {
+            SampleKind::U8 => (1.0 / 255.0, false),
+            SampleKind::U16 => (1.0 / 65535.0, false),
+            SampleKind::F16 => (f64::from(f16::EPSILON), true),
+            SampleKind::U32 | SampleKind::F32 | SampleKind::F64 => (0.0, false),
+        };
+        let is_plain = !self.linear && !is_float;
+        (!is_plain).then_some(Rounding { linear: self.linear, step, is_float })
+    }
+
     /// Returns a note for the user about the conversion; `None` if nothing is lost.
     pub fn note(self) -> Option<String> {
         let kind = match self.kind {
@@ -88,7 +100,11 @@ impl Precision {
         let light = if self.linear { "linear-light" } else { "" };
         let what = [kind, light].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>();
         (!what.is_empty()).then(|| {
-            format!("the {} pixels are converted to 16 bits with a tone curve and rounded", what.join(" "))
+            let few = match self.kind == SampleKind::U8 {
+                true => "; 8 bits of linear light have few dark shades, so dark paint is coarse: use perceptual gamma",
+                false => "",
+            };
+            format!("the {} pixels are converted to 16 bits with a tone curve and rounded{few}", what.join(" "))
         })
     }
 
@@ -147,6 +163,31 @@ mod tests {
         for (version, number) in [(4, 5), (4, 150), (6, 750), (7, 450), (12, 210), (12, 0), (12, u32::MAX)] {
             assert_eq!(Precision::new(version, Some(number)), None, "{number} in version {version}");
         }
+    }
+
+    #[test]
+    fn colours_that_differ_by_the_rounding_of_the_file_only_are_the_same() {
+        for (number, steps) in [(100, 255.0), (200, 65535.0), (500, 0.0), (600, 0.0)] {
+            let precision = precision(12, number);
+            let rounding = precision.rounding().unwrap();
+            for value in (0..=255u16).map(|value| value * 257) {
+                let light = crate::scene::light::linear_of_srgb(f64::from(value) / 65535.0);
+                let bytes = match number {
+                    100 => vec![(light * steps) as u8],
+                    200 => ((light * steps) as u16).to_be_bytes().to_vec(),
+                    500 => f16::from_f64(light).to_be_bytes().to_vec(),
+                    _ => (light as f32).to_be_bytes().to_vec(),
+                };
+                let found = precision.sample16(&bytes, true);
+                let colour = |value: u16| [value, value, value, u16::MAX];
+                assert!(rounding.is_same(colour(value), colour(found)), "{number}: {value} as {found}");
+                assert!(
+                    !rounding.is_same(colour(value), colour(found.wrapping_add(12_000))),
+                    "{number}: {value}"
+                );
+            }
+        }
+        assert_eq!((precision(12, 150).rounding(), precision(12, 250).rounding()), (None, None));
     }
 
     #[test]

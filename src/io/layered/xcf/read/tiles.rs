@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::io::hash::Hashing;
 use crate::io::layered::bytes::FileBytes;
 use crate::io::layered::xcf::tiles::{TILE, unpack};
-use crate::io::layered::{Depth, Grey, Raster};
+use crate::io::layered::{Depth, Grey, Raster, StoredColours};
 use crate::scene::Samples;
 
 /// The meaning of the samples of a pixel.
@@ -33,6 +33,15 @@ impl PixelModel {
         [Self::Rgb, Self::Rgba, Self::Grey, Self::GreyAlpha, Self::Indexed, Self::IndexedAlpha]
             .get(kind as usize)
             .copied()
+    }
+
+    /// Returns the colours that pixels of this model can have.
+    pub fn colours(self) -> StoredColours {
+        match self {
+            Self::Rgb | Self::Rgba => StoredColours::Full,
+            Self::Grey | Self::GreyAlpha | Self::Mask => StoredColours::Grey,
+            Self::Indexed | Self::IndexedAlpha => StoredColours::Palette,
+        }
     }
 
     fn samples(self) -> usize {
