@@ -124,6 +124,10 @@ pub fn write_dome_picture(path: &Path, width: u32, light: &[[f32; 3]], middle: D
 /// Returns the direction of a picture's middle that [`write_dome_picture`] has recorded in it; `None` where a file of
 /// another format, or of another program, has none.
 pub fn recorded_middle(path: &Path) -> Option<[f64; 3]> {
+    guarded(path, REMEDY, || Ok(middle_in_text(path))).ok().flatten()
+}
+
+fn middle_in_text(path: &Path) -> Option<[f64; 3]> {
     let file = BufReader::new(File::open(path).ok()?);
     let line = match extension(path).as_str() {
         "png" => {

@@ -162,7 +162,11 @@ impl EditedMask {
         let code: Read<String> = Box::new(move || {
             code.pixels.code().map(|code| code.expect("it was there when the mask was shared"))
         });
-        Lazy { read: Box::new(move || pixels.pixels.read()), code: mask.pixels.code.as_ref().map(|_| code) }
+        Lazy {
+            read: Box::new(move || pixels.pixels.read()),
+            code: mask.pixels.code.as_ref().map(|_| code),
+            file: mask.pixels.file.clone(),
+        }
     }
 }
 
@@ -192,9 +196,9 @@ impl<T> Lazy<T> {
     where
         T: 'static,
     {
-        let Self { read, code } = self;
+        let Self { read, code, file } = self;
         let code = code.map(|code| -> Read<String> { Box::new(move || Ok(format!("{} {how}", code()?))) });
-        Self { read: Box::new(move || Ok(change(read()?))), code }
+        Self { read: Box::new(move || Ok(change(read()?))), code, file }
     }
 
     /// Returns a hash of the stored data, much faster than reading: equal hashes mean that [`Self::read`]
