@@ -237,7 +237,7 @@ fn fill_or_report(
     let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());
     for ((done, photo), up_to_date) in (0..).zip(&photos).zip(waiting) {
-        task.step(STAGE, done, photos.len() as u64)?;
+        task.step("fill", done, photos.len() as u64)?;
         if up_to_date {
             filled.push(job.untouched(photo));
             continue;
@@ -249,12 +249,9 @@ fn fill_or_report(
         let mut means = FillMeans { plates: &mut plates, around: &mut around, mattes: &mattes };
         filled.push(job.photo(photo, &context, &mut means, &task.with_subject(&photo.name))?);
     }
-    task.step(STAGE, photos.len() as u64, photos.len() as u64)?;
+    task.step("fill", photos.len() as u64, photos.len() as u64)?;
     Ok(filled)
 }
-
-/// The name of the stage that fills photo after photo.
-pub const STAGE: &str = "fill";
 
 /// Returns, for each face, the photos that have it in their working set.
 fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
