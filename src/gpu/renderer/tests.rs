@@ -66,6 +66,7 @@ fn picture(mode: Mode, photos: u32, display: DisplayMode, quality: Quality) -> P
         see_through: false,
         numbers: false,
         shadows: false,
+        linear: false,
     }
 }
 
@@ -88,6 +89,8 @@ fn programs() -> Vec<Program> {
         programs.extend([program, program.of_see_through()].map(|program| program.with_shadows(true)));
     }
     programs.push(Program::of_seen_faces(&shot(70, 3), &everything));
+    let program = Program::new(&Shot { quality, linear: true, ..shot(70, 3) }, &everything);
+    programs.extend([program, program.of_see_through()]);
     programs
 }
 
