@@ -7,7 +7,6 @@
 mod common;
 mod editor;
 mod harness;
-mod in_any_order;
 mod keeping;
 mod keyboard;
 mod lists;

@@ -54,7 +54,7 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
         Ok(Box::new(move |state| {
             state.tell(note);
             // Who edits photo after photo knows where it is said.
-            if !std::mem::replace(&mut state.round_trip.told_of_saves, true) {
+            if !std::mem::replace(&mut state.round_trip.opened_messages, true) {
                 state.settings.notes_shown = true;
             }
             vec![RoundTripAsk::WatchForSaves.into()]

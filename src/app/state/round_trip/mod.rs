@@ -35,7 +35,7 @@ pub struct RoundTrip {
     /// The installed image editors, once they were looked up.
     pub found: Option<Vec<(ImageEditor, PathBuf)>>,
     /// Whether the messages were opened to say that what is saved in the image editor is imported.
-    pub told_of_saves: bool,
+    pub opened_messages: bool,
     /// The number of the last change of paint that was projected to other photos.
     pub projection: u64,
     /// Whether the files of other photos may lack paint that is shown on them.
