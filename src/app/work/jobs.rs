@@ -112,8 +112,10 @@ impl Jobs {
         running.begun(id, job);
         self.stops.insert(id, task.stop_flag());
         let run = move || {
-            // The threads that it starts have its priority, too.
-            lower_own_priority();
+            // The threads that it starts have its priority, too: those of the 3D view are not to have a low one.
+            if kind != JobKind::Preview {
+                lower_own_priority();
+            }
             let ended =
                 catch_unwind(AssertUnwindSafe(|| work(&task))).unwrap_or_else(|panic| Err(fault(&*panic)));
             tell(Message::Ended(id, ended));
