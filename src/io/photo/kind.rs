@@ -59,7 +59,7 @@ pub fn kind_of(path: &Path, start: &[u8]) -> Kind {
         [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1A, b'\n', ..] => Kind::Photo(ImageFormat::Png),
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Kind::Photo(ImageFormat::WebP),
         [_, _, _, _, b'f', b't', b'y', b'p', brands @ ..] => of_brands(brands),
-        _ => other(start).unwrap_or_else(|| match ending.as_str() {
+        _ => other(start).unwrap_or(match ending.as_str() {
             // Targa and many raw formats begin with nothing of their own.
             "tga" => Kind::Other("a Targa image (TGA)", CONVERT),
             _ if is_raw => Kind::Other("a raw photo of a camera", DEVELOP),

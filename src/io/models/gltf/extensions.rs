@@ -167,13 +167,13 @@ impl Extensions {
 
     /// Notes the extensions that change what is seen and are not read, each with the first place and the number of others.
     fn tell(&mut self) {
-        let mut told: BTreeMap<&str, (&str, usize)> = BTreeMap::new();
+        let mut unread: BTreeMap<&str, (&str, usize)> = BTreeMap::new();
         for (place, names) in &self.by_place {
             for name in names {
                 // What is compressed is read from its uncompressed copy, or refused where there is none.
                 let is_known = [&READ[..], &COMPRESSED].iter().any(|known| known.contains(&name.as_str()));
                 if !is_known && !is_harmless(name) {
-                    told.entry(name).or_insert((place, 0)).1 += 1;
+                    unread.entry(name).or_insert((place, 0)).1 += 1;
                 }
             }
         }
@@ -188,7 +188,7 @@ impl Extensions {
                 ),
             }
         };
-        let notes: Vec<String> = told.into_iter().map(note).collect();
+        let notes: Vec<String> = unread.into_iter().map(note).collect();
         self.notes.extend(notes);
     }
 }

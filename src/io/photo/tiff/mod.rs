@@ -62,14 +62,14 @@ impl<R: Read + Seek> TiffPhoto<R> {
             Colours::Palette(colours) => {
                 let of =
                     |index: T| colours[Into::<u32>::into(index) as usize].map(|byte| narrow(byte.into()));
-                let pixel = |pixel: &[T]| of(pixel[0]).into_iter().chain(pixel[1..].to_vec());
-                pixels.chunks_exact(channels).flat_map(pixel).collect()
+                let pixels = pixels.chunks_exact(channels);
+                pixels.flat_map(|pixel| of(pixel[0]).into_iter().chain(pixel[1..].iter().copied())).collect()
             }
             Colours::Cmyk => {
                 let pixel = |pixel: &[T]| {
                     let rest = |ink: T| T::FULL - Into::<u32>::into(ink);
                     let light = |ink: &T| narrow((rest(*ink) * rest(pixel[3]) + T::FULL / 2) / T::FULL);
-                    pixel[..3].iter().map(light).chain(pixel[4..].to_vec()).collect::<Vec<T>>()
+                    pixel[..3].iter().map(light).chain(pixel[4..].iter().copied()).collect::<Vec<T>>()
                 };
                 pixels.chunks_exact(channels).flat_map(pixel).collect()
             }

@@ -40,9 +40,9 @@ pub fn read_gltf(path: &Path, task: &Task) -> Result<Plant> {
 /// Makes the plant of the bytes of a file; buffers and pictures beside it are searched relative to `path`.
 fn plant_of(path: &Path, bytes: &[u8], task: &Task) -> Result<Plant> {
     let source = Source::open(path, bytes)?;
-    let mut told = source.extensions.notes.clone();
-    let nodes = scene_nodes(&source, &mut told)?;
-    told.into_iter().for_each(|note| task.note(note));
+    let mut file_notes = source.extensions.notes.clone();
+    let nodes = scene_nodes(&source, &mut file_notes)?;
+    file_notes.into_iter().for_each(|note| task.note(note));
     let mut notes = Notes::default();
     if source.root.extensions_used.iter().any(|name| name == "KHR_texture_transform") {
         notes.add("KHR_texture_transform has no effect", || "extensionsUsed".to_owned());
