@@ -18,6 +18,7 @@ const FILE_TYPES: &[&str] = &[
     "src/document/stroke.rs",
     "src/document/tree_paint.rs",
     "src/recipe/colour.rs",
+    "src/recipe/written_exposure.rs",
     "src/recipe/score/report.rs",
     "src/layers/options.rs",
     "src/io/ldi_file/header.rs",

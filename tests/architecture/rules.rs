@@ -39,7 +39,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("gltf", &["io/models/", "io/ldi_mesh/", "io/plants/gltf/"]),
     ("exr", &["io/depth_image/", "io/picture_exr.rs"]),
     ("image", &["io/"]),
-    ("exif", &["io/photo/exif.rs"]),
+    ("exif", &["io/photo/"]),
     ("png", &["io/"]),
     ("csv", &["io/tree_list.rs"]),
     ("unicode_normalization", &["scene/alike.rs"]),

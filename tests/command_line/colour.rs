@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use image::{Rgb, RgbImage};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder, Rgb, RgbImage};
 use quadratura::testing::io::layered::read_layered;
 use quadratura::testing::scene::Samples;
 
@@ -38,6 +39,57 @@ fn colour_tells_by_how_much_photos_differ_and_on_what_that_rests() {
     let text = stdout_of(&site.run("colour project").success());
     assert!(text.contains("+0.50") && text.contains("-0.50") && text.contains("estimated"), "{text}");
     assert!(!project_file(&site).contains("colour"), "asking decides nothing");
+}
+
+/// An EXIF block with an exposure time of 1 / `of` seconds, f/8, ISO 200, and whether the flash fired.
+fn exif(of: u32, flash: bool) -> Vec<u8> {
+    let entry = |tag: u16, kind: u16, value: u32| {
+        let start = [tag.to_le_bytes(), kind.to_le_bytes()].concat();
+        [start, 1u32.to_le_bytes().to_vec(), value.to_le_bytes().to_vec()].concat()
+    };
+    let mut block = b"II*\0\x08\0\0\0\x01\0".to_vec();
+    block.extend(entry(0x8769, 4, 26));
+    block.extend([0; 4]);
+    block.extend(4u16.to_le_bytes());
+    // Rationals come after the directory.
+    let after = 26 + 2 + 4 * 12 + 4;
+    block.extend(entry(0x829a, 5, after));
+    block.extend(entry(0x829d, 5, after + 8));
+    block.extend(entry(0x8827, 3, 200));
+    block.extend(entry(0x9209, 3, u32::from(flash)));
+    block.extend([0; 4]);
+    block.extend([1, of, 8, 1].map(u32::to_le_bytes).concat());
+    block
+}
+
+#[test]
+fn colour_tells_what_cameras_wrote_down_and_what_became_of_it() {
+    let site = Site::new();
+    let put = |flash: bool| {
+        for ((name, grey), of) in PHOTOS.iter().zip(GREYS).zip([100, 50]) {
+            let mut bytes = Vec::new();
+            let mut encoder = PngEncoder::new(&mut bytes);
+            encoder.set_exif_metadata(exif(of, flash)).unwrap();
+            encoder.write_image(&[grey; 160 * 120 * 3], 160, 120, ExtendedColorType::Rgb8).unwrap();
+            fs::write(site.path("photos").join(name), bytes).unwrap();
+        }
+    };
+    put(false);
+    site.make_project();
+    let message = site.json("colour project --json");
+    let second = &message["photos"][1]["camera"];
+    assert_eq!((&second["seconds"], &second["iso"]), (&0.02.into(), &200.0.into()), "{message:#}");
+    assert!((second["stops"].as_f64().unwrap() - 0.5).abs() < 1e-9, "{message:#}");
+    // Two photos cannot say which of both is wrong.
+    assert_eq!(
+        (&message["camera"]["used"], &message["camera"]["off"]),
+        (&2.into(), &serde_json::Value::Null)
+    );
+    let text = stdout_of(&site.run("colour project").success());
+    assert!(text.contains("1/50 s f/8.0 ISO 200: +0.50") && text.contains("of 2 of 2 photos"), "{text}");
+    put(true);
+    let text = stdout_of(&site.run("colour project").success());
+    assert!(text.contains("ISO 200: flash") && !text.contains("Cameras wrote down"), "{text}");
 }
 
 #[test]

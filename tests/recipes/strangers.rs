@@ -172,5 +172,5 @@ fn a_photo_that_is_left_out_has_no_say_in_what_others_contradict() {
     assert!(plain.0 == altered.0, "other pixels of the photo that is left out change nothing");
     let others = |(_, whole): &(Vec<PhotoEvidence>, Vec<PhotoEvidence>)| whole[1..].to_vec();
     assert!(others(&plain) != others(&altered), "with a vote they do");
-    assert!(plain.1.iter().any(|photo| !photo.regions.is_empty()), "people are whole regions");
+    assert!(plain.1.iter().any(|photo| !photo.things.is_empty()), "people are things");
 }

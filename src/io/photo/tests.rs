@@ -51,11 +51,17 @@ fn jpeg() -> Vec<u8> {
 
 /// Returns a JPEG with an EXIF block that holds only the orientation.
 fn jpeg_turned(orientation: u8) -> Vec<u8> {
-    let mut exif = b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".to_vec();
-    exif.extend([orientation, 0, 0, 0, 0, 0, 0, 0]);
+    let mut block = b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".to_vec();
+    block.extend([orientation, 0, 0, 0, 0, 0, 0, 0]);
+    jpeg_with(&block)
+}
+
+/// Returns a JPEG with an EXIF block.
+fn jpeg_with(block: &[u8]) -> Vec<u8> {
     let mut bytes = vec![0xFF, 0xD8, 0xFF, 0xE1];
-    bytes.extend((exif.len() as u16 + 2).to_be_bytes());
-    bytes.extend(exif);
+    bytes.extend((block.len() as u16 + 8).to_be_bytes());
+    bytes.extend(b"Exif\0\0");
+    bytes.extend(block);
     bytes.extend(&jpeg()[2..]);
     bytes
 }
@@ -112,6 +118,20 @@ fn orientation_is_applied_only_where_the_camera_demands_it() {
     assert_eq!(turned.rgba16(SIZE.1 - 1, 0), stored.rgba16(0, 0));
     let notes = check_photo(&path, SIZE.1, SIZE.0).unwrap().notes;
     assert!(notes[0].contains("orientation 6 is applied"), "{notes:?}");
+}
+
+#[test]
+fn the_exposure_that_a_camera_wrote_down_is_found_in_the_header() {
+    let folder = Folder::new();
+    // A sixtieth of a second, f/4, ISO 400.
+    let fields = [(0x829a, 1, Some(60)), (0x829d, 4, Some(1)), (0x8827, 400, None)];
+    let path = folder.put("a.jpg", &jpeg_with(&super::exif::tests::block(&fields)));
+    let found = check_photo(&path, SIZE.0, SIZE.1).unwrap();
+    let exposure = found.exposure.unwrap();
+    assert!((exposure.seconds * 60.0 - 1.0).abs() < 1e-12 && exposure.iso == 400.0, "{exposure:?}");
+    assert_eq!(super::read_exposure(&path), found.exposure);
+    let plain = folder.put("b.jpg", &jpeg());
+    assert_eq!(check_photo(&plain, SIZE.0, SIZE.1).unwrap().exposure, None);
 }
 
 #[test]

@@ -109,8 +109,8 @@ impl<'a> Look<'a> {
 
     /// Judges a region, and finds the whole of the thing.
     fn thing(&self, region: ContradictedRegion, options: &AgreementOptions) -> Thing {
-        let light = self.light(&region.pixels);
         let outlined = rising(self.outlined(&region.pixels), OUTLINED);
+        let light = self.light(&region.pixels, outlined);
         let lead = rising(self.lead(&region.pixels), LEAD);
         let differs = rising(region.distance, [0.3, 0.7]);
         let likelihood =
@@ -120,8 +120,9 @@ impl<'a> Look<'a> {
         Thing { pixels, distance: region.distance, likelihood, is_light }
     }
 
-    /// Returns how far a region has the structures that the others show in other light, 0 to 1.
-    fn light(&self, region: &Spans) -> f32 {
+    /// Returns how far a region has the structures that the others show in other light, 0 to 1. `outlined` says how far it has an outline
+    /// of its own.
+    fn light(&self, region: &Spans, outlined: f32) -> f32 {
         let known = |x: i32, y: i32| {
             let at = self.index(x, y).filter(|_| region.holds(x, y))?;
             Some((brightness(self.colours[at]), self.votes[at].expected?))
@@ -145,10 +146,11 @@ impl<'a> Look<'a> {
         let same = if per_step(expected) < PLAIN { 0.0 } else { product / (own * expected).sqrt().max(1e-6) };
         let mean = sum / count as f32;
         let deviation = (squares / count as f32 - mean * mean).max(0.0).sqrt();
-        // Two plain surfaces have the same structure, none, where their difference is the same everywhere.
+        // Two plain surfaces have the same structure, none, where their difference is the same everywhere; with an outline of its own
+        // one stands before the other.
         let is_plain = per_step(own).max(per_step(expected)) < 2.0 * PLAIN;
         let uniform = if is_plain { 1.0 - rising(deviation / mean.abs().max(1e-3), UNIFORM) } else { 0.0 };
-        rising(same, SAME_STRUCTURE).max(uniform * self.same_hue(region))
+        rising(same, SAME_STRUCTURE).max(uniform * self.same_hue(region) * (1.0 - outlined))
     }
 
     /// Returns whether a region differs from what is around it in brightness rather than hue, 0 to 1: light is rarely coloured.

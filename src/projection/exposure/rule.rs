@@ -4,7 +4,7 @@
 //! developed together, do not; and photos of several rounds differ without any rule. Which of these a site is, its photos
 //! tell: each is left out in turn, the gains are estimated from the others, and the whole photo, on a grid of places, is
 //! predicted from theirs as views are drawn, once by each rule. Common points alone would flatter gains: there colours are compared
-//! where they can be compared best. Whether views lean to the groups of light that they show most of, and the like, is decided at
+//! where they can be compared best. Whether views lean to the groups of light that they show most of is decided at
 //! common points, in the same way. Nothing is known of a photo that is left out but its camera, as of a view: not its group
 //! either.
 
