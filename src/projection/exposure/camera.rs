@@ -146,7 +146,7 @@ mod tests {
         // A filter took one stop and a half from the fourth; nobody shares a point with the last.
         let level = (3.0 + 3.5 + 2.0 + 9.0) / 4.0;
         let expected =
-            [3.0, 3.5, 2.0, f64::NAN, f64::NAN, 9.0].map(|log: f64| (!log.is_nan()).then(|| log - level));
+            [3.0, 3.5, 2.0, f64::NAN, f64::NAN, 9.0].map(|log: f64| (!log.is_nan()).then_some(log - level));
         assert_eq!((found.of_photo, found.level, found.written), (expected.to_vec(), level, 5));
     }
 
