@@ -2,6 +2,8 @@
 //! else changes nearly everything is a question. And what is undone out of order.
 
 use std::fs;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use moxcms::ColorProfile;
 use quadratura::testing::geometry::PixelRect;
@@ -10,6 +12,7 @@ use serde_json::Value;
 
 use super::paper::{Colour, Paper, Sheet};
 use super::psd_file::{Coding, File, Layer};
+use super::site::program;
 use super::{RED, Studio, json_of, layer, paint_the_wall, stderr_of, stdout_of};
 
 /// Where an editor puts the pixel (x, y) of an image of w x h, whether the sides change places, and the words for it.
@@ -171,9 +174,14 @@ fn a_watch_keeps_a_file_with_a_question_for_all() {
     graded(&mut paper);
     paper.write(&studio.file());
     // It never ends by itself with `--once`, because nothing was imported.
-    let mut watch = studio.site.command("watch project layers --once");
-    let mut watch = watch.stderr(std::process::Stdio::piped()).spawn().unwrap();
-    std::thread::sleep(std::time::Duration::from_secs(4));
+    let mut watch = Command::new(program())
+        .current_dir(studio.site.folder.path())
+        .args(["watch", "project", "layers", "--once"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(4));
     watch.kill().unwrap();
     let output = watch.wait_with_output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
