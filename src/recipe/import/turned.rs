@@ -63,11 +63,11 @@ pub fn turn_of(
     if *count > 0 {
         return Ok(Some(TURNS[best]));
     }
-    Ok(by_likeness(&layers, canvas, (record.photo.width, record.photo.height)))
+    Ok(by_similarity(&layers, canvas, (record.photo.width, record.photo.height)))
 }
 
 /// Returns the turn with which the layers are clearly more alike than with any other, and than without one.
-fn by_likeness(layers: &[PlacedLayer], canvas: (u32, u32), photo: (u32, u32)) -> Option<Turn> {
+fn by_similarity(layers: &[PlacedLayer], canvas: (u32, u32), photo: (u32, u32)) -> Option<Turn> {
     let difference = |turn: Option<Turn>| {
         let scale = scale_of(turn.map_or(canvas, |turn| turn.size(canvas)), photo)?;
         let all: Vec<f64> = layers.iter().filter_map(|layer| layer.difference(turn, canvas, scale)).collect();
@@ -137,10 +137,10 @@ mod tests {
     fn a_recoloured_image_that_was_mirrored_too_is_recognised_by_its_likeness() {
         let darker = |x: u32, y: u32| wave(29 - x as i32, y as i32).map(|value| value - value / 8);
         let mirrored = waves(darker, (30, 20), PixelRect { x: 60 - 40, y: 5, w: 30, h: 20 });
-        assert_eq!(by_likeness(&[mirrored], PHOTO, PHOTO), Some(TURNS[0]));
+        assert_eq!(by_similarity(&[mirrored], PHOTO, PHOTO), Some(TURNS[0]));
         let only_darker = |x: u32, y: u32| wave(x as i32, y as i32).map(|value| value - value / 8);
         let straight = waves(only_darker, (30, 20), PixelRect { x: 10, y: 5, w: 30, h: 20 });
-        assert_eq!(by_likeness(&[straight], PHOTO, PHOTO), None);
+        assert_eq!(by_similarity(&[straight], PHOTO, PHOTO), None);
     }
 
     #[test]
@@ -148,6 +148,6 @@ mod tests {
         // Turned clockwise: 40 x 60, then 20 x 30.
         let half = |x: u32, y: u32| wave(2 * y as i32, 19 - 2 * x as i32);
         let at = PixelRect { x: (40 - 25) / 2, y: 5, w: 10, h: 15 };
-        assert_eq!(by_likeness(&[waves(half, (10, 15), at)], (20, 30), PHOTO), Some(TURNS[3]));
+        assert_eq!(by_similarity(&[waves(half, (10, 15), at)], (20, 30), PHOTO), Some(TURNS[3]));
     }
 }
