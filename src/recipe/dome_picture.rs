@@ -255,7 +255,14 @@ mod tests {
 
     fn photo(eye: DVec3, target: DVec3) -> Photo {
         let (camera, pose) = (centred(60, 40, 50.0), look_at(eye, target));
-        Photo { name: "a.jpg".into(), camera, pose, file: "missing.jpg".into(), exposure: None, masks: Vec::new() }
+        Photo {
+            name: "a.jpg".into(),
+            camera,
+            pose,
+            file: "missing.jpg".into(),
+            exposure: None,
+            masks: Vec::new(),
+        }
     }
 
     #[test]

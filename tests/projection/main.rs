@@ -9,6 +9,7 @@ mod flights;
 mod gpu_twin;
 mod impostors;
 mod layered;
+mod linear;
 mod mattes;
 mod own_camera;
 mod patch;

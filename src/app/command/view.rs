@@ -66,6 +66,24 @@ pub const DISPLAY_COMMANDS: &[&Command] = &[
     &PROVENANCE,
 ];
 
+/// Returns the command that shows this in the 3D view.
+pub fn command_of(display: DisplayMode) -> &'static Command {
+    match display {
+        DisplayMode::Colour => &COLOUR,
+        DisplayMode::Weights => &WEIGHTS,
+        DisplayMode::BestPhoto => &BEST,
+        DisplayMode::Coverage => &COVERAGE,
+        DisplayMode::Density => &DENSITY,
+        DisplayMode::Confidence => &CONFIDENCE,
+        DisplayMode::Agreement => &AGREED,
+        DisplayMode::Group => &GROUP,
+        DisplayMode::Matte => &MATTE,
+        DisplayMode::Layer => &LAYER,
+        DisplayMode::Item => &ITEM,
+        DisplayMode::Provenance => &PROVENANCE,
+    }
+}
+
 const VIEW: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN };
 
 /// Frames the selection.

@@ -1,11 +1,12 @@
 //! Toolbars over and beside views: parts that do not fit are in a menu, under the same names.
 
-use eframe::egui::{Button, Id, Label, Popup, PopupCloseBehavior, RichText, Role, Ui, WidgetInfo};
+use eframe::egui::{Button, Id, Label, Popup, PopupCloseBehavior, RichText, Role, TextStyle, Ui, WidgetInfo};
 
-use super::{text_width, toggle_ui};
+use super::{named, text_width, toggle_ui};
 use crate::app::command::Command;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
+use crate::app::widget::elide::elided;
 
 /// The position in which a part of a bar is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,8 +66,8 @@ pub fn bar_ui<M>(
         };
         if let (Some(name), Some(width)) = (name, rest) {
             ui.scope(|ui| {
-                ui.set_max_width(width);
-                ui.add(Label::new(RichText::new(name).strong()).truncate()).on_hover_text(name);
+                let shown = elided(ui, name, &[], width, &TextStyle::Body);
+                named(&ui.add(Label::new(RichText::new(shown).strong())).on_hover_text(name), name);
             });
         }
         let mut measured = widths.clone().unwrap_or_else(|| vec![0.0; parts.len()]);

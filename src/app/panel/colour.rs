@@ -7,6 +7,7 @@ use crate::app::command::flat;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
+use crate::app::widget::elide::beside;
 use crate::document::colour::REST;
 use crate::projection::exposure::ExposureRule;
 use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour, found_name, keeping_found};
@@ -257,7 +258,8 @@ fn all(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let names = room_for_names(ui, BESIDE_NAMES);
     Grid::new("exposures").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
         for (id, photo) in PhotoId::all(report.photos.len()).zip(&report.photos) {
-            if name_cell(ui, state.photo == Some(id), &photo.photo, names).clicked() {
+            let others = beside(id.index(), |place| Some(report.photos.get(place)?.photo.as_str()));
+            if name_cell(ui, state.photo == Some(id), (&photo.photo, &others), names).clicked() {
                 asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
             }
             let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);

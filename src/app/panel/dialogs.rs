@@ -47,7 +47,7 @@ fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<A
         let unseen = "Paint is left out where this photo or another one shows the surface: it only fills what no photo \
                       shows.";
         ui.checkbox(&mut dialog.only_unseen, "Only where no photo shows the surface").on_hover_text(unseen);
-        choose = ui.button("Choose…").clicked();
+        choose = ui.button("Browse…").clicked();
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             let any = dialog.paths.iter().any(|path| !path.trim().is_empty());
@@ -98,7 +98,7 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, a
             ui.horizontal(|ui| {
                 let folder = ui.add(TextEdit::singleline(&mut dialog.folder).desired_width(280.0));
                 keys.begin_at(&folder.labelled_by(label.id));
-                choose = ui.button("Choose…").clicked();
+                choose = ui.button("Browse…").clicked();
             });
             ui.end_row();
         });
@@ -220,7 +220,7 @@ fn editor_ui(context: &Context, state: &State, shown: &mut bool, asks: &mut Vec<
                 let label = ui.label("Program");
                 let path = TextEdit::singleline(&mut choice.program).desired_width(290.0);
                 ui.add(path).labelled_by(label.id);
-                choose = ui.button("Choose…").clicked();
+                choose = ui.button("Browse…").clicked();
             });
             if choice.editor.is_none()
                 && !choice.program.is_empty()

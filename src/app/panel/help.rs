@@ -1,6 +1,6 @@
 //! The help: the functions of keys and mouse.
 
-use eframe::egui::{Context, Grid, ScrollArea, Window};
+use eframe::egui::{Align2, Context, Grid, Label, RichText, ScrollArea, Ui, Window};
 
 use crate::app::command;
 use crate::app::state::State;
@@ -44,30 +44,67 @@ pub fn mouse(navigation: Navigation) -> &'static [(&'static str, &'static str)] 
     }
 }
 
-/// Draws the help when it is open.
+/// The width of a column of the help, in points: the longest line fits.
+const COLUMN: f32 = 400.0;
+/// The height of the help's frame, with the distance from the window's edges, in points.
+const FRAME: f32 = 110.0;
+
+/// Draws the help when it is open: in as many columns as fit into the window.
 pub fn help_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
-    let mut open = state.help_shown;
-    let window = Window::new("Keys and mouse").open(&mut open).default_width(420.0).default_height(520.0);
-    window.show(context, |ui| {
-        ScrollArea::vertical().show(ui, |ui| {
-            let mouse = mouse(state.settings.navigation);
-            Grid::new("mouse").num_columns(2).striped(true).show(ui, |ui| {
-                for (keys, what) in mouse.iter().chain(LISTS) {
-                    ui.strong(*keys);
-                    ui.label(*what);
-                    ui.end_row();
-                }
-                for command in command::all().filter(|command| !command.keys.is_empty()) {
-                    let keys: Vec<String> =
-                        command.keys.iter().map(|keys| command::keys_text(ui.ctx(), keys)).collect();
-                    ui.strong(keys.join(", "));
-                    ui.label(command.name).on_hover_text(command.tooltip);
-                    ui.end_row();
+    if !state.help_shown {
+        return;
+    }
+    let mut open = true;
+    let room = context.content_rect().size();
+    let lines = lines(state, context);
+    let columns = ((room.x / COLUMN) as usize).clamp(1, 3);
+    let (width, most) = (COLUMN * columns as f32 - 60.0, (room.y - FRAME).max(FRAME));
+    let window = Window::new("Keys and mouse").open(&mut open).resizable(false).collapsible(false);
+    window.pivot(Align2::CENTER_CENTER).default_pos(context.content_rect().center()).show(context, |ui| {
+        ui.set_width(width.min(room.x - FRAME));
+        ScrollArea::vertical().max_height(most).auto_shrink([false, true]).show(ui, |ui| {
+            ui.columns(columns, |columns| {
+                let of_one = lines.len().div_ceil(columns.len());
+                for (place, (ui, lines)) in columns.iter_mut().zip(lines.chunks(of_one)).enumerate() {
+                    column_ui(ui, place, lines);
                 }
             });
         });
     });
-    if state.help_shown && (!open || escaped(context)) {
+    if !open || escaped(context) {
         asks.push(WindowAsk::Hide(Flag::Help).into());
     }
+}
+
+/// A line of the help: keys, what they do, and more about that.
+type Line = (String, &'static str, &'static str);
+
+fn lines(state: &State, context: &Context) -> Vec<Line> {
+    let mouse = mouse(state.settings.navigation);
+    let of_mouse = mouse.iter().chain(LISTS).map(|(keys, what)| ((*keys).to_owned(), *what, ""));
+    let commands = command::all().filter(|command| !command.keys.is_empty()).map(|command| {
+        let keys: Vec<String> = command.keys.iter().map(|keys| command::keys_text(context, keys)).collect();
+        (keys.join(", "), command.name, command.tooltip)
+    });
+    of_mouse.chain(commands).collect()
+}
+
+/// The share of a column that the keys take.
+const KEYS_SHARE: f32 = 0.4;
+
+fn column_ui(ui: &mut Ui, place: usize, lines: &[Line]) {
+    let keys_width = KEYS_SHARE * ui.available_width();
+    Grid::new(("help", place)).num_columns(2).striped(true).min_col_width(keys_width).show(ui, |ui| {
+        for (keys, what, more) in lines {
+            ui.scope(|ui| {
+                ui.set_max_width(keys_width);
+                ui.add(Label::new(RichText::new(keys).strong()).wrap());
+            });
+            let label = ui.add(Label::new(*what).wrap());
+            if !more.is_empty() {
+                label.on_hover_text(*more);
+            }
+            ui.end_row();
+        }
+    });
 }

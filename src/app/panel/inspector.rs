@@ -9,9 +9,10 @@ use super::inspect::surface::{face_page, object_page};
 use super::inspect::tree::tree_page;
 use super::inspect::trees::trees_page;
 use super::{button, counted, grouped, layer_options, masks, percent, title};
-use crate::app::command::{layers, view};
+use crate::app::command::{first_keys, layers, paint, view};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk};
+use crate::app::state::next_steps::NextStep;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::Stack;
@@ -34,13 +35,13 @@ pub fn inspector_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
                 Selection::Photo(photo) => {
                     photo_ui(state, session, photo, ui, asks);
                 }
-                _ => nothing(state, session, ui, asks),
+                _ => nothing(session, ui),
             }
         }
     });
 }
 
-fn nothing(state: &State, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn nothing(session: &Session, ui: &mut Ui) {
     title(ui, "Project", &session.name());
     let model = session.model();
     let built = session.photos.iter().filter(|photo| photo.is_current()).count();
@@ -48,7 +49,11 @@ fn nothing(state: &State, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(6.0);
     ui.strong("Next");
     if built < session.photos.len() {
-        ui.horizontal_wrapped(|ui| button(state, ui, &layers::BUILD, asks));
+        let keys = first_keys(ui.ctx(), &layers::BUILD);
+        ui.label(format!(
+            "Build the layers of {} ({keys}).",
+            counted((session.photos.len() - built) as u64, "photo")
+        ));
     }
     ui.label("Click a photo, an object or a layer to see its properties, and what to do next with it.");
     let project = &session.opened.project;
@@ -69,7 +74,14 @@ fn photo_ui(state: &State, session: &Session, id: PhotoId, ui: &mut Ui, asks: &m
     masks::masks_ui(state, id, ui, asks);
     decisions(session, &photo.name, ui, asks);
     ui.add_space(8.0);
-    button(state, ui, &view::SNAP, asks);
+    ui.horizontal_wrapped(|ui| {
+        button(state, ui, &view::SNAP, asks);
+        // Where areas are hidden, this is among what to do next.
+        let paints = state.next_steps(id).iter().any(|step| matches!(step, NextStep::Paint(_)));
+        if session.stack_of(id).is_some() && !paints {
+            button(state, ui, &paint::EDIT, asks);
+        }
+    });
     ui.add_space(4.0);
     layer_options::photo_options_ui(state, session, &photo.name, ui, asks);
     details_ui(ui, &facts(session, id));

@@ -48,6 +48,8 @@ use crate::app::state::State;
 use crate::app::state::ask::Ask;
 pub use crate::app::state::numbers::{counted, grouped, percent};
 use crate::app::widget::dialog::Keys;
+use crate::app::widget::elide::elided;
+use crate::app::widget::look::selection_look;
 
 /// Draws the title of the selection: its kind and its name.
 pub fn title(ui: &mut Ui, kind: &str, name: &str) {
@@ -112,12 +114,20 @@ pub fn named(response: &Response, name: &str) {
     response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
 }
 
-/// Draws a selectable name in a table, truncated to `width` points; its tooltip has the full name.
-fn name_cell(ui: &mut Ui, selected: bool, name: &str, width: f32) -> Response {
+/// Draws a selectable name in a table, shortened to `width` points so that it differs from those beside it; its tooltip has
+/// the full name.
+fn name_cell(ui: &mut Ui, selected: bool, (name, others): (&str, &[&str]), width: f32) -> Response {
     let size = vec2(width, ui.spacing().interact_size.y);
     let layout = Layout::left_to_right(Align::Center);
-    let button = Button::selectable(selected, name).truncate();
-    ui.allocate_ui_with_layout(size, layout, |ui| ui.add(button)).inner.on_hover_text(name)
+    let room = width - 2.0 * ui.spacing().button_padding.x;
+    let button = Button::selectable(selected, elided(ui, name, others, room, &TextStyle::Button)).truncate();
+    let draw = |ui: &mut Ui| {
+        selection_look(ui.visuals_mut());
+        ui.add(button)
+    };
+    let response = ui.allocate_ui_with_layout(size, layout, draw).inner;
+    named(&response, name);
+    response.on_hover_text(name)
 }
 
 /// The smallest width of names in tables, in points.

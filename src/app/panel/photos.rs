@@ -2,8 +2,8 @@
 
 use eframe::egui::load::SizedTexture;
 use eframe::egui::{
-    Color32, Id, Image, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, Ui, UiBuilder, Vec2, pos2,
-    vec2,
+    Color32, Id, Image, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, TextStyle, Ui, UiBuilder,
+    Vec2, pos2, vec2,
 };
 
 use super::gone::{gone_ui, locate_ui};
@@ -14,8 +14,9 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::{BUILT, MISSING, PhotoStatus, Session};
+use crate::app::widget::elide::{beside, elided};
 use crate::app::widget::look::focus_stroke;
-use crate::app::widget::look::good;
+use crate::app::widget::look::{good, selected as selected_colours};
 use crate::recipe::layer_table::LayerFigures;
 use crate::scene::PhotoId;
 
@@ -96,7 +97,7 @@ fn row(
     });
     let visuals = ui.visuals();
     if selected {
-        ui.painter().rect_filled(rect, 4.0, visuals.selection.bg_fill.gamma_multiply(0.6));
+        ui.painter().rect_filled(rect, 4.0, selected_colours(visuals).0.gamma_multiply(0.6));
     } else if response.hovered() {
         ui.painter().rect_filled(rect, 4.0, visuals.widgets.hovered.weak_bg_fill);
     }
@@ -117,7 +118,10 @@ fn row(
     let text = Rect::from_min_max(rect.min + vec2(size.x + 12.0, 3.0), rect.max - vec2(4.0, 3.0));
     let mut ui = ui.new_child(UiBuilder::new().max_rect(text));
     ui.spacing_mut().item_spacing.y = BETWEEN;
-    ui.add(eframe::egui::Label::new(RichText::new(&photo.name).strong()).truncate().selectable(false));
+    let photos = &session.opened.site.photos;
+    let others = beside(id.index(), |place| Some(photos.get(place)?.name.as_str()));
+    let name = elided(&ui, &photo.name, &others, ui.available_width(), &TextStyle::Body);
+    ui.add(eframe::egui::Label::new(RichText::new(name).strong()).truncate().selectable(false));
     word_of_state(&mut ui, status, changes, asks);
     details(&mut ui, status);
     if response.double_clicked() {

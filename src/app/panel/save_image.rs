@@ -55,7 +55,7 @@ fn questions(ui: &mut Ui, keys: &mut Keys, dialog: &mut SaveImage, asks: &mut Ve
         let label = ui.label(path);
         let line = ui.add(TextEdit::singleline(&mut dialog.path).desired_width(PATH));
         keys.begin_at(&line.labelled_by(label.id));
-        if ui.button("Choose…").clicked() {
+        if ui.button("Browse…").clicked() {
             asks.push(RoundTripAsk::ChoosePath(purpose).into());
         }
     });

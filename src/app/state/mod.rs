@@ -7,6 +7,7 @@ pub mod ask;
 pub mod checks;
 pub mod editing;
 pub mod facts;
+pub mod first_steps;
 pub mod flat;
 pub mod flight;
 pub mod guide;

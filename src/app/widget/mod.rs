@@ -2,6 +2,7 @@
 
 pub mod behind;
 pub mod dialog;
+pub mod elide;
 pub mod focus;
 pub mod look;
 pub mod sized;

@@ -3,6 +3,8 @@
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
 use crate::app::state::ask::{DecideAsk, Flag, SelectAsk, WindowAsk};
+use crate::app::state::first_steps::FirstStep;
+use crate::app::state::next_steps::NextStep;
 use crate::app::state::panels::Tab;
 use crate::app::state::panes::Pane;
 use crate::app::state::selection::Selection;
@@ -97,4 +99,30 @@ fn a_face_of_no_such_photo_is_shown_nowhere() {
     let mut bench = TestBench::new();
     bench.ask(SelectAsk::ShowInPhoto(PhotoId::new(PHOTOS.len()), FACE, None));
     assert!(!bench.state.panes.is_shown(Pane::Photo));
+}
+
+#[test]
+fn what_to_do_next_begins_with_building_and_goes_on_to_filling_painting_and_masking() {
+    let photo = PhotoId(0);
+    let bench = TestBench::new();
+    assert_eq!(bench.state.next_steps(photo), [NextStep::Build { again: false }, NextStep::Mask]);
+    let mut bench = layered();
+    let steps = bench.state.next_steps(photo);
+    let [NextStep::Fill, NextStep::Paint(areas), NextStep::Mask] = &steps[..] else { panic!("{steps:?}") };
+    assert!(areas.count > 0 && areas.largest.len() <= 3, "{areas:?}");
+    let hidden = |layer: &crate::document::ImageLayer| layer.texels_used - layer.texels_visible;
+    let stack = bench.session().stack_of(photo).unwrap();
+    let most = stack.layers_of_faces().map(hidden).max().unwrap();
+    assert_eq!(hidden(&stack.image_layers[areas.largest[0].0.index()]), most, "the largest comes first");
+    bench.state.session.as_mut().unwrap().photos[0].word = "stale";
+    assert_eq!(bench.state.next_steps(photo)[0], NextStep::Build { again: true });
+}
+
+#[test]
+fn the_first_steps_lead_to_the_first_painted_layer() {
+    assert_eq!(TestBench::new().state.next_first_step(), Some(FirstStep::Build));
+    let mut bench = layered();
+    assert_eq!(bench.state.next_first_step(), Some(FirstStep::Fill));
+    bench.state.round_trip.painted.insert(PHOTOS[0].into());
+    assert!(bench.state.is_done(FirstStep::Edit) && bench.state.is_done(FirstStep::Save));
 }

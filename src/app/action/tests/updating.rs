@@ -1,12 +1,16 @@
 //! Tests of the updates in the background: when they begin, what comes first, and what stops them.
 
 use std::any::Any;
+use std::path::Path;
 
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
+use crate::app::action::known::{leave_known, remember_opened};
 use crate::app::state::ask::{BuildAsk, DecideAsk, Flag, MaskAsk, WindowAsk};
 use crate::app::state::masking::keeping::MaskWork;
 use crate::app::state::running::{Job, JobId, JobKind};
+use crate::app::state::updating::Updating;
+use crate::app::work::known::KnownFile;
 use crate::document::decisions::PhotoDecisions;
 use crate::document::{CameraPath, Project};
 use crate::recipe::update::UpdateSource;
@@ -50,6 +54,36 @@ fn it_is_on_in_a_new_window_and_remembered() {
     assert!(crate::app::state::settings::Settings::default().keep_up_to_date);
     let before: crate::app::state::settings::Settings = serde_json::from_str("{}").unwrap();
     assert!(before.keep_up_to_date, "settings of an earlier version");
+}
+
+#[test]
+fn updates_are_paused_for_one_project_in_all_windows_and_not_for_the_next_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("projects.json");
+    let window = || {
+        let mut bench = TestBench::new();
+        bench.work.known = KnownFile::new(file.clone());
+        bench
+    };
+    let reopen = |bench: &mut TestBench, project: &Path| {
+        leave_known(&mut bench.state);
+        (bench.state.updating, bench.state.settings.keep_up_to_date) = (Updating::default(), true);
+        remember_opened(&mut bench.state, &mut bench.work, project);
+    };
+    let mut bench = window();
+    let project = bench.folder().to_path_buf();
+    reopen(&mut bench, &project);
+    bench.pass(1.0);
+    assert!(bench.state.settings.keep_up_to_date);
+    bench.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bench.pass(1.0);
+    reopen(&mut bench, folder.path());
+    assert!(bench.state.settings.keep_up_to_date, "another project");
+    let mut other = window();
+    reopen(&mut other, &project);
+    assert!(!other.state.settings.keep_up_to_date, "the same project in another window");
+    assert_eq!(other.state.settings.known.recent[0], project.canonicalize().unwrap());
+    assert_eq!(other.state.settings.known.recent.len(), 2, "what the first window has opened is known");
 }
 
 #[test]

@@ -15,6 +15,8 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
+use crate::app::widget::elide::beside;
+use crate::app::widget::look::selection_look;
 use crate::layers::LayerIndex;
 use crate::layers::fill::{FillOptions, Invent};
 use crate::recipe::fill::FillShares;
@@ -128,6 +130,8 @@ fn of_photo(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, asks:
     if rows.is_empty() {
         ui.weak("Nothing is hidden.");
     }
+    // The names are those of layers that can be selected.
+    selection_look(ui.visuals_mut());
     for (layer, shares) in rows {
         let Some(it) = stack.image_layers.get(layer.index()) else { continue };
         let this = Selection::Layer { photo, layer };
@@ -181,7 +185,9 @@ fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, asks: &mut V
         ui.end_row();
         for ((id, photo), status) in session.opened.site.numbered_photos().zip(&session.photos) {
             let Some(stack) = &status.stack else { continue };
-            if name_cell(ui, state.photo == Some(id), &photo.name, names).clicked() {
+            let photos = &session.opened.site.photos;
+            let others = beside(id.index(), |place| Some(photos.get(place)?.name.as_str()));
+            if name_cell(ui, state.photo == Some(id), (&photo.name, &others), names).clicked() {
                 asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
             }
             let shares = FillShares::from_stack(stack);

@@ -96,7 +96,7 @@ fn row(
     let this = Selection::Layer { photo, layer };
     let name = &session.opened.site.photo(photo).name;
     let text = format!("{} – {name}", it.name);
-    let response = name_cell(ui, state.selection == this, &text, names);
+    let response = name_cell(ui, state.selection == this, (&text, &[]), names);
     let view = worst.views.get(hidden.view.0);
     if response.double_clicked() {
         asks.extend(view.cloned().map(|view| Ask::Space(SpaceAsk::LookFrom(Box::new(view)))));

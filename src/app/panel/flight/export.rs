@@ -36,7 +36,7 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export, asks: &mut Vec<A
         let label = ui.label("Folder");
         let folder = TextEdit::singleline(&mut export.folder).desired_width(FOLDER);
         ui.add(folder).labelled_by(label.id);
-        if ui.button("Choose…").clicked() {
+        if ui.button("Browse…").clicked() {
             asks.push(RoundTripAsk::ChoosePath(DialogPurpose::RenderFolder).into());
         }
     });

@@ -10,6 +10,7 @@ use crate::app::panel::menu::{KEYFRAME, context_ui};
 use crate::app::panel::{button, named};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, FlightAsk};
+use crate::app::widget::look::selected as selected_colours;
 use crate::document::bookmark::BookmarkIndex;
 use crate::document::camera_path::{KeyframeIndex, PathSpeed};
 use crate::document::history::Gesture;
@@ -248,7 +249,7 @@ fn diamond(ui: &Ui, center: Pos2, selected: bool, hovered: bool) {
     let size = if hovered { MARK * 1.2 } else { MARK };
     let corners = [vec2(0.0, -size), vec2(size, 0.0), vec2(0.0, size), vec2(-size, 0.0)];
     let visuals = ui.visuals();
-    let fill = if selected { visuals.selection.stroke.color } else { visuals.text_color() };
+    let fill = if selected { selected_colours(visuals).1 } else { visuals.text_color() };
     let points = corners.iter().map(|corner| center + *corner).collect();
     ui.painter().add(Shape::convex_polygon(points, fill, Stroke::new(1.0, visuals.extreme_bg_color)));
 }

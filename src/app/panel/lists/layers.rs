@@ -13,6 +13,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, FlatAsk, QualityAsk};
 use crate::app::state::lists::row::ListRow;
 use crate::app::state::numbers::{grouped, percent};
+use crate::app::widget::elide::beside;
 use crate::document::ImageLayer;
 use crate::layers::LayerIndex;
 use crate::recipe::layer_table::{Column, LayerFigures};
@@ -99,7 +100,9 @@ impl Outliner<'_> {
             let weak = ui.visuals().weak_text_color();
             text_in(ui, line.take_right(width), &text, weak, Align::Max);
         }
-        line.text(ui, &layer.name, if shown { RowText::Plain } else { RowText::Weak });
+        let layers = self.site.stack().map(|stack| &stack.image_layers[..]).unwrap_or_default();
+        let others = beside(index.index(), |place| Some(layers.get(place)?.name.as_str()));
+        line.name(ui, &layer.name, &others, if shown { RowText::Plain } else { RowText::Weak });
         self.layer_clicked(ui, index, &line, rows);
         self.layer_menu(index, layer, &line);
         line.response.on_hover_ui(|ui| {

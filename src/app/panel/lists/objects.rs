@@ -10,6 +10,7 @@ use crate::app::panel::menu::{SURFACE, context_ui};
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk, SpaceAsk};
 use crate::app::state::lists::row::ListRow;
 use crate::app::state::numbers::grouped;
+use crate::app::widget::elide::beside;
 use crate::scene::{FaceIndex, ObjectId};
 
 /// The tooltip of an object's eye.
@@ -58,7 +59,9 @@ impl Outliner<'_> {
         let count = line.take_right(40.0);
         let weak = ui.visuals().weak_text_color();
         text_in(ui, count, &grouped(object.faces.len() as u64), weak, eframe::egui::Align::Max);
-        line.text(ui, &object.name, if off || !shown { RowText::Weak } else { RowText::Plain });
+        let objects = &self.site.whole.objects;
+        let others = beside(id.index(), |place| Some(objects.get(place)?.name.as_str()));
+        line.name(ui, &object.name, &others, if off || !shown { RowText::Weak } else { RowText::Plain });
         self.surface_clicked(ui, row, &line);
         self.surface_menu(row, &line);
         line.response.on_hover_ui(|ui| {

@@ -1,6 +1,5 @@
 //! The parts of a row: a clickable background, a triangle that opens, an eye that switches, text.
 
-use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{
     Align, Color32, Pos2, Rect, Response, Role, Sense, Shape, Stroke, StrokeKind, TextStyle, Ui, WidgetInfo,
     pos2, vec2,
@@ -8,7 +7,8 @@ use eframe::egui::{
 
 use super::{Outliner, ROW};
 use crate::app::state::lists::row::ListRow;
-use crate::app::widget::look::focus_stroke;
+use crate::app::widget::elide::elided;
+use crate::app::widget::look::{focus_stroke, selected as selected_colours};
 
 /// The indentation of a level, in points.
 const STEP: f32 = 14.0;
@@ -41,9 +41,10 @@ impl Outliner<'_> {
         let response = ui.interact(rect, self.id_of(row), Sense::CLICK);
         response.widget_info(|| WidgetInfo::selected(Role::TreeItem, true, selected, name));
         let visuals = ui.visuals();
-        let color = if selected { visuals.selection.stroke.color } else { visuals.text_color() };
+        let (fill, of_text) = selected_colours(visuals);
+        let color = if selected { of_text } else { visuals.text_color() };
         if selected {
-            ui.painter().rect_filled(rect, ROUND, visuals.selection.bg_fill);
+            ui.painter().rect_filled(rect, ROUND, fill);
         } else if response.hovered() && row.is_stop() {
             ui.painter().rect_filled(rect, ROUND, visuals.widgets.hovered.weak_bg_fill);
         }
@@ -100,7 +101,12 @@ impl DrawnRow {
         taken
     }
 
-    /// Draws text at the left of the free space; it is truncated where it is longer.
+    /// Draws a name at the left of the free space; where it is longer, it is shortened so that it differs from those beside it.
+    pub fn name(&self, ui: &Ui, name: &str, others: &[&str], look: RowText) {
+        self.text(ui, &elided(ui, name, others, self.room.width(), &TextStyle::Body), look);
+    }
+
+    /// Draws text at the left of the free space; it is shortened in the middle where it is longer.
     pub fn text(&self, ui: &Ui, text: &str, look: RowText) {
         let color = match look {
             RowText::Weak => ui.visuals().weak_text_color(),
@@ -143,36 +149,11 @@ pub fn text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Align) {
     styled_text_in(ui, rect, text, color, align, TextStyle::Body);
 }
 
-/// Lays out as much of a text as fits. What does not fit is left out in the middle: similar names differ at their ends.
-fn fitted<T>(text: &str, layout: impl Fn(String) -> (bool, T)) -> T {
-    let (fits, whole) = layout(text.to_owned());
-    if fits {
-        return whole;
-    }
-    let chars: Vec<char> = text.chars().collect();
-    let with = |kept: usize| {
-        let (first, last) = (kept.div_ceil(2), kept / 2);
-        let ends = chars[..first].iter().chain(['…'].iter()).chain(&chars[chars.len() - last..]);
-        layout(ends.collect())
-    };
-    let (mut low, mut high) = (0, chars.len().saturating_sub(1));
-    while low < high {
-        let kept = (low + high).div_ceil(2);
-        if with(kept).0 { low = kept } else { high = kept - 1 }
-    }
-    with(low).1
-}
-
 /// Draws one line of text in the given style, at the left or right of a rectangle, centred vertically and shortened in
 /// the middle to its width.
 pub fn styled_text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Align, style: TextStyle) {
-    let format = TextFormat { font_id: style.resolve(ui.style()), color, ..TextFormat::default() };
-    let layout = |text: String| ui.painter().layout_job(LayoutJob::single_section(text, format.clone()));
-    let galley = fitted(text, |text| {
-        let galley = layout(text);
-        // A point more is room beside the text.
-        (galley.size().x <= rect.width() + 1.0, galley)
-    });
+    let text = elided(ui, text, &[], rect.width(), &style);
+    let galley = ui.painter().layout_no_wrap(text, style.resolve(ui.style()), color);
     let x = match align {
         Align::Max => rect.right() - galley.size().x,
         _ => rect.left(),
@@ -198,18 +179,5 @@ fn draw_eye(ui: &Ui, center: Pos2, open: bool, color: Color32) {
             let lash = center + vec2(7.0 * share, 4.5 * (1.0 - share * share));
             painter.line_segment([lash, lash + vec2(2.0 * share, 2.6)], stroke);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn of_a_long_name_both_ends_are_shown() {
-        let shown = |text: &str, room: usize| fitted(text, |text| (text.chars().count() <= room, text));
-        assert_eq!(shown("wall_left", 9), "wall_left");
-        assert_eq!(shown("building_east_window_12", 10), "build…w_12");
-        assert_eq!(shown("abc", 0), "…");
     }
 }

@@ -9,6 +9,7 @@ use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::flat::photo::PhotoPane;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
+use crate::app::widget::look::selection_look;
 use crate::document::stack::{Untextured, UntexturedReason};
 use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{REASONS, untextured, words};
@@ -97,6 +98,7 @@ fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: 
     let selected = face.is_some_and(|face| state.selection == Selection::Face(face));
     let mut gone_to = false;
     ui.horizontal(|ui| {
+        selection_look(ui.visuals_mut());
         let name = format!("{}[{}]", it.object, it.face);
         let button = ui.add_enabled(face.is_some(), Button::selectable(selected, name));
         gone_to = button.on_disabled_hover_text("The face is no longer in the model.").clicked();

@@ -1,11 +1,14 @@
-//! The hint with the first steps in the 3D view, until the user closes it.
+//! The hint with the first steps in the 3D view, and the way to the first painted layer, until the user closes it.
 
-use eframe::egui::{Grid, Ui};
+use eframe::egui::{Grid, RichText, Ui};
 
-use crate::app::command::file;
+use crate::app::command::{Command, file, layers, paint};
+use crate::app::panel::button;
 use crate::app::panel::help::mouse;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
+use crate::app::state::first_steps::FirstStep;
+use crate::app::widget::look::good;
 
 /// The number of lines of the help that are shown.
 const FIRST: usize = 5;
@@ -35,6 +38,7 @@ pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>
             }
         });
     }
+    steps_ui(ui, state, asks);
     ui.add_space(6.0);
     ui.horizontal(|ui| {
         if ui.button("Got it").on_hover_text("Hides these hints permanently.").clicked() {
@@ -45,4 +49,39 @@ pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>
             asks.push(file::KEYS.asked(state));
         }
     });
+}
+
+/// Draws the way to the first painted layer: what is done, and the next step with its button.
+fn steps_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+    let next = state.next_first_step();
+    ui.add_space(6.0);
+    ui.strong("To your first painted layer");
+    for (number, step) in (1..).zip(FirstStep::ALL) {
+        let (text, command) = words(step);
+        let line = format!("{number}. {text}");
+        if state.is_done(step) {
+            ui.label(RichText::new(format!("{line} – done")).color(good(ui.visuals())));
+            continue;
+        }
+        ui.horizontal_wrapped(|ui| {
+            ui.label(if next == Some(step) {
+                RichText::new(line).strong()
+            } else {
+                RichText::new(line).weak()
+            });
+            if let Some(command) = command.filter(|_| next == Some(step)) {
+                button(state, ui, command, asks);
+            }
+        });
+    }
+}
+
+/// Returns what a step is called, and the command that does it.
+fn words(step: FirstStep) -> (&'static str, Option<&'static Command>) {
+    match step {
+        FirstStep::Build => ("Build the layers of the photos", Some(&layers::BUILD)),
+        FirstStep::Fill => ("Fill what the photos do not show", Some(&layers::FILL)),
+        FirstStep::Edit => ("Open a photo's layers in the image editor", Some(&paint::EDIT)),
+        FirstStep::Save => ("Paint on a layer and save there: the view shows the paint", None),
+    }
 }

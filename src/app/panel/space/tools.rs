@@ -164,8 +164,8 @@ fn relief(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut 
 /// Draws the choice of the display mode.
 fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: &mut Vec<Ask>) {
     let views = command::view::DISPLAY_COMMANDS;
-    let now = views.iter().find(|command| command.on.is_some_and(|on| on(state)));
-    let text = now.map_or("", |command| command.name);
+    // The label changes with the picture, as the legend does.
+    let text = command::view::command_of(state.space.shown_display()).name;
     let combo = ComboBox::from_id_salt("shown").selected_text(text).width(DISPLAY_COMMANDS);
     let combo = combo.show_ui(ui, |ui| {
         for &command in views {
