@@ -113,15 +113,34 @@ pub fn lines_of(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Returns the objection to a text in UTF-16, judged by its first bytes, and the remedy.
-pub fn not_utf16(text: &[u8]) -> Option<(String, &'static str)> {
-    // Without a byte order mark, every other byte of ASCII text in UTF-16 is 0.
-    let is_utf16 = match text {
-        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => true,
-        [0, 1..=127, 0, 1..=127, ..] | [1..=127, 0, 1..=127, 0, ..] => true,
-        [0, 1..=127] | [1..=127, 0] | [0, 1..=127, 0] | [1..=127, 0, 1..=127] => true,
+/// Returns the number of ends of lines in a text.
+pub fn line_ends(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let ends = |at: &usize| match bytes[*at] {
+        b'\n' => true,
+        b'\r' => bytes.get(at + 1) != Some(&b'\n'),
         _ => false,
     };
+    (0..bytes.len()).filter(ends).count()
+}
+
+/// A problem and its remedy.
+type Objection = (String, &'static str);
+
+/// Returns the objection to a text in UTF-16, judged by its first bytes, and the remedy.
+pub fn not_utf16(text: &[u8]) -> Option<Objection> {
+    // Without a byte order mark, every other byte of ASCII text in UTF-16 is 0.
+    let is_utf16 = matches!(
+        text,
+        [0xFF, 0xFE, ..]
+            | [0xFE, 0xFF, ..]
+            | [0, 1..=127, 0, 1..=127, ..]
+            | [1..=127, 0, 1..=127, 0, ..]
+            | [0, 1..=127]
+            | [1..=127, 0]
+            | [0, 1..=127, 0]
+            | [1..=127, 0, 1..=127]
+    );
     is_utf16.then(|| ("it is text in UTF-16, expected UTF-8".into(), SAVE_AS_UTF8))
 }
 
@@ -154,11 +173,14 @@ impl Guess {
     }
 }
 
+/// A text, and the guess at its encoding where it is not UTF-8.
+type Decoded<'a> = (Cow<'a, str>, Option<Guess>);
+
 /// Returns a text without its byte order mark, and the guess at its encoding where it is not UTF-8.
 ///
 /// # Errors
 /// The objection to UTF-16, and the remedy.
-pub fn decoded(text: &[u8]) -> Result<(Cow<'_, str>, Option<Guess>), (String, &'static str)> {
+pub fn decoded(text: &[u8]) -> Result<Decoded<'_>, Objection> {
     if let Some(objection) = not_utf16(text) {
         return Err(objection);
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 use csv::{ReaderBuilder, Trim};
 
 use crate::error::{Error, Result};
+use crate::io::text::{line_ends, lines_of, not_utf16};
 
 /// The largest list that is read, in bytes: some million trees.
 const LARGEST_LIST: u64 = 256 << 20;
@@ -85,6 +86,9 @@ pub fn read_tree_list(file: &Path) -> Result<TreeList> {
         return Err(Error::input(file, "", found, "give the trees of this site alone"));
     }
     let bytes = std::fs::read(file).map_err(Error::io(file, "read it"))?;
+    if let Some((found, _)) = not_utf16(&bytes) {
+        return Err(Error::input(file, "", found, "save it as CSV in UTF-8"));
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
@@ -94,7 +98,7 @@ pub fn read_tree_list(file: &Path) -> Result<TreeList> {
 }
 
 fn list_of(file: &Path, text: &str) -> Result<TreeList> {
-    let header = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    let header = lines_of(text).find(|line| !line.trim().is_empty()).unwrap_or_default();
     let count = |sign: char| header.matches(sign).count();
     let separator = if count(';') > count(',') { ';' } else { ',' };
     let mut records = records(file, text, separator)?.into_iter();
@@ -231,7 +235,7 @@ fn records(file: &Path, text: &str, separator: char) -> Result<Vec<Record>> {
         // The reader's own count of lines is that before the empty lines which it skips.
         let from = record.position().map_or(counted, |position| position.byte() as usize);
         let begin = from + text[from..].find(|sign| !matches!(sign, '\r' | '\n')).unwrap_or(0);
-        line += text[counted..begin].matches('\n').count();
+        line += line_ends(&text[counted..begin]);
         counted = begin;
         let fields: Vec<String> = record.iter().map(str::to_owned).collect();
         if fields.iter().any(|field| !field.is_empty()) {
@@ -245,7 +249,7 @@ fn records(file: &Path, text: &str, separator: char) -> Result<Vec<Record>> {
 fn unclosed_quote(text: &str) -> Option<usize> {
     let quotes = text.matches('"').count();
     let last = text.rfind('"').filter(|_| !quotes.is_multiple_of(2))?;
-    Some(1 + text[..last].matches('\n').count())
+    Some(1 + line_ends(&text[..last]))
 }
 
 #[cfg(test)]
@@ -328,5 +332,14 @@ mod tests {
         std::fs::write(&file, b"name,x,y\nB\xe4rlauch,1,2\n").unwrap();
         let error = read_tree_list(&file).unwrap_err().to_string();
         assert!(error.contains("line 2") && error.contains("UTF-8"), "{error}");
+        std::fs::write(&file, b"x\0,\0y\0\n\0").unwrap();
+        assert!(read_tree_list(&file).unwrap_err().to_string().contains("it is text in UTF-16"));
+    }
+
+    #[test]
+    fn lines_that_end_as_on_an_old_macintosh_are_counted() {
+        let list = read("x;y\r1,5;2\r\r\"a\r\";nan\rb;-1.#IND\r").unwrap();
+        assert_eq!(list.places[0].at, [1.5, 2.0]);
+        assert_eq!(list.problems.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [4, 6]);
     }
 }

@@ -53,20 +53,26 @@ pub fn index_of_photo(site: &Site, name: &str) -> Result<PhotoId> {
     }
 }
 
+/// Tells whether a typed name can mean a photo of a name.
+type Form = fn(&str, &str) -> bool;
+
+/// Maps names that are spelled differently to the same text.
+type Spelling = fn(&str) -> Cow<'_, str>;
+
 /// Returns the indices of the photos that a typed name can mean: the one of this whole name; else those of which it is
 /// the name without folder, extension, or both; else those that begin or end with this number (`4` for
 /// `IMG_0004.jpg` and for `04_gate.jpg`); else those that end with this word (`gate` for `north-gate.jpg`). Each form is looked for
 /// exactly first, then in any Unicode form and with `\` for `/`, then in any letter case.
 pub fn meant(name: &str, photos: &[&str]) -> Vec<usize> {
-    let forms: [fn(&str, &str) -> bool; 4] = [
+    let forms: [Form; 4] = [
         |name, photo| photo == name,
         is_abbreviation_of,
         |name, photo| is_number(name) && numbers_of(file_of(photo)).contains(&Some(significant(name))),
         |name, photo| is_last_word_of(name, file_of(photo)),
     ];
-    let spellings: [fn(&str) -> Cow<'_, str>; 3] = [|name| name.into(), composed, folded];
+    let spellings: [Spelling; 3] = [|name| name.into(), composed, folded];
     let mut ways = forms.iter().flat_map(|form| spellings.iter().map(move |spelling| (form, spelling)));
-    let matching = |(is_meant, spelling): (&fn(&str, &str) -> bool, &fn(&str) -> Cow<'_, str>)| {
+    let matching = |(is_meant, spelling): (&Form, &Spelling)| {
         let name = spelling(name);
         let found = (0..photos.len()).filter(|index| is_meant(&name, &spelling(photos[*index])));
         Some(found.collect::<Vec<_>>()).filter(|found| !found.is_empty())

@@ -11,6 +11,7 @@ use serde::de::IgnoredAny;
 use super::super::limits::{LARGEST_FILE, check_file_size};
 use crate::error::{Error, Result};
 use crate::io::named_file::{NamedFile, NamedFiles};
+use crate::scene::alike::difference;
 
 /// Maximum number of values in the JSON part: a list of empty braces takes a hundred times its text once
 /// parsed.
@@ -207,6 +208,19 @@ pub fn resource(path: &Path, place: &str, uri: &str) -> Result<Vec<u8>> {
     fs::read(&file).map_err(Error::io(&file, "read it"))
 }
 
+/// Returns a note for each buffer whose file is spelled differently on the disk.
+pub(super) fn respelled(path: &Path, buffers: &[json::Buffer]) -> Vec<String> {
+    let uris = buffers.iter().enumerate().filter_map(|(i, buffer)| Some((i, buffer.uri.as_deref()?)));
+    let note = |(i, uri): (usize, &str)| {
+        let file = file_of_uri(path, uri).ok().filter(|_| !uri.starts_with("data:"))?;
+        let found = file.file_name()?.to_str()?;
+        let name = name_of_uri(uri);
+        let how = difference(name.rsplit(['/', '\\']).next()?, found);
+        (!how.is_empty()).then(|| format!("buffers[{i}]: the file was found {how}, as {found}"))
+    };
+    uris.filter_map(note).collect()
+}
+
 /// Why a URI names no file.
 #[derive(Debug, PartialEq)]
 enum UriFault {
@@ -219,8 +233,7 @@ enum UriFault {
 /// Returns the file that a relative URI refers to, which must be in or below the model's folder, by its text and, where it exists,
 /// after resolving links. It may have `\` between folders, and be spelled differently on the disk ([`NamedFiles`]).
 fn file_of_uri(path: &Path, uri: &str) -> Result<PathBuf, UriFault> {
-    let name = percent_decoded(uri).and_then(|name| String::from_utf8(name).ok()).ok_or(UriFault::Outside)?;
-    let name = name.replace('\\', "/");
+    let name = name_of_uri(uri).replace('\\', "/");
     let is_plain = |c: Component| matches!(c, Component::Normal(_) | Component::CurDir);
     if name.is_empty() || name.contains([':', '\0']) || !Path::new(&name).components().all(is_plain) {
         return Err(UriFault::Outside);
@@ -235,6 +248,11 @@ fn file_of_uri(path: &Path, uri: &str) -> Result<PathBuf, UriFault> {
         (Ok(file_itself), Ok(folder)) if !file_itself.starts_with(&folder) => Err(UriFault::Outside),
         _ => Ok(file),
     }
+}
+
+/// Returns the name that a URI encodes; programs that do not encode names write them as they are.
+fn name_of_uri(uri: &str) -> String {
+    percent_decoded(uri).and_then(|name| String::from_utf8(name).ok()).unwrap_or_else(|| uri.to_owned())
 }
 
 fn percent_decoded(uri: &str) -> Option<Vec<u8>> {
@@ -284,6 +302,7 @@ mod tests {
         assert_eq!(decode_base64(b"UXVh*"), None);
         assert_eq!(percent_decoded("a%20b%2Ebin").unwrap(), b"a b.bin");
         assert_eq!(percent_decoded("a%2"), None);
+        assert_eq!(name_of_uri("100%.bin"), "100%.bin");
     }
 
     #[test]
@@ -316,6 +335,16 @@ mod tests {
         let file = folder.path().join("me\u{301}tal.BIN");
         fs::write(&file, "x").unwrap();
         assert_eq!(file_of_uri(&model, "m%C3%A9tal.bin"), Ok(file));
+        let buffers: Vec<json::Buffer> = serde_json::from_str(
+            r#"[{"byteLength": 1, "uri": "me%CC%81tal.BIN"}, {"byteLength": 1, "uri": "m%C3%A9tal.BIN"}]"#,
+        )
+        .unwrap();
+        let notes = respelled(&model, &buffers);
+        assert!(
+            notes.len() == 1
+                && notes[0].starts_with("buffers[1]: the file was found under another Unicode form"),
+            "{notes:?}"
+        );
         fs::write(folder.path().join("me\u{301}tal.Bin"), "x").unwrap();
         assert!(
             matches!(file_of_uri(&model, "m%C3%A9tal.bin"), Err(UriFault::Several(files)) if files.len() == 2)

@@ -48,6 +48,7 @@ pub(in crate::io) use scene::{SceneNode, scene_nodes};
 /// [`Error::Input`] with line and column or with a JSON path; [`Error::Io`]; [`Error::Cancelled`].
 pub fn read(path: &Path, bytes: &[u8], task: &Task, notes: &mut Vec<String>) -> Result<ModelBuilder> {
     let source = Source::open(path, bytes)?;
+    notes.extend(container::respelled(path, &source.root.buffers));
     let mut new_notes = source.extensions.notes.clone();
     let placed = scene::placed_meshes(&source, &mut new_notes)?;
     let builder = ModelAssembly::new(&source).build(&placed, task, &mut new_notes)?;
@@ -76,7 +77,8 @@ impl<'a> Source<'a> {
 /// # Errors
 /// [`Error::Input`] with line and column.
 pub(in crate::io) fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
-    crate::io::json::parse_json(path, json, "check that it is a glTF 2.0 file, or export the model again")
+    let remedy = "check that it is a glTF 2.0 file, or export the model again";
+    crate::io::foreign_json::parse_foreign_json(path, json, remedy)
 }
 
 /// Refuses buffers that are not in the file because what is in them is compressed elsewhere.

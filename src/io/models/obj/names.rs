@@ -28,8 +28,8 @@ impl Names {
     }
 
     /// Names the objects: as they are called where that is UTF-8, and else in the encoding that all other names of the file
-    /// seem to have. A name that another object has already gets a number. Returns a note about names that are not UTF-8.
-    pub fn show(&self, builder: &mut ModelBuilder) -> Option<String> {
+    /// seem to have. A name that another object has already gets a number. Returns notes about both.
+    pub fn show(&self, builder: &mut ModelBuilder) -> Vec<String> {
         let foreign: Vec<&[u8]> =
             self.names.iter().map(Vec::as_slice).filter(|name| std::str::from_utf8(name).is_err()).collect();
         let guess = Guess::of(foreign.iter().copied());
@@ -57,13 +57,21 @@ impl Names {
                 names.find(|name| !taken.contains(name)).expect("there are more numbers than objects");
             taken.insert(unique[index].clone());
         }
+        let numbered: Vec<usize> = (0..shown.len()).filter(|index| unique[*index] != shown[*index]).collect();
+        let mut notes = Vec::new();
+        if let Some(first) = foreign.first().map(|name| guess.decode(name)) {
+            let (count, all, guess) = (foreign.len(), self.names.len(), guess.name());
+            notes.push(format!(
+                "{count} of {all} names of objects are not UTF-8: they are shown as {guess}, which is a guess, such as {first:?}"
+            ));
+        }
+        if let Some(first) = numbered.first().map(|index| &unique[*index]) {
+            let count = numbered.len();
+            notes.push(format!(
+                "{count} objects look like others by name: they are numbered, such as {first:?}"
+            ));
+        }
         builder.name_objects(unique);
-        let first = foreign.first().map(|name| guess.decode(name))?;
-        Some(format!(
-            "{} of {} names of objects are not UTF-8: they are shown as {}, which is a guess, such as {first:?}",
-            foreign.len(),
-            self.names.len(),
-            guess.name()
-        ))
+        notes
     }
 }

@@ -115,6 +115,7 @@ fn names_are_the_same_when_their_bytes_are() {
         notes[0],
         "2 of 4 names of objects are not UTF-8: they are shown as GBK, which is a guess, such as \"殿屋顶\""
     );
+    assert_eq!(notes[1], "1 objects look like others by name: they are numbered, such as \"a b (2)\"");
     // What no encoding tells apart is told apart by a number; what is called so itself keeps its name.
     let surroundings = format!("{SQUARE}o [surroundings]\nf 1 2 3\no [surroundings] (object)\nf 1 2 3\n");
     assert_eq!(
