@@ -3,6 +3,7 @@
 //! Where these files are, the pose of a photo is that of its sensor in the rig times that of the rig in the frame; COLMAP takes
 //! none from `images` then, which may be older (`sensor_from_world = sensor_from_rig * rig_from_world`).
 
+use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 use std::str::SplitAsciiWhitespace;
 
@@ -149,10 +150,9 @@ impl Rigs {
                 translation: sensor_from_rig.rotation * rig_from_world.translation
                     + sensor_from_rig.translation,
             });
-            if self.photos.contains_key(&photo) {
-                twice = Some(photo);
-            } else {
-                self.photos.insert(photo, (camera, pose));
+            match self.photos.entry(photo) {
+                Entry::Occupied(_) => twice = Some(photo),
+                Entry::Vacant(free) => _ = free.insert((camera, pose)),
             }
         }
         let again = |photo| (format!("photo {photo} is in two frames"), "keep one; the first is used");
