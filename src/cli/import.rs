@@ -210,7 +210,7 @@ fn report(imported: &Imported, dry_run: bool, seen: &str, coarse: &[CoarsePaint]
         }
         (Some(_), true) => format!("{changed}; nothing was written\n"),
     });
-    if imported.changed > 0 {
+    if imported.changed > imported.masked {
         text.push_str(&format!("{seen}\n"));
     }
     text.push_str(&coarse_text(coarse, "will keep"));

@@ -104,10 +104,11 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<
             ui.colored_label(ui.visuals().warn_fg_color, "undone");
         }
     });
-    if imported.changed > 0 {
-        ui.label(format!("{} of new paint.", counted(imported.changed, "pixel")));
+    let painted = imported.changed - imported.masked;
+    if painted > 0 {
+        ui.label(format!("{} of new paint.", counted(painted, "pixel")));
     }
-    if let Some(number) = imported.number.filter(|_| imported.changed > 0 && !report.taken_back) {
+    if let Some(number) = imported.number.filter(|_| painted > 0 && !report.taken_back) {
         only_here(ui, state, number, asks);
     }
     for paint in &imported.elsewhere {

@@ -82,9 +82,9 @@ pub struct ImportOptions {
 pub struct Imported {
     /// The number of the import; `None` when it changed nothing.
     pub number: Option<u32>,
-    /// The number of pixels whose paint changed.
+    /// The number of pixels whose paint or masking changed.
     pub changed: u64,
-    /// The number of pixels whose masking changed.
+    /// The number of these whose masking changed.
     pub masked: u64,
     /// The masks that were added, replaced or removed.
     pub masks: Vec<MaskChange>,
@@ -137,11 +137,10 @@ pub fn import(
     let (reports, failed) = done_and_failed(&files, reports)?;
     (imported.questioned, imported.files) = reports.into_iter().partition(|report| report.question.is_some());
     imported.failed.extend(failed);
-    let of = |is_mask: bool| {
-        let layers = imported.files.iter().flat_map(|file| &file.layers);
-        layers.filter(|layer| (layer.state == LayerState::Mask) == is_mask).map(|layer| layer.changed).sum()
-    };
-    (imported.changed, imported.masked) = (of(false), of(true));
+    let layers = || imported.files.iter().flat_map(|file| &file.layers);
+    let masked: u64 =
+        layers().filter(|layer| layer.state == LayerState::Mask).map(|layer| layer.changed).sum();
+    (imported.changed, imported.masked) = (layers().map(|layer| layer.changed).sum(), masked);
     if session.paint.changed() || session.masks.changed() {
         imported.number = Some(session.paint.number());
         imported.elsewhere = session.paint.elsewhere(options.only_here)?;
@@ -356,7 +355,7 @@ impl ImportSession<'_> {
         let made = PaintMade {
             files: imported.files.iter().map(|file| self.path_of(&file.file)).collect(),
             photos: imported.files.iter().map(|file| file.photo.clone()).collect(),
-            pixels: imported.changed + imported.masked,
+            pixels: imported.changed,
             masks: masks.imported(),
             brush: None,
         };
