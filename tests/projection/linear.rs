@@ -48,7 +48,8 @@ fn depths_are_those_of_the_planes_that_are_seen_and_infinite_where_nothing_is() 
     let shot = view(&bench);
     let faces = renderer.seen_faces(&shot, &Task::silent()).unwrap();
     let depths = renderer.depths(&shot, &Task::silent()).unwrap().expect("the device has depths");
-    let [right, down, forward] = shot.pose.rotation_rows().map(DVec3::from);
+    let rows = shot.pose.rotation.transpose();
+    let [right, down, forward] = [rows.x_axis, rows.y_axis, rows.z_axis];
     let (camera, model) = (&shot.camera, &bench.site.model);
     let (mut nothing, mut seen) = (0, 0);
     for (px, (face, depth)) in faces.iter().zip(&depths).enumerate() {
