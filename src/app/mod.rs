@@ -23,6 +23,7 @@ use eframe::egui::ViewportBuilder;
 use self::crash::Crash;
 use self::editor::Editor;
 use self::frame_times::{FrameReport, FrameTimes};
+use self::shell::APP_ID;
 pub use self::shell::{editor, frame_times};
 pub use self::state::space::sight;
 pub use self::state::{ask, life, notes, panes, running, selection, settings};
@@ -30,9 +31,6 @@ pub use self::work::autosave::Ending;
 pub use self::work::crash;
 pub use self::work::priority::lower_own_priority;
 use crate::error::{Error, Result};
-
-/// The application id in the window system; settings are stored under it.
-const APP_ID: &str = "quadratura";
 
 /// Opens the window, with a project or without; returns the frame times when it is closed. `ending` ends it from
 /// outside.

@@ -7,13 +7,13 @@ use std::path::PathBuf;
 use eframe::egui::{self, CentralPanel, Context, Key, KeyboardShortcut, Panel, Ui, ViewportCommand};
 use eframe::{Frame, Storage};
 
+use super::APP_ID;
 use super::crash::crash_ui;
 use super::frame_times::FrameTimes;
 use super::layout::{Layout, centre_ui};
 use super::look::apply_look;
 use super::textures::Textures;
 use super::turns::Turns;
-use crate::app::APP_ID;
 use crate::app::action::end::end;
 use crate::app::action::known::{follow_known, remember};
 use crate::app::action::opening::{take_dropped, watch_opening};

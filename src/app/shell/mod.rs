@@ -8,3 +8,6 @@ pub mod layout;
 mod look;
 pub mod textures;
 mod turns;
+
+/// The application id in the window system; settings are stored under it.
+pub const APP_ID: &str = "quadratura";

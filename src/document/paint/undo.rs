@@ -80,6 +80,12 @@ impl PaintBook {
                 }
             }
         }
+        for (key, before) in &import.documents {
+            let without_layers = |document: &PaintedDocument| document.layers.is_empty();
+            if before.is_none() && self.documents.get(key).is_some_and(without_layers) {
+                self.documents.remove(key);
+            }
+        }
         self.tidy();
         Ok(import)
     }

@@ -13,7 +13,7 @@ use crate::scene::{Model, Object, PhotoId, Site, SparsePoint};
 
 /// A point is explained by a face within this share of its distance from the nearest camera: 40 cm at 20 m, twice the
 /// detail that a coarse model leaves out. Of the points of castle, fountain, entry and piazza, whose models leave out
-/// next to nothing, 0.0 to 0.6 % are farther.
+/// next to nothing, 0.5 to 1.6 % are farther.
 const EXPLAINED: f64 = 0.02;
 
 /// The error of an observation in pixels, from which the error of a point's distance follows.
