@@ -152,7 +152,7 @@ fn bad_nodes_meshes_and_pictures_are_told_with_their_json_path() {
         (
             after(&|j| j["extensionsRequired"] = json!(["EXT_meshopt_compression"])),
             "extensionsRequired: ",
-            "needs the extension EXT_meshopt_compression",
+            "compressed (EXT_meshopt_compression)",
         ),
     ] {
         assert!(said.contains(place) && said.contains(found), "{place}{found}: {said}");
