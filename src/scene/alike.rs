@@ -61,7 +61,7 @@ pub fn composed(name: &str) -> Cow<'_, str> {
 }
 
 /// Returns a composed name whose extension is in lower case.
-fn extension_folded(name: &str) -> Cow<'_, str> {
+pub fn extension_folded(name: &str) -> Cow<'_, str> {
     let name = composed(name);
     match name.rsplit_once('.') {
         Some((stem, extension)) if !extension.contains('/') => {

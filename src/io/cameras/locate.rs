@@ -94,7 +94,8 @@ fn folder_below(folder: &Path, below: &str) -> PathBuf {
     if below.is_empty() { folder.to_path_buf() } else { folder.join(below) }
 }
 
-/// Finds the reconstruction to which a given file belongs. A file of no known format stands for its folder.
+/// Finds the reconstruction to which a given file belongs. A file of no known format is refused, also beside a reconstruction:
+/// that may be an older one.
 fn at_file(file: &Path) -> Result<Located> {
     for format in FormatId::all() {
         if let Some(files) = format.format().of_file(file) {
@@ -102,17 +103,16 @@ fn at_file(file: &Path) -> Result<Located> {
         }
     }
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if let Some((format, Ok(mut files))) = all_in(folder, |_| &[""]).into_iter().next() {
-        // A file that belongs to the reconstruction needs no note.
-        if !files.clone().all().iter().any(|known| known == file) {
-            let (given, used) = (file.display(), files.images.display());
-            files.notes.push(format!("{given}: it has no cameras; {used} beside it is read"));
-        }
-        return Ok(Located { format, files });
-    }
+    let beside = all_in(folder, |_| &[""]).into_iter().next();
+    let beside = beside.and_then(|(format, files)| Some(Located { format, files: files.ok()? }));
+    let there = match beside {
+        Some(located) if located.files.clone().all().iter().any(|known| known == file) => return Ok(located),
+        Some(located) => format!("; there are cameras in {} beside it", located.files.images.display()),
+        None => String::new(),
+    };
     File::open(file).map_err(Error::io(file, "read it"))?;
     let found = format!("{}, expected cameras", content_of(&beginning(file)));
-    Err(Error::input(file, "", found, format!("give {}", accepted())))
+    Err(Error::input(file, "", found, format!("give {}{there}", accepted())))
 }
 
 /// Describes the content of a file of no known format.

@@ -279,11 +279,13 @@ fn a_file_with_the_usual_name_of_a_format_is_never_passed_over_for_another_recon
     assert!(message("transforms.json").contains("it is empty"));
     assert!(message("bundle.out").contains("there is no list.txt beside it"));
     assert!(read(folder.path()).unwrap().notes.is_empty());
-    // A file of no format stands for its folder, and the user learns of it.
-    write("config.json", "{}");
-    let notes = read(&folder.path().join("config.json")).unwrap().notes;
-    assert!(notes.len() == 1 && notes[0].contains("config.json: it has no cameras; "), "{notes:?}");
-    assert!(notes[0].ends_with("images.txt beside it is read"), "{notes:?}");
+    // A file of no format is not replaced by what is beside it, which may be older; the message names that.
+    for content in ["{}", "", "{\0\"\0"] {
+        write("config.json", content);
+        let refused = message("config.json");
+        assert!(refused.contains("config.json: ") && refused.contains("expected cameras"), "{refused}");
+        assert!(refused.ends_with("images.txt beside it"), "{refused}");
+    }
 }
 
 #[test]

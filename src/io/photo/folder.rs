@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use super::is_photo;
 use super::kind::{is_photo_ending, is_picture_ending};
 use crate::error::{Error, Result};
-use crate::scene::alike::{self, composed, folded};
+use crate::scene::alike::{self, composed, extension_folded, folded};
 use crate::task::Task;
 
 /// Sub-folders are searched down to this depth; links between folders may form circles.
@@ -56,9 +56,10 @@ impl Match {
 type Rule = (&'static str, fn(&str) -> String);
 
 /// The ways in which a file's name may differ from the photo's, from the smallest difference to the largest.
-const RULES: [Rule; 9] = [
+const RULES: [Rule; 10] = [
     ("", |name| name.to_owned()),
     (FORM, |name| composed(name).into_owned()),
+    ("in another letter case", |name| extension_folded(name).into_owned()),
     ("in another letter case", |name| folded(name).into_owned()),
     ("in another folder", |name| base(&composed(name)).to_owned()),
     ("in another folder and letter case", |name| base(&folded(name)).to_owned()),
@@ -251,6 +252,13 @@ mod tests {
         for name in ["a/1.jpg", "b/1.jpg", "1.jpg", "1.JPG", "1.png"] {
             assert_eq!(found(&folder, name), (name, ""));
         }
+    }
+
+    #[test]
+    fn another_case_of_the_ending_goes_before_another_case_of_the_name() {
+        let folder = folder(&["A.jpg", "a.JPG"]);
+        assert_eq!(found(&folder, "a.jpg"), ("a.JPG", "in another letter case"));
+        assert_eq!(found(&folder, "A.JPG"), ("A.jpg", "in another letter case"));
     }
 
     #[test]

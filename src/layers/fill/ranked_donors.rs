@@ -319,9 +319,11 @@ pub fn paints_differ(a: [f32; 3], b: [f32; 3]) -> bool {
     (off(0) + off(1) + off(2)) / 3.0 > DISSENT
 }
 
-/// Returns the index of the chosen candidate, and how far the candidates agree, 0 to 1.
+/// Returns the index of the chosen candidate, and how far the candidates agree, 0 to 1. Candidates come by rising penalty; those
+/// behind the first [`MOST_DONORS`] are not heard: many photos may show the same sky.
 pub(super) fn chosen(candidates: &[DonorColour]) -> (usize, f32) {
     const COUNTED: &str = "two candidates at least are chosen from";
+    let candidates = &candidates[..candidates.len().min(MOST_DONORS)];
     let median = [0, 1, 2].map(|c| {
         let mut values = [0.0; MOST_DONORS];
         candidates.iter().zip(&mut values).for_each(|(candidate, value)| *value = candidate.log[c]);
@@ -373,5 +375,15 @@ mod tests {
         assert_eq!(index, 1);
         assert!(agreement > 0.9);
         assert!(chosen(&candidates(&[0.02, 0.2, 0.5, 0.9])).1 < 0.2, "they do not agree");
+    }
+
+    #[test]
+    fn of_very_many_the_best_alone_are_heard() {
+        let mut colours = [0.2; 3 * MOST_DONORS];
+        colours[0] = 0.02;
+        colours[MOST_DONORS..].fill(0.02);
+        let (index, agreement) = chosen(&candidates(&colours));
+        assert_eq!(index, 1);
+        assert!(agreement > 0.9);
     }
 }
