@@ -137,8 +137,13 @@ pub fn notes(context: &DocumentContext) -> Vec<String> {
         ));
     }
     if context.offset != [0, 0] {
-        let [x, y] = context.offset;
-        notes.push(format!("the canvas was cropped or enlarged: the photo is at {x}, {y}"));
+        let ([x, y], photo) = (context.offset, &context.record.photo);
+        notes.push(match (context.canvas.w, context.canvas.h) == (photo.width, photo.height) {
+            true => {
+                format!("the layers were moved together by {x}, {y}; their paint is imported as if they had been moved back")
+            }
+            false => format!("the canvas was cropped or enlarged: the photo is at {x}, {y}"),
+        });
     }
     if context.scale != 1.0 {
         notes.push(format!("the image was scaled to {:.4} of its size; faint paint is lost", context.scale));

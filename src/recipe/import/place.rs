@@ -16,6 +16,8 @@ use crate::io::layered::{EditedDocument, Raster};
 
 /// The number of layers, the largest ones, by which the canvas is located.
 const VOTERS: usize = 8;
+/// The number of layers that have to be moved together before the others count as moved, too: one or two may have been moved by hand.
+const AGREEING: usize = 3;
 /// The largest error in pixels by which width and height may have been rounded.
 const ROUNDED_PX: f64 = 1.0;
 
@@ -99,7 +101,10 @@ pub fn place(
 ) -> Result<CanvasPlacement> {
     let (canvas, photo) = ((document.width, document.height), (record.photo.width, record.photo.height));
     if canvas == photo {
-        return Ok(CanvasPlacement::At([0, 0]));
+        let rects = sorted.image_layers.iter().map(|(index, layers)| {
+            (record.layers[index.0].exported_rect, layers.iter().map(|layer| layer.rect).next())
+        });
+        return Ok(CanvasPlacement::At(common_offset(rects)));
     }
     let mut votes: BTreeMap<[i32; 2], usize> = BTreeMap::new();
     for layer in placed_layers(record, sorted, originals)? {
@@ -113,6 +118,22 @@ pub fn place(
     Ok(scale_of(canvas, photo).map_or(CanvasPlacement::Unclear, CanvasPlacement::Scaled))
 }
 
+/// Returns the offset by which most layers were moved together, from their rectangles as they were exported and as they are; zero
+/// where most were not, or where too few agree.
+fn common_offset(rects: impl Iterator<Item = (PixelRect, Option<PixelRect>)>) -> [i32; 2] {
+    let mut votes: BTreeMap<[i32; 2], usize> = BTreeMap::new();
+    let mut all = 0;
+    for (exported, found) in rects {
+        all += 1;
+        let of_the_same_size = found.filter(|found| (found.w, found.h) == (exported.w, exported.h));
+        if let Some(found) = of_the_same_size {
+            *votes.entry([found.x - exported.x, found.y - exported.y]).or_default() += 1;
+        }
+    }
+    let most = votes.into_iter().max_by_key(|(_, count)| *count);
+    most.filter(|(_, count)| *count >= AGREEING && 2 * count > all).map_or([0, 0], |(offset, _)| offset)
+}
+
 /// Returns the scale with which a photo has the size of a canvas; `None` where the sides have other proportions.
 pub fn scale_of(canvas: (u32, u32), (width, height): (u32, u32)) -> Option<f64> {
     let scale = ratio(canvas.0, width).max(ratio(canvas.1, height));
@@ -123,4 +144,33 @@ pub fn scale_of(canvas: (u32, u32), (width, height): (u32, u32)) -> Option<f64> 
 /// Returns the ratio of two sides.
 fn ratio(canvas: u32, photo: u32) -> f64 {
     f64::from(canvas) / f64::from(photo.max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Layers of several sizes, of which the edited file has these offsets; `None` for one of another size.
+    fn offset_of(offsets: &[Option<[i32; 2]>]) -> [i32; 2] {
+        let rect = |index: usize| PixelRect { x: 7 * index as i32, y: 3, w: 8 << index, h: 16 };
+        common_offset(offsets.iter().enumerate().map(|(index, offset)| {
+            let exported = rect(index);
+            let found = offset.map_or(PixelRect { w: 5, ..exported }, |[x, y]| PixelRect {
+                x: exported.x + x,
+                y: exported.y + y,
+                ..exported
+            });
+            (exported, Some(found))
+        }))
+    }
+
+    #[test]
+    fn layers_that_were_moved_together_agree_and_a_few_that_were_moved_by_hand_do_not() {
+        let (moved, stays) = (Some([-13, 7]), Some([0, 0]));
+        assert_eq!(offset_of(&[moved, moved, moved, stays, None]), [-13, 7]);
+        assert_eq!(offset_of(&[moved, moved, stays]), [0, 0], "two are too few");
+        assert_eq!(offset_of(&[moved, moved, moved, stays, stays, stays]), [0, 0], "half are not most");
+        assert_eq!(offset_of(&[stays, stays, stays, moved]), [0, 0]);
+        assert_eq!(offset_of(&[]), [0, 0]);
+    }
 }
