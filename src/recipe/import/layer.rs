@@ -154,7 +154,10 @@ impl DocumentContext<'_> {
         let mut patch = self.painted(base, found);
         let mut change = LayerChange::new(base, &patch);
         let mut turned = None;
-        if !change.is_in_place() && self.scale == 1.0 {
+        // Moved by a pixel, most of a plain surface is as it was.
+        let place = exported.exported_rect;
+        let is_elsewhere = (rect.w, rect.h) == (place.w, place.h) && rect != place;
+        if (!change.is_in_place() || is_elsewhere) && self.scale == 1.0 {
             let by = |moved: [i32; 2], rect: PixelRect| PixelRect {
                 x: rect.x - moved[0],
                 y: rect.y - moved[1],
