@@ -71,7 +71,7 @@ impl WrittenExposure {
 /// have the name of a file in its photo folder: photos that were taken, but not calibrated with the others.
 ///
 /// # Errors
-/// Returns [`Error::Cancelled`], or the errors of reading the folder.
+/// Returns [`crate::Error::Cancelled`], or the errors of reading the folder.
 pub fn written_exposures(
     folder: &Path,
     opened: &Opened,

@@ -22,7 +22,7 @@ use crate::scene::impostor::Facing;
 use crate::scene::{Model, Object, ObjectId, Photo};
 use crate::task::Task;
 
-/// Returns the object with a name, in another spelling where none has exactly this one ([`Model::object_like`]), or the objects with
+/// Returns the object with a name, in another spelling where none has exactly this one (`Model::object_like`), or the objects with
 /// names like a pattern ([`matches_pattern`]).
 ///
 /// # Errors

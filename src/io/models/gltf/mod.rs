@@ -45,7 +45,7 @@ pub(in crate::io) use scene::{SceneNode, scene_nodes};
 /// it.
 ///
 /// # Errors
-/// [`Error::Input`] with line and column or with a JSON path; [`Error::Io`]; [`Error::Cancelled`].
+/// [`crate::Error::Input`] with line and column or with a JSON path; [`crate::Error::Io`]; [`crate::Error::Cancelled`].
 pub fn read(path: &Path, bytes: &[u8], task: &Task, notes: &mut Vec<String>) -> Result<ModelBuilder> {
     let source = Source::open(path, bytes)?;
     notes.extend(container::respelled(path, &source.root.buffers));
