@@ -341,8 +341,9 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     } else {
         harness.state_mut().run(&command::mask::DISMISS);
     }
-    assert!(harness.state().open_suggestions().is_empty());
+    // The view has listed anew what is neither masked nor dismissed.
     steps(&mut harness, 2);
+    assert!(harness.state().open_suggestions().is_empty());
     assert!(!is_there(&harness, "found in this photo"), "nothing is left to be clicked");
 
     // An object that the model has: its pixels, by a button beside what is known of it.
