@@ -93,7 +93,10 @@ impl PaintStore {
     fn read_now(&self) -> Result<PaintBook> {
         let file = self.folder.join(BOOK);
         if !file.exists() {
-            let lost = self.pictures_without(&self.unfinished()?)?;
+            // A writer announces a picture before it writes it, so the list is read after the folder.
+            let mut lost = self.pictures()?;
+            let unfinished = self.unfinished()?;
+            lost.retain(|picture| !unfinished.contains(picture));
             return match lost.first() {
                 None => Ok(PaintBook::default()),
                 Some(first) => {
@@ -258,8 +261,8 @@ impl PaintStore {
         }
     }
 
-    /// Returns the pictures of paint on disk that are not in `but`, by their names as a book has them.
-    fn pictures_without(&self, but: &BTreeSet<String>) -> Result<Vec<String>> {
+    /// Returns the pictures of paint on disk, by their names as a book has them.
+    fn pictures(&self) -> Result<Vec<String>> {
         let mut found = Vec::new();
         if !self.folder.is_dir() {
             return Ok(found);
@@ -268,7 +271,7 @@ impl PaintStore {
             for file in entries_of(photo)? {
                 let below = file.strip_prefix(&self.folder).unwrap_or(&file);
                 let name = below.to_string_lossy().replace('\\', "/");
-                if !but.contains(&name) && is_ours(&file)? {
+                if is_ours(&file)? {
                     found.push(name);
                 }
             }
