@@ -55,11 +55,19 @@ const FLAG_PINNED: u32 = 1u << 31u;
 
 // The heights of faces over their planes, in world units: the relief, packed into one texture.
 @group(0) @binding(6) var heights: texture_2d<f32>;
-@group(0) @binding(7) var<storage, read> reliefs: array<Relief>;
+@group(0) @binding(7) var<storage, read> grids: array<FaceGrids>;
+// The colours with which faces continue where no photo shows them, in the common exposure, packed into one texture.
+@group(0) @binding(11) var continued_colors: texture_2d<f32>;
 
-// The relief of a face: the mapping from positions relative to the site's origin to cells (rows: direction,
-// and offset as a sum of two f32), and its position in `heights`. A width of 0 means that the face has none.
-struct Relief {
+// The grids in the plane of a face: that of its relief, in `heights`, and that of its colours, in `continued_colors`.
+struct FaceGrids {
+    relief: FaceGrid,
+    continued: FaceGrid,
+}
+
+// A grid in the plane of a face: the mapping from positions relative to the site's origin to cells (rows: direction,
+// and offset as a sum of two f32), and its position in the texture. A width of 0 means that the face has none.
+struct FaceGrid {
     across: vec3f,
     across_high: f32,
     up: vec3f,
@@ -126,7 +134,7 @@ fn peeled_drawn(corner: Corner) -> Drawn {
 fn drawn_with(corner: Corner, reach_of_skirts: f32) -> Drawn {
     let surface = surfaces[corner.surface];
     let of_face = face_cells[surface.face];
-    let relief = reliefs[surface.face];
+    let relief = grids[surface.face].relief;
     return Drawn(
         clip_from_corner(corner, frame.reach, reach_of_skirts),
         vec4f(surface.normal, distance_to_plane(surface)),
@@ -149,6 +157,22 @@ fn height_at(drawn: Drawn, p: vec3f) -> f32 {
     let cell = vec2f(dot(drawn.across.xyz, p) + drawn.across.w, dot(drawn.up.xyz, p) + drawn.up.w);
     let at = clamp(cell, vec2f(0.5), drawn.relief.zw - 0.5) + drawn.relief.xy;
     return textureSampleLevel(heights, bilinear, at / vec2f(textureDimensions(heights)), 0.0).x;
+}
+
+// The colour with which a face continues at a position relative to the viewpoint, and 1; 0 where it does not
+// (projection/continuation.rs).
+fn continued_at(face: u32, p: vec3f) -> vec4f {
+    let grid = grids[face].continued;
+    if frame.continues == 0u || grid.size.x == 0.0 {
+        return vec4f(0.0);
+    }
+    let cell = vec2f(
+        dot(grid.across, p) + cells_at_eye(grid.across, grid.across_high, grid.across_low),
+        dot(grid.up, p) + cells_at_eye(grid.up, grid.up_high, grid.up_low),
+    );
+    let at = clamp(cell, vec2f(0.5), grid.size - 0.5) + grid.corner;
+    let light = textureSampleLevel(continued_colors, bilinear, at / vec2f(textureDimensions(continued_colors)), 0.0).rgb;
+    return vec4f(continued_color(light * frame.of_common), 1.0);
 }
 
 // Intersects the ray through a point of the plane with the relief: two steps of a fixed-point iteration. The
@@ -476,6 +500,11 @@ fn shown(drawn: Drawn) -> vec4f {
     }
     if CUT_OUT && (served == 0.0 || matte < 0.5) {
         discard;
+    }
+    if CONTINUES && served == 0.0 {
+        let continued = continued_at(drawn.cells.x, on_plane);
+        color = continued.rgb * lens;
+        served = continued.a;
     }
     color = darkened(color, drawn, on_plane, depth);
     return finished(color, matte, served, most_confident, drawn.cells.x);

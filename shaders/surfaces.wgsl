@@ -52,6 +52,9 @@ struct Frame {
     light_first: u32,
     light_groups: u32,
     pad0: vec2u,
+    // The factor on light in the common exposure, and 1 where surfaces continue that no photo shows.
+    of_common: vec3f,
+    continues: u32,
 }
 
 // A planar part of a face: the whole face, or a triangle of a face that is not planar.

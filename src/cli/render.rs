@@ -69,14 +69,18 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let out = args.pictures.out.clone();
     let (format, grey) = (args.format.into(), legend.is_some());
     let options = RenderOptions { out, format, film, legend: drawn, grey, ..RenderOptions::default() };
-    let (report, of_layers) = match content {
-        PictureContent::Exploded => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
+    let DrawnShots { report, problems: of_layers, continued } = match content {
+        PictureContent::Exploded => {
+            let report = draw_exploded(args, &opened, &views, &options, task)?;
+            DrawnShots { report, ..DrawnShots::default() }
+        }
         content => draw_shots(args, content, &opened, &views, &options, task)?,
     };
     let mut problems: Vec<_> = opened.problems.iter().chain(&views.problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
     problems.extend(of_layers);
     let mut outcome = outcome(args, &report, views.path.is_some(), problems);
+    outcome.tell_continued(&continued);
     // Without a picture there is nothing to explain.
     if let Some(legend) = legend.as_ref().filter(|_| !report.done.is_empty() || report.film.is_some()) {
         let uncovered = match content {
@@ -184,6 +188,19 @@ fn marked(ramp: ColourRamp, marks: &[&str]) -> Vec<(String, [u8; 3])> {
 }
 
 impl Outcome {
+    /// Tells how much of the pictures no photo shows.
+    fn tell_continued(&mut self, continued: &BTreeMap<String, f64>) {
+        self.json["continued"] = json!(continued);
+        let share = continued.values().sum::<f64>() / continued.len().max(1) as f64;
+        if share >= LEAST_TOLD {
+            let percent = 100.0 * share;
+            self.text.push_str(&format!(
+                "{percent:.1} % of the pixels show what no photo shows: surfaces and surroundings continue there; \
+                 --show provenance shows where, and --holes leaves them out\n"
+            ));
+        }
+    }
+
     /// Adds the legend of the pictures. `uncovered` is the meaning of pixels without any colour.
     pub(super) fn explain(&mut self, legend: &Legend, uncovered: Option<&str>) {
         self.text.push_str(&legend_text(legend, uncovered));
@@ -219,7 +236,22 @@ fn legend_json(legend: &Legend) -> serde_json::Value {
     }
 }
 
-/// Draws the pictures; the second result lists the layers that could not be used.
+/// The least share of all pixels that is told.
+const LEAST_TOLD: f64 = 0.0005;
+/// The largest number of views of which it is found how much is continued.
+const MOST_EXAMINED: usize = 50;
+
+/// What was drawn.
+#[derive(Default)]
+struct DrawnShots {
+    report: RenderReport,
+    /// The layers that could not be used.
+    problems: Vec<String>,
+    /// The share of views that is continued where no photo shows it, 0 to 1; of a flight, of some frames.
+    continued: BTreeMap<String, f64>,
+}
+
+/// Draws the pictures.
 fn draw_shots(
     args: &RenderArgs,
     content: PictureContent,
@@ -227,7 +259,7 @@ fn draw_shots(
     views: &RequestedViews,
     options: &RenderOptions,
     task: &Task,
-) -> Result<(RenderReport, Vec<String>)> {
+) -> Result<DrawnShots> {
     let mut look = args.look.look(opened, content.display(), usual_exposure(opened))?;
     look.without_surroundings = args.background != Background::Surroundings;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
@@ -243,9 +275,18 @@ fn draw_shots(
         Exposure::Decided => written_exposures(&args.project, opened, &views.list, task)?,
         _ => BTreeMap::new(),
     };
+    let (mut continued, mut number) = (BTreeMap::new(), 0);
+    let every = views.list.len().div_ceil(MOST_EXAMINED).max(1);
     let mut draw = |view: &RequestedView, task: &Task| {
         let mut shot = look.shot(view.camera, view.pose);
         shot.exposure = taken.get(&view.name).map_or(shot.exposure, |log| Exposure::AsTaken(*log));
+        if number % every == 0
+            && look.display == DisplayMode::Colour
+            && let Some(share) = renderer.continued_share(&shot, task)?
+        {
+            continued.insert(view.name.clone(), share);
+        }
+        number += 1;
         if options.format.is_linear() {
             let picture = renderer.linear_picture(&shot, task)?;
             return Ok(match args.background {
@@ -263,7 +304,8 @@ fn draw_shots(
     };
     let report = render(&views.list, &mut draw, options, task)?;
     task.detail(format!("textures: {}", renderer.preview().statistics()));
-    Ok((report, renderer.preview().problems().iter().map(worded).collect()))
+    let problems = renderer.preview().problems().iter().map(worded).collect();
+    Ok(DrawnShots { report, problems, continued })
 }
 
 fn draw_exploded(

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::io::cameras::accepted;
 use crate::projection::hidden::HiddenFaces;
-use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality, TreeMethod};
+use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality, TreeMethod, Unseen};
 use crate::recipe::colour::reference;
 use crate::recipe::ldi::StackLdiOptions;
 use crate::recipe::named::index_of_photo;
@@ -130,9 +130,13 @@ pub struct LookArgs {
     /// How photos are blended at a surface point
     #[arg(long, value_enum, default_value_t)]
     pub mode: ModeArg,
-    /// Preview: one sample per pixel; final: smooth edges, and sharp surfaces at grazing angles
+    /// Preview: one sample per pixel; final: up to 8 x 8 samples, as finely as the photos show what is in the picture,
+    /// with smooth edges and sharp surfaces at grazing angles
     #[arg(long, value_enum, default_value_t)]
     pub quality: QualityArg,
+    /// Leave out surfaces and surroundings that no photo shows, instead of continuing them from what photos show
+    #[arg(long)]
+    pub holes: bool,
     /// Maximum photos blended per point [default: 4]
     #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=Blend::MOST))]
     pub photos_per_point: Option<u32>,
@@ -344,6 +348,8 @@ impl LookArgs {
             flat: self.flat,
             without_backs: self.without_backs,
             without_surroundings: false,
+            supersampled: matches!(self.quality, QualityArg::Final),
+            unseen: if self.holes { Unseen::Empty } else { Unseen::Continued },
             without,
             hidden: HiddenFaces::default(),
         })

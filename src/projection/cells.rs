@@ -380,7 +380,7 @@ impl<C: TexelBounds> Finder<'_, C> {
         let least = sum(angle.start, octaves.start, 1.0) / trust.end;
         // Anisotropic lookups use the shorter axis of the footprint, which is at most this much shorter than
         // the mean of both.
-        let finer = if self.shot.quality == Quality::Final { MOST_TAPS.log2() / 2.0 } else { 0.0 };
+        let finer = if self.shot.quality.is_anisotropic() { MOST_TAPS.log2() / 2.0 } else { 0.0 };
         let finest = (-density.end - finer).max(0.0) as u32;
         let leaning = self.leaning.get(server.photo.index()).copied().unwrap_or(1.0);
         let (least, most) = (leaning * least, leaning * most);

@@ -76,6 +76,10 @@ pub const DENSITY_OCTAVES: u32 = 3;
 /// The number of doublings of the number of photos that [`COVERAGE`] covers.
 pub const COVERAGE_DOUBLINGS: u32 = 3;
 
+/// The colour of surfaces that continue where no photo shows them, where a view shows the sources of texels; sRGB.
+pub const CONTINUED: [u8; 3] = [0x3c, 0x3c, 0x46];
+/// The meaning of [`CONTINUED`], for users.
+pub const CONTINUED_NAME: &str = "shown by no photo, continued";
 /// The colour of surfaces that no photo covers, sRGB: grey, as the background, with alpha 0 in pictures.
 pub const UNCOVERED: [u8; 3] = [128; 3];
 /// The colour of trees that stand in the site, where a view shows the sources of texels, which they do not have; sRGB.
@@ -173,7 +177,7 @@ pub fn legend(display: DisplayMode, photos: &[&str], groups: &[String]) -> Optio
         }
         DisplayMode::Provenance => {
             let origins = Origin::ALL.map(|origin| (origin.name(), origin.colour()));
-            let all = origins.into_iter().chain([(TREE_NAME, TREE)]);
+            let all = origins.into_iter().chain([(CONTINUED_NAME, CONTINUED), (TREE_NAME, TREE)]);
             let entries = all.map(|(name, colour)| (name.to_owned(), colour)).collect();
             Some(Legend::Entries { title: "Source", entries })
         }

@@ -6,6 +6,7 @@ pub mod back_to_front;
 pub mod backdrops;
 pub mod best_view;
 pub mod cells;
+pub mod continuation;
 pub mod dome;
 pub mod exploded;
 pub mod exposure;
@@ -21,6 +22,7 @@ pub mod metrics;
 pub mod navigation;
 pub mod peeling;
 pub mod reduced;
+mod reducer;
 pub mod relief;
 mod renders;
 pub mod shot;
@@ -38,7 +40,7 @@ pub mod weights;
 pub use exposure::Gains;
 pub use linear::LinearPicture;
 pub use renders::{Renders, SiteContent, SiteRenderer, TREE, shown_face};
-pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot, TreeMethod};
+pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot, TreeMethod, Unseen};
 pub use sliced::Sliced;
 pub use sources::{
     Domain, HalfPlane, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Server, Sources, Texels,

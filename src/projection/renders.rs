@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::agreement::Agreement;
+use super::continuation::Continuation;
 use super::exposure::ViewExposure;
 use super::peeling::Peels;
 use super::relief::Relief;
@@ -83,7 +84,7 @@ pub trait Renders {
     /// Those of [`Renders::picture`].
     fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         let picture = self.picture(&sliced.shot().clone(), task)?;
-        Ok(sliced.add(&picture))
+        Ok(sliced.add(picture))
     }
 }
 
@@ -122,6 +123,13 @@ pub trait SiteRenderer: Renders + Send {
     /// # Errors
     /// [`crate::Error::Gpu`] when the device cannot hold it; the old relief remains.
     fn set_relief(&mut self, relief: &Relief) -> Result<()>;
+
+    /// Replaces the colours with which surfaces continue where no photo shows them ([`super::Unseen::Continued`]); without them
+    /// they are left empty.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] when the device cannot hold them; the old ones remain.
+    fn set_continuation(&mut self, continuation: Continuation) -> Result<()>;
 
     /// Replaces the photos' agreement, by which they are weighted.
     ///

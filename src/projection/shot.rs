@@ -96,7 +96,31 @@ pub enum Quality {
     /// Four samples per pixel at edges, anisotropic filtering; for results.
     #[default]
     Final,
+    /// One sample per pixel, anisotropic filtering; for finer images, of which several pixels become one.
+    Finer,
 }
+
+impl Quality {
+    /// Returns whether lookups follow the footprint of a pixel.
+    pub fn is_anisotropic(self) -> bool {
+        match self {
+            Self::Preview => false,
+            Self::Final | Self::Finer => true,
+        }
+    }
+
+    /// Returns whether edges have several samples per pixel.
+    pub fn is_multisampled(self) -> bool {
+        match self {
+            Self::Preview | Self::Finer => false,
+            Self::Final => true,
+        }
+    }
+}
+
+/// The largest number of samples along each side of a pixel of an image that is drawn as finely as photos show it
+/// ([`Shot::supersampled`]).
+pub const MOST_SAMPLES: f64 = 8.0;
 
 /// The largest number of lookups along the longer axis of a pixel's footprint, in *final* quality.
 pub const MOST_TAPS: f64 = 8.0;
@@ -142,6 +166,18 @@ pub enum TreeMethod {
     Flakes,
     /// Every polygon of every tree.
     Polygons,
+}
+
+/// What is drawn where no photo shows what is there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Unseen {
+    /// Surfaces are left empty, the surroundings continue: for work on the photos.
+    #[default]
+    Marked,
+    /// Surfaces continue, too ([`super::continuation`]): for final pictures.
+    Continued,
+    /// Nothing: surfaces and surroundings are left empty.
+    Empty,
 }
 
 /// The exposure of an image.
@@ -200,6 +236,11 @@ pub struct Shot {
     pub surroundings: bool,
     /// True when the image is drawn in linear light, with more than 8 bits a channel, for [`super::Renders::linear_picture`].
     pub linear: bool,
+    /// True when the image is drawn as finely as the photos show what is in it, and reduced: a pixel is the mean of what the
+    /// photos show in it. Renderers with one sample per pixel ignore it.
+    pub supersampled: bool,
+    /// What is drawn where no photo shows what is there, in views of colours and of their sources.
+    pub unseen: Unseen,
 }
 
 impl Shot {
@@ -220,12 +261,25 @@ impl Shot {
             trees_within: None,
             surroundings: true,
             linear: false,
+            supersampled: false,
+            unseen: Unseen::default(),
         }
     }
 
     /// Returns the faces that the view skips.
     pub(crate) fn culling(&self) -> Culling<'_> {
         Culling { backs: self.backs, hidden: &self.hidden }
+    }
+
+    /// Returns the same view with `samples` times as many pixels along each side, to be reduced.
+    pub(crate) fn finer(&self, samples: f64) -> Self {
+        let Pinhole { width, height, fx, fy, cx, cy } = self.camera;
+        let [w, h] = [width, height].map(|side| ((f64::from(side) * samples).round() as u32).max(side));
+        let (x, y) = (f64::from(w) / f64::from(width), f64::from(h) / f64::from(height));
+        let camera = Pinhole { width: w, height: h, fx: fx * x, fy: fy * y, cx: cx * x, cy: cy * y };
+        // From two samples along each side on, edges need no more of them.
+        let quality = if samples >= 2.0 { Quality::Finer } else { self.quality };
+        Self { camera, quality, supersampled: false, ..self.clone() }
     }
 
     /// Returns the camera's position, in world coordinates.

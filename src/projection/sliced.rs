@@ -1,40 +1,103 @@
-//! Images drawn in slices, bands of rows with one submission each, so that other users of the device wait for one
-//! band and never for a whole image. Data common to all bands is computed once, for the whole image.
+//! Images drawn in slices, tiles with one submission each, so that other users of the device wait for one
+//! tile and never for a whole image. Data common to all tiles is computed once, for the whole image.
+//!
+//! An image may be drawn finer than it is asked for, and reduced while its rows arrive ([`super::reducer`]).
 
 use std::ops::Range;
 
 use super::exposure::ViewExposure;
+use super::reducer::{Reducer, Values};
+use super::shot::MOST_SAMPLES;
 use super::{LinearPicture, Picture, Shot};
+use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 
 /// The time that a slice should take, in seconds: a window that waits for it misses at most one frame.
 const WANTED_S: f64 = 0.01;
 /// The least number of pixels of a slice; preparing the cells and tables of a slice takes as long as drawing
 /// this many pixels on a CPU.
 const LEAST_PX: f64 = 131_072.0;
+/// The largest number of pixels of a slice where nobody waits for the device, and the longest side of any slice: what is
+/// drawn into takes up to 64 bytes a pixel.
+const MOST_PX: f64 = 2_097_152.0;
+const LONGEST_PX: u32 = 4096;
 /// The time per pixel assumed for the first slice, in seconds; a slow one, because nothing is known yet.
 const FIRST_PER_PX_S: f64 = 1e-7;
+/// Fewer samples along each side of a pixel than this are not worth it: the image is drawn as it is asked for. In a photo's own
+/// camera the pixels of the image are those of the photo.
+const LEAST_SAMPLES: f64 = 1.15;
+
+/// How large slices are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Pace {
+    /// Other users of the device wait: the measured time per pixel, in seconds.
+    Shared(f64),
+    /// Nobody waits.
+    Alone,
+    /// All rows at once.
+    Whole,
+}
 
 /// An image that is being drawn; complete when [`super::Renders::advance`] returns true.
 #[derive(Debug)]
 pub struct Sliced {
     shot: Shot,
+    /// The view that is drawn: that which is asked for, or a finer one.
+    drawn: Shot,
+    /// What reduces the finer image; `None` where it is not finer.
+    reducer: Option<Reducer>,
     /// The exposure of the whole image; bands of different exposure would be visible.
     exposure: ViewExposure,
-    /// sRGB and alpha of the rows drawn so far, where the image is not drawn in linear light.
+    /// sRGB and alpha of the rows of the result so far, where the image is not drawn in linear light.
     rgba: Vec<u8>,
-    /// The rows drawn so far in linear light.
+    /// The rows of the result so far in linear light.
     linear: Vec<[f32; 4]>,
-    /// The row behind the last one that is drawn.
+    /// The row of the drawn image at which the present slice begins, and the row behind the last one that is drawn.
+    row: u32,
     end: u32,
-    /// The measured time per pixel, in seconds; `None` where all rows are drawn at once.
-    per_px_s: Option<f64>,
+    /// The present slice: its rows, and its tiles so far from the left, whose widths sum to `column`.
+    rows: u32,
+    column: u32,
+    tiles: Vec<Tile>,
+    pace: Pace,
+}
+
+/// A part of the image as it was drawn, rows from the top.
+#[derive(Debug)]
+enum Tile {
+    Bytes(Picture),
+    Linear(LinearPicture),
 }
 
 impl Sliced {
-    /// Creates an image without rows. `exposure` is common to all bands.
+    /// Creates an image without rows. `exposure` is common to all slices.
     pub fn new(shot: &Shot, exposure: ViewExposure) -> Self {
-        let (end, per_px_s) = (shot.camera.height, Some(FIRST_PER_PX_S));
-        Self { shot: shot.clone(), exposure, rgba: Vec::new(), linear: Vec::new(), end, per_px_s }
+        let end = shot.camera.height;
+        Self {
+            shot: shot.clone(),
+            drawn: Shot { supersampled: false, ..shot.clone() },
+            reducer: None,
+            exposure,
+            rgba: Vec::new(),
+            linear: Vec::new(),
+            row: 0,
+            end,
+            rows: 0,
+            column: 0,
+            tiles: Vec::new(),
+            pace: Pace::Shared(FIRST_PER_PX_S),
+        }
+    }
+
+    /// Creates an image without rows that is drawn with `samples` times as many pixels along each side, and reduced.
+    pub fn finer(shot: &Shot, samples: f64, exposure: ViewExposure) -> Self {
+        let whole = Self::new(shot, exposure);
+        if samples < LEAST_SAMPLES {
+            return whole;
+        }
+        let drawn = shot.finer(samples.min(MOST_SAMPLES));
+        let size = |shot: &Shot| [shot.camera.width, shot.camera.height];
+        let reducer = Some(Reducer::new(size(&drawn), size(shot)));
+        Self { reducer, end: drawn.camera.height, drawn, ..whole }
     }
 
     /// Creates an image of which some rows are drawn at once; all others stay empty.
@@ -43,26 +106,39 @@ impl Sliced {
         let above = shot.camera.width as usize * rows.start as usize;
         let (rgba, linear) = if shot.linear { (0, above) } else { (4 * above, 0) };
         let (rgba, linear) = (vec![0; rgba], vec![[0.0; 4]; linear]);
-        Self { rgba, linear, end: rows.end.min(whole.end), per_px_s: None, ..whole }
+        Self { rgba, linear, row: rows.start, end: rows.end.min(whole.end), pace: Pace::Whole, ..whole }
     }
 
-    /// Returns the number of rows drawn so far.
-    fn row(&self) -> u32 {
-        let px = if self.shot.linear { self.linear.len() } else { self.rgba.len() / 4 };
-        (px / self.shot.camera.width as usize) as u32
+    /// Returns the same where no other user of the device waits for its slices.
+    pub fn alone(self) -> Self {
+        Self { pace: Pace::Alone, ..self }
     }
 
-    /// Returns the next rows as a view of its own: whole rows of cells, so that each cell is the same as in
+    /// Returns the next tile as a view of its own: whole rows and columns of cells, so that each cell is the same as in
     /// the whole image.
-    pub fn band(&self, cell_px: u32) -> Shot {
-        let (row, mut shot) = (self.row(), self.shot.clone());
-        let left = self.end.saturating_sub(row).max(1);
-        shot.camera.height = self.per_px_s.map_or(left, |per_px_s| {
-            let px = (WANTED_S / per_px_s).max(LEAST_PX);
-            let rows = ((px / f64::from(self.shot.camera.width)).ceil() as u32).next_multiple_of(cell_px);
-            rows.clamp(1, left)
-        });
-        shot.camera.cy -= f64::from(row);
+    pub fn tile(&mut self, cell_px: u32) -> Shot {
+        let mut shot = self.drawn.clone();
+        let (width, left) = (shot.camera.width, self.end.saturating_sub(self.row).max(1));
+        let (longest, wide) = match self.pace {
+            Pace::Whole => (u32::MAX, width),
+            Pace::Shared(_) | Pace::Alone => {
+                let longest = LONGEST_PX / cell_px * cell_px;
+                (longest.max(cell_px), width.min(longest.max(cell_px)))
+            }
+        };
+        if self.column == 0 {
+            let px = match self.pace {
+                Pace::Whole => f64::INFINITY,
+                Pace::Alone => MOST_PX,
+                Pace::Shared(per_px_s) => (WANTED_S / per_px_s).max(LEAST_PX).min(MOST_PX),
+            };
+            let rows = (px / f64::from(wide)).ceil().min(f64::from(left)) as u32;
+            self.rows = rows.next_multiple_of(cell_px).clamp(1, left);
+        }
+        shot.camera.height = self.rows;
+        shot.camera.width = (width - self.column).min(longest);
+        shot.camera.cy -= f64::from(self.row);
+        shot.camera.cx -= f64::from(self.column);
         shot
     }
 
@@ -71,35 +147,103 @@ impl Sliced {
         &self.exposure
     }
 
-    /// Appends the next rows, or takes the whole image; returns whether it is complete.
-    pub fn add(&mut self, band: &Picture) -> bool {
-        if self.shot.linear {
-            return self.add_linear(&LinearPicture::of(band));
+    /// Takes the next tile, or the whole image; returns whether it is complete.
+    pub fn add(&mut self, tile: Picture) -> bool {
+        if tile.height == self.shot.camera.height
+            && tile.width == self.shot.camera.width
+            && self.reducer.is_none()
+        {
+            (self.row, self.rows, self.end) = (0, tile.height, tile.height);
+            (self.rgba, self.linear) = (Vec::new(), Vec::new());
         }
-        if band.height == self.shot.camera.height {
-            self.rgba.clear();
-        }
-        self.rgba.extend_from_slice(&band.rgba);
-        self.row() >= self.end
+        let width = tile.width;
+        self.take(Tile::Bytes(tile), width)
     }
 
     /// As [`Self::add`], of an image in linear light.
-    pub fn add_linear(&mut self, band: &LinearPicture) -> bool {
-        if band.height == self.shot.camera.height {
-            self.linear.clear();
+    pub fn add_linear(&mut self, tile: LinearPicture) -> bool {
+        let width = tile.width;
+        self.take(Tile::Linear(tile), width)
+    }
+
+    fn take(&mut self, tile: Tile, width: u32) -> bool {
+        self.tiles.push(match (tile, self.shot.linear) {
+            (Tile::Bytes(tile), true) => Tile::Linear(LinearPicture::of(&tile)),
+            (Tile::Linear(tile), false) => Tile::Bytes(tile.picture()),
+            (tile, _) => tile,
+        });
+        self.column += width;
+        if self.column >= self.drawn.camera.width {
+            let tiles = std::mem::take(&mut self.tiles);
+            for row in 0..self.rows as usize {
+                tiles.iter().for_each(|tile| self.append(tile, row));
+            }
+            self.reduce(&tiles);
+            (self.row, self.column) = (self.row + self.rows, 0);
         }
-        self.linear.extend_from_slice(&band.rgba);
-        self.row() >= self.end
+        self.row >= self.end
+    }
+
+    /// Appends a row of a tile to an image that is drawn as it is asked for.
+    fn append(&mut self, tile: &Tile, row: usize) {
+        if self.reducer.is_some() {
+            return;
+        }
+        match tile {
+            Tile::Bytes(tile) => {
+                let width = 4 * tile.width as usize;
+                self.rgba.extend_from_slice(&tile.rgba[row * width..(row + 1) * width]);
+            }
+            Tile::Linear(tile) => {
+                let width = tile.width as usize;
+                self.linear.extend_from_slice(&tile.rgba[row * width..(row + 1) * width]);
+            }
+        }
+    }
+
+    /// Reduces the rows of a finer image.
+    fn reduce(&mut self, tiles: &[Tile]) {
+        let Some(reducer) = &mut self.reducer else { return };
+        let width = self.drawn.camera.width as usize;
+        let mut rows = Vec::with_capacity(width * self.rows as usize);
+        for row in 0..self.rows as usize {
+            for tile in tiles {
+                match tile {
+                    Tile::Bytes(tile) => {
+                        let width = tile.width as usize;
+                        rows.extend(
+                            tile.pixels()[row * width..(row + 1) * width].iter().map(values_of_bytes),
+                        );
+                    }
+                    Tile::Linear(tile) => {
+                        let width = tile.width as usize;
+                        rows.extend(tile.rgba[row * width..(row + 1) * width].iter().map(values_of_light));
+                    }
+                }
+            }
+        }
+        let reduced = reducer.add(width, &rows).into_iter().flatten();
+        match self.shot.linear {
+            true => self.linear.extend(reduced.map(light_of_values)),
+            false => self.rgba.extend(reduced.flat_map(bytes_of_values)),
+        }
     }
 
     /// Sets the measured time per pixel, in seconds.
     pub fn costs(&mut self, per_px_s: f64) {
-        self.per_px_s = self.per_px_s.map(|_| per_px_s);
+        if let Pace::Shared(known) = &mut self.pace {
+            *known = per_px_s;
+        }
     }
 
-    /// Returns the view that is drawn.
+    /// Returns the view that is asked for.
     pub fn shot(&self) -> &Shot {
         &self.shot
+    }
+
+    /// Returns the view that is drawn, which may be finer.
+    pub fn drawn(&self) -> &Shot {
+        &self.drawn
     }
 
     /// Returns the image, once it is complete.
@@ -123,6 +267,37 @@ impl Sliced {
     }
 }
 
+/// Less than this share of a pixel is nothing: its colour is rounding.
+const LEAST_ALPHA: f32 = 1e-3;
+
+/// Returns what is reduced of a pixel.
+fn values_of_bytes(pixel: &[u8; 4]) -> Values {
+    let [r, g, b, alpha] = pixel.map(|byte| f32::from(byte) / 255.0);
+    [r * alpha, g * alpha, b * alpha, alpha]
+}
+
+fn values_of_light(&[r, g, b, alpha]: &[f32; 4]) -> Values {
+    let [r, g, b] = [r, g, b].map(|light| srgb_from_linear(f64::from(light.max(0.0))) as f32 * alpha);
+    [r, g, b, alpha]
+}
+
+/// Divides reduced values by their alpha. The filter overshoots beside edges.
+fn straight([r, g, b, alpha]: Values) -> [f32; 4] {
+    let alpha = if alpha < LEAST_ALPHA { 0.0 } else { alpha.min(1.0) };
+    let own = |value: f32| if alpha > 0.0 { (value / alpha).max(0.0) } else { 0.0 };
+    [own(r), own(g), own(b), alpha]
+}
+
+fn bytes_of_values(values: Values) -> [u8; 4] {
+    straight(values).map(|value| (255.0 * value.min(1.0)).round() as u8)
+}
+
+fn light_of_values(values: Values) -> [f32; 4] {
+    let [r, g, b, alpha] = straight(values);
+    let [r, g, b] = [r, g, b].map(|value| linear_of_srgb(f64::from(value)) as f32);
+    [r, g, b, alpha]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,15 +307,15 @@ mod tests {
     fn rows_are_drawn_at_once_where_they_are_in_the_image_and_the_others_stay_empty() {
         let shot = Shot::new(centred(4, 9, 5.0), camera_is_world());
         let mut sliced = Sliced::of_rows(&shot, ViewExposure::default(), 3..7);
-        let band = sliced.band(16);
+        let band = sliced.tile(16);
         assert_eq!((band.camera.height, band.camera.cy), (4, shot.camera.cy - 3.0));
         sliced.costs(1.0);
-        assert!(sliced.add(&Picture { width: 4, height: 4, rgba: vec![7; 64] }));
+        assert!(sliced.add(Picture { width: 4, height: 4, rgba: vec![7; 64] }));
         let picture = sliced.picture();
         let rows: Vec<u8> = picture.rgba.chunks(16).map(|row| row[0]).collect();
         assert_eq!(rows, [0, 0, 0, 7, 7, 7, 7, 0, 0]);
         let mut sliced = Sliced::of_rows(&shot, ViewExposure::default(), 3..7);
-        assert!(sliced.add(&Picture { width: 4, height: 9, rgba: vec![7; 144] }));
+        assert!(sliced.add(Picture { width: 4, height: 9, rgba: vec![7; 144] }));
         assert_eq!(sliced.picture().rgba, [7; 144], "a renderer without slices draws all");
     }
 
@@ -149,10 +324,79 @@ mod tests {
         let shot = Shot { linear: true, ..Shot::new(centred(2, 3, 5.0), camera_is_world()) };
         let mut sliced = Sliced::new(&shot, ViewExposure::default());
         let row = |light: f32| LinearPicture { width: 2, height: 1, rgba: vec![[light; 4]; 2], depths: None };
-        assert!(!sliced.add_linear(&row(2.5)));
-        assert!(!sliced.add(&Picture { width: 2, height: 1, rgba: vec![255; 8] }));
-        assert!(sliced.add_linear(&row(0.5)));
+        sliced.pace = Pace::Shared(1e9);
+        let one = |sliced: &mut Sliced| sliced.rows = sliced.tile(1).camera.height.min(1);
+        one(&mut sliced);
+        assert!(!sliced.add_linear(row(2.5)));
+        one(&mut sliced);
+        assert!(!sliced.add(Picture { width: 2, height: 1, rgba: vec![255; 8] }));
+        one(&mut sliced);
+        assert!(sliced.add_linear(row(0.5)));
         let lights: Vec<f32> = sliced.linear_picture().rgba.iter().map(|pixel| pixel[0]).collect();
         assert_eq!(lights, [2.5, 2.5, 1.0, 1.0, 0.5, 0.5]);
+    }
+
+    /// Draws a view of which each pixel shows its column and row in the view that is drawn.
+    fn drawn(mut sliced: Sliced, cell_px: u32) -> (Picture, usize) {
+        let (whole, mut count) = (sliced.drawn().clone(), 0);
+        loop {
+            let tile = sliced.tile(cell_px);
+            let Shot { camera, .. } = &tile;
+            let from = [whole.camera.cx - camera.cx, whole.camera.cy - camera.cy].map(|at| at as u32);
+            let colour = |at: u32, of: u32| (255 * at / of) as u8;
+            let pixel = |x: u32, y: u32| {
+                let [x, y] = [x + from[0], y + from[1]];
+                [
+                    colour(x, whole.camera.width),
+                    colour(y, whole.camera.height),
+                    40,
+                    if y % 2 == 0 { 255 } else { 0 },
+                ]
+            };
+            let rgba = (0..camera.height).flat_map(|y| (0..camera.width).flat_map(move |x| pixel(x, y)));
+            let picture = Picture { width: camera.width, height: camera.height, rgba: rgba.collect() };
+            count += 1;
+            if sliced.add(picture) {
+                return (sliced.picture(), count);
+            }
+        }
+    }
+
+    #[test]
+    fn wide_images_are_drawn_in_columns_too_and_each_pixel_is_at_its_place() {
+        let shot = Shot::new(centred(9000, 40, 9000.0), camera_is_world());
+        let (picture, count) = drawn(Sliced::new(&shot, ViewExposure::default()), 16);
+        assert_eq!((picture.width, picture.height, count), (9000, 40, 6));
+        for (x, y) in [(0usize, 0usize), (4096, 38), (8999, 16), (4095, 20)] {
+            let expected = [(255 * x / 9000) as u8, (255 * y / 40) as u8, 40, 255];
+            assert_eq!(picture.pixels()[y * 9000 + x], expected);
+        }
+    }
+
+    #[test]
+    fn a_finer_image_is_reduced_to_the_size_that_is_asked_for_by_its_alpha() {
+        let shot = Shot::new(centred(60, 40, 50.0), camera_is_world());
+        for samples in [2.0, 3.4, 8.0] {
+            let sliced = Sliced::finer(&shot, samples, ViewExposure::default());
+            let (picture, _) = drawn(sliced, 16);
+            assert_eq!((picture.width, picture.height), (60, 40));
+            for (at, pixel) in picture.pixels().iter().enumerate() {
+                let (x, y) = (at % 60, at / 60);
+                // Every other row is empty: half of a pixel remains, in the colours of the others. The filter ends at the borders.
+                let is_inside = (4..56).contains(&x) && (4..36).contains(&y);
+                let near =
+                    |found: u8, expected: usize, by: usize| usize::from(found).abs_diff(expected) <= by;
+                let colours = near(pixel[0], (255 * (2 * x + 1)) / 120, 3)
+                    && near(pixel[1], (255 * (2 * y + 1)) / 80, 6);
+                assert!(!is_inside || (colours && near(pixel[3], 128, 12)), "{samples}, {x} {y}: {pixel:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn hardly_finer_is_not_finer_and_never_more_than_eight_times() {
+        let shot = Shot::new(centred(60, 40, 50.0), camera_is_world());
+        let width = |samples| Sliced::finer(&shot, samples, ViewExposure::default()).drawn().camera.width;
+        assert_eq!([0.5, 1.0, 1.1, 2.0, 50.0].map(width), [60, 60, 60, 120, 480]);
     }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::cells::ServerCandidate;
 use super::dome::PENALTY;
-use super::shot::{MOST_TAPS, Quality, Shot};
+use super::shot::{MOST_TAPS, Shot};
 use super::sources::Sources;
 use super::weights::{Claim, LEAST_ANGLE, octaves_missing};
 use crate::geometry::{Pinhole, PixelRect};
@@ -124,7 +124,7 @@ fn candidate(sources: &Sources, shot: &Shot, rays: &[DVec3; 4], id: u32) -> Opti
     let of_view = rays.map(|ray| pixels_per_angle(&shot.camera, ray)).into_iter().fold(0.0, f64::max);
     let axis = DVec2::new(photo.camera.cx, photo.camera.cy);
     let nearest = photo.camera.ray_in_camera(axis.clamp(low, high));
-    let finer = if shot.quality == Quality::Final { MOST_TAPS.log2() } else { 0.0 };
+    let finer = if shot.quality.is_anisotropic() { MOST_TAPS.log2() } else { 0.0 };
     let spare = (pixels_per_angle(&photo.camera, nearest) / of_view).log2();
     Some(ServerCandidate {
         server: id,
@@ -145,7 +145,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::Pose;
-    use crate::projection::{Domain, LayerTexture, LayerTextureId, Projector, Server};
+    use crate::projection::{Domain, LayerTexture, LayerTextureId, Projector, Quality, Server};
     use crate::scene::PhotoId;
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 100, fx: 100.0, fy: 120.0, cx: 90.0, cy: 60.0 };

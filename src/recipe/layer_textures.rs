@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use self::dome::KNOWN;
 use self::filling::Filling;
 use self::see_through::lay_see_through_paint;
 use self::surroundings::lower_beside_outlines;
@@ -50,6 +51,8 @@ pub struct LayerTextureFiles {
     reader: Option<Arc<StackReader>>,
     /// The dome, whose sides are the layer textures after those of the files; `None` shows nothing there.
     dome: Option<Arc<Dome>>,
+    /// Whether the dome is empty in directions that no photo shows.
+    known_dome: bool,
 }
 
 /// A stack and the paint on it.
@@ -301,7 +304,7 @@ impl LayerTextureFiles {
 impl Texels for LayerTextureFiles {
     fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
         if let Some(side) = self.side_of_dome(layer_texture) {
-            return Ok(dome::pixels(self.dome.as_deref(), side));
+            return Ok(dome::pixels(self.dome.as_deref(), side, self.known_dome));
         }
         let file = self.file(layer_texture)?;
         // The photo's pixels just outside of the layer's outlines are useful for filtering.

@@ -6,6 +6,7 @@ pub mod budget;
 pub mod build;
 pub mod check;
 pub mod colour;
+mod continuation;
 #[cfg(feature = "gui")]
 pub mod copy;
 pub mod create;

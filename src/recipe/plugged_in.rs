@@ -248,6 +248,11 @@ impl SiteRenderer for Plain {
         Ok(())
     }
 
+    fn set_continuation(&mut self, _: Continuation) -> Result<()> {
+        self.note("continuation");
+        Ok(())
+    }
+
     fn set_agreement(&mut self, _: Agreement) -> Result<()> {
         Ok(())
     }

@@ -15,7 +15,7 @@ use crate::io::film::{Film, VideoFormat};
 use crate::io::picture_png::{WrittenPicture, make_folder};
 use crate::projection::hidden::HiddenFaces;
 use crate::projection::legend::Legend;
-use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot, TreeMethod};
+use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot, TreeMethod, Unseen};
 use crate::scene::PhotoId;
 use crate::task::Task;
 
@@ -52,6 +52,10 @@ pub struct Appearance {
     pub trees: TreeMethod,
     /// Whether nothing is drawn where no surface is, instead of the photos' surroundings.
     pub without_surroundings: bool,
+    /// Whether pictures are drawn as finely as the photos show what is in them, and reduced.
+    pub supersampled: bool,
+    /// What is drawn where no photo shows what is there.
+    pub unseen: Unseen,
 }
 
 impl Appearance {
@@ -74,6 +78,9 @@ impl Appearance {
             hidden: self.hidden.clone(),
             trees: self.trees,
             surroundings: !self.without_surroundings,
+            // Colours of legends are not mixed more than they must be.
+            unseen: self.unseen,
+            supersampled: self.supersampled && self.display == DisplayMode::Colour,
             ..Shot::new(camera, pose)
         }
     }

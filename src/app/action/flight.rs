@@ -8,7 +8,7 @@ use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::app::work::painter::Painter;
-use crate::projection::{DisplayMode, Quality, Shot};
+use crate::projection::{DisplayMode, Quality, Shot, Unseen};
 use crate::recipe::render::{Appearance, PictureFormat, RenderOptions, RenderReport, VideoOptions, render};
 use crate::recipe::views::RequestedView;
 use crate::task::Task;
@@ -35,7 +35,12 @@ fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     let Some(views) = state.views_of(export) else { return };
     let Some(session) = &state.session else { return };
     let Some(orders) = work.painter.as_ref().map(Painter::orders) else { return };
-    let look = Appearance { quality: Quality::Final, ..state.space.look.clone() };
+    let look = Appearance {
+        quality: Quality::Final,
+        supersampled: true,
+        unseen: Unseen::Continued,
+        ..state.space.look.clone()
+    };
     let out = export.out();
     let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
     // The background of a video is black where nothing is textured.

@@ -59,16 +59,13 @@ impl AgreementTexture {
             agreement = agreement.halved();
             halvings += 1;
         };
-        let mut cells = vec![u8::MAX; (packing.size[0] * packing.size[1]) as usize];
+        let mut cells = vec![u8::MAX; packing.cells()];
         let mut places = vec![PlaceWords::zeroed(); layer_textures.max(1)];
         let mut packed = vec![None; agreement.of_texture.len()];
         for &(id, corner) in &packing.positions {
             let Some(grid) = agreement.of_texture[id.0 as usize].take() else { continue };
             places[id.0 as usize] = words(&grid, corner);
-            for (row, line) in (0..).zip(grid.values.chunks_exact(grid.size[0] as usize)) {
-                let first = ((corner[1] + row) * packing.size[0] + corner[0]) as usize;
-                cells[first..first + line.len()].copy_from_slice(line);
-            }
+            packing.copy(&mut cells, &grid.values, corner, grid.size[0]);
             packed[id.0 as usize] = Some(grid);
         }
         Self {

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::surfaces::split;
 use crate::projection::cells::Cells;
 use crate::projection::exposure::ViewLens;
-use crate::projection::{Shot, Sources};
+use crate::projection::{Shot, Sources, Unseen};
 
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f32 = 1e-4;
@@ -41,6 +41,8 @@ pub struct FrameUniform {
     pub light_first: u32,
     pub light_groups: u32,
     pub pad0: [u32; 2],
+    pub of_common: [f32; 3],
+    pub continues: u32,
 }
 
 impl FrameUniform {
@@ -78,6 +80,8 @@ impl FrameUniform {
             light_first: 0,
             light_groups: 0,
             pad0: [0; 2],
+            of_common: [1.0; 3],
+            continues: u32::from(shot.unseen == Unseen::Continued),
         }
     }
 }

@@ -8,7 +8,7 @@
 mod agreement;
 mod bounds;
 mod frame;
-mod heights;
+mod grids;
 mod packing;
 mod peel;
 mod plants;
@@ -34,7 +34,7 @@ use glam::DVec3;
 
 use agreement::AgreementTexture;
 use bounds::StoredBounds;
-use heights::Heights;
+use grids::FaceGrids;
 use plants::{Plants, TreeProgram};
 use program::{Content, Program};
 use project::{Pass, Passes};
@@ -42,7 +42,7 @@ use shadows::Shadows;
 use surfaces::ModelBuffers;
 use table::GrowingBuffer;
 use tables::{TableData, Tables};
-use target::{Target, TargetKey};
+use target::{FLAT_LINEAR, Target, TargetKey};
 use wanted::wants;
 
 use super::TileStore;
@@ -52,12 +52,13 @@ use crate::error::{Error, Result};
 use crate::projection::agreement::Agreement;
 use crate::projection::cells::{Cells, TexelBounds, cells};
 use crate::projection::exposure::{Optics, Shares, ViewExposure, visible_shares};
+use crate::projection::legend;
 use crate::projection::relief::Relief;
 use crate::projection::skirts::Skirts;
 use crate::projection::surface::Surface;
 use crate::projection::{
     DisplayMode, Gains, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources, Texels,
-    TreeMethod,
+    TreeMethod, Unseen,
 };
 use crate::scene::impostor::Facing;
 use crate::scene::{Model, PhotoId};
@@ -101,7 +102,9 @@ pub struct Renderer {
     /// provided.
     origins: Option<TileStore>,
     surfaces: ModelBuffers,
-    heights: Heights,
+    grids: FaceGrids,
+    /// The mean of the colours with which surfaces continue, sRGB; `None` where these are not there.
+    continued_mean: Option<[u8; 3]>,
     agreement: AgreementTexture,
     tables: Tables,
     /// The view that tables and tiles are ready for, as a whole, with what decides about its passes.
@@ -163,7 +166,8 @@ impl Renderer {
             let model = skirts.model.facing(&Facing { eye: DVec3::ZERO, right: DVec3::X });
             let surfaces = ModelBuffers::new(gpu, &model, &sources, surface.sides(), &skirts);
             Ok(Self {
-                heights: Heights::new(gpu, &model, relief, surfaces.origin()),
+                grids: FaceGrids::new(gpu, &model, relief, surfaces.origin()),
+                continued_mean: None,
                 agreement: AgreementTexture::new(gpu, Agreement::default(), sources.layer_textures.len()),
                 surfaces,
                 tables: Tables::new(gpu, &model, &sources),
@@ -227,7 +231,7 @@ impl Renderer {
     }
 
     fn cells(&self, shot: &Shot, side_px: u32, leaning: &[f64], confidence: &impl TexelBounds) -> Cells {
-        let heights: &[f64] = if shot.relief { &self.heights.largest } else { &[] };
+        let heights: &[f64] = if shot.relief { &self.grids.largest } else { &[] };
         cells(&self.model, &self.sources, shot, side_px, heights, leaning, confidence)
     }
 
@@ -401,6 +405,22 @@ impl Renderer {
         self.passes.draw(&pass, program, task)
     }
 
+    /// Returns what a view shows where nothing is: of a site without surroundings, in a final picture, the mean of what is known.
+    fn background(&self, shot: &Shot, prepared: &Prepared) -> wgpu::Color {
+        let is_without = self.sources.surroundings.is_empty() && shot.surroundings;
+        let mean = self.continued_mean.filter(|_| shot.unseen == Unseen::Continued && is_without);
+        let light = match (mean, shot.display) {
+            (Some(mean), DisplayMode::Colour) => {
+                let mean = legend::linear(mean);
+                Some([0, 1, 2].map(|c| (mean[c] * prepared.of_common[c]).min(1.0)))
+            }
+            (Some(_), DisplayMode::Provenance) => Some(legend::linear(legend::CONTINUED)),
+            _ => None,
+        };
+        let [r, g, b] = light.unwrap_or([FLAT_LINEAR; 3]);
+        wgpu::Color { r, g, b, a: f64::from(u8::from(light.is_some())) }
+    }
+
     /// Collects what a drawing of a view reads and writes.
     fn pass<'a>(
         &'a self,
@@ -412,12 +432,13 @@ impl Renderer {
         Pass {
             gpu: &self.gpu,
             surfaces: &self.surfaces,
-            heights: &self.heights,
+            grids: &self.grids,
             agreement: &self.agreement,
             tables: &self.tables,
             tiles: self.store(shot),
             target,
             surroundings: prepared.has_surroundings,
+            background: self.background(shot, prepared),
             see_through: (&self.see_through, [prepared.skirts, prepared.see_through]),
             program_of_see_through,
             shadows: self.shadows.as_ref().and_then(Shadows::group),
@@ -428,7 +449,9 @@ impl Renderer {
 
 impl Renders for Renderer {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
-        target::judge(&self.gpu, shot)?;
+        if shot.supersampled || target::judge(&self.gpu, shot).is_err() {
+            return self.sliced_picture(shot, task);
+        }
         self.drawn((shot, shot), self.cell_px(shot), None, Target::picture, task)
     }
 

@@ -22,6 +22,19 @@ pub struct Packing<K> {
 }
 
 impl<K> Packing<K> {
+    /// Returns the number of cells of the texture.
+    pub fn cells(&self) -> usize {
+        self.size[0] as usize * self.size[1] as usize
+    }
+
+    /// Copies the values of a grid of `width` columns to its place among the `cells` of the texture.
+    pub fn copy<T: Copy>(&self, cells: &mut [T], values: &[T], corner: [u32; 2], width: u32) {
+        for (row, line) in (0..).zip(values.chunks_exact(width as usize)) {
+            let first = ((corner[1] + row) * self.size[0] + corner[0]) as usize;
+            cells[first..first + line.len()].copy_from_slice(line);
+        }
+    }
+
     /// Uploads the bytes of all cells, row by row, as a texture of this format.
     pub fn texture(&self, gpu: &Gpu, label: &str, format: TextureFormat, cells: &[u8]) -> TextureView {
         let [width, height] = self.size;

@@ -6,7 +6,8 @@ use wgpu::TextureFormat;
 
 use super::target::{COLOR, FACES, LINEAR};
 use crate::projection::legend::{
-    AGREEMENT, CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES, MATTE, linear,
+    AGREEMENT, CONFIDENCE, CONTINUED, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES,
+    MATTE, linear,
 };
 use crate::projection::shot::MOST_TAPS;
 use crate::projection::turned::MOST_ON_IMPOSTORS;
@@ -185,9 +186,9 @@ pub fn generated(program: Program) -> String {
          const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\nconst PINS = {pins};\n\
          const IMPOSTORS = {impostors};\n\
          const AGREEMENT = {agreement};\nconst AGREEMENT_WEIGHS = {};\n\
-         const MATTES = {mattes};\nconst SEE_THROUGH = {see_through};\nconst CUT_OUT = {};\n",
+         const MATTES = {mattes};\nconst SEE_THROUGH = {see_through};\nconst CUT_OUT = {};\nconst CONTINUES = {};\n",
         mode as u32,
-        quality == Quality::Final,
+        quality.is_anisotropic(),
         // Counts and the largest confidence are over all contributing photos, not over the best.
         match display {
             DisplayMode::Coverage | DisplayMode::Confidence => true,
@@ -206,7 +207,9 @@ pub fn generated(program: Program) -> String {
         // The agreement is shown of the photo that would be best without it: the one that is contradicted.
         agreement && display != DisplayMode::Agreement,
         see_through && !matches!(display, DisplayMode::Colour | DisplayMode::Matte),
+        !see_through && matches!(display, DisplayMode::Colour | DisplayMode::Provenance),
     );
+    text.push_str(&continued_color(display));
     text.push_str(shades(see_through));
     text.push_str(&slots(photos));
     text.push_str(&mixed(display, photos));
@@ -370,6 +373,18 @@ fn display_color(display: DisplayMode) -> String {
         "fn display_color(color: vec3f, candidate: vec4u, octaves: f32, agreement: f32) -> vec3f {{\n    \
          return {color};\n}}\n"
     )
+}
+
+/// Generates `continued_color`, what is shown of the light with which a surface continues: its source, where these are shown.
+fn continued_color(display: DisplayMode) -> String {
+    let color = match display {
+        DisplayMode::Provenance => {
+            let [r, g, b] = linear(CONTINUED);
+            format!("vec3f({r:?}, {g:?}, {b:?})")
+        }
+        _ => "light".into(),
+    };
+    format!("fn continued_color(light: vec3f) -> vec3f {{\n    return {color};\n}}\n")
 }
 
 /// Generates `finished`, which converts the blended colour to the pixel's.

@@ -10,7 +10,7 @@ use wgpu::{
 };
 
 use super::agreement::AgreementTexture;
-use super::heights::Heights;
+use super::grids::FaceGrids;
 use super::peel::Peeling;
 use super::plants::slices::Slices;
 use super::plants::view::{BeginPass, Onto};
@@ -20,7 +20,7 @@ use super::shadows;
 use super::surfaces::{Corner, ModelBuffers};
 use super::table::GrowingBuffer;
 use super::tables::{PhotoWords, Tables};
-use super::target::{FLAT_LINEAR, Target};
+use super::target::Target;
 use super::texels::{self, TexelGroup};
 use crate::error::Result;
 use crate::gpu::TileStore;
@@ -41,8 +41,8 @@ pub struct Pass<'a> {
     pub gpu: &'a Gpu,
     /// The model's triangles and planes.
     pub surfaces: &'a ModelBuffers,
-    /// The relief.
-    pub heights: &'a Heights,
+    /// The relief, and how faces continue.
+    pub grids: &'a FaceGrids,
     /// The photos' agreement.
     pub agreement: &'a AgreementTexture,
     /// The tables of the view.
@@ -53,6 +53,8 @@ pub struct Pass<'a> {
     pub target: &'a Target,
     /// True when the surroundings are drawn where no face is.
     pub surroundings: bool,
+    /// What is there before anything is drawn, linear light and alpha.
+    pub background: wgpu::Color,
     /// The corners of skirts and of see-through faces, each from back to front, and the number of both.
     pub see_through: (&'a GrowingBuffer, [u32; 2]),
     /// The program that draws them.
@@ -118,6 +120,7 @@ impl Passes {
             BindingKind::Filtered,
             BindingKind::Read,
             BindingKind::Depth,
+            BindingKind::Filtered,
         ];
         let stages = ShaderStages::VERTEX_FRAGMENT;
         Self {
@@ -155,11 +158,12 @@ impl Passes {
             tables.photos.binding(),
             tables.cells.binding(),
             tables.candidates.binding(),
-            wgpu::BindingResource::TextureView(&pass.heights.texture),
-            pass.heights.places.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&pass.grids.heights),
+            pass.grids.places.as_entire_binding(),
             wgpu::BindingResource::TextureView(&pass.agreement.texture),
             pass.agreement.places.as_entire_binding(),
             wgpu::BindingResource::TextureView(peeled),
+            wgpu::BindingResource::TextureView(&pass.grids.colours),
         ];
         let shot = bindings::bind(pass.gpu, "shot", &self.shot, &resources);
         let reads_stored = program.reads_stored() || pass.program_of_see_through.reads_stored();
@@ -220,7 +224,7 @@ impl Passes {
         if has_trees {
             record_trees(slices, pass, program)?;
         }
-        let colours = attachment(pass.target, program, has_trees);
+        let colours = attachment(pass, program, has_trees);
         draw(slices.encoder(), &self.programs[&program], Some(colours), false);
         Ok(())
     }
@@ -294,7 +298,7 @@ fn record_trees(slices: &mut Slices, pass: &Pass, program: Program) -> Result<()
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 // What is drawn later resolves the samples.
                 resolve_target: None,
-                ..attachment(pass.target, program, !is_first)
+                ..attachment(pass, program, !is_first)
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &pass.target.depth,
@@ -309,15 +313,15 @@ fn record_trees(slices: &mut Slices, pass: &Pass, program: Program) -> Result<()
 }
 
 /// Returns what a program draws on: what is there already, or the background.
-fn attachment(target: &Target, program: Program, loads: bool) -> wgpu::RenderPassColorAttachment<'_> {
-    let flat = wgpu::Color { r: FLAT_LINEAR, g: FLAT_LINEAR, b: FLAT_LINEAR, a: 0.0 };
+fn attachment<'a>(pass: &Pass<'a>, program: Program, loads: bool) -> wgpu::RenderPassColorAttachment<'a> {
+    let Pass { target, background, .. } = *pass;
     let (view, resolve_target, clear) = match (program, &target.samples_view) {
         (Program::Faces, _) => {
             let view = target.faces_view.as_ref().expect("faces are drawn without samples");
             (view, None, wgpu::Color::TRANSPARENT)
         }
-        (_, Some(samples)) => (samples, Some(&target.color_view), flat),
-        (_, None) => (&target.color_view, None, flat),
+        (_, Some(samples)) => (samples, Some(&target.color_view), background),
+        (_, None) => (&target.color_view, None, background),
     };
     wgpu::RenderPassColorAttachment {
         view,

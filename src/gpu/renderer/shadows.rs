@@ -192,7 +192,7 @@ impl Shadows {
         task: &Task,
     ) -> Result<()> {
         let Shot { camera, pose, trees, quality, .. } = *shot;
-        let is_final = quality == Quality::Final;
+        let is_final = quality.is_anisotropic();
         let moves = shot.trees_within.is_some() && !is_final;
         let of = Some(Of { camera, pose, trees, quality, moves });
         if self.of == of {

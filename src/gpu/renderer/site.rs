@@ -5,7 +5,6 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::agreement::AgreementTexture;
-use super::heights::Heights;
 use super::surfaces::ModelBuffers;
 use super::tables::Tables;
 use super::{ORIGINS_SHARE, Renderer};
@@ -13,6 +12,7 @@ use crate::error::Result;
 use crate::gpu::TileStore;
 use crate::gpu::tile_store::TextureOptions;
 use crate::projection::agreement::Agreement;
+use crate::projection::continuation::Continuation;
 use crate::projection::peeling::Peels;
 use crate::projection::relief::Relief;
 use crate::projection::skirts::Skirts;
@@ -61,9 +61,26 @@ impl SiteRenderer for Renderer {
         self.ready = None;
         self.forget_drawn_trees();
         let origin = self.surfaces.origin();
-        self.heights = self
-            .gpu
-            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
+        let gpu = self.gpu.clone();
+        let mut grids = self.grids.clone();
+        gpu.guarded("preparing the relief", || {
+            grids.set_relief(&gpu, relief, origin);
+            Ok(())
+        })?;
+        self.grids = grids;
+        Ok(())
+    }
+
+    fn set_continuation(&mut self, continuation: Continuation) -> Result<()> {
+        self.ready = None;
+        let (gpu, origin) = (self.gpu.clone(), self.surfaces.origin());
+        let mut grids = self.grids.clone();
+        gpu.guarded("preparing what continues", || {
+            grids.set_continuation(&gpu, &continuation, origin);
+            Ok(())
+        })?;
+        self.grids = grids;
+        self.continued_mean = (!continuation.of_face.is_empty()).then_some(continuation.mean);
         Ok(())
     }
 

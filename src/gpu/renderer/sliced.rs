@@ -5,34 +5,48 @@ use std::time::Instant;
 use super::Renderer;
 use super::target::{self, Target};
 use crate::error::Result;
-use crate::projection::exposure::visible_shares;
-use crate::projection::{Shot, Sliced};
+use crate::projection::exposure::{resolution, visible_shares};
+use crate::projection::{Picture, Renders, Shot, Sliced};
 use crate::task::Task;
 
 impl Renderer {
     pub(super) fn begun(&mut self, shot: &Shot) -> Result<Sliced> {
-        target::judge(&self.gpu, shot)?;
+        target::judge_size(shot)?;
         self.face(shot);
-        let exposure = self.exposure(shot, || {
-            let cells = self.cells(shot, self.cell_px(shot), &[], self.store(shot));
-            visible_shares(shot, &self.model, &self.sources, &self.surface, &cells)
-        });
-        Ok(Sliced::new(shot, exposure))
+        let cells = || self.cells(shot, self.cell_px(shot), &[], self.store(shot));
+        if !shot.supersampled {
+            let exposure = self
+                .exposure(shot, || visible_shares(shot, &self.model, &self.sources, &self.surface, &cells()));
+            return Ok(Sliced::new(shot, exposure));
+        }
+        let cells = cells();
+        let exposure =
+            self.exposure(shot, || visible_shares(shot, &self.model, &self.sources, &self.surface, &cells));
+        let samples = resolution(shot, &self.model, &self.sources, &self.surface, &cells);
+        Ok(Sliced::finer(shot, samples, exposure))
     }
 
     pub(super) fn advanced(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
-        let side_px = self.cell_px(sliced.shot());
-        let (start, band) = (Instant::now(), sliced.band(side_px));
-        let shots = (&band, sliced.shot());
-        let is_complete = if band.linear {
+        let side_px = self.cell_px(sliced.drawn());
+        let (start, tile) = (Instant::now(), sliced.tile(side_px));
+        target::judge(&self.gpu, &tile)?;
+        let shots = (&tile, sliced.drawn());
+        let is_complete = if tile.linear {
             let drawn = self.drawn(shots, side_px, Some(sliced.exposure()), Target::linear_picture, task)?;
-            sliced.add_linear(&drawn)
+            sliced.add_linear(drawn)
         } else {
             let drawn = self.drawn(shots, side_px, Some(sliced.exposure()), Target::picture, task)?;
-            sliced.add(&drawn)
+            sliced.add(drawn)
         };
-        let px = f64::from(band.camera.width) * f64::from(band.camera.height);
+        let px = f64::from(tile.camera.width) * f64::from(tile.camera.height);
         sliced.costs(start.elapsed().as_secs_f64() / px);
         Ok(is_complete)
+    }
+
+    /// Draws an image in slices, while nobody else waits for the device.
+    pub(super) fn sliced_picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
+        let mut sliced = self.begin(shot, task)?.alone();
+        while !self.advance(&mut sliced, task)? {}
+        Ok(sliced.picture())
     }
 }

@@ -118,6 +118,7 @@ impl Tables {
         let frame = FrameUniform {
             light_first: candidates.len() as u32,
             light_groups: exposure.surfaces.count() as u32,
+            of_common: exposure.of_common.map(|factor| factor as f32),
             ..FrameUniform::new(shot, &exposure.lens, origin, cells, sources)
         };
         self.frame.write(gpu, &[frame]);

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::gpu::readback;
-use crate::projection::{LinearPicture, Picture, Quality, Shot};
+use crate::projection::{LinearPicture, Picture, Shot};
 use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 
 /// The format of images: written in linear light, stored as sRGB.
@@ -45,7 +45,7 @@ pub struct TargetKey {
 impl TargetKey {
     /// Returns what the image of a view is drawn into.
     pub fn of_picture(shot: &Shot) -> Self {
-        let multisampled = shot.quality == Quality::Final;
+        let multisampled = shot.quality.is_multisampled();
         Self { multisampled, linear: shot.linear, ..Self::of_faces(shot) }
     }
 
@@ -80,7 +80,21 @@ pub struct Target {
     reading: OnceLock<Buffer>,
 }
 
-/// Checks that the device can draw images of the view's size.
+/// Checks that an image of the view's size can be drawn in slices.
+///
+/// # Errors
+/// [`Error::Gpu`] where it has no pixels.
+pub fn judge_size(shot: &Shot) -> Result<()> {
+    let (width, height) = (shot.camera.width, shot.camera.height);
+    match width.min(height) {
+        0 => Err(Error::Gpu(format!(
+            "a picture of {width} x {height} pixels is empty; sides are at least 1 pixel"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Checks that the device can draw images of the view's size at once.
 ///
 /// # Errors
 /// [`Error::Gpu`] with the device's limits, where it cannot.

@@ -9,7 +9,7 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 use super::agreement::PlaceWords;
 use super::frame::FrameUniform;
-use super::heights::ReliefWords;
+use super::grids::{FaceGridsWords, GridWords as FaceGridWords};
 use super::plants::daylight::{CrownWords, DaylightWords, GridWords};
 use super::plants::flake::{self, FlakeImageWords, FlakeRowsWords};
 use super::plants::flaked::{self, ShownWords};
@@ -159,7 +159,8 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
         axis falloff leaning group pad0);
-    assert_alike!(&module, "Relief", ReliefWords: across across_high up up_high across_low up_low corner size pad0);
+    assert_alike!(&module, "FaceGrids", FaceGridsWords: relief continued);
+    assert_alike!(&module, "FaceGrid", FaceGridWords: across across_high up up_high across_low up_low corner size pad0);
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final).with_shadows(true));
     assert_alike!(&module, "SunView", SunViewWords: row_u row_v row_z near until texel widest);
     assert_alike!(&module, "Shadows", ShadowsWords: views towards_sun count up pad0 sun pad1 sky pad2 ground pad3);

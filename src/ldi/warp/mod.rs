@@ -40,7 +40,7 @@ pub const BAND: u32 = 64;
 /// along the other, so that final pictures take one level more.
 fn fine_enough(quality: Quality) -> f64 {
     match quality {
-        Quality::Preview => 0.5,
+        Quality::Preview | Quality::Finer => 0.5,
         Quality::Final => 0.25,
     }
 }

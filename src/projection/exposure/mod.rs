@@ -48,7 +48,7 @@ pub use points::{
 };
 pub use ratios::{Ratio, pairwise_ratios};
 pub use rule::{ExposureRule, Lead, RuleScore};
-pub use seen::{shares_of_view, visible_shares};
+pub use seen::{resolution, shares_of_view, visible_shares};
 pub use solve::{GainFit, solve_gains, solve_in_groups};
 use std::borrow::Cow;
 pub use surface_gains::{JoinedFaces, SurfaceFactors, SurfaceGains};

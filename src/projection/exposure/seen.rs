@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::Shares;
-use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
+use crate::geometry::{Pinhole, Plane};
 use crate::projection::cells::{Cells, ServerCandidate, Unknown, cells};
 use crate::projection::relief::{FaceRelief, Relief};
 use crate::projection::surface::{RayHit, Surface};
@@ -37,7 +37,9 @@ pub fn visible_shares(
     let of_row = |row: u32| {
         let mut of_photo = vec![0.0; sources.photos.len()];
         for column in 0..RAYS[0] {
-            looker.look(column, row, &mut |photo: usize, weight: f64| of_photo[photo] += weight);
+            for (photo, seen) in looker.look(column, row).into_iter().flatten() {
+                of_photo[photo] += seen.weight;
+            }
         }
         of_photo
     };
@@ -52,6 +54,41 @@ pub fn visible_shares(
         of_photo.iter_mut().for_each(|share| *share /= all);
     }
     Shares { of_photo, of_common: if all > 0.0 { 0.0 } else { 1.0 }, takes_part }
+}
+
+/// The share of what a view shows that has the resolution of the photos at least, if the view has it.
+const RESOLVED: f64 = 0.75;
+
+/// Computes how many times as many pixels along each side the photos have that show what a view shows, with their weights: where
+/// they have so many in three quarters of it. In a photo's own camera it is the ratio of the sizes, 1 for the photo's size.
+pub fn resolution(shot: &Shot, model: &Model, sources: &Sources, surface: &Surface, cells: &Cells) -> f64 {
+    let looker = Looker { shot, model, sources, surface, cells };
+    let of_surroundings = octaves_of_surroundings(shot, sources);
+    let octaves = |ray: u32| match looker.look(ray % RAYS[0], ray / RAYS[0]) {
+        None => of_surroundings,
+        Some(seen) => {
+            let seen = || seen.iter().map(|(_, seen)| seen).filter(|seen| seen.weight > 0.0);
+            let all: f64 = seen().map(|seen| seen.weight).sum();
+            let octaves: f64 = seen().map(|seen| seen.weight * seen.octaves_to_spare).sum();
+            (all > 0.0).then(|| octaves / all)
+        }
+    };
+    let mut octaves: Vec<f64> = (0..RAYS[0] * RAYS[1]).into_par_iter().filter_map(octaves).collect();
+    octaves.sort_by(f64::total_cmp);
+    let at = (RESOLVED * octaves.len() as f64) as usize;
+    octaves.get(at).map_or(1.0, |octaves| octaves.exp2())
+}
+
+/// Returns the octaves by which photos of surroundings have more pixels per radian along their axes, in the median.
+fn octaves_of_surroundings(shot: &Shot, sources: &Sources) -> Option<f64> {
+    let density = |camera: &Pinhole| 0.5 * (camera.fx * camera.fy).log2();
+    let servers = sources.servers_of_surroundings().iter().filter(|_| shot.surroundings);
+    let photos = servers.map(|server| server.photo).filter(|photo| photo.index() < sources.photos.len());
+    let taking_part = photos.filter(|photo| !shot.without.contains(photo));
+    let mut octaves: Vec<f64> =
+        taking_part.map(|photo| density(&sources.photo(photo).camera) - density(&shot.camera)).collect();
+    octaves.sort_by(f64::total_cmp);
+    octaves.get(octaves.len() / 2).copied()
 }
 
 /// Side of a cell, in pixels, for shares that are needed without a picture; its value does not matter.
@@ -72,6 +109,26 @@ pub fn shares_of_view(
     visible_shares(shot, &model, sources, surface, &cells)
 }
 
+/// What a photo shows at a point of a view.
+struct Seen {
+    /// Its weight.
+    weight: f64,
+    /// The octaves of resolution that it has more than the view; below 0 where it has less.
+    octaves_to_spare: f64,
+}
+
+/// What a photo claims at a point.
+struct PointClaim {
+    penalty: f64,
+    /// The trust in a photo that the face is pinned to.
+    pinned: Option<f64>,
+    octaves_to_spare: f64,
+}
+
+impl PointClaim {
+    const NONE: Self = Self { penalty: f64::INFINITY, pinned: None, octaves_to_spare: 0.0 };
+}
+
 struct Looker<'a> {
     shot: &'a Shot,
     model: &'a Model,
@@ -81,53 +138,57 @@ struct Looker<'a> {
 }
 
 impl Looker<'_> {
-    /// Calls `add` with the weights of the photos at the point where one ray hits the model.
-    fn look(&self, column: u32, row: u32, add: &mut impl FnMut(usize, f64)) {
+    /// Finds what the photos show at the point where one ray hits the model; `None` where it hits nothing.
+    fn look(&self, column: u32, row: u32) -> Option<Vec<(usize, Seen)>> {
         let camera = &self.shot.camera;
         let share = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5)
             / DVec2::new(f64::from(RAYS[0]), f64::from(RAYS[1]));
         let px = share * DVec2::new(f64::from(camera.width), f64::from(camera.height));
         let eye = self.shot.viewpoint();
         let direction = self.shot.pose.rotation.transpose() * camera.ray_in_camera(px);
-        let Some(hit) = self.surface.first_visible(eye, direction, self.shot.culling()) else { return };
-        let Ok(index) = self.cells.faces.binary_search_by_key(&hit.face, |f| f.face) else { return };
+        let Some(hit) = self.surface.first_visible(eye, direction, self.shot.culling()) else { return None };
+        let Ok(index) = self.cells.faces.binary_search_by_key(&hit.face, |f| f.face) else { return None };
         let side = self.cells.side_px;
         let list = self.cells.of(&self.cells.faces[index], px.x as u32 / side, px.y as u32 / side);
         let point = eye + direction * hit.t;
         let blend = blend_on(self.model, hit.face, &self.shot.blend);
-        let claims = list.iter().map(|c| self.claim(&hit, c, point));
-        let (penalties, pinned): (Vec<f64>, Vec<Option<f64>>) = claims.unzip();
-        for (candidate, weight) in list.iter().zip(shares(&penalties, &pinned, &blend)) {
+        let claims: Vec<PointClaim> = list.iter().map(|c| self.claim(&hit, c, point)).collect();
+        let penalties: Vec<f64> = claims.iter().map(|claim| claim.penalty).collect();
+        let pinned: Vec<Option<f64>> = claims.iter().map(|claim| claim.pinned).collect();
+        let of_photo = |((candidate, weight), claim): ((&ServerCandidate, f64), &PointClaim)| {
             let photo = self.sources.servers[candidate.server as usize].photo;
-            add(photo.index(), weight);
-        }
+            (photo.index(), Seen { weight, octaves_to_spare: claim.octaves_to_spare })
+        };
+        Some(list.iter().zip(shares(&penalties, &pinned, &blend)).zip(&claims).map(of_photo).collect())
     }
 
-    /// Computes the penalty, and the trust of a pinned photo, as far as they are known without access to
-    /// texels.
-    fn claim(&self, hit: &RayHit, candidate: &ServerCandidate, point: DVec3) -> (f64, Option<f64>) {
+    /// Computes what a photo claims, as far as it is known without access to texels.
+    fn claim(&self, hit: &RayHit, candidate: &ServerCandidate, point: DVec3) -> PointClaim {
         let server = &self.sources.servers[candidate.server as usize];
         let photo = self.sources.photo(server.photo);
         let on_face = PhotoOnFace::new(self.model, hit.face, self.shot, photo, server);
         let in_photo = on_face.pose.camera_from_world(point);
         let px = photo.camera.image_from_camera(in_photo).filter(|px| server.domain.holds(*px));
-        let (Some(px), Some(plane)) = (px, self.plane(hit)) else { return (f64::INFINITY, None) };
+        let (Some(px), Some(plane)) = (px, self.plane(hit)) else { return PointClaim::NONE };
         let (eye, center) = (self.shot.viewpoint(), on_face.pose.center_in_world());
         let other_side = server.back == (plane.signed_distance(eye) > 0.0);
         if other_side && !self.model.object(self.model.face(hit.face).object).billboard {
-            return (f64::INFINITY, None);
+            return PointClaim::NONE;
         }
         let depth = self.shot.pose.camera_from_world(point).z;
-        let octaves = octaves_missing(
-            pixels_per_unit(&self.shot.camera, &plane, eye, depth),
-            pixels_per_unit(&photo.camera, &plane, center, in_photo.z),
-        );
+        let in_view = pixels_per_unit(&self.shot.camera, &plane, eye, depth);
+        let of_photo = pixels_per_unit(&photo.camera, &plane, center, in_photo.z);
+        let octaves = octaves_missing(in_view, of_photo);
         let apart = if self.model.impostor(hit.face).is_some() { MIRRORED } else { OTHER_SIDE };
         let angle = angle_at(point, eye, on_face.seen_from(point)) + if other_side { apart } else { 0.0 };
         let claim =
             Claim { angle, octaves, border: border(&photo.camera, px), confidence: 1.0, agreement: 1.0 };
         let pinned = (server.pinned && !other_side).then(|| claim.trust());
-        (claim.penalty(&self.shot.blend), pinned)
+        PointClaim {
+            penalty: claim.penalty(&self.shot.blend),
+            pinned,
+            octaves_to_spare: (of_photo / in_view).log2(),
+        }
     }
 
     /// Returns the plane of a face; of its triangle when the face is not planar.

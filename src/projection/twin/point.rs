@@ -181,7 +181,7 @@ impl<'a> HitPoint<'a> {
         let of_photo = pixels_per_unit(&photo.camera, &self.plane, center, in_photo.z);
         let footprint = match self.shot.quality {
             Quality::Preview => Footprint::Square(of_photo / in_view),
-            Quality::Final => {
+            Quality::Final | Quality::Finer => {
                 let [a, b] =
                     self.steps(depth).map(|step| image_step(&photo.camera, &on_face.pose, in_photo, step));
                 Footprint::Sides(a, b)

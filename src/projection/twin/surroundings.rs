@@ -57,7 +57,7 @@ impl ReferenceRenderer {
                     (pixels_per_angle(&photo.camera, in_photo), pixels_per_angle(&shot.camera, ray));
                 Footprint::Square(of_photo / of_view)
             }
-            Quality::Final => {
+            Quality::Final | Quality::Finer => {
                 let step = |of_ray: DVec3| image_step(&photo.camera, &photo.pose, in_photo, of_ray);
                 Footprint::Sides(step(axes.x_axis / shot.camera.fx), step(axes.y_axis / shot.camera.fy))
             }

@@ -342,7 +342,7 @@ fn empty(shot: &Shot, task: &Task) -> Picture {
 /// that the picture is made of: it has more than the picture's resolution for previews, and more than twice as much for final pictures.
 pub(super) fn halvings(finer: f64, quality: Quality) -> u32 {
     let spare = match quality {
-        Quality::Preview => 1.0,
+        Quality::Preview | Quality::Finer => 1.0,
         Quality::Final => 2.0,
     };
     (finer.log2().ceil() - spare).clamp(0.0, 8.0) as u32

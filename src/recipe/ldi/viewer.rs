@@ -42,6 +42,18 @@ impl<'a> Viewer<'a> {
         }
     }
 
+    /// Returns the share of a view that is continued where no photo shows it ([`Preview::continued_share`]); `None` where the
+    /// view is not drawn from the model.
+    ///
+    /// # Errors
+    /// As [`Renders::picture`].
+    pub fn continued_share(&mut self, shot: &Shot, task: &Task) -> Result<Option<f64>> {
+        match self {
+            Self::Model(preview) => preview.continued_share(shot, task).map(Some),
+            Self::Ldi(_) => Ok(None),
+        }
+    }
+
     fn renders(&mut self) -> &mut dyn Renders {
         match self {
             Self::Model(preview) => preview.as_mut(),

@@ -182,7 +182,8 @@ impl PlantsView {
             (Quality::Preview, Some(_)) => {
                 WalkOptions { threshold: self.pace.get().threshold().max(self.finest.threshold) }
             }
-            (Quality::Preview, None) => self.finest,
+            // Of a finer image, several pixels become one.
+            (Quality::Preview, None) | (Quality::Finer, _) => self.finest,
             (Quality::Final, _) => WalkOptions::FINAL,
         }
     }
