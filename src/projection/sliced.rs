@@ -22,9 +22,6 @@ const MOST_PX: f64 = 2_097_152.0;
 const LONGEST_PX: u32 = 4096;
 /// The time per pixel assumed for the first slice, in seconds; a slow one, because nothing is known yet.
 const FIRST_PER_PX_S: f64 = 1e-7;
-/// Fewer samples along each side of a pixel than this are not worth it: the image is drawn as it is asked for. In a photo's own
-/// camera the pixels of the image are those of the photo.
-const LEAST_SAMPLES: f64 = 1.15;
 
 /// How large slices are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,14 +85,15 @@ impl Sliced {
         }
     }
 
-    /// Creates an image without rows that is drawn with `samples` times as many pixels along each side, and reduced.
+    /// Creates an image without rows that is drawn with `samples` times as many pixels along each side, at most
+    /// [`MOST_SAMPLES`], and reduced. With fewer than one it is drawn as it is asked for, as in a photo's own camera.
     pub fn finer(shot: &Shot, samples: f64, exposure: ViewExposure) -> Self {
         let whole = Self::new(shot, exposure);
-        if samples < LEAST_SAMPLES {
+        let drawn = shot.finer(samples.clamp(1.0, MOST_SAMPLES));
+        let size = |shot: &Shot| [shot.camera.width, shot.camera.height];
+        if size(&drawn) == size(shot) {
             return whole;
         }
-        let drawn = shot.finer(samples.min(MOST_SAMPLES));
-        let size = |shot: &Shot| [shot.camera.width, shot.camera.height];
         let reducer = Some(Reducer::new(size(&drawn), size(shot)));
         Self { reducer, end: drawn.camera.height, drawn, ..whole }
     }
@@ -394,9 +392,9 @@ mod tests {
     }
 
     #[test]
-    fn hardly_finer_is_not_finer_and_never_more_than_eight_times() {
+    fn an_image_is_never_coarser_than_asked_for_nor_more_than_eight_times_finer() {
         let shot = Shot::new(centred(60, 40, 50.0), camera_is_world());
         let width = |samples| Sliced::finer(&shot, samples, ViewExposure::default()).drawn().camera.width;
-        assert_eq!([0.5, 1.0, 1.1, 2.0, 50.0].map(width), [60, 60, 60, 120, 480]);
+        assert_eq!([0.5, 1.0, 1.001, 1.1, 2.0, 50.0].map(width), [60, 60, 60, 66, 120, 480]);
     }
 }

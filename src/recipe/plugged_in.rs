@@ -33,6 +33,7 @@ use crate::io::stack_readers::are_read;
 use crate::io::stack_store::StackStore;
 use crate::layers::{Options, SoftwareRasteriser};
 use crate::projection::agreement::Agreement;
+use crate::projection::continuation::Continuation;
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::{

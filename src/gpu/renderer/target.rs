@@ -80,17 +80,20 @@ pub struct Target {
     reading: OnceLock<Buffer>,
 }
 
+/// The largest number of pixels of an image that is drawn in slices: as many as 16384 x 16384.
+const MOST_PX: u64 = 1 << 28;
+
 /// Checks that an image of the view's size can be drawn in slices.
 ///
 /// # Errors
-/// [`Error::Gpu`] where it has no pixels.
+/// [`Error::Gpu`] where it has no pixels, or too many.
 pub fn judge_size(shot: &Shot) -> Result<()> {
     let (width, height) = (shot.camera.width, shot.camera.height);
-    match width.min(height) {
-        0 => Err(Error::Gpu(format!(
-            "a picture of {width} x {height} pixels is empty; sides are at least 1 pixel"
+    match u64::from(width) * u64::from(height) {
+        1..=MOST_PX => Ok(()),
+        _ => Err(Error::Gpu(format!(
+            "a picture of {width} x {height} pixels cannot be drawn; pictures have 1 to {MOST_PX} pixels"
         ))),
-        _ => Ok(()),
     }
 }
 

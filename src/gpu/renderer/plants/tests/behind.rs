@@ -62,7 +62,7 @@ fn polygons_behind_others_are_left_out_and_no_pixel_changes() {
         // Bands of 70 rows are no multiple of a tile's. Final pictures, which take long, are drawn in bands alone.
         let bands: &[u64] = match quality {
             Quality::Preview => &[u64::MAX, 8 * 240 * 70],
-            Quality::Final => &[8 * 240 * 4 * 70],
+            Quality::Final | Quality::Finer => &[8 * 240 * 4 * 70],
         };
         for &band in bands {
             let (found, found_numbers, [in_view, seen], batches) = drawn(Some(1 << 10), band);
