@@ -114,10 +114,12 @@ fn without_stacks_render_says_what_to_do() {
 #[test]
 fn score_predicts_each_photo_from_the_others_and_writes_differences() {
     let Some(site) = Site::built() else { return };
-    let score = site.json("score project --scale 1 --pictures differences --json");
+    let score = site.json("score project --scale 1 --holes --pictures differences --json");
     assert_eq!((score["photos"].as_array().unwrap().len(), &score["asked"]["held_out"]), (2, &false.into()));
     let covered = score["mean"]["coverage"].as_f64().unwrap();
     assert!(covered > 0.5 && covered < 1.0, "a metre to the side, a strip is seen by one photo: {covered}");
+    let whole = site.json("score project --scale 1 --json");
+    assert_eq!(whole["mean"]["coverage"], 1.0, "what no photo shows is continued");
     assert!(score["mean"]["covered"]["psnr"].is_number() && score["objects"][0]["object"].is_string());
     assert_eq!(image::open(site.path("differences/left.png")).unwrap().width(), 3 * 160 + 16);
 
@@ -198,4 +200,26 @@ fn a_saved_view_is_rendered_by_its_name_with_a_legend_in_print_and_in_the_pictur
         site.json(&format!("{render} --out {folder} --json"))["pictures"][0]["textured"].clone()
     };
     assert_eq!(json["pictures"][0]["textured"], textured("plain"), "the legend is no surface");
+}
+
+#[test]
+fn what_no_photo_shows_is_continued_and_told_and_left_out_on_request() {
+    let Some(site) = Site::built() else { return };
+    let render = "render project --cameras photos --without left.png";
+    let told = stdout_of(&site.run(&format!("{render} --out whole")).success());
+    assert!(told.contains("% of the pixels show what no photo shows"), "{told}");
+    let json = site.json(&format!("{render} --holes --out holes --json"));
+    let [whole, holes] =
+        ["whole", "holes"].map(|folder| image::open(site.path(folder).join("left.png")).unwrap().to_rgba8());
+    assert!(whole.pixels().all(|pixel| pixel.0[3] == 255));
+    let left_out: f64 = holes.pixels().map(|pixel| 1.0 - f64::from(pixel.0[3]) / 255.0).sum();
+    let share = left_out / f64::from(holes.width() * holes.height());
+    let shares: Vec<f64> =
+        json["continued"].as_object().unwrap().values().map(|share| share.as_f64().unwrap()).collect();
+    // A small picture tells the share, one sample per pixel: edges of holes are counted whole or not at all.
+    assert!(share > 0.01 && shares.iter().any(|told| (told - share).abs() < 0.03), "{share}, {shares:?}");
+    let kept = whole.pixels().zip(holes.pixels()).filter(|(_, hole)| hole.0[3] == 255);
+    assert!(kept.clone().count() > 1000);
+    let differing = kept.filter(|(whole, hole)| whole != hole).count();
+    assert!(differing < 200, "only what is beside holes changes: {differing}");
 }
