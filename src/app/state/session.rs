@@ -41,7 +41,7 @@ pub struct Session {
     pub photos: Vec<PhotoStatus>,
     /// The scene frame of viewpoints.
     pub scene_frame: SceneFrame,
-    /// The points of what *Show everything* shows: the model without backdrops.
+    /// The points of what *Show everything* shows: the model without backdrops and wide ground.
     pub home: Vec<DVec3>,
     /// The surface that rays intersect; back faces are known once the painter knows them.
     pub solid: Arc<Surface>,
@@ -194,14 +194,14 @@ fn gone(folder: &Path, opened: &Opened) -> Vec<(String, String)> {
     opened.left_out.iter().filter(|(photo, _)| store.stack_file(photo).is_file()).cloned().collect()
 }
 
-/// Returns the points of a site without backdrops.
+/// Returns the points of a site without backdrops and wide ground.
 fn home(opened: &Opened) -> Vec<DVec3> {
     let model = &opened.site.model;
     let points = |object: &Object| -> Vec<DVec3> {
         object.faces.iter().flat_map(|face| model.ring_points(*face)).collect()
     };
     let objects: Vec<Vec<DVec3>> = model.objects.iter().map(points).collect();
-    without_backdrops(&objects)
+    without_backdrops(&objects, up(&opened.site.photos))
 }
 
 impl Session {
