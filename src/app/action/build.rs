@@ -255,10 +255,15 @@ pub fn restart_painter(state: &mut State, work: &mut Work) {
     prepare_painter(state, work);
 }
 
-/// Resets everything that shows the site, after the site was read again.
-pub fn site_read(state: &mut State, work: &mut Work) {
+/// Resets everything that shows the site, after the site was read again. Where photos and model are the same ones as before,
+/// the view keeps its renderer until another one is made.
+pub fn site_read(state: &mut State, work: &mut Work, is_same: bool) {
     look_at_photos(state, work);
-    restart_painter(state, work);
+    if is_same {
+        prepare_painter(state, work)
+    } else {
+        restart_painter(state, work)
+    }
     watch_disk(state, work);
 }
 

@@ -127,7 +127,7 @@ fn build(state: &mut State, work: &mut Work, ask: BuildAsk) {
         BuildAsk::Reread(then_build) => reopen(state, work, then_build),
         BuildAsk::PreparePainter => prepare_painter(state, work),
         BuildAsk::RestartPainter => restart_painter(state, work),
-        BuildAsk::SiteRead => site_read(state, work),
+        BuildAsk::SiteRead { is_same } => site_read(state, work, is_same),
         BuildAsk::PainterMade => painter_made(state, work),
         BuildAsk::PainterFailed(folder, error) => painter_failed(state, work, &folder, &error),
         BuildAsk::Redecide => redecide(state, work),

@@ -16,11 +16,12 @@ use crate::error::Error;
 use crate::recipe::open::open_site;
 use crate::recipe::site_stamp::SiteStamp;
 
-/// Reads the site again once other jobs have ended: what they bring belongs to the site as it is. An update in the
-/// background stops for it.
+/// Reads the site again once other jobs have ended: what they bring belongs to the site as it is.
 pub fn reload(state: &mut State, work: &mut Work) {
-    let other = state.running.all().map(|(_, job)| job).find(|job| job.kind != JobKind::Update);
-    let waits = other.map(|job| format!("Reload from disk waits until “{}” has ended", job.name));
+    let waits = state.running.all().next().map(|(_, job)| {
+        let how = if job.kind == JobKind::Update { " or is paused" } else { "" };
+        format!("Reload from disk waits until “{}” has ended{how}", job.name)
+    });
     match (waits, &mut state.session) {
         (Some(text), Some(session)) => {
             session.pending.reload = true;
@@ -33,7 +34,7 @@ pub fn reload(state: &mut State, work: &mut Work) {
 /// Starts the reading of the site that waits, where nothing else runs.
 pub fn reload_if_due(state: &mut State, work: &mut Work) {
     let waits = state.session.as_ref().is_some_and(|session| session.pending.reload);
-    if waits && state.running.all().all(|(_, job)| job.kind == JobKind::Update) {
+    if waits && state.running.is_idle() {
         reopen(state, work, None);
     }
 }
@@ -62,16 +63,23 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
             let Some(session) = state.session.as_mut().filter(|session| session.folder == folder) else {
                 return Vec::new();
             };
+            let is_same = session.opened.site.photos == opened.site.photos
+                && session.opened.site.model == opened.site.model;
+            let before = std::mem::take(&mut session.photos);
             session.set_site(opened, photos);
             session.seen = seen;
-            // Photos, objects and faces may have changed: earlier indices are invalid.
-            state.select(Selection::Nothing);
-            state.photo = state.photo.filter(|photo| photo.index() < count);
-            state.space.forget_site();
+            if is_same {
+                state.keep_selection(&before);
+            } else {
+                // Photos, objects and faces may have changed: earlier indices are invalid.
+                state.select(Selection::Nothing);
+                state.photo = state.photo.filter(|photo| photo.index() < count);
+                state.space.forget_site();
+                state.space.refresh();
+            }
             state.flat.forget();
-            state.space.refresh();
             let build = then_build.map(|photos| BuildAsk::Build(photos).into());
-            let asks = [BuildAsk::SiteRead.into(), MaskAsk::ReportProblems.into()];
+            let asks = [BuildAsk::SiteRead { is_same }.into(), MaskAsk::ReportProblems.into()];
             asks.into_iter().chain(build).collect()
         }))
     });

@@ -9,10 +9,11 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::numbers::counted;
+use crate::app::state::progress::Progress;
 use crate::app::state::running::{Job, JobId, JobKind};
 use crate::app::state::session::{PhotoStatus, Session, stacks_of, survey};
 use crate::app::work::Work;
-use crate::app::work::jobs::Arrival;
+use crate::app::work::jobs::{Arrival, arrival};
 use crate::app::work::live_project::LiveProject;
 use crate::document::Stack;
 use crate::error::{Error, Result};
@@ -36,6 +37,10 @@ pub fn keep_up_to_date(state: &mut State, work: &mut Work) {
         work.jobs.stop_kind(&mut state.running, JobKind::Update);
         state.updating.want();
     }
+    if let Some(share) = state.running.progress(JobKind::Update).and_then(Progress::share) {
+        state.updating.reached = share;
+    }
+    list_built(state, work);
     if state.updates_now() {
         start(state, work);
     } else if state.can_show_updates() && state.updating.shows(work.live.turns(), state.window.now_s) {
@@ -75,8 +80,12 @@ fn start(state: &mut State, work: &mut Work) {
     state.updating.begin();
     state.round_trip.is_behind = false;
     let folder = session.folder.clone();
-    work.jobs
-        .start(&mut state.running, JobKind::Update, "Updating layers", move |task| job.run(&folder, task));
+    let run = move |task: &Task| job.run(&folder, task);
+    let id = work.jobs.start(&mut state.running, JobKind::Update, "Updating layers", run);
+    // What was stopped by an edit goes on: its bar does, too.
+    if let Some(job) = state.running.get_mut(id) {
+        job.progress = Progress::continuing(state.updating.reached);
+    }
 }
 
 struct BackgroundUpdate {
@@ -96,12 +105,21 @@ impl BackgroundUpdate {
         let opened = self.live.project(task).unwrap_or_else(|_| self.opened.clone());
         let photos = survey(folder, &opened, &self.known, &Task::silent())?;
         let folder = folder.to_path_buf();
+        // Photos that changed meanwhile, or were stopped, are left to the next update.
+        let is_left = |photo: &UpdatedPhoto| matches!(photo.end, UpdateEnd::Changed | UpdateEnd::Stopped);
+        let is_complete = match &updated {
+            Ok(updated) => !updated.iter().any(is_left),
+            Err(error) => !matches!(error, Error::Cancelled),
+        };
         Ok(Box::new(move |state| {
             let (updated, mut notes) = match updated {
                 Ok(updated) => (updated, Vec::new()),
                 Err(Error::Cancelled) => (Vec::new(), Vec::new()),
                 Err(error) => (Vec::new(), Note::of_error("Updating layers", &error)),
             };
+            if is_complete {
+                state.updating.reached = 0.0;
+            }
             let failed = failures(&updated);
             let damaged = damaged_masks(&opened, failed.keys());
             notes.extend(results(&updated));
@@ -153,6 +171,21 @@ fn results(updated: &[UpdatedPhoto]) -> Vec<Note> {
     notes
 }
 
+/// Starts listing the photos as built that a running build has finished. Views show them when the build has ended: their
+/// renderer is made of all stacks at once.
+fn list_built(state: &mut State, work: &mut Work) {
+    let built = state.running.progress(JobKind::Build).map_or(0, Progress::done);
+    // Without a build, there is nothing to look at, and the next one begins to count.
+    let can = built == 0 || state.can_list_built();
+    let is_due = can && state.updating.lists(built, state.window.now_s) && built > 0;
+    let Some(session) = state.session.as_ref().filter(|_| is_due) else { return };
+    let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
+    work.jobs.start(&mut state.running, JobKind::Survey, "Checking layers", move |task| {
+        let photos = survey(&folder, &opened, &known, task)?;
+        Ok(arrival(move |state| state.list_built(&folder, photos)))
+    });
+}
+
 /// Starts showing what a running update has finished.
 fn show_finished(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
@@ -202,6 +235,19 @@ impl StackChange {
 }
 
 impl State {
+    /// Lists photos as built while the build goes on. At its end, everything is read anew.
+    pub(super) fn list_built(&mut self, folder: &Path, photos: Vec<PhotoStatus>) {
+        let builds = self.running.runs(JobKind::Build);
+        let is_same = |session: &&mut Session| {
+            builds && session.folder == folder && session.photos.len() == photos.len()
+        };
+        let Some(session) = self.session.as_mut().filter(is_same) else { return };
+        let photos = session.newest(photos);
+        let before = std::mem::replace(&mut session.photos, photos);
+        self.keep_selection(&before);
+        self.quality.forget_stacks();
+    }
+
     /// Shows stacks that an update has made; `built`: it has written layers, even where they are described as before.
     fn updated(
         &mut self,

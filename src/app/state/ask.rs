@@ -169,7 +169,10 @@ pub enum BuildAsk {
     /// Drops the renderer at once, because the model has changed, and makes a new one.
     RestartPainter,
     /// Restarts the renderer, the pictures and the watch on files, because the site was read again.
-    SiteRead,
+    SiteRead {
+        /// Whether photos and model are the same ones as before.
+        is_same: bool,
+    },
     /// Installs a renderer that was made.
     PainterMade,
     /// Reports that the renderer of this project could not be made.

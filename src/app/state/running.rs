@@ -107,6 +107,11 @@ impl Job {
         Self { kind, name, stage: String::new(), progress: Progress::default(), is_stopping: false }
     }
 
+    /// Says how far the job is; the step that it does, where that is not known.
+    pub fn in_words(&self) -> &str {
+        if self.progress.in_words().is_empty() { &self.stage } else { self.progress.in_words() }
+    }
+
     /// Returns whether the job was asked to stop.
     pub fn is_stopping(&self) -> bool {
         self.is_stopping
@@ -133,6 +138,11 @@ impl Running {
     /// Returns whether a job of any of these kinds runs.
     pub fn runs_any(&self, kinds: &[JobKind]) -> bool {
         kinds.iter().any(|kind| self.runs(*kind))
+    }
+
+    /// Returns how far the job of a kind is; `None` where none runs.
+    pub fn progress(&self, kind: JobKind) -> Option<&Progress> {
+        self.jobs.values().find(|job| job.kind == kind).map(|job| &job.progress)
     }
 
     /// Returns whether this job still runs.

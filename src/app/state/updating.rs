@@ -12,6 +12,28 @@ use crate::scene::PhotoId;
 /// The time between two looks at what a running update has finished, in seconds: short compared with the time until all is
 /// up to date, long compared with a look.
 const LOOKS_EVERY_S: f64 = 3.0;
+/// The time between two looks at what a running build has finished, in seconds. Only the list of photos shows that.
+const LOOKS_AT_BUILD_EVERY_S: f64 = 0.5;
+
+/// When results of a running job were last looked at.
+#[derive(Debug, Default)]
+struct Looks {
+    /// The number of results then.
+    results: usize,
+    /// The time, in seconds.
+    at_s: f64,
+}
+
+impl Looks {
+    /// Returns whether the results are to be looked at, which is then remembered.
+    fn are_due(&mut self, results: usize, now_s: f64, every_s: f64) -> bool {
+        let due = results != self.results && now_s - self.at_s >= every_s;
+        if due {
+            (self.results, self.at_s) = (results, now_s);
+        }
+        due
+    }
+}
 
 /// The state of the updates in the background.
 #[derive(Debug, Default)]
@@ -22,10 +44,12 @@ pub struct Updating {
     pub usual: Option<bool>,
     /// Whether the updates of the open project are paused, as it was last remembered.
     pub paused: Option<bool>,
-    /// The number of turns of updates that are shown.
-    shown_turns: usize,
-    /// When results of a running update were last looked at, in seconds.
-    looked_s: f64,
+    /// The share of the bar that updates have filled since everything was up to date.
+    pub reached: f32,
+    /// The looks at turns of updates.
+    turns: Looks,
+    /// The looks at photos that a build has finished.
+    built: Looks,
     /// What was said of photos that cannot be updated; it is not repeated.
     failed: BTreeMap<String, String>,
 }
@@ -48,11 +72,12 @@ impl Updating {
 
     /// Returns whether finished photos of a running update are to be shown, which is then remembered.
     pub fn shows(&mut self, turns: usize, now_s: f64) -> bool {
-        let shows = turns != self.shown_turns && now_s - self.looked_s >= LOOKS_EVERY_S;
-        if shows {
-            (self.shown_turns, self.looked_s) = (turns, now_s);
-        }
-        shows
+        self.turns.are_due(turns, now_s, LOOKS_EVERY_S)
+    }
+
+    /// Returns whether photos that a running build has finished are to be listed as built, which is then remembered.
+    pub fn lists(&mut self, built: u64, now_s: f64) -> bool {
+        self.built.are_due(built as usize, now_s, LOOKS_AT_BUILD_EVERY_S)
     }
 
     /// Records how photos failed; returns notes about those that failed otherwise than before.
@@ -93,6 +118,7 @@ impl State {
             && session.photos.iter().any(|photo| photo.stack.is_some())
             && pending.invalidation.is_none()
             && !pending.looks
+            && !pending.reload
             && self.masking.is_kept()
             && self.life.recovery.is_none()
             && self.life.phase == Phase::Staying
@@ -108,6 +134,11 @@ impl State {
     pub fn updates_wait(&self) -> bool {
         self.running.runs_any(&[JobKind::Import, JobKind::Projection, JobKind::Mask])
             || !self.masking.is_kept()
+    }
+
+    /// Returns whether photos that a running build has finished can be looked at now.
+    pub fn can_list_built(&self) -> bool {
+        self.running.runs(JobKind::Build) && !self.running.runs_any(&[JobKind::Survey, JobKind::Preview])
     }
 
     /// Returns whether the results of a running update can be shown: nothing else is about to show stacks.

@@ -267,7 +267,7 @@ impl UpdateJob<'_> {
 
     /// Builds the stacks that need it. Returns false where the project has changed meanwhile.
     fn build(&mut self, opened: &Arc<Opened>, task: &Task) -> Result<bool> {
-        let needed = self.photos_to_build(opened)?;
+        let needed = self.photos_to_build(opened, task)?;
         let turns = Turns::new(self.source, opened, self.store, &self.request.stops);
         let (mut done, total) = (0, needed.len() as u64);
         for some in needed.chunks(self.request.together.max(1)) {
@@ -289,10 +289,13 @@ impl UpdateJob<'_> {
     }
 
     /// Returns the photos whose stacks are to be built, in order. Photos to be skipped end here.
-    fn photos_to_build(&mut self, opened: &Opened) -> Result<Vec<String>> {
+    fn photos_to_build(&mut self, opened: &Opened, task: &Task) -> Result<Vec<String>> {
         let survey = Survey::new(opened, self.store);
         let mut needed = Vec::new();
-        for name in self.open(opened) {
+        let names = self.open(opened);
+        let count = names.len() as u64;
+        for (name, done) in names.into_iter().zip(0..) {
+            task.step("check stacks", done, count)?;
             let photo = photo_of(opened, &name);
             let state = survey.state(photo)?;
             if matches!(state, StackState::Missing) && self.request.only_existing {

@@ -9,6 +9,7 @@ use crate::app::action::known::{leave_known, remember_opened};
 use crate::app::state::ask::{BuildAsk, DecideAsk, Flag, MaskAsk, WindowAsk};
 use crate::app::state::masking::keeping::MaskWork;
 use crate::app::state::running::{Job, JobId, JobKind};
+use crate::app::state::session::PhotoStatus;
 use crate::app::state::updating::Updating;
 use crate::app::work::known::KnownFile;
 use crate::document::decisions::PhotoDecisions;
@@ -237,6 +238,57 @@ fn reloading_waits_for_a_running_job_and_happens_after_it() {
     bench.settle();
     bench.pass(0.1);
     assert!(!reads(&bench), "once");
+}
+
+#[test]
+fn reloading_waits_for_an_update_and_comes_before_the_next_one() {
+    let mut bench = keeping(layered());
+    bench.state.running.begun(JobId(900), Job::new(JobKind::Update, "Updating layers".into()));
+    bench.ask(BuildAsk::Reread(None));
+    bench.pass(0.1);
+    assert!(!bench.state.running.runs(JobKind::Open), "the update goes on");
+    assert!(bench.said().last().unwrap().contains("waits until “Updating layers” has ended or is paused"));
+    bench.state.running.ended(JobId(900));
+    bench.state.updating.want();
+    bench.pass(0.1);
+    assert!(bench.state.running.runs(JobKind::Open) && !updates(&bench));
+    bench.settle();
+}
+
+#[test]
+fn the_bar_of_an_update_that_was_stopped_goes_on_where_it_was() {
+    let mut bench = keeping(layered());
+    let share = |bench: &TestBench| bench.state.running.progress(JobKind::Update).unwrap().share();
+    let mut job = Job::new(JobKind::Update, "Updating layers".into());
+    job.step("fill", String::new(), 2, 5);
+    bench.state.running.begun(JobId(900), job);
+    bench.pass(0.1);
+    let reached = share(&bench);
+    assert!(reached > Some(0.3));
+    bench.state.running.ended(JobId(900));
+    bench.state.updating.want();
+    bench.pass(0.1);
+    assert!(share(&bench) >= reached);
+    bench.settle();
+}
+
+#[test]
+fn a_photo_is_listed_as_built_while_others_are_still_being_built() {
+    let mut bench = layered();
+    let built = bench.session().photos.clone();
+    let without = |status: &PhotoStatus| PhotoStatus { word: "not built", stack: None, ..status.clone() };
+    bench.state.session.as_mut().unwrap().photos = built.iter().map(without).collect();
+    let seen = vec![built[0].clone(), without(&built[1]), without(&built[2])];
+    let folder = bench.folder().to_path_buf();
+    let listed = |bench: &TestBench| -> Vec<bool> {
+        bench.session().photos.iter().map(PhotoStatus::is_current).collect()
+    };
+    bench.state.list_built(&folder, seen.clone());
+    assert_eq!(listed(&bench), [false; 3], "the build has ended, and says itself what it has made");
+    bench.state.running.begun(JobId(900), Job::new(JobKind::Build, "Building layers".into()));
+    bench.state.list_built(&folder, seen);
+    assert_eq!(listed(&bench), [true, false, false]);
+    assert!(!bench.state.running.runs(JobKind::Preview), "the view waits for all of them");
 }
 
 #[test]

@@ -139,7 +139,7 @@ fn progress(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     };
     ui.horizontal(|ui| {
         ui.add(ProgressBar::new(job.progress.share().unwrap_or_default()).desired_width(240.0));
-        ui.label(&job.stage);
+        ui.label(job.in_words());
         if ui.button("Stop").clicked() {
             asks.push(BuildAsk::Stop(id).into());
         }
