@@ -7,7 +7,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, RoundTripAsk};
 use crate::app::state::round_trip::dialogs::{DialogPurpose, RoundTripDialogs};
 use crate::app::state::running::JobKind;
-use crate::app::widget::dialog::Dialog;
+use crate::app::widget::dialog::{Dialog, at_the_right};
 use crate::document::export_record::ExportFormat;
 use crate::io::layered::FORMATS;
 use crate::io::layered::format::file_names;
@@ -23,6 +23,8 @@ pub fn dialogs_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialo
 
 /// The width of the dialogs, in points.
 const WIDTH: f32 = 470.0;
+/// The width of a field with a label before it and a button behind it, in points.
+const FIELD: f32 = 280.0;
 
 fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {
     let Some(dialog) = &mut dialogs.import else { return };
@@ -32,22 +34,25 @@ fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<A
         let files = file_names();
         ui.label(format!("{files} files that were exported from this project, or exported folders."));
         ui.weak("You can also drop them on the window.");
-        for (index, path) in dialog.paths.iter_mut().enumerate() {
-            ui.horizontal(|ui| {
+        Grid::new("files").num_columns(2).show(ui, |ui| {
+            for (index, path) in dialog.paths.iter_mut().enumerate() {
                 let label = ui.label(if index == 0 { "File or folder" } else { "And" });
-                let line = ui.add(TextEdit::singleline(path).desired_width(f32::INFINITY));
-                if index == 0 {
-                    keys.begin_at(&line);
-                }
-                line.labelled_by(label.id);
-            });
-        }
+                ui.horizontal(|ui| {
+                    let line = ui.add(TextEdit::singleline(path).desired_width(FIELD));
+                    if index == 0 {
+                        keys.begin_at(&line);
+                        choose = ui.button("Browse…").on_hover_text("Adds files to the list.").clicked();
+                    }
+                    line.labelled_by(label.id);
+                });
+                ui.end_row();
+            }
+        });
         let scaled = "The images are scaled back to the photo's size; faint paint is lost.";
         ui.checkbox(&mut dialog.scaled, "Allow scaled images").on_hover_text(scaled);
         let unseen = "Paint is left out where this photo or another one shows the surface: it only fills what no photo \
                       shows.";
         ui.checkbox(&mut dialog.only_unseen, "Only where no photo shows the surface").on_hover_text(unseen);
-        choose = ui.button("Browse…").clicked();
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             let any = dialog.paths.iter().any(|path| !path.trim().is_empty());
@@ -96,7 +101,7 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, a
             ui.end_row();
             let label = ui.label("Folder");
             ui.horizontal(|ui| {
-                let folder = ui.add(TextEdit::singleline(&mut dialog.folder).desired_width(280.0));
+                let folder = ui.add(TextEdit::singleline(&mut dialog.folder).desired_width(FIELD));
                 keys.begin_at(&folder.labelled_by(label.id));
                 choose = ui.button("Browse…").clicked();
             });
@@ -234,10 +239,8 @@ fn editor_ui(context: &Context, state: &State, shown: &mut bool, asks: &mut Vec<
             });
         });
         ui.add_space(8.0);
-        ui.horizontal(|ui| {
-            open = !keys.press(&ui.add(usual("Close")));
-            again = ui.button("Search again").on_hover_text("Searches for image editors again.").clicked();
-        });
+        again = ui.button("Search again").on_hover_text("Searches for image editors again.").clicked();
+        open = !keys.press(&at_the_right(ui, |ui| ui.add(usual("Close"))));
     });
     *shown = open && !answer.is_left();
     if choice != state.settings.image_editor {

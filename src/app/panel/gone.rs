@@ -2,6 +2,7 @@
 
 use eframe::egui::{Label, RichText, Ui};
 
+use super::link_ui;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::session::Session;
 
@@ -25,7 +26,7 @@ pub fn gone_ui(ui: &mut Ui, session: &Session, asks: &mut Vec<Ask>) {
 /// Draws the link to the dialog of missing files.
 pub fn locate_ui(ui: &mut Ui, asks: &mut Vec<Ask>) {
     let tooltip = "Chooses the file, or the folder in which the photos are now.";
-    if ui.link("Locate…").on_hover_text(tooltip).clicked() {
+    if link_ui(ui, "Locate…").on_hover_text(tooltip).clicked() {
         asks.push(ProjectAsk::ShowMissing.into());
     }
 }

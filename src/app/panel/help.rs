@@ -59,7 +59,7 @@ pub fn help_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
     let lines = lines(state, context);
     let columns = ((room.x / COLUMN) as usize).clamp(1, 3);
     let (width, most) = (COLUMN * columns as f32 - 60.0, (room.y - FRAME).max(FRAME));
-    let window = Window::new("Keys and mouse").open(&mut open).resizable(false).collapsible(false);
+    let window = Window::new("Keys and mouse").open(&mut open).auto_sized().collapsible(false);
     window.pivot(Align2::CENTER_CENTER).default_pos(context.content_rect().center()).show(context, |ui| {
         ui.set_width(width.min(room.x - FRAME));
         ScrollArea::vertical().max_height(most).auto_shrink([false, true]).show(ui, |ui| {

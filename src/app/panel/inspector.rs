@@ -4,12 +4,12 @@ use eframe::egui::{ScrollArea, Ui};
 
 use super::inspect::details_ui;
 use super::inspect::layer::layer_page;
-use super::inspect::next::next_ui;
+use super::inspect::next::{next_ui, site_steps_ui};
 use super::inspect::surface::{face_page, object_page};
 use super::inspect::tree::tree_page;
 use super::inspect::trees::trees_page;
 use super::{button, counted, grouped, layer_options, masks, percent, title};
-use crate::app::command::{first_keys, layers, paint, view};
+use crate::app::command::{paint, view};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk};
 use crate::app::state::next_steps::NextStep;
@@ -35,26 +35,18 @@ pub fn inspector_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
                 Selection::Photo(photo) => {
                     photo_ui(state, session, photo, ui, asks);
                 }
-                _ => nothing(session, ui),
+                _ => nothing(state, session, ui, asks),
             }
         }
     });
 }
 
-fn nothing(session: &Session, ui: &mut Ui) {
+fn nothing(state: &State, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
     title(ui, "Project", &session.name());
     let model = session.model();
     let built = session.photos.iter().filter(|photo| photo.is_current()).count();
     ui.weak(format!("{} · {built} built", counted(session.photos.len() as u64, "photo")));
-    ui.add_space(6.0);
-    ui.strong("Next");
-    if built < session.photos.len() {
-        let keys = first_keys(ui.ctx(), &layers::BUILD);
-        ui.label(format!(
-            "Build the layers of {} ({keys}).",
-            counted((session.photos.len() - built) as u64, "photo")
-        ));
-    }
+    site_steps_ui(state, None, ui, asks);
     ui.label("Click a photo, an object or a layer to see its properties, and what to do next with it.");
     let project = &session.opened.project;
     let facts = [

@@ -1,9 +1,9 @@
 //! The masks of a photo with their origins, and suggestions, as part of the inspector.
 
-use eframe::egui::{DragValue, RichText, Ui};
+use eframe::egui::{DragValue, Ui};
 
 use super::button;
-use super::{counted, percent, small_button};
+use super::{counted, link_ui, percent, small_button};
 use crate::app::command::{Command, mask};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
@@ -71,7 +71,7 @@ fn suggestion(shown: &ShownSuggestion, photo: PhotoId, all: u64, ui: &mut Ui, as
             counted(shown.it.pixels, "pixel"),
             shown.it.score.exp()
         );
-        if ui.link(RichText::new(text)).on_hover_text(tooltip).clicked() {
+        if link_ui(ui, text).on_hover_text(tooltip).clicked() {
             asks.push(Ask::Select(SelectAsk::ShowRect(photo, shown.it.rect)));
         }
     });

@@ -130,7 +130,14 @@ fn item(state: &State, ui: &mut Ui, command: &Command) -> bool {
     let detail = command.detail.and_then(|detail| detail(state));
     let name = detail.map_or(command.name.to_owned(), |detail| format!("{} {detail}", command.name));
     let button = Button::selectable(on, name).shortcut_text(keys);
-    let response = ui.add_enabled(why_not.is_none(), button).on_hover_text(command.tooltip);
+    let draw = |ui: &mut Ui| {
+        if on {
+            // Keys are weak text, which is hard to read on the background of a switch that is on.
+            ui.visuals_mut().weak_text_color = Some(ui.visuals().text_color());
+        }
+        ui.add_enabled(why_not.is_none(), button).on_hover_text(command.tooltip)
+    };
+    let response = ui.scope(draw).inner;
     if on {
         tick(ui, response.rect);
     }

@@ -97,9 +97,20 @@ pub fn button(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut 
 /// Draws a command that switches something, highlighted while it is on.
 pub fn toggle_ui(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
     let on = command.on.is_some_and(|on| on(state));
-    if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
+    if switch_ui(ui, on, command.name).on_hover_text(command.tooltip).clicked() {
         asks.push(command.asked(state));
     }
+}
+
+/// Draws a switch, with a frame also while it is off, so that it does not look like a label.
+pub fn switch_ui(ui: &mut Ui, on: bool, text: impl Into<String>) -> Response {
+    ui.add(Button::new(text.into()).selected(on))
+}
+
+/// Draws a link in the colour of links, underlined.
+pub fn link_ui(ui: &mut Ui, text: impl Into<String>) -> Response {
+    let color = ui.visuals().hyperlink_color;
+    ui.link(RichText::new(text).color(color).underline())
 }
 
 /// Draws a command as a button with another text; returns whether it was clicked.

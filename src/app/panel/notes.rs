@@ -2,6 +2,7 @@
 
 use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, ScrollArea, Sense, Ui};
 
+use super::link_ui;
 use super::status::{bar_ui, left, stop_ui};
 use crate::app::command::file::READ_AGAIN;
 use crate::app::command::words::worded;
@@ -45,7 +46,7 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             bar_ui(ui, job);
             stop_ui(ui, (id, job), asks);
             ui.label(&job.name);
-            ui.weak(&job.stage);
+            ui.weak(job.in_words());
             ui.weak(left(job));
         });
     }
@@ -56,7 +57,7 @@ fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
         let texts = texts(state, ui, note, asks);
         let open: Vec<_> = note.remedies.iter().filter(|(_, remedy)| state.can_remedy(remedy)).collect();
         for (words, remedy) in &open {
-            if ui.link(words).clicked() {
+            if link_ui(ui, words.as_str()).clicked() {
                 asks.push(remedy_ask(remedy, state));
             }
         }
@@ -79,7 +80,7 @@ fn texts(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) -> Respon
     let mut texts = label(ui, RichText::new(mark).color(color).strong());
     match index_of(state, &note.subject) {
         Some(index) => {
-            let subject = ui.link(&note.subject).on_hover_text("Selects the subject of this message.");
+            let subject = link_ui(ui, &note.subject).on_hover_text("Selects the subject of this message.");
             if subject.clicked() {
                 asks.push(Ask::Select(SelectAsk::Only(index)));
             }

@@ -9,7 +9,7 @@ use eframe::egui::{
 
 use super::fill::question::{QuestionTextures, question_ui};
 use super::import_question::{ImportQuestionTextures, import_question_ui};
-use super::{button, counted, grouped};
+use super::{button, counted, grouped, link_ui};
 use crate::app::command::paint;
 use crate::app::panel::pictures::image;
 use crate::app::state::State;
@@ -184,7 +184,7 @@ fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, 
         ui.label(RichText::new(layer.state.word()).color(color).strong());
         match index_of(state, file, layer) {
             Some(index) => {
-                if ui.link(&layer.name).on_hover_text("Selects the layer.").clicked() {
+                if link_ui(ui, &layer.name).on_hover_text("Selects the layer.").clicked() {
                     asks.push(Ask::Select(SelectAsk::Only(index)));
                 }
             }

@@ -118,11 +118,16 @@ fn row(
     let text = Rect::from_min_max(rect.min + vec2(size.x + 12.0, 3.0), rect.max - vec2(4.0, 3.0));
     let mut ui = ui.new_child(UiBuilder::new().max_rect(text));
     ui.spacing_mut().item_spacing.y = BETWEEN;
+    if selected {
+        let of_text = selected_colours(ui.visuals()).1;
+        (ui.visuals_mut().override_text_color, ui.visuals_mut().weak_text_color) =
+            (Some(of_text), Some(of_text));
+    }
     let photos = &session.opened.site.photos;
     let others = beside(id.index(), |place| Some(photos.get(place)?.name.as_str()));
     let name = elided(&ui, &photo.name, &others, ui.available_width(), &TextStyle::Body);
     ui.add(eframe::egui::Label::new(RichText::new(name).strong()).truncate().selectable(false));
-    word_of_state(&mut ui, status, changes, asks);
+    word_of_state(&mut ui, selected, status, changes, asks);
     details(&mut ui, status);
     if response.double_clicked() {
         asks.push(Ask::Space(SpaceAsk::FlyToPhoto(id)));
@@ -175,7 +180,7 @@ fn meaning(word: &str) -> &'static str {
     }
 }
 
-fn word_of_state(ui: &mut Ui, status: &PhotoStatus, changes: Changes, asks: &mut Vec<Ask>) {
+fn word_of_state(ui: &mut Ui, selected: bool, status: &PhotoStatus, changes: Changes, asks: &mut Vec<Ask>) {
     let colour = match status.word {
         BUILT => good(ui.visuals()),
         "stale" => ui.visuals().warn_fg_color,
@@ -183,7 +188,9 @@ fn word_of_state(ui: &mut Ui, status: &PhotoStatus, changes: Changes, asks: &mut
         _ => ui.visuals().weak_text_color(),
     };
     let text = format!("{}{}", status.word, changes.words(" · "));
-    let text = RichText::new(text).color(colour).small();
+    // On the colour of a selected row, the symbol alone has that of the state.
+    let of_text = if selected { ui.visuals().text_color() } else { colour };
+    let text = RichText::new(text).color(of_text).small();
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 5.0;
         let (rect, _) = ui.allocate_exact_size(Vec2::splat(SIGN), Sense::hover());

@@ -6,7 +6,7 @@ use crate::app::command::{file, first_keys, paint};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, Flag, WindowAsk};
 use crate::app::state::settings::{Colours, Navigation, Settings};
-use crate::app::widget::dialog::Dialog;
+use crate::app::widget::dialog::{Dialog, at_the_right};
 
 /// Draws the settings when they are open.
 pub fn settings_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
@@ -22,7 +22,8 @@ pub fn settings_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
         ui.add_space(8.0);
         let leads_on = commands(state, ui, &mut leads);
         ui.add_space(8.0);
-        let close = ui.add(Button::new(RichText::new("Close").strong()).min_size([96.0, 28.0].into()));
+        let button = Button::new(RichText::new("Close").strong()).min_size([96.0, 28.0].into());
+        let close = at_the_right(ui, |ui| ui.add(button));
         keys.press(&close) || leads_on
     });
     asks.extend(changes(&state.settings, &wanted));
@@ -49,7 +50,7 @@ fn contents(settings: &mut Settings, ui: &mut Ui) {
         ui.label("Theme");
         ui.horizontal(|ui| {
             for colours in Colours::ALL {
-                ui.selectable_value(&mut settings.colours, colours, colours.name());
+                ui.radio_value(&mut settings.colours, colours, colours.name());
             }
         });
         ui.end_row();

@@ -8,7 +8,7 @@ use super::panels::Tab;
 use super::panes::Pane;
 use super::selection::Selection;
 
-use crate::recipe::decide::{face_in_photos, photos_of_faces};
+use crate::recipe::decide::{face_in_photos, photos_of_faces, state_of_face};
 use crate::scene::{FaceId, ObjectId, Photo, PhotoId};
 
 /// The margin around a face that is shown in a photo, as a share of its size.
@@ -53,6 +53,21 @@ impl State {
         let it = site.model.object(object);
         let found = photos_of_faces(&stacks, &it.name, it.faces.len());
         self.inspect.object = Some((object, FactInputs::from_session(session), found));
+    }
+
+    /// Returns the photos in which something was decided about all faces of an object, with that in words.
+    pub fn decided_about_object(&self, object: ObjectId) -> Vec<(PhotoId, &'static str)> {
+        let Some(session) = &self.session else { return Vec::new() };
+        let (site, decisions) = (&session.opened.site, &session.history.present().decisions);
+        let it = site.model.object(object);
+        let of_photo = |(id, photo): (PhotoId, &Photo)| {
+            let of_photo = decisions.of(&photo.name);
+            let faces = it.faces.iter().map(|face| site.model.face(*face).index);
+            let mut words = faces.map(|face| state_of_face(&of_photo, &it.name, face));
+            let first = words.next().flatten()?;
+            words.all(|word| word == Some(first)).then_some((id, first))
+        };
+        site.numbered_photos().filter_map(of_photo).collect()
     }
 
     /// Shows a face in a photo; it stays selected.

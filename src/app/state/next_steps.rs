@@ -1,9 +1,11 @@
-//! What to do next with a photo, so that its page begins with that.
+//! What to do next with a photo, an object or the project, so that their pages begin with that.
 
 use super::State;
-use crate::layers::LayerIndex;
+use super::session::PhotoStatus;
+use crate::document::{ImageLayer, Stack};
+use crate::layers::{ElementIndex, LayerIndex};
 use crate::recipe::layer_table::LayerFigures;
-use crate::scene::PhotoId;
+use crate::scene::{ObjectId, PhotoId};
 
 /// The number of image layers that are named.
 const MOST_NAMED: usize = 3;
@@ -34,7 +36,70 @@ pub struct HiddenAreas {
     pub largest: Vec<(LayerIndex, f64)>,
 }
 
+/// A step that the photos of the project wait for, or those that show an object.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SiteStep {
+    /// Build the layers of so many photos.
+    Build(usize),
+    /// Fill the occluded areas of so many photos.
+    Fill(usize),
+    /// Paint hidden areas.
+    Paint(SiteAreas),
+    /// Find out why no photo shows so many faces.
+    Cover(usize),
+}
+
+/// The image layers of several photos with hidden areas that are worth painting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SiteAreas {
+    /// The number of these layers.
+    pub count: usize,
+    /// The number of photos that have some.
+    pub photos: usize,
+    /// Those with the largest hidden areas, with the share of the layer that is hidden, 0..=1.
+    pub largest: Vec<(PhotoId, LayerIndex, f64)>,
+}
+
 impl State {
+    /// Returns what to do next with all photos, or with what they show of an object, the most urgent first.
+    pub fn next_steps_of_site(&self, object: Option<ObjectId>) -> Vec<SiteStep> {
+        let Some(session) = &self.session else { return Vec::new() };
+        let name = object.map(|object| session.model().object(object).name.as_str());
+        let mut areas: Vec<(PhotoId, LayerIndex, LayerFigures)> = Vec::new();
+        let (mut photos, mut unfilled) = (0, 0);
+        for (photo, status) in session.opened.site.photo_ids().zip(&session.photos) {
+            let Some(stack) = &status.stack else { continue };
+            let elements = name.map(|name| elements_of(stack, name));
+            let is_meant = |layer: &ImageLayer| {
+                elements.as_ref().is_none_or(|of| layer.elements.iter().any(|it| of.contains(it)))
+            };
+            let lacks = |layer: &ImageLayer| {
+                layer.fill.is_none() && layer.texels_used > layer.texels_visible && is_meant(layer)
+            };
+            unfilled += usize::from(needs_filling(status) && stack.layers_of_faces().any(lacks));
+            let of_photo: Vec<(LayerIndex, LayerFigures)> = self.layers_to_paint(photo);
+            let of_photo = of_photo.into_iter().filter(|(layer, _)| is_meant(stack.layer(*layer)));
+            let before = areas.len();
+            areas.extend(of_photo.map(|(layer, figures)| (photo, layer, figures)));
+            photos += usize::from(areas.len() > before);
+        }
+        areas.sort_by_key(|(photo, layer, figures)| (std::cmp::Reverse(figures.hidden), *photo, *layer));
+        let largest = areas.iter().take(MOST_NAMED);
+        let largest =
+            largest.map(|(photo, layer, figures)| (*photo, *layer, figures.hidden_share())).collect();
+        let outdated = session.photos.iter().filter(|photo| !photo.is_current()).count();
+        let is_built = session.photos.iter().any(|photo| photo.stack.is_some());
+        let counts = object.map_or(&[][..], |object| self.inspect.photos_of_object(object));
+        let bare = counts.iter().filter(|count| **count == 0 && is_built).count();
+        let steps = [
+            (outdated > 0).then_some(SiteStep::Build(outdated)),
+            (unfilled > 0).then_some(SiteStep::Fill(unfilled)),
+            (!areas.is_empty()).then_some(SiteStep::Paint(SiteAreas { count: areas.len(), photos, largest })),
+            (bare > 0).then_some(SiteStep::Cover(bare)),
+        ];
+        steps.into_iter().flatten().collect()
+    }
+
     /// Returns what to do next with a photo, the most urgent first.
     pub fn next_steps(&self, photo: PhotoId) -> Vec<NextStep> {
         let Some(session) = &self.session else { return Vec::new() };
@@ -43,11 +108,14 @@ impl State {
         if !status.is_current() {
             steps.push(NextStep::Build { again: status.stack.is_some() });
         }
-        if status.is_current() && status.lacks_filling() {
+        if needs_filling(status) {
             steps.push(NextStep::Fill);
         }
-        if let Some(areas) = self.hidden_areas(photo).filter(|areas| areas.count > 0) {
-            steps.push(NextStep::Paint(areas));
+        let areas = self.layers_to_paint(photo);
+        if !areas.is_empty() {
+            let largest = areas.iter().take(MOST_NAMED);
+            let largest = largest.map(|(layer, figures)| (*layer, figures.hidden_share())).collect();
+            steps.push(NextStep::Paint(HiddenAreas { count: areas.len(), largest }));
         }
         let name = &session.opened.site.photo(photo).name;
         if session.history.present().masks.of(name).is_empty() {
@@ -56,10 +124,12 @@ impl State {
         steps
     }
 
-    /// Returns the image layers of a photo whose hidden areas are worth painting and are not painted yet; none without layers.
-    fn hidden_areas(&self, photo: PhotoId) -> Option<HiddenAreas> {
-        let session = self.session.as_ref()?;
-        let (stack, camera) = (session.stack_of(photo)?, &session.opened.site.photo(photo).camera);
+    /// Returns the image layers of a photo whose hidden areas are worth painting and are not painted yet, the largest areas
+    /// first.
+    fn layers_to_paint(&self, photo: PhotoId) -> Vec<(LayerIndex, LayerFigures)> {
+        let Some(session) = &self.session else { return Vec::new() };
+        let Some(stack) = session.stack_of(photo) else { return Vec::new() };
+        let camera = &session.opened.site.photo(photo).camera;
         let least = LEAST_SHARE * f64::from(camera.width) * f64::from(camera.height);
         let shares = self.quality.fill.shares.get(&photo).and_then(|shares| shares.found());
         let painted = |layer: usize| {
@@ -74,7 +144,17 @@ impl State {
             })
             .collect();
         areas.sort_by_key(|(layer, figures)| (std::cmp::Reverse(figures.hidden), *layer));
-        let largest = areas.iter().take(MOST_NAMED).map(|(layer, figures)| (*layer, figures.hidden_share()));
-        Some(HiddenAreas { count: areas.len(), largest: largest.collect() })
+        areas
     }
+}
+
+/// Returns whether the occluded areas of a photo whose layers are up to date are empty.
+fn needs_filling(photo: &PhotoStatus) -> bool {
+    photo.is_current() && photo.lacks_filling()
+}
+
+/// Returns the elements of an object in a stack.
+fn elements_of(stack: &Stack, object: &str) -> Vec<ElementIndex> {
+    let elements = stack.numbered_elements().filter(|(_, element)| element.object == object);
+    elements.map(|(index, _)| index).collect()
 }

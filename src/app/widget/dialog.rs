@@ -2,7 +2,8 @@
 //! button, and only commands that do no harm there keep their keys.
 
 use eframe::egui::{
-    Align2, Area, Context, Event, Id, Key, Modal, Modifiers, Popup, Response, ScrollArea, Ui, Vec2,
+    Align, Align2, Area, Context, Event, Id, Key, Layout, Modal, Modifiers, Popup, Response, ScrollArea, Ui,
+    Vec2, vec2,
 };
 
 /// A dialog to be drawn.
@@ -63,6 +64,12 @@ impl Dialog {
         let beside = modal.backdrop_response.clicked() || modal.response.should_close();
         Answer { inner: modal.inner, escaped, beside }
     }
+}
+
+/// Draws the button that closes a dialog without a question, at its right.
+pub fn at_the_right<T>(ui: &mut Ui, button: impl FnOnce(&mut Ui) -> T) -> T {
+    let size = vec2(ui.available_width(), ui.spacing().interact_size.y);
+    ui.allocate_ui_with_layout(size, Layout::right_to_left(Align::Center), button).inner
 }
 
 impl<T> Answer<T> {

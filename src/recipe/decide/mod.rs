@@ -17,7 +17,7 @@ pub use self::face::{FaceInPhoto, FaceInPhotos, face_in_photos, photos_of_faces}
 pub use self::list::{DecisionKind, ListedDecision, decided};
 pub use self::mergeable::{MergePartner, MergeableLayer, mergeable};
 pub use self::named::{faces_named, faces_of_layer};
-pub use self::state::{stale, state_of_face};
+pub use self::state::{EXCLUDED, stale, state_of_face};
 use super::layer_names::layers_of_names;
 use super::named::index_of_photo;
 use super::unsatisfied::{holds, list as in_words};

@@ -7,10 +7,13 @@ use crate::recipe::decide::list::decided;
 use crate::scene::builder::SURROUNDINGS;
 use crate::scene::{FaceIndex, Model, Site};
 
+/// The word for a photo that may not texture a surface.
+pub const EXCLUDED: &str = "excluded";
+
 /// Returns the decision about a face in a photo, in words; `None` where there is none.
 pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: FaceIndex) -> Option<&'static str> {
     if decisions.excludes(object, index) {
-        return Some("excluded");
+        return Some(EXCLUDED);
     }
     decisions.pin.iter().any(|faces| faces.holds(object, index)).then_some("pinned to this photo")
 }

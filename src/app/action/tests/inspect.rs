@@ -4,10 +4,12 @@ use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
 use crate::app::state::ask::{DecideAsk, Flag, SelectAsk, WindowAsk};
 use crate::app::state::first_steps::FirstStep;
-use crate::app::state::next_steps::NextStep;
+use crate::app::state::next_steps::{NextStep, SiteStep};
 use crate::app::state::panels::Tab;
 use crate::app::state::panes::Pane;
 use crate::app::state::selection::Selection;
+use crate::layers::LayerIndex;
+use crate::recipe::decide::EXCLUDED;
 use crate::recipe::untextured::FaceTexture;
 use crate::scene::{FaceId, ObjectId, PhotoId};
 
@@ -116,6 +118,45 @@ fn what_to_do_next_begins_with_building_and_goes_on_to_filling_painting_and_mask
     assert_eq!(hidden(&stack.image_layers[areas.largest[0].0.index()]), most, "the largest comes first");
     bench.state.session.as_mut().unwrap().photos[0].word = "stale";
     assert_eq!(bench.state.next_steps(photo)[0], NextStep::Build { again: true });
+}
+
+#[test]
+fn the_project_and_an_object_say_what_to_do_next_with_all_photos() {
+    let all = PHOTOS.len();
+    assert_eq!(TestBench::new().state.next_steps_of_site(None), [SiteStep::Build(all)]);
+    let mut bench = layered();
+    let steps = bench.state.next_steps_of_site(None);
+    let [SiteStep::Fill(photos), SiteStep::Paint(of_site)] = &steps[..] else { panic!("{steps:?}") };
+    assert_eq!((*photos, of_site.photos), (all, all));
+    let hidden = |(_, _, share): &(PhotoId, LayerIndex, f64)| *share;
+    assert!(of_site.largest.iter().map(hidden).all(|share| share > 0.0 && share <= 1.0));
+    // What stands in front of all else has no hidden areas, and what is behind it has.
+    let of_objects: Vec<usize> = (0..bench.session().model().objects.len() as u32)
+        .map(|object| bench.state.next_steps_of_site(Some(ObjectId(object))))
+        .map(|steps| match steps.iter().find(|step| matches!(step, SiteStep::Paint(_))) {
+            Some(SiteStep::Paint(areas)) => areas.count,
+            _ => 0,
+        })
+        .collect();
+    assert!(
+        of_objects.iter().any(|count| *count > 0) && of_objects.iter().all(|count| *count <= of_site.count)
+    );
+    assert!(of_objects.contains(&0) || of_objects.iter().sum::<usize>() >= of_site.count, "{of_objects:?}");
+    bench.state.session.as_mut().unwrap().photos[0].word = "stale";
+    let steps = bench.state.next_steps_of_site(None);
+    assert_eq!(steps[..2], [SiteStep::Build(1), SiteStep::Fill(all - 1)]);
+}
+
+#[test]
+fn an_object_that_a_photo_does_not_texture_any_more_says_so_and_is_given_back() {
+    let mut bench = layered();
+    bench.ask(SelectAsk::Only(Selection::Object(OBJECT)));
+    assert!(bench.state.decided_about_object(OBJECT).is_empty());
+    bench.state.photo = Some(PhotoId(1));
+    bench.ask(DecideAsk::Exclude);
+    assert_eq!(bench.state.decided_about_object(OBJECT), [(PhotoId(1), EXCLUDED)]);
+    bench.ask(DecideAsk::Undo);
+    assert!(bench.state.decided_about_object(OBJECT).is_empty());
 }
 
 #[test]

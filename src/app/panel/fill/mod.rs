@@ -4,7 +4,7 @@ pub mod propagated;
 pub mod question;
 pub mod worst;
 
-use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Spinner, TextEdit, Ui};
+use eframe::egui::{Button, CollapsingHeader, Grid, RichText, ScrollArea, Spinner, TextEdit, Ui};
 
 use self::propagated::propagation_ui;
 use self::worst::worst_ui;
@@ -23,8 +23,8 @@ use crate::recipe::fill::FillShares;
 use crate::recipe::fill::shares::LayerShares;
 use crate::scene::PhotoId;
 
-/// The width of the columns beside the names, in points, with the gaps.
-const BESIDE_NAMES: f32 = 48.0 + 48.0 + 60.0 + 48.0 + 40.0;
+/// The width of the columns beside the names, in points, with the gaps: of their headings, in small letters.
+const BESIDE_NAMES: f32 = 36.0 + 36.0 + 50.0 + 34.0 + 40.0;
 
 /// Draws the panel.
 pub fn fill_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -180,7 +180,7 @@ fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, asks: &mut V
             ("Inpainted", "Share of the occluded areas that is inpainted, patch-based or smooth."),
             ("Empty", "Share of the occluded areas that is not filled."),
         ] {
-            ui.weak(heading).on_hover_text(tooltip);
+            ui.label(RichText::new(heading).weak().small()).on_hover_text(tooltip);
         }
         ui.end_row();
         for ((id, photo), status) in session.opened.site.numbered_photos().zip(&session.photos) {

@@ -9,6 +9,7 @@ use crate::app::state::ask::{Ask, QualityAsk, SelectAsk, SpaceAsk};
 use crate::app::state::quality::filling::Worst;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
+use crate::app::widget::elide::beside;
 use crate::recipe::fill::lookouts::{Viewpoints, bookmark_count};
 use crate::recipe::fill::worst::HiddenLayer;
 
@@ -38,8 +39,11 @@ pub fn worst_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.weak("Visible").on_hover_text("Share of everything that is visible in the views.");
         ui.weak("Filled").on_hover_text("Share of the layer's hidden area that is filled.");
         ui.end_row();
-        for hidden in worst.layers.iter().take(WORST) {
-            row(state, session, (worst, hidden, names), ui, asks);
+        let listed = &worst.layers[..worst.layers.len().min(WORST)];
+        let texts: Vec<String> = listed.iter().map(|hidden| text_of(session, hidden)).collect();
+        for (index, hidden) in listed.iter().enumerate() {
+            let others = beside(index, |place| texts.get(place).map(String::as_str));
+            row(state, (worst, hidden), (&texts[index], &others, names), ui, asks);
         }
     });
     let more = worst.layers.len().saturating_sub(WORST);
@@ -83,20 +87,26 @@ fn choose(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
+/// Returns what a layer is called in the list; empty where its stack is another one by now.
+fn text_of(session: &Session, hidden: &HiddenLayer) -> String {
+    let stack = session.stack_of(hidden.photo);
+    let layer = stack.and_then(|stack| stack.image_layers.get(hidden.layer.index()));
+    let photo = &session.opened.site.photo(hidden.photo).name;
+    layer.map_or(String::new(), |layer| format!("{} – {photo}", layer.name))
+}
+
 fn row(
     state: &State,
-    session: &Session,
-    (worst, hidden, names): (&Worst, &HiddenLayer, f32),
+    (worst, hidden): (&Worst, &HiddenLayer),
+    (text, others, names): (&str, &[&str], f32),
     ui: &mut Ui,
     asks: &mut Vec<Ask>,
 ) {
-    let HiddenLayer { photo, layer, .. } = *hidden;
-    let stack = session.stack_of(photo);
-    let Some(it) = stack.and_then(|stack| stack.image_layers.get(layer.index())) else { return };
-    let this = Selection::Layer { photo, layer };
-    let name = &session.opened.site.photo(photo).name;
-    let text = format!("{} – {name}", it.name);
-    let response = name_cell(ui, state.selection == this, (&text, &[]), names);
+    if text.is_empty() {
+        return;
+    }
+    let this = Selection::Layer { photo: hidden.photo, layer: hidden.layer };
+    let response = name_cell(ui, state.selection == this, (text, others), names);
     let view = worst.views.get(hidden.view.0);
     if response.double_clicked() {
         asks.extend(view.cloned().map(|view| Ask::Space(SpaceAsk::LookFrom(Box::new(view)))));

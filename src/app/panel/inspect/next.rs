@@ -1,4 +1,4 @@
-//! The beginning of a photo's page: what to do next with it.
+//! The beginning of the pages of a photo, an object and the project: what to do next.
 
 use eframe::egui::{Button, Ui};
 
@@ -6,11 +6,11 @@ use crate::app::command::{Command, layers, mask, paint};
 use crate::app::panel::{button, counted};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
-use crate::app::state::next_steps::{HiddenAreas, NextStep};
+use crate::app::state::next_steps::{HiddenAreas, NextStep, SiteAreas, SiteStep};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::recipe::layer_table::LayerFigures;
-use crate::scene::PhotoId;
+use crate::scene::{ObjectId, PhotoId};
 
 /// Draws a photo's state in a line, and below it what to do next.
 pub fn next_ui(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -84,6 +84,65 @@ fn step_ui(
     }
 }
 
+/// Draws what to do next with all photos, or with what they show of an object.
+pub fn site_steps_ui(state: &State, object: Option<ObjectId>, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
+    ui.add_space(6.0);
+    ui.strong("Next");
+    let steps = state.next_steps_of_site(object);
+    let photos = |count: usize| counted(count as u64, "photo");
+    for step in &steps {
+        match step {
+            SiteStep::Build(count) => {
+                ui.label(format!("The layers of {} are not built, or out of date.", photos(*count)));
+                button(state, ui, &layers::BUILD, asks);
+            }
+            SiteStep::Fill(count) => {
+                ui.label(format!("The occluded areas of {} are empty.", photos(*count)));
+                button(state, ui, &layers::FILL, asks);
+            }
+            SiteStep::Paint(areas) => areas_ui(session, areas, ui, asks),
+            SiteStep::Cover(count) => {
+                let text = "not covered by any photo: the list of faces marks them; a click says why.";
+                let are = if *count == 1 { "is" } else { "are" };
+                ui.label(format!("{} {are} {text}", counted(*count as u64, "face")));
+            }
+        }
+        ui.add_space(4.0);
+    }
+    if steps.is_empty() {
+        let what = if object.is_some() { "The photos show all of it" } else { "All layers are filled" };
+        ui.label(format!("{what}, and no large hidden area is left to paint."));
+    }
+}
+
+/// Draws the largest hidden areas of several photos, each with a button that selects its layer.
+fn areas_ui(session: &Session, areas: &SiteAreas, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let largest = if areas.count > areas.largest.len() { ", the largest first" } else { "" };
+    let (count, photos) = (counted(areas.count as u64, "hidden area"), counted(areas.photos as u64, "photo"));
+    ui.label(format!("Paint {count} in {photos}{largest}:"));
+    for (photo, layer, share) in &areas.largest {
+        let Some(stack) = session.stack_of(*photo) else { continue };
+        let it = stack.layer(*layer);
+        if it.fill.is_some() {
+            // By these it is known what is painted already.
+            asks.push(QualityAsk::WantShares(*photo).into());
+        }
+        let name = format!("{} in {}", it.name, session.opened.site.photo(*photo).name);
+        area_ui(ui, &name, Selection::Layer { photo: *photo, layer: *layer }, *share, asks);
+    }
+}
+
+/// Draws a hidden area with a button that selects its layer.
+fn area_ui(ui: &mut Ui, name: &str, layer: Selection, share: f64, asks: &mut Vec<Ask>) {
+    let share = format!("{:.0} % hidden", 100.0 * share);
+    let row = Button::selectable(false, name).right_text(share).truncate();
+    let row = ui.add(row.min_size([ui.available_width(), 0.0].into()));
+    if row.on_hover_text(format!("Selects this image layer: {name}")).clicked() {
+        asks.push(SelectAsk::Only(layer).into());
+    }
+}
+
 /// Draws the layers to paint, each with a button that selects it.
 fn paint_ui(session: &Session, photo: PhotoId, areas: &HiddenAreas, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(stack) = session.stack_of(photo) else { return };
@@ -91,11 +150,6 @@ fn paint_ui(session: &Session, photo: PhotoId, areas: &HiddenAreas, ui: &mut Ui,
     ui.label(format!("Paint {}{largest}:", counted(areas.count as u64, "hidden area")));
     for (layer, share) in &areas.largest {
         let Some(it) = stack.image_layers.get(layer.index()) else { continue };
-        let share = format!("{:.0} % hidden", 100.0 * share);
-        let row = Button::selectable(false, &it.name).right_text(share).truncate();
-        let row = ui.add(row.min_size([ui.available_width(), 0.0].into()));
-        if row.on_hover_text("Selects this image layer.").clicked() {
-            asks.push(SelectAsk::Only(Selection::Layer { photo, layer: *layer }).into());
-        }
+        area_ui(ui, &it.name, Selection::Layer { photo, layer: *layer }, *share, asks);
     }
 }

@@ -3,15 +3,16 @@
 use eframe::egui::{Align, Button, Layout, RichText, Ui};
 
 use super::LIST;
+use super::next::site_steps_ui;
 use crate::app::command::edit;
 use crate::app::panel::masks::object_mask_ui;
-use crate::app::panel::{button, counted, long_list, rows, small_button, title};
+use crate::app::panel::{button, counted, link_ui, long_list, rows, small_button, title};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::layers::Faces;
-use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, LayerEdit};
+use crate::recipe::decide::{EXCLUDED, FaceInPhoto, FaceInPhotos, LayerEdit};
 use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{FaceTexture, words as reason_words};
 use crate::scene::{FaceId, ObjectId, PhotoId};
@@ -23,17 +24,15 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
     let model = session.model();
     let it = model.object(object);
     title(ui, "Object", &it.name);
-    let mut facts = vec![("Faces", it.faces.len().to_string())];
+    let mut words = vec![counted(it.faces.len() as u64, "face")];
     if it.billboard && it.impostor.is_none() {
-        facts.push(("Billboard", "shown from both sides".into()));
+        words.push("billboard, shown from both sides".into());
     }
-    let bare = counts.iter().filter(|count| **count == 0).count() as u64;
-    if session.photos.iter().any(|photo| photo.stack.is_some()) && bare > 0 {
-        facts.push(("Without texture", counted(bare, "face")));
-    }
-    rows(ui, &facts);
+    ui.weak(words.join(" · "));
+    site_steps_ui(state, Some(object), ui, asks);
     ui.add_space(6.0);
     surface_buttons(state, ui, asks);
+    decided_ui(state, session, object, ui, asks);
     let mut turns = it.impostor.is_some();
     let turning = ui.checkbox(&mut turns, "Turns towards the camera");
     let help = "For trees and the like: one upright rectangle about the middle of the object faces each photo and each \
@@ -66,6 +65,28 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
     });
 }
 
+/// Draws the photos that are excluded from an object, and those to which it is pinned, each with a button that undoes that.
+fn decided_ui(state: &State, session: &Session, object: ObjectId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    for (photo, decided) in state.decided_about_object(object) {
+        let name = &session.opened.site.photo(photo).name;
+        ui.horizontal_wrapped(|ui| {
+            let (text, tooltip) = match decided {
+                EXCLUDED => ("Allow", "Lets the photo texture the object again."),
+                _ => ("Unpin", "Lets the other photos texture the object again, too."),
+            };
+            if small_button(ui, text, &format!("{text} {name}"), tooltip).clicked() {
+                let of = vec![Faces::whole(&session.model().object(object).name)];
+                let edit = LayerEdit::Free { photo: name.clone(), of };
+                asks.push(DecideAsk::Layers(Box::new(edit)).into());
+            }
+            match decided {
+                EXCLUDED => ui.label(format!("{name} is excluded: it does not texture the object.")),
+                _ => ui.label(format!("The object is pinned to {name}.")),
+            };
+        });
+    }
+}
+
 /// Draws the page of a face.
 pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) {
     let Some(found) = state.inspect.photos_of_face(face) else { return };
@@ -81,7 +102,7 @@ pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) 
     rows(ui, &facts);
     ui.horizontal_wrapped(|ui| {
         let object = model.object(it.object).name.clone();
-        if ui.link(object).on_hover_text("Selects the object.").clicked() {
+        if link_ui(ui, object).on_hover_text("Selects the object.").clicked() {
             asks.push(Ask::Select(SelectAsk::Only(Selection::Object(it.object))));
         }
         button(state, ui, &edit::SWITCH_OFF, asks);
@@ -126,7 +147,7 @@ fn photo_row(
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             asks.extend(decisions(session, face, photo, name, ui));
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                let text = RichText::new(name).color(ui.visuals().hyperlink_color);
+                let text = RichText::new(name).color(ui.visuals().hyperlink_color).underline();
                 let link = ui.add(Button::new(text).truncate().frame(false));
                 if link.on_hover_text("Shows the face in this photo.").clicked() {
                     asks.push(Ask::Select(SelectAsk::ShowInPhoto(id, face, at)));
@@ -140,7 +161,7 @@ fn photo_row(
         let by = if let FaceTexture::Nothing(why) = &photo.given { why.by.as_deref() } else { None };
         if let Some(by) = by {
             let front = face_named(session.model(), by).ok();
-            if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
+            if link_ui(ui, by).on_hover_text("Selects the face in front.").clicked() {
                 asks.extend(front.map(|front| Ask::Select(SelectAsk::Only(Selection::Face(front)))));
             }
         }
@@ -151,6 +172,7 @@ fn photo_row(
 /// Describes what a photo contributes to a face; the occluding surfaces follow.
 fn photo_message(photo: &FaceInPhoto, id: PhotoId, found: &FaceInPhotos, session: &Session) -> String {
     match &photo.given {
+        _ if photo.decided == Some(EXCLUDED) => "excluded: it does not texture the face".into(),
         FaceTexture::NotBuilt => "its layers are not built".into(),
         FaceTexture::Unknown => "its layers are from another model: build them again".into(),
         FaceTexture::Nothing(why) if why.by.is_some() => "no texture: hidden behind".into(),
@@ -180,8 +202,8 @@ fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, u
     };
     let free = |photo, of| LayerEdit::Free { photo, of };
     let gives = matches!(photo.given, FaceTexture::Texture { .. });
-    let pinned = photo.decided.is_some_and(|decided| decided != "excluded");
-    if photo.decided == Some("excluded") {
+    let pinned = photo.decided.is_some_and(|decided| decided != EXCLUDED);
+    if photo.decided == Some(EXCLUDED) {
         let tooltip = "Lets the photo texture the face again.";
         return small_button(ui, "Allow", &format!("Allow {name}"), tooltip).clicked().then(|| edit(free));
     }

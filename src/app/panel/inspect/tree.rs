@@ -3,7 +3,7 @@
 use eframe::egui::{ComboBox, DragValue, Grid, Key, Response, TextEdit, Ui};
 
 use crate::app::command::{trees, view};
-use crate::app::panel::{button, grouped, named, rows, small_button, title};
+use crate::app::panel::{button, grouped, link_ui, named, rows, small_button, title};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk, TreeAsk};
 use crate::app::state::selection::Selection;
@@ -41,7 +41,7 @@ pub fn tree_page(ui: &mut Ui, state: &State, index: TreeIndex, asks: &mut Vec<As
             button(state, ui, command, asks);
         }
     });
-    let light = ui.link("Light on all trees").on_hover_text(trees::LIGHT.tooltip);
+    let light = link_ui(ui, "Light on all trees").on_hover_text(trees::LIGHT.tooltip);
     if light.clicked() {
         asks.push(SelectAsk::Only(Selection::Trees).into());
     }
@@ -282,7 +282,7 @@ fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree, asks: &mut Vec<Ask>) 
     if masked.outdated {
         ui.horizontal_wrapped(|ui| {
             ui.colored_label(ui.visuals().warn_fg_color, "Its masks are out of date: the tree has changed.");
-            let again = ui.link("Mask real trees").on_hover_text(trees::MASK.tooltip);
+            let again = link_ui(ui, "Mask real trees").on_hover_text(trees::MASK.tooltip);
             if again.clicked() {
                 asks.push(TreeAsk::Mask.into());
             }

@@ -5,7 +5,7 @@ use eframe::egui::{Color32, Sense, Ui, vec2};
 use crate::app::command::{Command, flat};
 use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::flat::scale_ui;
-use crate::app::panel::{grouped, percent, toggle_ui};
+use crate::app::panel::{grouped, percent, switch_ui, toggle_ui};
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::flat::layer::{Aspect, LayerKey, LayerPane};
@@ -44,7 +44,9 @@ pub fn tools_ui(ui: &mut Ui, state: &State, pane: &mut LayerPane, layer: &ImageL
 
 fn aspect(ui: &mut Ui, now: &mut Aspect, aspect: Aspect) {
     let (name, tooltip) = texts(aspect);
-    ui.selectable_value(now, aspect, name).on_hover_text(tooltip);
+    if switch_ui(ui, *now == aspect, name).on_hover_text(tooltip).clicked() {
+        *now = aspect;
+    }
 }
 
 /// Draws a switch that applies to the pixels only; the other aspects do not use it.

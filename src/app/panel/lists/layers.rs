@@ -97,8 +97,7 @@ impl Outliner<'_> {
                 ROOM.. => (format!("{share} hidden"), HIDDEN),
                 _ => (share, SHARE),
             };
-            let weak = ui.visuals().weak_text_color();
-            text_in(ui, line.take_right(width), &text, weak, Align::Max);
+            text_in(ui, line.take_right(width), &text, line.weak, Align::Max);
         }
         let layers = self.site.stack().map(|stack| &stack.image_layers[..]).unwrap_or_default();
         let others = beside(index.index(), |place| Some(layers.get(place)?.name.as_str()));

@@ -31,6 +31,8 @@ pub struct DrawnRow {
     pub response: Response,
     /// The colour of its text.
     pub color: Color32,
+    /// The colour of remarks: on a selected row that of its text, so that they are read there, too.
+    pub weak: Color32,
 }
 
 impl Outliner<'_> {
@@ -42,7 +44,10 @@ impl Outliner<'_> {
         response.widget_info(|| WidgetInfo::selected(Role::TreeItem, true, selected, name));
         let visuals = ui.visuals();
         let (fill, of_text) = selected_colours(visuals);
-        let color = if selected { of_text } else { visuals.text_color() };
+        let (color, weak) = match selected {
+            true => (of_text, of_text),
+            false => (visuals.text_color(), visuals.weak_text_color()),
+        };
         if selected {
             ui.painter().rect_filled(rect, ROUND, fill);
         } else if response.hovered() && row.is_stop() {
@@ -54,7 +59,7 @@ impl Outliner<'_> {
         let level = row.level(self.as_table());
         let left = rect.left() + LEFT + level as f32 * STEP;
         let room = Rect::from_min_max(pos2(left, rect.top()), rect.max - vec2(RIGHT, 0.0));
-        let mut line = DrawnRow { room, response, color };
+        let mut line = DrawnRow { room, response, color, weak };
         if row.opens() {
             self.triangle(ui, row, &mut line, name);
         } else {
@@ -109,7 +114,7 @@ impl DrawnRow {
     /// Draws text at the left of the free space; it is shortened in the middle where it is longer.
     pub fn text(&self, ui: &Ui, text: &str, look: RowText) {
         let color = match look {
-            RowText::Weak => ui.visuals().weak_text_color(),
+            RowText::Weak => self.weak,
             RowText::Plain | RowText::Strong => self.color,
         };
         let color = if matches!(look, RowText::Strong) { ui.visuals().strong_text_color() } else { color };
@@ -124,7 +129,7 @@ impl DrawnRow {
         let color = match (response.hovered(), on) {
             (true, _) => ui.visuals().strong_text_color(),
             (false, true) => self.color.gamma_multiply(0.75),
-            (false, false) => ui.visuals().weak_text_color(),
+            (false, false) => self.weak,
         };
         draw_eye(ui, rect.center(), on, color);
         let clicked = response.clicked();

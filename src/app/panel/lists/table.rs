@@ -29,8 +29,6 @@ const TRIANGLE: f32 = 9.0;
 const BEHIND_NAME: f32 = 42.0;
 /// The start of the line below the headings, in points from the left edge.
 const LINE: f32 = 14.0;
-/// The opacity of columns that the table is not sorted by.
-const WEAKER: f32 = 0.8;
 
 /// Returns the heading of a column, its width in points, and its tooltip.
 fn heading(column: Column) -> (&'static str, f32, &'static str) {
@@ -72,7 +70,7 @@ impl Outliner<'_> {
             let (_, width, _) = heading(column);
             let rect = line.take_right(width);
             let text = cell(column, layer, &figures, trust);
-            let color = if column == list.column { line.color } else { line.color.gamma_multiply(WEAKER) };
+            let color = if column == list.column { line.color } else { line.weak };
             text_in(ui, rect, &text, color, Align::Max);
         }
         line.room.max.x -= GAP;

@@ -3,12 +3,14 @@
 use eframe::egui::{Button, Context, RichText};
 
 use super::place::{line, wrongs};
+use crate::app::command::file::SAVE_COPY;
+use crate::app::state::State;
 use crate::app::state::opening::place::PathField;
 use crate::app::state::opening::{DialogRequest, Purpose};
 use crate::app::widget::dialog::Dialog;
 
 /// Draws the dialog that asks for the folder of a copy.
-pub fn copy_ui(field: &mut PathField, context: &Context, requests: &mut Vec<DialogRequest>) {
+pub fn copy_ui(state: &State, field: &mut PathField, context: &Context, requests: &mut Vec<DialogRequest>) {
     let answer = Dialog::new("copy of the project", 560.0).show(context, |ui, keys| {
         ui.heading("Save a copy");
         ui.label(
@@ -30,7 +32,12 @@ pub fn copy_ui(field: &mut PathField, context: &Context, requests: &mut Vec<Dial
         ui.add_space(6.0);
         ui.horizontal(|ui| {
             let is_named = !field.typed.trim().is_empty();
-            let save = ui.add_enabled(is_named, Button::new(RichText::new("Save copy").strong()));
+            // A job may have begun since the dialog was opened.
+            let ready = (SAVE_COPY.ready)(state);
+            let button = Button::new(RichText::new("Save copy").strong());
+            let save = ui.add_enabled(is_named && ready.is_ok(), button);
+            let why = ready.err().unwrap_or("type the folder of the copy");
+            let save = save.on_disabled_hover_text(format!("Not available: {why}."));
             if keys.press(&save) {
                 requests.push(DialogRequest::SaveCopy);
             }

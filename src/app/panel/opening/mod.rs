@@ -33,7 +33,7 @@ pub fn opening_ui(state: &State, dialogs: &mut OpeningDialogs, context: &Context
         sample_ui(state, sample, context, &mut requests);
     }
     if let Some(copy) = &mut dialogs.copy {
-        copy_ui(copy, context, &mut requests);
+        copy_ui(state, copy, context, &mut requests);
     }
     held_ui(state, context, &mut requests);
     if state.opening.typing {

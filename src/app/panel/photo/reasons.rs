@@ -3,7 +3,7 @@
 use eframe::egui::{Button, ComboBox, RichText, ScrollArea, Ui};
 use glam::{DVec2, DVec3};
 
-use crate::app::panel::named;
+use crate::app::panel::{link_ui, named};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::flat::photo::PhotoPane;
@@ -106,7 +106,7 @@ fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: 
             Some(by) => {
                 ui.weak("hidden by");
                 let front = face_named(session.model(), by).ok();
-                if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
+                if link_ui(ui, by).on_hover_text("Selects the face in front.").clicked() {
                     asks.extend(front.map(|front| Ask::Select(SelectAsk::Only(Selection::Face(front)))));
                 }
             }

@@ -4,7 +4,7 @@ use eframe::egui::{Button, ComboBox, Slider, SliderClamping, Ui};
 
 use crate::app::command::{Command, keys_text, mask};
 use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
-use crate::app::panel::{button, named};
+use crate::app::panel::{button, named, switch_ui};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
 use crate::app::state::masking::RADII_PX;
@@ -88,7 +88,7 @@ fn toggle(state: &State, ui: &mut Ui, command: &'static Command, text: &str, ask
     let on = command.on.is_some_and(|on| on(state));
     let keys = command.keys.first().map(|keys| format!(" ({})", keys_text(ui.ctx(), keys)));
     let tooltip = format!("{}{}", command.tooltip, keys.unwrap_or_default());
-    if ui.selectable_label(on, text).on_hover_text(tooltip).clicked() {
+    if switch_ui(ui, on, text).on_hover_text(tooltip).clicked() {
         asks.push(command.asked(state));
     }
 }

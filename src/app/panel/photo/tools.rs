@@ -6,7 +6,7 @@ use super::drawing::colour_of_depth;
 use crate::app::command::flat;
 use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::flat::scale_ui;
-use crate::app::panel::named;
+use crate::app::panel::{named, switch_ui};
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::flat::photo::PhotoPane;
@@ -72,7 +72,7 @@ fn hidden_layers(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPositio
 fn untextured(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, asks: &mut Vec<Ask>) {
     let untextured = state.selected_stack().map_or(0, |stack| stack.untextured.len());
     let text = format!("{} ({untextured})", flat::UNTEXTURED.name);
-    let list = ui.selectable_label(pane.reasons_shown, text);
+    let list = switch_ui(ui, pane.reasons_shown, text);
     if list.on_hover_text(flat::UNTEXTURED.tooltip).clicked() {
         asks.push(flat::UNTEXTURED.asked(state));
     }

@@ -1,6 +1,6 @@
 //! The hint with the first steps in the 3D view, and the way to the first painted layer, until the user closes it.
 
-use eframe::egui::{Grid, RichText, Ui};
+use eframe::egui::{Grid, RichText, TextStyle, Ui};
 
 use crate::app::command::{Command, file, layers, paint};
 use crate::app::panel::button;
@@ -12,10 +12,10 @@ use crate::app::widget::look::good;
 
 /// The number of lines of the help that are shown.
 const FIRST: usize = 5;
-/// The view width below which only the first words are shown, in points.
+/// The view width below which only the next step is shown, in points.
 const ROOM: f32 = 440.0;
 /// The longest line, in points.
-const WORDS: f32 = 460.0;
+const WORDS: f32 = 360.0;
 
 /// Returns whether the hint is on and there is a model to navigate.
 pub fn is_wanted(state: &State) -> bool {
@@ -26,11 +26,13 @@ pub fn is_wanted(state: &State) -> bool {
 pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>) {
     let room = ui.available_width();
     ui.set_max_width(room.min(WORDS));
-    ui.strong("First steps");
-    ui.label("The view shows the photos projected onto the model, blended for your viewpoint.");
+    // The view is what one wants to see.
+    ui.style_mut().override_text_style = Some(TextStyle::Small);
+    ui.spacing_mut().item_spacing.y = 2.0;
+    ui.strong("First steps")
+        .on_hover_text("The view shows the photos projected onto the model, blended for your viewpoint.");
     if room >= ROOM {
-        ui.add_space(4.0);
-        Grid::new("first steps").num_columns(2).striped(true).show(ui, |ui| {
+        Grid::new("first steps").num_columns(2).min_row_height(0.0).show(ui, |ui| {
             for (keys, what) in &mouse(state.settings.navigation)[..FIRST] {
                 ui.strong(*keys);
                 ui.label(*what);
@@ -38,8 +40,7 @@ pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>
             }
         });
     }
-    steps_ui(ui, state, asks);
-    ui.add_space(6.0);
+    step_ui(ui, state, asks);
     ui.horizontal(|ui| {
         if ui.button("Got it").on_hover_text("Hides these hints permanently.").clicked() {
             *hints = false;
@@ -51,29 +52,25 @@ pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>
     });
 }
 
-/// Draws the way to the first painted layer: what is done, and the next step with its button.
-fn steps_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
-    let next = state.next_first_step();
-    ui.add_space(6.0);
-    ui.strong("To your first painted layer");
-    for (number, step) in (1..).zip(FirstStep::ALL) {
-        let (text, command) = words(step);
-        let line = format!("{number}. {text}");
-        if state.is_done(step) {
-            ui.label(RichText::new(format!("{line} – done")).color(good(ui.visuals())));
-            continue;
-        }
-        ui.horizontal_wrapped(|ui| {
-            ui.label(if next == Some(step) {
-                RichText::new(line).strong()
-            } else {
-                RichText::new(line).weak()
-            });
-            if let Some(command) = command.filter(|_| next == Some(step)) {
-                button(state, ui, command, asks);
+/// Draws the next step of the way to the first painted layer, with its button.
+fn step_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+    let steps = FirstStep::ALL;
+    let Some(next) = state.next_first_step() else {
+        ui.label(RichText::new("Your first layer is painted.").color(good(ui.visuals())));
+        return;
+    };
+    let number = steps.iter().position(|step| *step == next).map_or(1, |before| before + 1);
+    let (text, command) = words(next);
+    ui.horizontal_wrapped(|ui| {
+        let line = format!("To your first painted layer, step {number} of {}: {text}", steps.len());
+        ui.label(RichText::new(line).strong()).on_hover_ui(|ui| {
+            for (number, step) in (1..).zip(steps) {
+                let done = if state.is_done(step) { " – done" } else { "" };
+                ui.label(format!("{number}. {}{done}", words(step).0));
             }
         });
-    }
+        command.into_iter().for_each(|command| button(state, ui, command, asks));
+    });
 }
 
 /// Returns what a step is called, and the command that does it.
