@@ -152,10 +152,14 @@ impl Progress {
         let [from, to] = moving.bar;
         let of_rest = (of_stage - moving.begun_at) / (1.0 - moving.begun_at).max(f32::EPSILON);
         self.share = Some((from + (to - from) * of_rest).min(MOST).max(share));
-        self.words = match planned.map(|at| plan[at].2) {
+        self.words = match planned {
             None => in_words(stage, done, total),
-            Some(words) if has_parts(stage) => format!("{} {words}", in_words(stage, done, total)),
-            Some(words) => words.to_owned(),
+            Some(at) if has_parts(stage) => format!("{} {}", in_words(stage, done, total), plan[at].2),
+            // What comes next may take a while before it reports anything.
+            Some(at) => {
+                let next = plan.get(at + 1).filter(|(next, ..)| done >= total && !has_parts(next));
+                next.unwrap_or(&plan[at]).2.to_owned()
+            }
         };
         self.done = done;
         self.since.get_or_insert_with(Instant::now);
@@ -177,9 +181,9 @@ impl Progress {
         &self.words
     }
 
-    /// Returns the estimated time left; `None` before a tenth of the job is done.
+    /// Returns the estimated time left; `None` before a tenth of the job is done, and once the estimate has run out.
     pub fn left(&self) -> Option<Duration> {
-        self.estimate.map(|(at, left)| left.saturating_sub(at.elapsed()))
+        self.estimate.and_then(|(at, left)| left.checked_sub(at.elapsed()))
     }
 
     /// Estimates the time left: that of the present stage by its own pace, once that is known, and all else by the pace of
@@ -237,6 +241,7 @@ mod tests {
         for (stage, done, total) in [
             ("check stacks", 3, 9),
             ("build layers", 9, 9),
+            ("compare photos", 8, 9),
             ("compare photos", 9, 9),
             ("fill", 1, 9),
             ("load layers", 47_217, 749_070),
@@ -245,7 +250,8 @@ mod tests {
             words.push(progress.in_words().to_owned());
         }
         assert_eq!(words[..2], ["checking layers", "9 of 9 photos built"]);
-        assert_eq!(words[2..], ["comparing photos", "1 of 9 photos filled", "1 of 9 photos filled"]);
+        assert_eq!(words[2..4], ["comparing photos", "comparing surroundings"], "what comes next");
+        assert_eq!(words[4..], ["1 of 9 photos filled", "1 of 9 photos filled"]);
         let mut other = Progress::default();
         other.step(JobKind::Check, "check views", 1, 2);
         other.step(JobKind::Check, "relief", 99, 100);

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Button, Ui};
 
-use crate::app::command::{Command, layers, mask, paint};
+use crate::app::command::{Command, first_keys, layers, mask, paint};
 use crate::app::panel::{button, counted};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
@@ -94,8 +94,9 @@ pub fn site_steps_ui(state: &State, object: Option<ObjectId>, ui: &mut Ui, asks:
     for step in &steps {
         match step {
             SiteStep::Build(count) => {
-                ui.label(format!("The layers of {} are not built, or out of date.", photos(*count)));
-                button(state, ui, &layers::BUILD, asks);
+                // The view or the list of photos has the button.
+                let keys = first_keys(ui.ctx(), &layers::BUILD);
+                ui.label(format!("Build the layers of {} ({keys}).", photos(*count)));
             }
             SiteStep::Fill(count) => {
                 ui.label(format!("The occluded areas of {} are empty.", photos(*count)));
@@ -128,7 +129,7 @@ fn areas_ui(session: &Session, areas: &SiteAreas, ui: &mut Ui, asks: &mut Vec<As
             // By these it is known what is painted already.
             asks.push(QualityAsk::WantShares(*photo).into());
         }
-        let name = format!("{} in {}", it.name, session.opened.site.photo(*photo).name);
+        let name = format!("{}: {}", session.opened.site.photo(*photo).name, it.name);
         area_ui(ui, &name, Selection::Layer { photo: *photo, layer: *layer }, *share, asks);
     }
 }

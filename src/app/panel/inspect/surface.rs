@@ -172,7 +172,6 @@ fn photo_row(
 /// Describes what a photo contributes to a face; the occluding surfaces follow.
 fn photo_message(photo: &FaceInPhoto, id: PhotoId, found: &FaceInPhotos, session: &Session) -> String {
     match &photo.given {
-        _ if photo.decided == Some(EXCLUDED) => "excluded: it does not texture the face".into(),
         FaceTexture::NotBuilt => "its layers are not built".into(),
         FaceTexture::Unknown => "its layers are from another model: build them again".into(),
         FaceTexture::Nothing(why) if why.by.is_some() => "no texture: hidden behind".into(),
