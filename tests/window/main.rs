@@ -19,4 +19,5 @@ mod projects;
 mod room;
 mod session;
 mod space;
+mod stops;
 mod up_to_date;

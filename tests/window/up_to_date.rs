@@ -39,7 +39,7 @@ fn idle(editor: &Editor) -> bool {
 }
 
 /// Nothing runs, and nothing is left to be updated.
-fn is_up_to_date(editor: &Editor) -> bool {
+pub fn is_up_to_date(editor: &Editor) -> bool {
     let Some(session) = &editor.session else { return false };
     let mut photos = session.photos.iter();
     let are_filled = photos
