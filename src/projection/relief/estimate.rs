@@ -94,11 +94,13 @@ fn of_faces(
         .collect();
     let (done, total) = (AtomicUsize::new(0), plots.iter().map(Plot::cells).sum::<usize>());
     let one = |plot: Plot| {
-        let (face, cells) = (plot.face, plot.cells());
+        let (face, row) = (plot.face, plot.columns());
         let of_face = views_of_face(model, face, &seen[face.0 as usize], sweep_views);
-        let heights = heights(model, &plot, &of_face, options, task)?;
-        let done = done.fetch_add(cells, Ordering::Relaxed) + cells;
-        task.step("relief", done as u64, total as u64)?;
+        let row_done = || {
+            let done = done.fetch_add(row, Ordering::Relaxed) + row;
+            task.step("relief", done as u64, total as u64)
+        };
+        let heights = heights(model, &plot, &of_face, options, &row_done)?;
         Ok((face, plot.with_heights(heights)))
     };
     let (large, small): (Vec<Plot>, Vec<Plot>) = plots.into_iter().partition(|plot| plot.cells() > LARGE);
@@ -118,16 +120,15 @@ fn heights(
     plot: &Plot,
     sweep_views: &[(&SweepView, f64)],
     options: &ReliefOptions,
-    task: &Task,
+    row_done: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Vec<f32>> {
-    let mut volume = disagreement(model, plot, sweep_views, options, task)?.blurred();
+    let mut volume = disagreement(model, plot, sweep_views, options, row_done)?.blurred();
     let middle = options.steps as usize;
     for costs in volume.costs.chunks_mut(volume.hypotheses) {
         for (h, cost) in costs.iter_mut().enumerate() {
             *cost += options.prior * h.abs_diff(middle) as f32 / middle as f32;
         }
     }
-    task.go_on()?;
     let least = median_of_nine(&volume.least(options), plot.columns());
     let step = plot.reach as f32 / middle as f32;
     Ok(least.into_iter().map(|h| (h - middle as f32) * step).collect())

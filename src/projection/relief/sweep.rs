@@ -13,7 +13,6 @@ use crate::error::Result;
 use crate::projection::weights::pixels_per_unit;
 use crate::raster::robust::median;
 use crate::scene::{FaceId, Model};
-use crate::task::Task;
 
 /// The number of texels of the compared details per side of a cell: enough that a cell contains some texture,
 /// and not finer than one height can bring into register.
@@ -68,30 +67,29 @@ impl<'a> PlotView<'a> {
 }
 
 /// Computes the disagreement of `sweep_views` (each with its mean pixels per world unit there) about a plot,
-/// for every cell and height.
+/// for every cell and height. `row_done` is called after each row of cells: a large face takes minutes.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`crate::Error::Cancelled`], as `row_done` says.
 pub fn disagreement(
     model: &Model,
     plot: &Plot,
     sweep_views: &[(&SweepView, f64)],
     options: &ReliefOptions,
-    task: &Task,
+    row_done: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Volume> {
     let views: Vec<PlotView> = sweep_views.iter().map(|(w, px)| PlotView::new(w, plot, *px)).collect();
     let hypotheses = options.hypotheses();
     let row = plot.columns() * hypotheses;
     let mut costs = vec![0.0; row * plot.rows()];
     costs.par_chunks_mut(row).enumerate().try_for_each(|(y, costs)| {
-        task.go_on()?;
         let mut here = Vec::with_capacity(views.len());
         for (x, costs) in costs.chunks_mut(hypotheses).enumerate() {
             let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * plot.cell;
             choose(model, plot, &views, at, options, &mut here);
             cell_costs(&here, plot.reach, costs);
         }
-        Ok(())
+        row_done()
     })?;
     Ok(Volume { columns: plot.columns(), hypotheses, costs })
 }
