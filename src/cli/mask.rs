@@ -18,7 +18,7 @@ use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{FoundMask, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{ObjectMasks, from_object};
 use crate::recipe::masks::suggest::{
-    MARGIN_PX, MaskSuggestion, Suggestions, accepted, suggest, suggestion_folder, suggestions,
+    MARGIN_PX, MaskSuggestion, Suggestions, UNSEEN, accepted, suggest, suggestion_folder, suggestions,
 };
 use crate::recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
 use crate::recipe::open::{Opened, open_site, whole_model};
@@ -138,11 +138,10 @@ fn changed_photos(before: &Masks, after: &Masks) -> Vec<String> {
     photos.into_iter().filter(|photo| before.of(photo) != after.of(photo)).map(str::to_owned).collect()
 }
 
-/// What the search cannot see.
-const UNSEEN: &str = "not found: what stands before surfaces that fewer than two other photos show, before the sky alone, and dark things \
-                      before dark surfaces; look through the photos, and mask these with --add, in the window, or in a layer `mask`\n";
-
 fn suggestions_text(found: &Suggestions, args: &MaskArgs) -> String {
+    let unseen = format!(
+        "{UNSEEN}\nlook through the photos, and mask these with --add, in the window, or in a layer `mask`\n"
+    );
     let listed: Vec<&MaskSuggestion> =
         found.list.iter().filter(|suggestion| args.all || suggestion.is_likely()).collect();
     let unlisted = found.list.len() - listed.len();
@@ -153,7 +152,7 @@ fn suggestions_text(found: &Suggestions, args: &MaskArgs) -> String {
         ),
     };
     if listed.is_empty() {
-        return format!("no transient objects were found\n{more}{UNSEEN}");
+        return format!("no transient objects were found\n{more}{unseen}");
     }
     let headings = ["number", "photo", "likelihood", "differs", "x", "y", "width", "height", "masks"];
     let mut table = Table::new(&headings);
@@ -168,7 +167,7 @@ fn suggestions_text(found: &Suggestions, args: &MaskArgs) -> String {
     let project = args.project.display();
     format!(
         "{}\ndiffers: mean difference from the other photos (natural logarithm of light); x, y, width, height: pixels\n\
-         {} outlined in the pictures in {}; run `quadratura mask {project} --accept 1,2` (or `all`) to mask them\n{more}{UNSEEN}",
+         {} outlined in the pictures in {}; run `quadratura mask {project} --accept 1,2` (or `all`) to mask them\n{more}{unseen}",
         table.render(),
         counted(listed.len(), "suggestion"),
         folder.display(),

@@ -15,9 +15,11 @@ use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::document::masks::MaskOrigin;
-use quadratura::testing::geometry::Spans;
+use quadratura::testing::geometry::{PixelRect, Spans};
+use quadratura::testing::io::mask_file::mask_png;
 use quadratura::testing::io::mask_store::MaskStore;
 use quadratura::testing::io::project::read_project;
+use quadratura::testing::recipe::masks::suggest::{MaskSuggestion, Suggestions, suggestion_folder};
 use quadratura::testing::scene::PhotoId;
 
 /// Of the piazza's photos that are drawn on, in pixels.
@@ -289,6 +291,53 @@ fn with_a_foreign_layer(folder: &Path) -> PathBuf {
     photo.save(&file).unwrap();
     project_of(&site, &project);
     project
+}
+
+/// Keeps findings with these numbers and likelihoods, in the first photo, as an earlier search does.
+fn keep_findings(project: &Path, findings: &[(u32, f64)]) {
+    let folder = suggestion_folder(project);
+    std::fs::create_dir_all(&folder).unwrap();
+    let size = SIZE.map(|side| side as u32);
+    let one = |&(number, likelihood): &(u32, f64)| {
+        let rect = PixelRect { x: 300 * number as i32, y: 400, w: 80, h: 160 };
+        let mask = format!("{number}.png");
+        let masked = Spans::of_pixels(rect, |_, _| true);
+        std::fs::write(folder.join(&mask), mask_png(&masked, size).unwrap()).unwrap();
+        let (pixels, share) = (masked.count(), 0.004);
+        let (photo, picture) = (CHURCH.to_owned(), format!("{CHURCH}.jpg"));
+        MaskSuggestion { number, photo, size, rect, pixels, share, score: 1.0, likelihood, mask, picture }
+    };
+    let list = findings.iter().map(one).collect();
+    let json = serde_json::to_vec(&Suggestions { version: 2, list }).unwrap();
+    std::fs::write(folder.join("suggestions.json"), json).unwrap();
+}
+
+#[test]
+fn what_is_hardly_an_object_is_listed_by_a_switch_of_the_suggestions() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = project(folder.path(), 3);
+    keep_findings(&project, &[(1, 0.9), (2, 0.2)]);
+    let mut harness = opened(&project);
+    harness.state_mut().select(Selection::Photo(PhotoId(0)));
+    steps(&mut harness, 3);
+    wait(&mut harness, "the suggestions", |editor| editor.masking.suggested.count() > 0);
+    steps(&mut harness, 3);
+    let listed = |harness: &Harness<'_, Editor>| {
+        [1, 2].map(|number| harness.query_by_label(&format!("Mask suggestion {number}")).is_some())
+    };
+    assert_eq!(listed(&harness), [true, false]);
+    for both in [true, false] {
+        harness.get_by_role_and_label(Role::CheckBox, "Show unlikely ones").click_accesskit();
+        steps(&mut harness, 3);
+        assert_eq!(listed(&harness), [true, both]);
+    }
+    // Where nothing else is left, the switch is.
+    harness.state_mut().run(&command::mask::DISMISS);
+    steps(&mut harness, 3);
+    assert_eq!(listed(&harness), [false, false]);
+    harness.get_by_role_and_label(Role::CheckBox, "Show unlikely ones").click_accesskit();
+    steps(&mut harness, 3);
+    assert_eq!(listed(&harness), [false, true]);
 }
 
 #[test]

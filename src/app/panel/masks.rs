@@ -12,6 +12,7 @@ use crate::app::state::masking::origin_words;
 use crate::app::state::masking::suggested::ShownSuggestion;
 use crate::document::masks::Mask;
 use crate::recipe::masks::MaskEdit;
+use crate::recipe::masks::suggest::UNSEEN;
 use crate::scene::PhotoId;
 
 /// The largest margin around objects, in pixels, equal to the command line's.
@@ -34,20 +35,37 @@ pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>)
         }
         buttons(state, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, asks);
     }
-    if open.is_empty() {
+    let unlikely = state.unlikely_in(photo);
+    if open.is_empty() && unlikely == 0 {
         return;
     }
     ui.add_space(6.0);
-    ui.strong("Suggestions")
-        .on_hover_text("Outlines show objects that only this photo shows, such as people and cars.");
+    ui.strong("Suggestions").on_hover_text(format!(
+        "Outlines show objects that only this photo shows, such as people and cars. {UNSEEN}"
+    ));
     for shown in open.iter() {
         suggestion(shown, photo, all, ui, asks);
     }
-    buttons(state, [&mask::ACCEPT, &mask::DISMISS], ui, asks);
+    if unlikely > 0 {
+        unlikely_ui(state, unlikely, ui, asks);
+    }
+    if !open.is_empty() {
+        buttons(state, [&mask::ACCEPT, &mask::DISMISS], ui, asks);
+    }
 }
 
 fn buttons<const N: usize>(state: &State, commands: [&'static Command; N], ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| commands.into_iter().for_each(|command| button(state, ui, command, asks)));
+}
+
+/// Draws the switch that lists what is hardly an object.
+fn unlikely_ui(state: &State, count: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let mut on = state.masking.suggested.offers_unlikely();
+    let found = counted(count as u64, "finding");
+    let tooltip = format!("{found} in this photo: hardly objects, such as haze, glare and window panes.");
+    if ui.checkbox(&mut on, "Show unlikely ones").on_hover_text(tooltip).changed() {
+        asks.push(Ask::Mask(MaskAsk::OfferUnlikely(on)));
+    }
 }
 
 /// Draws a suggestion in a photo of `all` pixels, with its buttons.

@@ -305,6 +305,8 @@ pub enum MaskAsk {
     WantMasks(PhotoId),
     /// Reads the suggestions of earlier runs, once.
     WantSuggestions,
+    /// Offers suggestions that are hardly objects, or leaves them out.
+    OfferUnlikely(bool),
     /// Marks the suggestion under the pointer, by number.
     PointAt(Option<u32>),
     /// Marks the outcome of the last search as seen.

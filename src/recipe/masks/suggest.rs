@@ -76,6 +76,9 @@ const LIKELY: f64 = 0.5;
 /// The width in photo pixels by which suggested masks are wider than what was found, because colours at its rim are
 /// mixed.
 pub const MARGIN_PX: u32 = 6;
+/// What the search cannot see.
+pub const UNSEEN: &str = "Not found: objects in front of surfaces that fewer than two other photos show, objects in front of the sky \
+                          alone, and dark objects in front of dark surfaces.";
 /// The largest size of the file that is read, in bytes.
 const LARGEST: u64 = 64 << 20;
 /// The name of the list's file.

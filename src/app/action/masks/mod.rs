@@ -37,6 +37,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
         MaskAsk::Show => state.masking.shown = state.switched_in_photo(state.masking.shown),
         MaskAsk::WantMasks(photo) => want_masks(state, work, photo),
         MaskAsk::WantSuggestions => want_suggestions(state, work),
+        MaskAsk::OfferUnlikely(on) => state.masking.suggested.offer_unlikely(on),
         MaskAsk::PointAt(suggestion) => state.masking.suggested.pointed = suggestion,
         MaskAsk::ForgetOutcome => state.masking.suggested.outcome = None,
         MaskAsk::Look(photos) => look_for_transients(state, work, photos),

@@ -14,7 +14,9 @@ use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::error::Result;
 use crate::recipe::budget::default_memory;
-use crate::recipe::masks::suggest::{MARGIN_PX, MaskSuggestion, dismiss, pixels, suggest, suggestions};
+use crate::recipe::masks::suggest::{
+    MARGIN_PX, MaskSuggestion, UNSEEN, dismiss, pixels, suggest, suggestions,
+};
 use crate::task::Task;
 
 impl State {
@@ -24,6 +26,8 @@ impl State {
         // These were dismissed while the search ran.
         let gone = std::mem::take(&mut self.masking.suggested.dismissed);
         list.retain(|shown| is_new(&shown.it.photo) || !gone.contains(&shown.it.number));
+        self.masking.suggested.put(list);
+        let list = self.masking.suggested.list.clone();
         let names = session.opened.site.photos.iter().map(|photo| &photo.name);
         let has_none = |name: &&String| list.iter().all(|shown| shown.it.photo != **name);
         let without = names.filter(|name| is_new(name)).filter(has_none).cloned().collect();
@@ -39,7 +43,7 @@ impl State {
                 format!("{many} transient objects were found {}. A click on one masks it.", in_short(&photos))
             }
         };
-        self.masking.suggested.put(list);
+        let text = format!("{text} {UNSEEN}");
         self.masking.suggested.shown = true;
         self.masking.suggested.outcome = Some(SearchOutcome { without });
         self.tell(Note::new(Weight::Info, text));
@@ -48,10 +52,8 @@ impl State {
     /// Dismisses suggestions, by number.
     pub fn dismiss_suggestions(&mut self, numbers: &[u32]) {
         let Some(session) = &self.session else { return };
-        let list = self.masking.suggested.list.iter();
-        let rest = list.filter(|shown| !numbers.contains(&shown.it.number)).cloned().collect();
         let dismissed = dismiss(&session.folder, numbers);
-        self.masking.suggested.put(rest);
+        self.masking.suggested.remove(numbers);
         if self.running.runs(JobKind::Suggest) {
             self.masking.suggested.dismissed.extend(numbers);
         }
@@ -123,11 +125,11 @@ fn in_short(photos: &[&str]) -> String {
     }
 }
 
-/// Reads the masks of likely suggestions; the others are hardly objects, and the command line lists them.
+/// Reads the masks of suggestions.
 fn shown(folder: &Path, list: Vec<MaskSuggestion>, task: &Task) -> Result<Vec<ShownSuggestion>> {
     let read = |it: MaskSuggestion| {
         task.go_on()?;
         Ok(ShownSuggestion { masked: Arc::new(pixels(folder, &it)?), it })
     };
-    list.into_iter().filter(MaskSuggestion::is_likely).map(read).collect()
+    list.into_iter().map(read).collect()
 }

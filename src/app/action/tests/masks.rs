@@ -237,6 +237,24 @@ fn a_suggestion_that_is_pointed_at_is_forgotten_with_its_list() {
 }
 
 #[test]
+fn what_is_hardly_an_object_is_offered_only_on_request() {
+    let mut bench = TestBench::new();
+    let mut haze = suggestion(2, PHOTOS[0], block(4, 2));
+    haze.it.likelihood = 0.2;
+    suggest(&mut bench, vec![suggestion(1, PHOTOS[0], block(0, 2)), haze]);
+    let offered = |bench: &TestBench| (bench.state.all_suggestions(), bench.state.unlikely_in(PhotoId(0)));
+    assert_eq!(offered(&bench), (vec![1], 1));
+    bench.ask(MaskAsk::OfferUnlikely(true));
+    assert_eq!(offered(&bench), (vec![1, 2], 1));
+    bench.ask(MaskAsk::Dismiss(vec![1]));
+    assert_eq!(offered(&bench), (vec![2], 1));
+    bench.ask(MaskAsk::OfferUnlikely(false));
+    assert_eq!(offered(&bench), (vec![], 1), "it is kept");
+    bench.ask(MaskAsk::OfferUnlikely(true));
+    assert_eq!(offered(&bench), (vec![2], 1));
+}
+
+#[test]
 fn suggestions_of_earlier_runs_are_read_once() {
     let mut bench = TestBench::new();
     bench.ask(MaskAsk::WantSuggestions);

@@ -52,6 +52,12 @@ impl State {
         self.masking.suggested.open_in(photo, &session.opened.site.photo(photo).name, covered)
     }
 
+    /// Returns the number of findings in a photo that are hardly objects.
+    pub fn unlikely_in(&self, photo: PhotoId) -> usize {
+        let session = self.session.as_ref();
+        session.map_or(0, |it| self.masking.suggested.unlikely_in(&it.opened.site.photo(photo).name))
+    }
+
     /// Returns the suggestion at a pixel of a photo.
     pub fn suggestion_at(&self, photo: PhotoId, (x, y): (i32, i32)) -> Option<u32> {
         if !self.masking.suggested.shown {

@@ -24,8 +24,12 @@ pub struct Suggested {
     pub pointed: Option<u32>,
     /// The outcome of the last search, until the user has seen it.
     pub outcome: Option<SearchOutcome>,
-    /// The suggestions, masked or not.
+    /// The suggestions that are offered, masked or not.
     pub list: Arc<Vec<ShownSuggestion>>,
+    /// Whether what is hardly an object is offered, too.
+    with_unlikely: bool,
+    /// All that was found.
+    found: Vec<ShownSuggestion>,
     /// Whether the suggestions of earlier runs were loaded.
     pub read: bool,
     /// The job that searches.
@@ -42,6 +46,8 @@ impl Default for Suggested {
             pointed: None,
             outcome: None,
             list: Arc::default(),
+            with_unlikely: false,
+            found: Vec::new(),
             read: false,
             looking: None,
             dismissed: Vec::new(),
@@ -71,7 +77,7 @@ impl ShownSuggestion {
         match self.it.likelihood {
             likelihood if likelihood >= VERY_LIKELY => "very likely",
             _ if self.it.is_likely() => "likely",
-            _ => "possible",
+            _ => "unlikely",
         }
     }
 
@@ -91,14 +97,43 @@ struct Open {
 }
 
 impl Suggested {
-    /// Returns the number of suggestions in all photos, masked or not.
+    /// Returns the number of suggestions that are offered in all photos, masked or not.
     pub fn count(&self) -> usize {
         self.list.len()
     }
 
-    /// Replaces the suggestions.
-    pub fn put(&mut self, list: Vec<ShownSuggestion>) {
-        (self.list, self.open, self.pointed) = (Arc::new(list), RefCell::default(), None);
+    /// Replaces the suggestions by these, likely or not.
+    pub fn put(&mut self, found: Vec<ShownSuggestion>) {
+        self.found = found;
+        self.list_again();
+    }
+
+    /// Removes suggestions, by number.
+    pub fn remove(&mut self, numbers: &[u32]) {
+        self.found.retain(|shown| !numbers.contains(&shown.it.number));
+        self.list_again();
+    }
+
+    /// Returns whether what is hardly an object is offered, too.
+    pub fn offers_unlikely(&self) -> bool {
+        self.with_unlikely
+    }
+
+    /// Offers what is hardly an object, or leaves it out.
+    pub fn offer_unlikely(&mut self, with_unlikely: bool) {
+        self.with_unlikely = with_unlikely;
+        self.list_again();
+    }
+
+    /// Returns the number of findings in a photo, by name, that are hardly objects.
+    pub fn unlikely_in(&self, name: &str) -> usize {
+        self.found.iter().filter(|shown| shown.it.photo == name && !shown.it.is_likely()).count()
+    }
+
+    fn list_again(&mut self) {
+        let offered = self.found.iter().filter(|shown| self.with_unlikely || shown.it.is_likely());
+        self.list = Arc::new(offered.cloned().collect());
+        (self.open, self.pointed) = (RefCell::default(), None);
     }
 
     /// Returns the suggestions for a photo, by index and name, that are not covered by its masks. They are found once
