@@ -29,7 +29,7 @@ use crate::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
 use crate::task::Task;
 
 /// A counter of changes in how the same photos are compared, or in the relief on which they are.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// The share of a photo's compared pixels with as many votes against them as for them from which on that is told: the
 /// photos differ as a whole, and nobody can know which of them are right.
@@ -191,7 +191,7 @@ impl SiteAgreement {
             let reduction = f64::from(full.width) / f64::from(photo.donor.camera.width);
             let agreement = photo_agreement(photo, &votes, &regions, reduction, &self.options);
             let undecided = undecided_share(&votes);
-            let things = things(photo, &votes, &self.options);
+            let things = things(&all, id, left_out, &votes, &self.options);
             found.push(PhotoEvidence { agreement, things, undecided });
         }
         task.step("compare photos", count, count)?;

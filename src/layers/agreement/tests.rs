@@ -4,11 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec2, DVec3};
 
+use super::parallax::shown_nearby;
 use super::{
     AgreementOptions, PhotoAgreement, ReducedPhoto, ReducedPhotos, Votes, contradicted_regions,
     photo_agreement, things, votes,
 };
-use crate::geometry::PixelRect;
+use crate::geometry::{PixelRect, Spans};
 use crate::layers::fill::{Donor, DonorContent, PaintedSurface, SurfaceId, Surfaces};
 use crate::projection::Projector;
 use crate::projection::agreement::ContradictedPixel;
@@ -41,10 +42,29 @@ fn projector(x: f64) -> Projector {
 
 /// The point of the wall's plane that a pixel shows.
 fn on_wall(projector: &Projector, x: i32, y: i32) -> DVec3 {
+    on_plane(projector, x, y, 6.0)
+}
+
+/// The point that a pixel shows of a plane parallel to the wall, through this place of the y axis.
+fn on_plane(projector: &Projector, x: i32, y: i32, at: f64) -> DVec3 {
     let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
     let eye = projector.pose.center_in_world();
     let ray = projector.pose.rotation.transpose() * projector.camera.ray_in_camera(px);
-    eye + ray * ((6.0 - eye.y) / ray.y)
+    eye + ray * ((at - eye.y) / ray.y)
+}
+
+/// A photo of these colours.
+fn reduced(
+    projector: &Projector,
+    model: &std::sync::Arc<Model>,
+    surfaces: &Surfaces,
+    colour: impl FnMut((i32, i32)) -> [u8; 3],
+) -> ReducedPhoto {
+    let samples = PixelRect::of_size(SIZE[0], SIZE[1]).pixels().flat_map(colour).collect();
+    let samples = Samples::U8(samples);
+    let pixels = PhotoPixels { width: SIZE[0], height: SIZE[1], channels: 3, samples, icc: None };
+    let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
+    ReducedPhoto::new(Donor::new(projector, &content, model, surfaces, 1e-4), [0.0; 3], &Optics::default())
 }
 
 /// A grey that varies slowly over the wall's plane, and a red thing.
@@ -237,23 +257,13 @@ fn things_in(seen: Seen) -> (Vec<super::Thing>, Projector) {
             let light = if x == 0.0 { seen(point, wall) } else { [wall; 3] };
             light.map(|light| (255.0 * crate::scene::light::srgb_from_linear(light)).round() as u8)
         };
-        let samples = PixelRect::of_size(SIZE[0], SIZE[1]).pixels().flat_map(colour).collect();
-        let pixels = PhotoPixels {
-            width: SIZE[0],
-            height: SIZE[1],
-            channels: 3,
-            samples: Samples::U8(samples),
-            icc: None,
-        };
-        let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
-        let donor = Donor::new(&projector, &content, &model, &surfaces, 1e-4);
-        Some(ReducedPhoto::new(donor, [0.0; 3], &Optics::default()))
+        Some(reduced(&projector, &model, &surfaces, colour))
     };
     let photos: Vec<_> = [0.0, -2.0, -1.0, 1.0, 2.0].map(photo).into_iter().collect();
     let (groups, relief) = (LightGroups::default(), Relief::default());
     let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, groups: &groups, relief: &relief };
     let votes = votes(&all, PhotoId(0), &[], &Task::silent()).unwrap();
-    (things(photos[0].as_ref().unwrap(), &votes, &AgreementOptions::default()), projector(0.0))
+    (things(&all, PhotoId(0), &[], &votes, &AgreementOptions::default()), projector(0.0))
 }
 
 /// A branch before the wall and the sky.
@@ -289,4 +299,40 @@ fn haze_over_windows_is_light_and_no_thing() {
     for thing in &found {
         assert!(thing.is_light && thing.likelihood < 0.3, "{thing:?}");
     }
+}
+
+/// How well four other photos show, at about the distance of the wall, what a photo shows of a block that the model lacks. The block
+/// reaches this far before the wall, and the others show it or the wall alone.
+fn nearby(before_wall: f64, others_show_it: bool) -> f32 {
+    let model = model();
+    let surfaces = Surfaces::from_model(&model);
+    let on_block = |projector: &Projector, x: i32, y: i32| {
+        let point = on_plane(projector, x, y, 6.0 - before_wall);
+        ((-1.0..2.0).contains(&point.x) && (1.0..3.0).contains(&point.z)).then_some(point)
+    };
+    // Stones a quarter of a unit wide.
+    let stones = |point: DVec3, seed: i64| {
+        let [column, row] = [point.x, point.z].map(|at| (at / 0.25).floor() as i64);
+        (40 + 2 * ((column * 73_856_093) ^ (row * 19_349_663) ^ (seed * 83_492_791)).rem_euclid(97)) as u8
+    };
+    let photo = |x: f64| {
+        let projector = projector(x);
+        let colour = |(u, v): (i32, i32)| {
+            let block = on_block(&projector, u, v).filter(|_| others_show_it || x == 0.0);
+            [block.map_or_else(|| stones(on_wall(&projector, u, v), 0), |point| stones(point, 1)); 3]
+        };
+        Some(reduced(&projector, &model, &surfaces, colour))
+    };
+    let photos: Vec<_> = [0.0, -2.0, -1.0, 1.0, 2.0].map(photo).into_iter().collect();
+    let (groups, relief) = (LightGroups::default(), Relief::default());
+    let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, groups: &groups, relief: &relief };
+    let whole = PixelRect::of_size(SIZE[0], SIZE[1]);
+    let region = Spans::of_pixels(whole, |x, y| on_block(&projector(0.0), x, y).is_some());
+    shown_nearby(&all, PhotoId(0), &[], &region)
+}
+
+#[test]
+fn a_relief_is_shown_nearby_by_the_others_and_neither_a_passer_by_nor_what_stands_well_before_the_wall_is() {
+    let [relief, passer_by, stand] = [nearby(0.25, true), nearby(0.25, false), nearby(3.0, true)];
+    assert!(relief > 0.8 && passer_by < 0.55 && stand < 0.55, "{relief} {passer_by} {stand}");
 }

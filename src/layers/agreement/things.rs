@@ -2,16 +2,20 @@
 //! the things go.
 //!
 //! Haze, glare, shadows and wet roofs change how bright a surface is. What is on it stays: where the others have a window the photo has
-//! one, too. A thing covers it, and has an outline that the others do not show. A region is where other photos were asked; the thing
+//! one, too. A thing covers it, and has an outline that the others do not show. A relief or a pane is shown by the others, too, a little
+//! nearer or farther away ([`super::parallax`]). A region is where other photos were asked; the thing
 //! goes on beside it, where none was: beside the outlines of the model, on what too few others show, and into the surroundings. There its
 //! own colours tell.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
+use super::parallax::shown_nearby;
 use super::regions::{closed, connected, without_holes};
-use super::{AgreementOptions, ContradictedRegion, ReducedPhoto, Votes, contradicted_regions};
+use super::{AgreementOptions, ContradictedRegion, ReducedPhoto, ReducedPhotos, Votes, contradicted_regions};
 use crate::geometry::{PixelRect, Spans};
 use crate::layers::matte::{ColourModel, log_colour};
+use crate::scene::PhotoId;
 
 /// A thing that a photo alone shows, or light that it alone has.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +51,10 @@ const OUTLINED: [f32; 2] = [0.1, 0.5];
 /// The lead of the votes against a region, on average, from which on it counts as contradicted, and fully.
 const LEAD: [f32; 2] = [0.5, 2.0];
 
+/// The correlation with other photos, at about the distance of the model, below which a region may be a thing, and from which on it is
+/// a part of the site.
+const SHOWN_NEARBY: [f32; 2] = [0.55, 0.8];
+
 /// The likelihood from which on it is light.
 const LIGHT: f32 = 0.6;
 
@@ -57,7 +65,14 @@ const MOST_GROWN: u64 = 8;
 const CLEARLY: f32 = 0.7;
 
 /// Returns what a reduced photo shows that the others contradict.
-pub fn things(photo: &ReducedPhoto, votes: &[Votes], options: &AgreementOptions) -> Vec<Thing> {
+pub fn things(
+    photos: &ReducedPhotos,
+    id: PhotoId,
+    left_out: &[PhotoId],
+    votes: &[Votes],
+    options: &AgreementOptions,
+) -> Vec<Thing> {
+    let Some(photo) = &photos.photos[id.index()] else { return Vec::new() };
     let look = Look::new(photo, votes);
     let loose = AgreementOptions {
         // Two photos against one are enough for a suggestion; a person decides.
@@ -70,7 +85,13 @@ pub fn things(photo: &ReducedPhoto, votes: &[Votes], options: &AgreementOptions)
         ..options.clone()
     };
     let regions = contradicted_regions(votes, look.size[0] as usize, &loose);
-    regions.into_iter().map(|region| look.thing(region, options)).collect()
+    let judged = |region: ContradictedRegion| {
+        let mut thing = look.thing(region, options);
+        let nearby = shown_nearby(photos, id, left_out, &thing.pixels);
+        thing.likelihood *= 1.0 - rising(nearby, SHOWN_NEARBY);
+        thing
+    };
+    regions.into_par_iter().map(judged).collect()
 }
 
 /// A reduced photo with what others show in its place.

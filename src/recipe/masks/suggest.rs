@@ -72,7 +72,7 @@ impl MaskSuggestion {
 /// The version of the file's format.
 const VERSION: u32 = 2;
 /// The likelihood from which on a suggestion is listed.
-const LIKELY: f64 = 0.5;
+const LIKELY: f64 = 0.45;
 /// The width in photo pixels by which suggested masks are wider than what was found, because colours at its rim are
 /// mixed.
 pub const MARGIN_PX: u32 = 6;
