@@ -163,7 +163,7 @@ impl Continuation {
             };
             let colours = (0..grid.count()).map(|cell| stored(light(cell))).collect();
             let Grid { frame, low, cell, size, .. } = grid;
-            FaceColours { frame: frame.clone(), low: *low, cell: *cell, size: *size, colours }
+            FaceColours { frame: *frame, low: *low, cell: *cell, size: *size, colours }
         };
         let mean = |c: usize| all.iter().map(|known| known.light[c]).sum::<f64>() / all.len() as f64;
         let of_face = grids.par_iter().map(|grid| grid.as_ref().map(colours)).collect();
@@ -224,7 +224,7 @@ mod tests {
                 photo: PhotoId(photo),
                 light,
             };
-            if x < 2.0 || x >= 8.0 {
+            if !(2.0..8.0).contains(&x) {
                 let own = if x < 2.0 { [0.5, 0.0, 0.0] } else { [0.0, 0.5, 0.0] };
                 seen.extend([of(0, own), of(1, [0.0, 0.0, 1.0])]);
             }

@@ -130,7 +130,7 @@ impl Sliced {
             let px = match self.pace {
                 Pace::Whole => f64::INFINITY,
                 Pace::Alone => MOST_PX,
-                Pace::Shared(per_px_s) => (WANTED_S / per_px_s).max(LEAST_PX).min(MOST_PX),
+                Pace::Shared(per_px_s) => (WANTED_S / per_px_s).clamp(LEAST_PX, MOST_PX),
             };
             let rows = (px / f64::from(wide)).ceil().min(f64::from(left)) as u32;
             self.rows = rows.next_multiple_of(cell_px).clamp(1, left);

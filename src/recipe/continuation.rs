@@ -44,7 +44,7 @@ impl SiteContinuation {
             let size = DVec2::new(f64::from(picture.width), f64::from(picture.height));
             let scale = DVec2::new(f64::from(camera.width), f64::from(camera.height)) / size;
             let point = |((x, y), [r, g, b, alpha]): ((i32, i32), &[u8; 4])| {
-                let is_sampled = x as usize % step == 0 && y as usize % step == 0;
+                let is_sampled = (x as usize).is_multiple_of(step) && (y as usize).is_multiple_of(step);
                 if !is_sampled || *alpha < u8::MAX {
                     return None;
                 }

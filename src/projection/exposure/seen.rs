@@ -146,7 +146,7 @@ impl Looker<'_> {
         let px = share * DVec2::new(f64::from(camera.width), f64::from(camera.height));
         let eye = self.shot.viewpoint();
         let direction = self.shot.pose.rotation.transpose() * camera.ray_in_camera(px);
-        let Some(hit) = self.surface.first_visible(eye, direction, self.shot.culling()) else { return None };
+        let hit = self.surface.first_visible(eye, direction, self.shot.culling())?;
         let Ok(index) = self.cells.faces.binary_search_by_key(&hit.face, |f| f.face) else { return None };
         let side = self.cells.side_px;
         let list = self.cells.of(&self.cells.faces[index], px.x as u32 / side, px.y as u32 / side);
