@@ -29,13 +29,15 @@
 //! # }
 //! ```
 
+#[cfg(any(feature = "cli", feature = "gui"))]
 mod amount;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-pub(crate) use self::amount::{has_parts, in_words};
+#[cfg(any(feature = "cli", feature = "gui"))]
+pub(crate) use self::amount::in_words;
 use crate::error::{Error, Message, Result};
 
 /// A message of a long computation to its observer.

@@ -1,7 +1,7 @@
 //! Images in linear light, with depths: for compositing, where 8 bits are too few.
 
 use super::Picture;
-use crate::scene::light::{LINEAR_FROM_BYTE, linear_of_srgb, srgb_from_linear};
+use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
 
 /// An image in linear light; rows from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +53,8 @@ impl LinearPicture {
     /// Returns the image over a plain colour of sRGB, in linear light; it is opaque.
     #[cfg(feature = "cli")]
     pub(crate) fn on(&self, background: [u8; 3]) -> Self {
+        use crate::scene::light::linear_of_srgb;
+
         let below = background.map(|byte| linear_of_srgb(f64::from(byte) / 255.0) as f32);
         let pixel = |&[r, g, b, alpha]: &[f32; 4]| {
             let [r, g, b] = [0, 1, 2].map(|c| [r, g, b][c] * alpha + below[c] * (1.0 - alpha));

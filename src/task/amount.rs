@@ -2,7 +2,7 @@
 
 /// Returns what a stage counts, as a noun without its plural's ending; `None` where its units mean nothing to users: bytes,
 /// texels, rows.
-pub(crate) fn counted(stage: &str) -> Option<&'static str> {
+fn counted(stage: &str) -> Option<&'static str> {
     Some(match stage {
         "build layers"
         | "fill"
@@ -27,14 +27,6 @@ pub(crate) fn counted(stage: &str) -> Option<&'static str> {
         "render" => "picture",
         _ => return None,
     })
-}
-
-/// Returns whether a stage has other stages as its parts; such a stage reports its end.
-pub(crate) fn has_parts(stage: &str) -> bool {
-    matches!(
-        stage,
-        "build layers" | "export" | "fill" | "import" | "layered depth images" | "render" | "score"
-    )
 }
 
 /// Says how much of a stage is done: `3 of 9 photos`, or `34 %`.
