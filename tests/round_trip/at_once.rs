@@ -119,6 +119,31 @@ fn a_layer_that_was_mirrored_by_itself_comes_home_to_its_place() {
     assert_eq!(report["files"][0]["turned"], Value::Null);
 }
 
+#[test]
+fn files_of_a_folder_that_were_turned_at_their_places_are_turned_back_small_ones_too() {
+    type Edit = fn(&image::DynamicImage) -> image::DynamicImage;
+    let edits: [(Edit, &str); 3] = [
+        (image::DynamicImage::fliph, "mirrored horizontally"),
+        (image::DynamicImage::rotate180, "turned by 180 degrees"),
+        (image::DynamicImage::rotate90, "turned by 90 degrees clockwise"),
+    ];
+    for (edit, words) in edits {
+        let Some(studio) = Studio::new("folder") else { return };
+        let mut turned = 0;
+        for file in fs::read_dir(studio.file()).unwrap().map(|entry| entry.unwrap().path()) {
+            if file.file_name().unwrap().to_string_lossy().starts_with("order-") {
+                edit(&image::open(&file).unwrap()).save(&file).unwrap();
+                turned += 1;
+            }
+        }
+        assert!(turned > 1);
+        let report = studio.import();
+        assert!(studio.paint().is_empty(), "{words}: {report:#}");
+        assert!(report["files"][0]["notes"].to_string().contains(words), "{report:#}");
+        assert_eq!(report["files"][0]["turned"], Value::Null);
+    }
+}
+
 /// Brightens every pixel of all image layers by a curve.
 fn graded(paper: &mut Paper) {
     for sheet in paper.image_layers() {
@@ -146,7 +171,7 @@ fn a_grade_of_everything_is_a_question_that_all_answers() {
         );
         let question = &report["questioned"][0]["question"];
         assert_eq!(question["layers"], question["of_layers"], "{report:#}");
-        assert_eq!(question["by_curve"], true, "{report:#}");
+        assert_eq!(question["kind"], "curve", "{report:#}");
         assert!(report["problems"][0].as_str().unwrap().contains("--all"), "{report:#}");
         assert!(studio.paint().is_empty());
     }

@@ -1,5 +1,6 @@
 //! Import of one edited file: its layers are identified, located, and compared with what was exported.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -16,7 +17,7 @@ use super::settle::SurfacePaint;
 use super::share::by_surface;
 use super::turned::{turn_of, turn_of_layers};
 use crate::document::Element;
-use crate::document::export_record::{ExportRecord, ExportedLayer, RecordedIndex};
+use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
 use crate::document::paint::{PaintPatch, PaintedDocument, PaintedLayer};
 use crate::error::{Error, Result};
 use crate::io::layered::read_layered;
@@ -141,6 +142,8 @@ pub fn read<'a>(
     let before = before(record);
     let as_saved = paint_of((file, &document, None), record, reading, &before, task);
     let turn = match &as_saved {
+        // The files of a folder are turned one by one, each at its place.
+        _ if document.format == ExportFormat::Folder => None,
         Ok((paint, turn)) if turn.is_some() || !paint.may_be_turned() => *turn,
         Err(Error::Cancelled) => None,
         _ => task.timed("look for a turned image", || {
@@ -234,9 +237,26 @@ fn paint_of<'a>(
         }
         report.layers.push(layer_report);
     }
+    report.notes.extend(turned_alone(&report.layers));
     let mask = mask_of(&context, &sorted.masks, record, &mut report)?;
     report.layers.extend(task.timed("compare helpers", || others(&context, &sorted))?);
     Ok((FilePaint { record, report, layers, mask }, turned))
+}
+
+/// Returns a note for each way in which layers were mirrored or turned by themselves.
+fn turned_alone(layers: &[LayerReport]) -> Vec<String> {
+    let mut ways: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for layer in layers {
+        if let Some(turned) = layer.turned {
+            ways.entry(turned).or_default().push(&layer.name);
+        }
+    }
+    let back = "is imported as if it had been turned back";
+    let note = |(turned, names): (&str, Vec<&str>)| match names[..] {
+        [name] => format!("{name} was {turned} by itself; its paint {back}"),
+        _ => format!("{} layers were {turned}, each at its place; their paint {back}", names.len()),
+    };
+    ways.into_iter().map(note).collect()
 }
 
 /// The share of a layer's paint that may be past all outlines without a note: strokes along an edge go past it as a matter of course.

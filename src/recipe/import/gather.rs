@@ -34,15 +34,20 @@ pub fn gathered(layers: &[&EditedLayer]) -> Result<Gathered> {
         notes.push(format!("\"{}\" is hidden, but the copy above it contains little of it", layers[0].name));
     }
     let (lowest, copies) = visible.split_first().expect("a token is known because a layer has it");
+    // Notes are listed below the name of the image layer.
+    let whose = match std::ptr::eq(*lowest, layers[0]) {
+        true => "its".to_owned(),
+        false => format!("of \"{}\" the", lowest.name),
+    };
     if lowest.opacity < 1.0 {
-        notes.push(format!("\"{}\": its opacity only affects the display and is ignored", lowest.name));
+        notes.push(format!("{whose} opacity only affects the display and is ignored"));
     }
     if let BlendMode::Other(blend) = &lowest.blend {
         let what = match blend.strip_prefix("normal with ") {
             Some(display) => display.to_owned(),
             None => format!("mode {blend}"),
         };
-        notes.push(format!("\"{}\": its {what} only affects the display and is ignored", lowest.name));
+        notes.push(format!("{whose} {what} only affects the display and is ignored"));
     }
     let mut rect = lowest.rect;
     let mut pixels = masked(lowest.pixels.read()?, lowest.rect, &lowest.masks, 1.0)?;

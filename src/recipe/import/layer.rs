@@ -167,11 +167,18 @@ impl DocumentContext<'_> {
                 report.moved = Some(moved).filter(|moved| *moved != [0, 0]);
                 patch = self.painted(base, PlacedRaster { rect: by(moved, rect), pixels: &pixels });
             } else if let Some((turn, pixels, moved)) = turned_layer(base, found) {
-                (turned, report.turned) = (Some(turn), Some(turn.done));
+                turned = Some(turn);
                 let rect = PixelRect { w: pixels.width(), h: pixels.height(), ..rect };
                 patch = self.painted(base, PlacedRaster { rect: by(moved, rect), pixels: &pixels });
+            } else if let Some((turn, turned_back)) = self.turned_in_place((base, place), found, &change) {
+                (turned, patch) = (Some(turn), turned_back);
             }
             change = LayerChange::new(base, &patch);
+        }
+        if let Some(turn) = turned {
+            (report.turned, report.resized) = (Some(turn.done), false);
+        } else if !self.named && (rect.w, rect.h) != (place.w, place.h) {
+            return Ok(left_out(report, not_turned(rect, place)));
         }
         let (patch, of_absent) =
             take_out(&self.absent, exported, base, patch, self.originals.kept, &mut report)?;
@@ -271,6 +278,25 @@ impl DocumentContext<'_> {
         }
     }
 
+    /// Returns how a layer was mirrored or turned at its place, of which there are too few patterns to find it by them, and
+    /// its paint once it is turned back: the turn with which most pixels are as they were, and clearly more than without.
+    fn turned_in_place(
+        &self,
+        (base, place): (PlacedRaster, PixelRect),
+        found: PlacedRaster,
+        change: &LayerChange,
+    ) -> Option<(Turn, PaintPatch)> {
+        let size = |rect: PixelRect| (rect.w, rect.h);
+        let is_there = (found.rect.x, found.rect.y) == (place.x, place.y);
+        let turns = TURNS.into_iter().filter(|turn| is_there && turn.size(size(found.rect)) == size(place));
+        let turned = turns.map(|turn| {
+            let patch = self.painted(base, PlacedRaster { rect: place, pixels: &turn.raster(found.pixels) });
+            (LayerChange::new(base, &patch), turn, patch)
+        });
+        let (best, turn, patch) = turned.min_by_key(|(turned, ..)| turned.replaced)?;
+        (best.is_in_place() && 2 * best.replaced < change.replaced).then_some((turn, patch))
+    }
+
     /// Returns the hash of pixels in the bit depth of the export, so that a file that was only converted counts as
     /// unchanged.
     fn hash(&self, pixels: &Raster, rect: PixelRect) -> String {
@@ -282,6 +308,15 @@ impl DocumentContext<'_> {
         let plain = self.profiles.is_none() && self.scale == 1.0;
         if plain { hash } else { hash_bytes(format!("{hash} converted {}", self.scale).as_bytes()) }
     }
+}
+
+/// Says why a file of a folder, which has a position only where its size is right, is left out.
+fn not_turned(rect: PixelRect, place: PixelRect) -> String {
+    format!(
+        "it has {} x {} pixels, but its layer has {} x {}, and it is not that layer turned, so its position is unknown; \
+         give it its size again, or use an older copy",
+        rect.w, rect.h, place.w, place.h
+    )
 }
 
 /// Returns how a layer was mirrored or turned, the layer turned back at the same corner, and by how much it is then moved.

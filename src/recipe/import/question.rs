@@ -4,16 +4,17 @@
 use serde::Serialize;
 
 use super::compare::PlacedRaster;
-use super::tones::Tones;
+use super::tones::{ChangeKind, Tones};
 use crate::document::paint::PaintPatch;
 
 /// The share of a layer's exported pixels beyond which the layer counts as changed as a whole, and the share of the
 /// layers, and of their area, beyond which an import is questioned: what is meant for a part changes less than half.
 const MOST: f64 = 0.5;
-/// In documents of fewer layers than this, the share of *each* layer's pixels has to be more than [`NEARLY_ALL`]: to
-/// paint over one of two walls is nothing unusual.
+/// In documents of fewer layers than this, the share of all pixels together has to be more than [`MOST`], and that of *each*
+/// layer more than [`A_GOOD_PART`]: to paint over one of two walls is nothing unusual, and a filter leaves plain areas as they
+/// were.
 const FEW_LAYERS: usize = 4;
-const NEARLY_ALL: f64 = 0.9;
+const A_GOOD_PART: f64 = 0.25;
 /// The least number of pixels about which to ask: a small layer is easily painted over as a whole.
 const LEAST_PIXELS: u64 = 2000;
 
@@ -74,36 +75,37 @@ pub struct Question {
     pub of_layers: usize,
     /// The number of pixels.
     pub pixels: u64,
-    /// Whether the colours have changed by one curve per channel, as by levels, gamma or another colour profile.
-    pub by_curve: bool,
+    /// What was done to them, as far as they tell.
+    pub kind: ChangeKind,
 }
 
 impl Question {
     /// Returns the question about the layers of a file; `None` where there is nothing to ask.
     pub fn of(layers: &[WeighedLayer]) -> Option<Self> {
-        let least = if layers.len() < FEW_LAYERS { NEARLY_ALL } else { MOST };
-        let whole: Vec<_> = layers.iter().filter(|of| of.change.share(of.changed) > least).collect();
-        let area = |of: &WeighedLayer| of.area as f64;
-        let (changed_area, all_area): (f64, f64) =
-            (whole.iter().map(|of| area(of)).sum(), layers.iter().map(area).sum());
+        let (few, share) = (layers.len() < FEW_LAYERS, |of: &WeighedLayer| of.change.share(of.changed));
+        let least = if few { A_GOOD_PART } else { MOST };
+        let whole: Vec<_> = layers.iter().filter(|of| share(of) > least).collect();
+        let is_most = if few {
+            let sum = |value: fn(&WeighedLayer) -> u64| layers.iter().map(value).sum::<u64>() as f64;
+            let replaced = sum(|of| of.change.replaced.min(of.changed));
+            layers.len() > 1 && whole.len() == layers.len() && replaced > MOST * sum(|of| of.change.shown)
+        } else {
+            let area = |of: &WeighedLayer| of.area as f64;
+            let (changed_area, all_area): (f64, f64) =
+                (whole.iter().map(|of| area(of)).sum(), layers.iter().map(area).sum());
+            whole.len() as f64 > MOST * layers.len() as f64 && changed_area > MOST * all_area
+        };
         let pixels = whole.iter().map(|of| of.changed).sum();
-        let is_all = layers.len() >= FEW_LAYERS || (whole.len() == layers.len() && layers.len() > 1);
-        let is_most = whole.len() as f64 > MOST * layers.len() as f64 && changed_area > MOST * all_area;
-        (is_all && is_most && pixels >= LEAST_PIXELS).then(|| {
+        (is_most && pixels >= LEAST_PIXELS).then(|| {
             let tones = whole.iter().fold(Tones::default(), |sum, of| sum.with(&of.change.tones));
-            Self { layers: whole.len(), of_layers: layers.len(), pixels, by_curve: tones.are_one_curve() }
+            Self { layers: whole.len(), of_layers: layers.len(), pixels, kind: tones.kind() }
         })
     }
 
     /// Returns what was found, in a sentence.
     pub fn found(&self) -> String {
-        let Self { layers, of_layers, pixels, by_curve } = self;
-        let cause = match by_curve {
-            true => {
-                "the colours have changed by one curve, as by levels, gamma or another colour profile or precision"
-            }
-            false => "a filter on all layers, other colours, or another document of the same size do that",
-        };
+        let Self { layers, of_layers, pixels, kind } = self;
+        let cause = kind.found();
         format!(
             "most pixels of {layers} of {of_layers} layers have changed at once ({pixels} pixels); {cause}. Nothing of it \
              was imported"
@@ -141,7 +143,15 @@ mod tests {
     fn small_documents_are_asked_about_only_where_everything_has_changed() {
         assert_eq!(Question::of(&[layer(9000, 9000, 9000)]), None, "one wall may be painted over");
         assert_eq!(Question::of(&[layer(9000, 9000, 9000), layer(9000, 10, 10)]), None);
+        assert_eq!(
+            Question::of(&[layer(9000, 9000, 9000), layer(9000, 9000, 9000), layer(9000, 10, 10)]),
+            None,
+            "two of three walls may be painted over"
+        );
         assert!(Question::of(&vec![layer(9000, 8500, 8500); 2]).is_some());
+        let blurred = [layer(9000, 7000, 7000), layer(6000, 2500, 2500), layer(9000, 8000, 8000)];
+        assert_eq!(Question::of(&blurred).unwrap().layers, 3, "a plain wall changes less");
+        assert_eq!(Question::of(&blurred[..1]), None);
         assert_eq!(Question::of(&vec![layer(100, 100, 100); 9]), None, "a few pixels");
     }
 

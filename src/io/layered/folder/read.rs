@@ -147,7 +147,8 @@ fn leftovers_file(folder: &Path, described: &Described) -> Option<PlacedFile> {
     Some(PlacedFile { name: LEFTOVERS.to_owned(), file, rect, head, id: None })
 }
 
-/// Positions a file at a layer. A problem with its pixels is reported when they are read.
+/// Positions a file at a layer, also where it has the size of that layer turned by 90 degrees. A problem with its pixels is
+/// reported when they are read.
 fn placed(
     name: String,
     file: PathBuf,
@@ -155,8 +156,11 @@ fn placed(
     notes: &mut Vec<String>,
 ) -> Option<PlacedFile> {
     let [x, y, w, h] = layer.rect;
+    let head = head(&file);
+    let is_turned = |head: &PngHead| (i64::from(head.height), i64::from(head.width)) == (w, h);
+    let (w, h) = if head.as_ref().is_ok_and(is_turned) { (h, w) } else { (w, h) };
     let rect = noted(&file, rect_at(x, y, w, h).ok_or_else(|| format!("its position is ({x}, {y})")), notes)?;
-    let head = head(&file).and_then(|head| match (i64::from(head.width), i64::from(head.height)) == (w, h) {
+    let head = head.and_then(|head| match (i64::from(head.width), i64::from(head.height)) == (w, h) {
         true => Ok(head),
         false => Err(format!(
             "{} x {} pixels, but its layer has {w} x {h}, so its position is unknown",
