@@ -145,3 +145,30 @@ fn layers_that_the_editor_draws_are_told_and_grey_is_known() {
         Layer { channels: vec![(-1, Coding::Raw, vec![255; 8]), (0, Coding::Raw, vec![9; 8])], ..plain("a") };
     assert_eq!(read(&File { mode: 1, ..File::new(8, vec![grey]) }).layers[0].colours, StoredColours::Grey);
 }
+
+#[test]
+fn what_is_not_read_of_a_group_is_told_like_that_of_a_layer() {
+    let of = |start: Layer| {
+        let (end, start) = (Layer::section("</group>", 3), Layer { name: "towers", ..start });
+        let document = read(&File::new(8, vec![end, plain("wall"), start]));
+        (document.notes, document.layers.into_iter().next().unwrap())
+    };
+    let with = |blocks: Vec<(&'static [u8; 4], Vec<u8>)>| {
+        let mut start = Layer::section("towers", 1);
+        start.blocks.extend(blocks);
+        of(start)
+    };
+    let (notes, _) = with(vec![(b"vmsk", vec![0, 0, 0, 3, 0, 0, 0, 0])]);
+    assert!(notes.iter().any(|note| note == "group \"towers\": its vector mask is not applied"), "{notes:?}");
+    let (notes, _) = with(vec![(b"vmsk", vec![0, 0, 0, 3, 0, 0, 0, 4])]);
+    assert!(notes.is_empty(), "it is disabled: {notes:?}");
+    let (notes, _) = with(vec![(b"lfx2", vec![0; 8])]);
+    assert!(notes.iter().any(|note| note.contains("group \"towers\": its layer style")), "{notes:?}");
+    let (notes, _) = with(vec![(b"artb", vec![0; 8])]);
+    assert!(notes.iter().any(|note| note.contains("artboard are not applied")), "{notes:?}");
+    let (notes, layer) = with(vec![(b"iOpa", vec![51, 0, 0, 0])]);
+    assert!(notes.is_empty() && (layer.opacity - 0.2).abs() < 1e-6, "{notes:?} {}", layer.opacity);
+    let (_, layer) = of(Layer { clipping: 1, ..Layer::section("towers", 1) });
+    let clipped = "clipped to the layer below with its group \"towers\"".to_owned();
+    assert_eq!(layer.blend, BlendMode::Other(clipped));
+}

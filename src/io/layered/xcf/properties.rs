@@ -29,6 +29,7 @@ pub mod number {
     pub const LOCK_POSITION: u32 = 32;
     pub const FLOAT_OPACITY: u32 = 33;
     pub const COLOUR_TAG: u32 = 34;
+    pub const COMPOSITE_MODE: u32 = 35;
 }
 
 /// Names of parasites: small pieces of data that GIMP preserves.
@@ -43,6 +44,8 @@ pub mod parasite {
     pub const METADATA: &str = "gimp-image-metadata";
     /// The parasite with the document key.
     pub const KEY: &str = "quadratura-key";
+    /// GIMP's parasite with the text of a text layer.
+    pub const TEXT: &str = "gimp-text-layer";
     /// The parasite with the token of an image layer.
     pub const LAYER: &str = "quadratura-layer";
     /// Flags: the parasite stays with the file, and is subject to *Undo*.

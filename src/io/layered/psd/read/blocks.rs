@@ -111,6 +111,7 @@ impl BlockProperties {
                 self.computed = Some("an adjustment layer");
             }
             b"lfx2" | b"lrFX" | b"lmfx" => self.unknown_once("its layer style"),
+            b"artb" | b"artd" | b"abdd" => self.unknown_once("the background and the edge of its artboard"),
             b"PlLd" | b"SoLd" | b"SoLE" => self.drawn = Some("a smart object"),
             b"TySh" | b"tySh" => self.drawn = Some("a text layer"),
             _ => {}

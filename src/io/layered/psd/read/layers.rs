@@ -30,7 +30,10 @@ pub fn from_records(
     let mut layers = Vec::new();
     for record in records.into_iter().rev() {
         match record.extras.section {
-            Some(GroupRole::GroupStart(blend)) => groups.open(group_traits(&record, blend, head, bytes)),
+            Some(GroupRole::GroupStart(blend)) => {
+                note_unread(&record, "group", notes);
+                groups.open(group_traits(&record, blend, head, bytes));
+            }
             Some(GroupRole::GroupEnd) => groups.close(notes),
             None => layers.extend(layer(&record, head, bytes, &groups, notes)),
         }
@@ -50,9 +53,9 @@ fn group_traits(
     GroupProperties {
         name: record.name.clone(),
         visible: record.visible,
-        opacity: f32::from(record.opacity) / 255.0,
+        opacity: opacity(record),
         mask: edited_mask(record, head, bytes).map(Arc::new),
-        blend: with_display(record, &blend),
+        blend: blend_with(record, &blend),
     }
 }
 
@@ -73,13 +76,7 @@ fn layer(
             record.name
         ));
     }
-    // Where a layer has both, its mask's channel shows the vector mask, too.
-    let vector_mask =
-        (record.extras.has_vector_mask && record.channel(MASK).is_none()).then_some("its vector mask");
-    for what in record.extras.unknown.iter().copied().chain(vector_mask) {
-        notes.push(format!("layer \"{}\": {what} is not applied", record.name));
-    }
-    let fill = f32::from(record.extras.fill.unwrap_or(255)) / 255.0;
+    note_unread(record, "layer", notes);
     let around = groups.around();
     Some(EditedLayer {
         name: record.name.clone(),
@@ -87,8 +84,8 @@ fn layer(
         rect: record.rect,
         visible: record.visible,
         hidden_by_group: around.hidden,
-        opacity: f32::from(record.opacity) / 255.0 * fill * around.opacity,
-        blend: around.blend(blend(record)),
+        opacity: opacity(record) * around.opacity,
+        blend: around.blend(blend_with(record, &record.blend)),
         groups: around.names,
         id: None,
         locked: record.extras.locked,
@@ -97,10 +94,31 @@ fn layer(
     })
 }
 
-fn blend(record: &Record) -> BlendMode {
-    match &record.blend {
-        _ if record.clipped => BlendMode::Other("clipped to the layer below".into()),
-        mode => with_display(record, mode),
+/// Notes what a layer or group has that is not read.
+fn note_unread(record: &Record, kind: &str, notes: &mut Vec<String>) {
+    // Where it has both, the mask's channel shows the vector mask, too.
+    let vector_mask =
+        (record.extras.has_vector_mask && record.channel(MASK).is_none()).then_some("its vector mask");
+    for what in record.extras.unknown.iter().copied().chain(vector_mask) {
+        notes.push(format!(
+            "{kind} \"{}\": {what} {} not applied",
+            record.name,
+            if what.contains(" and ") { "are" } else { "is" }
+        ));
+    }
+}
+
+/// Returns the opacity with that of the pixels alone.
+fn opacity(record: &Record) -> f32 {
+    let fill = f32::from(record.extras.fill.unwrap_or(255)) / 255.0;
+    f32::from(record.opacity) / 255.0 * fill
+}
+
+/// Returns how the editor mixes a layer or group of this mode with what is below.
+fn blend_with(record: &Record, mode: &[u8; 4]) -> BlendMode {
+    match record.clipped {
+        true => BlendMode::Other("clipped to the layer below".into()),
+        false => with_display(record, mode),
     }
 }
 

@@ -73,6 +73,10 @@ impl XcfLayerReader<'_> {
             self.group(name, path, &properties, (mask, width, height))?;
             return Ok(None);
         }
+        if properties.is_text {
+            self.notes
+                .push(format!("layer \"{name}\" is a text layer: its pixels are read as GIMP drew them"));
+        }
         let model = PixelModel::from_kind(kind)
             .ok_or_else(|| self.bytes.damaged(position + 8, format!("layer kind {kind}, expected 0 to 5")))?;
         let (x, y) = properties.offset;
@@ -89,7 +93,7 @@ impl XcfLayerReader<'_> {
             visible: properties.visible,
             hidden_by_group: around.hidden,
             opacity: properties.opacity * around.opacity,
-            blend: around.blend(modes::blend(properties.mode)),
+            blend: around.blend(modes::blend(properties.mode, properties.composite)),
             groups: around.names,
             id: properties.layer,
             locked: properties.locked,
@@ -124,7 +128,7 @@ impl XcfLayerReader<'_> {
             visible: properties.visible,
             opacity: properties.opacity,
             mask: mask.map(Arc::new),
-            blend: modes::blend(properties.mode),
+            blend: modes::blend(properties.mode, properties.composite),
         };
         self.tree.groups.insert(path, group);
         Ok(())

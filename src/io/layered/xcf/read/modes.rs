@@ -70,11 +70,27 @@ fn name(mode: usize) -> Option<&'static str> {
     RUNS.iter().find_map(|(first, names)| names.get(mode.checked_sub(*first)?).copied())
 }
 
-/// Returns the blend mode of this number; a group that passes through counts as normal.
-pub fn blend(mode: u32) -> BlendMode {
-    match mode {
-        NORMAL_LEGACY | NORMAL | PASS_THROUGH => BlendMode::Normal,
-        mode => BlendMode::Other(name(mode as usize).map_or_else(|| format!("mode {mode}"), str::to_owned)),
+/// What a user has chosen for the places where a layer or what is below it has nothing, by GIMP's numbers from 1 on: both are left,
+/// or only what is within one of them, or within both.
+const COMPOSITES: [Option<&str>; 4] = [
+    None,
+    Some("composite mode clip to backdrop"),
+    Some("composite mode clip to layer"),
+    Some("composite mode intersection"),
+];
+
+/// Returns the blend mode of this number and of this way of compositing; a group that passes through counts as normal.
+pub fn blend(mode: u32, composite: i32) -> BlendMode {
+    let chosen = usize::try_from(composite).ok().and_then(|number| number.checked_sub(1));
+    let composite = chosen.and_then(|index| COMPOSITES.get(index).copied().flatten());
+    match (mode, composite) {
+        (NORMAL_LEGACY | NORMAL | PASS_THROUGH, None) => BlendMode::Normal,
+        (NORMAL_LEGACY | NORMAL | PASS_THROUGH, Some(composite)) => {
+            BlendMode::Other(format!("normal with {composite}"))
+        }
+        (mode, _) => {
+            BlendMode::Other(name(mode as usize).map_or_else(|| format!("mode {mode}"), str::to_owned))
+        }
     }
 }
 
@@ -93,12 +109,13 @@ mod tests {
             (37, "HSV hue"),
             (60, "split"),
         ] {
-            assert_eq!(blend(mode), BlendMode::Other(name.into()));
+            assert_eq!(blend(mode, 0), BlendMode::Other(name.into()));
         }
         assert_eq!(
-            (blend(0), blend(28), blend(61)),
+            (blend(0, 1), blend(28, -2), blend(61, 0)),
             (BlendMode::Normal, BlendMode::Normal, BlendMode::Normal)
         );
-        assert_eq!(blend(u32::MAX), BlendMode::Other("mode 4294967295".into()));
+        assert_eq!(blend(28, 2), BlendMode::Other("normal with composite mode clip to backdrop".into()));
+        assert_eq!(blend(u32::MAX, 9), BlendMode::Other("mode 4294967295".into()));
     }
 }

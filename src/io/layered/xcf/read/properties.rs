@@ -11,6 +11,11 @@ pub struct Properties {
     /// Opacity, 0..=1.
     pub opacity: f32,
     pub mode: u32,
+    /// GIMP's number for which of a layer and what is below it is left where one of them has nothing; negative where GIMP chose
+    /// it for the mode.
+    pub composite: i32,
+    /// Whether GIMP has drawn the pixels from a text.
+    pub is_text: bool,
     pub visible: bool,
     pub offset: (i32, i32),
     pub apply_mask: bool,
@@ -36,6 +41,8 @@ impl Default for Properties {
         Self {
             opacity: 1.0,
             mode: 0,
+            composite: 0,
+            is_text: false,
             visible: true,
             offset: (0, 0),
             apply_mask: true,
@@ -90,6 +97,7 @@ impl Properties {
                 self.opacity = if opacity.is_finite() { opacity.clamp(0.0, 1.0) } else { 1.0 };
             }
             number::MODE => self.mode = payload.u32()?,
+            number::COMPOSITE_MODE => self.composite = payload.i32()?,
             number::VISIBLE => self.visible = payload.u32()? != 0,
             number::APPLY_MASK => self.apply_mask = payload.u32()? != 0,
             number::OFFSETS => self.offset = (payload.i32()?, payload.i32()?),
@@ -117,6 +125,7 @@ impl Properties {
                 parasite::KEY => self.key = token(&mut data)?,
                 parasite::METADATA => self.metadata_key = key_in_metadata(&mut data)?,
                 parasite::LAYER => self.layer = token(&mut data)?,
+                parasite::TEXT => self.is_text = true,
                 _ => {}
             }
         }
