@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::ser::{Formatter, Serializer};
 
+use super::text::not_utf16;
 use crate::error::{Error, Message, Result};
 
 /// Containers nested deeper than this are written on one line.
@@ -75,6 +76,9 @@ pub(super) fn wrong_at(
     let found = message.split(" at line ").next().unwrap_or(&message);
     if text.iter().all(u8::is_ascii_whitespace) {
         return Error::input(file, "", "the file is empty; expected JSON", remedy);
+    }
+    if let Some((found, remedy)) = not_utf16(text) {
+        return Error::input(file, "", found, remedy);
     }
     if error.is_eof() {
         let found = "the file ends before its JSON does: it was cut short, or a bracket is missing";

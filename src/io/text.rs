@@ -127,21 +127,24 @@ pub fn line_ends(text: &str) -> usize {
 /// A problem and its remedy.
 type Objection = (String, &'static str);
 
-/// Returns the objection to a text in UTF-16, judged by its first bytes, and the remedy.
+/// Returns the objection to a text in UTF-16 or UTF-32, judged by its first bytes, and the remedy.
 pub fn not_utf16(text: &[u8]) -> Option<Objection> {
-    // Without a byte order mark, every other byte of ASCII text in UTF-16 is 0.
-    let is_utf16 = matches!(
-        text,
+    // Without a byte order mark, most bytes of ASCII text in these are 0.
+    let encoding = match text {
+        [0xFF, 0xFE, 0, 0, ..] | [0, 0, 0xFE, 0xFF, ..] | [0, 0, 0, 1..=127, ..] | [1..=127, 0, 0, 0, ..] => {
+            "UTF-32"
+        }
         [0xFF, 0xFE, ..]
-            | [0xFE, 0xFF, ..]
-            | [0, 1..=127, 0, 1..=127, ..]
-            | [1..=127, 0, 1..=127, 0, ..]
-            | [0, 1..=127]
-            | [1..=127, 0]
-            | [0, 1..=127, 0]
-            | [1..=127, 0, 1..=127]
-    );
-    is_utf16.then(|| ("it is text in UTF-16, expected UTF-8".into(), SAVE_AS_UTF8))
+        | [0xFE, 0xFF, ..]
+        | [0, 1..=127, 0, 1..=127, ..]
+        | [1..=127, 0, 1..=127, 0, ..]
+        | [0, 1..=127]
+        | [1..=127, 0]
+        | [0, 1..=127, 0]
+        | [1..=127, 0, 1..=127] => "UTF-16",
+        _ => return None,
+    };
+    Some((format!("it is text in {encoding}, expected UTF-8"), SAVE_AS_UTF8))
 }
 
 /// The encoding of names or texts that are not UTF-8, which nothing in them says: a guess.

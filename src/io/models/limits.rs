@@ -54,7 +54,7 @@ pub(super) fn check_position(path: &Path, place: impl FnOnce() -> String, positi
         return Ok(());
     }
     let DVec3 { x, y, z } = position;
-    let found = format!("the position {x} {y} {z} is not within 1e15 of the origin");
+    let found = format!("the position {x:?} {y:?} {z:?} is not within 1e15 of the origin");
     Err(Error::input(path, place(), found, "delete or repair this vertex in the modelling program"))
 }
 

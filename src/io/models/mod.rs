@@ -37,6 +37,9 @@ fn decoded(path: &Path, task: &Task) -> Result<(Model, Vec<String>)> {
     if !metadata.is_file() {
         return Err(Error::input(path, "", "this is not a file", "give an .obj, .gltf or .glb file"));
     }
+    if metadata.len() == 0 {
+        return Err(Error::input(path, "", "the file is empty: 0 bytes", "copy or export it again"));
+    }
     limits::check_file_size(path, metadata.len())?;
     let mut notes = Vec::new();
     let builder = match format_of(path, &mut file)? {

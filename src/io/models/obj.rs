@@ -308,7 +308,11 @@ impl<'a> ObjReader<'a> {
 
     fn finish(mut self, notes: &mut Vec<String>) -> Result<ModelBuilder> {
         if self.builder.corner_count() == 0 {
-            let found = format!("no faces among {} vertices", self.builder.vertices().len());
+            let strange = self.left_out.iter().min_by_key(|(_, (_, line))| *line);
+            let strange = strange.map_or_else(String::new, |(keyword, (_, line))| {
+                format!("; `{keyword}` in line {line} is no statement that is read")
+            });
+            let found = format!("no faces among {} vertices{strange}", self.builder.vertices().len());
             return Err(Error::input(self.path, "", found, NO_OBJ));
         }
         for (keyword, (count, line)) in &self.left_out {

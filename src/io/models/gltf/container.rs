@@ -7,6 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use gltf::json;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde_json::Value;
 
 use super::super::limits::{LARGEST_FILE, check_file_size};
 use crate::error::{Error, Result};
@@ -31,19 +32,24 @@ pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Container<'a>> {
         return Ok(Container { json: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), binary: None });
     }
     let word = |at: usize| {
-        let word = bytes.get(at..at + 4).ok_or_else(|| truncated(path, bytes.len()))?;
-        Ok::<u32, Error>(u32::from_le_bytes(word.try_into().expect("four bytes were taken")))
+        let word = bytes.get(at..at + 4).map(|word| word.try_into().expect("four bytes were taken"));
+        word.map(u32::from_le_bytes).ok_or_else(|| truncated(path, bytes.len(), at + 4))
     };
     let version = word(4)?;
     if version != 2 {
         let found = format!("GLB version {version}; only version 2 is supported");
         return Err(Error::input(path, "byte 4", found, "export the model as glTF 2.0"));
     }
+    let whole = (word(8).unwrap_or_default() as usize).max(SHORTEST_GLB);
+    if bytes.len() < SHORTEST_GLB {
+        return Err(truncated(path, bytes.len(), whole));
+    }
     let mut container = Container { json: &[], binary: None };
     let mut at = 12;
     while at + 8 <= bytes.len() {
         let (length, kind) = (word(at)? as usize, &bytes[at + 4..at + 8]);
-        let chunk = bytes.get(at + 8..at + 8 + length).ok_or_else(|| truncated(path, bytes.len()))?;
+        let end = at + 8 + length;
+        let chunk = bytes.get(at + 8..end).ok_or_else(|| truncated(path, bytes.len(), whole.max(end)))?;
         match kind {
             b"JSON" if container.json.is_empty() => container.json = chunk,
             b"BIN\0" if container.binary.is_none() => container.binary = Some(chunk),
@@ -51,16 +57,68 @@ pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Container<'a>> {
         }
         at += 8 + length.next_multiple_of(4);
     }
+    if container.json.is_empty() {
+        return Err(Error::input(
+            path,
+            "byte 12",
+            "no chunk of JSON, which every GLB begins with",
+            EXPORT_AGAIN,
+        ));
+    }
     Ok(container)
 }
 
-fn truncated(path: &Path, length: usize) -> Error {
-    Error::input(
-        path,
-        format!("byte {length}"),
-        "the file ends in the middle of a chunk",
-        "copy or export it again",
-    )
+/// The length of a GLB's header and of that of its first chunk.
+const SHORTEST_GLB: usize = 20;
+
+fn truncated(path: &Path, length: usize, expected: usize) -> Error {
+    let found = format!("the file is truncated: it has {length} bytes, expected {expected} at least");
+    Error::input(path, format!("byte {length}"), found, "copy or export it again")
+}
+
+/// What a file says about its own format, in 2.0 and in 1.0.
+#[derive(Deserialize)]
+struct Described {
+    #[serde(default)]
+    asset: Option<Asset>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Asset {
+    #[serde(default)]
+    version: Value,
+    #[serde(default)]
+    min_version: Value,
+}
+
+/// Refuses files of other versions of glTF. Those of 2.1 and later are read where they say that a reader of 2.0 can, with a
+/// note.
+///
+/// # Errors
+/// [`Error::Input`] when the file says that it is none of 2.0, and the errors of its JSON.
+pub(super) fn check_version(path: &Path, json: &[u8]) -> Result<Option<String>> {
+    let Described { asset } = super::parse(path, json)?;
+    let Some(Asset { version, min_version }) = asset else { return Ok(None) };
+    let number = |value: &Value| match value {
+        Value::String(text) => text.trim().parse::<f64>().ok(),
+        value => value.as_f64(),
+    };
+    let of = |key: &str, value: &Value| {
+        let found = format!("glTF {}, of which 2.0 is read", value.as_str().unwrap_or(&value.to_string()));
+        Error::input(path, format!("asset.{key}"), found, "export the model as glTF 2.0")
+    };
+    if number(&min_version).is_some_and(|least| least > 2.0) {
+        return Err(of("minVersion", &min_version));
+    }
+    match number(&version) {
+        Some(number) if !(2.0..3.0).contains(&number) => Err(of("version", &version)),
+        Some(number) if number > 2.0 => {
+            Ok(Some(format!("the file is glTF {number}; what is newer than 2.0 in it is not read")))
+        }
+        None if version.is_string() => Err(of("version", &version)),
+        _ => Ok(None),
+    }
 }
 
 /// Maximum number of entries of all top-level lists together (nodes, meshes, accessors, ...): each takes some

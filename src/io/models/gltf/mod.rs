@@ -63,9 +63,11 @@ impl<'a> Source<'a> {
     /// As [`read`].
     pub fn open(path: &'a Path, bytes: &'a [u8]) -> Result<Self> {
         let container::Container { json, binary } = container::split(path, bytes)?;
+        let version = container::check_version(path, json)?;
         container::check_counts(path, json)?;
         let root: Root = parse(path, json)?;
-        let extensions = Extensions::read(path, json, &root)?;
+        let mut extensions = Extensions::read(path, json, &root)?;
+        extensions.notes.extend(version);
         refuse_missing_buffers(path, &root, &extensions, binary.is_some())?;
         let buffers = container::buffers(path, &root.buffers, binary)?;
         Ok(Self { path, json, frames: parse(path, json)?, root, buffers, extensions })

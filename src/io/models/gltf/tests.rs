@@ -439,3 +439,61 @@ proptest! {
         let _ = read_bytes(&bytes);
     }
 }
+
+#[test]
+fn other_versions_are_refused_by_name_and_later_ones_are_told_where_they_may_be_read() {
+    let with = |asset: Value| {
+        let mut json = file(&TRIANGLES);
+        json["asset"] = asset;
+        json
+    };
+    let refused = [
+        (json!({ "version": "1.0" }), "asset.version: glTF 1.0, of which 2.0 is read"),
+        (json!({ "version": "3.0" }), "asset.version: glTF 3.0"),
+        (json!({ "version": "draft" }), "asset.version: glTF draft"),
+        (json!({ "version": "2.0", "minVersion": "2.1" }), "asset.minVersion: glTF 2.1"),
+    ];
+    for (asset, part) in refused {
+        let said = complaint(&with(asset));
+        assert!(said.contains(part) && said.contains("as glTF 2.0"), "{said}");
+    }
+    // Lists of 1.0 are objects, which would be complained about first.
+    let first = json!({ "asset": { "version": "1.1" }, "scenes": { "a": { "nodes": ["b"] } }, "nodes": {} });
+    assert!(complaint(&first).contains("glTF 1.1"));
+    let (model, notes) = read_json(&with(json!({ "version": "2.1", "minVersion": "2.0" }))).unwrap();
+    assert!(model.faces.len() == 2 && notes[0].contains("newer than 2.0"), "{notes:?}");
+}
+
+#[test]
+fn json_in_other_encodings_is_named_with_what_to_do() {
+    let text = file(&TRIANGLES).to_string();
+    let wide = |unit: fn(u16) -> [u8; 2], mark: &[u8]| {
+        let units = text.encode_utf16().flat_map(unit);
+        mark.iter().copied().chain(units).collect::<Vec<u8>>()
+    };
+    for bytes in [
+        wide(u16::to_le_bytes, b"\xff\xfe"),
+        wide(u16::to_be_bytes, b"\xfe\xff"),
+        wide(u16::to_le_bytes, b""),
+        wide(u16::to_be_bytes, b""),
+    ] {
+        let said = read_bytes(&bytes).unwrap_err().to_string();
+        assert!(said.contains("UTF-16") && said.contains("save it as UTF-8"), "{said}");
+    }
+    let widest: Vec<u8> = text.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect();
+    assert!(read_bytes(&widest).unwrap_err().to_string().contains("UTF-32"));
+}
+
+#[test]
+fn a_glb_that_is_cut_short_anywhere_says_how_long_it_is_and_should_be() {
+    let json = file(&TRIANGLES);
+    let whole = glb(&json, &[7; 40]);
+    for length in [4, 8, 11, 12, 19, 20, 100, whole.len() - 1] {
+        let said = read_bytes(&whole[..length]).unwrap_err().to_string();
+        assert!(said.contains(&format!("truncated: it has {length} bytes, expected")), "{said}");
+        assert!(length < 12 || said.contains(&format!("expected {} at least", whole.len())), "{said}");
+    }
+    let mut without = b"glTF\x02\0\0\0\x18\0\0\0\x04\0\0\0BIN\0".to_vec();
+    without.extend([1, 2, 3, 4]);
+    assert!(read_bytes(&without).unwrap_err().to_string().contains("no chunk of JSON"));
+}
