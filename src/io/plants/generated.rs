@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::REMEDY;
+use super::remedies::{CORRECT, NUMBER};
 use crate::error::{Error, Result};
 use crate::foliage::{Plant, Species, grow};
 use crate::io::json::{parse_json, read_json};
@@ -19,7 +19,7 @@ const BUILT_IN: [(&str, &str); 2] = [
 /// Returns the species of a name, if there is one.
 pub fn built_in(name: &Path) -> Option<Result<Species>> {
     let (_, text) = BUILT_IN.iter().find(|(known, _)| name.as_os_str() == *known)?;
-    Some(parse_json(name, text.as_bytes(), REMEDY))
+    Some(parse_json(name, text.as_bytes(), CORRECT))
 }
 
 /// Grows a built-in species, with another seed if one is given.
@@ -40,7 +40,7 @@ pub fn built_in_plant(name: &str, seed: Option<u64>) -> Result<Plant> {
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] with line and column.
 pub fn read_species(file: &Path) -> Result<Species> {
-    read_json(file, LARGEST, REMEDY)
+    read_json(file, LARGEST, CORRECT)
 }
 
 /// Grows a species, with another seed if one is given.
@@ -48,7 +48,7 @@ pub fn read_species(file: &Path) -> Result<Species> {
 /// # Errors
 /// [`Error::Input`] with the JSON path of a number out of its range, and for a plant beyond a limit.
 pub fn grown(file: &Path, mut species: Species, seed: Option<u64>) -> Result<Plant> {
-    species.check().map_err(|(place, found)| Error::input(file, place, found, REMEDY))?;
+    species.check().map_err(|(place, found)| Error::input(file, place, found, NUMBER))?;
     species.seed = seed.unwrap_or(species.seed);
     grow(&species)
         .map_err(|flaw| Error::input(file, "", flaw.to_string(), "give fewer children, or coarser limbs"))

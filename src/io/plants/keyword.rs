@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::REMEDY;
 use super::pictures::{Folder, PictureFault};
+use super::remedies::{COARSER, FILE, Wrong};
 use super::statements::Statements;
 use super::tokens::{Tokens, quoted};
 use crate::error::{Error, Result};
@@ -70,7 +70,8 @@ fn assembled(path: &Path, drafts: Vec<Draft>, up: DVec3, unit: f64) -> Result<Pl
             PlantFlaw::Endless(name) => path.with_file_name(name),
             _ => path.to_path_buf(),
         };
-        Error::input(file, "", flaw.to_string(), REMEDY)
+        let Wrong { found, remedy } = Wrong::from(&flaw);
+        Error::input(file, "", found, remedy)
     })
 }
 
@@ -144,10 +145,10 @@ impl Reader {
     ///
     /// # Errors
     /// What was found, where the name is foreign or has no file, or there are too many.
-    pub fn sub_object(&mut self, name: &str) -> std::result::Result<usize, String> {
+    pub fn sub_object(&mut self, name: &str) -> std::result::Result<usize, Wrong> {
         self.uses += 1;
         if self.uses > MOST_USES {
-            return Err(format!("more than {MOST_USES} uses"));
+            return Err((format!("more than {MOST_USES} uses"), COARSER).into());
         }
         // Names that are known need not be looked up on the disk again.
         let names = [name.to_owned(), format!("{name}.plant")];
@@ -157,7 +158,8 @@ impl Reader {
                 return Ok(index);
             }
             let file = self.folder.file(name).filter(|_| !name.contains('/'));
-            let foreign = || format!("`use {}` names a file outside of the plant's folder", quoted(name));
+            let foreign =
+                || (format!("`use {}` names a file outside of the plant's folder", quoted(name)), FILE);
             let file = file.ok_or_else(foreign)?;
             if file.is_file() {
                 self.known.insert(name.clone(), self.files.len());
@@ -166,7 +168,8 @@ impl Reader {
             }
         }
         let [name, ending] = names.map(|name| quoted(&name));
-        Err(format!("`use` of {name}, but there is no file {name} or {ending} in the folder"))
+        let found = format!("`use` of {name}, but there is no file {name} or {ending} in the folder");
+        Err((found, FILE).into())
     }
 
     /// Reads a picture.
@@ -181,10 +184,11 @@ impl Reader {
     ///
     /// # Errors
     /// What was found, where there are too many corners.
-    pub fn count(&mut self, primitive: &Primitive) -> std::result::Result<(), String> {
+    pub fn count(&mut self, primitive: &Primitive) -> std::result::Result<(), Wrong> {
         self.corners = self.corners.saturating_add(primitive.shape.corners());
         if self.corners > MOST_CORNERS {
-            return Err(format!("more than {MOST_CORNERS} corners of polygons, of the plant up to here"));
+            let found = format!("more than {MOST_CORNERS} corners of polygons, of the plant up to here");
+            return Err((found, COARSER).into());
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ mod maps;
 mod notes;
 mod pictures;
 mod rayshade;
+mod remedies;
 mod statements;
 mod tokens;
 
@@ -30,9 +31,6 @@ use crate::foliage::Plant;
 use crate::io::guarded::guarded;
 use crate::task::Task;
 
-/// The remedy for what is wrong in a plant's file.
-const REMEDY: &str = "correct it; docs/formats.md describes plants";
-
 /// Reads or grows a plant: a `.plant`, `.gltf`, `.glb` or `.ray` file, a species (`.json`), or `maple` or `oak` where no file has
 /// that name. A seed replaces that of the species. What is left out is noted.
 ///
@@ -40,7 +38,7 @@ const REMEDY: &str = "correct it; docs/formats.md describes plants";
 /// [`Error::Input`] with file and line, JSON path or names for what is no plant; [`Error::Io`]; [`Error::Request`] for a
 /// seed of a plant that is not grown.
 pub fn read_plant(path: &Path, seed: Option<u64>, task: &Task) -> Result<Plant> {
-    guarded(path, REMEDY, || decoded(path, seed, task))
+    guarded(path, remedies::CORRECT, || decoded(path, seed, task))
 }
 
 fn decoded(path: &Path, seed: Option<u64>, task: &Task) -> Result<Plant> {

@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::keyword::{Note, Reader};
 use super::maps::{is_singular, is_within_numbers};
 use super::pictures::PictureFault;
+use super::remedies::{COARSER, SMALLER};
 use super::tokens::{LARGEST_NUMBER, Tokens, quoted};
 use crate::error::Result;
 use crate::foliage::{Corner, CurvePoint, Draft, DraftUse, Limb, Material, Primitive, Shape};
@@ -120,7 +121,9 @@ impl<'a, 'r> Statements<'a, 'r> {
         // The rows of a matrix for row vectors are the columns of its transpose.
         let map = self.object_from_here * DAffine3::from_cols(row(0), row(1), row(2), row(3));
         if !is_within_numbers(&map) {
-            return Err(self.tokens.wrong("the transforms up to here have numbers beyond 1e15 together"));
+            return Err(self
+                .tokens
+                .wrong(("the transforms up to here have numbers beyond 1e15 together", SMALLER)));
         }
         self.object_from_here = map;
         Ok(())
@@ -164,7 +167,7 @@ impl<'a, 'r> Statements<'a, 'r> {
         if placed.abs().max_element() <= LARGEST_NUMBER {
             return Ok(placed);
         }
-        Err(self.tokens.wrong("a point that its transform brings beyond 1e15"))
+        Err(self.tokens.wrong(("a point that its transform brings beyond 1e15", SMALLER)))
     }
 
     fn limb(&mut self) -> Result<()> {
@@ -249,7 +252,9 @@ impl<'a, 'r> Statements<'a, 'r> {
     fn unit(&mut self) -> Result<()> {
         let unit = self.tokens.number("the metres of `unit`")?;
         if unit <= 0.0 {
-            return Err(self.tokens.wrong(format!("a unit of {unit} metres, expected more than 0")));
+            return Err(self
+                .tokens
+                .wrong((format!("a unit of {unit} metres, expected more than 0"), COARSER)));
         }
         self.read.unit = Some(unit);
         Ok(())

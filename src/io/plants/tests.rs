@@ -207,6 +207,25 @@ fn what_is_wrong_is_told_with_its_line() {
 }
 
 #[test]
+fn each_mistake_has_a_remedy_that_fits() {
+    for (text, remedy) in [
+        ("polygon 3 0 0", remedies::COMPLETE),
+        ("unit metre", remedies::NUMBER),
+        ("use twig", remedies::FILE),
+        ("use ../leaf", remedies::FILE),
+        ("bark", remedies::CORRECT),
+        ("use tree", "no part may be a part of itself"),
+    ] {
+        let message = refused(&format!("{TRIANGLE}{text}"));
+        assert!(message.contains(remedy), "{text}: {message}");
+    }
+    let rayshade = |text: &str| Files::new(&[("tree.ray", text)]).read("tree.ray").unwrap_err().to_string();
+    assert!(rayshade("sphere 1 0 0").contains(remedies::COMPLETE));
+    assert!(rayshade("sphere one 0 0 0").contains(remedies::NUMBER));
+    assert!(rayshade("#include \"leaves.ray\"\n").contains(remedies::FILE));
+}
+
+#[test]
 fn what_is_left_out_is_noted_once_with_its_number() {
     let flat = "transform 1 0 0 0  0 0 0 0  0 0 1 0  0 0 0 1\n";
     let text = format!("{flat} use leaf\nuse leaf\n{TRIANGLE} use leaf.box material a cutout .5");

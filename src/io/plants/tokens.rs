@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::REMEDY;
+use super::remedies::{COMPLETE, NUMBER, Wrong};
 use crate::error::{Error, Result};
 use crate::io::text::lines_of;
 
@@ -60,13 +60,14 @@ impl<'a> Tokens<'a> {
     }
 
     /// Makes the error of the present line.
-    pub fn wrong(&self, found: impl Into<String>) -> Error {
+    pub fn wrong(&self, found: impl Into<Wrong>) -> Error {
         self.wrong_in(self.line, found)
     }
 
     /// Makes the error of a line.
-    pub fn wrong_in(&self, line: usize, found: impl Into<String>) -> Error {
-        Error::input(&self.file, format!("line {}", line.max(1)), found, REMEDY)
+    pub fn wrong_in(&self, line: usize, found: impl Into<Wrong>) -> Error {
+        let Wrong { found, remedy } = found.into();
+        Error::input(&self.file, format!("line {}", line.max(1)), found, remedy)
     }
 
     /// Takes a word that is needed.
@@ -74,7 +75,7 @@ impl<'a> Tokens<'a> {
     /// # Errors
     /// [`Error::Input`] at the end of the text.
     pub fn word(&mut self, what: &str) -> Result<&'a str> {
-        self.next().ok_or_else(|| self.wrong(format!("the file ends; expected {what}")))
+        self.next().ok_or_else(|| self.wrong((format!("the file ends; expected {what}"), COMPLETE)))
     }
 
     /// Takes a number.
@@ -84,11 +85,11 @@ impl<'a> Tokens<'a> {
     pub fn number(&mut self, what: &str) -> Result<f64> {
         let word = self.word(what)?;
         let number = word.parse::<f64>();
-        let number =
-            number.map_err(|_| self.wrong(format!("{}, expected {what}: a number", quoted(word))))?;
+        let number = number
+            .map_err(|_| self.wrong((format!("{}, expected {what}: a number", quoted(word)), NUMBER)))?;
         if !number.is_finite() || number.abs() > LARGEST_NUMBER {
             let found = format!("{}, expected {what}: a finite number up to 1e15", quoted(word));
-            return Err(self.wrong(found));
+            return Err(self.wrong((found, NUMBER)));
         }
         Ok(number)
     }
@@ -113,7 +114,7 @@ impl<'a> Tokens<'a> {
         let expected = format!("{what}: a whole number from {low} to {high}");
         let word = self.word(&expected)?;
         let count = word.parse().ok().filter(|count| (low..=high).contains(count));
-        count.ok_or_else(|| self.wrong(format!("{}, expected {expected}", quoted(word))))
+        count.ok_or_else(|| self.wrong((format!("{}, expected {expected}", quoted(word)), NUMBER)))
     }
 
     /// Takes linear light or an alpha: numbers from 0 to 1.
@@ -123,7 +124,9 @@ impl<'a> Tokens<'a> {
     pub fn shares<const N: usize>(&mut self, what: &str) -> Result<[f32; N]> {
         let numbers = self.numbers::<N>(what)?;
         match numbers.iter().find(|number| !(0.0..=1.0).contains(*number)) {
-            Some(number) => Err(self.wrong(format!("{number} in {what}, expected numbers from 0 to 1"))),
+            Some(number) => {
+                Err(self.wrong((format!("{number} in {what}, expected numbers from 0 to 1"), NUMBER)))
+            }
             None => Ok(numbers.map(|number| number as f32)),
         }
     }

@@ -3,9 +3,9 @@
 use glam::DAffine3;
 use rustc_hash::FxHashMap;
 
-use super::super::REMEDY;
 use super::super::maps::{is_singular, is_within_numbers};
 use super::super::notes::Notes;
+use super::super::remedies::COARSER;
 use super::meshes::Meshes;
 use crate::error::{Error, Result};
 use crate::foliage::{Draft, DraftUse, MOST_CORNERS, MOST_USES};
@@ -190,7 +190,7 @@ impl<'a> Graph<'a> {
             () if self.corners > MOST_CORNERS => format!("more than {MOST_CORNERS} corners"),
             () => return Ok(()),
         };
-        Err(Error::input(self.meshes.source.path, place, found + ", of the plant up to here", REMEDY))
+        Err(Error::input(self.meshes.source.path, place, found + ", of the plant up to here", COARSER))
     }
 }
 

@@ -18,8 +18,8 @@ use glam::DVec3;
 
 use self::graph::Graph;
 use self::meshes::Meshes;
-use super::REMEDY;
 use super::notes::Notes;
+use super::remedies::Wrong;
 use crate::error::{Error, Result};
 use crate::foliage::{Plant, assemble};
 use crate::io::models::check_file_size;
@@ -51,5 +51,8 @@ fn plant_of(path: &Path, bytes: &[u8], task: &Task) -> Result<Plant> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let (drafts, root) = graph.build(&nodes, name, &mut notes, task)?;
     notes.texts().into_iter().for_each(|text| task.note(text));
-    assemble(drafts, root, DVec3::Y, 1.0).map_err(|flaw| Error::input(path, "", flaw.to_string(), REMEDY))
+    assemble(drafts, root, DVec3::Y, 1.0).map_err(|flaw| {
+        let Wrong { found, remedy } = Wrong::from(&flaw);
+        Error::input(path, "", found, remedy)
+    })
 }

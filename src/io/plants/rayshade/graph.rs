@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DAffine3;
 use rustc_hash::FxHashMap;
 
-use super::super::REMEDY;
+use super::super::remedies::COARSER;
 use super::objects::{Object, ObjectId};
 use super::surfaces::{SurfaceId, Surfaces};
 use crate::error::{Error, Result};
@@ -44,7 +44,7 @@ pub fn drafts(path: &Path, objects: Vec<Object>, surfaces: &mut Surfaces) -> Res
     let mut drafts: Vec<Draft> = Vec::new();
     while let Some(kind) = graph.kinds.get(drafts.len()).copied() {
         let draft = graph.draft(kind, surfaces);
-        let draft = draft.map_err(|found| Error::input(path, "", found, REMEDY))?;
+        let draft = draft.map_err(|found| Error::input(path, "", found, COARSER))?;
         drafts.push(draft);
     }
     let root = match (&drafts[0].primitives[..], &drafts[0].uses[..]) {

@@ -28,8 +28,8 @@ use self::graph::drafts;
 use self::source::Source;
 use self::statements::Statements;
 use self::words::Words;
-use super::REMEDY;
 use super::pictures::Folder;
+use super::remedies::Wrong;
 use crate::error::{Error, Result};
 use crate::foliage::{Plant, assemble};
 use crate::task::Task;
@@ -50,5 +50,8 @@ pub fn read_rayshade(path: &Path, task: &Task) -> Result<Plant> {
     objects.push(root);
     let (drafts, root) = drafts(path, objects, &mut surfaces)?;
     notes.texts().into_iter().for_each(|text| task.note(text));
-    assemble(drafts, root, DVec3::Z, 1.0).map_err(|flaw| Error::input(path, "", flaw.to_string(), REMEDY))
+    assemble(drafts, root, DVec3::Z, 1.0).map_err(|flaw| {
+        let Wrong { found, remedy } = Wrong::from(&flaw);
+        Error::input(path, "", found, remedy)
+    })
 }

@@ -3,6 +3,7 @@
 use glam::DAffine3;
 
 use super::super::maps::{is_singular, is_within_numbers};
+use super::super::remedies::{COARSER, SMALLER};
 use super::super::tokens::quoted;
 use super::keywords::{begins_statement, left_out};
 use super::shapes::{moved, unit_sphere};
@@ -269,7 +270,9 @@ impl Statements<'_> {
             }
         };
         if !is_within_numbers(&map) {
-            return Err(self.words.wrong("the transforms up to here have numbers beyond 1e15 together"));
+            return Err(self
+                .words
+                .wrong(("the transforms up to here have numbers beyond 1e15 together", SMALLER)));
         }
         if is_singular(&map) {
             self.note(SINGULAR);
@@ -277,7 +280,9 @@ impl Statements<'_> {
         }
         self.uses += 1;
         if self.uses > MOST_USES {
-            return Err(self.words.wrong(format!("more than {MOST_USES} objects that are placed")));
+            return Err(self
+                .words
+                .wrong((format!("more than {MOST_USES} objects that are placed"), COARSER)));
         }
         into.placed.push(Placed { object, parent_from_child: map, surface });
         Ok(())
@@ -285,7 +290,7 @@ impl Statements<'_> {
 
     fn place_parts(&mut self, parts: Vec<Part>, map: &DAffine3, into: &mut Object) -> Result<()> {
         for part in parts {
-            let far = || self.words.wrong("a point that its transform brings beyond 1e15");
+            let far = || self.words.wrong(("a point that its transform brings beyond 1e15", SMALLER));
             let shape = moved(part.shape, map).ok_or_else(far)?;
             if let Shape::Limb(limb) = &shape
                 && is_singular(&limb.object_from_limb)
@@ -295,7 +300,9 @@ impl Statements<'_> {
             }
             self.corners = self.corners.saturating_add(shape.corners());
             if self.corners > MOST_CORNERS {
-                return Err(self.words.wrong(format!("more than {MOST_CORNERS} corners up to here")));
+                return Err(self
+                    .words
+                    .wrong((format!("more than {MOST_CORNERS} corners up to here"), COARSER)));
             }
             into.parts.push(Part { shape, ..part });
         }

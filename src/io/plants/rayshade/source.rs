@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
-use super::super::REMEDY;
 use super::super::pictures::Folder;
+use super::super::remedies::{FILE, Wrong};
 use super::lexing::{Lexeme, lexeme};
 use crate::error::{Error, Result};
 use crate::foliage::MOST_LEVELS;
@@ -31,8 +31,9 @@ pub struct Place {
 
 impl Place {
     /// Makes the error of this line.
-    pub fn wrong(&self, found: impl Into<String>) -> Error {
-        Error::input(&*self.file, format!("line {}", self.line.max(1)), found, REMEDY)
+    pub fn wrong(&self, found: impl Into<Wrong>) -> Error {
+        let Wrong { found, remedy } = found.into();
+        Error::input(&*self.file, format!("line {}", self.line.max(1)), found, remedy)
     }
 }
 
@@ -210,7 +211,7 @@ impl<'a> Source<'a> {
     /// `#include`: reads another file of the plant's folder here.
     pub(super) fn include(&mut self, name: &str) -> Result<()> {
         let place = self.place();
-        let wrong = |found: String| place.wrong(found);
+        let wrong = |found: Wrong| place.wrong(found);
         let beside = self.frames.last().and_then(|frame| match &frame.kind {
             Kind::File { name, .. } => name.rsplit_once('/').map(|(folder, _)| folder.to_owned()),
             Kind::Macro(_) => None,
@@ -219,25 +220,27 @@ impl<'a> Source<'a> {
         let mut found = None;
         for inside in names {
             let file = self.folder.file(&inside);
-            let file =
-                file.ok_or_else(|| wrong(format!("`#include` of {name:?}, outside of the plant's folder")))?;
+            let file = file.ok_or_else(|| {
+                wrong((format!("`#include` of {name:?}, outside of the plant's folder"), FILE).into())
+            })?;
             if file.is_file() {
                 found = Some((inside, file));
                 break;
             }
         }
-        let (inside, file) =
-            found.ok_or_else(|| wrong(format!("`#include` of {name:?}, which is not in the folder")))?;
+        let (inside, file) = found.ok_or_else(|| {
+            wrong((format!("`#include` of {name:?}, which is not in the folder"), FILE).into())
+        })?;
         let open: Vec<&str> = self.frames.iter().filter_map(Frame::file_name).collect();
         if let Some(first) = open.iter().position(|open| *open == inside) {
             let way: Vec<String> =
                 open[first..].iter().chain([&&*inside]).map(|name| format!("{name:?}")).collect();
-            return Err(wrong(format!("a file includes itself: {}", way.join(" includes "))));
+            return Err(wrong(format!("a file includes itself: {}", way.join(" includes ")).into()));
         }
         self.includes += 1;
         if open.len() > MOST_LEVELS || self.includes > MOST_INCLUDES {
             let found = format!("more than {MOST_INCLUDES} files, or files more than {MOST_LEVELS} deep");
-            return Err(wrong(format!("`#include` of {found}")));
+            return Err(wrong(format!("`#include` of {found}").into()));
         }
         self.push_file(&file, inside)
     }

@@ -6,6 +6,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::super::pictures::Folder;
+use super::super::remedies::{COMPLETE, NUMBER, Wrong};
 use super::super::tokens::{LARGEST_NUMBER, quoted};
 use super::source::{Place, Source, Word};
 use crate::error::{Error, Result};
@@ -75,7 +76,7 @@ impl<'a> Words<'a> {
     /// [`Error::Input`] at the end.
     pub fn word(&mut self, what: &str) -> Result<String> {
         let word = self.next()?;
-        word.ok_or_else(|| self.wrong(format!("the file ends; expected {what}")))
+        word.ok_or_else(|| self.wrong((format!("the file ends; expected {what}"), COMPLETE)))
     }
 
     /// Returns where the word is that was taken last.
@@ -84,7 +85,7 @@ impl<'a> Words<'a> {
     }
 
     /// Makes the error of the line of the word that was taken last.
-    pub fn wrong(&self, found: impl Into<String>) -> Error {
+    pub fn wrong(&self, found: impl Into<Wrong>) -> Error {
         self.place.wrong(found)
     }
 
@@ -109,12 +110,12 @@ impl<'a> Words<'a> {
                 let number = word.parse().ok().filter(|_| begins_number(&word));
                 let found =
                     || format!("{}, expected {what}: a number, or an expression in ( )", quoted(&word));
-                number.ok_or_else(|| self.wrong(found()))?
+                number.ok_or_else(|| self.wrong((found(), NUMBER)))?
             }
         };
         if !number.is_finite() || number.abs() > LARGEST_NUMBER {
             let found = format!("{number}, expected {what}: a finite number up to 1e15");
-            return Err(self.wrong(found));
+            return Err(self.wrong((found, NUMBER)));
         }
         Ok(number)
     }
