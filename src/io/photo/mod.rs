@@ -19,6 +19,7 @@ mod exif;
 mod folder;
 mod jpeg;
 mod kind;
+mod parameters;
 mod pinhole;
 mod tiff;
 mod turn;
@@ -32,6 +33,9 @@ pub use kind::{EXTENSIONS, is_picture_ending};
 use kind::{Kind, kind_of, lying_ending, refusal};
 pub use pinhole::make_pinhole_image;
 pub use unmasked::{masked_pixels, read_unmasked};
+
+/// The note about inks, which no decoder converts as their profile says.
+const CMYK: &str = "its CMYK colours are converted without their profile; save it as RGB for exact colours";
 
 /// The result of comparing a photo's header with its camera.
 #[derive(Debug, Clone, PartialEq)]
@@ -209,6 +213,7 @@ fn decoder<'a>(path: &Path, mut input: impl BufRead + Seek + 'a, memory: u64) ->
         notes.extend_from_slice(decoder.notes());
         return Ok(Opened { decoder: Box::new(decoder), notes });
     }
+    notes.extend(parameters::unapplied(format, &mut input).map_err(Error::io(path, "read it"))?);
     let mut reader = ImageReader::with_format(input, format);
     let mut limits = Limits::default();
     limits.max_alloc = Some(memory);

@@ -3,6 +3,7 @@
 use std::io::{Read, Seek};
 
 use super::directory::{Directory, Fault};
+use crate::io::photo::CMYK;
 
 /// How the samples of a pixel are colours.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -129,9 +130,7 @@ impl Layout {
         let (alpha, used, mut notes) =
             alpha(&file.numbers(338).map_err(damaged)?, samples, colours.samples(), photometric)?;
         if colours == Colours::Cmyk {
-            let note =
-                "its CMYK colours are converted without their profile; save it as RGB for exact colours";
-            notes.push(note.into());
+            notes.push(CMYK.into());
         }
         let is_planar = samples > 1 && number(file, 284, 1)? == 2;
         let differences = match number(file, 317, 1)? {
