@@ -61,7 +61,8 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
         note_large(&args.project, &opened, &current, options.memory, task)?;
     }
     let painted = PaintReport::new(&opened, &store)?;
-    Ok(report(&opened, &built, &painted, args.photos.problems_of(&opened, task)))
+    let problems = (args.photos.problems_of(&opened, task), args.photos.left_out(&opened));
+    Ok(report(&opened, &built, &painted, problems))
 }
 
 /// Returns the project's options with those that were given, and saves them if requested.
@@ -90,7 +91,12 @@ fn note_unknown_objects(options: &Options, opened: &Opened, task: &Task) {
     }
 }
 
-fn report(opened: &Opened, built: &[Built], painted: &PaintReport, mut problems: Vec<String>) -> Outcome {
+fn report(
+    opened: &Opened,
+    built: &[Built],
+    painted: &PaintReport,
+    (mut problems, left_out): (Vec<String>, usize),
+) -> Outcome {
     let mut table = StackTable::default();
     for photo in built {
         match &photo.stack {
@@ -101,6 +107,7 @@ fn report(opened: &Opened, built: &[Built], painted: &PaintReport, mut problems:
         }
     }
     let failed = built.iter().filter_map(|built| Some((&built.photo, built.stack.as_ref().err()?)));
+    let left_out = left_out + failed.clone().count();
     problems.extend(failed.map(|(photo, error)| format!("{photo}: {}", error_text(error))));
     let fresh = built.iter().filter(|built| built.stack.is_ok() && !built.up_to_date).count();
     let text = format!(
@@ -108,7 +115,7 @@ fn report(opened: &Opened, built: &[Built], painted: &PaintReport, mut problems:
         table.text(),
         counted(fresh, "stack"),
         built.iter().filter(|built| built.up_to_date).count(),
-        problems.len(),
+        left_out,
         counted(opened.site.model.faces.len(), "face"),
         painted.lost(),
     );

@@ -53,6 +53,7 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     let failed = built.iter().filter_map(|built| Some((&built.photo, built.stack.as_ref().err()?)));
     let failed: BTreeMap<&String, &Error> = failed.collect();
     problems.extend(failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
+    let left_out = args.photos.left_out(&opened) + failed.len();
     let to_fill = photos.iter().map(|photo| photo.name.clone()).filter(|photo| !failed.contains_key(photo));
     let filled = fill_those(fill, args, &opened, options, to_fill.collect(), task)?;
     kept.extend(filled.iter().flat_map(|filled| filled.kept.clone()));
@@ -60,7 +61,7 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
     let built: Vec<&str> = built.iter().filter(|it| it.stack.is_ok()).map(|it| it.photo.as_str()).collect();
-    Ok(report(&built, &filled, problems))
+    Ok(report(&built, &filled, (problems, left_out)))
 }
 
 /// Makes the rasteriser that builds stacks.
@@ -143,7 +144,7 @@ pub fn note_stale_fillings(folder: &Path, opened: &Opened, task: &Task) -> Resul
     Ok(())
 }
 
-fn report(built: &[&str], filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
+fn report(built: &[&str], filled: &[FilledPhoto], (mut problems, left_out): (Vec<String>, usize)) -> Outcome {
     let mut table = FillTable::default();
     let mut propagated = PropagatedTable::default();
     for photo in filled {
@@ -159,6 +160,7 @@ fn report(built: &[&str], filled: &[FilledPhoto], mut problems: Vec<String>) -> 
         }
     }
     let fresh = filled.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
+    let left_out = left_out + filled.iter().filter(|photo| photo.stack.is_err()).count();
     let built_first = match built {
         [] => String::new(),
         built => format!("\n{} built first: {}\n", counted(built.len(), "stack"), built.join(", ")),
@@ -169,7 +171,7 @@ fn report(built: &[&str], filled: &[FilledPhoto], mut problems: Vec<String>) -> 
         propagated.text("paint of other photos, projected to what a photo shows"),
         counted(fresh, "photo"),
         filled.iter().filter(|photo| photo.up_to_date).count(),
-        problems.len(),
+        left_out,
     );
     let json = json!({
         "photos": table.into_json(),

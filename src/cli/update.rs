@@ -30,7 +30,7 @@ pub fn run(args: &UpdateArgs, task: &Task) -> Result<Outcome> {
         memory: args.memory.or_default(),
         ..UpdateRequest::default()
     };
-    let problems = args.photos.problems_of(&opened, task);
+    let (problems, left_out) = (args.photos.problems_of(&opened, task), args.photos.left_out(&opened));
     drop(opened);
     let updated = update(&StackStore::new(&args.project), &source, &request, &gpu_rasteriser, task)?;
     for file in updated.iter().flat_map(|photo| &photo.kept) {
@@ -38,11 +38,18 @@ pub fn run(args: &UpdateArgs, task: &Task) -> Result<Outcome> {
     }
     let opened = source.project(task)?;
     note_large(&args.project, &opened, &up_to_date(&updated), request.memory, task)?;
-    Ok(report(&updated, unexplained(&opened.site, &opened.points).as_ref(), problems))
+    Ok(report(&updated, unexplained(&opened.site, &opened.points).as_ref(), problems, left_out))
 }
 
-fn report(updated: &[UpdatedPhoto], unexplained: Option<&Unexplained>, mut problems: Vec<String>) -> Outcome {
-    problems.extend(updated.iter().filter_map(problem));
+fn report(
+    updated: &[UpdatedPhoto],
+    unexplained: Option<&Unexplained>,
+    mut problems: Vec<String>,
+    left_out: usize,
+) -> Outcome {
+    let failed: Vec<String> = updated.iter().filter_map(problem).collect();
+    let left_out = left_out + failed.len();
+    problems.extend(failed);
     let built = updated.iter().filter(|photo| photo.built).count();
     let filled = updated.iter().filter(|photo| photo.filled).count();
     let skipped = updated.iter().filter(|photo| matches!(photo.end, UpdateEnd::NeverBuilt)).count();
@@ -58,7 +65,7 @@ fn report(updated: &[UpdatedPhoto], unexplained: Option<&Unexplained>, mut probl
             counted(built, "stack"),
             counted(filled, "photo"),
             current(updated),
-            problems.len(),
+            left_out,
         ),
     };
     let coarse = coarse(updated);

@@ -302,6 +302,11 @@ impl PhotoArgs {
         problems.for_each(|problem| task.note(problem));
         Vec::new()
     }
+
+    /// Returns how many photos of the cameras are not in the site, of those that are asked for.
+    pub fn left_out(&self, opened: &Opened) -> usize {
+        if self.names.is_empty() { opened.listed.saturating_sub(opened.site.photos.len()) } else { 0 }
+    }
 }
 
 /// The memory limit of a command.
