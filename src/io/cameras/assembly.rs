@@ -44,6 +44,8 @@ pub(super) struct Assembly<'s> {
     notes: Vec<String>,
     /// The number of names with the sign that Windows has between folders.
     backslashes: usize,
+    /// The number of keypoints whose positions are no numbers.
+    no_places: usize,
     rigs: Option<Rigs>,
 }
 
@@ -65,6 +67,7 @@ impl<'s> Assembly<'s> {
             problems: Problems::default(),
             notes: Vec::new(),
             backslashes: 0,
+            no_places: 0,
             rigs: None,
         }
     }
@@ -229,8 +232,11 @@ impl<'s> Assembly<'s> {
         place: String,
         id: u64,
         position: [f64; 3],
-        observations: Vec<(u32, DVec2)>,
+        mut observations: Vec<(u32, DVec2)>,
     ) {
+        let all = observations.len();
+        observations.retain(|(_, place)| place.is_finite());
+        self.no_places += all - observations.len();
         let objection = if !is_on_a_map(position) {
             Some((format!("point {id} at {position:?}, not within 1e15 of the origin"), "remove the point"))
         } else if !self.point_ids.insert(id) {
@@ -254,6 +260,10 @@ impl<'s> Assembly<'s> {
         if self.backslashes > 0 {
             let (file, count) = (file.display(), self.backslashes);
             notes.push(format!("{file}: \\ in the names of {count} photos is read as /"));
+        }
+        if self.no_places > 0 {
+            let (file, count) = (file.display(), self.no_places);
+            notes.push(format!("{file}: {count} keypoints are left out, whose positions are no numbers"));
         }
         notes.extend(self.rigs.map(|rigs| rigs.notes(&file)).into_iter().flatten());
         let problems = problems.finish();

@@ -135,7 +135,7 @@ fn pose(numbers: &[f64; 15]) -> Result<Pose, Objection> {
     let (rotation, _) = rotation_and_scale(DMat3::from_cols_array(rows).transpose(), "the rotation")?;
     let translation = DVec3::new(numbers[12], numbers[13], numbers[14]);
     if !is_on_a_map(translation.into()) {
-        let found = format!("the translation {translation} is not within 1e15 of the origin");
+        let found = format!("the translation {:?} is not within 1e15 of the origin", translation.to_array());
         return Err((found, "write it in the model's unit"));
     }
     Ok(Pose { rotation: CV_FROM_GL * rotation, translation: CV_FROM_GL * translation })

@@ -87,6 +87,14 @@ fn binary_folder() -> tempfile::TempDir {
 }
 
 #[test]
+fn a_keypoint_that_is_no_number_is_left_out_and_told() {
+    let images = IMAGES.replace("10.5 20.25 5", "nan 20.25 5");
+    let read = read(&text(CAMERAS, &images, POINTS)).unwrap();
+    assert_eq!(read.points.iter().map(|point| point.observations.len()).collect::<Vec<_>>(), [0, 1]);
+    assert!(read.notes[0].contains("1 keypoints are left out"), "{:?}", read.notes);
+}
+
+#[test]
 fn a_text_model_is_read_with_sub_folders_spaces_and_points() {
     let cameras = read(&text(CAMERAS, IMAGES, POINTS)).unwrap();
     assert!(cameras.problems.is_empty(), "{:?}", cameras.problems);

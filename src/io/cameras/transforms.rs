@@ -228,7 +228,7 @@ impl World {
         let moved = camera_to_world.w_axis.truncate();
         let centre = self.rotation.transpose() * (moved - self.translation) / self.scale;
         if !is_on_a_map(centre.into()) {
-            let found = format!("the position {moved} is not within 1e15 of the origin");
+            let found = format!("the position {:?} is not within 1e15 of the origin", moved.to_array());
             return Err((found, "write positions in the model's unit"));
         }
         let rotation = (self.rotation.transpose() * turn * CV_FROM_GL).transpose();
