@@ -15,7 +15,7 @@ use crate::io::project::write_project;
 use crate::io::recovery::read_unsaved;
 use crate::io::writable::check_folder;
 use crate::recipe::budget::default_memory;
-use crate::recipe::masks::beside::{FoundMask, mask_of_file, masks_beside};
+use crate::recipe::masks::beside::{FoundMask, MasksBeside, UnreadMask, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{ObjectMasks, from_object};
 use crate::recipe::masks::suggest::{
     MARGIN_PX, MaskSuggestion, Suggestions, UNSEEN, accepted, suggest, suggestion_folder, suggestions,
@@ -75,17 +75,20 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
     let mut problems = Vec::new();
     if args.find {
         let asked = opened.photos_named(&args.photos.names)?;
-        let (found, wrong) = masks_beside(folder, project, site, task)?;
-        let is_asked = |found: &FoundMask| asked.iter().any(|photo| photo.name == found.photo);
-        let found: Vec<FoundMask> = found.into_iter().filter(is_asked).collect();
-        if found.is_empty() && wrong.is_empty() {
+        let MasksBeside { mut found, mut unread, problems: wrong } =
+            masks_beside(folder, project, site, task)?;
+        let is_asked = |name: &str| asked.iter().any(|photo| photo.name == name);
+        found.retain(|found| is_asked(&found.photo));
+        unread.retain(|unread| is_asked(&unread.photo));
+        if found.is_empty() && unread.is_empty() && wrong.is_empty() {
             task.note(
                 "no mask files were found for these photos; expected NAME.mask.png or NAME_mask.png beside the photo NAME.jpg, or masks/NAME.jpg.png"
                     .to_owned(),
             );
         }
+        edits.extend(unread.iter().map(UnreadMask::edit));
         edits.extend(found.into_iter().map(FoundMask::edit));
-        problems.extend(wrong.iter().map(error_text));
+        problems.extend(wrong.iter().chain(unread.iter().map(|unread| &unread.problem)).map(error_text));
     }
     if let Some(file) = &args.add {
         let [photo] = &args.photos.names[..] else {
@@ -187,6 +190,19 @@ fn look_at_objects(args: &MaskArgs) -> String {
     )
 }
 
+/// Returns the problems with masks that could not be read, whose photos other commands leave out.
+fn unread_masks(opened: &Opened) -> impl Iterator<Item = String> {
+    let all = opened.project.masks.photos();
+    let unread = all.flat_map(|(photo, masks)| masks.iter().map(move |mask| (photo, mask)));
+    unread.filter(|(_, mask)| mask.is_unread()).map(|(photo, mask)| {
+        format!(
+            "{photo} is left out, because its mask, {}, could not be read; correct it, then {} reads it",
+            mask.from.words(),
+            command_for_project("mask --find")
+        )
+    })
+}
+
 fn outcome(
     args: &MaskArgs,
     opened: &Opened,
@@ -203,6 +219,9 @@ fn outcome(
             "\nmasks of {photos} changed; run `quadratura update {project}` to fill the masked areas\n"
         ));
         text.push_str(&look_at_objects(args));
+    }
+    if !args.find {
+        problems.extend(unread_masks(opened));
     }
     problems.extend(PhotoArgs { names: Vec::new() }.problems_of(opened, task));
     let json = json!({ "photos": masked.to_json(), "changed": changed, "problems": problems });

@@ -17,10 +17,22 @@ pub struct Mask {
     /// The origin of the mask; a photo has at most one mask of each origin.
     pub from: MaskOrigin,
     /// The file below the project's `masks/`: a PNG as large as the photo's pinhole image, in which black is
-    /// masked.
+    /// masked. Empty for a mask that was found and could not be read: its photo is left out until it can.
     pub file: String,
     /// The number of masked pixels.
     pub pixels: u64,
+}
+
+impl Mask {
+    /// Returns the entry of a mask that could not be read.
+    pub fn unread(from: MaskOrigin) -> Self {
+        Self { from, file: String::new(), pixels: 0 }
+    }
+
+    /// Returns true where the mask could not be read.
+    pub fn is_unread(&self) -> bool {
+        self.file.is_empty()
+    }
 }
 
 /// A change of one mask by an import.

@@ -18,6 +18,8 @@ pub enum Remedy {
     List,
     /// Removes the masks of photos.
     ClearMasks,
+    /// Reads the mask files beside the photos again.
+    FindMasks,
     /// Searches photos for transient objects.
     SuggestMasks,
     /// Lists the objects of the model.
@@ -41,6 +43,7 @@ impl fmt::Display for Remedy {
             Self::Fill => write!(f, "“fill”"),
             Self::List => write!(f, "“list”"),
             Self::ClearMasks => write!(f, "“clear masks”"),
+            Self::FindMasks => write!(f, "“find masks”"),
             Self::SuggestMasks => write!(f, "“suggest masks”"),
             Self::ListObjects => write!(f, "“list objects”"),
             Self::RestoreObject => write!(f, "“restore object”"),

@@ -1,7 +1,8 @@
-//! Reads and writes masks of photos as PNG files. Black is masked, white is not, as in COLMAP.
+//! Reads masks of photos as PNG files, or in another format of photos, and writes them as PNG files. Black is masked, white is
+//! not, as in COLMAP.
 
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::{BufReader, Read, Write};
 use std::path::Path;
 
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Reader, Transformations};
@@ -9,6 +10,8 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Reader, Transforma
 use crate::error::{Error, Result};
 use crate::geometry::{PixelRect, Spans};
 use crate::io::guarded::guarded;
+use crate::io::photo::{check_photo, is_photo, read_photo};
+use crate::raster::in_8_bits;
 
 /// The middle of the range of 8 bits: darker samples are masked if alpha is at least this.
 const HALF: u8 = 128;
@@ -16,7 +19,7 @@ const HALF: u8 = 128;
 /// The remedy for a file that cannot be read.
 const SAVE: &str = "save the mask as a PNG: black where the photo is to be masked, else white";
 
-/// Reads the pixels that a PNG of `width` x `height` masks: those that are opaque (alpha of at least half)
+/// Reads the pixels that a picture of `width` x `height` masks: those that are opaque (alpha of at least half)
 /// and whose mean over the colour channels is darker than half. Transparent pixels are not masked, because
 /// nothing was painted there.
 ///
@@ -27,6 +30,15 @@ pub fn read_mask(file: &Path, size: [u32; 2]) -> Result<Spans> {
 }
 
 fn decoded(file: &Path, [width, height]: [u32; 2]) -> Result<Spans> {
+    if is_another_picture(file) {
+        let picture = read_photo(file, width, height)?;
+        let is_masked = |x: i32, y: i32| {
+            let [r, g, b, alpha] = picture.rgba16(x as u32, y as u32).map(in_8_bits);
+            let sum: usize = [r, g, b].iter().map(|sample| usize::from(*sample)).sum();
+            alpha >= HALF && sum < usize::from(HALF) * 3
+        };
+        return Ok(Spans::of_pixels(PixelRect::of_size(width, height), is_masked));
+    }
     let mut reader = opened(file, [width, height])?;
     let (colour, _) = reader.output_color_type();
     let channels = colour.samples();
@@ -50,7 +62,18 @@ fn decoded(file: &Path, [width, height]: [u32; 2]) -> Result<Spans> {
 /// # Errors
 /// As [`read_mask`].
 pub fn check_mask(file: &Path, size: [u32; 2]) -> Result<()> {
-    guarded(file, SAVE, || opened(file, size).map(drop))
+    guarded(file, SAVE, || match is_another_picture(file) {
+        true => check_photo(file, size[0], size[1]).map(drop),
+        false => opened(file, size).map(drop),
+    })
+}
+
+/// Returns true for a file that is no PNG, and a picture in another format in which photos are read.
+fn is_another_picture(file: &Path) -> bool {
+    const PNG: &[u8] = b"\x89PNG";
+    let mut start = [0; PNG.len()];
+    let read = File::open(file).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && start != PNG && is_photo(file)
 }
 
 /// Encodes a mask as a PNG of one bit per pixel; the same set always gives the same bytes.
@@ -129,6 +152,19 @@ mod tests {
         assert_eq!(masked(rgba.clone()), [true, false, false, true], "a red is dark");
         assert_eq!(masked(rgba.to_rgb8().into()), [true, true, false, true]);
         assert_eq!(masked(rgba.to_luma16().into()), [true, true, false, true]);
+    }
+
+    #[test]
+    fn a_mask_may_be_a_tiff_of_the_photos_size() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("mask.tif");
+        let picture = image::GrayImage::from_fn(7, 5, |x, y| image::Luma([if x < y { 10 } else { 250 }]));
+        picture.save(&file).unwrap();
+        let masked = read_mask(&file, [7, 5]).unwrap();
+        assert_eq!(masked, Spans::of_pixels(PixelRect::of_size(7, 5), |x, y| x < y));
+        check_mask(&file, [7, 5]).unwrap();
+        let message = check_mask(&file, [5, 7]).unwrap_err().to_string();
+        assert!(message.contains("7 x 5") && message.contains("5 x 7"), "{message}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Files by names that may be spelled differently on the disk ([`alike`]).
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use crate::scene::alike::{self, Alike};
 
@@ -66,6 +66,38 @@ impl NamedFiles {
         }
     }
 
+    /// Returns the files whose names differ from that of `file`, a path below `root`, in Unicode form alone.
+    pub fn look_alikes(&mut self, root: &Path, file: &str) -> Vec<String> {
+        let (folder, name) = file.rsplit_once('/').map_or(("", file), |(folder, name)| (folder, name));
+        let below =
+            |other: &String| if folder.is_empty() { other.clone() } else { format!("{folder}/{other}") };
+        let key = alike::composed(name);
+        let names = self.names_in(&root.join(folder)).iter();
+        names.filter(|other| *other != name && alike::composed(other) == key).map(below).collect()
+    }
+
+    /// Returns the path of a file or folder under the name that it has on the disk, where its own is another Unicode form of that;
+    /// the path itself where there is none.
+    pub fn respelled(&mut self, path: &Path) -> PathBuf {
+        let mut found = PathBuf::new();
+        for part in path.components() {
+            let exact = found.join(part);
+            let (Component::Normal(name), false) = (part, exact.exists()) else {
+                found = exact;
+                continue;
+            };
+            let same = name.to_str().map(alike::composed).and_then(|name| {
+                let mut names = self.names_in(&found).iter().filter(|other| alike::composed(other) == name);
+                names.next().filter(|_| names.next().is_none()).cloned()
+            });
+            match same {
+                Some(same) => found.push(same),
+                None => return path.to_path_buf(),
+            }
+        }
+        found
+    }
+
     fn names_in(&mut self, folder: &Path) -> &[String] {
         self.listed.entry(folder.to_path_buf()).or_insert_with(|| {
             let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -81,6 +113,23 @@ impl NamedFiles {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_is_found_in_another_unicode_form_and_look_alikes_of_a_file_are_listed() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        std::fs::create_dir_all(root.join("Pla\u{308}ne/Ost")).unwrap();
+        for name in ["Pla\u{308}ne/\u{e9}.png", "Pla\u{308}ne/e\u{301}.png"] {
+            std::fs::write(root.join(name), "").unwrap();
+        }
+        let mut named = NamedFiles::default();
+        let there = root.join("Pla\u{308}ne/Ost");
+        assert_eq!(named.respelled(&root.join("Pl\u{e4}ne/x/../Ost")), root.join("Pl\u{e4}ne/x/../Ost"));
+        assert_eq!(named.respelled(&root.join("Pl\u{e4}ne/Ost")), there);
+        assert_eq!(named.respelled(&there), there);
+        assert_eq!(named.respelled(&root.join("pl\u{e4}ne")), root.join("pl\u{e4}ne"), "another letter case");
+        assert_eq!(named.look_alikes(root, "Pla\u{308}ne/\u{e9}.png"), ["Pla\u{308}ne/e\u{301}.png"]);
+    }
 
     #[test]
     fn a_file_is_found_under_any_spelling_of_its_path_and_none_is_guessed_among_several() {

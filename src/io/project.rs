@@ -8,6 +8,7 @@ use serde::Deserialize;
 use super::atomic::write_atomically;
 use super::json::{read_json, to_json};
 use super::lock::LOCK_FILE;
+use super::named_file::NamedFiles;
 use crate::document::project::PROJECT_VERSION;
 use crate::document::{Bookmark, CameraPath, Project};
 use crate::error::{Error, Remedy, Result};
@@ -147,10 +148,26 @@ pub fn check_is_empty(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Returns the absolute path of a path in `project.json`, without `..` and links where it exists.
+/// Returns the absolute path of a path in `project.json`, without `..` and links where it exists. It may be spelled in another
+/// Unicode form than on the disk.
 pub fn resolved(folder: &Path, path: &str) -> PathBuf {
     let joined = folder.join(path);
-    joined.canonicalize().unwrap_or(joined)
+    joined
+        .canonicalize()
+        .or_else(|_| NamedFiles::default().respelled(&joined).canonicalize())
+        .unwrap_or(joined)
+}
+
+/// Returns a note about a path in `project.json` that is found in another Unicode form; `None` where it is as it is written there.
+pub fn respelled(folder: &Path, path: &str) -> Option<String> {
+    let joined = folder.join(path);
+    let found = NamedFiles::default().respelled(&joined);
+    (found != joined).then(|| {
+        format!(
+            "{PROJECT_FILE}: {path} is found under another Unicode form, as {}",
+            resolved(folder, path).display()
+        )
+    })
 }
 
 /// Returns `target` as `project.json` stores it: relative to `folder`, with `/`. Both must exist.
@@ -323,6 +340,18 @@ mod tests {
         assert_eq!(path, "../../site/images");
         assert_eq!(relative_to(&project, &project).unwrap(), ".");
         assert!(resolved(&project, &path).is_dir());
+    }
+
+    #[test]
+    fn paths_are_found_in_another_unicode_form_and_that_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let [project, photos] = ["site", "fotos_u\u{308}ber"].map(|name| folder.path().join(name));
+        [&project, &photos].iter().for_each(|path| std::fs::create_dir_all(path).unwrap());
+        assert_eq!(resolved(&project, "../fotos_\u{fc}ber"), photos.canonicalize().unwrap());
+        let note = respelled(&project, "../fotos_\u{fc}ber").unwrap();
+        assert!(note.contains("another Unicode form"), "{note}");
+        assert_eq!(respelled(&project, "../fotos_u\u{308}ber"), None);
+        assert_eq!(respelled(&project, "../nowhere"), None);
     }
 
     #[test]

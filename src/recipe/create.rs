@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::dome_picture::chosen_picture;
-use super::masks::beside::{FoundMask, masks_beside};
+use super::masks::beside::{FoundMask, MasksBeside, UnreadMask, masks_beside};
 use super::masks::{MaskEdit, attach, edited};
 use super::open::{Opened, open_site};
 use crate::document::project::PROJECT_VERSION;
@@ -60,16 +60,21 @@ pub fn create_project(folder: &Path, new: &NewProject, task: &Task) -> Result<Op
 /// Opens the described site, adopts masks found beside the photos, and writes the project file.
 fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     let mut opened = open_site(folder, described(folder, new)?, task)?;
-    let (found, problems) = masks_beside(folder, &opened.project, &opened.site, task)?;
+    let MasksBeside { found, unread, problems } = masks_beside(folder, &opened.project, &opened.site, task)?;
     found.iter().for_each(|found| task.with_subject(&found.photo).note(format!("masked by {}", found.file)));
-    Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").extend(problems);
     if let Some((file, middle)) = &new.surroundings {
         opened.project.surroundings = Some(chosen_picture(folder, &opened.site, file, *middle, task)?);
     }
-    let edits: Vec<MaskEdit> = found.into_iter().map(FoundMask::edit).collect();
+    let edits = unread.iter().map(UnreadMask::edit).chain(found.into_iter().map(FoundMask::edit));
+    let edits: Vec<MaskEdit> = edits.collect();
     opened.project.masks = edited(folder, &opened.project.masks, &edits, &opened.site)?;
     attach(folder, &opened.project.masks, &mut opened.site.photos);
     write_project(folder, &opened.project)?;
+    if !unread.is_empty() {
+        // Photos whose masks cannot be used are left out; what there is to note was noted.
+        opened = open_site(folder, opened.project, &Task::silent())?;
+    }
+    Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").extend(problems);
     Ok(opened)
 }
 

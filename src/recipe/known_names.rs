@@ -1,4 +1,5 @@
-//! Names of objects as the project knows them: a model that comes back from another system may have them in another Unicode form.
+//! Names of photos and objects as the project knows them: cameras and a model that come back from another system may have them in
+//! another Unicode form.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -6,39 +7,73 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::document::Project;
+use crate::error::Result;
+use crate::io::cameras::{Cameras, read_cameras_of};
 use crate::io::paint_store::PaintStore;
+use crate::io::project::resolved;
 use crate::scene::Model;
 use crate::scene::alike::nfc;
+use crate::task::Task;
 
 /// Gives objects the names that the project and its paint have for them, where these differ in Unicode form alone. Returns a note
 /// about them.
 pub(super) fn as_known(folder: &Path, project: &Project, model: &mut Model) -> Option<String> {
-    if model.objects.iter().all(|object| object.name.is_ascii()) {
+    respelled(
+        folder,
+        project,
+        "objects have their names",
+        model.objects.iter_mut().map(|object| &mut object.name),
+    )
+}
+
+/// Reads the cameras of a project. Photos have the names that the project and its paint have for them, where these differ in
+/// Unicode form alone, which is noted.
+///
+/// # Errors
+/// Returns the errors of [`read_cameras_of`].
+pub(super) fn cameras_of(folder: &Path, project: &Project, task: &Task) -> Result<Cameras> {
+    let (photos, file) = (resolved(folder, &project.photos), resolved(folder, &project.cameras));
+    let mut cameras = read_cameras_of(&photos, &file, task)?;
+    let names = cameras.photos.iter_mut().map(|photo| &mut photo.name);
+    cameras.notes.extend(respelled(folder, project, "photos have their names in the cameras", names));
+    Ok(cameras)
+}
+
+/// Gives things their known names; `have` are the words for them in the note.
+fn respelled<'a>(
+    folder: &Path,
+    project: &Project,
+    have: &str,
+    names: impl Iterator<Item = &'a mut String>,
+) -> Option<String> {
+    let mut names: Vec<&mut String> = names.collect();
+    if names.iter().all(|name| name.is_ascii()) {
         return None;
     }
     let paint = PaintStore::new(folder).read().unwrap_or_default();
     let mut texts = BTreeSet::new();
-    // Whatever names an object is a text in one of the two.
+    // Whatever names a photo or an object is a text in one of the two.
     for value in [serde_json::to_value(project), serde_json::to_value(&paint)].into_iter().flatten() {
         texts_in(&value, &mut texts);
     }
-    let own: BTreeSet<String> = model.objects.iter().map(|object| object.name.clone()).collect();
+    let own: BTreeSet<String> = names.iter().map(|name| (*name).clone()).collect();
     let mut forms: BTreeMap<String, Vec<&String>> = BTreeMap::new();
     for text in texts.iter().filter(|text| !own.contains(*text)) {
         forms.entry(nfc(text).into_owned()).or_default().push(text);
     }
-    let mut renamed = Vec::new();
-    for object in model.objects.iter_mut().filter(|object| !texts.contains(&object.name)) {
-        if let Some([known]) = forms.remove(&*nfc(&object.name)).as_deref() {
-            object.name.clone_from(known);
-            renamed.push(object.name.as_str());
+    let (mut first, mut count) = (None, 0);
+    for name in names.iter_mut().filter(|name| !texts.contains(**name)) {
+        if let Some([known]) = forms.remove(&*nfc(name)).as_deref() {
+            name.clone_from(known);
+            first = first.or(Some(*known));
+            count += 1;
         }
     }
-    let first = renamed.first()?;
-    Some(format!(
-        "{} objects have their names in another Unicode form than project.json; they are the same, such as {first:?}",
-        renamed.len()
-    ))
+    first.map(|first| {
+        format!(
+            "{count} {have} in another Unicode form than project.json; they are the same, such as {first:?}"
+        )
+    })
 }
 
 fn texts_in(value: &Value, texts: &mut BTreeSet<String>) {
@@ -56,8 +91,19 @@ fn texts_in(value: &Value, texts: &mut BTreeSet<String>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::document::masks::{Mask, MaskOrigin};
     use crate::scene::ModelBuilder;
-    use crate::task::Task;
+
+    #[test]
+    fn a_masked_photo_keeps_its_mask_when_the_cameras_have_its_name_in_another_form() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut names = ["mu\u{308}r.jpg", "a.jpg", "to\u{302}t.jpg"].map(str::to_owned);
+        let mut project = Project::default();
+        project.masks.put("m\u{fc}r.jpg", Mask::unread(MaskOrigin::Drawn));
+        let note = respelled(folder.path(), &project, "photos are", names.iter_mut()).unwrap();
+        assert_eq!(names, ["m\u{fc}r.jpg", "a.jpg", "to\u{302}t.jpg"]);
+        assert!(note.starts_with("1 photos are"), "{note}");
+    }
 
     #[test]
     fn a_decided_object_keeps_its_decision_in_another_unicode_form() {

@@ -5,19 +5,20 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::impostors::{RefusedImpostors, refused, turns, with_impostors};
-use super::known_names::as_known;
+use super::known_names::{as_known, cameras_of};
 use super::masks::attach;
+use super::masks::beside::why_unread;
 use super::named::{meant, photos_named};
 use super::photos::{PhotoImport, import_photos};
 use super::see_through::with_see_through;
 use super::views::{up, up_of};
-use crate::document::masks::Mask;
-use crate::document::{Masks, Project};
-use crate::error::{Error, Remedy, Result};
+use crate::document::Project;
+use crate::document::masks::{Mask, MaskOrigin};
+use crate::error::{Error, Message, Remedy, Result};
 use crate::io::cameras::{CameraPhoto, Cameras, read_cameras_of};
 use crate::io::mask_file::check_mask;
 use crate::io::models::read_model;
-use crate::io::project::{PROJECT_FILE, read_project, resolved};
+use crate::io::project::{PROJECT_FILE, read_project, resolved, respelled};
 use crate::scene::{Model, Photo, Site, SparsePoint};
 use crate::task::Task;
 
@@ -78,7 +79,7 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
             return Err(Error::of_all(errors).expect("one of the two has failed"));
         }
     };
-    let (photos, unmasked) = with_masks(folder, &project.masks, import.photos, task);
+    let (photos, unmasked) = with_masks(folder, &project, import.photos, &cameras.photos, task);
     let reasons = import.problems.iter().map(ToString::to_string);
     let of_masks = unmasked.iter().map(|it| (it.photo.name.clone(), it.error().to_string()));
     let left_out = import.left_out.into_iter().zip(reasons).chain(of_masks).collect();
@@ -150,10 +151,12 @@ impl Opened {
 /// masked; these masks are returned as well.
 fn with_masks(
     folder: &Path,
-    masks: &Masks,
+    project: &Project,
     mut photos: Vec<Photo>,
+    cameras: &[CameraPhoto],
     task: &Task,
 ) -> (Vec<Photo>, Vec<UnusableMask>) {
+    let masks = &project.masks;
     attach(folder, masks, &mut photos);
     let known = |name: &str| photos.iter().any(|photo| photo.name == name);
     for (name, _) in masks.photos().filter(|(name, _)| !known(name)) {
@@ -164,9 +167,15 @@ fn with_masks(
     for photo in photos {
         let size = [photo.camera.width, photo.camera.height];
         let of_photo = masks.of(&photo.name).iter().zip(&photo.masks);
-        let unusable = of_photo.filter_map(|(mask, file)| Some((mask, check_mask(file, size).err()?)));
+        let problem = |mask: &Mask, file: &Path| match &mask.from {
+            MaskOrigin::File(name) if mask.is_unread() => {
+                let camera = cameras.iter().find(|camera| camera.name == photo.name)?;
+                Some(why_unread(&resolved(folder, &project.photos), name, camera))
+            }
+            _ => check_mask(file, size).err().map(|problem| problem.to_string()),
+        };
         let found: Vec<(&Mask, String)> =
-            unusable.map(|(mask, problem)| (mask, problem.to_string())).collect();
+            of_photo.filter_map(|(mask, file)| Some((mask, problem(mask, file)?))).collect();
         if found.is_empty() {
             masked.push(photo);
         } else {
@@ -185,8 +194,16 @@ impl UnusableMask {
     /// Returns the error for the command line.
     pub fn error(&self) -> Error {
         let (photo, problem) = (&self.photo.name, &self.problem);
-        let found = format!("{photo} is left out, because a mask of it cannot be used: {problem}. ");
-        Error::missing((found, Remedy::ClearMasks, " removes its masks, which can be created again"))
+        let found = format!("{photo} is left out, because a mask of it cannot be used: {problem}");
+        if self.mask.is_unread() {
+            let read = Message::from((format!("{found}; then "), Remedy::FindMasks, " reads it, or "));
+            return Error::missing(read.and(Remedy::ClearMasks).and(" has the photo used without it"));
+        }
+        Error::missing((
+            format!("{found}. "),
+            Remedy::ClearMasks,
+            " removes its masks, which can be created again",
+        ))
     }
 }
 
@@ -259,7 +276,7 @@ fn points_of_photos(
 fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Cameras, PhotoImport)> {
     let file = resolved(folder, &project.cameras);
     let photo_folder = resolved(folder, &project.photos);
-    let cameras = task.timed("read cameras", || read_cameras_of(&photo_folder, &file, task));
+    let cameras = task.timed("read cameras", || cameras_of(folder, project, task));
     // A wrong photo folder is reported even where the cameras are wrong, too.
     let missing = (!photo_folder.is_dir()).then(|| no_such_folder(folder, &photo_folder));
     let cameras = match (cameras, missing) {
@@ -269,7 +286,8 @@ fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Camer
             return Err(Error::of_all(errors).expect("one of the two has failed"));
         }
     };
-    cameras.notes.iter().for_each(|note| task.note(note));
+    let paths = [&project.photos, &project.cameras].map(|path| respelled(folder, path));
+    paths.iter().flatten().chain(&cameras.notes).for_each(|note| task.note(note));
     let import =
         task.timed("import photos", || import_photos(&cameras, &photo_folder, &folder.join("cache"), task))?;
     import.notes.iter().for_each(|note| task.note(note));
@@ -299,6 +317,7 @@ fn read_world_model(folder: &Path, project: &Project, task: &Task) -> Result<Mod
     let file = resolved(folder, &project.model);
     let (mut model, notes) = task.timed("read model", || read_model(&file, task))?;
     let renamed = as_known(folder, project, &mut model);
-    notes.into_iter().chain(renamed).for_each(|note| task.note(note));
+    let path = respelled(folder, &project.model);
+    path.into_iter().chain(notes).chain(renamed).for_each(|note| task.note(note));
     Ok(model.transformed(&project.world_from_model))
 }

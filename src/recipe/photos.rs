@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::budget::default_memory;
 use super::masks::beside::mask_names;
@@ -83,11 +83,32 @@ fn plans(
     let done = AtomicUsize::new(0);
     let total = matches.len() as u64;
     let photos = cameras.photos.par_iter().zip(matches);
+    let there = cameras
+        .photos
+        .iter()
+        .zip(matches)
+        .filter(|(photo, found)| found.file().is_some() && !photo.name.is_ascii());
+    let there: FxHashMap<String, &str> =
+        there.map(|(photo, _)| (composed(&photo.name).into_owned(), photo.name.as_str())).collect();
     let plan = |(photo, found): (&CameraPhoto, &Match)| {
         task.step("find photos", done.fetch_add(1, Ordering::Relaxed) as u64, total)?;
-        Ok(PhotoPlan::new(photo, found, folder, images))
+        let twin = there.get(&*composed(&photo.name)).filter(|_| *found == Match::Missing);
+        Ok(twin.map_or_else(
+            || PhotoPlan::new(photo, found, folder, images),
+            |twin| Err(listed_twice(&cameras.file, photo, twin)),
+        ))
     };
     photos.map(plan).collect()
+}
+
+/// Makes the error for a photo that has its file in common with another one, of the same name in another Unicode form.
+fn listed_twice(file: &Path, photo: &CameraPhoto, twin: &str) -> Error {
+    let found = format!(
+        "{:?} and {twin:?} look the same and differ in their Unicode form alone; there is one file of these names, which is \
+         used for the latter",
+        photo.name
+    );
+    Error::input(file, photo.place.as_str(), found, "remove one of the two cameras, or add the other photo")
 }
 
 /// Makes the missing pinhole images, several at a time: decoding and writing keep one thread each busy, resampling
@@ -134,11 +155,16 @@ fn unused(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Option<
     let unused = (0..folder.len()).filter(|file| !used.contains(file)).map(|f| folder.name(f));
     let unused: Vec<_> = unused.filter(|name| !masks.contains(&*folded(name))).collect();
     let listed = unused[..unused.len().min(5)].join(", ");
+    // Those that are there and cannot be used are reported themselves.
+    let usable = if cameras.problems.is_empty() { "" } else { " usable" };
     match unused.len() {
         0 => None,
-        1 => Some(format!("{listed}: no camera for this photo; it is not used")),
-        n if n <= 5 => Some(format!("{listed}: no cameras for these photos; they are not used")),
-        n => Some(format!("{listed} and {} more: no cameras for these photos; they are not used", n - 5)),
+        1 => Some(format!("{listed}: no{usable} camera for this photo; it is not used")),
+        n if n <= 5 => Some(format!("{listed}: no{usable} cameras for these photos; they are not used")),
+        n => Some(format!(
+            "{listed} and {} more: no{usable} cameras for these photos; they are not used",
+            n - 5
+        )),
     }
 }
 
@@ -195,6 +221,16 @@ mod tests {
         assert!(problems[1].contains("7 x 6 pixels where the camera has 8 x 6"), "{problems:?}");
         assert!(problems[2].contains("matches 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
         assert!(import.notes.is_empty(), "{:?}", import.notes);
+    }
+
+    #[test]
+    fn two_photos_whose_names_look_the_same_need_two_files() {
+        let names = ["m\u{fc}r.png", "mu\u{308}r.png"];
+        let one = import(&names, &names[..1]);
+        assert_eq!((one.photos.len(), one.left_out.as_slice()), (1, &[names[1].to_owned()][..]));
+        let problem = one.problems[0].to_string();
+        assert!(problem.contains("look the same") && problem.contains("add the other photo"), "{problem}");
+        assert_eq!(import(&names, &names).photos.len(), 2);
     }
 
     #[test]

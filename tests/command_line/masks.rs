@@ -7,7 +7,7 @@ use image::{GrayImage, Luma, RgbaImage};
 use serde_json::Value;
 
 use super::common::adapter;
-use super::site::{PHOTOS, Site, stderr_of, stdout_of};
+use super::site::{PHOTOS, Site, json_of, stderr_of, stdout_of};
 
 /// A stranger before the wall, in pixels of a photo: x, y, width, height.
 const FOREIGN: [u32; 4] = [100, 20, 25, 40];
@@ -157,6 +157,52 @@ fn a_mask_that_cannot_be_right_is_refused_with_a_remedy() {
     assert!(lost.contains("left.png is left out") && lost.contains("mask project --clear"), "{lost}");
     site.run("mask project --photo left --add stranger.png").success();
     site.run("info project").success();
+}
+
+#[test]
+fn a_mask_beside_a_photo_that_cannot_be_read_keeps_the_photo_out_until_it_can() {
+    let site = Site::new();
+    GrayImage::new(80, 60).save(site.path("photos/left.mask.png")).unwrap();
+    let new = "new project --photos photos --cameras sparse --model model.obj";
+    let is_told = |words: &str| {
+        let told = stderr_of(&site.run(words).failure().code(1));
+        assert!(told.contains("left.png is left out") && told.contains("mask project --find"), "{told}");
+        told
+    };
+    let told = is_told(new);
+    assert!(told.contains("80 x 60") && told.matches("80 x 60").count() == 1, "once: {told}");
+    is_told("info project");
+    is_told("mask project");
+    assert_eq!(json_of(&site.run("info project --json").code(1))["photos"].as_array().unwrap().len(), 1);
+
+    // A file that is right again has to be read.
+    fs::remove_file(site.path("photos/left.mask.png")).unwrap();
+    save_mask(&site.path("photos/left.mask.png"));
+    assert!(is_told("info project").contains("it can be now"));
+    let found = site.json("mask project --find --json");
+    assert_eq!((&found["changed"][0], &found["photos"][0]["pixels"]), (&"left.png".into(), &1000.into()));
+    site.run("info project").success();
+}
+
+#[test]
+fn masks_may_be_tiffs_and_names_that_are_nearly_the_same_are_told_apart() {
+    let site = Site::with_photos(&["a.png", "A.png"], 160, 120, 1);
+    fs::create_dir_all(site.path("photos/masks")).unwrap();
+    save_mask(&site.path("photos/masks/A.png.tif"));
+    let told =
+        stderr_of(&site.run("new project --photos photos --cameras sparse --model model.obj").success());
+    assert!(told.contains("masked by masks/A.png.tif"), "{told}");
+    assert!(told.contains("a.png: masks/A.png.tif is the mask of A.png"), "{told}");
+    let masked = site.json("mask project --json");
+    assert_eq!(masked["photos"].as_array().unwrap().len(), 1, "{masked:#}");
+
+    // One that has neither name exactly masks both.
+    fs::rename(site.path("photos/masks/A.png.tif"), site.path("photos/masks/a.PNG.tif")).unwrap();
+    fs::remove_dir_all(site.path("project")).unwrap();
+    let told =
+        stderr_of(&site.run("new project --photos photos --cameras sparse --model model.obj").success());
+    assert!(told.contains("masks A.png, too"), "{told}");
+    assert_eq!(site.json("mask project --json")["photos"].as_array().unwrap().len(), 2);
 }
 
 #[test]

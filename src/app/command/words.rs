@@ -13,6 +13,7 @@ fn clicked(remedy: &Remedy) -> String {
         Remedy::Fill => of_command(&layers::FILL),
         Remedy::List => "the list on the left".into(),
         Remedy::ClearMasks => of_command(&mask::CLEAR),
+        Remedy::FindMasks => "“Choose a file…” in the messages".into(),
         Remedy::SuggestMasks => of_command(&mask::LOOK_EVERYWHERE),
         Remedy::ListObjects => "the list of objects".into(),
         Remedy::RestoreObject => "“Restore” in the list of objects".into(),

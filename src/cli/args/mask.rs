@@ -15,7 +15,7 @@ pub struct MaskArgs {
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Use a PNG as a mask of the photo that --photo names: as large as the original photo; black is masked
+    /// Use a PNG or TIFF as a mask of the photo that --photo names: as large as the original photo; black is masked
     #[arg(long, value_name = "FILE", requires = "names")]
     pub add: Option<PathBuf>,
     /// Use the masks found beside the photos (NAME.mask.png, NAME_mask.png) or in a folder `masks`

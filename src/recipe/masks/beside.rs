@@ -1,7 +1,7 @@
 //! Discovery of mask files beside the photos, by their usual names.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::Path;
 
 use super::MaskEdit;
 use super::undistorted::read_undistorted;
@@ -10,27 +10,61 @@ use crate::document::masks::MaskOrigin;
 use crate::document::names::without_extension;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
-use crate::io::cameras::{CameraPhoto, read_cameras_of};
+use crate::io::cameras::CameraPhoto;
 use crate::io::named_file::{NamedFile, NamedFiles};
 use crate::io::project::resolved;
+use crate::recipe::known_names::cameras_of;
 use crate::recipe::named::index_of_photo;
 use crate::scene::Site;
 use crate::scene::alike::difference;
 use crate::task::Task;
 
+/// The endings of mask files.
+const ENDINGS: [&str; 3] = ["png", "tif", "tiff"];
+
 /// Returns the possible names of a photo's mask, as paths from the photo folder: `0028.mask.png` and
 /// `0028_mask.png` beside the photo, also after its full name; and, as COLMAP does it, in a folder `masks` in or
-/// beside the photo folder, `masks/0028.jpg.png`.
-pub fn mask_names(photo: &str) -> [String; 6] {
+/// beside the photo folder, `masks/0028.jpg.png`. Each may be a TIFF, too.
+pub fn mask_names(photo: &str) -> Vec<String> {
     let stem = without_extension(photo);
-    [
-        format!("{stem}.mask.png"),
-        format!("{stem}_mask.png"),
-        format!("{photo}.mask.png"),
-        format!("{photo}_mask.png"),
-        format!("masks/{photo}.png"),
-        format!("../masks/{photo}.png"),
-    ]
+    let bases = [
+        format!("{stem}.mask"),
+        format!("{stem}_mask"),
+        format!("{photo}.mask"),
+        format!("{photo}_mask"),
+        format!("masks/{photo}"),
+        format!("../masks/{photo}"),
+    ];
+    bases.iter().flat_map(|base| ENDINGS.map(|ending| format!("{base}.{ending}"))).collect()
+}
+
+/// The mask files of photos.
+#[derive(Debug, Default)]
+pub struct MasksBeside {
+    /// Those that were read.
+    pub found: Vec<FoundMask>,
+    /// Those that cannot be read, with the reason.
+    pub unread: Vec<UnreadMask>,
+    /// Names that several files could have.
+    pub problems: Vec<Error>,
+}
+
+/// A mask file that cannot be read.
+#[derive(Debug)]
+pub struct UnreadMask {
+    /// The photo's name.
+    pub photo: String,
+    /// The file, as a path from the photo folder.
+    pub file: String,
+    /// The problem with it.
+    pub problem: Error,
+}
+
+impl UnreadMask {
+    /// Returns the edit that records it, so that the photo is not used without its mask.
+    pub fn edit(&self) -> MaskEdit {
+        MaskEdit::Unread { photo: self.photo.clone(), from: MaskOrigin::File(self.file.clone()) }
+    }
 }
 
 /// A mask file that was found.
@@ -55,43 +89,53 @@ impl FoundMask {
 ///
 /// # Errors
 /// Returns [`Error::Input`] and [`Error::Io`] when the cameras cannot be read, or [`Error::Cancelled`].
-pub fn masks_beside(
-    folder: &Path,
-    project: &Project,
-    site: &Site,
-    task: &Task,
-) -> Result<(Vec<FoundMask>, Vec<Error>)> {
+pub fn masks_beside(folder: &Path, project: &Project, site: &Site, task: &Task) -> Result<MasksBeside> {
     let root = resolved(folder, &project.photos);
-    let (files, mut problems) = mask_files(&root, site, task);
+    let (files, problems) = mask_files(&root, site, task);
+    let mut beside = MasksBeside { problems, ..MasksBeside::default() };
     if files.is_empty() {
-        return Ok((Vec::new(), problems));
+        return Ok(beside);
     }
     let cameras = cameras(folder, project, task)?;
-    let mut found = Vec::new();
     for (photo, file) in files {
         task.go_on()?;
-        match read_whole(&root.join(&file), &cameras[photo]) {
-            Ok(masked) => found.push(FoundMask { photo: photo.to_owned(), file, masked }),
-            Err(problem) => problems.push(problem),
+        let photo = photo.to_owned();
+        match read_whole(&root.join(&file), &cameras[&photo]) {
+            Ok(masked) => beside.found.push(FoundMask { photo, file, masked }),
+            Err(problem) => beside.unread.push(UnreadMask { photo, file, problem }),
         }
     }
-    Ok((found, problems))
+    Ok(beside)
+}
+
+/// Returns why a mask file, a path from the photo folder `root`, was not read.
+pub fn why_unread(root: &Path, file: &str, photo: &CameraPhoto) -> String {
+    match read_whole(&root.join(file), photo) {
+        Ok(_) => format!("{file} could not be read when it was found; it can be now"),
+        Err(problem) => problem.to_string(),
+    }
+}
+
+/// A file that may be the mask of a photo.
+struct Candidate<'a> {
+    photo: &'a str,
+    file: String,
+    /// How its name differs from the one that was looked for; empty where it does not.
+    how: &'static str,
 }
 
 /// Finds the mask files of photos, as paths from the photo folder, and the names that several files could have.
 fn mask_files<'a>(root: &Path, site: &'a Site, task: &Task) -> (Vec<(&'a str, String)>, Vec<Error>) {
     let mut named = NamedFiles::default();
-    let (mut files, mut problems): (Vec<(&str, String)>, Vec<Error>) = Default::default();
+    let (mut candidates, mut problems): (Vec<Candidate>, Vec<Error>) = Default::default();
     for photo in &site.photos {
-        let mut of_photo: BTreeSet<String> = BTreeSet::new();
+        let mut of_photo: BTreeMap<String, &'static str> = BTreeMap::new();
         for name in mask_names(&photo.name) {
             match named.find(root, &name) {
                 NamedFile::Missing => {}
                 NamedFile::Found(file) => {
                     let how = difference(&name, &file);
-                    if of_photo.insert(file.clone()) && !how.is_empty() {
-                        task.note(format!("{}: its mask was found {how}, as {file}", photo.name));
-                    }
+                    of_photo.entry(file).and_modify(|known| *known = shorter(known, how)).or_insert(how);
                 }
                 NamedFile::Several(files) => {
                     let found = format!(
@@ -107,9 +151,55 @@ fn mask_files<'a>(root: &Path, site: &'a Site, task: &Task) -> (Vec<(&'a str, St
                 }
             }
         }
-        files.extend(of_photo.into_iter().map(|file| (photo.name.as_str(), file)));
+        candidates.extend(of_photo.into_iter().map(|(file, how)| Candidate {
+            photo: &photo.name,
+            file,
+            how,
+        }));
     }
-    (files, problems)
+    (settled(root, &mut named, candidates, task), problems)
+}
+
+fn shorter(one: &'static str, other: &'static str) -> &'static str {
+    if one.is_empty() { one } else { other }
+}
+
+/// Decides which candidates are used. A file that is exactly the mask of one photo is not that of another one whose name is like it.
+fn settled<'a>(
+    root: &Path,
+    named: &mut NamedFiles,
+    candidates: Vec<Candidate<'a>>,
+    task: &Task,
+) -> Vec<(&'a str, String)> {
+    let mut photos: BTreeMap<&str, Vec<(&str, &str)>> = BTreeMap::new();
+    for Candidate { photo, file, how } in &candidates {
+        photos.entry(file).or_default().push((photo, how));
+    }
+    let mut used = Vec::new();
+    for Candidate { photo, file, how } in &candidates {
+        let others = || photos[file.as_str()].iter().filter(|(other, _)| other != photo);
+        if let Some((other, _)) = others().find(|(_, other)| !how.is_empty() && other.is_empty()) {
+            task.note(format!("{photo}: {file} is the mask of {other}, and is not used for this photo"));
+            continue;
+        }
+        if !how.is_empty() {
+            task.note(format!("{photo}: its mask was found {how}, as {file}"));
+            if let Some((other, _)) = others().next() {
+                task.note(format!(
+                    "{photo}: {file} masks {other}, too, whose name is nearly the same; to mask one of the two, give the \
+                     file exactly its name"
+                ));
+            }
+        }
+        let alike = named.look_alikes(root, file);
+        for other in alike.iter().filter(|other| !photos.contains_key(other.as_str())) {
+            task.note(format!(
+                "{photo}: {other} has the name of its mask in another Unicode form; it is not used"
+            ));
+        }
+        used.push((*photo, file.clone()));
+    }
+    used
 }
 
 /// Reads a file as the mask of one photo, whose name may be abbreviated.
@@ -132,8 +222,7 @@ pub fn mask_of_file(
 
 /// Reads the cameras by photo name; every photo of the site is among them.
 fn cameras(folder: &Path, project: &Project, task: &Task) -> Result<BTreeMap<String, CameraPhoto>> {
-    let file: PathBuf = resolved(folder, &project.cameras);
-    let cameras = read_cameras_of(&resolved(folder, &project.photos), &file, task)?;
+    let cameras = cameras_of(folder, project, task)?;
     Ok(cameras.photos.into_iter().map(|photo| (photo.name.clone(), photo)).collect())
 }
 
@@ -155,7 +244,7 @@ mod tests {
     #[test]
     fn the_names_of_a_mask_are_those_that_people_give_it() {
         let names = mask_names("nord/1.jpg");
-        for name in ["nord/1.mask.png", "nord/1_mask.png", "nord/1.jpg.mask.png", "masks/nord/1.jpg.png"] {
+        for name in ["nord/1.mask.png", "nord/1_mask.tif", "nord/1.jpg.mask.png", "masks/nord/1.jpg.png"] {
             assert!(names.iter().any(|known| known == name), "{name}");
         }
     }

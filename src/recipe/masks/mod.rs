@@ -45,6 +45,13 @@ pub enum MaskEdit {
         /// The pixels to mask, in photo pixels.
         masked: Spans,
     },
+    /// Records that the mask of this origin cannot be read, where the photo has none of it.
+    Unread {
+        /// The photo's name.
+        photo: String,
+        /// The origin of the mask.
+        from: MaskOrigin,
+    },
     /// Removes pixels from all masks of the photo.
     Uncover {
         /// The photo's name.
@@ -72,6 +79,7 @@ impl MaskEdit {
         match self {
             Self::Put { photo, .. }
             | Self::Add { photo, .. }
+            | Self::Unread { photo, .. }
             | Self::Uncover { photo, .. }
             | Self::Remove { photo, .. }
             | Self::Clear { photo } => photo,
@@ -218,12 +226,21 @@ impl MaskEditor<'_> {
                 }
                 Ok(())
             }
+            MaskEdit::Unread { from, .. } => {
+                if self.masks.find(&photo.name, from).is_none() {
+                    self.masks.put(&photo.name, Mask::unread(from.clone()));
+                }
+                Ok(())
+            }
             MaskEdit::Remove { .. } | MaskEdit::Clear { .. } => Ok(()),
         }
     }
 
     /// Reads the pixels of a mask.
     fn pixels(&self, photo: &Photo, mask: &Mask) -> Result<Spans> {
+        if mask.is_unread() {
+            return Ok(Spans::default());
+        }
         self.store.read(&mask.file, size_of(photo))
     }
 
