@@ -72,7 +72,7 @@ fn read_image(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
     for _ in 0..file.count(24)? {
         let at = [file.f64()?, file.f64()?];
         let point = file.u64()?;
-        if point != NO_POINT && at.iter().all(|v| v.is_finite()) {
+        if point != NO_POINT {
             observations.push((at, point));
         }
     }

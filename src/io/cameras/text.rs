@@ -121,7 +121,7 @@ fn parse_keypoints(line: &str) -> Result<Vec<([f64; 2], u64)>, Objection> {
     while let Some(x) = fields.next() {
         let at: [f64; 2] = [parse(Some(x), "X")?, parse(fields.next(), "Y")?];
         let point: i64 = parse(fields.next(), "POINT3D_ID")?;
-        if point >= 0 && at.iter().all(|v| v.is_finite()) {
+        if point >= 0 {
             observations.push((at, point as u64));
         }
     }

@@ -221,7 +221,7 @@ fn each_mistake_has_a_remedy_that_fits() {
     }
     let rayshade = |text: &str| Files::new(&[("tree.ray", text)]).read("tree.ray").unwrap_err().to_string();
     assert!(rayshade("sphere 1 0 0").contains(remedies::COMPLETE));
-    assert!(rayshade("sphere one 0 0 0").contains(remedies::NUMBER));
+    assert!(rayshade("sphere 1 0 zero 0").contains(remedies::NUMBER));
     assert!(rayshade("#include \"leaves.ray\"\n").contains(remedies::FILE));
 }
 

@@ -171,7 +171,8 @@ mod tests {
         let kind = |after: &dyn Fn(PaintColour) -> PaintColour| {
             let mut tones = Tones::default();
             for i in 0..400u16 {
-                let before = [i * 160, i * 90, 50_000 - i * 100, u16::MAX];
+                let before = [40_503, 30_011, 52_711].map(|factor: u16| i.wrapping_mul(factor));
+                let before = [before[0], before[1], before[2], u16::MAX];
                 tones.add(before, after(before));
             }
             tones.kind()

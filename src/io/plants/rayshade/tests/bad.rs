@@ -40,7 +40,7 @@ fn what_is_wrong_is_told_with_its_line() {
     for (text, expected) in cases {
         let message = refused(text);
         assert!(message.contains(expected), "{text:?}: {message}");
-        assert!(message.contains("tree.ray") && message.contains("docs/formats.md"), "{message}");
+        assert!(message.contains("tree.ray"), "{message}");
     }
     let aliases: String = (1..70).map(|i| format!("name a{i} object a{} translate 1 0 0 ", i - 1)).collect();
     let message = refused(&format!("name a0 {TRIANGLE} {aliases} object a69"));
