@@ -225,7 +225,8 @@ impl Masks {
 
     /// Returns all files that the masks refer to.
     pub fn files(&self) -> BTreeSet<&str> {
-        self.0.values().flatten().map(|mask| mask.file.as_str()).collect()
+        let read = self.0.values().flatten().filter(|mask| !mask.is_unread());
+        read.map(|mask| mask.file.as_str()).collect()
     }
 
     /// Returns a sentence about a file outside of `masks/`, if any.
