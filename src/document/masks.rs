@@ -31,7 +31,7 @@ impl Mask {
 
     /// Returns true where the mask could not be read.
     pub fn is_unread(&self) -> bool {
-        self.file.is_empty()
+        self.file.is_empty() && matches!(self.from, MaskOrigin::File(_))
     }
 }
 

@@ -157,7 +157,14 @@ impl DocumentContext<'_> {
         // Moved by a pixel, most of a plain surface is as it was.
         let place = exported.exported_rect;
         let is_elsewhere = (rect.w, rect.h) == (place.w, place.h) && rect != place;
-        if (!change.is_in_place() || is_elsewhere) && self.scale == 1.0 {
+        // The files of a folder are turned one by one; mirrored, most of a plain surface is as it was, too.
+        let in_place = (!self.named && change.replaced > 0)
+            .then(|| self.turned_in_place((base, place), found, &change))
+            .flatten();
+        if let Some((turn, turned_back)) = in_place {
+            (turned, patch) = (Some(turn), turned_back);
+            change = LayerChange::new(base, &patch);
+        } else if (!change.is_in_place() || is_elsewhere) && self.scale == 1.0 {
             let by = |moved: [i32; 2], rect: PixelRect| PixelRect {
                 x: rect.x - moved[0],
                 y: rect.y - moved[1],
