@@ -37,7 +37,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 #[cfg(any(feature = "cli", feature = "gui"))]
-pub(crate) use self::amount::in_words;
+pub(crate) use self::amount::{has_parts, in_words};
 use crate::error::{Error, Message, Result};
 
 /// A message of a long computation to its observer.

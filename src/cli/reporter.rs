@@ -12,7 +12,7 @@ use super::args::Global;
 use super::paint::{NOTE, paint};
 use super::timings::Timings;
 use super::words::worded;
-use crate::task::{Event, Task, in_words};
+use crate::task::{Event, Task, has_parts, in_words};
 
 /// Time between lines of progress where there is no terminal; also the time before the first one, so that
 /// quick commands print none.
@@ -248,14 +248,6 @@ fn show(bar: &ProgressBar, is_new: bool, name: &'static str, stage: Stage) {
 fn time_left(spent: Duration, done: u64, total: u64) -> Option<Duration> {
     let is_known = done > 0 && done < total && 10 * done >= total;
     is_known.then(|| spent.mul_f64((total - done) as f64 / done as f64))
-}
-
-/// Returns whether a stage has other stages as its parts; such a stage reports its end.
-fn has_parts(stage: &str) -> bool {
-    matches!(
-        stage,
-        "build layers" | "export" | "fill" | "import" | "layered depth images" | "render" | "score"
-    )
 }
 
 #[cfg(test)]

@@ -29,6 +29,14 @@ fn counted(stage: &str) -> Option<&'static str> {
     })
 }
 
+/// Returns whether a stage has other stages as its parts; such a stage reports its end.
+pub(crate) fn has_parts(stage: &str) -> bool {
+    matches!(
+        stage,
+        "build layers" | "export" | "fill" | "import" | "layered depth images" | "render" | "score"
+    )
+}
+
 /// Says how much of a stage is done: `3 of 9 photos`, or `34 %`.
 pub(crate) fn in_words(stage: &str, done: u64, total: u64) -> String {
     match counted(stage) {
