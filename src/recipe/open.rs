@@ -17,6 +17,7 @@ use crate::document::masks::{Mask, MaskOrigin};
 use crate::error::{Error, Message, Remedy, Result};
 use crate::io::cameras::{CameraPhoto, Cameras, read_cameras_of};
 use crate::io::mask_file::check_mask;
+use crate::io::mask_store::MaskStore;
 use crate::io::models::read_model;
 use crate::io::project::{PROJECT_FILE, read_project, resolved, respelled};
 use crate::scene::{Model, Photo, Site, SparsePoint};
@@ -156,7 +157,7 @@ fn with_masks(
     cameras: &[CameraPhoto],
     task: &Task,
 ) -> (Vec<Photo>, Vec<UnusableMask>) {
-    let masks = &project.masks;
+    let (masks, store) = (&project.masks, MaskStore::new(folder));
     attach(folder, masks, &mut photos);
     let known = |name: &str| photos.iter().any(|photo| photo.name == name);
     for (name, _) in masks.photos().filter(|(name, _)| !known(name)) {
@@ -166,16 +167,15 @@ fn with_masks(
     let mut unmasked = Vec::new();
     for photo in photos {
         let size = [photo.camera.width, photo.camera.height];
-        let of_photo = masks.of(&photo.name).iter().zip(&photo.masks);
-        let problem = |mask: &Mask, file: &Path| match &mask.from {
+        let problem = |mask: &Mask| match &mask.from {
             MaskOrigin::File(name) if mask.is_unread() => {
                 let camera = cameras.iter().find(|camera| camera.name == photo.name)?;
                 Some(why_unread(&resolved(folder, &project.photos), name, camera))
             }
-            _ => check_mask(file, size).err().map(|problem| problem.to_string()),
+            _ => check_mask(&store.path(&mask.file), size).err().map(|problem| problem.to_string()),
         };
         let found: Vec<(&Mask, String)> =
-            of_photo.filter_map(|(mask, file)| Some((mask, problem(mask, file)?))).collect();
+            masks.of(&photo.name).iter().filter_map(|mask| Some((mask, problem(mask)?))).collect();
         if found.is_empty() {
             masked.push(photo);
         } else {

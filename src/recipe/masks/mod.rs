@@ -109,11 +109,12 @@ pub fn edited(folder: &Path, masks: &Masks, edits: &[MaskEdit], site: &Site) -> 
     Ok(editor.masks)
 }
 
-/// Sets the photos' mask files to those of the project.
+/// Sets the photos' mask files to those of the project; those that could not be read are in no file.
 pub fn attach(folder: &Path, masks: &Masks, photos: &mut [Photo]) {
     let store = MaskStore::new(folder);
     for photo in photos {
-        photo.masks = masks.of(&photo.name).iter().map(|mask| store.path(&mask.file)).collect();
+        let read = masks.of(&photo.name).iter().filter(|mask| !mask.is_unread());
+        photo.masks = read.map(|mask| store.path(&mask.file)).collect();
     }
 }
 
