@@ -134,6 +134,10 @@ fn check_format(args: &RenderArgs, content: PictureContent) -> Result<()> {
 /// Returns what the arguments ask for.
 fn content_of(args: &RenderArgs) -> Result<PictureContent> {
     let of_images = args.made.as_what != AsArg::Model;
+    if of_images && args.look.holes {
+        let found = "--holes is for views of the model; give --show holes to see where layered depth images show nothing, or leave out --as";
+        return Err(Error::Usage(found.into()));
+    }
     let found = match (args.show, args.show.display()) {
         (ShowArg::Holes, _) if of_images => return Ok(PictureContent::OfImages(Shown::Holes)),
         (ShowArg::Layer, _) if of_images => return Ok(PictureContent::OfImages(Shown::Layer)),
@@ -192,7 +196,7 @@ impl Outcome {
     fn tell_continued(&mut self, continued: &BTreeMap<String, f64>) {
         self.json["continued"] = json!(continued);
         let share = continued.values().sum::<f64>() / continued.len().max(1) as f64;
-        if share >= LEAST_TOLD {
+        if share >= LEAST_CONTINUED {
             let percent = 100.0 * share;
             self.text.push_str(&format!(
                 "{percent:.1} % of the pixels show what no photo shows: surfaces and surroundings continue there; \
@@ -237,7 +241,7 @@ fn legend_json(legend: &Legend) -> serde_json::Value {
 }
 
 /// The least share of all pixels that is told.
-const LEAST_TOLD: f64 = 0.0005;
+const LEAST_CONTINUED: f64 = 0.0005;
 /// The largest number of views of which it is found how much is continued.
 const MOST_EXAMINED: usize = 50;
 

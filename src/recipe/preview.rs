@@ -2,16 +2,16 @@
 
 mod estimates;
 mod in_use;
+mod renders;
 mod stacks;
 mod trees;
+mod unseen;
 
 pub use self::stacks::ReadStacks;
 pub use self::trees::PlantedRenderer;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-use glam::DVec2;
 
 use self::estimates::{Estimates, LayerAgreement, estimates_from_photos, shown_gains, with_dome};
 use self::stacks::stacks;
@@ -20,7 +20,7 @@ use super::agreement::SiteAgreement;
 use super::continuation::SiteContinuation;
 use super::fill::projected::ProjectedPaint;
 use super::gains::SiteGains;
-use super::layer_textures::{KNOWN, LayerTextureFiles};
+use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
 use super::origins::LayerTextureOrigins;
 use super::relief::SiteRelief;
@@ -35,14 +35,11 @@ use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::layers::agreement::PhotoEvidence;
-use crate::projection::framing::scaled;
 use crate::projection::pyramid::PyramidOptions;
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::twin::ReferenceRenderer;
-use crate::projection::{
-    DisplayMode, Gains, LayerTextureId, Picture, Quality, Renders, Shot, SiteContent, Sliced, Sources, Unseen,
-};
+use crate::projection::{DisplayMode, Gains, LayerTextureId, Shot, SiteContent, Sources};
 use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
@@ -79,9 +76,6 @@ impl Default for PreviewOptions {
         }
     }
 }
-
-/// The longer side of the picture by which it is found how much of a view continues, in pixels.
-const SHARE_PX: f64 = 192.0;
 
 /// A project's renderer. Photos that a shot excludes do not contribute to gains, relief and agreement either.
 pub struct Preview {
@@ -439,74 +433,7 @@ impl Preview {
         if shot.display == DisplayMode::Provenance && !self.renderer.has_origins() {
             self.renderer.set_origins(Some(Arc::new(LayerTextureOrigins(self.files.clone()))))?;
         }
-        match shot.unseen {
-            Unseen::Marked => self.show_known_dome(false, task),
-            Unseen::Empty => self.show_known_dome(true, task),
-            Unseen::Continued => {
-                self.show_known_dome(false, task)?;
-                self.go_on_continuing(task)
-            }
-        }
-    }
-
-    /// Shows the dome in all directions, or only in those that photos show.
-    fn show_known_dome(&mut self, known: bool, task: &Task) -> Result<()> {
-        if self.files.has_known_dome() == known {
-            return Ok(());
-        }
-        let sides: Vec<LayerTextureId> = self.sources.dome_textures().collect();
-        self.renew(self.files.clone().with_known_dome(known), &sides, task).map(drop)
-    }
-
-    /// Puts the colours with which surfaces continue on the device, if they are not there.
-    fn go_on_continuing(&mut self, task: &Task) -> Result<()> {
-        if self.continues {
-            return Ok(());
-        }
-        let continuation = match self.continuation.take() {
-            Some(continuation) => continuation,
-            None => {
-                task.timed("continue surfaces", || SiteContinuation::new(&self.folder, &self.site, task))?
-            }
-        };
-        let gains = shown_gains(&self.gains_in_use, self.shows_gains);
-        let colours = task.timed("continue surfaces", || continuation.without(&self.without, &gains));
-        self.continuation = Some(continuation);
-        self.renderer.set_continuation(colours)?;
-        self.continues = true;
-        Ok(())
-    }
-
-    /// Returns the share of a view in which final pictures continue what no photo shows: surfaces, and the surroundings. It is
-    /// found from a small picture of the view.
-    ///
-    /// # Errors
-    /// As [`Renders::picture`].
-    pub fn continued_share(&mut self, shot: &Shot, task: &Task) -> Result<f64> {
-        let (width, height) = (shot.camera.width, shot.camera.height);
-        let by = SHARE_PX / f64::from(width.max(height)).max(SHARE_PX);
-        let shot = Shot {
-            camera: scaled(&shot.camera, by),
-            quality: Quality::Preview,
-            display: DisplayMode::Colour,
-            supersampled: false,
-            linear: false,
-            unseen: Unseen::Marked,
-            ..shot.clone()
-        };
-        let (picture, faces) = (self.picture(&shot, task)?, self.seen_faces(&shot, task)?);
-        let dome = self.around.dome.clone().filter(|_| shot.surroundings);
-        let of_pixel = |(((x, y), pixel), face): (((i32, i32), &[u8; 4]), &u32)| match (&dome, face) {
-            (Some(dome), 0) => {
-                let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px);
-                f64::from(u8::from(dome.known(direction) < KNOWN))
-            }
-            (None, 0) if !shot.surroundings => 0.0,
-            _ => 1.0 - f64::from(pixel[3]) / 255.0,
-        };
-        let pixels = picture.rect().pixels().zip(picture.pixels()).zip(&faces);
-        Ok(pixels.map(of_pixel).sum::<f64>() / faces.len().max(1) as f64)
+        self.show_unseen(shot.unseen, task)
     }
 
     /// Puts gains, relief and agreement without these photos on the device, if they are not there yet.
@@ -551,36 +478,5 @@ impl Preview {
         self.agreement_of_layers =
             LayerAgreement::new(&self.evidence, &self.around, &self.sources, &self.files);
         self.renderer.set_agreement(self.agreement_of_layers.present.clone())
-    }
-}
-
-impl Renders for Preview {
-    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
-        self.make_ready(shot, task)?;
-        self.renderer.picture(shot, task)
-    }
-
-    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
-        self.renderer.faces(shot, task)
-    }
-
-    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
-        self.make_ready(shot, task)?;
-        self.renderer.seen_faces(shot, task)
-    }
-
-    fn depths(&mut self, shot: &Shot, task: &Task) -> Result<Option<Vec<f32>>> {
-        self.make_ready(shot, task)?;
-        self.renderer.depths(shot, task)
-    }
-
-    fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
-        self.make_ready(shot, task)?;
-        self.renderer.begin(shot, task)
-    }
-
-    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
-        self.make_ready(sliced.shot(), task)?;
-        self.renderer.advance(sliced, task)
     }
 }

@@ -4,6 +4,7 @@ use std::mem::offset_of;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use glam::DVec3;
 use naga::TypeInner;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
@@ -26,15 +27,16 @@ use super::tables::{FaceCellsWords, PhotoWords};
 use crate::error::{Error, Result};
 use crate::foliage::RATIO_CELLS;
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
+use crate::projection::continuation::{Continuation, SeenPoint};
 use crate::projection::relief::{LEAST_FACING, Relief};
 use crate::projection::turned::MIRRORED;
 use crate::projection::weights::{LEAST_ANGLE, OTHER_SIDE};
 use crate::projection::{
-    Blend, DisplayMode, Gains, LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot, Sources,
-    Texels,
+    Blend, DisplayMode, Gains, LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot,
+    SiteRenderer, Sources, Texels, Unseen,
 };
-use crate::scene::Model;
-use crate::scene::synthetic::{centred, look_at};
+use crate::scene::synthetic::{Modeller, centred, look_at};
+use crate::scene::{FaceId, Model, PhotoId};
 use crate::task::{Event, Task};
 
 const DISPLAY_MODES: [DisplayMode; 12] = [
@@ -303,6 +305,46 @@ fn pictures_that_the_device_cannot_draw_are_refused_with_what_it_can() {
         }
     }
     assert!(renderer.faces(&shot(4, 4), &Task::silent()).is_ok(), "a refused picture leaves nothing behind");
+}
+
+#[test]
+fn a_face_that_no_photo_shows_continues_in_final_pictures_alone() {
+    let Some(gpu) = crate::left_out::on_adapter(Gpu::headless()) else { return };
+    let mut modeller = Modeller::new();
+    let (corner, side) = (DVec3::new(5.0, -9.0, -9.0), 18.0);
+    modeller.object("wall").quad_facing(DVec3::NEG_X, corner, DVec3::Y * side, DVec3::Z * side);
+    let model = modeller.finish();
+    let sources = Arc::new(Sources { of_face: std::iter::once(0..0).collect(), ..Sources::default() });
+    let tiles = TileStore::new(&gpu, &sources, Arc::new(NoTextures), TextureOptions::default()).unwrap();
+    let relief = Relief::default();
+    let mut renderer = Renderer::new(&gpu, model.clone(), sources, Gains::none(0), &relief, tiles).unwrap();
+    // The left half is red, the right half blue, as the viewer sees them.
+    let light = |y: i32| if y > 0 { [0.5, 0.0, 0.0] } else { [0.0, 0.0, 0.5] };
+    let point = |(y, z): (i32, i32)| SeenPoint {
+        face: FaceId(0),
+        at: DVec3::new(5.0, f64::from(y), f64::from(z)),
+        photo: PhotoId(0),
+        light: light(y),
+    };
+    let seen: Vec<SeenPoint> = (-9..10).flat_map(|y| (-9..10).map(move |z| (y, z))).map(point).collect();
+    renderer.set_continuation(Continuation::new(&model, &seen, |_| Some([0.0; 3]))).unwrap();
+    let pose = look_at(DVec3::ZERO, DVec3::X);
+    for quality in [Quality::Preview, Quality::Final, Quality::Finer] {
+        let shot = |unseen| Shot { unseen, quality, ..Shot::new(centred(40, 20, 20.0), pose) };
+        let picture = renderer.picture(&shot(Unseen::Continued), &Task::silent()).unwrap();
+        let (left, right) = (picture.pixels()[10 * 40 + 5], picture.pixels()[10 * 40 + 35]);
+        // Half of the light is 188 in sRGB; either way of filtering is within two steps of it.
+        let near =
+            |pixel: [u8; 4], expected: [u8; 4]| pixel.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 2);
+        assert!(
+            near(left, [188, 0, 0, 255]) && near(right, [0, 0, 188, 255]),
+            "{quality:?}: {left:?} {right:?}"
+        );
+        for unseen in [Unseen::Marked, Unseen::Empty] {
+            let picture = renderer.picture(&shot(unseen), &Task::silent()).unwrap();
+            assert!(picture.pixels().iter().all(|pixel| pixel[3] == 0), "{unseen:?}");
+        }
+    }
 }
 
 #[test]

@@ -1,0 +1,37 @@
+//! A preview as a renderer: each view is made ready before it is drawn.
+
+use super::Preview;
+use crate::error::Result;
+use crate::projection::{Picture, Renders, Shot, Sliced};
+use crate::task::Task;
+
+impl Renders for Preview {
+    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
+        self.make_ready(shot, task)?;
+        self.renderer.picture(shot, task)
+    }
+
+    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.renderer.faces(shot, task)
+    }
+
+    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.make_ready(shot, task)?;
+        self.renderer.seen_faces(shot, task)
+    }
+
+    fn depths(&mut self, shot: &Shot, task: &Task) -> Result<Option<Vec<f32>>> {
+        self.make_ready(shot, task)?;
+        self.renderer.depths(shot, task)
+    }
+
+    fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        self.make_ready(shot, task)?;
+        self.renderer.begin(shot, task)
+    }
+
+    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        self.make_ready(sliced.shot(), task)?;
+        self.renderer.advance(sliced, task)
+    }
+}
