@@ -149,7 +149,10 @@ fn what_is_no_plant_is_refused_with_file_line_and_remedy() {
     fs::write(site.path("leaf.plant"), LEAF).unwrap();
     fs::write(site.path("tree.plant"), "use leaf\nuse twig\n").unwrap();
     let missing = stderr_of(&site.run("tree info tree.plant").failure().code(1));
-    assert!(missing.contains("tree.plant, line 2:") && missing.contains("docs/formats.md"), "{missing}");
+    assert!(
+        missing.contains("tree.plant, line 2:") && missing.contains("put the file into the plant's folder"),
+        "{missing}"
+    );
     fs::write(site.path("twig.plant"), "use tree\n").unwrap();
     let cycle = stderr_of(&site.run("tree render tree.plant --cameras orbit --out views").failure().code(1));
     assert!(cycle.contains("\"tree.plant\" uses \"twig.plant\" uses \"tree.plant\""), "{cycle}");
