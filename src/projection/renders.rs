@@ -64,7 +64,7 @@ pub trait Renders {
     /// # Errors
     /// Those of [`Renders::picture`].
     fn linear_picture(&mut self, shot: &Shot, task: &Task) -> Result<LinearPicture> {
-        let mut sliced = self.begin(&Shot { linear: true, ..shot.clone() }, task)?;
+        let mut sliced = self.begin(&Shot { linear: true, ..shot.clone() }, task)?.alone();
         while !self.advance(&mut sliced, task)? {}
         Ok(LinearPicture { depths: self.depths(shot, task)?, ..sliced.linear_picture() })
     }

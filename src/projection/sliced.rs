@@ -119,12 +119,9 @@ impl Sliced {
     pub fn tile(&mut self, cell_px: u32) -> Shot {
         let mut shot = self.drawn.clone();
         let (width, left) = (shot.camera.width, self.end.saturating_sub(self.row).max(1));
-        let (longest, wide) = match self.pace {
-            Pace::Whole => (u32::MAX, width),
-            Pace::Shared(_) | Pace::Alone => {
-                let longest = LONGEST_PX / cell_px * cell_px;
-                (longest.max(cell_px), width.min(longest.max(cell_px)))
-            }
+        let longest = match self.pace {
+            Pace::Whole => width,
+            Pace::Shared(_) | Pace::Alone => (LONGEST_PX / cell_px).max(1) * cell_px,
         };
         if self.column == 0 {
             let px = match self.pace {
@@ -132,7 +129,7 @@ impl Sliced {
                 Pace::Alone => MOST_PX,
                 Pace::Shared(per_px_s) => (WANTED_S / per_px_s).clamp(LEAST_PX, MOST_PX),
             };
-            let rows = (px / f64::from(wide)).ceil().min(f64::from(left)) as u32;
+            let rows = (px / f64::from(width.min(longest))).ceil().min(f64::from(left)) as u32;
             self.rows = rows.next_multiple_of(cell_px).clamp(1, left);
         }
         shot.camera.height = self.rows;
