@@ -322,11 +322,11 @@ fn a_face_that_no_photo_shows_continues_in_final_pictures_alone() {
     let light = |y: i32| if y > 0 { [0.5, 0.0, 0.0] } else { [0.0, 0.0, 0.5] };
     let point = |(y, z): (i32, i32)| SeenPoint {
         face: FaceId(0),
-        at: DVec3::new(5.0, f64::from(y), f64::from(z)),
+        at: DVec3::new(5.0, f64::from(y) / 2.0, f64::from(z) / 2.0),
         photo: PhotoId(0),
         light: light(y),
     };
-    let seen: Vec<SeenPoint> = (-9..10).flat_map(|y| (-9..10).map(move |z| (y, z))).map(point).collect();
+    let seen: Vec<SeenPoint> = (-18..19).flat_map(|y| (-18..19).map(move |z| (y, z))).map(point).collect();
     renderer.set_continuation(Continuation::new(&model, &seen, |_| Some([0.0; 3]))).unwrap();
     let pose = look_at(DVec3::ZERO, DVec3::X);
     for quality in [Quality::Preview, Quality::Final, Quality::Finer] {

@@ -3,7 +3,7 @@
 //! Every photo that shows a surface point has a vote ([`votes()`]). Where two or more votes outweigh a photo's own, the
 //! photo counts less there, smoothly. Things with an outline, which three or more photos contradict, are taken as a whole
 //! ([`regions`]): a person, a car, a pigeon that one photo alone shows and the model lacks. Such things, as far as they go and without
-//! haze, glare and what the others show at about the same distance ([`parallax`]), are also suggested as masks ([`things()`]).
+//! haze, glare and what the others show at about the same distance (`parallax`), are also suggested as masks ([`things()`]).
 
 pub mod directions;
 pub mod far_colours;

@@ -3,7 +3,7 @@
 //!
 //! Haze, glare, shadows and wet roofs change how bright a surface is. What is on it stays: where the others have a window the photo has
 //! one, too. A thing covers it, and has an outline that the others do not show. A relief or a pane is shown by the others, too, a little
-//! nearer or farther away ([`super::parallax`]). A region is where other photos were asked; the thing
+//! nearer or farther away (`parallax.rs`). A region is where other photos were asked; the thing
 //! goes on beside it, where none was: beside the outlines of the model, on what too few others show, and into the surroundings. There its
 //! own colours tell.
 
