@@ -6,9 +6,10 @@
 //! ([`crate::io::reference`]). docs/quality.md has what other filters give.
 
 use std::collections::VecDeque;
-use std::f64::consts::PI;
 
 use rayon::prelude::*;
+
+use crate::scene::resample::lanczos3;
 
 /// The number of lobes of the filter to either side.
 const LOBES: f64 = 3.0;
@@ -83,19 +84,15 @@ fn taps(from: usize, to: usize) -> Vec<Taps> {
         let reach = LOBES * per_px;
         let first = (middle - reach).floor().max(0.0) as usize;
         let end = ((middle + reach).ceil() as usize).min(from);
-        let weights: Vec<f64> = (first..end).map(|at| lanczos((at as f64 + 0.5 - middle) / per_px)).collect();
+        let weights: Vec<f64> = (first..end).map(|at| weight((at as f64 + 0.5 - middle) / per_px)).collect();
         let all: f64 = weights.iter().sum();
         Taps { first, weights: weights.iter().map(|weight| (weight / all) as f32).collect() }
     };
     (0..to).map(of_pixel).collect()
 }
 
-fn lanczos(x: f64) -> f64 {
-    match x.abs() {
-        x if x < 1e-9 => 1.0,
-        x if x < LOBES => LOBES * (PI * x).sin() * (PI * x / LOBES).sin() / (PI * PI * x * x),
-        _ => 0.0,
-    }
+fn weight(distance: f64) -> f64 {
+    if distance.abs() < LOBES { lanczos3(distance) } else { 0.0 }
 }
 
 #[cfg(test)]

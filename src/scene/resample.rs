@@ -185,8 +185,8 @@ fn weights(fraction: f64) -> [f32; 6] {
     std::array::from_fn(|i| (raw[i] + window[i] * (a + b * distances[i])) as f32)
 }
 
-/// Evaluates the Lanczos kernel with three lobes.
-fn lanczos3(distance: f64) -> f64 {
+/// Evaluates the Lanczos kernel with three lobes; distances are below 3.
+pub(crate) fn lanczos3(distance: f64) -> f64 {
     // Exactly zero at whole distances, so that a position on a pixel's centre gives that pixel.
     if distance.fract() == 0.0 {
         return if distance == 0.0 { 1.0 } else { 0.0 };
