@@ -30,7 +30,10 @@ struct Photo {
     // The factor of the photo's penalties, 1 where the view leans to its group of light, and the number of that group.
     leaning: f32,
     group: u32,
-    pad0: vec2f,
+    // The place of its factors to one sky in `sky_factors`, one more than its number there, 0 without any; and how far they are in
+    // effect.
+    sky: u32,
+    sky_share: f32,
 }
 
 @group(0) @binding(3) var<PHOTO_SPACE> photos: array<Photo, PHOTO_COUNT>;
@@ -58,6 +61,9 @@ const FLAG_PINNED: u32 = 1u << 31u;
 @group(0) @binding(7) var<storage, read> grids: array<FaceGrids>;
 // The colours with which faces continue where no photo shows them, in the common exposure, packed into one texture.
 @group(0) @binding(11) var continued_colors: texture_2d<f32>;
+// The factors that bring photos' surroundings to one sky, as logarithms: a square of SKY_GRID x SKY_GRID cells for each photo that has
+// some, in rows of SKY_COLUMNS.
+@group(0) @binding(12) var sky_factors: texture_2d<f32>;
 
 // The grids in the plane of a face: that of its relief, in `heights`, and that of its colours, in `continued_colors`.
 struct FaceGrids {

@@ -55,6 +55,9 @@ struct Frame {
     // The factor on light in the common exposure, and 1 where surfaces continue that no photo shows.
     of_common: vec3f,
     continues: u32,
+    // The factor that brings the sky that all photos share to that of the photos near the view.
+    of_sky: vec3f,
+    pad1: u32,
 }
 
 // A planar part of a face: the whole face, or a triangle of a face that is not planar.

@@ -5,6 +5,24 @@
 // The penalty of the dome, in every direction (PENALTY of projection/dome.rs).
 const DOME_PENALTY: f32 = 2.0;
 
+// The cells of a photo's factors along both sides (GRID of projection/exposure/surroundings.rs), and the number of photos in a row of
+// `sky_factors` (gpu/renderer/sky.rs).
+const SKY_GRID: u32 = 32u;
+const SKY_COLUMNS: u32 = 64u;
+
+// The factors that bring what a photo shows at a position to the sky of the view; those of the dome are in its gain.
+fn to_one_sky(photo: Photo, px: vec2f, is_dome: bool) -> vec3f {
+    if photo.sky == 0u {
+        return select(frame.of_sky, vec3f(1.0), is_dome);
+    }
+    let grid = f32(SKY_GRID);
+    let number = photo.sky - 1u;
+    let corner = vec2f(vec2u(number % SKY_COLUMNS, number / SKY_COLUMNS) * SKY_GRID);
+    let cell = clamp(px / photo.size * grid, vec2f(0.5), vec2f(grid - 0.5)) + corner;
+    let logs = textureSampleLevel(sky_factors, bilinear, cell / vec2f(textureDimensions(sky_factors)), 0.0).rgb;
+    return frame.of_sky * exp(logs);
+}
+
 struct Behind {
     @builtin(position) position: vec4f,
 }
@@ -75,7 +93,8 @@ fn surroundings(behind: Behind) -> @location(0) vec4f {
             q *= photo.leaning;
             served += 1.0;
             most_confident = max(most_confident, texel.confidence);
-            let light = kept_white(texel, undone(texel, photo, px) * (lens * photo.gain.rgb));
+            let exposed = undone(texel, photo, px) * (lens * photo.gain.rgb);
+            let light = mix(kept_white(texel, exposed), exposed * to_one_sky(photo, px, is_dome), photo.sky_share);
             let color = display_color(light, candidate, octaves, agreement);
             best = join(best, q, shade(color, 1.0));
         }

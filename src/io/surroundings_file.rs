@@ -1,8 +1,9 @@
-//! Reads and writes `cache/surroundings.bin`: how far photos confirm each other's surroundings, and the dome, derived
-//! (see `docs/formats.md`).
+//! Reads and writes `cache/surroundings.bin`: how far photos confirm each other's surroundings, the factors that bring them to one
+//! sky, and the dome, derived (see `docs/formats.md`).
 //!
 //! One line of JSON describes the file. After a line feed follow the contradicted pixels, photo after photo, 5 bytes
-//! each: column and row (16 bits, little-endian) and the agreement (8 bits); then, where there is a dome, an RGBA
+//! each: column and row (16 bits, little-endian) and the agreement (8 bits); then, for each photo that has them, the factors that
+//! bring it to one sky, that of the whole photo and those of 32 x 32 cells, 3 logarithms each (32 bits, little-endian); then, where there is a dome, an RGBA
 //! PNG of its six sides below each other, with how well each direction is known as alpha.
 
 use std::io::Cursor;
@@ -15,16 +16,31 @@ use super::atomic::write_atomically;
 use crate::error::{Error, Result};
 use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
 use crate::projection::dome::{Dome, SIDES};
+use crate::projection::exposure::surroundings::{GRID, SurroundingsFactors};
 use crate::scene::FaceId;
 
 /// The version that this program writes; it reads no other.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The number of bytes of a pixel.
 const PIXEL: usize = 5;
 
+/// The number of bytes of a photo's factors.
+const FACTORS: usize = (1 + GRID * GRID) * 3 * size_of::<f32>();
+
 /// Stands for the face of pixels that show none.
 const NO_FACE: FaceId = FaceId(u32::MAX);
+
+/// What photos tell about their surroundings.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ComparedSurroundings {
+    /// How far others confirm each photo's surroundings, in the site's order.
+    pub agreement: Vec<PhotoAgreement>,
+    /// The factors that bring each photo's surroundings to one sky, in the site's order; `None` for photos that show none.
+    pub factors: Vec<Option<SurroundingsFactors>>,
+    /// What is seen in every direction; `None` where no photo shows any surroundings.
+    pub dome: Option<Dome>,
+}
 
 /// The first line of the file.
 #[derive(Debug, Serialize, Deserialize)]
@@ -35,35 +51,41 @@ struct Header {
     photos: Vec<PhotoEntry>,
     /// The side of the dome's cube in pixels; 0 without a dome.
     side: u32,
+    /// The light that the largest value of the dome's texels stands for.
+    white: f32,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
 struct PhotoEntry {
     size: [u32; 2],
     contradicted: usize,
+    /// Whether it has factors.
+    factors: bool,
 }
 
-/// Writes the agreement of all photos and the dome; `inputs` is the hash of everything that they were computed from.
+/// Writes what was compared; `inputs` is the hash of everything that it was computed from.
 ///
 /// # Errors
 /// [`Error::Io`].
-pub fn write_surroundings(
-    file: &Path,
-    agreement: &[PhotoAgreement],
-    dome: Option<&Dome>,
-    inputs: &str,
-) -> Result<()> {
-    let entry =
-        |photo: &PhotoAgreement| PhotoEntry { size: photo.size, contradicted: photo.contradicted.len() };
-    let photos = agreement.iter().map(entry).collect();
-    let side = dome.map_or(0, |dome| dome.side);
-    let header = Header { version: VERSION, inputs: inputs.to_owned(), photos, side };
+pub fn write_surroundings(file: &Path, compared: &ComparedSurroundings, inputs: &str) -> Result<()> {
+    let ComparedSurroundings { agreement, factors, dome } = compared;
+    let entry = |(photo, factors): (&PhotoAgreement, &Option<SurroundingsFactors>)| PhotoEntry {
+        size: photo.size,
+        contradicted: photo.contradicted.len(),
+        factors: factors.is_some(),
+    };
+    let photos = agreement.iter().zip(factors).map(entry).collect();
+    let (side, white) = dome.as_ref().map_or((0, 1.0), |dome| (dome.side, dome.white));
+    let header = Header { version: VERSION, inputs: inputs.to_owned(), photos, side, white };
     let mut bytes = serde_json::to_vec(&header).expect("plain data is JSON");
     bytes.push(b'\n');
     for pixel in agreement.iter().flat_map(|photo| &photo.contradicted) {
         bytes.extend(pixel.at.iter().flat_map(|at| at.to_le_bytes()));
         bytes.push(pixel.agreement);
     }
+    let logs = |of: &SurroundingsFactors| -> Vec<[f32; 3]> { [&[of.offset][..], &of.cells].concat() };
+    let logs = factors.iter().flatten().flat_map(logs).flatten();
+    bytes.extend(logs.flat_map(|log| log.to_le_bytes()));
     if let Some(dome) = dome {
         let mut encoder = Encoder::new(&mut bytes, dome.side, SIDES as u32 * dome.side);
         encoder.set_color(ColorType::Rgba);
@@ -82,7 +104,7 @@ pub fn write_surroundings(
 
 /// Returns the content of a file if it was computed from `inputs`. A file that is missing, damaged, of another
 /// version or of other inputs gives `None`, and the caller has to compute it.
-pub fn read_surroundings(file: &Path, inputs: &str) -> Option<(Vec<PhotoAgreement>, Option<Dome>)> {
+pub fn read_surroundings(file: &Path, inputs: &str) -> Option<ComparedSurroundings> {
     let bytes = std::fs::read(file).ok()?;
     let line = bytes.iter().position(|&b| b == b'\n')?;
     let header: Header = serde_json::from_slice(&bytes[..line]).ok()?;
@@ -90,8 +112,9 @@ pub fn read_surroundings(file: &Path, inputs: &str) -> Option<(Vec<PhotoAgreemen
         return None;
     }
     let mut rest = &bytes[line + 1..];
-    let mut photos = Vec::with_capacity(header.photos.len());
-    for PhotoEntry { size, contradicted } in header.photos {
+    let mut agreement = Vec::with_capacity(header.photos.len());
+    for PhotoEntry { size, contradicted, .. } in &header.photos {
+        let size = *size;
         let (own, others) = rest.split_at_checked(contradicted.checked_mul(PIXEL)?)?;
         rest = others;
         let contradicted: Vec<ContradictedPixel> = own.as_chunks::<PIXEL>().0.iter().map(pixel).collect();
@@ -101,12 +124,25 @@ pub fn read_surroundings(file: &Path, inputs: &str) -> Option<(Vec<PhotoAgreemen
         if !contradicted.iter().all(is_sound) {
             return None;
         }
-        photos.push(PhotoAgreement { size, contradicted, beside: Vec::new() });
+        agreement.push(PhotoAgreement { size, contradicted, beside: Vec::new() });
     }
-    match header.side {
-        0 => rest.is_empty().then_some((photos, None)),
-        side => Some((photos, Some(dome(rest, side)?))),
+    let mut factors = Vec::with_capacity(header.photos.len());
+    for photo in &header.photos {
+        let (own, others) = rest.split_at_checked(if photo.factors { FACTORS } else { 0 })?;
+        rest = others;
+        let logs: Vec<f32> = own.as_chunks::<4>().0.iter().map(|log| f32::from_le_bytes(*log)).collect();
+        if !logs.iter().all(|log| log.is_finite()) {
+            return None;
+        }
+        let logs = logs.as_chunks::<3>().0.split_first();
+        factors.push(logs.map(|(offset, cells)| SurroundingsFactors { offset: *offset, cells: cells.to_vec() }));
     }
+    let dome = match header.side {
+        0 if rest.is_empty() => None,
+        0 => return None,
+        side => Some(dome(rest, side, header.white)?),
+    };
+    Some(ComparedSurroundings { agreement, factors, dome })
 }
 
 fn pixel(bytes: &[u8; PIXEL]) -> ContradictedPixel {
@@ -116,7 +152,7 @@ fn pixel(bytes: &[u8; PIXEL]) -> ContradictedPixel {
 }
 
 /// Decodes a dome of this side; `None` where the bytes are of no such picture.
-fn dome(bytes: &[u8], side: u32) -> Option<Dome> {
+fn dome(bytes: &[u8], side: u32, white: f32) -> Option<Dome> {
     let mut reader = Decoder::new(Cursor::new(bytes)).read_info().ok()?;
     let info = reader.info();
     let height = side.checked_mul(SIDES as u32)?;
@@ -126,7 +162,7 @@ fn dome(bytes: &[u8], side: u32) -> Option<Dome> {
     }
     let mut texels = vec![[0; 4]; side as usize * height as usize];
     reader.next_frame(texels.as_flattened_mut()).ok()?;
-    Some(Dome { side, texels })
+    Some(Dome { side, texels, white })
 }
 
 #[cfg(test)]
@@ -139,11 +175,14 @@ mod tests {
         let file = folder.path().join("cache/surroundings.bin");
         let at = |x, y, agreement| ContradictedPixel { at: [x, y], face: NO_FACE, agreement };
         let photo = |contradicted| PhotoAgreement { size: [9, 7], contradicted, beside: Vec::new() };
-        let photos = vec![photo(vec![at(3, 2, 26), at(8, 6, 254)]), photo(Vec::new())];
+        let agreement = vec![photo(vec![at(3, 2, 26), at(8, 6, 254)]), photo(Vec::new())];
+        let factors = vec![None, Some(SurroundingsFactors::constant([1.0, -0.5, 0.25]))];
         let texels = (0..6 * 4).map(|i| [i as u8, 2, 3, 255 - i as u8]).collect();
-        for dome in [None, Some(Dome { side: 2, texels })] {
-            write_surroundings(&file, &photos, dome.as_ref(), "abc").unwrap();
-            assert_eq!(read_surroundings(&file, "abc"), Some((photos.clone(), dome)));
+        for dome in [None, Some(Dome { side: 2, texels, white: 1.5 })] {
+            let compared =
+                ComparedSurroundings { agreement: agreement.clone(), factors: factors.clone(), dome };
+            write_surroundings(&file, &compared, "abc").unwrap();
+            assert_eq!(read_surroundings(&file, "abc"), Some(compared));
             assert_eq!(read_surroundings(&file, "abd"), None);
         }
         let bytes = std::fs::read(&file).unwrap();

@@ -129,7 +129,7 @@ fn mean(colours: impl Iterator<Item = Weighted>) -> [f32; 3] {
 
 /// Returns a colour for every direction, those of weight 1 as they are: averages are pulled up a pyramid of cubes
 /// until they cover the sphere, and pushed down to the directions without a known value.
-fn filled(map: &CubeMap<Weighted>) -> CubeMap<[f32; 3]> {
+pub(super) fn filled(map: &CubeMap<Weighted>) -> CubeMap<[f32; 3]> {
     let above = match map.side {
         1 => {
             // Sides of which nothing is known have the mean of the others.

@@ -30,6 +30,7 @@ pub mod content;
 pub mod dome;
 pub mod fill;
 pub mod matte;
+pub mod one_sky;
 pub mod surroundings;
 pub mod together;
 

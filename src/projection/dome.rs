@@ -8,6 +8,7 @@ use super::sources::{COVERED, Domain, HalfPlane, LayerTexture, LayerTextureId, L
 use super::srgb::Srgb;
 use super::{Projector, Sources};
 use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::raster::robust::quantile;
 use crate::scene::PhotoId;
 
 /// The number of sides.
@@ -24,17 +25,23 @@ const MARGIN: u32 = 14;
 /// side in spite of rounding.
 const EDGE_SLACK_PX: f64 = 0.01;
 
+/// The share of all directions that may be brighter than the largest value of a dome's texels.
+const WHITE: f64 = 0.999;
+
 /// The smallest and the largest side of a cube in pixels: seven times a power of two.
 const SIDE_PX: [u32; 2] = [56, 896];
 
 /// Colours in all directions.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Dome {
     /// The length of a side of the cube in pixels.
     pub side: u32,
     /// sRGB in the common exposure, and how well the direction is known (0 invented, 255 shown by a photo), side by
     /// side, rows from the top.
     pub texels: Vec<[u8; 4]>,
+    /// The light, in the common exposure, that the largest value of a texel stands for, 1 or more: skies are brighter than what
+    /// photos of them show.
+    pub white: f32,
 }
 
 /// Returns the axes of a side: right, down, and forward through its middle.
@@ -94,11 +101,16 @@ impl<T: Copy + Send + Sync> CubeMap<T> {
         }
     }
 
-    /// Returns the index of the cell that a direction meets.
-    fn nearest(&self, direction: DVec3) -> usize {
-        let (side, at) = place(direction);
-        let cell = |at: f64| (((at + 1.0) * 0.5 * self.side as f64) as usize).min(self.side - 1);
-        (side * self.side + cell(at.y)) * self.side + cell(at.x)
+    /// Returns the number of cells of a cube with so many along a side.
+    pub fn cells(side: usize) -> usize {
+        SIDES * side * side
+    }
+
+    /// Returns the index of the cell, of a cube with `side` of them along a side, that a direction meets.
+    pub fn cell_of(side: usize, direction: DVec3) -> usize {
+        let (of_side, at) = place(direction);
+        let cell = |at: f64| (((at + 1.0) * 0.5 * side as f64) as usize).min(side - 1);
+        (of_side * side + cell(at.y)) * side + cell(at.x)
     }
 
     /// Interpolates between the four cells around a direction, also across the edges of the cube.
@@ -114,7 +126,7 @@ impl<T: Copy + Send + Sync> CubeMap<T> {
             let is_inside = cell.iter().all(|at| (0.0..self.side as f64).contains(at));
             let index = match is_inside {
                 true => (side * self.side + cell[1] as usize) * self.side + cell[0] as usize,
-                false => self.nearest(direction(side, cell, self.side)),
+                false => Self::cell_of(self.side, direction(side, cell, self.side)),
             };
             let value = parts(self.values[index]);
             (0..N).for_each(|i| sum[i] += weight * value[i]);
@@ -194,11 +206,14 @@ impl Dome {
     /// Makes a dome of light in the common exposure (full range 1), and of how well each direction is known, 0 to 1.
     pub fn from_light(light: &CubeMap<([f32; 3], f32)>) -> Self {
         let srgb = Srgb::tables();
+        let mut brightest: Vec<f32> =
+            light.values.iter().map(|(light, _)| light.iter().copied().fold(0.0, f32::max)).collect();
+        let white = quantile(&mut brightest, WHITE).unwrap_or(1.0).max(1.0);
         let texel = |(light, known): &([f32; 3], f32)| {
-            let [r, g, b] = light.map(|light| srgb.encoded(light.clamp(0.0, 1.0)));
+            let [r, g, b] = light.map(|light| srgb.encoded((light / white).clamp(0.0, 1.0)));
             [r, g, b, (known * 255.0).round() as u8]
         };
-        Self { side: light.side as u32, texels: light.values.par_iter().map(texel).collect() }
+        Self { side: light.side as u32, texels: light.values.par_iter().map(texel).collect(), white }
     }
 
     /// Returns the light in a direction (full range 1), in the common exposure.
@@ -209,10 +224,7 @@ impl Dome {
 
     /// Returns how well a direction is known, 0 where it is invented, 1 where a photo shows it.
     pub fn known(&self, direction: DVec3) -> f32 {
-        let (side, at) = place(direction);
-        let cell = |at: f64| (((at + 1.0) * 0.5 * f64::from(self.side)) as usize).min(self.side as usize - 1);
-        let side_px = self.side as usize;
-        f32::from(self.texels[(side * side_px + cell(at.y)) * side_px + cell(at.x)][3]) / 255.0
+        f32::from(self.texels[CubeMap::<f32>::cell_of(self.side as usize, direction)][3]) / 255.0
     }
 
     /// Returns the share of all directions that are known, 0 to 1: each texel counts by the solid angle of its
@@ -232,7 +244,7 @@ impl Dome {
     pub fn sampler(&self) -> DomeSampler {
         let srgb = Srgb::tables();
         let light = |texel: &[u8; 4]| {
-            let [r, g, b] = [0, 1, 2].map(|c| srgb.linear(texel[c]));
+            let [r, g, b] = [0, 1, 2].map(|c| self.white * srgb.linear(texel[c]));
             [r, g, b, f32::from(texel[3]) / 255.0]
         };
         let values = self.texels.par_iter().map(light).collect();
@@ -281,7 +293,7 @@ impl Dome {
                     [r, g, b]
                 } else {
                     let [r, g, b, _] = sampler.at(direction(side, [x, y], cells));
-                    [r, g, b].map(|light| srgb.encoded(light))
+                    [r, g, b].map(|light| srgb.encoded(light / self.white))
                 };
                 [r, g, b, u8::MAX]
             })

@@ -116,7 +116,10 @@ pub trait SiteRenderer: Renders + Send {
     fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()>;
 
     /// Replaces the photos' gains.
-    fn set_gains(&mut self, gains: Gains);
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] when the device cannot hold them; the old ones remain.
+    fn set_gains(&mut self, gains: Gains) -> Result<()>;
 
     /// Replaces the relief with which surfaces are drawn.
     ///

@@ -241,8 +241,9 @@ impl SiteRenderer for Plain {
         Ok(())
     }
 
-    fn set_gains(&mut self, _: Gains) {
+    fn set_gains(&mut self, _: Gains) -> Result<()> {
         self.note("gains");
+        Ok(())
     }
 
     fn set_relief(&mut self, _: &Relief) -> Result<()> {
@@ -358,7 +359,7 @@ fn a_preview_shows_a_site_with_any_renderer() {
     assert!(sliced.picture() == whole && whole.rgba.len() == 4 * 8 * 6);
     preview.picture(&Shot { display: DisplayMode::Provenance, ..shot.clone() }, &Task::silent()).unwrap();
     preview.redecide(&opened.site, &opened.project.decisions).unwrap();
-    preview.set_gains(Gains::none(2));
+    preview.set_gains(Gains::none(2)).unwrap();
     assert_eq!(*asked.lock().unwrap(), ["picture", "picture", "origins", "picture", "sources", "gains"]);
     assert!(
         preview.problems()[0].to_string().contains("2 image layers could not be read"),

@@ -208,7 +208,7 @@ fn open_stacks(
     let content = SiteContent {
         model,
         sources: sources.clone(),
-        gains: shown_gains(gains.whole(), options.gains),
+        gains: shown_gains(gains.whole(), options.gains, &around),
         relief: &whole,
         agreement: agreement_of_layers.present.clone(),
         texels,
@@ -276,7 +276,7 @@ pub fn open_reference(
     let evidence = agreement.as_ref().map(|agreement| agreement.whole().clone()).unwrap_or_default();
     let agreement = LayerAgreement::new(&evidence, around, &sources, &files).present;
     let (model, texels) = (site.model.clone(), Arc::new(files));
-    let gains = shown_gains(gains.whole(), options.gains);
+    let gains = shown_gains(gains.whole(), options.gains, around);
     let renderer = ReferenceRenderer::new(model, sources, gains, relief, texels, PyramidOptions::default());
     Ok(renderer.with_agreement(agreement).with_skirts())
 }
@@ -374,11 +374,14 @@ impl Preview {
 
     /// Changes the photos' gains, which were estimated from all of them. The surroundings stay as they are until
     /// [`Self::set_surroundings`].
-    pub fn set_gains(&mut self, gains: Gains) {
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`].
+    pub fn set_gains(&mut self, gains: Gains) -> Result<()> {
         self.gains.replace_whole(gains.clone());
         self.gains_in_use = gains.clone();
         self.continues = false;
-        self.renderer.set_gains(gains);
+        self.renderer.set_gains(shown_gains(&gains, true, &self.around))
     }
 
     /// Replaces the surroundings by those of other gains, or of other paint on them. Stacks and model must be those with which
@@ -406,7 +409,8 @@ impl Preview {
             self.renew(files, &changed, task)?;
         }
         self.around = around;
-        Ok(())
+        let gains = shown_gains(&self.gains_in_use, self.shows_gains, &self.around);
+        self.renderer.set_gains(gains)
     }
 
     /// Returns what pictures lack: unreadable stacks and paint, and single image layers as far as they were needed
@@ -454,7 +458,7 @@ impl Preview {
             _ => None,
         };
         let around = task.timed("surroundings", || self.surroundings.without(photos, &gains, task))?;
-        self.renderer.set_gains(shown_gains(&gains, self.shows_gains));
+        self.renderer.set_gains(shown_gains(&gains, self.shows_gains, &around))?;
         self.gains_in_use = gains;
         if let Some(relief) = relief.as_ref().filter(|_| self.shows_relief) {
             self.renderer.set_relief(relief)?;

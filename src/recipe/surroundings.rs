@@ -23,12 +23,16 @@ use crate::geometry::Pinhole;
 use crate::io::hash::hash_bytes;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
-use crate::io::surroundings_file::{read_surroundings, write_surroundings};
+use crate::io::surroundings_file::{ComparedSurroundings, read_surroundings, write_surroundings};
 use crate::layers::agreement::directions::{DirectionPhoto, direction_agreement, surroundings_agreement};
 use crate::layers::agreement::far_colours::FarColours;
+use crate::layers::agreement::thin::lower_thin;
 use crate::layers::dome::{DomeContent, dome};
+use crate::layers::one_sky::one_sky;
 use crate::projection::agreement::PhotoAgreement;
 use crate::projection::dome::{Dome, side_for};
+use crate::projection::exposure::SurroundingsGains;
+use crate::projection::exposure::surroundings::SurroundingsFactors;
 use crate::projection::srgb::Srgb;
 use crate::projection::{Gains, LayerTextureId, Sources, Texels};
 use crate::scene::builder::SURROUNDINGS;
@@ -36,7 +40,7 @@ use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
 /// A counter of changes in how the same surroundings are compared and blended.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// The longer side of the reduced photos that are compared and blended.
 const LONGEST_PX: u32 = 1024;
@@ -57,6 +61,8 @@ pub struct SurroundingsEvidence {
     pub dome: Option<Arc<Dome>>,
     /// How far others confirm each photo's surroundings, in the site's order; empty where there are none.
     pub agreement: Arc<[PhotoAgreement]>,
+    /// The factors that bring each photo's surroundings to one sky.
+    pub gains: Arc<SurroundingsGains>,
 }
 
 /// The surroundings of a site, and of the site without some of its photos.
@@ -118,23 +124,21 @@ impl SiteSurroundings {
         });
         found.picture = pictured.map(Arc::new);
         if found.sources.surroundings.is_empty() {
-            found.whole.dome = found.picture.clone();
+            found.whole = found.evidence(ComparedSurroundings::default());
             return Ok(found);
         }
         let file = folder.join("cache/surroundings.bin");
-        if let Some((agreement, dome)) = read_surroundings(&file, &inputs)
-            && agreement.len() == site.photos.len()
+        if let Some(kept) = read_surroundings(&file, &inputs)
+            && kept.agreement.len() == site.photos.len()
         {
-            let dome = found.picture.clone().or(dome.map(Arc::new));
-            found.whole = SurroundingsEvidence { dome, agreement: agreement.into() };
+            found.whole = found.evidence(kept);
             return Ok(found);
         }
-        found.whole = found.compared(&[], gains, task)?;
-        let SurroundingsEvidence { agreement, dome } = &found.whole;
-        if let Err(error) = write_surroundings(&file, agreement, dome.as_deref(), &inputs) {
+        let compared = found.compared(&[], gains, task)?;
+        if let Err(error) = write_surroundings(&file, &compared, &inputs) {
             task.note(Message::from("the surroundings cannot be cached: ").and(&error));
         }
-        found.whole.dome = found.picture.clone().or(found.whole.dome.take());
+        found.whole = found.evidence(compared);
         // Prepared photos are large; few pictures need them again.
         found.reduced = None;
         Ok(found)
@@ -198,14 +202,26 @@ impl SiteSurroundings {
         match photos.is_empty() || self.sources.surroundings.is_empty() {
             true => Ok(self.whole.clone()),
             false => {
-                let found = self.compared(photos, gains, task)?;
-                Ok(SurroundingsEvidence { dome: self.picture.clone().or(found.dome), ..found })
+                let compared = self.compared(photos, gains, task)?;
+                Ok(self.evidence(compared))
             }
         }
     }
 
+    /// Returns what was compared as evidence, with the user's picture in the place of the dome.
+    fn evidence(&self, compared: ComparedSurroundings) -> SurroundingsEvidence {
+        let ComparedSurroundings { agreement, factors, dome } = compared;
+        let dome = self.picture.clone().or(dome.map(Arc::new));
+        let gains = SurroundingsGains {
+            of_photo: factors,
+            dome_white: dome.as_ref().map_or(1.0, |dome| dome.white),
+            scale: self.sources.surroundings_scale,
+        };
+        SurroundingsEvidence { dome, agreement: agreement.into(), gains: gains.into() }
+    }
+
     /// Compares and blends the photos that are not left out.
-    fn compared(&mut self, left_out: &[PhotoId], gains: &Gains, task: &Task) -> Result<SurroundingsEvidence> {
+    fn compared(&mut self, left_out: &[PhotoId], gains: &Gains, task: &Task) -> Result<ComparedSurroundings> {
         let mut photos = match self.reduced.take() {
             Some(photos) => photos,
             None => self.prepared(task)?,
@@ -215,19 +231,19 @@ impl SiteSurroundings {
                 photo.set_exposure(gains.of_photo[id.index()], &gains.optics[id.index()]);
             }
         }
-        let taking_part: Vec<(PhotoId, &DirectionPhoto)> = PhotoId::all(photos.len())
-            .zip(&photos)
-            .filter(|(id, _)| !left_out.contains(id))
-            .filter_map(|(id, photo)| Some((id, photo.as_ref()?)))
-            .collect();
+        let mut factors = vec![None; photos.len()];
+        // Photos are compared under one sky, and what they then confirm of each other tells more of it.
+        let all_confirmed = |photo: &DirectionPhoto| vec![1.0; photo.exposed.len()];
+        unite(&mut photos, left_out, &mut factors, all_confirmed, task)?;
+        let compared = taking_part(&photos, left_out);
         let mut agreement = vec![PhotoAgreement::default(); photos.len()];
-        let blended: Vec<&DirectionPhoto> = taking_part.iter().map(|(_, photo)| *photo).collect();
+        let blended: Vec<&DirectionPhoto> = compared.iter().map(|(_, photo)| *photo).collect();
         let colours = FarColours::new(&blended);
-        let mut values = Vec::with_capacity(taking_part.len());
-        let count = taking_part.len() as u64;
-        for (done, (id, tested)) in (0..).zip(&taking_part) {
+        let mut values = Vec::with_capacity(compared.len());
+        let count = compared.len() as u64;
+        for (done, (id, tested)) in (0..).zip(&compared) {
             task.step("compare surroundings", done, count)?;
-            let others = taking_part.iter().filter(|(other, _)| other != id);
+            let others = compared.iter().filter(|(other, _)| other != id);
             let groups = &gains.light.groups;
             let same_light = |other: PhotoId| groups.of(other) == groups.of(*id);
             let others: Vec<(&DirectionPhoto, bool)> =
@@ -237,15 +253,21 @@ impl SiteSurroundings {
             if let Some(colours) = &colours {
                 colours.lower_standing(&mut of_photo, tested, &others, scale);
             }
+            let others: Vec<&DirectionPhoto> = others.iter().map(|(photo, _)| *photo).collect();
+            lower_thin(&mut of_photo, tested, &others, scale);
             agreement[id.index()] = surroundings_agreement(tested, &of_photo);
             values.push(of_photo);
         }
         task.step("compare surroundings", count, count)?;
+        let mut of_all = values.iter().cloned();
+        unite(&mut photos, left_out, &mut factors, |_| of_all.next().unwrap_or_default(), task)?;
+        let blended: Vec<&DirectionPhoto> =
+            taking_part(&photos, left_out).into_iter().map(|(_, photo)| photo).collect();
         let ground = self.ground(left_out, gains, task)?;
         let content = DomeContent { photos: &blended, agreement: &values, ground };
         let dome = task.timed("blend surroundings", || dome(&content, self.side() as usize, task))?;
         self.reduced = Some(photos);
-        Ok(SurroundingsEvidence { dome: dome.map(Arc::new), agreement: agreement.into() })
+        Ok(ComparedSurroundings { agreement, factors, dome })
     }
 
     /// Reads and reduces the surroundings of all photos.
@@ -331,6 +353,37 @@ impl SiteSurroundings {
         let mean = |c: usize| (found.iter().map(|(sum, _)| sum[c]).sum::<f64>() / f64::from(count)) as f32;
         Ok((count > 0).then(|| ([0, 1, 2].map(mean), up)))
     }
+}
+
+/// Returns the photos that show surroundings and are not left out.
+fn taking_part<'a>(
+    photos: &'a [Option<DirectionPhoto>],
+    left_out: &[PhotoId],
+) -> Vec<(PhotoId, &'a DirectionPhoto)> {
+    let numbered = PhotoId::all(photos.len()).zip(photos).filter(|(id, _)| !left_out.contains(id));
+    numbered.filter_map(|(id, photo)| Some((id, photo.as_ref()?))).collect()
+}
+
+/// Brings the photos that are not left out nearer to one sky, and adds what that takes to their factors. `agreement` returns that
+/// of each pixel of a photo and is asked in the photos' order.
+fn unite(
+    photos: &mut [Option<DirectionPhoto>],
+    left_out: &[PhotoId],
+    factors: &mut [Option<SurroundingsFactors>],
+    agreement: impl FnMut(&DirectionPhoto) -> Vec<f32>,
+    task: &Task,
+) -> Result<()> {
+    let (ids, taking_part): (Vec<PhotoId>, Vec<&DirectionPhoto>) =
+        taking_part(photos, left_out).into_iter().unzip();
+    let agreement: Vec<Vec<f32>> = taking_part.iter().copied().map(agreement).collect();
+    let found = task.timed("one sky", || one_sky(&taking_part, &agreement, task))?;
+    for (id, found) in ids.into_iter().zip(found) {
+        let of_photo = &mut factors[id.index()];
+        let photo = photos[id.index()].as_mut().expect("it takes part");
+        photo.multiply(&found);
+        *of_photo = Some(of_photo.take().map_or(found.clone(), |before| before.times(&found)));
+    }
+    Ok(())
 }
 
 /// Returns the side of a site's dome.

@@ -43,6 +43,8 @@ pub struct FrameUniform {
     pub pad0: [u32; 2],
     pub of_common: [f32; 3],
     pub continues: u32,
+    pub of_sky: [f32; 3],
+    pub pad1: u32,
 }
 
 impl FrameUniform {
@@ -82,6 +84,8 @@ impl FrameUniform {
             pad0: [0; 2],
             of_common: [1.0; 3],
             continues: u32::from(shot.unseen == Unseen::Continued),
+            of_sky: [1.0; 3],
+            pad1: 0,
         }
     }
 }

@@ -17,6 +17,7 @@ mod project;
 mod seen;
 mod shadows;
 mod site;
+mod sky;
 mod sliced;
 mod surfaces;
 pub(super) mod table;
@@ -39,6 +40,7 @@ use plants::{Plants, TreeProgram};
 use program::{Content, Program};
 use project::{Pass, Passes};
 use shadows::Shadows;
+use sky::SkyFactors;
 use surfaces::ModelBuffers;
 use table::GrowingBuffer;
 use tables::{TableData, Tables};
@@ -106,6 +108,8 @@ pub struct Renderer {
     /// The mean of the colours with which surfaces continue, sRGB; `None` where these are not there.
     continued_mean: Option<[u8; 3]>,
     agreement: AgreementTexture,
+    /// The factors that bring photos' surroundings to one sky.
+    sky: SkyFactors,
     tables: Tables,
     /// The view that tables and tiles are ready for, as a whole, with what decides about its passes.
     ready: Option<(Shot, Prepared)>,
@@ -169,6 +173,7 @@ impl Renderer {
                 grids: FaceGrids::new(gpu, &model, relief, surfaces.origin()),
                 continued_mean: None,
                 agreement: AgreementTexture::new(gpu, Agreement::default(), sources.layer_textures.len()),
+                sky: SkyFactors::new(gpu, &gains.surroundings),
                 surfaces,
                 tables: Tables::new(gpu, &model, &sources),
                 ready: None,
@@ -305,7 +310,8 @@ impl Renderer {
         let optics: Vec<Optics> = photos.map(of_photo).collect();
         let origin = self.surfaces.origin();
         let groups = &self.gains.light.groups;
-        let content = TableData { shot, cells: &cells, exposure: &exposure, optics: &optics, groups, origin };
+        let (cells, exposure, optics, sky) = (&cells, &exposure, &optics, &self.sky);
+        let content = TableData { shot, cells, exposure, optics, groups, sky, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         let undoes_optics = optics.iter().any(|optics| *optics != Optics::default());
         let [skirts, see_through] = self.order_see_through(shot, &cells);
@@ -433,6 +439,7 @@ impl Renderer {
             gpu: &self.gpu,
             surfaces: &self.surfaces,
             grids: &self.grids,
+            sky: &self.sky,
             agreement: &self.agreement,
             tables: &self.tables,
             tiles: self.store(shot),

@@ -37,21 +37,26 @@ impl<K> Packing<K> {
 
     /// Uploads the bytes of all cells, row by row, as a texture of this format.
     pub fn texture(&self, gpu: &Gpu, label: &str, format: TextureFormat, cells: &[u8]) -> TextureView {
-        let [width, height] = self.size;
-        let descriptor = wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        };
-        let order = TextureDataOrder::LayerMajor;
-        let texture = gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, cells);
-        texture.create_view(&Default::default())
+        texture(gpu, label, format, self.size, cells)
     }
+}
+
+/// Uploads the bytes of all cells, row by row, as a texture of this format and size.
+pub fn texture(gpu: &Gpu, label: &str, format: TextureFormat, size: [u32; 2], cells: &[u8]) -> TextureView {
+    let [width, height] = size;
+    let descriptor = wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    };
+    let order = TextureDataOrder::LayerMajor;
+    let texture = gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, cells);
+    texture.create_view(&Default::default())
 }
 
 impl<K: Copy + Ord> Packing<K> {

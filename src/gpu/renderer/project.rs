@@ -11,6 +11,7 @@ use wgpu::{
 
 use super::agreement::AgreementTexture;
 use super::grids::FaceGrids;
+use super::sky::SkyFactors;
 use super::peel::Peeling;
 use super::plants::slices::Slices;
 use super::plants::view::{BeginPass, Onto};
@@ -43,6 +44,8 @@ pub struct Pass<'a> {
     pub surfaces: &'a ModelBuffers,
     /// The relief, and how faces continue.
     pub grids: &'a FaceGrids,
+    /// The factors that bring photos' surroundings to one sky.
+    pub sky: &'a SkyFactors,
     /// The photos' agreement.
     pub agreement: &'a AgreementTexture,
     /// The tables of the view.
@@ -121,6 +124,7 @@ impl Passes {
             BindingKind::Read,
             BindingKind::Depth,
             BindingKind::Filtered,
+            BindingKind::Filtered,
         ];
         let stages = ShaderStages::VERTEX_FRAGMENT;
         Self {
@@ -164,6 +168,7 @@ impl Passes {
             pass.agreement.places.as_entire_binding(),
             wgpu::BindingResource::TextureView(peeled),
             wgpu::BindingResource::TextureView(&pass.grids.colours),
+            wgpu::BindingResource::TextureView(&pass.sky.texture),
         ];
         let shot = bindings::bind(pass.gpu, "shot", &self.shot, &resources);
         let reads_stored = program.reads_stored() || pass.program_of_see_through.reads_stored();

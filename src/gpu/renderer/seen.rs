@@ -54,8 +54,8 @@ impl Renderer {
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let photos = self.sources.photos.len();
             let (exposure, optics) = (&ViewExposure::neutral(photos), &vec![Optics::default(); photos]);
-            let (groups, origin) = (&self.gains.light.groups, self.surfaces.origin());
-            let content = TableData { shot, cells: &cells, exposure, optics, groups, origin };
+            let (groups, sky, origin) = (&self.gains.light.groups, &self.sky, self.surfaces.origin());
+            let content = TableData { shot, cells: &cells, exposure, optics, groups, sky, origin };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
             self.draw(shot, [Program::Faces; 2], &Prepared::default(), task)?;

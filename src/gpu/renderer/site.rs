@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::agreement::AgreementTexture;
+use super::sky::SkyFactors;
 use super::surfaces::ModelBuffers;
 use super::tables::Tables;
 use super::{ORIGINS_SHARE, Renderer};
@@ -52,9 +53,14 @@ impl SiteRenderer for Renderer {
         Ok(())
     }
 
-    fn set_gains(&mut self, gains: Gains) {
+    fn set_gains(&mut self, gains: Gains) -> Result<()> {
         self.ready = None;
+        if !Arc::ptr_eq(&gains.surroundings, &self.gains.surroundings) {
+            let gpu = self.gpu.clone();
+            self.sky = gpu.guarded("preparing the sky", || Ok(SkyFactors::new(&gpu, &gains.surroundings)))?;
+        }
         self.gains = gains;
+        Ok(())
     }
 
     fn set_relief(&mut self, relief: &Relief) -> Result<()> {

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use wgpu::BufferUsages;
 
 use super::frame::FrameUniform;
+use super::sky::SkyFactors;
 use super::table::GrowingBuffer;
 use crate::geometry::PixelRect;
 use crate::gpu::device::Gpu;
@@ -36,7 +37,8 @@ pub struct PhotoWords {
     pub falloff: [f32; 2],
     pub leaning: f32,
     pub group: u32,
-    pub pad0: [f32; 2],
+    pub sky: u32,
+    pub sky_share: f32,
 }
 
 /// The cells of a face in the layout of the shader (`FaceCells`), which documents the fields.
@@ -61,6 +63,8 @@ pub struct TableData<'a> {
     pub optics: &'a [Optics],
     /// The photos' groups of light.
     pub groups: &'a LightGroups,
+    /// The factors that bring photos' surroundings to one sky.
+    pub sky: &'a SkyFactors,
     /// The world point that positions are relative to.
     pub origin: DVec3,
 }
@@ -98,7 +102,7 @@ impl Tables {
 
     /// Writes all tables for a view.
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &TableData) {
-        let TableData { shot, cells, exposure, optics, groups, origin } = *content;
+        let TableData { shot, cells, exposure, optics, groups, sky, origin } = *content;
         let words = |id: PhotoId| {
             let gain = exposure.factor(id).map(|factor| factor as f32);
             // The dome was made without optics, and is of no group.
@@ -106,6 +110,8 @@ impl Tables {
             PhotoWords {
                 leaning: exposure.leaning_of(id) as f32,
                 group: groups.of(id) as u32,
+                sky: sky.place(id),
+                sky_share: exposure.surroundings.share(id) as f32,
                 ..photo_words(sources.photo(id), gain, &optics, shot.viewpoint())
             }
         };
@@ -119,6 +125,7 @@ impl Tables {
             light_first: candidates.len() as u32,
             light_groups: exposure.surfaces.count() as u32,
             of_common: exposure.of_common.map(|factor| factor as f32),
+            of_sky: exposure.surroundings.of_sky.map(|factor| factor as f32),
             ..FrameUniform::new(shot, &exposure.lens, origin, cells, sources)
         };
         self.frame.write(gpu, &[frame]);
@@ -168,7 +175,8 @@ fn photo_words(photo: &Projector, gain: [f32; 3], optics: &Optics, viewpoint: DV
         falloff: [(falloff[0] * per_px2) as f32, (falloff[1] * per_px2 * per_px2) as f32],
         leaning: 1.0,
         group: 0,
-        pad0: [0.0; 2],
+        sky: 0,
+        sky_share: 0.0,
     }
 }
 

@@ -155,12 +155,12 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief backs
         transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale dome_first
-        light_first light_groups pad0 of_common continues);
+        light_first light_groups pad0 of_common continues of_sky pad1);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags half_width
         foot_high pad0 foot_low pad1 axis pad2);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
-        axis falloff leaning group pad0);
+        axis falloff leaning group sky sky_share);
     assert_alike!(&module, "FaceGrids", FaceGridsWords: relief continued);
     assert_alike!(&module, "FaceGrid", FaceGridWords: across across_high up up_high across_low up_low corner size pad0);
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final).with_shadows(true));

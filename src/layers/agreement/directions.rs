@@ -12,6 +12,8 @@ use crate::geometry::{Pinhole, Pose};
 use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
 use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
+use crate::projection::exposure::surroundings::SurroundingsFactors;
+use crate::projection::exposure::white::clipped;
 use crate::projection::surroundings::pixels_per_angle;
 use crate::raster::steps::steps_inside;
 use crate::scene::FaceId;
@@ -25,7 +27,7 @@ const INSIDE_PX: u16 = 3;
 const SMOOTHING: i32 = 2;
 
 /// The least distance of two cameras, against the scale of the votes, from which one confirms what the other shows.
-const AFAR: f64 = 0.25;
+pub(super) const AFAR: f64 = 0.25;
 
 /// Stands for the face of pixels that show none.
 const NO_FACE: FaceId = FaceId(u32::MAX);
@@ -66,6 +68,22 @@ impl DirectionPhoto {
         self.tints = TintLevels::new(size, self.exposed.clone());
     }
 
+    /// Multiplies the light in the common exposure by slowly varying factors.
+    pub fn multiply(&mut self, factors: &SurroundingsFactors) {
+        let (camera, width) = (self.camera, self.camera.width as usize);
+        self.exposed.par_iter_mut().enumerate().for_each(|(at, light)| {
+            let px = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
+            let log = factors.at(&camera, px);
+            *light = light.map(|light| [0, 1, 2].map(|c| light[c] * log[c].exp()));
+        });
+        self.tints = TintLevels::new([width, self.camera.height as usize], self.exposed.clone());
+    }
+
+    /// Returns how far each channel of a pixel's light is known: 0 where it is clipped.
+    pub fn known(&self, at: usize) -> [f32; 3] {
+        self.light[at].map_or([0.0; 3], |light| light.map(|light| 1.0 - clipped(f64::from(light)) as f32))
+    }
+
     /// Returns the position of a direction (world) in the photo; `None` outside of it.
     pub fn position(&self, direction: DVec3) -> Option<DVec2> {
         let px = self.camera.image_from_camera(self.pose.rotation * direction)?;
@@ -83,7 +101,7 @@ impl DirectionPhoto {
     }
 
     /// Returns the direction (world) of a pixel's centre.
-    fn direction(&self, at: usize) -> DVec3 {
+    pub(super) fn direction(&self, at: usize) -> DVec3 {
         self.pose.rotation.transpose() * self.camera.ray_in_camera(self.centre(at))
     }
 

@@ -32,10 +32,10 @@ const LEAST_SHARE: f32 = 1e-5;
 const TOUCHES_PX: u16 = 2;
 
 /// The distance by which what stands on outlines is extended, in reduced pixels: its edge is mixed with what is behind.
-const EDGE_PX: i32 = 2;
+pub(super) const EDGE_PX: i32 = 2;
 
 /// The agreement of what stands on outlines: that of things that are contradicted as a whole.
-const STANDING: f32 = 0.01;
+pub(super) const STANDING: f32 = 0.01;
 
 /// The width of the band along outlines, as a share of the longer side, in which surroundings are compared with those of the same
 /// photo beyond it: models are wrong by less.
@@ -50,6 +50,11 @@ const STEP: i32 = 4;
 /// The distance from all colours beyond the band, as a natural logarithm, from which on a pixel shows something else: photos agree
 /// fully up to a quarter, and not at all from a half on.
 const STRAYS: f32 = 0.35;
+
+/// The mean agreement of what touches no outline below which others see the sky there, and the largest share of the photo that it may
+/// have.
+const CONTRADICTED: f32 = 0.75;
+const LARGEST_FLOATING: f32 = 0.01;
 
 /// The share of the pixels of a thing that others have to confirm for it to be far away.
 const CONFIRMED: f32 = 0.5;
@@ -129,7 +134,7 @@ fn lower_things(
     };
     let mut visited = vec![false; other.len()];
     for first in 0..other.len() {
-        if visited[first] || !other[first] || photo.inside_px[first] > TOUCHES_PX {
+        if visited[first] || !other[first] {
             continue;
         }
         visited[first] = true;
@@ -143,6 +148,13 @@ fn lower_things(
                     thing.push(beside);
                 }
             }
+        }
+        // A vane's pole is too thin to be seen: what stands on it seems to float.
+        let stands = thing.iter().any(|at| photo.inside_px[*at] <= TOUCHES_PX);
+        let mean = thing.iter().map(|at| values[*at]).sum::<f32>() / thing.len() as f32;
+        let floats = mean < CONTRADICTED && thing.len() as f32 <= LARGEST_FLOATING * other.len() as f32;
+        if !stands && !floats {
+            continue;
         }
         let is_confirmed = |at: &&usize| confirmed_from_afar(photo, **at, others, scale);
         let confirmed = thing.par_iter().filter(is_confirmed).count();

@@ -10,6 +10,7 @@ pub mod far_colours;
 mod parallax;
 pub mod reduced_photo;
 pub mod regions;
+pub mod thin;
 pub mod things;
 mod tints;
 pub mod votes;

@@ -32,6 +32,7 @@ pub mod rule;
 pub mod seen;
 pub mod solve;
 pub mod surface_gains;
+pub mod surroundings;
 pub mod white;
 pub mod whole;
 
@@ -50,10 +51,13 @@ pub use ratios::{Ratio, pairwise_ratios};
 pub use rule::{ExposureRule, Lead, RuleScore};
 pub use seen::{resolution, shares_of_view, visible_shares};
 pub use solve::{GainFit, solve_gains, solve_in_groups};
-use std::borrow::Cow;
 pub use surface_gains::{JoinedFaces, SurfaceFactors, SurfaceGains};
+pub use surroundings::{SurroundingsExposure, SurroundingsGains};
 pub use white::kept_white;
 pub use whole::PhotoPlace;
+
+use std::borrow::Cow;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -87,6 +91,9 @@ pub struct Gains {
     /// The exposures that cameras wrote down.
     #[serde(default)]
     pub camera: CameraExposures,
+    /// The gains of the surroundings, which are estimated after all others.
+    #[serde(skip)]
+    pub surroundings: Arc<SurroundingsGains>,
 }
 
 impl Gains {
@@ -102,7 +109,13 @@ impl Gains {
             light: SiteLight::default(),
             keeps_vignetting: false,
             camera: CameraExposures::default(),
+            surroundings: Arc::default(),
         }
+    }
+
+    /// Returns the same with these gains of the surroundings.
+    pub fn with_surroundings(self, surroundings: Arc<SurroundingsGains>) -> Self {
+        Self { surroundings, ..self }
     }
 
     /// Returns the group of a photo.
@@ -382,6 +395,7 @@ fn fitted(
             light: SiteLight { groups: groups.clone(), blended: None, meters, means, surfaces },
             keeps_vignetting,
             camera,
+            surroundings: Arc::default(),
         },
         rules: Vec::new(),
         camera_lead: None,

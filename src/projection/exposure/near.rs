@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Gains, LightGroups, Meter, Optics, SurfaceFactors, ViewLens};
+use super::{Gains, LightGroups, Meter, Optics, SurfaceFactors, SurroundingsExposure, ViewLens};
 use crate::geometry::Pose;
 use crate::projection::{Exposure, Projector, Shot};
 use crate::scene::PhotoId;
@@ -34,6 +34,8 @@ pub struct ViewExposure {
     pub leaning: Vec<f64>,
     /// The factors that bring photos of other groups to the light to which the view leans, by surface.
     pub surfaces: SurfaceFactors,
+    /// What the view does with the surroundings.
+    pub surroundings: SurroundingsExposure,
 }
 
 impl ViewExposure {
@@ -49,7 +51,9 @@ impl ViewExposure {
 
     /// Returns the factor on a photo's linear colours, or on those of the dome, whose ids follow the photos'.
     pub fn factor(&self, photo: PhotoId) -> [f64; 3] {
-        self.factors.get(photo.index()).copied().unwrap_or(self.of_common)
+        let SurroundingsExposure { of_sky, dome_white, .. } = self.surroundings;
+        let of_dome = || [0, 1, 2].map(|c| self.of_common[c] * of_sky[c] * dome_white);
+        self.factors.get(photo.index()).copied().unwrap_or_else(of_dome)
     }
 }
 
@@ -61,9 +65,25 @@ impl Gains {
         photos: &[Projector],
         shares: impl FnOnce() -> Shares,
     ) -> ViewExposure {
+        let exposed = self.exposed_surfaces(shot, photos, shares);
+        let mut surroundings = self.surroundings.exposed(shot, photos);
+        if self.exposure(shot) == Exposure::Raw {
+            surroundings =
+                SurroundingsExposure { dome_white: surroundings.dome_white, ..Default::default() };
+        }
+        ViewExposure { surroundings, ..exposed }
+    }
+
+    /// Computes the exposure of what is near.
+    fn exposed_surfaces(
+        &self,
+        shot: &Shot,
+        photos: &[Projector],
+        shares: impl FnOnce() -> Shares,
+    ) -> ViewExposure {
         let exposure = self.exposure(shot);
         if let Some(blended) = self.blended(shot) {
-            return blended.exposed(shot, photos, shares);
+            return blended.exposed_surfaces(shot, photos, shares);
         }
         if !self.light.groups.is_one() {
             return self.exposed_in_groups(shot, photos, exposure, shares);

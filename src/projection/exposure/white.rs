@@ -5,12 +5,17 @@ const FROM: f64 = 0.88;
 /// The same where it is clipped for certain: 252 of 255, as JPEG leaves white.
 const CERTAIN: f64 = 0.97;
 
+/// Returns how far stored linear light counts as clipped, 0 to 1.
+pub fn clipped(stored: f64) -> f64 {
+    let t = ((stored - FROM) / (CERTAIN - FROM)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// Returns the light that a view shows of a photo: `exposed`, which gains and optics have made of `stored`, both linear. What is
 /// stored as white stays at least as bright. Shader: kept_white of shaders/project.wgsl.
 pub fn kept_white(stored: [f64; 3], exposed: [f64; 3]) -> [f64; 3] {
     let darkest = stored.into_iter().fold(f64::INFINITY, f64::min);
-    let t = ((darkest - FROM) / (CERTAIN - FROM)).clamp(0.0, 1.0);
-    let clipped = t * t * (3.0 - 2.0 * t);
+    let clipped = clipped(darkest);
     [0, 1, 2].map(|c| exposed[c] + clipped * (stored[c] - exposed[c]).max(0.0))
 }
 

@@ -13,6 +13,17 @@ use crate::projection::weights::{border, weights};
 use crate::projection::{Quality, Server, Shot};
 use crate::task::Task;
 
+/// What a photo shows in a direction.
+struct Shown {
+    /// The position in the photo.
+    px: DVec2,
+    penalty: f64,
+    /// The colour as it is stored, in linear light.
+    stored: [f64; 3],
+    /// The same without the photo's optics.
+    colour: [f64; 3],
+}
+
 impl ReferenceRenderer {
     /// Decodes the layer textures of the surroundings.
     pub(super) fn load_surroundings(&mut self, task: &Task) -> Result<()> {
@@ -34,10 +45,17 @@ impl ReferenceRenderer {
         let taking_part = servers.filter(|server| !shot.without.contains(&server.photo));
         let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
             .filter_map(|server| {
-                let (penalty, stored, colour) = self.shown_by(server, shot, ray)?;
+                let Shown { px, penalty, stored, colour } = self.shown_by(server, shot, ray)?;
                 let factor = exposure.factor(server.photo).map(|factor| lens * factor);
                 let penalty = exposure.leaning_of(server.photo) * penalty;
-                Some((penalty, kept_white(stored, [0, 1, 2].map(|c| colour[c] * factor[c]))))
+                let exposed = [0, 1, 2].map(|c| colour[c] * factor[c]);
+                let camera = &self.sources.photo(server.photo).camera;
+                let of_photo = self.gains.surroundings.at(server.photo, camera, px);
+                let of_sky = if self.sources.is_dome(server.photo) { [1.0; 3] } else { exposure.surroundings.of_sky };
+                let to_one_sky = [0, 1, 2].map(|c| of_photo[c] * of_sky[c]);
+                let own = kept_white(stored, exposed);
+                let share = exposure.surroundings.share(server.photo);
+                Some((penalty, [0, 1, 2].map(|c| own[c] + share * (exposed[c] * to_one_sky[c] - own[c]))))
             })
             .unzip();
         let weights = weights(&penalties, &shot.blend);
@@ -45,8 +63,8 @@ impl ReferenceRenderer {
         (!penalties.is_empty()).then(|| [0, 1, 2].map(sum))
     }
 
-    /// Returns the penalty of a photo and its colour in a direction of the view's camera frame, as stored and without its optics.
-    fn shown_by(&self, server: &Server, shot: &Shot, ray: DVec3) -> Option<(f64, [f64; 3], [f64; 3])> {
+    /// Returns what a photo shows in a direction of the view's camera frame.
+    fn shown_by(&self, server: &Server, shot: &Shot, ray: DVec3) -> Option<Shown> {
         let photo = self.sources.photo(server.photo);
         let axes = shot.pose.rotation.transpose();
         let in_photo = photo.pose.rotation * (axes * ray);
@@ -72,6 +90,6 @@ impl ReferenceRenderer {
         let agreement = self.agreement(shot, server.layer_texture, px);
         let known = [border, texel.confidence, agreement];
         let claim = claim(&self.sources, shot, server.photo, [ray, in_photo], known);
-        Some((claim.penalty(&shot.blend), texel.colour, colour))
+        Some(Shown { px, penalty: claim.penalty(&shot.blend), stored: texel.colour, colour })
     }
 }

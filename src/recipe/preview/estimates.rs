@@ -7,6 +7,7 @@ use crate::document::Stack;
 use crate::error::Result;
 use crate::layers::agreement::PhotoEvidence;
 use crate::projection::agreement::{Agreement, PhotoAgreement};
+use crate::projection::exposure::SurroundingsGains;
 use crate::projection::{Gains, LayerTextureId, Sources};
 use crate::recipe::agreement::SiteAgreement;
 use crate::recipe::budget::default_memory;
@@ -65,9 +66,15 @@ pub(super) fn estimates_from_photos(
     Ok(Estimates { gains, relief, agreement, surroundings })
 }
 
-/// Returns the gains with which pictures are drawn.
-pub(super) fn shown_gains(gains: &Gains, matched: bool) -> Gains {
-    if matched { gains.clone() } else { Gains::none(gains.of_photo.len()) }
+/// Returns the gains with which pictures are drawn, before these surroundings.
+pub(super) fn shown_gains(gains: &Gains, matched: bool, around: &SurroundingsEvidence) -> Gains {
+    match matched {
+        true => gains.clone().with_surroundings(around.gains.clone()),
+        false => {
+            let of_dome = SurroundingsGains { of_photo: Vec::new(), ..SurroundingsGains::clone(&around.gains) };
+            Gains::none(gains.of_photo.len()).with_surroundings(of_dome.into())
+        }
+    }
 }
 
 /// The agreement of image layers.

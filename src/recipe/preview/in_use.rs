@@ -36,7 +36,7 @@ impl Preview {
         let flat = Relief::default();
         let relief = self.relief_in_use.as_deref().filter(|_| shot.relief).unwrap_or(&flat);
         let shares = shares_of_view(shot, model, &self.sources, &self.surface(), relief);
-        let gains = shown_gains(&self.gains_in_use, self.shows_gains);
+        let gains = shown_gains(&self.gains_in_use, self.shows_gains, &self.around);
         let exposure = gains.exposed(shot, &self.sources.photos, || shares.clone());
         (shares, exposure)
     }
@@ -69,6 +69,6 @@ impl Preview {
 
     /// Returns the vignetting and offset of a photo that a view removes from its colours.
     pub(in crate::recipe) fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
-        shown_gains(&self.gains_in_use, self.shows_gains).optics(shot, photo)
+        shown_gains(&self.gains_in_use, self.shows_gains, &self.around).optics(shot, photo)
     }
 }

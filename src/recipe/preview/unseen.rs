@@ -44,7 +44,7 @@ impl Preview {
                 task.timed("continue surfaces", || SiteContinuation::new(&self.folder, &self.site, task))?
             }
         };
-        let gains = shown_gains(&self.gains_in_use, self.shows_gains);
+        let gains = shown_gains(&self.gains_in_use, self.shows_gains, &self.around);
         let colours = task.timed("continue surfaces", || continuation.without(&self.without, &gains));
         self.continuation = Some(continuation);
         self.renderer.set_continuation(colours)?;

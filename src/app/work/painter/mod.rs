@@ -264,10 +264,7 @@ impl Drawing {
             Change::Trees(_) | Change::Plants => "trees",
         };
         let changed = match change {
-            Change::Gains(gains) => {
-                self.preview.set_gains(*gains);
-                Ok(())
-            }
+            Change::Gains(gains) => self.preview.set_gains(*gains),
             Change::Paint(photos, book) => {
                 let (preview, task) = (&mut self.preview, &self.task);
                 let renew = || preview.reload_paint(&photos, &book, task).map(drop);
