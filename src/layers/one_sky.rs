@@ -36,8 +36,8 @@ const RAMP_PX: f32 = 8.0;
 const HELD: f32 = 0.002;
 const HELD_HUE: f32 = 0.1;
 
-/// The weight of a photo by the distance from its frame from which on the common sky follows what it shows: a third of the way to
-/// its middle.
+/// The weight of a photo by the distance from its frame from which on the common sky follows what it shows where photos meet: a third
+/// of the way to its middle.
 const INNER: f32 = 0.1;
 
 /// The number of times that offsets and the common sky are found from each other.
@@ -173,6 +173,7 @@ fn offsets(photos: &[Coarse]) -> Vec<[f32; 3]> {
     let known = |c: usize| photos.iter().flat_map(Coarse::values).map(|sums| sums.known[c].1).sum::<f32>();
     let best = best_known([0, 1, 2].map(known));
     let mut offsets = vec![[0.0f32; 3]; photos.len()];
+    let groups = groups(photos);
     let order = [best, (best + 1) % 3, (best + 2) % 3];
     for c in order.into_iter().flat_map(|c| std::iter::repeat_n(c, ROUNDS)) {
         let mut means: BTreeMap<usize, (f32, f32)> = BTreeMap::new();
@@ -203,20 +204,46 @@ fn offsets(photos: &[Coarse]) -> Vec<[f32; 3]> {
             let (at, held) = if c == best { (0.0, HELD * own) } else { (offset[best], HELD_HUE * own) };
             offset[c] = (sum + held * at) / (all + held).max(f32::MIN_POSITIVE);
         }
+        level(photos, &groups, &mut offsets, c);
     }
     offsets
+}
+
+/// Returns the group of each photo: those of a group show common cells, directly or by way of others.
+fn groups(photos: &[Coarse]) -> Vec<usize> {
+    let mut groups: Vec<usize> = (0..photos.len()).collect();
+    let mut first: BTreeMap<usize, usize> = BTreeMap::new();
+    for (number, photo) in photos.iter().enumerate() {
+        for cell in photo.keys() {
+            let other = groups[*first.entry(*cell).or_insert(number)];
+            let own = groups[number];
+            if other != own {
+                groups.iter_mut().filter(|group| **group == own).for_each(|group| *group = other);
+            }
+        }
+    }
+    groups
+}
+
+/// Shifts a channel's offsets so that their mean is 0 within each group: only their differences are known.
+fn level(photos: &[Coarse], groups: &[usize], offsets: &mut [[f32; 3]], c: usize) {
+    let mut means = vec![(0.0f32, 0.0f32); photos.len()];
+    for ((photo, group), offset) in photos.iter().zip(groups).zip(offsets.iter()) {
+        let own: f32 = photo.values().map(|sums| sums.weights[0]).sum();
+        means[*group].0 += own * offset[c];
+        means[*group].1 += own;
+    }
+    for (offset, group) in offsets.iter_mut().zip(groups) {
+        let (sum, all) = means[*group];
+        offset[c] -= sum / all.max(f32::MIN_POSITIVE);
+    }
 }
 
 /// Returns the common sky of photos with these offsets, in all directions.
 fn common_sky(photos: &[Coarse], offsets: &[[f32; 3]]) -> Sky {
     let mut channels: [Vec<(f32, f32)>; 3] = [0, 1, 2].map(|_| vec![(0.0, 0.0); Sky::cells(SIDE)]);
     let mut least = vec![[f32::NEG_INFINITY; 3]; Sky::cells(SIDE)];
-    // How far a cell is inside the frame of the photo that shows it best: where photos just meet, the sky is smooth.
-    let mut inner = vec![0.0f32; Sky::cells(SIDE)];
-    for (cell, sums) in photos.iter().flatten() {
-        let [all, at_frames] = sums.weights;
-        inner[*cell] = inner[*cell].max((at_frames / all / INNER).min(1.0));
-    }
+    let inner = inner(photos);
     for (c, values) in channels.iter_mut().enumerate() {
         let each = || photos.iter().zip(offsets).flat_map(|(photo, offset)| photo.iter().zip(std::iter::repeat(offset[c])));
         let mut first = vec![(0.0f32, 0.0f32); values.len()];
@@ -248,6 +275,19 @@ fn common_sky(photos: &[Coarse], offsets: &[[f32; 3]]) -> Sky {
         }
     }
     continued(&channels, &least)
+}
+
+/// Returns how closely the common sky follows the photos in each cell, 0 to 1: less where photos meet that show the cell near their
+/// frames alone, so that it goes over from one to the other gradually.
+fn inner(photos: &[Coarse]) -> Vec<f32> {
+    let mut cells = vec![(0.0f32, 0u32); Sky::cells(SIDE)];
+    for (cell, sums) in photos.iter().flatten() {
+        let [all, at_frames] = sums.weights;
+        let (inner, count) = &mut cells[*cell];
+        *inner = inner.max(at_frames / all / INNER);
+        *count += 1;
+    }
+    cells.into_iter().map(|(inner, count)| if count > 1 { inner.min(1.0) } else { 1.0 }).collect()
 }
 
 /// Returns the common sky from what is known of each channel, logarithms with weights of 0 to 1, and the least that each has in each
