@@ -8,6 +8,7 @@ use super::agreement::directions::DirectionPhoto;
 use crate::error::Result;
 use crate::projection::dome::{CubeMap, Dome, SIDES};
 use crate::projection::weights::border;
+use crate::raster::robust::quantile;
 use crate::task::Task;
 
 /// The distance from what is not surroundings, in reduced pixels, over which the weight of a photo rises: beside
@@ -26,6 +27,15 @@ const SPREADS: f32 = 0.5;
 /// The sine of the angle below the horizon from which on the unknown has the ground's colour: 30 degrees.
 const BELOW: f64 = 0.5;
 
+/// Every so many cells are looked at to find how the sky changes upwards.
+const LOOKED_AT: usize = 7;
+
+/// The least variance of the sines of elevations, below which little can be said of that; the steepest change, as a natural logarithm
+/// over the whole sky; and how far it goes on beyond what photos show.
+const LEAST_VARIANCE: f32 = 0.002;
+const STEEPEST: f32 = 1.5;
+const FARTHER: f32 = 0.3;
+
 /// The side of the smallest cube of the pyramid but one.
 const COARSEST: usize = 7;
 
@@ -35,8 +45,10 @@ pub struct DomeContent<'a> {
     pub photos: &'a [&'a DirectionPhoto],
     /// How far others confirm each pixel of each photo.
     pub agreement: &'a [Vec<f32>],
-    /// The mean light of the ground, in the common exposure, and up; `None` where no photo looks down.
-    pub ground: Option<([f32; 3], DVec3)>,
+    /// The mean light of the ground, in the common exposure; `None` where no photo looks down.
+    pub ground: Option<[f32; 3]>,
+    /// The direction up.
+    pub up: DVec3,
 }
 
 /// A colour with a weight, 0 unknown to 1 known.
@@ -57,7 +69,7 @@ pub fn dome(content: &DomeContent, side: usize, task: &Task) -> Result<Option<Do
     let spreading = known.iter().any(|known| *known > SPREADS);
     let spread = |known: f32| if spreading { (known - SPREADS).max(0.0) / (1.0 - SPREADS) } else { known };
     let values = blended.values.iter().map(|(light, known)| (*light, spread(*known))).collect();
-    let mut filled = filled(&CubeMap { side, values });
+    let mut filled = continued(CubeMap { side, values }, content.up);
     content.ground_below(&mut filled, &known);
     let values = filled.values.into_iter().zip(known).collect();
     Ok(Some(Dome::from_light(&CubeMap { side, values })))
@@ -88,10 +100,10 @@ impl DomeContent<'_> {
 
     /// Gives unknown directions below the horizon the ground's colour, the more the farther down.
     fn ground_below(&self, map: &mut CubeMap<[f32; 3]>, known: &[f32]) {
-        let Some((ground, up)) = self.ground else { return };
+        let Some(ground) = self.ground else { return };
         let direction = CubeMap::<Weighted>::directions(map.side);
         map.values.par_iter_mut().zip(known).enumerate().for_each(|(at, (light, known))| {
-            let below = (-direction(at).normalize().dot(up) / BELOW).clamp(0.0, 1.0) as f32;
+            let below = (-direction(at).normalize().dot(self.up) / BELOW).clamp(0.0, 1.0) as f32;
             let share = below * below * (3.0 - 2.0 * below) * (1.0 - known);
             *light = [0, 1, 2].map(|c| light[c] + (ground[c] - light[c]) * share);
         });
@@ -125,6 +137,70 @@ fn mean(colours: impl Iterator<Item = Weighted>) -> [f32; 3] {
         all += weight;
     }
     if all > 0.0 { sum.map(|sum| sum / all) } else { sum }
+}
+
+/// Returns a colour for every direction, those of weight 1 as they are: skies darken upwards, or brighten, and go on doing so beyond
+/// what photos show; what differs from that is filled in.
+fn continued(map: CubeMap<Weighted>, up: DVec3) -> CubeMap<[f32; 3]> {
+    let gradient = SkyGradient::new(&map, up);
+    let direction = CubeMap::<Weighted>::directions(map.side);
+    let apart = |(at, (light, weight)): (usize, &Weighted)| {
+        let expected = gradient.at(direction(at));
+        ([0, 1, 2].map(|c| light[c].max(BLACK).ln() - expected[c]), *weight)
+    };
+    let values = map.values.par_iter().enumerate().map(apart).collect();
+    let mut filled = filled(&CubeMap { side: map.side, values });
+    filled.values.par_iter_mut().zip(&map.values).enumerate().for_each(|(at, (log, (light, weight)))| {
+        let expected = gradient.at(direction(at));
+        let whole = [0, 1, 2].map(|c| (log[c] + expected[c]).exp());
+        *log = if *weight >= 1.0 { *light } else { whole };
+    });
+    filled
+}
+
+/// How the sky changes upwards: the logarithm of light by the sine of the elevation.
+struct SkyGradient {
+    up: DVec3,
+    slope: [f32; 3],
+    /// The elevations, as sines, between which it changes.
+    range: [f32; 2],
+}
+
+impl SkyGradient {
+    /// Finds it in what photos show above the horizon.
+    fn new(map: &CubeMap<Weighted>, up: DVec3) -> Self {
+        let direction = CubeMap::<Weighted>::directions(map.side);
+        let height = |at: usize| direction(at).normalize().dot(up) as f32;
+        let known = map.values.iter().enumerate().step_by(LOOKED_AT).filter(|(_, (_, weight))| *weight > 0.0);
+        let seen: Vec<(f32, [f32; 3], f32)> = known
+            .map(|(at, (light, weight))| (height(at), light.map(|light| light.max(BLACK).ln()), *weight))
+            .filter(|(height, ..)| *height > 0.0)
+            .collect();
+        let mut heights: Vec<f32> = seen.iter().map(|(height, ..)| *height).collect();
+        let mut end = |share: f64| quantile(&mut heights, share).unwrap_or(0.0);
+        let range = [end(0.02), end(0.98) + FARTHER];
+        let weighted = |value: &dyn Fn(f32, &[f32; 3]) -> f32| {
+            let (sum, all) = seen.iter().fold((0.0, 0.0), |(sum, all), (height, log, weight)| {
+                (sum + f64::from(weight * value(*height, log)), all + f64::from(*weight))
+            });
+            if all > 0.0 { (sum / all) as f32 } else { 0.0 }
+        };
+        let middle = weighted(&|height, _| height);
+        let variance = weighted(&|height, _| (height - middle).powi(2));
+        let slope = |c: usize| {
+            let mean = weighted(&|_, log| log[c]);
+            let covariance = weighted(&|height, log| (height - middle) * (log[c] - mean));
+            (covariance / (variance + LEAST_VARIANCE)).clamp(-STEEPEST, STEEPEST)
+        };
+        Self { up, slope: [0, 1, 2].map(slope), range }
+    }
+
+    /// Returns the logarithm of light in a direction, up to a constant.
+    fn at(&self, direction: DVec3) -> [f32; 3] {
+        let height = direction.normalize().dot(self.up) as f32;
+        let [low, high] = self.range;
+        self.slope.map(|slope| slope * height.clamp(low, high.max(low)))
+    }
 }
 
 /// Returns a colour for every direction, those of weight 1 as they are: averages are pulled up a pyramid of cubes
@@ -177,10 +253,10 @@ mod tests {
         DirectionPhoto::new(CAMERA, pose, shown.collect())
     }
 
-    fn made(photos: &[DirectionPhoto], ground: Option<([f32; 3], DVec3)>) -> Option<Dome> {
+    fn made(photos: &[DirectionPhoto], ground: Option<[f32; 3]>) -> Option<Dome> {
         let photos: Vec<&DirectionPhoto> = photos.iter().collect();
         let agreement: Vec<Vec<f32>> = photos.iter().map(|photo| vec![1.0; photo.exposed.len()]).collect();
-        let content = DomeContent { photos: &photos, agreement: &agreement, ground };
+        let content = DomeContent { photos: &photos, agreement: &agreement, ground, up: DVec3::NEG_Y };
         dome(&content, 56, &Task::silent()).unwrap()
     }
 
@@ -210,7 +286,7 @@ mod tests {
     #[test]
     fn below_the_horizon_the_unknown_goes_over_to_the_ground() {
         let (sky, ground) = ([0.2, 0.3, 0.5], [0.3, 0.2, 0.1]);
-        let dome = made(&[photo(0.0, sky)], Some((ground, DVec3::NEG_Y))).unwrap();
+        let dome = made(&[photo(0.0, sky)], Some(ground)).unwrap();
         let [r, _, b] = dome.light(DVec3::Y);
         assert!(r > 0.26 && b < 0.2, "straight down: {r} {b}");
         let [r, _, b] = dome.light(DVec3::NEG_Y);

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::budget::{Budget, default_memory};
@@ -264,7 +264,7 @@ impl SiteSurroundings {
         let blended: Vec<&DirectionPhoto> =
             taking_part(&photos, left_out).into_iter().map(|(_, photo)| photo).collect();
         let ground = self.ground(left_out, gains, task)?;
-        let content = DomeContent { photos: &blended, agreement: &values, ground };
+        let content = DomeContent { photos: &blended, agreement: &values, ground, up: up(&self.site.photos) };
         let dome = task.timed("blend surroundings", || dome(&content, self.side() as usize, task))?;
         self.reduced = Some(photos);
         Ok(ComparedSurroundings { agreement, factors, dome })
@@ -320,9 +320,8 @@ impl SiteSurroundings {
         Ok(Some(DirectionPhoto::new(camera, photo.pose, sums.into_iter().map(light).collect())))
     }
 
-    /// Returns the mean light of what photos show below the horizon, in the common exposure, and the site's up
-    /// direction; `None` where none looks down.
-    fn ground(&self, left_out: &[PhotoId], gains: &Gains, task: &Task) -> Result<Option<([f32; 3], DVec3)>> {
+    /// Returns the mean light of what photos show below the horizon, in the common exposure; `None` where none looks down.
+    fn ground(&self, left_out: &[PhotoId], gains: &Gains, task: &Task) -> Result<Option<[f32; 3]>> {
         let up = up(&self.site.photos);
         let of_photo = |id: PhotoId| {
             task.go_on()?;
@@ -351,7 +350,7 @@ impl SiteSurroundings {
         let found: Vec<([f64; 3], u32)> = ids.into_par_iter().map(of_photo).collect::<Result<_>>()?;
         let count: u32 = found.iter().map(|(_, count)| count).sum();
         let mean = |c: usize| (found.iter().map(|(sum, _)| sum[c]).sum::<f64>() / f64::from(count)) as f32;
-        Ok((count > 0).then(|| ([0, 1, 2].map(mean), up)))
+        Ok((count > 0).then(|| [0, 1, 2].map(mean)))
     }
 }
 
