@@ -125,6 +125,13 @@ impl Stack {
         self.surroundings().is_some_and(|index| layer.elements.contains(&index))
     }
 
+    /// Returns true when an image layer shows some object, and none but those for which `is_one` is true.
+    pub(crate) fn shows_only(&self, layer: &ImageLayer, is_one: impl Fn(&str) -> bool) -> bool {
+        let mut held =
+            self.numbered_elements().filter(|(index, _)| layer.elements.contains(index)).peekable();
+        held.peek().is_some() && held.all(|(_, element)| is_one(&element.object))
+    }
+
     /// Returns the image layers that show faces, which are all but those of the surroundings.
     pub(crate) fn layers_of_faces(&self) -> impl Iterator<Item = &ImageLayer> {
         let surroundings = self.surroundings();

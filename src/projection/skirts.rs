@@ -116,9 +116,10 @@ impl Skirts {
         if sources.surroundings.is_empty() {
             return skirts;
         }
-        let hidden: HiddenFaces = model.face_ids().filter(|face| model.sees_through(*face)).collect();
+        let sees_through = model.face_ids().filter(|face| model.sees_through(*face));
+        let hidden: HiddenFaces = sees_through.chain(sources.far.iter()).collect();
         let finder = Finder { model, sources, surface, hidden: &hidden };
-        let found: Vec<(Edge, Strip)> = edges(model)
+        let found: Vec<(Edge, Strip)> = edges(model, &sources.far)
             .into_par_iter()
             .filter_map(|edge| finder.strip(&edge).map(|strip| (edge, strip)))
             .collect();
@@ -224,13 +225,13 @@ pub fn met(model: &Model, skirt: FaceId, origin: DVec3, direction: DVec3) -> Opt
     is_met.then_some(RayHit { t, face: skirt, triangle: 0 })
 }
 
-/// Returns the edges of all faces that one does not see through, each once, in a reproducible order. Edges that bridge a hole
+/// Returns the edges of all faces that one does not see through, without those of far backdrops, each once, in a reproducible order. Edges that bridge a hole
 /// are none.
-fn edges(model: &Model) -> Vec<Edge> {
+fn edges(model: &Model, far: &HiddenFaces) -> Vec<Edge> {
     let key = |point: DVec3| point.to_array().map(|at| (at + 0.0).to_bits());
     let mut found: BTreeMap<[[u64; 3]; 2], Edge> = BTreeMap::new();
     for face in model.face_ids().filter(|face| !model.face(*face).triangles.is_empty()) {
-        if model.object(model.face(face).object).shows_what_is_behind() {
+        if far.contains(face) || model.object(model.face(face).object).shows_what_is_behind() {
             continue;
         }
         let ring = model.ring(face);
@@ -252,7 +253,7 @@ struct Finder<'a> {
     model: &'a Model,
     sources: &'a Sources,
     surface: &'a Surface,
-    /// The faces that one sees through.
+    /// The faces that one sees through, and those of far backdrops.
     hidden: &'a HiddenFaces,
 }
 

@@ -7,6 +7,8 @@ use std::ops::Range;
 
 use glam::DVec2;
 
+use super::Shot;
+use super::hidden::HiddenFaces;
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::scene::{FaceId, Model, PhotoId};
@@ -108,9 +110,17 @@ pub struct Sources {
     /// The distance between cameras, in world units, from which they see other surroundings: the larger of the cameras'
     /// largest distance from their mean and a tenth of the median depth of what they show.
     pub surroundings_scale: f64,
+    /// The faces of backdrops that are so far away that views show surroundings in their place: their layer textures serve these.
+    pub far: HiddenFaces,
 }
 
 impl Sources {
+    /// Returns a view that shows the surroundings in the place of far backdrops.
+    pub fn beyond_backdrops(&self, shot: &Shot) -> Shot {
+        let hidden = shot.hidden.iter().chain(self.far.iter()).collect();
+        Shot { hidden, ..shot.clone() }
+    }
+
     /// Returns the servers of a face.
     pub fn servers_of(&self, face: FaceId) -> &[Server] {
         let range = &self.of_face[face.0 as usize];

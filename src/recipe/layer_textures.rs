@@ -27,6 +27,7 @@ use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::io::paint_store::PaintStore;
+use super::far_backdrops::FarBackdrops;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::layers::LayerIndex;
@@ -53,6 +54,8 @@ pub struct LayerTextureFiles {
     dome: Option<Arc<Dome>>,
     /// Whether the dome is empty in directions that no photo shows.
     known_dome: bool,
+    /// The backdrops whose layers show surroundings.
+    far: Arc<FarBackdrops>,
 }
 
 /// A stack and the paint on it.
@@ -166,6 +169,24 @@ impl LayerTextureFiles {
         Self { files: files.collect(), ..Self::default() }
     }
 
+    /// Returns the same with the layers of far backdrops as surroundings, of which photos show all that is known: what was filled on
+    /// them behind everything is not used, but paint from other photos is.
+    pub fn with_far(self, stacks: &[Option<impl Borrow<Stack>>], far: Arc<FarBackdrops>) -> Self {
+        if far.is_empty() {
+            return self;
+        }
+        let mut files = self.files.to_vec();
+        for file in &mut files {
+            let Some(stack) = stacks.get(file.photo.index()).and_then(Option::as_ref) else { continue };
+            let stack: &Stack = stack.borrow();
+            if stack.shows_only(stack.layer(file.layer), |object| far.contains(object)) {
+                file.filled = file.filled.take().filter(|filled| filled.propagated.is_some());
+                file.longest_of_surroundings = Some(stack.photo.width.max(stack.photo.height));
+            }
+        }
+        Self { files: files.into(), far, ..self }
+    }
+
     /// Returns the same with the project's present paint.
     ///
     /// # Errors
@@ -224,7 +245,7 @@ impl LayerTextureFiles {
         stacks: &[Option<Arc<Stack>>],
         filled: bool,
     ) -> Option<(Self, Vec<LayerTextureId>)> {
-        let fresh = Self::new(store, stacks, filled);
+        let fresh = Self::new(store, stacks, filled).with_far(stacks, self.far.clone());
         let same = |(a, b): (&LayerTextureFile, &LayerTextureFile)| {
             let is_same = a.sees_through() == b.sees_through();
             is_same && (a.photo, a.layer, a.rect, a.needed_rect) == (b.photo, b.layer, b.rect, b.needed_rect)

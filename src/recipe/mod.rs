@@ -16,6 +16,7 @@ pub mod dome_picture;
 pub mod editing;
 pub mod exploded;
 pub mod export;
+pub mod far_backdrops;
 pub mod fill;
 pub mod gains;
 pub mod import;

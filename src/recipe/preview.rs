@@ -20,6 +20,7 @@ use super::agreement::SiteAgreement;
 use super::continuation::SiteContinuation;
 use super::fill::projected::ProjectedPaint;
 use super::gains::SiteGains;
+use super::far_backdrops::FarBackdrops;
 use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
 use super::origins::LayerTextureOrigins;
@@ -191,7 +192,9 @@ fn open_stacks(
     task: &Task,
 ) -> Result<Preview> {
     let (store, site) = (StackStore::new(folder), &opened.site);
-    let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
+    let files = LayerTextureFiles::new(&store, &stacks, options.filled)
+        .with_far(&stacks, FarBackdrops::new(site).into())
+        .with_paint(&store, &stacks)?;
     let files = files.held_by(reader);
     problems.extend(files.problems().into_iter().map(Message::from));
     let Estimates { gains, relief, agreement, surroundings } =
@@ -262,7 +265,9 @@ pub fn open_reference(
     let ReadStacks { stacks, problems } =
         task.timed("read stacks", || stacks(opened, &store, options, task))?;
     problems.into_iter().for_each(|problem| task.note(problem));
-    let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
+    let files = LayerTextureFiles::new(&store, &stacks, options.filled)
+        .with_far(&stacks, FarBackdrops::new(site).into())
+        .with_paint(&store, &stacks)?;
     let files = files.held_by(reader);
     files.problems().into_iter().for_each(|problem| task.note(problem));
     let Estimates { gains, relief, agreement, surroundings } =

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
+use super::far_backdrops::FarBackdrops;
 use crate::document::stack::ImageLayer;
 use crate::document::{Decisions, PhotoDecisions, Stack};
 use crate::geometry::polygon::{fit_plane, newell_normal, triangulate};
@@ -31,6 +32,8 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
     let mut sources = Sources::default();
     let mut servers: Vec<(FaceId, Server)> = Vec::new();
     let mut surroundings: Vec<Server> = Vec::new();
+    let far = &FarBackdrops::new(site);
+    sources.far = far.faces(site);
     for ((id, photo), stack) in site.numbered_photos().zip(stacks) {
         let name = photo.name.clone();
         let camera = photo.camera;
@@ -41,7 +44,7 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
             let model = &site.model.facing(&Facing::of_pose(&pose));
             let pinned = &pinned;
             let stack = stack.borrow();
-            let mut reader = StackReader { model, faces: &faces, photo, id, stack, decided, pinned };
+            let mut reader = StackReader { model, faces: &faces, photo, id, stack, decided, pinned, far };
             reader.read(&mut sources.layer_textures, &mut servers, &mut surroundings);
         }
     }
@@ -138,6 +141,7 @@ struct StackReader<'a> {
     stack: &'a Stack,
     decided: &'a PhotoDecisions,
     pinned: &'a BTreeMap<FaceId, PhotoId>,
+    far: &'a FarBackdrops,
 }
 
 impl StackReader<'_> {
@@ -164,7 +168,11 @@ impl StackReader<'_> {
             for &e in &layer.elements {
                 let element = elements[e.index()];
                 let shared = textures_of[e.index()] > 1;
-                if element.is_surroundings() {
+                let is_shown = |index: &FaceIndex| !self.decided.excludes(&element.object, *index);
+                let is_far = self.far.contains(&element.object)
+                    && element.faces.iter().chain(element.pieces.iter().map(|(index, _)| index)).any(is_shown);
+                let serves = surroundings.last().is_some_and(|server| server.layer_texture == layer_texture);
+                if (element.is_surroundings() || is_far) && !serves {
                     let domain = if shared { within(Domain::Whole, layer) } else { Domain::Whole };
                     let (photo, back, pinned) = (self.id, false, false);
                     surroundings.push(Server { layer_texture, photo, back, pinned, domain });

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::budget::{Budget, default_memory};
 use super::dome_picture::{picture_dome, picture_stamp};
+use super::far_backdrops::FarBackdrops;
 use super::gains;
 use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
@@ -106,7 +107,9 @@ impl SiteSurroundings {
         let inputs = inputs(opened, stacks, gains, &book);
         let owned: Vec<Option<Stack>> =
             stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.borrow().clone())).collect();
-        let files = LayerTextureFiles::new(&store, &owned, false).with_paint_of(&store, &owned, &book);
+        let files = LayerTextureFiles::new(&store, &owned, false)
+            .with_far(&owned, FarBackdrops::new(site).into())
+            .with_paint_of(&store, &owned, &book);
         let mut found = Self {
             folder: folder.to_owned(),
             site: site.clone(),

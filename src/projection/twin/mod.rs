@@ -252,6 +252,7 @@ impl Renders for ReferenceRenderer {
         if shot.display != DisplayMode::Colour {
             return Err(Error::Request("the twin shows colours only".into()));
         }
+        let shot = &self.sources.beyond_backdrops(shot);
         let sights = self.sights(shot);
         let hits = sights.iter().flat_map(|sight| sight.owner.iter().chain(&sight.through));
         self.load(&hits.map(|hit| hit.face).collect(), task)?;

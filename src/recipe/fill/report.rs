@@ -66,11 +66,7 @@ fn figures<'a>(layers: impl Iterator<Item = &'a ImageLayer>) -> LayerFigures {
 
 /// Returns the number of hidden texels in image layers that contain nothing but backdrops.
 fn hidden_of_backdrops(stack: &Stack) -> u64 {
-    let is_backdrop = |layer: &&ImageLayer| {
-        let mut held =
-            stack.numbered_elements().filter(|(index, _)| layer.elements.contains(index)).peekable();
-        held.peek().is_some() && held.all(|(_, element)| says_backdrop(&element.object))
-    };
+    let is_backdrop = |layer: &&ImageLayer| stack.shows_only(layer, says_backdrop);
     let layers = stack.image_layers.iter().filter(is_backdrop);
     layers.map(|layer| layer.texels_used - layer.texels_visible).sum()
 }

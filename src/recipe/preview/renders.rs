@@ -7,6 +7,7 @@ use crate::task::Task;
 
 impl Renders for Preview {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
+        let shot = &self.sources.beyond_backdrops(shot);
         self.make_ready(shot, task)?;
         self.renderer.picture(shot, task)
     }
@@ -16,16 +17,19 @@ impl Renders for Preview {
     }
 
     fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        let shot = &self.sources.beyond_backdrops(shot);
         self.make_ready(shot, task)?;
         self.renderer.seen_faces(shot, task)
     }
 
     fn depths(&mut self, shot: &Shot, task: &Task) -> Result<Option<Vec<f32>>> {
+        let shot = &self.sources.beyond_backdrops(shot);
         self.make_ready(shot, task)?;
         self.renderer.depths(shot, task)
     }
 
     fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        let shot = &self.sources.beyond_backdrops(shot);
         self.make_ready(shot, task)?;
         self.renderer.begin(shot, task)
     }

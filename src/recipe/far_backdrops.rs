@@ -1,0 +1,86 @@
+//! Backdrops that views show as surroundings: a sky that is modelled as a few large faces around a site is no surface. It is as far
+//! away as nothing, its faces show where they meet, photos were filled on them behind everything, and what rises above roofs is
+//! stretched over them.
+
+use std::collections::BTreeSet;
+
+use glam::DVec3;
+
+use crate::projection::hidden::HiddenFaces;
+use crate::scene::builder::says_backdrop;
+use crate::scene::{Object, Site};
+
+/// The least distance of a backdrop from the middle of the cameras, as a multiple of the largest distance of one of them: the skies
+/// around castle and entry have 3.7 and 6.3. A row of houses across the street is nearer, and stays where it is.
+const FAR: f64 = 2.5;
+
+/// The objects of a site that are backdrops and far away.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FarBackdrops {
+    names: BTreeSet<String>,
+}
+
+impl FarBackdrops {
+    /// Finds them: objects whose name contains `backdrop`, and that are so far away that photos hardly see them shift.
+    pub fn new(site: &Site) -> Self {
+        let centres: Vec<DVec3> = site.photos.iter().map(|photo| photo.pose.center_in_world()).collect();
+        let middle = centres.iter().sum::<DVec3>() / centres.len().max(1) as f64;
+        let reach = centres.iter().map(|centre| centre.distance(middle)).fold(0.0, f64::max);
+        let is_far = |object: &&Object| {
+            let model = &site.model;
+            let triangles = object.faces.iter().flat_map(|face| model.face_triangles(*face));
+            let corners = |triangle: &[u32; 3]| triangle.map(|vertex| model.vertices[vertex as usize]);
+            let distances = triangles.map(|triangle| distance_to_triangle(middle, corners(triangle)));
+            let nearest = distances.fold(f64::INFINITY, f64::min);
+            says_backdrop(&object.name) && nearest.is_finite() && nearest >= FAR * reach
+        };
+        Self { names: site.model.objects.iter().filter(is_far).map(|object| object.name.clone()).collect() }
+    }
+
+    /// Returns whether an object is one.
+    pub fn contains(&self, object: &str) -> bool {
+        self.names.contains(object)
+    }
+
+    /// Returns whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// Returns their faces.
+    pub fn faces(&self, site: &Site) -> HiddenFaces {
+        let objects = site.model.objects.iter().filter(|object| self.contains(&object.name));
+        objects.flat_map(|object| object.faces.iter().copied()).collect()
+    }
+}
+
+/// Returns the distance of a point from a triangle (Ericson, *Real-Time Collision Detection*, 2005, section 5.1.5).
+fn distance_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let onto = |from: DVec3, to: DVec3| {
+        let along = to - from;
+        let share = ((p - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        p.distance(from + along * if share.is_finite() { share } else { 0.0 })
+    };
+    let edges = [(a, b), (b, c), (c, a)];
+    let is_over = edges.iter().all(|(from, to)| (*to - *from).cross(p - *from).dot(normal) >= 0.0);
+    match normal.try_normalize() {
+        Some(normal) if is_over => (p - a).dot(normal).abs(),
+        _ => edges.into_iter().map(|(from, to)| onto(from, to)).fold(f64::INFINITY, f64::min),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_distance_from_a_triangle_is_that_of_its_nearest_point() {
+        let triangle = [DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * 2.0];
+        let distance = |x: f64, y: f64, z: f64| distance_to_triangle(DVec3::new(x, y, z), triangle);
+        assert_eq!(distance(0.5, 0.5, -3.0), 3.0);
+        assert_eq!(distance(-1.0, 1.0, 0.0), 1.0);
+        assert!((distance(2.0, 2.0, 0.0) - 2f64.sqrt()).abs() < 1e-12);
+        assert_eq!(distance(3.0, 0.0, 0.0), 1.0);
+    }
+}
