@@ -18,6 +18,7 @@ use crate::io::camera_path::write_camera_path;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::io::writable::check_file;
+use crate::layers::sky_model::Daylight;
 use crate::ldi::Shown;
 use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
 use crate::projection::{DisplayMode, Exposure, Renders};
@@ -25,7 +26,7 @@ use crate::recipe::colour::{colour_report, usual_exposure};
 use crate::recipe::exploded::exploded;
 use crate::recipe::ldi::viewer::Viewer;
 use crate::recipe::open::{Opened, open};
-use crate::recipe::preview;
+use crate::recipe::preview::{self, PreviewOptions};
 use crate::recipe::render::{PictureFormat, RenderOptions, RenderReport, RenderedView, VideoOptions, render};
 use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest};
 use crate::recipe::written_exposure::written_exposures;
@@ -134,6 +135,10 @@ fn check_format(args: &RenderArgs, content: PictureContent) -> Result<()> {
 /// Returns what the arguments ask for.
 fn content_of(args: &RenderArgs) -> Result<PictureContent> {
     let of_images = args.made.as_what != AsArg::Model;
+    if of_images && args.background == Background::Sky {
+        let found = "--background sky is for views of the model; leave out --as, or give another background";
+        return Err(Error::Usage(found.into()));
+    }
     if of_images && args.look.holes {
         let found = "--holes is for views of the model; give --show holes to see where layered depth images show nothing, or leave out --as";
         return Err(Error::Usage(found.into()));
@@ -265,15 +270,19 @@ fn draw_shots(
     task: &Task,
 ) -> Result<DrawnShots> {
     let mut look = args.look.look(opened, content.display(), usual_exposure(opened))?;
-    look.without_surroundings = args.background != Background::Surroundings;
+    look.without_surroundings = !args.background.is_around();
     let gpu = task.timed("start the GPU", Gpu::headless)?;
-    let preview = args.look.preview();
-    let stack = args.look.stack(args.background == Background::Surroundings);
+    let preview =
+        PreviewOptions { modelled_sky: args.background == Background::Sky, ..args.look.preview() };
+    let stack = args.look.stack(args.background.is_around());
     let mut of_images = args.made.options(stack, opened)?;
     if let (Some(options), PictureContent::OfImages(shown)) = (&mut of_images, content) {
         options.shown = Some(shown);
     }
     let renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
+    if let Some(daylight) = renderer.daylight() {
+        task.note(sky_text(daylight));
+    }
     let mut renderer = Viewer::new(&args.project, opened, renderer, of_images)?;
     let taken = match look.exposure {
         Exposure::Decided => written_exposures(&args.project, opened, &views.list, task)?,
@@ -295,14 +304,14 @@ fn draw_shots(
             let picture = renderer.linear_picture(&shot, task)?;
             return Ok(match args.background {
                 Background::Colour(colour) => picture.on(colour),
-                Background::Surroundings | Background::None => picture,
+                Background::Surroundings | Background::Sky | Background::None => picture,
             }
             .into());
         }
         let picture = renderer.picture(&shot, task)?;
         Ok(match args.background {
             Background::Colour(colour) => picture.on(colour),
-            Background::Surroundings | Background::None => picture,
+            Background::Surroundings | Background::Sky | Background::None => picture,
         }
         .into())
     };
@@ -331,6 +340,16 @@ fn draw_exploded(
     render(&views.list, &mut draw, options, task)
 }
 
+/// Describes a plain sky.
+fn sky_text(daylight: &Daylight) -> String {
+    let (elevation, turbidity) = (daylight.elevation().to_degrees(), daylight.turbidity);
+    let why = match daylight.is_estimated {
+        true => "as the sky in the photos tells",
+        false => "as is usual, since the photos show too little of the sky",
+    };
+    format!("the sun stands {elevation:.0} degrees above the horizon, with a turbidity of {turbidity}, {why}")
+}
+
 /// The colour of videos where nothing is drawn, sRGB.
 pub const BEHIND_VIDEOS: [u8; 3] = [0xc9, 0xd4, 0xde];
 
@@ -338,7 +357,7 @@ fn film(args: &RenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
     let fps = args.pictures.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
     let background = match args.background {
         Background::Colour(colour) => colour,
-        Background::Surroundings | Background::None => BEHIND_VIDEOS,
+        Background::Surroundings | Background::Sky | Background::None => BEHIND_VIDEOS,
     };
     args.pictures.video.clone().map(|file| VideoOptions { file, fps, background })
 }

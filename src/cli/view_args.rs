@@ -52,9 +52,9 @@ pub struct RenderArgs {
     /// Draw the legend of --show into the pictures; it is printed in any case
     #[arg(long)]
     pub legend: bool,
-    /// What is shown where no surface is: the photos' surroundings, nothing (pictures are transparent there), or a
-    /// colour, red, green and blue in hexadecimal
-    #[arg(long, value_name = "surroundings|none|#RRGGBB", value_parser = parse_background,
+    /// What is shown where no surface is: the photos' surroundings, a plain sky in their daylight, nothing (pictures are
+    /// transparent there), or a colour, red, green and blue in hexadecimal
+    #[arg(long, value_name = "surroundings|sky|none|#RRGGBB", value_parser = parse_background,
           default_value = "surroundings")]
     pub background: Background,
     /// Also write the flight as a camera path, to be edited and given to --cameras
@@ -109,10 +109,19 @@ pub struct ScoreArgs {
 pub enum Background {
     /// The photos' surroundings.
     Surroundings,
+    /// A plain sky.
+    Sky,
     /// Nothing.
     None,
     /// A colour, sRGB.
     Colour([u8; 3]),
+}
+
+impl Background {
+    /// Returns whether something is shown in every direction around the model.
+    pub fn is_around(self) -> bool {
+        matches!(self, Self::Surroundings | Self::Sky)
+    }
 }
 
 /// What predictions show where no surface of the model is.
@@ -464,10 +473,11 @@ fn parse_colour(text: &str) -> Result<[u8; 3], String> {
 fn parse_background(text: &str) -> Result<Background, String> {
     match text {
         "surroundings" => Ok(Background::Surroundings),
+        "sky" => Ok(Background::Sky),
         "none" => Ok(Background::None),
         colour => parse_colour(colour)
             .map(Background::Colour)
-            .map_err(|_| "expected surroundings, none, or a colour such as #c9d4de".into()),
+            .map_err(|_| "expected surroundings, sky, none, or a colour such as #c9d4de".into()),
     }
 }
 
@@ -481,7 +491,8 @@ mod tests {
         assert_eq!(parse_colour("#c9d4de"), Ok([0xc9, 0xd4, 0xde]));
         assert_eq!(parse_background("c9d4de"), Ok(Background::Colour([0xc9, 0xd4, 0xde])));
         assert_eq!(parse_background("none"), Ok(Background::None));
-        assert!(parse_background("sky").unwrap_err().contains("surroundings, none, or a colour"));
+        assert_eq!(parse_background("sky"), Ok(Background::Sky));
+        assert!(parse_background("blue").unwrap_err().contains("surroundings, sky, none, or a colour"));
         assert_eq!((parse_scale("0.5"), parse_fps("29.97")), (Ok(0.5), Ok(29.97)));
         for text in ["960", "0x540", "960x", "99999x1"] {
             assert!(parse_size(text).is_err(), "{text}");

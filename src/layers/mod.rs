@@ -31,6 +31,7 @@ pub mod dome;
 pub mod fill;
 pub mod matte;
 pub mod one_sky;
+pub mod sky_model;
 pub mod surroundings;
 pub mod together;
 

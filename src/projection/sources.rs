@@ -112,6 +112,8 @@ pub struct Sources {
     pub surroundings_scale: f64,
     /// The faces of backdrops that are so far away that views show surroundings in their place: their layer textures serve these.
     pub far: HiddenFaces,
+    /// Whether views show the dome alone where no face is, whatever photos show there.
+    pub dome_alone: bool,
 }
 
 impl Sources {
@@ -133,6 +135,11 @@ impl Sources {
         let has_matte = |server: &Server| self.layer_texture(server.layer_texture).see_through;
         let surfaces = model.see_through_surfaces();
         surfaces.filter(|face| self.servers_of(*face).iter().any(has_matte)).collect()
+    }
+
+    /// Returns whether views show the surroundings of a photo, or of a side of the dome.
+    pub fn shows_around(&self, id: PhotoId) -> bool {
+        !self.dome_alone || self.is_dome(id)
     }
 
     /// Returns the servers of the surroundings.

@@ -93,7 +93,7 @@ pub(super) fn lists(
 /// its photo shows no direction of the cell.
 fn candidate(sources: &Sources, shot: &Shot, rays: &[DVec3; 4], id: u32) -> Option<ServerCandidate> {
     let server = &sources.servers[id as usize];
-    if shot.without.contains(&server.photo) {
+    if shot.without.contains(&server.photo) || !sources.shows_around(server.photo) {
         return None;
     }
     let photo = sources.photo(server.photo);

@@ -37,6 +37,7 @@ use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::layers::agreement::PhotoEvidence;
 use crate::projection::pyramid::PyramidOptions;
+use crate::layers::sky_model::Daylight;
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::twin::ReferenceRenderer;
@@ -62,6 +63,8 @@ pub struct PreviewOptions {
     pub tree_parts: PlantParts,
     /// Whether photos without a stack, and with one that is out of date, are not noted: the caller shows them.
     pub without_stack_notes: bool,
+    /// Whether a plain sky takes the place of all that photos show around the model.
+    pub modelled_sky: bool,
 }
 
 impl Default for PreviewOptions {
@@ -74,6 +77,7 @@ impl Default for PreviewOptions {
             filled: true,
             tree_parts: PlantParts::default(),
             without_stack_notes: false,
+            modelled_sky: false,
         }
     }
 }
@@ -416,6 +420,11 @@ impl Preview {
         self.around = around;
         let gains = shown_gains(&self.gains_in_use, self.shows_gains, &self.around);
         self.renderer.set_gains(gains)
+    }
+
+    /// Returns the daylight of the sky that takes the place of all that photos show around the model; `None` where they show it.
+    pub fn daylight(&self) -> Option<&Daylight> {
+        self.surroundings.daylight()
     }
 
     /// Returns what pictures lack: unreadable stacks and paint, and single image layers as far as they were needed

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::budget::{Budget, default_memory};
@@ -30,6 +30,7 @@ use crate::layers::agreement::far_colours::FarColours;
 use crate::layers::agreement::thin::lower_thin;
 use crate::layers::dome::{DomeContent, dome};
 use crate::layers::one_sky::one_sky;
+use crate::layers::sky_model::Daylight;
 use crate::projection::agreement::PhotoAgreement;
 use crate::projection::dome::{Dome, side_for};
 use crate::projection::exposure::SurroundingsGains;
@@ -77,6 +78,8 @@ pub struct SiteSurroundings {
     whole: SurroundingsEvidence,
     /// The dome of the user's picture, which takes the place of that of the photos.
     picture: Option<Arc<Dome>>,
+    /// The daylight of the sky that takes the place of all that photos show.
+    daylight: Option<Daylight>,
     /// The hash of everything that it was made from, the user's picture included.
     stamp: String,
     /// The photos prepared for comparison, once they were needed; `None` for those without surroundings.
@@ -118,6 +121,7 @@ impl SiteSurroundings {
             sources,
             whole: SurroundingsEvidence::default(),
             picture: None,
+            daylight: None,
             stamp: format!("{inputs} {}", picture_stamp(folder, &opened.project)),
             reduced: None,
         };
@@ -160,6 +164,29 @@ impl SiteSurroundings {
         let (colour, memory) = (&opened.project.colour, default_memory());
         let gains = gains::photo_gains(&opened.site, stacks, colour, folder, memory, task)?;
         Self::open(folder, opened, stacks, &gains, memory, task)
+    }
+
+    /// Returns the same with a plain sky in the place of all that photos show around the model: its sun and its air are those that
+    /// explain best what they show.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn with_modelled_sky(mut self, gains: &Gains, task: &Task) -> Result<Self> {
+        let looks = self.site.photos.iter().map(|photo| photo.pose.rotation.transpose() * DVec3::Z);
+        let forwards = looks.sum::<DVec3>().normalize_or_zero();
+        let ground = self.ground(&[], gains, task)?;
+        let daylight = Daylight::estimated(self.whole.dome.as_deref(), up(&self.site.photos), forwards);
+        let dome = Arc::new(daylight.dome(ground, self.side() as usize));
+        let gains = SurroundingsGains { dome_white: dome.white, ..SurroundingsGains::clone(&self.whole.gains) };
+        self.whole = SurroundingsEvidence { dome: Some(dome.clone()), gains: gains.into(), ..self.whole };
+        self.stamp += " sky";
+        (self.picture, self.daylight) = (Some(dome), Some(daylight));
+        Ok(self)
+    }
+
+    /// Returns the daylight of the sky that takes the place of all that photos show; `None` where they show it.
+    pub fn daylight(&self) -> Option<&Daylight> {
+        self.daylight.as_ref()
     }
 
     /// Returns what all photos tell.

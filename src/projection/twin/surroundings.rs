@@ -42,7 +42,9 @@ impl ReferenceRenderer {
         let ray = shot.camera.ray_in_camera(px);
         let lens = exposure.lens.factor(squared_tangent(&shot.camera, px));
         let servers = self.sources.servers_of_surroundings().iter();
-        let taking_part = servers.filter(|server| !shot.without.contains(&server.photo));
+        let taking_part = servers.filter(|server| {
+            !shot.without.contains(&server.photo) && self.sources.shows_around(server.photo)
+        });
         let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
             .filter_map(|server| {
                 let Shown { px, penalty, stored, colour } = self.shown_by(server, shot, ray)?;

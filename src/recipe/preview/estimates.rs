@@ -20,8 +20,9 @@ use crate::task::Task;
 
 /// Adds the dome to the sources of a site that has surroundings.
 pub(super) fn with_dome(sources: Sources, surroundings: &SiteSurroundings) -> Sources {
+    let dome_alone = surroundings.daylight().is_some();
     match surroundings.whole().dome {
-        Some(_) => sources.with_dome(surroundings.side()),
+        Some(_) => Sources { dome_alone, ..sources.with_dome(surroundings.side()) },
         None => sources,
     }
 }
@@ -61,7 +62,8 @@ pub(super) fn estimates_from_photos(
     let agreement =
         task.timed("agreement", || relief.as_ref().filter(|_| options.agreement).map(agreement).transpose())?;
     let surroundings = task.timed("surroundings", || {
-        SiteSurroundings::open(folder, opened, stacks, gains.whole(), memory, task)
+        let found = SiteSurroundings::open(folder, opened, stacks, gains.whole(), memory, task)?;
+        if options.modelled_sky { found.with_modelled_sky(gains.whole(), task) } else { Ok(found) }
     })?;
     Ok(Estimates { gains, relief, agreement, surroundings })
 }
