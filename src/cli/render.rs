@@ -272,8 +272,7 @@ fn draw_shots(
     let mut look = args.look.look(opened, content.display(), usual_exposure(opened))?;
     look.without_surroundings = !args.background.is_around();
     let gpu = task.timed("start the GPU", Gpu::headless)?;
-    let preview =
-        PreviewOptions { modelled_sky: args.background == Background::Sky, ..args.look.preview() };
+    let preview = PreviewOptions { modelled_sky: args.background == Background::Sky, ..args.look.preview() };
     let stack = args.look.stack(args.background.is_around());
     let mut of_images = args.made.options(stack, opened)?;
     if let (Some(options), PictureContent::OfImages(shown)) = (&mut of_images, content) {

@@ -135,7 +135,8 @@ pub fn read_surroundings(file: &Path, inputs: &str) -> Option<ComparedSurroundin
             return None;
         }
         let logs = logs.as_chunks::<3>().0.split_first();
-        factors.push(logs.map(|(offset, cells)| SurroundingsFactors { offset: *offset, cells: cells.to_vec() }));
+        factors
+            .push(logs.map(|(offset, cells)| SurroundingsFactors { offset: *offset, cells: cells.to_vec() }));
     }
     let dome = match header.side {
         0 if rest.is_empty() => None,

@@ -188,7 +188,8 @@ fn offsets(photos: &[Coarse]) -> Vec<[f32; 3]> {
         }
         for (photo, offset) in photos.iter().zip(&mut offsets) {
             let (mut sum, mut all) = (0.0, 0.0);
-            for (cell, (light, weight)) in photo.iter().filter_map(|(at, sums)| Some((at, sums.compared(c)?))) {
+            for (cell, (light, weight)) in photo.iter().filter_map(|(at, sums)| Some((at, sums.compared(c)?)))
+            {
                 let (of_all, weight_of_all) = means[cell];
                 let others = weight_of_all - weight;
                 // What one photo alone shows says nothing about offsets.
@@ -245,7 +246,12 @@ fn common_sky(photos: &[Coarse], offsets: &[[f32; 3]]) -> Sky {
     let mut least = vec![[f32::NEG_INFINITY; 3]; Sky::cells(SIDE)];
     let inner = inner(photos);
     for (c, values) in channels.iter_mut().enumerate() {
-        let each = || photos.iter().zip(offsets).flat_map(|(photo, offset)| photo.iter().zip(std::iter::repeat(offset[c])));
+        let each = || {
+            photos
+                .iter()
+                .zip(offsets)
+                .flat_map(|(photo, offset)| photo.iter().zip(std::iter::repeat(offset[c])))
+        };
         let mut first = vec![(0.0f32, 0.0f32); values.len()];
         for ((cell, sums), offset) in each() {
             let (sum, weight) = sums.known[c];
@@ -305,7 +311,9 @@ fn continued(channels: &[Vec<(f32, f32)>; 3], least: &[[f32; 3]]) -> Sky {
     let mut sky = vec![[0.0; 3]; brightness.len()];
     for (c, values) in channels.iter().enumerate() {
         let both = values.iter().zip(&channels[best]);
-        let hue = fill(both.map(|((log, known), (of_best, best_known))| (log - of_best, known * best_known)).collect());
+        let hue = fill(
+            both.map(|((log, known), (of_best, best_known))| (log - of_best, known * best_known)).collect(),
+        );
         for (at, (log, known)) in values.iter().enumerate() {
             let continued = brightness[at] + if c == best { 0.0 } else { hue[at] };
             sky[at][c] = bounded(known * log + (1.0 - known) * continued, at, c);
@@ -364,4 +372,92 @@ fn factors(photo: &DirectionPhoto, agreement: &[f32], offset: [f32; 3], sky: &Sk
     let of_best = mean(best, offset[best], HELD);
     let offset = [0, 1, 2].map(|c| if c == best { of_best } else { mean(c, of_best, HELD_HUE) });
     SurroundingsFactors { offset: limited(offset), cells: found.into_iter().map(limited).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat3;
+
+    use super::*;
+    use crate::geometry::{Pinhole, Pose};
+    use crate::projection::exposure::Optics;
+
+    const CAMERA: Pinhole = Pinhole { width: 120, height: 80, fx: 90.0, fy: 90.0, cx: 60.0, cy: 40.0 };
+
+    /// A photo that looks along a direction turned about y, with this gain, of a sky of this light in each direction.
+    fn photo(turn: f64, gain: f64, sky: impl Fn(DVec3) -> [f64; 3]) -> DirectionPhoto {
+        let pose = Pose { rotation: DMat3::from_rotation_y(turn), translation: DVec3::ZERO };
+        let light = (0..120 * 80).map(|at| {
+            let px = DVec2::new((at % 120) as f64 + 0.5, (at / 120) as f64 + 0.5);
+            let direction = pose.rotation.transpose() * CAMERA.ray_in_camera(px);
+            (at / 120 < 60)
+                .then(|| sky(direction.normalize()).map(|light| (light * gain.exp()).min(1.0) as f32))
+        });
+        let mut photo = DirectionPhoto::new(CAMERA, pose, light.collect());
+        photo.set_exposure([gain; 3], &Optics::default());
+        photo
+    }
+
+    /// Brings photos to one sky; returns their factors.
+    fn united(photos: &mut [DirectionPhoto]) -> Vec<SurroundingsFactors> {
+        let agreement: Vec<Vec<f32>> = photos.iter().map(|photo| vec![1.0; photo.exposed.len()]).collect();
+        let found = one_sky(&photos.iter().collect::<Vec<_>>(), &agreement, &Task::silent()).unwrap();
+        for (photo, factors) in photos.iter_mut().zip(&found) {
+            photo.multiply(factors);
+        }
+        found
+    }
+
+    /// Returns the light of a photo in a direction, in the common exposure.
+    fn shown(photo: &DirectionPhoto, direction: DVec3) -> [f32; 3] {
+        photo.exposed[photo.index(photo.position(direction).unwrap())].unwrap()
+    }
+
+    #[test]
+    fn photos_whose_gains_do_not_explain_their_skies_agree_afterwards_and_stay_level_on_average() {
+        let sky = |direction: DVec3| [0.3 - 0.1 * direction.y, 0.4 - 0.1 * direction.y, 0.5];
+        let brighter = |factor: f64| move |direction: DVec3| sky(direction).map(|light| factor * light);
+        let mut photos =
+            [photo(0.0, 0.0, sky), photo(0.5, 0.3, brighter(1.3)), photo(1.0, -0.2, brighter(0.9))];
+        let before = (shown(&photos[1], DVec3::new(-0.25, -0.1, 1.0))[0] / 0.3).ln();
+        assert!(before > 0.2);
+        let factors = united(&mut photos);
+        let mean: f32 = factors.iter().map(|factors| factors.offset[0]).sum::<f32>() / 3.0;
+        assert!(mean.abs() < 0.05, "{mean}");
+        for x in [-0.2f64, -0.3, -0.4] {
+            let direction = DVec3::new(x.sin(), -0.1, x.cos());
+            let [a, b] = [0, 1].map(|at| shown(&photos[at], direction));
+            // A step of 3 of 255 is 2.6 % of light at these values.
+            (0..3).for_each(|c| assert!((a[c] / b[c]).ln().abs() < 0.026, "{x}: {a:?} {b:?}"));
+        }
+    }
+
+    #[test]
+    fn a_clipped_channel_becomes_what_others_show_there_and_something_near_changes_nothing_around_it() {
+        let sky = |_: DVec3| [0.5, 0.6, 0.9];
+        // The first photo is two thirds of a stop brighter, so that its blue is clipped at 0.63.
+        let mut photos = [photo(0.0, 0.46, sky), photo(0.3, -0.1, sky)];
+        assert!((shown(&photos[0], DVec3::Z)[2] - 0.63).abs() < 0.01);
+        united(&mut photos);
+        let [r, _, b] = shown(&photos[0], DVec3::new(-0.1, -0.1, 1.0));
+        assert!((b / 0.9).ln().abs() < 0.05 && (r / 0.5).ln().abs() < 0.03, "{r} {b}");
+
+        let tree = |direction: DVec3| if direction.x.abs() < 0.04 { [0.05; 3] } else { [0.5, 0.6, 0.7] };
+        let mut photos = [photo(0.0, 0.0, tree), photo(0.2, 0.0, |_| [0.5, 0.6, 0.7])];
+        let factors = united(&mut photos);
+        let most = factors
+            .iter()
+            .flat_map(|of| of.cells.iter().flatten())
+            .fold(0.0f32, |most, log| most.max(log.abs()));
+        assert!(most < 0.06, "{most}");
+    }
+
+    #[test]
+    fn a_photo_that_overlaps_with_none_stays_as_it_is() {
+        let mut photos = [photo(0.0, 0.0, |_| [0.2; 3]), photo(3.0, 0.0, |_| [0.6; 3])];
+        for factors in united(&mut photos) {
+            assert!(factors.cells.iter().flatten().all(|log| log.abs() < 0.02), "{:?}", factors.offset);
+        }
+        assert!(one_sky(&[], &[], &Task::silent()).unwrap().is_empty());
+    }
 }

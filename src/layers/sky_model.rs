@@ -67,7 +67,9 @@ impl Daylight {
         let azimuths = (0..360).step_by(AZIMUTH_STEP).map(|azimuth| azimuth as f64);
         let tried: Vec<(f64, f64, f64)> = azimuths
             .flat_map(|azimuth| ELEVATIONS.map(move |elevation| (azimuth, elevation)))
-            .flat_map(|(azimuth, elevation)| TURBIDITIES.map(move |turbidity| (azimuth, elevation, turbidity)))
+            .flat_map(|(azimuth, elevation)| {
+                TURBIDITIES.map(move |turbidity| (azimuth, elevation, turbidity))
+            })
             .collect();
         let fit = |(azimuth, elevation, turbidity): (f64, f64, f64)| {
             let towards_sun = sun(elevation, azimuth);
@@ -116,11 +118,7 @@ impl Daylight {
         });
         let (luminance, y) = (luminance.max(1e-6), y.max(1e-3));
         let (big_x, big_z) = (x / y * luminance, (1.0 - x - y) / y * luminance);
-        let to_rgb = [
-            [3.2406, -1.5372, -0.4986],
-            [-0.9689, 1.8758, 0.0415],
-            [0.0557, -0.2040, 1.0570],
-        ];
+        let to_rgb = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
         let rgb = to_rgb.map(|[a, b, c]| a * big_x + b * luminance + c * big_z);
         // Saturated blues lie outside of what screens show.
         [0, 1, 2].map(|c| rgb[c].max(0.01 * luminance) * self.scale[c].exp())
@@ -211,7 +209,10 @@ mod tests {
                 let sky = sky(elevation, turbidity);
                 for z in [0.0, 0.2, 0.9] {
                     let light = sky.light(DVec3::new(0.3, 0.4, z));
-                    assert!(light.iter().all(|light| light.is_finite() && *light > 0.0), "{elevation} {turbidity} {z}");
+                    assert!(
+                        light.iter().all(|light| light.is_finite() && *light > 0.0),
+                        "{elevation} {turbidity} {z}"
+                    );
                 }
             }
         }

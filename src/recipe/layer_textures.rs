@@ -1,6 +1,7 @@
 //! Layer textures of the current stacks, read from their files with filling and paint.
 
 mod dome;
+mod far;
 mod filling;
 mod origins;
 mod see_through;
@@ -16,6 +17,7 @@ pub use self::dome::KNOWN;
 use self::filling::Filling;
 use self::see_through::lay_see_through_paint;
 use self::surroundings::lower_beside_outlines;
+use super::far_backdrops::FarBackdrops;
 use super::fill::projected::ProjectedPaint;
 use super::layer_pixels::shown;
 use super::origins::origin_of;
@@ -27,7 +29,6 @@ use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::io::paint_store::PaintStore;
-use super::far_backdrops::FarBackdrops;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::layers::LayerIndex;
@@ -167,24 +168,6 @@ impl LayerTextureFiles {
             })
         });
         Self { files: files.collect(), ..Self::default() }
-    }
-
-    /// Returns the same with the layers of far backdrops as surroundings, of which photos show all that is known: what was filled on
-    /// them behind everything is not used, but paint from other photos is.
-    pub fn with_far(self, stacks: &[Option<impl Borrow<Stack>>], far: Arc<FarBackdrops>) -> Self {
-        if far.is_empty() {
-            return self;
-        }
-        let mut files = self.files.to_vec();
-        for file in &mut files {
-            let Some(stack) = stacks.get(file.photo.index()).and_then(Option::as_ref) else { continue };
-            let stack: &Stack = stack.borrow();
-            if stack.shows_only(stack.layer(file.layer), |object| far.contains(object)) {
-                file.filled = file.filled.take().filter(|filled| filled.propagated.is_some());
-                file.longest_of_surroundings = Some(stack.photo.width.max(stack.photo.height));
-            }
-        }
-        Self { files: files.into(), far, ..self }
     }
 
     /// Returns the same with the project's present paint.

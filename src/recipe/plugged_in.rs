@@ -321,7 +321,7 @@ fn surroundings_of_other_gains_are_those_with_which_the_project_would_be_opened(
     // A drag brings them again and again.
     for _ in 0..2 {
         preview.set_surroundings(present(&brighter), &Task::silent()).unwrap();
-        assert_eq!(*asked.lock().unwrap(), ["no origins", "texels"]);
+        assert_eq!(*asked.lock().unwrap(), ["no origins", "texels", "gains"]);
     }
     asked.lock().unwrap().clear();
     let mut opened_again = preview_with(&project, &brighter, &asked, true);

@@ -170,7 +170,11 @@ impl StackReader<'_> {
                 let shared = textures_of[e.index()] > 1;
                 let is_shown = |index: &FaceIndex| !self.decided.excludes(&element.object, *index);
                 let is_far = self.far.contains(&element.object)
-                    && element.faces.iter().chain(element.pieces.iter().map(|(index, _)| index)).any(is_shown);
+                    && element
+                        .faces
+                        .iter()
+                        .chain(element.pieces.iter().map(|(index, _)| index))
+                        .any(is_shown);
                 let serves = surroundings.last().is_some_and(|server| server.layer_texture == layer_texture);
                 if (element.is_surroundings() || is_far) && !serves {
                     let domain = if shared { within(Domain::Whole, layer) } else { Domain::Whole };

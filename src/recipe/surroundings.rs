@@ -177,7 +177,8 @@ impl SiteSurroundings {
         let ground = self.ground(&[], gains, task)?;
         let daylight = Daylight::estimated(self.whole.dome.as_deref(), up(&self.site.photos), forwards);
         let dome = Arc::new(daylight.dome(ground, self.side() as usize));
-        let gains = SurroundingsGains { dome_white: dome.white, ..SurroundingsGains::clone(&self.whole.gains) };
+        let gains =
+            SurroundingsGains { dome_white: dome.white, ..SurroundingsGains::clone(&self.whole.gains) };
         self.whole = SurroundingsEvidence { dome: Some(dome.clone()), gains: gains.into(), ..self.whole };
         self.stamp += " sky";
         (self.picture, self.daylight) = (Some(dome), Some(daylight));

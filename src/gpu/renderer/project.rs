@@ -11,13 +11,13 @@ use wgpu::{
 
 use super::agreement::AgreementTexture;
 use super::grids::FaceGrids;
-use super::sky::SkyFactors;
 use super::peel::Peeling;
 use super::plants::slices::Slices;
 use super::plants::view::{BeginPass, Onto};
 use super::plants::{Plants, TreeProgram};
 use super::program::{self, Program};
 use super::shadows;
+use super::sky::SkyFactors;
 use super::surfaces::{Corner, ModelBuffers};
 use super::table::GrowingBuffer;
 use super::tables::{PhotoWords, Tables};

@@ -71,7 +71,9 @@ pub fn lower_thin(values: &mut [f32], photo: &DirectionPhoto, others: &[&Directi
         let is_small = thing.len() as f32 <= LARGEST * values.len() as f32;
         let rises = thing.iter().any(|at| photo.inside_px[*at] <= near);
         let is_confirmed = |at: &&usize| afar.iter().any(|other| confirms(other, photo, **at));
-        if is_small && rises && (thing.iter().filter(is_confirmed).count() as f32) < CONFIRMED * thing.len() as f32
+        if is_small
+            && rises
+            && (thing.iter().filter(is_confirmed).count() as f32) < CONFIRMED * thing.len() as f32
         {
             for at in thing.iter().flat_map(|at| around(*at, EDGE_PX)) {
                 if photo.exposed[at].is_some() {

@@ -3,6 +3,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::points::typical_distance;
 use super::whole::{PhotoPlace, places_of_photos};
 use super::{ExposureOptions, JoinedFaces, PatchColour, PointPatch, SharedPoint, Visibility, shared_points};
 use crate::error::Result;
@@ -42,7 +43,7 @@ impl MeasuredColours {
         task: &Task,
     ) -> Result<Self> {
         let points = shared_points(photos, visibility, options, task)?;
-        let places = places_of_photos(photos, visibility, super::typical_distance(&points), options);
+        let places = places_of_photos(photos, visibility, typical_distance(&points), options);
         let patches: Vec<&[PointPatch]> = points.iter().map(|point| &point.patches[..]).collect();
         let of_places = places.iter().map(|place| &place.patches[..]);
         let patches: Vec<&[PointPatch]> = patches.into_iter().chain(of_places).collect();

@@ -63,9 +63,9 @@ use serde::{Deserialize, Serialize};
 
 use self::camera::fit_with_cameras;
 use self::groups::Evidence;
+use self::points::typical_distance;
 use self::solve::median_residual;
 use super::Projector;
-use crate::raster::robust::upper_median;
 use crate::scene::PhotoId;
 
 /// The photos' gains, their optics, and the model of exposure metering.
@@ -111,11 +111,6 @@ impl Gains {
             camera: CameraExposures::default(),
             surroundings: Arc::default(),
         }
-    }
-
-    /// Returns the same with these gains of the surroundings.
-    pub fn with_surroundings(self, surroundings: Arc<SurroundingsGains>) -> Self {
-        Self { surroundings, ..self }
     }
 
     /// Returns the group of a photo.
@@ -496,12 +491,6 @@ impl Estimate {
         let gains = self.gains.among(kept, count);
         Self { gains, gain_support, alone, ..self }
     }
-}
-
-/// Returns the median distance between points and the cameras that see them; 1 without any.
-fn typical_distance(points: &[SharedPoint]) -> f64 {
-    let mut distances: Vec<f64> = points.iter().flat_map(|p| &p.patches).map(|p| p.distance).collect();
-    upper_median(&mut distances).unwrap_or(1.0)
 }
 
 #[cfg(test)]

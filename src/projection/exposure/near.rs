@@ -68,8 +68,7 @@ impl Gains {
         let exposed = self.exposed_surfaces(shot, photos, shares);
         let mut surroundings = self.surroundings.exposed(shot, photos);
         if self.exposure(shot) == Exposure::Raw {
-            surroundings =
-                SurroundingsExposure { dome_white: surroundings.dome_white, ..Default::default() };
+            surroundings = SurroundingsExposure { dome_white: surroundings.dome_white, ..Default::default() };
         }
         ViewExposure { surroundings, ..exposed }
     }

@@ -11,6 +11,7 @@ use crate::geometry::Plane;
 use crate::projection::Projector;
 use crate::projection::surface::Surface;
 use crate::projection::weights::pixels_per_unit;
+use crate::raster::robust::upper_median;
 use crate::scene::{FaceId, Model, PhotoId};
 use crate::task::Task;
 
@@ -256,4 +257,10 @@ pub(super) fn patch_in(
     let plane = Plane { normal, point: position };
     let px_per_unit = pixels_per_unit(&projector.camera, &plane, eye, in_camera.z);
     (cosine >= LEAST_COSINE).then_some(PointPatch { photo, center_px, towards_camera, distance, px_per_unit })
+}
+
+/// Returns the median distance between points and the cameras that see them; 1 without any.
+pub(super) fn typical_distance(points: &[SharedPoint]) -> f64 {
+    let mut distances: Vec<f64> = points.iter().flat_map(|p| &p.patches).map(|p| p.distance).collect();
+    upper_median(&mut distances).unwrap_or(1.0)
 }

@@ -5,9 +5,11 @@
 //! shows of the surroundings to one sky that all photos share ([`crate::layers::one_sky`]). So there is no step where one
 //! photo ends. A photo's own camera shows the photo as it is; the factors take effect as the view leaves it.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 
-use super::Shares;
+use super::{Gains, Shares};
 use crate::geometry::Pinhole;
 use crate::projection::{Projector, Shot};
 use crate::scene::PhotoId;
@@ -120,10 +122,19 @@ impl SurroundingsGains {
         let near = Shares::new(&shot.pose, self.scale.max(f64::MIN_POSITIVE), photos, &shot.without);
         let own = |c: usize| {
             let offsets = self.of_photo.iter().zip(&near.of_photo);
-            offsets.map(move |(factors, share)| share * factors.as_ref().map_or(0.0, |of| -f64::from(of.offset[c])))
+            offsets.map(move |(factors, share)| {
+                share * factors.as_ref().map_or(0.0, |of| -f64::from(of.offset[c]))
+            })
         };
         let of_sky = [0, 1, 2].map(|c| own(c).sum::<f64>().exp());
         SurroundingsExposure { shares, of_sky, dome_white: f64::from(self.dome_white) }
+    }
+}
+
+impl Gains {
+    /// Returns the same with these gains of the surroundings.
+    pub fn with_surroundings(self, surroundings: Arc<SurroundingsGains>) -> Self {
+        Self { surroundings, ..self }
     }
 }
 
@@ -196,7 +207,10 @@ mod tests {
         assert_eq!(share(photo.pose, CAMERA), 0.0);
         let zoomed = Pinhole { fx: 400.0, fy: 400.0, ..CAMERA };
         assert_eq!(share(turned(0.05), zoomed), 0.0, "a view within the photo");
-        assert_eq!((share(turned(0.5), CAMERA), share(turned(3.0), CAMERA), share(moved(0.5), CAMERA)), (1.0, 1.0, 1.0));
+        assert_eq!(
+            (share(turned(0.5), CAMERA), share(turned(3.0), CAMERA), share(moved(0.5), CAMERA)),
+            (1.0, 1.0, 1.0)
+        );
         let shares: Vec<f64> = (0..200).map(|i| share(turned(f64::from(i) * 1e-3), CAMERA)).collect();
         assert!(shares.windows(2).all(|w| w[1] >= w[0] && w[1] - w[0] < 0.03), "gradually");
         let shares: Vec<f64> = (0..200).map(|i| share(moved(f64::from(i) * 1e-3), CAMERA)).collect();

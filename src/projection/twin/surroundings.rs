@@ -53,7 +53,8 @@ impl ReferenceRenderer {
                 let exposed = [0, 1, 2].map(|c| colour[c] * factor[c]);
                 let camera = &self.sources.photo(server.photo).camera;
                 let of_photo = self.gains.surroundings.at(server.photo, camera, px);
-                let of_sky = if self.sources.is_dome(server.photo) { [1.0; 3] } else { exposure.surroundings.of_sky };
+                let of_sky =
+                    if self.sources.is_dome(server.photo) { [1.0; 3] } else { exposure.surroundings.of_sky };
                 let to_one_sky = [0, 1, 2].map(|c| of_photo[c] * of_sky[c]);
                 let own = kept_white(stored, exposed);
                 let share = exposure.surroundings.share(server.photo);

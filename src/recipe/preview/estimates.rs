@@ -73,7 +73,8 @@ pub(super) fn shown_gains(gains: &Gains, matched: bool, around: &SurroundingsEvi
     match matched {
         true => gains.clone().with_surroundings(around.gains.clone()),
         false => {
-            let of_dome = SurroundingsGains { of_photo: Vec::new(), ..SurroundingsGains::clone(&around.gains) };
+            let of_dome =
+                SurroundingsGains { of_photo: Vec::new(), ..SurroundingsGains::clone(&around.gains) };
             Gains::none(gains.of_photo.len()).with_surroundings(of_dome.into())
         }
     }
