@@ -314,7 +314,7 @@ impl Renderer {
         let content = TableData { shot, cells, exposure, optics, groups, sky, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         let undoes_optics = optics.iter().any(|optics| *optics != Optics::default());
-        let [skirts, see_through] = self.order_see_through(shot, &cells);
+        let [skirts, see_through] = self.order_see_through(shot, cells);
         let prepared = Prepared {
             undoes_optics,
             has_surroundings: cells.surroundings.is_some(),
