@@ -343,10 +343,10 @@ fn draw_exploded(
 fn sky_text(daylight: &Daylight) -> String {
     let (elevation, turbidity) = (daylight.elevation().to_degrees(), daylight.turbidity);
     let why = match daylight.is_estimated {
-        true => "as the sky in the photos tells",
-        false => "as is usual, since the photos show too little of the sky",
+        true => "estimated from the sky in the photos",
+        false => "default values, because the photos show too little of the sky",
     };
-    format!("the sun stands {elevation:.0} degrees above the horizon, with a turbidity of {turbidity}, {why}")
+    format!("the sky has a sun elevation of {elevation:.0} degrees and a turbidity of {turbidity}: {why}")
 }
 
 /// The colour of videos where nothing is drawn, sRGB.

@@ -28,6 +28,9 @@ const PIXEL: usize = 5;
 /// The number of bytes of a photo's factors.
 const FACTORS: usize = (1 + GRID * GRID) * 3 * size_of::<f32>();
 
+/// The largest logarithm of a factor: larger ones are damage.
+const LARGEST: f32 = 10.0;
+
 /// Stands for the face of pixels that show none.
 const NO_FACE: FaceId = FaceId(u32::MAX);
 
@@ -108,7 +111,8 @@ pub fn read_surroundings(file: &Path, inputs: &str) -> Option<ComparedSurroundin
     let bytes = std::fs::read(file).ok()?;
     let line = bytes.iter().position(|&b| b == b'\n')?;
     let header: Header = serde_json::from_slice(&bytes[..line]).ok()?;
-    if header.version != VERSION || header.inputs != inputs {
+    let is_white = header.white.is_finite() && header.white >= 1.0;
+    if header.version != VERSION || header.inputs != inputs || !is_white {
         return None;
     }
     let mut rest = &bytes[line + 1..];
@@ -131,7 +135,7 @@ pub fn read_surroundings(file: &Path, inputs: &str) -> Option<ComparedSurroundin
         let (own, others) = rest.split_at_checked(if photo.factors { FACTORS } else { 0 })?;
         rest = others;
         let logs: Vec<f32> = own.as_chunks::<4>().0.iter().map(|log| f32::from_le_bytes(*log)).collect();
-        if !logs.iter().all(|log| log.is_finite()) {
+        if !logs.iter().all(|log| log.abs() <= LARGEST) {
             return None;
         }
         let logs = logs.as_chunks::<3>().0.split_first();
@@ -187,6 +191,14 @@ mod tests {
             assert_eq!(read_surroundings(&file, "abd"), None);
         }
         let bytes = std::fs::read(&file).unwrap();
+        for white in ["0.5", "0", "-1", "1e300"] {
+            let damaged = String::from_utf8_lossy(&bytes[..400])
+                .replace("\"white\":1.5", &format!("\"white\":{white}"));
+            let line = damaged.split('\n').next().unwrap().len();
+            let rest = bytes.iter().position(|byte| *byte == b'\n').unwrap();
+            std::fs::write(&file, [&damaged.as_bytes()[..line], &bytes[rest..]].concat()).unwrap();
+            assert_eq!(read_surroundings(&file, "abc"), None, "{white}");
+        }
         for length in [0, 20, bytes.len() / 2, bytes.len() - 20] {
             std::fs::write(&file, &bytes[..length]).unwrap();
             assert_eq!(read_surroundings(&file, "abc"), None, "{length} of {} bytes", bytes.len());

@@ -43,12 +43,13 @@ const INNER: f32 = 0.1;
 /// The number of times that offsets and the common sky are found from each other.
 const ROUNDS: usize = 60;
 
-/// The weight of a cell's neighbours in a photo's grid, in pixels that were looked at; and the number of times that cells are
-/// averaged with their neighbours: a grid is as wide as 32.
+/// The weight of a cell's neighbours in a photo's grid, in pixels that were looked at: as much as the cell's own in a photo of 1024
+/// pixels, so that noise and small clouds do not count. And the number of times that cells are averaged with their neighbours: 400
+/// carry a value over 20 cells.
 const NEIGHBOURS: f32 = 256.0;
 const SMOOTHINGS: usize = 400;
 
-/// The largest factor, as a natural logarithm: clipped photos may be two stops from what others show.
+/// The largest factor that is found at once, as a natural logarithm: clipped photos may be two stops from what others show.
 const LARGEST: f32 = 1.5;
 
 /// What a photo shows in one cell of the coarse cube, by channel; logarithms of light in the common exposure.
@@ -58,8 +59,9 @@ struct CellSums {
     known: [(f32, f32); 3],
     /// The same where it is.
     clipped: [(f32, f32); 3],
-    /// Sums of weights without regard to frames, and with it.
-    weights: [f32; 2],
+    /// The sums of weights without regard to frames, and with it.
+    whole: f32,
+    feathered: f32,
 }
 
 impl CellSums {
@@ -67,8 +69,7 @@ impl CellSums {
     /// a narrow strip are compared by it, although neither counts for much in the common sky there.
     fn compared(&self, c: usize) -> Option<(f32, f32)> {
         let (sum, weight) = self.known[c];
-        let [all, at_frames] = self.weights;
-        (weight > 0.0).then(|| (sum / weight, weight * all / at_frames))
+        (weight > 0.0).then(|| (sum / weight, weight * self.whole / self.feathered))
     }
 }
 
@@ -145,8 +146,8 @@ fn coarse(photo: &DirectionPhoto, agreement: &[f32]) -> Coarse {
     for seen in looked(photo, agreement).filter(|seen| seen.trust > 0.0) {
         let sums = cells.entry(Sky::cell_of(SIDE, seen.direction)).or_default();
         let weight = seen.trust * feather(photo, seen.px);
-        sums.weights[0] += seen.trust;
-        sums.weights[1] += weight;
+        sums.whole += seen.trust;
+        sums.feathered += weight;
         for c in 0..3 {
             let parts = [(&mut sums.known[c], seen.known[c]), (&mut sums.clipped[c], 1.0 - seen.known[c])];
             for ((sum, all), share) in parts {
@@ -201,7 +202,7 @@ fn offsets(photos: &[Coarse]) -> Vec<[f32; 3]> {
                     all += weight;
                 }
             }
-            let own: f32 = photo.values().map(|sums| sums.weights[0]).sum();
+            let own: f32 = photo.values().map(|sums| sums.whole).sum();
             let (at, held) = if c == best { (0.0, HELD * own) } else { (offset[best], HELD_HUE * own) };
             offset[c] = (sum + held * at) / (all + held).max(f32::MIN_POSITIVE);
         }
@@ -230,7 +231,7 @@ fn groups(photos: &[Coarse]) -> Vec<usize> {
 fn level(photos: &[Coarse], groups: &[usize], offsets: &mut [[f32; 3]], c: usize) {
     let mut means = vec![(0.0f32, 0.0f32); photos.len()];
     for ((photo, group), offset) in photos.iter().zip(groups).zip(offsets.iter()) {
-        let own: f32 = photo.values().map(|sums| sums.weights[0]).sum();
+        let own: f32 = photo.values().map(|sums| sums.whole).sum();
         means[*group].0 += own * offset[c];
         means[*group].1 += own;
     }
@@ -288,9 +289,8 @@ fn common_sky(photos: &[Coarse], offsets: &[[f32; 3]]) -> Sky {
 fn inner(photos: &[Coarse]) -> Vec<f32> {
     let mut cells = vec![(0.0f32, 0u32); Sky::cells(SIDE)];
     for (cell, sums) in photos.iter().flatten() {
-        let [all, at_frames] = sums.weights;
         let (inner, count) = &mut cells[*cell];
-        *inner = inner.max(at_frames / all / INNER);
+        *inner = inner.max(sums.feathered / sums.whole / INNER);
         *count += 1;
     }
     cells.into_iter().map(|(inner, count)| if count > 1 { inner.min(1.0) } else { 1.0 }).collect()

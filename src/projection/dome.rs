@@ -25,8 +25,10 @@ const MARGIN: u32 = 14;
 /// side in spite of rounding.
 const EDGE_SLACK_PX: f64 = 0.01;
 
-/// The share of all directions that may be brighter than the largest value of a dome's texels.
+/// The share of the cells that are at most as bright as the largest value of a dome's texels, and the largest light that this stands
+/// for, two stops above white: of brighter skies 8 bits would leave bands in what is not.
 const WHITE: f64 = 0.999;
+const BRIGHTEST: f32 = 4.0;
 
 /// The smallest and the largest side of a cube in pixels: seven times a power of two.
 const SIDE_PX: [u32; 2] = [56, 896];
@@ -208,7 +210,7 @@ impl Dome {
         let srgb = Srgb::tables();
         let mut brightest: Vec<f32> =
             light.values.iter().map(|(light, _)| light.iter().copied().fold(0.0, f32::max)).collect();
-        let white = quantile(&mut brightest, WHITE).unwrap_or(1.0).max(1.0);
+        let white = quantile(&mut brightest, WHITE).unwrap_or(1.0).clamp(1.0, BRIGHTEST);
         let texel = |(light, known): &([f32; 3], f32)| {
             let [r, g, b] = light.map(|light| srgb.encoded((light / white).clamp(0.0, 1.0)));
             [r, g, b, (known * 255.0).round() as u8]

@@ -1,18 +1,21 @@
-//! Backdrops that views show as surroundings: a sky that is modelled as a few large faces around a site is no surface. It is as far
-//! away as nothing, its faces show where they meet, photos were filled on them behind everything, and what rises above roofs is
-//! stretched over them.
+//! Backdrops that views show as surroundings. A sky that is modelled as a few large faces around a site has no useful depth: edges
+//! between its faces are visible, it is filled behind everything, and what rises above roofs is stretched over it.
 
 use std::collections::BTreeSet;
 
 use glam::DVec3;
 
 use crate::projection::hidden::HiddenFaces;
+use crate::raster::robust::median;
 use crate::scene::builder::says_backdrop;
 use crate::scene::{Object, Site};
 
 /// The least distance of a backdrop from the middle of the cameras, as a multiple of the largest distance of one of them: the skies
 /// around castle and entry have 3.7 and 6.3. A row of houses across the street is nearer, and stays where it is.
 const FAR: f64 = 2.5;
+
+/// The least distance, as a multiple of the median distance of the vertices of everything else.
+const BEYOND: f64 = 1.5;
 
 /// The objects of a site that are backdrops and far away.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,18 +24,31 @@ pub struct FarBackdrops {
 }
 
 impl FarBackdrops {
-    /// Finds them: objects whose name contains `backdrop`, and that are so far away that photos hardly see them shift.
+    /// Finds them: objects whose name contains `backdrop`, that one does not see through, and that are so far away that photos
+    /// hardly see them shift.
     pub fn new(site: &Site) -> Self {
         let centres: Vec<DVec3> = site.photos.iter().map(|photo| photo.pose.center_in_world()).collect();
         let middle = centres.iter().sum::<DVec3>() / centres.len().max(1) as f64;
-        let reach = centres.iter().map(|centre| centre.distance(middle)).fold(0.0, f64::max);
+        let farthest = centres.iter().map(|centre| centre.distance(middle)).fold(0.0, f64::max);
+        let mut near: Vec<f64> = site
+            .model
+            .objects
+            .iter()
+            .filter(|object| !says_backdrop(&object.name))
+            .flat_map(|object| object.faces.iter().flat_map(|face| site.model.ring_points(*face)))
+            .map(|point| point.distance(middle))
+            .collect();
+        // Cameras that all stand in one place see nothing shift.
+        let least = (FAR * farthest).max(BEYOND * median(&mut near).unwrap_or(0.0));
         let is_far = |object: &&Object| {
             let model = &site.model;
             let triangles = object.faces.iter().flat_map(|face| model.face_triangles(*face));
             let corners = |triangle: &[u32; 3]| triangle.map(|vertex| model.vertices[vertex as usize]);
             let distances = triangles.map(|triangle| distance_to_triangle(middle, corners(triangle)));
             let nearest = distances.fold(f64::INFINITY, f64::min);
-            says_backdrop(&object.name) && nearest.is_finite() && nearest >= FAR * reach
+            // One sees through the others to what is behind them.
+            let is_solid = says_backdrop(&object.name) && !object.shows_what_is_behind();
+            is_solid && nearest.is_finite() && least > 0.0 && nearest >= least
         };
         Self { names: site.model.objects.iter().filter(is_far).map(|object| object.name.clone()).collect() }
     }
@@ -72,7 +88,46 @@ fn distance_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::dvec3;
+
     use super::*;
+    use crate::scene::Photo;
+    use crate::scene::synthetic::{Modeller, centred, look_at};
+
+    /// A house, a row of houses behind it, a sky and a see-through wood far away, with cameras at these places.
+    fn site(eyes: &[DVec3]) -> Site {
+        let mut m = Modeller::new();
+        m.object("house").cuboid(dvec3(0.0, 1.0, 1.5), dvec3(3.0, 1.0, 1.5), glam::DMat3::IDENTITY);
+        for (name, distance) in [("houses.backdrop", 3.0), ("sky.Backdrop", 300.0), ("wood.backdrop", 200.0)]
+        {
+            let corner = dvec3(-400.0, distance, -50.0);
+            m.object(name).quad_facing(DVec3::NEG_Y, corner, DVec3::X * 800.0, DVec3::Z * 300.0);
+        }
+        let mut model = m.finish();
+        std::sync::Arc::make_mut(&mut model).objects[3].see_through = true;
+        let photo = |(at, eye): (usize, &DVec3)| Photo {
+            name: format!("{at}.jpg"),
+            camera: centred(2000, 1500, 1600.0),
+            pose: look_at(*eye, dvec3(0.0, 0.0, 1.7)),
+            file: "missing.jpg".into(),
+            exposure: None,
+            masks: Vec::new(),
+        };
+        Site { photos: eyes.iter().enumerate().map(photo).collect(), model }
+    }
+
+    #[test]
+    fn a_sky_is_far_and_a_row_of_houses_and_what_one_sees_through_are_not_from_any_number_of_cameras() {
+        let eye = dvec3(0.0, -12.0, 1.7);
+        for eyes in [&[eye - DVec3::X * 10.0, eye, eye + DVec3::X * 10.0][..], &[eye]] {
+            let site = site(eyes);
+            let far = FarBackdrops::new(&site);
+            let names: Vec<&str> = far.names.iter().map(String::as_str).collect();
+            assert_eq!(names, ["sky.Backdrop"]);
+            assert_eq!(far.faces(&site).iter().collect::<Vec<_>>(), site.model.objects[2].faces);
+        }
+        assert!(FarBackdrops::new(&site(&[])).faces(&site(&[])).iter().count() <= 1, "without photos");
+    }
 
     #[test]
     fn the_distance_from_a_triangle_is_that_of_its_nearest_point() {

@@ -81,6 +81,8 @@ struct LayerTextureFile {
     layer: LayerIndex,
     /// The photo's longer side in pixels where the layer shows the surroundings.
     longest_of_surroundings: Option<u32>,
+    /// Whether of the filling only paint of other photos is used.
+    propagated_alone: bool,
 }
 
 impl LayerTextureFile {
@@ -162,6 +164,7 @@ impl LayerTextureFiles {
                 needed_rect: layer.needed_rect,
                 photo,
                 layer: index,
+                propagated_alone: false,
                 longest_of_surroundings: stack
                     .is_of_surroundings(layer)
                     .then(|| stack.photo.width.max(stack.photo.height)),
@@ -326,6 +329,9 @@ impl Texels for LayerTextureFiles {
         mark_bleed(&rgba, &mut needed, rect.w as usize);
         let mut filling =
             file.filled.as_ref().map(|files| Filling::read(files, file.rect, rect)).transpose()?;
+        if file.propagated_alone {
+            filling = filling.map(Filling::propagated_alone);
+        }
         if let Some(longest) = file.longest_of_surroundings {
             let filled = filling.as_ref().map(|filling| &filling.confidence[..]);
             lower_beside_outlines(&mut rgba, filled, rect, longest);

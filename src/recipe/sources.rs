@@ -165,18 +165,12 @@ impl StackReader<'_> {
                 rect,
                 see_through: layer.fill.as_ref().is_some_and(|fill| fill.matte_file.is_some()),
             });
+            // A layer of far backdrops serves the surroundings once.
+            let mut is_far = self.shows_far(layer);
             for &e in &layer.elements {
                 let element = elements[e.index()];
                 let shared = textures_of[e.index()] > 1;
-                let is_shown = |index: &FaceIndex| !self.decided.excludes(&element.object, *index);
-                let is_far = self.far.contains(&element.object)
-                    && element
-                        .faces
-                        .iter()
-                        .chain(element.pieces.iter().map(|(index, _)| index))
-                        .any(is_shown);
-                let serves = surroundings.last().is_some_and(|server| server.layer_texture == layer_texture);
-                if (element.is_surroundings() || is_far) && !serves {
+                if element.is_surroundings() || std::mem::take(&mut is_far) {
                     let domain = if shared { within(Domain::Whole, layer) } else { Domain::Whole };
                     let (photo, back, pinned) = (self.id, false, false);
                     surroundings.push(Server { layer_texture, photo, back, pinned, domain });
@@ -204,6 +198,17 @@ impl StackReader<'_> {
                 }
             }
         }
+    }
+
+    /// Returns whether a layer shows far backdrops alone, from which the photo is not excluded.
+    fn shows_far(&self, layer: &ImageLayer) -> bool {
+        let is_used = |object: &str, index: FaceIndex| !self.decided.excludes(object, index);
+        let elements = || self.stack.numbered_elements().filter(|(index, _)| layer.elements.contains(index));
+        self.stack.shows_only(layer, |object| self.far.contains(object))
+            && elements().any(|(_, element)| {
+                let faces = element.faces.iter().chain(element.pieces.iter().map(|(index, _)| index));
+                faces.copied().any(|index| is_used(&element.object, index))
+            })
     }
 
     /// Returns the convex parts of a piece as domains.

@@ -76,6 +76,8 @@ pub struct SiteSurroundings {
     files: LayerTextureFiles,
     sources: Sources,
     whole: SurroundingsEvidence,
+    /// The dome of all photos.
+    of_photos: Option<Arc<Dome>>,
     /// The dome of the user's picture, which takes the place of that of the photos.
     picture: Option<Arc<Dome>>,
     /// The daylight of the sky that takes the place of all that photos show.
@@ -106,12 +108,13 @@ impl SiteSurroundings {
         let sources = sources(site, stacks, &opened.project.decisions);
         let store = StackStore::new(folder);
         let mut book = PaintStore::new(folder).read()?;
-        book.entries.retain(|entry| seen_from_everywhere(opened, entry));
+        let far = Arc::new(FarBackdrops::new(site));
+        book.entries.retain(|entry| seen_from_everywhere(opened, entry, &far));
         let inputs = inputs(opened, stacks, gains, &book);
         let owned: Vec<Option<Stack>> =
             stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.borrow().clone())).collect();
         let files = LayerTextureFiles::new(&store, &owned, false)
-            .with_far(&owned, FarBackdrops::new(site).into())
+            .with_far(&owned, far)
             .with_paint_of(&store, &owned, &book);
         let mut found = Self {
             folder: folder.to_owned(),
@@ -120,6 +123,7 @@ impl SiteSurroundings {
             files,
             sources,
             whole: SurroundingsEvidence::default(),
+            of_photos: None,
             picture: None,
             daylight: None,
             stamp: format!("{inputs} {}", picture_stamp(folder, &opened.project)),
@@ -131,21 +135,21 @@ impl SiteSurroundings {
         });
         found.picture = pictured.map(Arc::new);
         if found.sources.surroundings.is_empty() {
-            found.whole = found.evidence(ComparedSurroundings::default());
+            found.take_whole(ComparedSurroundings::default());
             return Ok(found);
         }
         let file = folder.join("cache/surroundings.bin");
         if let Some(kept) = read_surroundings(&file, &inputs)
             && kept.agreement.len() == site.photos.len()
         {
-            found.whole = found.evidence(kept);
+            found.take_whole(kept);
             return Ok(found);
         }
         let compared = found.compared(&[], gains, task)?;
         if let Err(error) = write_surroundings(&file, &compared, &inputs) {
             task.note(Message::from("the surroundings cannot be cached: ").and(&error));
         }
-        found.whole = found.evidence(compared);
+        found.take_whole(compared);
         // Prepared photos are large; few pictures need them again.
         found.reduced = None;
         Ok(found)
@@ -175,7 +179,7 @@ impl SiteSurroundings {
         let looks = self.site.photos.iter().map(|photo| photo.pose.rotation.transpose() * DVec3::Z);
         let forwards = looks.sum::<DVec3>().normalize_or_zero();
         let ground = self.ground(&[], gains, task)?;
-        let daylight = Daylight::estimated(self.whole.dome.as_deref(), up(&self.site.photos), forwards);
+        let daylight = Daylight::estimated(self.of_photos.as_deref(), up(&self.site.photos), forwards);
         let dome = Arc::new(daylight.dome(ground, self.side() as usize));
         let gains =
             SurroundingsGains { dome_white: dome.white, ..SurroundingsGains::clone(&self.whole.gains) };
@@ -239,6 +243,12 @@ impl SiteSurroundings {
         }
     }
 
+    /// Takes what was compared of all photos.
+    fn take_whole(&mut self, compared: ComparedSurroundings) {
+        self.of_photos = compared.dome.clone().map(Arc::new);
+        self.whole = self.evidence(compared);
+    }
+
     /// Returns what was compared as evidence, with the user's picture in the place of the dome.
     fn evidence(&self, compared: ComparedSurroundings) -> SurroundingsEvidence {
         let ComparedSurroundings { agreement, factors, dome } = compared;
@@ -291,7 +301,13 @@ impl SiteSurroundings {
         }
         task.step("compare surroundings", count, count)?;
         let mut of_all = values.iter().cloned();
-        unite(&mut photos, left_out, &mut factors, |_| of_all.next().unwrap_or_default(), task)?;
+        unite(
+            &mut photos,
+            left_out,
+            &mut factors,
+            |_| of_all.next().expect("one for each photo that takes part"),
+            task,
+        )?;
         let blended: Vec<&DirectionPhoto> =
             taking_part(&photos, left_out).into_iter().map(|(_, photo)| photo).collect();
         let ground = self.ground(left_out, gains, task)?;
@@ -437,8 +453,9 @@ fn reduced_camera(camera: &Pinhole) -> (Pinhole, u32) {
 }
 
 /// Returns true for paint on the surroundings that other photos see.
-fn seen_from_everywhere(opened: &Opened, entry: &PaintEntry) -> bool {
-    entry.object == SURROUNDINGS && !opened.project.fill.stays(&entry.place())
+fn seen_from_everywhere(opened: &Opened, entry: &PaintEntry, far: &FarBackdrops) -> bool {
+    (entry.object == SURROUNDINGS || far.contains(&entry.object))
+        && !opened.project.fill.stays(&entry.place())
 }
 
 /// Returns the hash of everything that the evidence is made from.

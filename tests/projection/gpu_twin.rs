@@ -2,12 +2,14 @@
 
 use std::fmt::{self, Display, Formatter};
 use std::ops::AddAssign;
+use std::sync::Arc;
 
 use quadratura::task::Task;
 use quadratura::testing::geometry::Pose;
 use quadratura::testing::geometry::polygon::PlaneFrame;
 use quadratura::testing::gpu::Renderer;
-use quadratura::testing::projection::exposure::Optics;
+use quadratura::testing::projection::exposure::surroundings::{GRID, SurroundingsFactors};
+use quadratura::testing::projection::exposure::{Optics, SurroundingsGains};
 use quadratura::testing::projection::framing::scaled;
 use quadratura::testing::projection::relief::{FaceRelief, Relief};
 use quadratura::testing::projection::twin::ReferenceRenderer;
@@ -164,6 +166,39 @@ fn the_gpu_and_its_twin_show_the_dome_alike_and_nothing_around_the_model_stays_a
             assert!(found.far < 0.002 * found.pixels && found.mean() < 1.2, "{mode} {quality:?}: {found}");
         }
     }
+}
+
+#[test]
+fn the_gpu_and_its_twin_bring_photos_to_one_sky_alike() {
+    let Some(mut bench) = Bench::piazza(&["01", "02", "03"]) else { return };
+    let flat = Relief::default();
+    bench.put_dome(224);
+    let shot = up_from(&bench, 1, 600.0);
+    let plain = bench.twin(&flat).picture(&shot, &Task::silent()).unwrap();
+    let factors = |phase: f32| {
+        let cell = |at: usize| {
+            let (x, y) = ((at % GRID) as f32, (at / GRID) as f32);
+            [0.4 * (0.3 * x + phase).sin(), 0.3 * (0.2 * y + phase).cos(), 0.02 * (x - y)]
+        };
+        Some(SurroundingsFactors { offset: [0.1, -0.1, phase], cells: (0..GRID * GRID).map(cell).collect() })
+    };
+    let of_photo = vec![factors(0.0), None, factors(0.3)];
+    let scale = bench.sources.surroundings_scale;
+    bench.gains.surroundings = Arc::new(SurroundingsGains { of_photo, dome_white: 1.5, scale });
+    let changed = bench.twin(&flat).picture(&shot, &Task::silent()).unwrap();
+    assert_ne!(changed, plain, "so there was something to compare");
+    let found = difference(&mut bench.renderer(&flat), &mut bench.twin(&flat), &shot);
+    // As for the dome alone.
+    assert!(found.surroundings > 0.3 * found.pixels, "{found}");
+    assert!(found.far < 0.002 * found.pixels && found.mean() < 1.2, "{found}");
+    // A photo's own camera shows the photo.
+    let own = bench.own(0);
+    let shown = bench.renderer(&flat).picture(&own, &Task::silent()).unwrap();
+    bench.gains.surroundings = Arc::default();
+    let before = bench.renderer(&flat).picture(&own, &Task::silent()).unwrap();
+    let off = shown.pixels().iter().flatten().zip(before.pixels().iter().flatten());
+    // Others weigh a millionth there.
+    assert!(off.map(|(a, b)| a.abs_diff(*b)).max() <= Some(1));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use crate::projection::exposure::surroundings::GRID;
 use crate::scene::PhotoId;
 
 /// The number of grids in a row of the texture: 2048 cells, which any device supports.
-const COLUMNS: usize = 64;
+pub const COLUMNS: usize = 64;
 
 /// The factors' texture, and where each photo's are.
 #[derive(Debug)]
@@ -48,6 +48,11 @@ impl SkyFactors {
         let bytes: Vec<u8> = cells.as_flattened().iter().flat_map(|log| log.to_le_bytes()).collect();
         let size = size.map(|side| side as u32);
         Self { texture: texture(gpu, "one sky", TextureFormat::Rgba16Float, size, &bytes), places }
+    }
+
+    /// Returns whether a photo's factors are in the texture; true for the dome, which needs none.
+    pub fn holds(&self, photo: PhotoId) -> bool {
+        self.places.get(photo.index()).is_none_or(|place| *place > 0)
     }
 
     /// Returns one more than the number of a photo's grid in the texture; 0 where it has none, and for the dome.

@@ -111,7 +111,7 @@ impl Tables {
                 leaning: exposure.leaning_of(id) as f32,
                 group: groups.of(id) as u32,
                 sky: sky.place(id),
-                sky_share: exposure.surroundings.share(id) as f32,
+                sky_share: if sky.holds(id) { exposure.surroundings.share(id) as f32 } else { 0.0 },
                 ..photo_words(sources.photo(id), gain, &optics, shot.viewpoint())
             }
         };

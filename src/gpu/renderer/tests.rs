@@ -256,6 +256,15 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
     ] {
         assert_eq!(says(name), rust as f32, "{name}");
     }
+    let counts = |name: &str| {
+        let (_, found) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name)).unwrap();
+        match module.global_expressions[found.init] {
+            naga::Expression::Literal(naga::Literal::U32(value)) => value as usize,
+            ref other => panic!("{name} is {other:?}"),
+        }
+    };
+    assert_eq!(counts("SKY_GRID"), crate::projection::exposure::surroundings::GRID);
+    assert_eq!(counts("SKY_COLUMNS"), super::sky::COLUMNS);
 }
 
 /// A source for a site without layer textures.

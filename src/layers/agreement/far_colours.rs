@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use super::connected::{around, connected};
 use super::directions::{DirectionPhoto, confirmed_from_afar};
 
 /// The distance from outlines from which on surroundings are far from them, as a share of the longer side.
@@ -32,7 +33,7 @@ const LEAST_SHARE: f32 = 1e-5;
 const TOUCHES_PX: u16 = 2;
 
 /// The distance by which what stands on outlines is extended, in reduced pixels: its edge is mixed with what is behind.
-pub(super) const EDGE_PX: i32 = 2;
+pub(super) const EDGE_PX: usize = 2;
 
 /// The agreement of what stands on outlines: that of things that are contradicted as a whole.
 pub(super) const STANDING: f32 = 0.01;
@@ -125,30 +126,8 @@ fn lower_things(
     others: &[(&DirectionPhoto, bool)],
     scale: f64,
 ) {
-    let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
-    let around = |at: usize, reach: i32| {
-        let (x, y) = (at as i32 % width, at as i32 / width);
-        let columns = (x - reach).max(0)..(x + reach + 1).min(width);
-        let rows = (y - reach).max(0)..(y + reach + 1).min(height);
-        rows.flat_map(move |y| columns.clone().map(move |x| (y * width + x) as usize))
-    };
-    let mut visited = vec![false; other.len()];
-    for first in 0..other.len() {
-        if visited[first] || !other[first] {
-            continue;
-        }
-        visited[first] = true;
-        let mut thing = vec![first];
-        let mut next = 0;
-        while let Some(&at) = thing.get(next) {
-            next += 1;
-            for beside in around(at, 1) {
-                if other[beside] && !visited[beside] {
-                    visited[beside] = true;
-                    thing.push(beside);
-                }
-            }
-        }
+    let size = [photo.camera.width as usize, photo.camera.height as usize];
+    for thing in connected(other, size, 1) {
         // A vane's pole is too thin to be seen: what stands on it seems to float.
         let stands = thing.iter().any(|at| photo.inside_px[*at] <= TOUCHES_PX);
         let mean = thing.iter().map(|at| values[*at]).sum::<f32>() / thing.len() as f32;
@@ -159,7 +138,7 @@ fn lower_things(
         let is_confirmed = |at: &&usize| confirmed_from_afar(photo, **at, others, scale);
         let confirmed = thing.par_iter().filter(is_confirmed).count();
         if confirmed as f32 <= CONFIRMED * thing.len() as f32 {
-            for at in thing.iter().flat_map(|at| around(*at, EDGE_PX)) {
+            for at in thing.iter().flat_map(|at| around(size, *at, EDGE_PX)) {
                 if photo.exposed[at].is_some() {
                     values[at] = values[at].min(STANDING);
                 }

@@ -5,6 +5,7 @@
 //! ([`regions`]): a person, a car, a pigeon that one photo alone shows and the model lacks. Such things, as far as they go and without
 //! haze, glare and what the others show at about the same distance (`parallax`), are also suggested as masks ([`things()`]).
 
+mod connected;
 pub mod directions;
 pub mod far_colours;
 mod parallax;

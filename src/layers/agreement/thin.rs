@@ -5,18 +5,20 @@
 
 use rayon::prelude::*;
 
+use super::connected::{around, connected};
 use super::directions::{AFAR, DirectionPhoto};
 use super::far_colours::{EDGE_PX, STANDING};
 
 /// The distance at which the sky beside a pixel is looked at, in reduced pixels: things are thinner.
 const BESIDE_PX: i32 = 8;
 
-/// The least difference from the sky beside it, as a natural logarithm, and the share of it that confirms a thing elsewhere.
+/// The least difference from the sky beside it, as a natural logarithm: in a reduced photo a vane is mixed with the sky, so that it
+/// differs by little more than noise does; and the share of it that confirms a thing elsewhere.
 const DIFFERS: f32 = 0.12;
 const CONFIRMS: f32 = 0.5;
 
 /// How far around a direction another photo is looked at, in reduced pixels.
-const AROUND_PX: i32 = 2;
+const AROUND_PX: usize = 2;
 
 /// The least number of pixels beside one that show surroundings, of eight.
 const LEAST_BESIDE: usize = 6;
@@ -35,50 +37,29 @@ const BLACK: f32 = 0.004;
 /// Lowers the agreement (row by row) of thin things in a photo's surroundings. `others` are the other photos, and `scale` the
 /// distance between cameras from which they see other surroundings.
 pub fn lower_thin(values: &mut [f32], photo: &DirectionPhoto, others: &[&DirectionPhoto], scale: f64) {
-    let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
+    let here = photo.pose.center_in_world();
+    let is_afar = |other: &&&DirectionPhoto| other.pose.center_in_world().distance(here) >= AFAR * scale;
+    let afar: Vec<&DirectionPhoto> = others.iter().filter(is_afar).copied().collect();
+    // Where nobody could confirm a thing, nothing is known of it.
+    if afar.is_empty() {
+        return;
+    }
+    let size = [photo.camera.width as usize, photo.camera.height as usize];
     let differs: Vec<bool> =
         (0..values.len()).into_par_iter().map(|at| difference(photo, at) > DIFFERS).collect();
-    let here = photo.pose.center_in_world();
-    let afar: Vec<&DirectionPhoto> = others
-        .iter()
-        .copied()
-        .filter(|other| other.pose.center_in_world().distance(here) >= AFAR * scale)
-        .collect();
-    let around = |at: usize, reach: i32| {
-        let (x, y) = (at as i32 % width, at as i32 / width);
-        let columns = (x - reach).max(0)..(x + reach + 1).min(width);
-        let rows = (y - reach).max(0)..(y + reach + 1).min(height);
-        rows.flat_map(move |y| columns.clone().map(move |x| (y * width + x) as usize))
-    };
-    let near = (NEAR * width.max(height) as f32) as u16;
-    let mut visited = vec![false; values.len()];
-    for first in 0..values.len() {
-        if visited[first] || !differs[first] {
-            continue;
-        }
-        visited[first] = true;
-        let mut thing = vec![first];
-        let mut next = 0;
-        while let Some(&at) = thing.get(next) {
-            next += 1;
-            for beside in around(at, AROUND_PX) {
-                if differs[beside] && !visited[beside] {
-                    visited[beside] = true;
-                    thing.push(beside);
-                }
-            }
-        }
-        let is_small = thing.len() as f32 <= LARGEST * values.len() as f32;
+    let near = (NEAR * size[0].max(size[1]) as f32) as u16;
+    let is_near = |thing: &Vec<usize>| {
+        let is_small = thing.len() as f32 <= LARGEST * differs.len() as f32;
         let rises = thing.iter().any(|at| photo.inside_px[*at] <= near);
         let is_confirmed = |at: &&usize| afar.iter().any(|other| confirms(other, photo, **at));
-        if is_small
+        is_small
             && rises
             && (thing.iter().filter(is_confirmed).count() as f32) < CONFIRMED * thing.len() as f32
-        {
-            for at in thing.iter().flat_map(|at| around(*at, EDGE_PX)) {
-                if photo.exposed[at].is_some() {
-                    values[at] = values[at].min(STANDING);
-                }
+    };
+    for thing in connected(&differs, size, AROUND_PX).iter().filter(|thing| is_near(thing)) {
+        for at in thing.iter().flat_map(|at| around(size, *at, EDGE_PX)) {
+            if photo.exposed[at].is_some() {
+                values[at] = values[at].min(STANDING);
             }
         }
     }
@@ -110,13 +91,8 @@ fn brightness(light: [f32; 3]) -> f32 {
 /// Returns whether another photo shows something that differs from the sky in the direction of a pixel.
 fn confirms(other: &DirectionPhoto, photo: &DirectionPhoto, at: usize) -> bool {
     let Some(px) = other.position(photo.direction(at)) else { return false };
-    let [width, height] = [other.camera.width as i32, other.camera.height as i32];
-    let (x, y) = (px.x as i32, px.y as i32);
-    let rows = (y - AROUND_PX).max(0)..(y + AROUND_PX + 1).min(height);
-    let mut places = rows.flat_map(|y| {
-        ((x - AROUND_PX).max(0)..(x + AROUND_PX + 1).min(width)).map(move |x| (y * width + x) as usize)
-    });
-    places.any(|at| difference(other, at) > CONFIRMS * DIFFERS)
+    let size = [other.camera.width as usize, other.camera.height as usize];
+    around(size, other.index(px), AROUND_PX).any(|at| difference(other, at) > CONFIRMS * DIFFERS)
 }
 
 #[cfg(test)]
@@ -152,7 +128,7 @@ mod tests {
         assert_eq!(near[70 * 200 + 100], STANDING);
         assert_eq!((near[70 * 200 + 50], near[20 * 200 + 100]), (1.0, 1.0));
         assert!(lowered(100, &photo(1.0, 100)).iter().all(|value| *value == 1.0), "a far one");
-        let beside = lowered(100, &photo(0.1, 100));
-        assert_eq!(beside[70 * 200 + 100], STANDING, "a photo from nearby confirms nothing");
+        let beside = lowered(100, &photo(0.1, 120));
+        assert!(beside.iter().all(|value| *value == 1.0), "photos from nearby alone tell nothing");
     }
 }

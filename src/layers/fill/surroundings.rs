@@ -16,6 +16,7 @@ use crate::projection::agreement::AgreementGrid;
 use crate::projection::dome::DomeSampler;
 use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
+use crate::projection::exposure::surroundings::SurroundingsFactors;
 use crate::projection::srgb::Srgb;
 use crate::projection::surroundings::pixels_per_angle;
 use crate::projection::twin::sample::{Footprint, Lookup};
@@ -45,6 +46,8 @@ pub struct SurroundingsDonor {
     pub gain: [f64; 3],
     /// Its optics.
     pub optics: Optics,
+    /// The factors that bring it to one sky; `None` where there are none.
+    pub factors: Option<SurroundingsFactors>,
 }
 
 /// An image layer of the surroundings.
@@ -84,17 +87,25 @@ impl SurroundingsDonor {
         self.layers.iter().find_map(found)
     }
 
-    /// Brings light of the photo at a position to the common exposure.
+    /// Brings light of the photo at a position to the common exposure and the common sky.
     fn common(&self, light: [f64; 3], px: DVec2) -> [f32; 3] {
         let light = self.optics.undone(light, squared_radius(&self.projector.camera, px));
-        [0, 1, 2].map(|c| (light[c] * (-self.gain[c]).exp()) as f32)
+        let to_sky = self.to_one_sky(px);
+        [0, 1, 2].map(|c| (light[c] * (to_sky[c] - self.gain[c]).exp()) as f32)
     }
 
-    /// Returns the factor from the common exposure to the photo's at a position, with its vignetting.
+    /// Returns the factor from the common exposure and sky to the photo's at a position, with its vignetting.
     fn factor(&self, px: DVec2) -> [f32; 3] {
         // Optics darken in proportion, apart from their offset, which the filling does without.
         let bright = self.optics.undone([1.0; 3], squared_radius(&self.projector.camera, px));
-        [0, 1, 2].map(|c| (self.gain[c].exp() / bright[c].max(1e-6)) as f32)
+        let to_sky = self.to_one_sky(px);
+        [0, 1, 2].map(|c| ((self.gain[c] - to_sky[c]).exp() / bright[c].max(1e-6)) as f32)
+    }
+
+    /// Returns the logarithms of the factors to the common sky at a position.
+    fn to_one_sky(&self, px: DVec2) -> [f64; 3] {
+        let factors = self.factors.as_ref();
+        factors.map_or([0.0; 3], |factors| factors.at(&self.projector.camera, px).map(f64::from))
     }
 }
 
@@ -284,7 +295,18 @@ mod tests {
             layers: vec![SurroundingsTexels { lookup, painted, agreement: None }],
             gain: [0.0; 3],
             optics: Optics::default(),
+            factors: None,
         }
+    }
+
+    #[test]
+    fn what_others_show_is_brought_to_the_photos_own_sky() {
+        let mut other = donor(1, 0.1, 100, 100, false);
+        // It is a third brighter than the common sky, and the own photo is not.
+        other.factors = Some(SurroundingsFactors::constant([-0.3; 3]));
+        assert!((other.common([0.4; 3], DVec2::new(50.0, 50.0))[0] - 0.4 * (-0.3f32).exp()).abs() < 1e-5);
+        let [r, ..] = other.factor(DVec2::new(50.0, 50.0));
+        assert!((r - 0.3f32.exp()).abs() < 1e-5, "{r}");
     }
 
     /// Fills the rows 60 to 70 of a photo that shows rows above 60 in grey 100.

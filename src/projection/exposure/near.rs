@@ -66,10 +66,18 @@ impl Gains {
         shares: impl FnOnce() -> Shares,
     ) -> ViewExposure {
         let exposed = self.exposed_surfaces(shot, photos, shares);
-        let mut surroundings = self.surroundings.exposed(shot, photos);
-        if self.exposure(shot) == Exposure::Raw {
-            surroundings = SurroundingsExposure { dome_white: surroundings.dome_white, ..Default::default() };
-        }
+        let around = &self.surroundings;
+        let surroundings = match self.exposure(shot) {
+            Exposure::Raw => SurroundingsExposure {
+                dome_white: f64::from(around.dome_white),
+                ..SurroundingsExposure::default()
+            },
+            Exposure::Of(photo) => around.exposed(shot, photos, &Shares::of_one(photo, photos.len())),
+            _ => {
+                let reach = around.scale.max(f64::MIN_POSITIVE);
+                around.exposed(shot, photos, &Shares::new(&shot.pose, reach, photos, &shot.without))
+            }
+        };
         ViewExposure { surroundings, ..exposed }
     }
 

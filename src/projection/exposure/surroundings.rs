@@ -111,17 +111,16 @@ impl SurroundingsGains {
         }
     }
 
-    /// Computes what a view does with the surroundings of these photos.
-    pub fn exposed(&self, shot: &Shot, photos: &[Projector]) -> SurroundingsExposure {
+    /// Computes what a view does with the surroundings of these photos, whose skies it has with these shares.
+    pub fn exposed(&self, shot: &Shot, photos: &[Projector], skies: &Shares) -> SurroundingsExposure {
         let share = |(projector, factors): (&Projector, &Option<SurroundingsFactors>)| match factors {
             Some(_) => left(shot, projector, self.scale),
             None => 0.0,
         };
         let shares = photos.iter().zip(&self.of_photo).map(share).collect();
         // A sky that changed while photos were taken is that of the photos nearby, as exposures are.
-        let near = Shares::new(&shot.pose, self.scale.max(f64::MIN_POSITIVE), photos, &shot.without);
         let own = |c: usize| {
-            let offsets = self.of_photo.iter().zip(&near.of_photo);
+            let offsets = self.of_photo.iter().zip(&skies.of_photo);
             offsets.map(move |(factors, share)| {
                 share * factors.as_ref().map_or(0.0, |of| -f64::from(of.offset[c]))
             })
@@ -200,7 +199,8 @@ mod tests {
         };
         let share = |pose: Pose, camera: Pinhole| {
             let shot = Shot::new(camera, pose);
-            gains.exposed(&shot, std::slice::from_ref(&photo)).share(PhotoId(0))
+            let skies = Shares { of_photo: vec![1.0], of_common: 0.0, takes_part: vec![true] };
+            gains.exposed(&shot, std::slice::from_ref(&photo), &skies).share(PhotoId(0))
         };
         let turned = |angle: f64| Pose { rotation: DMat3::from_rotation_y(angle), ..photo.pose };
         let moved = |x: f64| Pose { translation: DVec3::X * x, ..photo.pose };

@@ -11,6 +11,7 @@ use crate::layers::fill::surroundings::{
 use crate::layers::fill::{FilledRegion, MOST_DONORS};
 use crate::projection::agreement::Agreement;
 use crate::projection::dome::DomeSampler;
+use crate::projection::exposure::SurroundingsGains;
 use crate::projection::pyramid::PyramidOptions;
 use crate::projection::twin::sample::Lookup;
 use crate::projection::{Gains, LayerTextureId, Sources, Texels};
@@ -26,6 +27,7 @@ pub(super) struct SurroundingsFiller<'a> {
     gains: &'a Gains,
     agreement: Agreement,
     dome: Option<DomeSampler>,
+    to_one_sky: &'a SurroundingsGains,
     memory: u64,
     /// The photos that were used last, the most recent one at the end; `None` for one that shows no surroundings or
     /// cannot be read.
@@ -41,7 +43,8 @@ impl<'a> SurroundingsFiller<'a> {
         let mut agreement = none.with_surroundings(&evidence.agreement, sources);
         files.spare_paint(&mut agreement);
         let dome = evidence.dome.as_ref().map(|dome| dome.sampler());
-        Self { files, sources, gains, agreement, dome, memory, recent: Vec::new() }
+        let to_one_sky = &*evidence.gains;
+        Self { files, sources, gains, agreement, dome, to_one_sky, memory, recent: Vec::new() }
     }
 
     /// Fills a region of a photo's surroundings. Texels of which nothing is known stay empty.
@@ -119,6 +122,8 @@ impl<'a> SurroundingsFiller<'a> {
             servers.map(|server| texels(server.layer_texture)).collect::<Result<_>>()?;
         let (projector, gain) = (self.sources.photo(photo).clone(), self.gains.of_photo[photo.index()]);
         let optics = self.gains.optics[photo.index()];
-        Ok((!layers.is_empty()).then_some(SurroundingsDonor { photo, projector, layers, gain, optics }))
+        let factors = self.to_one_sky.of_photo.get(photo.index()).cloned().flatten();
+        let donor = SurroundingsDonor { photo, projector, layers, gain, optics, factors };
+        Ok((!donor.layers.is_empty()).then_some(donor))
     }
 }

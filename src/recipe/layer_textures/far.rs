@@ -20,6 +20,7 @@ impl LayerTextureFiles {
             let stack: &Stack = stack.borrow();
             if stack.shows_only(stack.layer(file.layer), |object| far.contains(object)) {
                 file.filled = file.filled.take().filter(|filled| filled.propagated.is_some());
+                file.propagated_alone = true;
                 file.longest_of_surroundings = Some(stack.photo.width.max(stack.photo.height));
             }
         }

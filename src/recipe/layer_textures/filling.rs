@@ -48,6 +48,16 @@ impl Filling {
         }
     }
 
+    /// Returns the same with nothing but the paint of other photos.
+    pub fn propagated_alone(mut self) -> Self {
+        let nothing = vec![0; self.colours.len()];
+        let propagated = self.propagated.as_ref().unwrap_or(&nothing).as_chunks::<4>().0.iter();
+        let others = self.confidence.iter_mut().zip(propagated).filter(|(_, colour)| colour[3] == 0);
+        others.for_each(|(confidence, _)| *confidence = 0);
+        self.colours.fill(0);
+        self
+    }
+
     /// Gives texels that the photo shows mixed with what is behind the colour of the surface.
     pub fn lay_foreground(&self, rgba: &mut [u8]) {
         let Some(foreground) = &self.foreground else { return };

@@ -108,6 +108,7 @@ pub fn ldi_of_site(
     let exposure = reference.photo.map_or(Exposure::Common, Exposure::Of);
     let without = without.to_vec();
     let shot = Shot { backs: false, exposure, relief: options.relief, without, ..Shot::new(camera, pose) };
+    let shot = preview.beyond_backdrops(&shot);
     let (_, relief) = preview.estimates_without(&shot.without, task)?;
     let relief = relief.filter(|_| options.relief);
     let peels = preview.peels(&shot, task)?;

@@ -33,12 +33,18 @@ impl Preview {
         shot: &Shot,
         model: &Arc<Model>,
     ) -> (Shares, ViewExposure) {
+        let shot = &self.sources.beyond_backdrops(shot);
         let flat = Relief::default();
         let relief = self.relief_in_use.as_deref().filter(|_| shot.relief).unwrap_or(&flat);
         let shares = shares_of_view(shot, model, &self.sources, &self.surface(), relief);
         let gains = shown_gains(&self.gains_in_use, self.shows_gains, &self.around);
         let exposure = gains.exposed(shot, &self.sources.photos, || shares.clone());
         (shares, exposure)
+    }
+
+    /// Returns a view as pictures show it, with surroundings in the place of far backdrops.
+    pub(in crate::recipe) fn beyond_backdrops(&self, shot: &Shot) -> Shot {
+        self.sources.beyond_backdrops(shot)
     }
 
     /// Returns the renderer as one that peels layers off, ready for views with the exclusions of a shot.

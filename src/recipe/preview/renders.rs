@@ -12,6 +12,7 @@ impl Renders for Preview {
         self.renderer.picture(shot, task)
     }
 
+    // Of the model as it is: what is clicked on, and compared, may be a far backdrop.
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         self.renderer.faces(shot, task)
     }
