@@ -18,7 +18,7 @@ use crate::io::camera_path::write_camera_path;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::io::writable::check_file;
-use crate::layers::sky_model::Daylight;
+use crate::layers::sky_model::{Daylight, SkyKind};
 use crate::ldi::Shown;
 use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
 use crate::projection::{DisplayMode, Exposure, Renders};
@@ -341,12 +341,18 @@ fn draw_exploded(
 
 /// Describes a plain sky.
 fn sky_text(daylight: &Daylight) -> String {
-    let (elevation, turbidity) = (daylight.elevation().to_degrees(), daylight.turbidity);
+    let sky = match daylight.kind {
+        SkyKind::Clear { towards_sun, turbidity } => {
+            let elevation = daylight.elevation(towards_sun).to_degrees();
+            format!("a sun elevation of {elevation:.0} degrees and a turbidity of {turbidity}")
+        }
+        SkyKind::Overcast { .. } => "no sun: it is overcast".to_owned(),
+    };
     let why = match daylight.is_estimated {
         true => "estimated from the sky in the photos",
         false => "default values, because the photos show too little of the sky",
     };
-    format!("the sky has a sun elevation of {elevation:.0} degrees and a turbidity of {turbidity}: {why}")
+    format!("the sky has {sky} ({why})")
 }
 
 /// The colour of videos where nothing is drawn, sRGB.

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::atomic::write_atomically;
 use crate::error::{Error, Result};
 use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
-use crate::projection::dome::{Dome, SIDES};
+use crate::projection::dome::{BRIGHTEST, Dome, SIDES};
 use crate::projection::exposure::surroundings::{GRID, SurroundingsFactors};
 use crate::scene::FaceId;
 
@@ -105,14 +105,14 @@ pub fn write_surroundings(file: &Path, compared: &ComparedSurroundings, inputs: 
     write_atomically(file, &bytes)
 }
 
-/// Returns the content of a file if it was computed from `inputs`. A file that is missing, damaged, of another
+/// Returns the content of a file if it was computed from `inputs`, with a dome of this side if there is one. A file that is missing, damaged, of another
 /// version or of other inputs gives `None`, and the caller has to compute it.
-pub fn read_surroundings(file: &Path, inputs: &str) -> Option<ComparedSurroundings> {
+pub fn read_surroundings(file: &Path, inputs: &str, side: u32) -> Option<ComparedSurroundings> {
     let bytes = std::fs::read(file).ok()?;
     let line = bytes.iter().position(|&b| b == b'\n')?;
     let header: Header = serde_json::from_slice(&bytes[..line]).ok()?;
-    let is_white = header.white.is_finite() && header.white >= 1.0;
-    if header.version != VERSION || header.inputs != inputs || !is_white {
+    let is_sound = (1.0..=BRIGHTEST).contains(&header.white) && [0, side].contains(&header.side);
+    if header.version != VERSION || header.inputs != inputs || !is_sound {
         return None;
     }
     let mut rest = &bytes[line + 1..];
@@ -187,21 +187,22 @@ mod tests {
             let compared =
                 ComparedSurroundings { agreement: agreement.clone(), factors: factors.clone(), dome };
             write_surroundings(&file, &compared, "abc").unwrap();
-            assert_eq!(read_surroundings(&file, "abc"), Some(compared));
-            assert_eq!(read_surroundings(&file, "abd"), None);
+            assert_eq!(read_surroundings(&file, "abc", 2), Some(compared));
+            assert_eq!(read_surroundings(&file, "abd", 2), None);
         }
         let bytes = std::fs::read(&file).unwrap();
+        assert_eq!(read_surroundings(&file, "abc", 3), None, "a dome of another size");
         for white in ["0.5", "0", "-1", "1e300"] {
             let damaged = String::from_utf8_lossy(&bytes[..400])
                 .replace("\"white\":1.5", &format!("\"white\":{white}"));
             let line = damaged.split('\n').next().unwrap().len();
             let rest = bytes.iter().position(|byte| *byte == b'\n').unwrap();
             std::fs::write(&file, [&damaged.as_bytes()[..line], &bytes[rest..]].concat()).unwrap();
-            assert_eq!(read_surroundings(&file, "abc"), None, "{white}");
+            assert_eq!(read_surroundings(&file, "abc", 2), None, "{white}");
         }
         for length in [0, 20, bytes.len() / 2, bytes.len() - 20] {
             std::fs::write(&file, &bytes[..length]).unwrap();
-            assert_eq!(read_surroundings(&file, "abc"), None, "{length} of {} bytes", bytes.len());
+            assert_eq!(read_surroundings(&file, "abc", 2), None, "{length} of {} bytes", bytes.len());
         }
     }
 }

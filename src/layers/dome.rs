@@ -21,6 +21,9 @@ pub(crate) const STRAY: f32 = 0.25;
 /// The least light that enters a logarithm.
 pub(crate) const BLACK: f32 = 0.01;
 
+/// The least light of which a logarithm is continued: black in 8 bits, so that night continues as night.
+const DARKEST: f32 = 1e-4;
+
 /// The trust from which on a photo's colour spreads into unknown directions: less trusted ones lie beside outlines.
 const SPREADS: f32 = 0.5;
 
@@ -146,7 +149,7 @@ fn continued(map: CubeMap<Weighted>, up: DVec3) -> CubeMap<[f32; 3]> {
     let direction = CubeMap::<Weighted>::directions(map.side);
     let apart = |(at, (light, weight)): (usize, &Weighted)| {
         let expected = gradient.at(direction(at));
-        ([0, 1, 2].map(|c| light[c].max(BLACK).ln() - expected[c]), *weight)
+        ([0, 1, 2].map(|c| light[c].max(DARKEST).ln() - expected[c]), *weight)
     };
     let values = map.values.par_iter().enumerate().map(apart).collect();
     let mut filled = filled(&CubeMap { side: map.side, values });
@@ -173,7 +176,7 @@ impl SkyGradient {
         let height = |at: usize| direction(at).normalize().dot(up) as f32;
         let known = map.values.iter().enumerate().step_by(LOOKED_AT).filter(|(_, (_, weight))| *weight > 0.0);
         let seen: Vec<(f32, [f32; 3], f32)> = known
-            .map(|(at, (light, weight))| (height(at), light.map(|light| light.max(BLACK).ln()), *weight))
+            .map(|(at, (light, weight))| (height(at), light.map(|light| light.max(DARKEST).ln()), *weight))
             .filter(|(height, ..)| *height > 0.0)
             .collect();
         let mut heights: Vec<f32> = seen.iter().map(|(height, ..)| *height).collect();
@@ -281,6 +284,13 @@ mod tests {
             // A ramp over 5 % of 90 degrees has nine steps of half a degree for four tenths of light.
             assert!(step.fold(0.0, f32::max) < 0.15);
         }
+    }
+
+    #[test]
+    fn a_black_sky_continues_black() {
+        let dome = made(&[photo(0.0, [0.0; 3])], None).unwrap();
+        // Half a step of 8 bits.
+        assert!([DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z].iter().all(|d| dome.light(*d)[1] < 1.6e-4));
     }
 
     #[test]

@@ -1,11 +1,11 @@
-//! A plain sky in the place of what photos show around the model: clear or hazy, without clouds, by the formulas of Preetham, Shirley
-//! and Smits (*A Practical Analytic Model for Daylight*, 1999). The place of the sun and the turbidity of the air are those that
+//! A plain sky in the place of what photos show around the model: clear or hazy, by the formulas of Preetham, Shirley and Smits (*A
+//! Practical Analytic Model for Daylight*, 1999), or overcast, which has no sun and is the brighter the higher (Moon and Spencer,
+//! *Illumination from a Non-Uniform Sky*, 1942). The place of the sun and the turbidity of the air, or the clouds, are those that
 //! explain best what photos show of the sky; brightness and white balance are theirs.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::dome::BLACK;
 use crate::projection::dome::{CubeMap, Dome};
 
 /// The least height above the horizon, as a sine, from which on photos show the sky: below are hills and houses.
@@ -23,19 +23,43 @@ const ELEVATIONS: [f64; 8] = [5.0, 12.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0];
 const AZIMUTH_STEP: usize = 15;
 const TURBIDITIES: [f64; 6] = [2.0, 2.5, 3.5, 5.0, 7.0, 10.0];
 
+/// The brightness of the zenith of overcast skies that are tried, as a multiple of the horizon's less 1: even ones, and the standard's.
+const OVERCAST: [f64; 3] = [0.0, 1.0, 2.0];
+
+/// The share of the error of an overcast sky below which a clear one is believed, which fits better in any case, having more unknowns.
+const CLEARLY: f64 = 0.8;
+
+/// The least light that enters a logarithm: black in 8 bits.
+const DARKEST: f32 = 1e-4;
+
 /// The sun that is taken where photos show no sky: its elevation in degrees, behind the cameras, and the turbidity.
 const USUAL: (f64, f64) = (40.0, 3.0);
 
 /// The mean light of the sky, in the common exposure, where photos show none.
 const USUAL_LIGHT: f64 = 0.5;
 
-/// The sun and the air of a sky.
+/// What a sky is like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SkyKind {
+    /// Without clouds.
+    Clear {
+        /// The direction towards the sun (world, length 1).
+        towards_sun: DVec3,
+        /// The turbidity of the air: 2 is clear, 10 is haze.
+        turbidity: f64,
+    },
+    /// Covered with clouds.
+    Overcast {
+        /// The brightness of the zenith as a multiple of the horizon's, less 1.
+        brighter: f64,
+    },
+}
+
+/// The light of a sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Daylight {
-    /// The direction towards the sun (world, length 1).
-    pub towards_sun: DVec3,
-    /// The turbidity of the air: 2 is clear, 10 is haze.
-    pub turbidity: f64,
+    /// What it is like.
+    pub kind: SkyKind,
     /// Whether photos tell it; else it is a usual one.
     pub is_estimated: bool,
     up: DVec3,
@@ -56,8 +80,8 @@ impl Daylight {
         };
         let (elevation, turbidity) = USUAL;
         let usual = |scale| {
-            let towards_sun = sun(elevation, 180.0);
-            Self { towards_sun, turbidity, is_estimated: false, up, scale }
+            let kind = SkyKind::Clear { towards_sun: sun(elevation, 180.0), turbidity };
+            Self { kind, is_estimated: false, up, scale }
         };
         if samples.len() < LEAST_SEEN {
             let plain = usual([0.0; 3]);
@@ -65,25 +89,28 @@ impl Daylight {
             return usual([(USUAL_LIGHT / of_zenith.max(f64::MIN_POSITIVE)).ln(); 3]);
         }
         let azimuths = (0..360).step_by(AZIMUTH_STEP).map(|azimuth| azimuth as f64);
-        let tried: Vec<(f64, f64, f64)> = azimuths
-            .flat_map(|azimuth| ELEVATIONS.map(move |elevation| (azimuth, elevation)))
-            .flat_map(|(azimuth, elevation)| {
-                TURBIDITIES.map(move |turbidity| (azimuth, elevation, turbidity))
-            })
-            .collect();
-        let fit = |(azimuth, elevation, turbidity): (f64, f64, f64)| {
-            let towards_sun = sun(elevation, azimuth);
-            Self { towards_sun, turbidity, is_estimated: true, up, scale: [0.0; 3] }.fitted(&samples)
+        let clear = azimuths
+            .flat_map(|azimuth| ELEVATIONS.map(|elevation| sun(elevation, azimuth)))
+            .flat_map(|towards_sun| TURBIDITIES.map(|turbidity| SkyKind::Clear { towards_sun, turbidity }));
+        let best = |kinds: Vec<SkyKind>| {
+            let fit = |kind| Self { kind, is_estimated: true, up, scale: [0.0; 3] }.fitted(&samples);
+            let fits: Vec<(f64, Self)> = kinds.into_par_iter().map(fit).collect();
+            // Of equals the first is taken, whatever the number of threads.
+            fits.into_iter().reduce(|best, other| if other.0 < best.0 { other } else { best })
         };
-        let fits: Vec<(f64, Self)> = tried.into_par_iter().map(fit).collect();
-        // Of equals the first is taken, whatever the number of threads.
-        let best = fits.into_iter().reduce(|best, other| if other.0 < best.0 { other } else { best });
-        best.map_or_else(|| usual([0.0; 3]), |(_, best)| best)
+        let overcast = OVERCAST.map(|brighter| SkyKind::Overcast { brighter }).to_vec();
+        let found = best(clear.collect()).into_iter().zip(best(overcast)).next();
+        found.map_or_else(
+            || usual([0.0; 3]),
+            |((of_clear, clear), (of_overcast, overcast))| {
+                if of_clear < CLEARLY * of_overcast { clear } else { overcast }
+            },
+        )
     }
 
-    /// Returns the elevation of the sun above the horizon, in radians.
-    pub fn elevation(&self) -> f64 {
-        self.towards_sun.dot(self.up).clamp(-1.0, 1.0).asin()
+    /// Returns the elevation of a sun above the horizon, in radians.
+    pub fn elevation(&self, towards_sun: DVec3) -> f64 {
+        towards_sun.dot(self.up).clamp(-1.0, 1.0).asin()
     }
 
     /// Returns the mean squared error of the logarithms, and the daylight with the scale for which it is least.
@@ -93,7 +120,8 @@ impl Daylight {
             .iter()
             .map(|(direction, light)| {
                 let model = self.light(*direction);
-                [0, 1, 2].map(|c| f64::from(light[c].max(BLACK)).ln() - model[c].max(f64::MIN_POSITIVE).ln())
+                [0, 1, 2]
+                    .map(|c| f64::from(light[c].max(DARKEST)).ln() - model[c].max(f64::MIN_POSITIVE).ln())
             })
             .collect();
         let scale = [0, 1, 2].map(|c| apart.iter().map(|apart| apart[c]).sum::<f64>() / count);
@@ -104,10 +132,16 @@ impl Daylight {
     /// Returns the light in a direction (world) above the horizon, linear R, G, B, in the common exposure.
     pub fn light(&self, direction: DVec3) -> [f64; 3] {
         let direction = direction.normalize();
-        let zenith = direction.dot(self.up).max(1e-3).acos();
-        let from_sun = direction.dot(self.towards_sun).clamp(-1.0, 1.0).acos();
-        let sun = self.towards_sun.dot(self.up).clamp(0.0, 1.0).acos();
-        let t = self.turbidity;
+        let height = direction.dot(self.up).clamp(1e-3, 1.0);
+        let (towards_sun, t) = match self.kind {
+            SkyKind::Clear { towards_sun, turbidity } => (towards_sun, turbidity),
+            SkyKind::Overcast { brighter } => {
+                return self.scale.map(|scale| (1.0 + brighter * height) * scale.exp());
+            }
+        };
+        let zenith = height.acos();
+        let from_sun = direction.dot(towards_sun).clamp(-1.0, 1.0).acos();
+        let sun = towards_sun.dot(self.up).clamp(0.0, 1.0).acos();
         let [luminance, x, y] = [0, 1, 2].map(|c| {
             let k = COEFFICIENTS[c].map(|[slope, offset]| slope * t + offset);
             let perez = |zenith: f64, from_sun: f64| {
@@ -192,7 +226,15 @@ mod tests {
 
     fn sky(elevation: f64, turbidity: f64) -> Daylight {
         let sun = DVec3::new(-elevation.to_radians().cos(), 0.0, elevation.to_radians().sin());
-        Daylight { towards_sun: sun, turbidity, is_estimated: true, up: DVec3::Z, scale: [-3.0; 3] }
+        let kind = SkyKind::Clear { towards_sun: sun, turbidity };
+        Daylight { kind, is_estimated: true, up: DVec3::Z, scale: [-3.0; 3] }
+    }
+
+    fn sun_of(sky: &Daylight) -> DVec3 {
+        match sky.kind {
+            SkyKind::Clear { towards_sun, .. } => towards_sun,
+            SkyKind::Overcast { .. } => panic!("{sky:?}"),
+        }
     }
 
     #[test]
@@ -200,7 +242,7 @@ mod tests {
         let clear = sky(40.0, 2.5);
         let [r, _, b] = clear.light(DVec3::Z);
         assert!(b > 2.0 * r, "{r} {b}");
-        let towards = clear.light(clear.towards_sun);
+        let towards = clear.light(sun_of(&clear));
         assert!(towards[1] > 3.0 * clear.light(DVec3::new(0.7, 0.0, 0.7))[1]);
         let hue = |light: [f64; 3]| light[2] / light[0];
         assert!(hue(sky(40.0, 10.0).light(DVec3::Z)) < hue([r, 0.0, b]));
@@ -228,16 +270,38 @@ mod tests {
         };
         let seen = Dome::from_light(&CubeMap::from_directions(56, value));
         let found = Daylight::estimated(Some(&seen), DVec3::Z, DVec3::Y);
-        assert!(found.is_estimated && found.towards_sun.angle_between(truth.towards_sun) < 0.2, "{found:?}");
+        assert!(found.is_estimated && sun_of(&found).angle_between(sun_of(&truth)) < 0.2, "{found:?}");
         let dome = found.dome(None, 56);
         let (expected, [r, g, b]) = (truth.light(DVec3::Z), dome.light(DVec3::Z));
         assert!([r, g, b].iter().zip(expected).all(|(a, b)| (f64::from(*a) / b).ln().abs() < 0.2));
     }
 
     #[test]
+    fn an_even_sky_is_overcast_and_a_black_one_black() {
+        for light in [0.4f32, 0.0] {
+            let seen = Dome::from_light(&CubeMap::from_directions(56, |_| ([light; 3], 1.0)));
+            let found = Daylight::estimated(Some(&seen), DVec3::Z, DVec3::Y);
+            assert_eq!(found.kind, SkyKind::Overcast { brighter: 0.0 });
+            // Half a step of 8 bits, in linear light at this brightness.
+            assert!((found.light(DVec3::Z)[1] - f64::from(light)).abs() < 4e-3, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn the_zenith_has_light_whichever_way_is_up() {
+        for seed in 0..50 {
+            let angle = f64::from(seed);
+            let up = DVec3::new(angle.sin(), angle.cos(), (2.0 * angle).sin()).normalize();
+            let usual = Daylight::estimated(None, up, up.any_orthonormal_vector());
+            let mean = usual.light(up).iter().sum::<f64>() / 3.0;
+            assert!((mean - USUAL_LIGHT).abs() < 1e-6, "{up} {mean}");
+        }
+    }
+
+    #[test]
     fn without_any_sky_there_is_a_usual_one_over_the_grounds_colour() {
         let usual = Daylight::estimated(None, DVec3::Z, DVec3::Y);
-        assert!(!usual.is_estimated && usual.towards_sun.dot(DVec3::Y) < 0.0 && usual.towards_sun.z > 0.5);
+        assert!(!usual.is_estimated && sun_of(&usual).dot(DVec3::Y) < 0.0 && sun_of(&usual).z > 0.5);
         let dome = usual.dome(Some([0.1, 0.2, 0.1]), 56);
         let [r, g, _] = dome.light(DVec3::NEG_Z);
         assert!((r - 0.1).abs() < 0.01 && (g - 0.2).abs() < 0.01);

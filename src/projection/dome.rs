@@ -25,10 +25,12 @@ const MARGIN: u32 = 14;
 /// side in spite of rounding.
 const EDGE_SLACK_PX: f64 = 0.01;
 
-/// The share of the cells that are at most as bright as the largest value of a dome's texels, and the largest light that this stands
-/// for, two stops above white: of brighter skies 8 bits would leave bands in what is not.
+/// The share of the cells that are at most as bright as the largest value of a dome's texels.
 const WHITE: f64 = 0.999;
-const BRIGHTEST: f32 = 4.0;
+
+/// The largest light that the largest value of a dome's texels stands for, two stops above white: with more, 8 bits would leave bands
+/// in the rest of the sky.
+pub const BRIGHTEST: f32 = 4.0;
 
 /// The smallest and the largest side of a cube in pixels: seven times a power of two.
 const SIDE_PX: [u32; 2] = [56, 896];

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::budget::default_memory;
 use super::check::CheckedSurface;
+use super::far_backdrops::FarBackdrops;
 use super::gains::photo_gains;
 use super::open::Opened;
 use super::surroundings::{SiteSurroundings, dome_side};
@@ -85,7 +86,7 @@ pub fn dome_report(
     let around = SiteSurroundings::open(folder, opened, &stacks, &gains, memory, task)?;
     let dome = around.whole().dome.as_deref();
     let mut report = DomeReport {
-        photos: stacks.iter().flatten().filter(|stack| stack.surroundings().is_some()).count(),
+        photos: around.photos().count(),
         known: dome.map(Dome::known_share),
         known_near: dome.and_then(|dome| known_near(site, dome)),
         picture: opened.project.surroundings.clone(),
@@ -113,7 +114,8 @@ const GRID: [u32; 2] = [48, 32];
 /// Returns how much of what views from near the photos see where no face is is known, 0..=1: from each photo's place, in
 /// its picture and half a picture beyond its borders. `None` where faces are everywhere.
 fn known_near(site: &Site, dome: &Dome) -> Option<f64> {
-    let surface = CheckedSurface::from_model(&site.model);
+    let far = FarBackdrops::new(site);
+    let surface = CheckedSurface::from_model(&site.model.without(|object| far.contains(&object.name)));
     let (mut known, mut all) = (0.0, 0u32);
     for photo in &site.photos {
         let (eye, [columns, rows]) = (photo.pose.center_in_world(), GRID);

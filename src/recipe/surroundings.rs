@@ -2,6 +2,7 @@
 //! photos confirm each other's surroundings.
 
 use std::borrow::Borrow;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -139,7 +140,7 @@ impl SiteSurroundings {
             return Ok(found);
         }
         let file = folder.join("cache/surroundings.bin");
-        if let Some(kept) = read_surroundings(&file, &inputs)
+        if let Some(kept) = read_surroundings(&file, &inputs, dome_side(site))
             && kept.agreement.len() == site.photos.len()
         {
             found.take_whole(kept);
@@ -212,6 +213,12 @@ impl SiteSurroundings {
     /// Returns the sources that number the layers, without the dome.
     pub(super) fn sources(&self) -> &Sources {
         &self.sources
+    }
+
+    /// Returns the photos that show surroundings.
+    pub fn photos(&self) -> impl Iterator<Item = PhotoId> {
+        let of_servers = self.sources.servers_of_surroundings().iter().map(|server| server.photo);
+        of_servers.collect::<BTreeSet<PhotoId>>().into_iter()
     }
 
     /// Returns true when the user's picture is the dome; false without one, and where it cannot be read.
