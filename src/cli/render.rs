@@ -260,6 +260,11 @@ struct DrawnShots {
     continued: BTreeMap<String, f64>,
 }
 
+/// Returns whether a background shows something in every direction around the model.
+fn is_around(background: Background) -> bool {
+    matches!(background, Background::Surroundings | Background::Sky)
+}
+
 /// Draws the pictures.
 fn draw_shots(
     args: &RenderArgs,
@@ -270,10 +275,10 @@ fn draw_shots(
     task: &Task,
 ) -> Result<DrawnShots> {
     let mut look = args.look.look(opened, content.display(), usual_exposure(opened))?;
-    look.without_surroundings = !args.background.is_around();
+    look.without_surroundings = !is_around(args.background);
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = PreviewOptions { modelled_sky: args.background == Background::Sky, ..args.look.preview() };
-    let stack = args.look.stack(args.background.is_around());
+    let stack = args.look.stack(is_around(args.background));
     let mut of_images = args.made.options(stack, opened)?;
     if let (Some(options), PictureContent::OfImages(shown)) = (&mut of_images, content) {
         options.shown = Some(shown);

@@ -117,13 +117,6 @@ pub enum Background {
     Colour([u8; 3]),
 }
 
-impl Background {
-    /// Returns whether something is shown in every direction around the model.
-    pub fn is_around(self) -> bool {
-        matches!(self, Self::Surroundings | Self::Sky)
-    }
-}
-
 /// What predictions show where no surface of the model is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum ScoreBackground {
