@@ -161,7 +161,7 @@ fn a_view_shows_the_sky_or_nothing_or_a_colour_where_no_surface_is() {
         .success();
         image::open(site.path(&out).join("left.png")).unwrap().to_rgba8()
     };
-    let [whole, cut, red] = ["surroundings", "none", "#ff0000"].map(drawn);
+    let [whole, cut, red, plain] = ["surroundings", "none", "#ff0000", "sky"].map(drawn);
     let empty = cut.pixels().filter(|pixel| pixel.0[3] == 0).count() as u64;
     // Along outlines pixels are covered partly.
     assert!(empty.abs_diff(sky.texels_visible) <= 2 * 160, "{empty} and {}", sky.texels_visible);
@@ -169,9 +169,15 @@ fn a_view_shows_the_sky_or_nothing_or_a_colour_where_no_surface_is() {
         let apart = (0..3).map(|c| whole[(x, y)].0[c].abs_diff(photo[(x, y)].0[c])).max();
         assert!(apart <= Some(1) && whole[(x, y)].0[3] == 255, "{x}, {y}: {:?} {pixel:?}", whole[(x, y)]);
         assert_eq!(red[(x, y)].0, [255, 0, 0, 255], "{x}, {y}");
+        assert_eq!(plain[(x, y)].0[3], 255, "{x}, {y}: the computed sky is everywhere");
     }
-    let refused = site.run("render project --cameras photos --out views --background sky").failure();
-    assert!(super::stderr_of(&refused).contains("surroundings, none, or a colour"));
+    assert!(plain != whole && plain != red, "it is not what the photo shows");
+    let refuse = |more: &str| {
+        let refused = site.run(&format!("render project --cameras photos --out views {more}")).failure();
+        super::stderr_of(&refused)
+    };
+    assert!(refuse("--background blue").contains("surroundings, sky, none, or a colour"));
+    assert!(refuse("--background sky --as ldi").contains("--background sky is for views of the model"));
 }
 
 /// A project of two photos with the same model, built and exported.
