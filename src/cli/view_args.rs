@@ -52,8 +52,8 @@ pub struct RenderArgs {
     /// Draw the legend of --show into the pictures; it is printed in any case
     #[arg(long)]
     pub legend: bool,
-    /// What is shown where no surface is: the photos' surroundings, a clear sky computed from the sun and haze that are
-    /// estimated from them, nothing (pictures are transparent there), or a colour, red, green and blue in hexadecimal
+    /// What is shown where no surface is: the photos' surroundings, a sky that is computed, clear, hazy or overcast as they
+    /// show it, nothing (pictures are transparent there), or a colour, red, green and blue in hexadecimal
     #[arg(long, value_name = "surroundings|sky|none|#RRGGBB", value_parser = parse_background,
           default_value = "surroundings")]
     pub background: Background,

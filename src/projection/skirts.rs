@@ -225,7 +225,8 @@ pub fn met(model: &Model, skirt: FaceId, origin: DVec3, direction: DVec3) -> Opt
     is_met.then_some(RayHit { t, face: skirt, triangle: 0 })
 }
 
-/// Returns the edges of all faces that one does not see through, without those of far backdrops, each once, in a reproducible order. Edges that bridge a hole
+/// Returns the edges of all faces that one does not see through, without those of far backdrops, each once, in a reproducible
+/// order. Edges that bridge a hole
 /// are none.
 fn edges(model: &Model, far: &HiddenFaces) -> Vec<Edge> {
     let key = |point: DVec3| point.to_array().map(|at| (at + 0.0).to_bits());
