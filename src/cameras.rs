@@ -44,6 +44,9 @@
 //! assert_eq!(camera.image_from_camera(DVec3::NEG_Z), None);
 //! ```
 
-pub use crate::geometry::{Lens, Pinhole, PixelRect, Pose, Similarity};
-pub use crate::io::cameras::{CameraPhoto, Cameras, read_cameras, read_cameras_of};
-pub use crate::scene::SparsePoint;
+#[doc(inline)]
+pub use quadratura_base::geometry::{Lens, Pinhole, PixelRect, Pose, Similarity};
+#[doc(inline)]
+pub use quadratura_base::scene::SparsePoint;
+#[doc(inline)]
+pub use quadratura_io::cameras::{CameraPhoto, Cameras, read_cameras, read_cameras_of};

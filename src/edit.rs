@@ -37,8 +37,11 @@
 //! # }
 //! ```
 
-pub use crate::document::decisions::{Decisions, LayerNaming, PhotoDecisions, PhotoOptions};
-pub use crate::layers::Faces;
-pub use crate::recipe::decide::{
+#[doc(inline)]
+pub use quadratura_document::decisions::{Decisions, LayerNaming, PhotoDecisions, PhotoOptions};
+#[doc(inline)]
+pub use quadratura_layers::Faces;
+#[doc(inline)]
+pub use quadratura_recipe::decide::{
     DecisionKind, LayerEdit, ListedDecision, decided, edited, faces_named, faces_of_layer,
 };

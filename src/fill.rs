@@ -24,5 +24,7 @@
 //! # }
 //! ```
 
-pub use crate::layers::fill::{FillOptions, Invent};
-pub use crate::recipe::fill::{FillRequest, FillShares, FilledPhoto, fill, tell as preview_propagation};
+#[doc(inline)]
+pub use quadratura_layers::fill::{FillOptions, Invent};
+#[doc(inline)]
+pub use quadratura_recipe::fill::{FillRequest, FillShares, FilledPhoto, fill, tell as preview_propagation};

@@ -137,18 +137,28 @@
 //! # }
 //! ```
 
-pub use crate::document::export_record::ExportFormat;
-pub use crate::document::paint::PaintImport;
-pub use crate::io::layered::ora::write as write_ora;
-pub use crate::io::layered::psd::{PsdVariant, write as write_psd};
-pub use crate::io::layered::xcf::{XcfVersion, write as write_xcf};
-pub use crate::io::layered::{
+#[doc(inline)]
+pub use quadratura_document::export_record::ExportFormat;
+#[doc(inline)]
+pub use quadratura_document::paint::PaintImport;
+#[doc(inline)]
+pub use quadratura_io::layered::ora::write as write_ora;
+#[doc(inline)]
+pub use quadratura_io::layered::psd::{PsdVariant, write as write_psd};
+#[doc(inline)]
+pub use quadratura_io::layered::xcf::{XcfVersion, write as write_xcf};
+#[doc(inline)]
+pub use quadratura_io::layered::{
     BlendMode, Depth, EditedDocument, EditedLayer, EditedMask, FormatFit, Grey, Group, Layer, LayerNode,
     LayeredDocument, Lazy, PixelSource, Raster, Rounding, StoredColours, Tag, read_layered,
 };
-pub use crate::recipe::export::{ExportOptions, ExportReport, Exported, export};
-pub use crate::recipe::import::question::Question;
-pub use crate::recipe::import::report::{Conflict, FileReport, LayerReport, LayerState};
-pub use crate::recipe::import::{
+#[doc(inline)]
+pub use quadratura_recipe::export::{ExportOptions, ExportReport, Exported, export};
+#[doc(inline)]
+pub use quadratura_recipe::import::question::Question;
+#[doc(inline)]
+pub use quadratura_recipe::import::report::{Conflict, FileReport, LayerReport, LayerState};
+#[doc(inline)]
+pub use quadratura_recipe::import::{
     ImportOptions, Imported, history as import_history, import_once as import, take_back as undo_import,
 };

@@ -89,21 +89,20 @@
 //!
 //! # For contributors
 //!
-//! The private modules are listed bottom to top. Each may use only the modules above it in this table, which
-//! `tests/architecture.rs` verifies; the public modules above only name items of them.
+//! The program is a workspace of packages, one in each folder of `src`, named `quadratura-base`, `quadratura-projection` and so on.
+//! They are listed bottom to top. Each may use only the packages above it in this table, which `tests/architecture.rs`
+//! verifies in their manifests; `foliage`, `ldi` and `layers` do not use each other, nor do `io` and `gpu`. The public modules above only
+//! name items of them.
 //!
-//! | module | contents |
+//! | package | contents |
 //! |---|---|
-//! | `error`, `task` | errors with their causes and remedies; progress and cancellation |
-//! | `geometry` | cameras, lenses, planes, polygons, rectangles: pure mathematics |
-//! | `raster` | pixels on a grid: image, sampling, halving, compositing, robust statistics |
-//! | `scene` | photos, model and site: the photographed scene, immutable |
+//! | `base` | errors and progress; mathematics; pixels on a grid; photos, model and site: the photographed scene |
 //! | `projection` | novel views: sheared frusta, the image layers that serve a face, blend weights |
 //! | `foliage` | plants: graphs of sub-objects, their generator, and pictures of all their polygons |
 //! | `ldi` | layered depth images: layout, order, splats, warp |
 //! | `layers` | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
 //! | `document` | what is saved: the authored project and the derived stacks |
-//! | `io`, `gpu` | files; GPU passes; neither uses the other |
+//! | `io`, `gpu` | files; GPU passes |
 //! | `recipe` | whole tasks: open, sort, cluster, extract, fill, save, without a user interface |
 //! | `app` | the editor window: it shows and asks, and computes nothing itself |
 //! | `cli` | the command line: parse, interpret, run |
@@ -122,38 +121,12 @@ pub mod sort;
 pub mod stack;
 pub mod task;
 
-mod geometry;
-mod raster;
-mod scene;
-
-mod foliage;
-mod ldi;
-mod projection;
-
-mod layers;
-
-mod document;
-
-mod gpu;
-mod io;
-
-mod recipe;
-
-#[cfg(feature = "gui")]
-mod app;
-
-#[cfg(feature = "cli")]
-mod cli;
-
-#[cfg(feature = "cli")]
-pub use cli::run;
 pub use error::{Error, Result};
 pub use glam;
-pub use gpu::Gpu;
+#[cfg(feature = "cli")]
+pub use quadratura_cli::run;
+#[doc(inline)]
+pub use quadratura_gpu::Gpu;
 
 #[doc(hidden)]
 pub mod testing;
-
-#[cfg(test)]
-#[path = "../tests/common/left_out.rs"]
-mod left_out;

@@ -51,8 +51,13 @@
 //! # }
 //! ```
 
-pub use crate::document::Project;
-pub use crate::io::lock::ProjectLock;
-pub use crate::io::project::{change_project, read_project, write_project};
-pub use crate::recipe::create::{NewProject, create_project};
-pub use crate::recipe::open::{Opened, UnusableMask, open, open_site};
+#[doc(inline)]
+pub use quadratura_document::Project;
+#[doc(inline)]
+pub use quadratura_io::lock::ProjectLock;
+#[doc(inline)]
+pub use quadratura_io::project::{change_project, read_project, write_project};
+#[doc(inline)]
+pub use quadratura_recipe::create::{NewProject, create_project};
+#[doc(inline)]
+pub use quadratura_recipe::open::{Opened, UnusableMask, open, open_site};

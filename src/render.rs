@@ -89,20 +89,29 @@
 //! # }
 //! ```
 
-pub use crate::gpu::TextureOptions;
-pub use crate::projection::metrics::{ImageMetrics, ImagePair};
-pub use crate::projection::twin::ReferenceRenderer;
-pub use crate::projection::{
+#[doc(inline)]
+pub use quadratura_base::scene::PhotoId;
+#[doc(inline)]
+pub use quadratura_gpu::TextureOptions;
+#[doc(inline)]
+pub use quadratura_projection::metrics::{ImageMetrics, ImagePair};
+#[doc(inline)]
+pub use quadratura_projection::twin::ReferenceRenderer;
+#[doc(inline)]
+pub use quadratura_projection::{
     Blend, DisplayMode, Exposure, LinearPicture, Mode, Picture, Quality, Renders, Shot,
 };
-pub use crate::recipe::preview::{Preview, PreviewOptions, open as open_preview, open_reference};
-pub use crate::recipe::render::{
+#[doc(inline)]
+pub use quadratura_recipe::preview::{Preview, PreviewOptions, open as open_preview, open_reference};
+#[doc(inline)]
+pub use quadratura_recipe::render::{
     Appearance, Draw, DrawnPicture, PictureFormat, RenderOptions, RenderReport, RenderedView, VideoOptions,
     render,
 };
-pub use crate::recipe::score::{
+#[doc(inline)]
+pub use quadratura_recipe::score::{
     MeanMetrics, MeanScore, ObjectScore, Question, ScoreOptions, ScoreReport, ViewScore, held_out,
     leave_one_out, score,
 };
-pub use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
-pub use crate::scene::PhotoId;
+#[doc(inline)]
+pub use quadratura_recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};

@@ -79,18 +79,27 @@
 //! # }
 //! ```
 
-pub use crate::geometry::Plane;
-pub use crate::geometry::polygon::OutlineFlaw;
-pub use crate::io::models::read_model;
-pub use crate::io::photo::{read_photo, read_unmasked};
-pub use crate::recipe::check::{
-    AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Intersection, Names as FaceNames,
-    PhotoReport, Verdict, check_site,
-};
-pub use crate::recipe::named::{index_of_photo, photos_named};
-pub use crate::recipe::photos::{PhotoImport, import_photos};
-pub use crate::recipe::survey::face_named;
-pub use crate::scene::{
+#[doc(inline)]
+pub use quadratura_base::geometry::Plane;
+#[doc(inline)]
+pub use quadratura_base::geometry::polygon::OutlineFlaw;
+#[doc(inline)]
+pub use quadratura_base::scene::{
     CameraExposure, Face, FaceFlaw, FaceId, FaceIndex, Model, ModelBuilder, Object, ObjectId, Photo, PhotoId,
     PhotoPixels, Samples, Site,
 };
+#[doc(inline)]
+pub use quadratura_io::models::read_model;
+#[doc(inline)]
+pub use quadratura_io::photo::{read_photo, read_unmasked};
+#[doc(inline)]
+pub use quadratura_recipe::check::{
+    AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Intersection, Names as FaceNames,
+    PhotoReport, Verdict, check_site,
+};
+#[doc(inline)]
+pub use quadratura_recipe::named::{index_of_photo, photos_named};
+#[doc(inline)]
+pub use quadratura_recipe::photos::{PhotoImport, import_photos};
+#[doc(inline)]
+pub use quadratura_recipe::survey::face_named;

@@ -69,14 +69,22 @@
 //! # }
 //! ```
 
-pub use crate::gpu::GpuRasteriser;
-pub use crate::layers::cluster::{Cluster, Clusters, ElementPatch};
-pub use crate::layers::content::{Content, PixelSpan};
-pub use crate::layers::nodes::NodeId;
-pub use crate::layers::parts::{Layers, SortedElement};
-pub use crate::layers::rasteriser::Presence;
-pub use crate::layers::view::Absence;
-pub use crate::layers::{
+#[doc(inline)]
+pub use quadratura_gpu::GpuRasteriser;
+#[doc(inline)]
+pub use quadratura_layers::cluster::{Cluster, Clusters, ElementPatch};
+#[doc(inline)]
+pub use quadratura_layers::content::{Content, PixelSpan};
+#[doc(inline)]
+pub use quadratura_layers::nodes::NodeId;
+#[doc(inline)]
+pub use quadratura_layers::parts::{Layers, SortedElement};
+#[doc(inline)]
+pub use quadratura_layers::rasteriser::Presence;
+#[doc(inline)]
+pub use quadratura_layers::view::Absence;
+#[doc(inline)]
+pub use quadratura_layers::{
     BoxShape, ElementIndex, Item, ItemId, LayerConstraints, Method, Options, Rasteriser, SoftwareRasteriser,
     Sorted, View, sort_photo,
 };

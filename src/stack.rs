@@ -63,13 +63,20 @@
 //! # }
 //! ```
 
-pub use crate::document::stack::{
+#[doc(inline)]
+pub use quadratura_document::stack::{
     Counts, Element, ImageLayer, LayerFill, Piece, PropagationEntry, Stack, StackCamera, StackFill,
     StackPhoto, StackSurface, Support, Untextured, UntexturedReason,
 };
-pub use crate::io::layer_reader::{read_grey, read_layer, read_mask};
-pub use crate::io::stack_store::StackStore;
-pub use crate::layers::{ElementIndex, LayerIndex};
-pub use crate::recipe::build::{BuildOptions, Built, build};
-pub use crate::recipe::survey::{StackState, Survey};
-pub use crate::recipe::untextured::{FaceInStack, face_in_stack, untextured};
+#[doc(inline)]
+pub use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
+#[doc(inline)]
+pub use quadratura_io::stack_store::StackStore;
+#[doc(inline)]
+pub use quadratura_layers::{ElementIndex, LayerIndex};
+#[doc(inline)]
+pub use quadratura_recipe::build::{BuildOptions, Built, build};
+#[doc(inline)]
+pub use quadratura_recipe::survey::{StackState, Survey};
+#[doc(inline)]
+pub use quadratura_recipe::untextured::{FaceInStack, face_in_stack, untextured};

@@ -1,4 +1,4 @@
-//! The house rules that a compiler does not hold: which module may use which, which package is named
+//! The house rules that a compiler does not hold: which package may use which, which package of others is named
 //! where, and what library code never does. `src/lib.rs` says them in words, the tables in
 //! `architecture/rules.rs` in full.
 
@@ -19,8 +19,9 @@ use app_floors::{
 };
 use retired::{retired_in, words_of};
 use rules::{
-    FACADE, FLOORS, LONGEST_FILE, forbidden_arrows, machine_paths, missing_header, more_than_names, noise,
-    packages_out_of_place, too_long, unused_packages, unwraps, wgpu_in_layers,
+    FACADE, FLOORS, FLOORS_OF_BASE, LONGEST_FILE, dependencies_out_of_place, forbidden_arrows,
+    forbidden_rooms, machine_paths, missing_header, more_than_names, noise, packages_out_of_place, too_long,
+    unused_in_workspace, unused_packages, unwraps, wgpu_in_layers,
 };
 use source::{Source, without_literals};
 
@@ -59,6 +60,17 @@ fn sources() -> Vec<Source> {
     sources
 }
 
+/// The rooms, each with its manifest, sorted.
+fn manifests() -> Vec<(String, String)> {
+    let room = |path: &PathBuf| relative(path, "src").trim_end_matches("/Cargo.toml").to_owned();
+    let manifests: Vec<_> = files("src", &["/Cargo.toml"])
+        .iter()
+        .map(|path| (room(path), fs::read_to_string(path).unwrap()))
+        .collect();
+    assert_eq!(manifests.len(), FLOORS.concat().len(), "every room is a package, and every package a room");
+    manifests
+}
+
 fn texts(folders: &[&str], endings: &[&str]) -> Vec<(String, String)> {
     let paths = folders.iter().flat_map(|folder| files(folder, endings));
     paths.map(|path| (relative(&path, ""), fs::read_to_string(&path).unwrap())).collect()
@@ -70,19 +82,41 @@ fn assert_none(complaints: Vec<String>) {
 }
 
 #[test]
-fn arrows_point_down() {
+fn packages_use_only_those_below_them() {
+    assert_none(manifests().iter().flat_map(|(room, manifest)| forbidden_rooms(room, manifest)).collect());
+}
+
+#[test]
+fn modules_of_the_base_use_only_those_below_them() {
     assert_none(sources().iter().flat_map(forbidden_arrows).collect());
 }
 
 #[test]
 fn a_package_that_one_job_needs_is_named_in_one_place() {
-    assert_none(sources().iter().flat_map(packages_out_of_place).collect());
+    let manifests = manifests();
+    let in_manifests =
+        manifests.iter().flat_map(|(room, manifest)| dependencies_out_of_place(room, manifest));
+    assert_none(in_manifests.chain(sources().iter().flat_map(packages_out_of_place)).collect());
 }
 
 #[test]
 fn every_package_has_a_user() {
-    let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
-    assert_none(unused_packages(&manifest, &sources()));
+    let (sources, manifests) = (sources(), manifests());
+    let of = |room: &str| -> Vec<&Source> {
+        sources
+            .iter()
+            .filter(|source| source.path.split_once('/').map_or("", |(room, _)| room) == room)
+            .collect()
+    };
+    let unused = |(room, manifest): &(String, String)| {
+        unused_packages(&format!("src/{room}/Cargo.toml"), manifest, &of(room))
+    };
+    let root = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let (_, package) = root.split_once("\n[package]\n").expect("it is a package, too");
+    let texts: Vec<String> = manifests.iter().map(|(_, manifest)| manifest.clone()).collect();
+    let complaints = manifests.iter().flat_map(unused);
+    let of_root = unused_packages("Cargo.toml", package, &of(""));
+    assert_none(complaints.chain(of_root).chain(unused_in_workspace(&root, &texts)).collect());
 }
 
 #[test]
@@ -116,18 +150,24 @@ fn no_file_knows_the_machine_it_was_written_on() {
 }
 
 #[test]
-fn the_front_page_lists_the_modules_from_the_ground_up() {
+fn the_front_page_lists_the_packages_from_the_ground_up() {
     let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
     let rooms = text.split("# For contributors").nth(1).unwrap();
     let table: String = rooms.lines().filter(|line| line.starts_with("//! | `")).collect();
     let mut last = 0;
-    let unlisted = |module: &str| FACADE.contains(&module) || ["testing", "main"].contains(&module);
-    for module in FLOORS.iter().copied().flatten().filter(|m| !unlisted(m)) {
-        let at = table.find(&format!("`{module}`")).unwrap_or_else(|| panic!("src/lib.rs: no `{module}`"));
-        let floor_is_shared = ["io", "gpu"].contains(module);
-        assert!(at > last || floor_is_shared || last == 0, "src/lib.rs: `{module}` is listed too early");
+    for room in FLOORS.iter().copied().flatten() {
+        let at = table.find(&format!("`{room}`")).unwrap_or_else(|| panic!("src/lib.rs: no `{room}`"));
+        assert!(at > last || last == 0, "src/lib.rs: `{room}` is listed too early");
         last = last.max(at);
     }
+}
+
+#[test]
+fn the_base_lists_its_modules_from_the_ground_up() {
+    let text = fs::read_to_string(root().join("src/base/mod.rs")).unwrap();
+    let table: String = text.lines().filter(|line| line.starts_with("//! | [`")).collect();
+    let places: Vec<_> = FLOORS_OF_BASE.iter().map(|module| table.find(&format!("[`{module}`]"))).collect();
+    assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
 }
 
 #[test]
@@ -136,10 +176,10 @@ fn the_public_modules_name_items_of_the_rooms_and_define_none() {
 }
 
 #[test]
-fn every_room_is_private() {
+fn the_library_shows_its_public_modules_alone() {
     let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
     let public = text.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';'));
-    let expected = |module: &&str| FACADE.contains(module) || ["error", "task", "testing"].contains(module);
+    let expected = |module: &&str| FACADE.contains(module) || *module == "testing";
     assert_eq!(public.filter(|module| !expected(module)).collect::<Vec<_>>(), [""; 0]);
     let hidden = text.find("#[doc(hidden)]\npub mod testing;");
     assert!(hidden.is_some(), "nobody outside depends on `testing`");
@@ -174,36 +214,49 @@ fn complaints_of(rule: fn(&Source) -> Vec<String>, path: &str, text: &str) -> us
 }
 
 #[test]
+fn a_package_that_uses_one_above_or_beside_it_is_found() {
+    let count = |room: &str, manifest: &str| forbidden_rooms(room, manifest).len();
+    let above = "[dependencies]\nquadratura-gpu.workspace = true\nglam.workspace = true\n";
+    assert_eq!(count("layers", above), 1);
+    assert_eq!(count("io", above), 1, "neighbours");
+    assert_eq!(count("recipe", above), 0);
+    assert_eq!(count("layers", "[dev-dependencies]\nquadratura-recipe = { workspace = true }\n"), 1, "tests");
+    assert_eq!(count("layers", "[dependencies]\nquadratura-attic.workspace = true\n"), 1);
+    assert_eq!(count("layers", "[dependencies]\n# quadratura-gpu = 1\n\n[lib]\nquadratura-cli = 1\n"), 0);
+    assert_eq!(count("attic", ""), 1, "a room that is on no floor");
+}
+
+#[test]
 fn an_arrow_that_points_up_is_found_however_it_is_written() {
     for text in [
-        "use crate::gpu::Gpu;",
-        "use crate::{error::Error, gpu::{self, Gpu}};",
-        "use super::super::gpu::Gpu;",
-        "fn f() -> crate::gpu::Gpu { todo() }",
-        "use crate::{\n    error::Error as E,\n    cli,\n};",
-        "use super::{super::recipe::build, view};",
+        "use crate::scene::Site;",
+        "use crate::{error::Error, scene::{self, Site}};",
+        "use super::super::scene::Site;",
+        "fn f() -> crate::scene::Site { todo() }",
+        "use crate::{\n    error::Error as E,\n    scene,\n};",
+        "use super::{super::raster::image, lens};",
+        "use quadratura_base::scene::Site;",
     ] {
-        assert_ne!(complaints_of(forbidden_arrows, "layers/view.rs", text), 0, "{text}");
+        assert_ne!(complaints_of(forbidden_arrows, "base/geometry/plane.rs", text), 0, "{text}");
     }
-    assert_eq!(complaints_of(forbidden_arrows, "io/png.rs", "use crate::gpu::Gpu;"), 1, "neighbours");
-    assert_eq!(complaints_of(forbidden_arrows, "attic/x.rs", ""), 1, "a room that is on no floor");
+    assert_eq!(complaints_of(forbidden_arrows, "base/attic/x.rs", ""), 1, "a module that is on no floor");
 }
 
 #[test]
 fn an_arrow_that_points_down_and_one_within_the_module_are_fine() {
     for text in [
-        "use crate::geometry::Plane;",
+        "use crate::task::Task;",
         "use crate::{Error, Result};",
-        "use super::view::View;",
-        "use crate::layers::options::Options;",
-        "// use crate::gpu::Gpu;",
-        "const A: &str = \"crate::gpu\";",
-        "#[cfg(test)]\nmod tests {\n    use crate::gpu::Gpu;\n}",
-        "use wgpu_like::gpu::X;",
+        "use super::lens::Lens;",
+        "use crate::geometry::options::Options;",
+        "// use crate::scene::Site;",
+        "const A: &str = \"crate::scene\";",
+        "#[cfg(test)]\nmod tests {\n    use crate::scene::Site;\n}",
+        "use spade_like::scene::X;",
     ] {
-        assert_eq!(complaints_of(forbidden_arrows, "layers/view.rs", text), 0, "{text}");
+        assert_eq!(complaints_of(forbidden_arrows, "base/geometry/plane.rs", text), 0, "{text}");
     }
-    assert_eq!(complaints_of(forbidden_arrows, "main.rs", "fn main() { quadratura::run() }"), 0);
+    assert_eq!(complaints_of(forbidden_arrows, "layers/view.rs", "use crate::scene;"), 0, "another room");
 }
 
 #[test]
@@ -213,16 +266,41 @@ fn a_package_out_of_place_is_found() {
     assert_eq!(complaints_of(rule, "cli/mod.rs", "fn f() { image::open(p); }"), 1);
     assert_eq!(complaints_of(rule, "recipe/x.rs", "use zip;"), 1);
     assert_eq!(complaints_of(rule, "gpu/device.rs", "use wgpu::Device;"), 0);
-    assert_eq!(complaints_of(rule, "recipe/x.rs", "use crate::io::image::Image; let zip = 1; a.zip(b);"), 0);
+    assert_eq!(
+        complaints_of(rule, "recipe/x.rs", "use quadratura_io::image::Image; let zip = 1; a.zip(b);"),
+        0
+    );
+    let manifest = "[dependencies]\nwgpu.workspace = true\n\n[dev-dependencies]\nimage.workspace = true\n";
+    assert_eq!(dependencies_out_of_place("recipe", manifest).len(), 1);
+    assert_eq!(dependencies_out_of_place("gpu", manifest).len(), 0);
 }
 
 #[test]
 fn a_package_without_a_user_is_found() {
-    let manifest =
-        "[package]\n\n[dependencies]\nclap-mangen = \"1\"\nzip = { version = \"9\" }\n\n[x]\ny = 1\n";
+    let manifest = "[package]\n\n[dependencies]\nclap-mangen.workspace = true\nzip = { workspace = true }\n\n[x]\ny = 1\n";
     let sources = [Source::new("io/a.rs", "use zip::write; // clap_mangen::f()")];
-    let complaints = unused_packages(manifest, &sources);
-    assert_eq!(complaints, ["Cargo.toml: no source names the package `clap_mangen`"]);
+    let complaints = unused_packages("src/io/Cargo.toml", manifest, &[&sources[0]]);
+    assert_eq!(complaints, ["src/io/Cargo.toml: no source names the package `clap_mangen`"]);
+    let hidden =
+        "[dependencies]\nzip = 1\n# Never named: a reason.\neither = 1\n\n[build-dependencies]\ncc = 1\n";
+    assert_eq!(unused_packages("Cargo.toml", hidden, &[&sources[0]]).len(), 1);
+    let root = "[workspace.dependencies]\nzip = \"9\"\nglam = \"1\"\npng = \"1\"\n\n[dependencies]\nglam.workspace = true\n";
+    let unused = unused_in_workspace(root, &[manifest.to_owned()]);
+    assert_eq!(unused, ["Cargo.toml: no package of the workspace uses `png`"]);
+}
+
+#[test]
+fn code_in_a_public_module_is_found_and_names_without_documentation_are() {
+    let rule = more_than_names;
+    assert_eq!(
+        complaints_of(rule, "edit.rs", "#[doc(inline)]\npub use quadratura_base::{Error, Result};\n"),
+        0
+    );
+    assert_eq!(complaints_of(rule, "edit.rs", "pub use quadratura_base::Error;"), 1);
+    assert_eq!(
+        complaints_of(rule, "edit.rs", "#[doc(inline)]\npub use quadratura_base::Error;\nfn f() {}"),
+        1
+    );
 }
 
 #[test]

@@ -66,7 +66,7 @@ step "formatted"
 cargo fmt --all --check
 
 step "tests compile"
-cargo test --profile "$profile" --quiet --no-run
+cargo test --profile "$profile" --workspace --quiet --no-run
 
 # Checks keep one core busy for the most part, and tests wait for files and for each other: beside each other they end
 # sooner. The checks have a target folder of their own, because cargo lets one command into a folder at a time, and they yield
@@ -94,7 +94,7 @@ beside() {
 checking=$!
 
 step "tests"
-cargo test --profile "$profile" --quiet
+cargo test --profile "$profile" --workspace --quiet
 
 # llvmpipe, the software adapter, makes its code for the processor that it runs on, and its arithmetic with
 # it. In CI the tests that compare pictures run once more as on a processor without SSE, the setting whose

@@ -30,7 +30,7 @@ pub use self::state::{ask, life, notes, panes, running, selection, settings};
 pub use self::work::autosave::Ending;
 pub use self::work::crash;
 pub use self::work::priority::lower_own_priority;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Opens the window, with a project or without; returns the frame times when it is closed. `ending` ends it from
 /// outside.

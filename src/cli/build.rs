@@ -10,17 +10,17 @@ use super::stacks::StackTable;
 use super::table::counted;
 use super::transients::note_large;
 use super::words::error_text;
-use crate::document::Project;
-use crate::error::Result;
-use crate::gpu::{Gpu, GpuRasteriser};
-use crate::io::project::write_project;
-use crate::io::stack_store::StackStore;
-use crate::layers::Options;
-use crate::recipe::build::{BuildOptions, Built, build};
-use crate::recipe::decide::stale;
-use crate::recipe::open::{Opened, open_site};
-use crate::recipe::preview;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_gpu::{Gpu, GpuRasteriser};
+use quadratura_io::project::write_project;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::Options;
+use quadratura_recipe::build::{BuildOptions, Built, build};
+use quadratura_recipe::decide::stale;
+use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::preview;
 
 /// Runs `build`: builds the stacks of the chosen photos and, unless told otherwise, what previews need. A photo
 /// that fails becomes a problem.

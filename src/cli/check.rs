@@ -10,20 +10,20 @@ use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::tree::note_doubts;
 use super::unexplained::unexplained_text;
-use crate::cli::words::{command_for_project, error_text};
-use crate::error::Result;
-use crate::geometry::Similarity;
-use crate::gpu::{Gpu, GpuRasteriser};
-use crate::io::project::write_project;
-use crate::io::writable::check_folder;
-use crate::recipe::check::fix::realigned;
-use crate::recipe::check::mistake::{advice_without_fix, likely_mistakes};
-use crate::recipe::check::{
+use crate::words::{command_for_project, error_text};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Similarity;
+use quadratura_base::task::Task;
+use quadratura_gpu::{Gpu, GpuRasteriser};
+use quadratura_io::project::write_project;
+use quadratura_io::writable::check_folder;
+use quadratura_recipe::check::fix::realigned;
+use quadratura_recipe::check::mistake::{advice_without_fix, likely_mistakes};
+use quadratura_recipe::check::{
     AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Names, ObjectDistances, Verdict, check_site,
 };
-use crate::recipe::open::{Opened, open_site};
-use crate::recipe::trees::list::{listed_species, species_problems};
-use crate::task::Task;
+use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::trees::list::{listed_species, species_problems};
 
 /// Number of names in a list; `--json` has more.
 const LISTED: usize = 6;

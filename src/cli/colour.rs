@@ -9,19 +9,19 @@ use super::Outcome;
 use super::args::{ColourArgs, GroupArg, Switch};
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
-use crate::cli::words::{command_for_project, error_text};
-use crate::document::ColourDecisions;
-use crate::document::colour::REST;
-use crate::error::{Error, Result};
-use crate::io::project::write_project;
-use crate::projection::exposure::{ExposureRule, GroupSupport};
-use crate::recipe::colour::{
+use crate::words::{command_for_project, error_text};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::ColourDecisions;
+use quadratura_document::colour::REST;
+use quadratura_io::project::write_project;
+use quadratura_projection::exposure::{ExposureRule, GroupSupport};
+use quadratura_recipe::colour::{
     ColourEdit, ColourReport, PhotoColour, colour_report, edited, estimate, keeping_found, known_report,
     lead_in_words, report_from_estimate,
 };
-use crate::recipe::open::{Opened, open_site};
-use crate::recipe::written_exposure::{CameraReport, WrittenExposure};
-use crate::task::Task;
+use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::written_exposure::{CameraReport, WrittenExposure};
 
 /// Runs `colour`: changes exposures as the arguments ask, and reports the exposures of all photos.
 pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
@@ -370,9 +370,9 @@ fn legend(report: &ColourReport) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::Gains;
-    use crate::projection::exposure::Estimate;
-    use crate::scene::{Model, Site};
+    use quadratura_base::scene::{Model, Site};
+    use quadratura_projection::Gains;
+    use quadratura_projection::exposure::Estimate;
 
     #[test]
     fn a_rule_that_another_setting_changes_is_told_and_one_that_is_set_stays() {

@@ -9,22 +9,22 @@ use super::args::{DecideArgs, OptionOverride};
 use super::lock::read_with_lock_if;
 use super::merge_table::MergeTable;
 use super::table::Table;
-use crate::cli::words::{command_for_project, error_text, worded};
-use crate::document::decisions::PhotoOptions;
-use crate::document::stack::UntexturedReason;
-use crate::document::{PhotoDecisions, Project, Stack};
-use crate::error::{Error, Result};
-use crate::io::project::write_project;
-use crate::io::stack_store::StackStore;
-use crate::layers::Faces;
-use crate::layers::fill::options::matches_pattern;
-use crate::recipe::decide::{LayerEdit, decided, edited, faces_named, stale};
-use crate::recipe::impostors::{self, ImpostorEdit};
-use crate::recipe::named::index_of_photo;
-use crate::recipe::open::{Opened, open_site};
-use crate::recipe::see_through::{self, SeeThroughEdit};
-use crate::scene::{Model, Object, PhotoId};
-use crate::task::Task;
+use crate::words::{command_for_project, error_text, worded};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Model, Object, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_document::decisions::PhotoOptions;
+use quadratura_document::stack::UntexturedReason;
+use quadratura_document::{PhotoDecisions, Project, Stack};
+use quadratura_io::project::write_project;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::Faces;
+use quadratura_layers::fill::options::matches_pattern;
+use quadratura_recipe::decide::{LayerEdit, decided, edited, faces_named, stale};
+use quadratura_recipe::impostors::{self, ImpostorEdit};
+use quadratura_recipe::named::index_of_photo;
+use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::see_through::{self, SeeThroughEdit};
 
 /// Runs `decide`: changes the decisions about layers as the arguments ask, and lists the decisions.
 pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {

@@ -7,17 +7,17 @@ use rayon::ThreadPoolBuilder;
 /// Makes the threads that jobs share give way to the window.
 pub fn below_window(pool: ThreadPoolBuilder) -> ThreadPoolBuilder {
     #[cfg(feature = "gui")]
-    let pool = pool.start_handler(|_| crate::app::lower_own_priority());
+    let pool = pool.start_handler(|_| quadratura_app::lower_own_priority());
     pool
 }
 
 /// Refuses to open a window: this program was compiled without one.
 #[cfg(not(feature = "gui"))]
-pub fn run(_: &super::args::EditArgs) -> crate::error::Result<super::Outcome> {
+pub fn run(_: &super::args::EditArgs) -> quadratura_base::error::Result<super::Outcome> {
     let found = "this program was compiled without its window (the feature `gui` is off)";
     let remedy =
         "compile it with default features to edit; `quadratura --help` lists the commands that work without";
-    Err(crate::error::Error::Request(format!("{found}; {remedy}")))
+    Err(quadratura_base::error::Error::Request(format!("{found}; {remedy}")))
 }
 
 #[cfg(feature = "gui")]
@@ -27,11 +27,11 @@ mod window {
 
     use serde_json::json;
 
-    use crate::app::{self, Ending};
-    use crate::cli::args::EditArgs;
-    use crate::cli::{Outcome, STOPPED};
-    use crate::error::{Error, Result};
-    use crate::io::project::read_project;
+    use crate::args::EditArgs;
+    use crate::{Outcome, STOPPED};
+    use quadratura_app::{self as app, Ending};
+    use quadratura_base::error::{Error, Result};
+    use quadratura_io::project::read_project;
 
     /// Time that a window gets to close after a signal: longer than it waits, twice, for files that it is
     /// writing.

@@ -11,15 +11,15 @@ use super::fill::note_stale_fillings;
 use super::lock::lock_and_read;
 use super::table::{Table, counted};
 use super::words::error_text;
-use crate::error::{Error, Remedy, Result};
-use crate::io::stack_store::StackStore;
-use crate::io::writable::check_folder;
-use crate::recipe::colour::even_factors;
-use crate::recipe::export::{ExportOptions, Exported, TreesInSite, export, write_provenance};
-use crate::recipe::open::{Opened, open_site};
-use crate::recipe::survey::{StackState, Survey};
-use crate::scene::Photo;
-use crate::task::Task;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::Photo;
+use quadratura_base::task::Task;
+use quadratura_io::stack_store::StackStore;
+use quadratura_io::writable::check_folder;
+use quadratura_recipe::colour::even_factors;
+use quadratura_recipe::export::{ExportOptions, Exported, TreesInSite, export, write_provenance};
+use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::survey::{StackState, Survey};
 
 /// Runs `export`: writes the layered files of the chosen photos, and returns a table of them with a problem for
 /// each photo that failed.

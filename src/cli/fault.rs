@@ -4,8 +4,8 @@ use std::io::Write;
 use std::panic::PanicHookInfo;
 
 #[cfg(feature = "gui")]
-use crate::app::crash::is_of_display;
-use crate::io::guarded::is_decoding;
+use quadratura_app::crash::is_of_display;
+use quadratura_io::guarded::is_decoding;
 
 /// Replaces the message of a panic by one that says what to do. With `RUST_BACKTRACE` set the standard
 /// message follows.

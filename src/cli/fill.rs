@@ -12,20 +12,20 @@ use super::lock::lock_and_read;
 use super::propagation_table::PropagatedTable;
 use super::table::counted;
 use super::words::error_text;
-use crate::document::Project;
-use crate::error::{Error, Remedy, Result};
-use crate::gpu::{Gpu, GpuRasteriser};
-use crate::io::project::change_project;
-use crate::io::stack_store::StackStore;
-use crate::layers::Rasteriser;
-use crate::layers::fill::FillOptions;
-use crate::recipe::fill::seen::propagation_in_words;
-use crate::recipe::fill::{FillRequest, FilledPhoto, check_options, fill, stale_fillings, tell};
-use crate::recipe::open::{Opened, open_site};
-use crate::recipe::survey::{StackState, Survey};
-use crate::recipe::update::build_needed;
-use crate::scene::Photo;
-use crate::task::Task;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::Photo;
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_gpu::{Gpu, GpuRasteriser};
+use quadratura_io::project::change_project;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::Rasteriser;
+use quadratura_layers::fill::FillOptions;
+use quadratura_recipe::fill::seen::propagation_in_words;
+use quadratura_recipe::fill::{FillRequest, FilledPhoto, check_options, fill, stale_fillings, tell};
+use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::survey::{StackState, Survey};
+use quadratura_recipe::update::build_needed;
 
 /// Runs `fill`: builds the stacks of the chosen photos that need it, and fills their hidden parts. A photo that fails
 /// becomes a problem.

@@ -4,8 +4,8 @@ use serde_json::{Value, json};
 
 use super::bytes::readable_bytes;
 use super::table::Table;
-use crate::document::Stack;
-use crate::recipe::fill::FillShares;
+use quadratura_document::Stack;
+use quadratura_recipe::fill::FillShares;
 
 const HEADINGS: [&str; 10] = [
     "photo",

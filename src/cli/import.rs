@@ -11,19 +11,19 @@ use super::coarse::coarse_text;
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::words::{command_for_project, error_text};
-use crate::document::paint::PaintImport;
-use crate::error::{Error, Result};
-use crate::io::documents::documents;
-use crate::io::project::{below, read_project};
-use crate::layers::fill::{FillOptions, Propagation};
-use crate::recipe::fill::propagation::{CoarsePaint, coarse_paint};
-use crate::recipe::fill::seen::propagation_in_words;
-use crate::recipe::import::elsewhere::PaintElsewhere;
-use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
-use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back_one};
-use crate::recipe::open::open;
-use crate::recipe::watch::{WatchOptions, project_lock, watch};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::paint::PaintImport;
+use quadratura_io::documents::documents;
+use quadratura_io::project::{below, read_project};
+use quadratura_layers::fill::{FillOptions, Propagation};
+use quadratura_recipe::fill::propagation::{CoarsePaint, coarse_paint};
+use quadratura_recipe::fill::seen::propagation_in_words;
+use quadratura_recipe::import::elsewhere::PaintElsewhere;
+use quadratura_recipe::import::report::{FileReport, LayerReport, LayerState};
+use quadratura_recipe::import::{ImportOptions, Imported, history, import_once, take_back_one};
+use quadratura_recipe::open::open;
+use quadratura_recipe::watch::{WatchOptions, project_lock, watch};
 
 /// Runs `import`: reads edited files as paint, lists the imports of the past, or undoes one of them.
 pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {

@@ -3,9 +3,9 @@
 use serde_json::{Value, json};
 
 use super::table::Table;
-use crate::document::Stack;
-use crate::layers::Options;
-use crate::recipe::layer_report::{LayerReport, SMALL_PX};
+use quadratura_document::Stack;
+use quadratura_layers::Options;
+use quadratura_recipe::layer_report::{LayerReport, SMALL_PX};
 
 const HEADINGS: [&str; 6] =
     ["image layers of", "layers", "parts per object", "median visible", "small", "barely visible faces"];

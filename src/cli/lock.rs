@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
-use crate::document::Project;
-use crate::error::Result;
-use crate::io::lock::{ProjectLock, is_update};
-use crate::io::project::read_project;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_io::lock::{ProjectLock, is_update};
+use quadratura_io::project::read_project;
 
 /// The time between attempts while `update` works on a photo; shorter than the gap that it leaves between photos.
 const AGAIN: Duration = Duration::from_millis(10);
@@ -16,7 +16,7 @@ const AGAIN: Duration = Duration::from_millis(10);
 /// other commands, so this waits for it.
 ///
 /// # Errors
-/// The errors of [`read_project`]; [`crate::Error::Request`] naming the holder of the lock.
+/// The errors of [`read_project`]; [`quadratura_base::Error::Request`] naming the holder of the lock.
 pub fn lock_and_read(folder: &Path, task: &Task) -> Result<(ProjectLock, Project)> {
     // A folder without a project gets no lock file, but an error that says so.
     read_project(folder)?;

@@ -8,21 +8,21 @@ use super::lock::read_with_lock_if;
 use super::masked::MaskReport;
 use super::table::{Table, counted};
 use super::words::{command_for_project, error_text};
-use crate::document::{Masks, Project};
-use crate::error::{Error, Result};
-use crate::io::paint_store::PaintStore;
-use crate::io::project::write_project;
-use crate::io::recovery::read_unsaved;
-use crate::io::writable::check_folder;
-use crate::recipe::budget::default_memory;
-use crate::recipe::masks::beside::{FoundMask, MasksBeside, UnreadMask, mask_of_file, masks_beside};
-use crate::recipe::masks::object::{ObjectMasks, from_object};
-use crate::recipe::masks::suggest::{
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::{Masks, Project};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::project::write_project;
+use quadratura_io::recovery::read_unsaved;
+use quadratura_io::writable::check_folder;
+use quadratura_recipe::budget::default_memory;
+use quadratura_recipe::masks::beside::{FoundMask, MasksBeside, UnreadMask, mask_of_file, masks_beside};
+use quadratura_recipe::masks::object::{ObjectMasks, from_object};
+use quadratura_recipe::masks::suggest::{
     MARGIN_PX, MaskSuggestion, Suggestions, UNSEEN, accepted, suggest, suggestion_folder, suggestions,
 };
-use crate::recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
-use crate::recipe::open::{Opened, open_site, whole_model};
-use crate::task::Task;
+use quadratura_recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
+use quadratura_recipe::open::{Opened, open_site, whole_model};
 
 /// Runs `mask`: changes masks of transient objects as the arguments ask, and lists the masks.
 pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {

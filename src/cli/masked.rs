@@ -3,9 +3,9 @@
 use serde_json::{Value, json};
 
 use super::table::Table;
-use crate::error::Result;
-use crate::recipe::masks::list::{MaskedPhoto, masked_photos};
-use crate::recipe::open::Opened;
+use quadratura_base::error::Result;
+use quadratura_recipe::masks::list::{MaskedPhoto, masked_photos};
+use quadratura_recipe::open::Opened;
 
 /// The masks of a project and its removed objects.
 pub struct MaskReport {

@@ -9,14 +9,14 @@ use super::args::MatteArgs;
 use super::lock::lock_and_read;
 use super::table::{Table, counted};
 use super::words::command_for_project;
-use crate::error::{Error, Result};
-use crate::layers::matte::{Matte, MatteShares};
-use crate::recipe::fill::mattes::{SiteMattes, mattes};
-use crate::recipe::fill::photos_to_fill;
-use crate::recipe::masks::object::objects_named;
-use crate::recipe::open::{Opened, open_site};
-use crate::scene::{Object, PhotoId};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Object, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_layers::matte::{Matte, MatteShares};
+use quadratura_recipe::fill::mattes::{SiteMattes, mattes};
+use quadratura_recipe::fill::photos_to_fill;
+use quadratura_recipe::masks::object::objects_named;
+use quadratura_recipe::open::{Opened, open_site};
 
 /// The number of photos that are named; of more their number is told.
 const LISTED: usize = 4;

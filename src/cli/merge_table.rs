@@ -4,10 +4,10 @@ use serde_json::{Value, json};
 
 use super::table::Table;
 use super::words::command_for_project;
-use crate::document::Stack;
-use crate::recipe::decide::{MergeableLayer, mergeable};
-use crate::recipe::open::Opened;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
+use quadratura_recipe::decide::{MergeableLayer, mergeable};
+use quadratura_recipe::open::Opened;
 
 /// Maximum number of partners in a row; JSON has all.
 const MOST_PARTNERS: usize = 4;

@@ -15,11 +15,11 @@ use clap::FromArgMatches;
 use serde_json::{Value, json};
 
 use self::words::{about_project, error_text, worded};
-use crate::error::{Error, Result};
-use crate::io::atomic::{is_stream, write_atomically};
-use crate::io::lock::introduce;
-use crate::io::writable::check_file;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::atomic::{is_stream, write_atomically};
+use quadratura_io::lock::introduce;
+use quadratura_io::writable::check_file;
 
 pub mod args;
 mod build;

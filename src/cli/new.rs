@@ -8,12 +8,12 @@ use super::Outcome;
 use super::args::{NewArgs, SampleArgs};
 use super::table::{Table, counted};
 use super::words::{error_text, worded};
-use crate::error::{Error, Result};
-use crate::layers::Options;
-use crate::recipe::create::{NewProject, create_project};
-use crate::recipe::open::Opened;
-use crate::recipe::sample::{create_sample, project_of_sample};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_layers::Options;
+use quadratura_recipe::create::{NewProject, create_project};
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::sample::{create_sample, project_of_sample};
 
 /// Runs `new`: creates a project from photos, cameras and a model, and summarises it.
 pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
@@ -73,8 +73,10 @@ fn summary(opened: &Opened) -> Outcome {
 
 /// Returns `3072 x 2048 px`, or the smallest and the largest size.
 fn sizes(opened: &Opened) -> String {
-    let size = |photo: &&crate::scene::Photo| (photo.camera.width, photo.camera.height);
-    let area = |photo: &&crate::scene::Photo| u64::from(photo.camera.width) * u64::from(photo.camera.height);
+    let size = |photo: &&quadratura_base::scene::Photo| (photo.camera.width, photo.camera.height);
+    let area = |photo: &&quadratura_base::scene::Photo| {
+        u64::from(photo.camera.width) * u64::from(photo.camera.height)
+    };
     let photos = || opened.site.photos.iter();
     let bounds = photos().min_by_key(area).zip(photos().max_by_key(area));
     let Some((smallest, largest)) = bounds.map(|(a, b)| (size(&a), size(&b))) else { return String::new() };

@@ -7,13 +7,13 @@ use super::args::ObjectArgs;
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::words::command_for_project;
-use crate::document::Project;
-use crate::error::Result;
-use crate::io::project::write_project;
-use crate::layers::fill::options::matches_pattern;
-use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed, masks_of};
-use crate::recipe::open::{refused_impostors, whole_model};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_io::project::write_project;
+use quadratura_layers::fill::options::matches_pattern;
+use quadratura_recipe::objects::{ListedObject, ObjectEdit, edited, listed, masks_of};
+use quadratura_recipe::open::{refused_impostors, whole_model};
 
 /// Runs `object`: switches objects of the model on or off as the arguments ask, and lists the objects.
 pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {

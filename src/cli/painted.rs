@@ -3,10 +3,10 @@
 use serde_json::{Value, json};
 
 use super::table::counted;
-use crate::error::Result;
-use crate::io::stack_store::StackStore;
-use crate::recipe::open::Opened;
-use crate::recipe::paint::lost::{LostPaint, PaintSurvey, survey_paint};
+use quadratura_base::error::Result;
+use quadratura_io::stack_store::StackStore;
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::paint::lost::{LostPaint, PaintSurvey, survey_paint};
 
 /// The paint of a project.
 pub struct PaintReport(PaintSurvey);

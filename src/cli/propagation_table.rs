@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::table::Table;
-use crate::document::stack::PropagationEntry;
+use quadratura_document::stack::PropagationEntry;
 
 const HEADINGS: [&str; 8] = [
     "photo",

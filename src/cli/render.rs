@@ -12,25 +12,27 @@ use super::fill::note_stale_fillings;
 use super::table::{Table, counted};
 use super::view_args::{Background, RenderArgs, ShowArg, size};
 use super::words::{error_text, worded};
-use crate::error::{Error, Result};
-use crate::gpu::Gpu;
-use crate::io::camera_path::write_camera_path;
-use crate::io::stack_readers::StackReader;
-use crate::io::stack_store::StackStore;
-use crate::io::writable::check_file;
-use crate::layers::sky_model::{Daylight, SkyKind};
-use crate::ldi::Shown;
-use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
-use crate::projection::{DisplayMode, Exposure, Renders};
-use crate::recipe::colour::{colour_report, usual_exposure};
-use crate::recipe::exploded::exploded;
-use crate::recipe::ldi::viewer::Viewer;
-use crate::recipe::open::{Opened, open};
-use crate::recipe::preview::{self, PreviewOptions};
-use crate::recipe::render::{PictureFormat, RenderOptions, RenderReport, RenderedView, VideoOptions, render};
-use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest};
-use crate::recipe::written_exposure::written_exposures;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_gpu::Gpu;
+use quadratura_io::camera_path::write_camera_path;
+use quadratura_io::stack_readers::StackReader;
+use quadratura_io::stack_store::StackStore;
+use quadratura_io::writable::check_file;
+use quadratura_layers::sky_model::{Daylight, SkyKind};
+use quadratura_ldi::Shown;
+use quadratura_projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
+use quadratura_projection::{DisplayMode, Exposure, Renders};
+use quadratura_recipe::colour::{colour_report, usual_exposure};
+use quadratura_recipe::exploded::exploded;
+use quadratura_recipe::ldi::viewer::Viewer;
+use quadratura_recipe::open::{Opened, open};
+use quadratura_recipe::preview::{self, PreviewOptions};
+use quadratura_recipe::render::{
+    PictureFormat, RenderOptions, RenderReport, RenderedView, VideoOptions, render,
+};
+use quadratura_recipe::views::{RequestedView, RequestedViews, Size, ViewRequest};
+use quadratura_recipe::written_exposure::written_exposures;
 
 /// Maximum number of pictures in the table; `--json` has all.
 const MOST_ROWS: usize = 40;

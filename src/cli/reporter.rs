@@ -12,7 +12,7 @@ use super::args::Global;
 use super::paint::{NOTE, paint};
 use super::timings::Timings;
 use super::words::worded;
-use crate::task::{Event, Task, has_parts, in_words};
+use quadratura_base::task::{Event, Task, has_parts, in_words};
 
 /// Time between lines of progress where there is no terminal; also the time before the first one, so that
 /// quick commands print none.

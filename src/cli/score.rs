@@ -7,22 +7,22 @@ use super::table::Table;
 use super::unexplained::unexplained_line;
 use super::view_args::{ScoreArgs, ScoreBackground, exposure_name, size};
 use super::words::{error_text, worded};
-use crate::error::{Error, Result};
-use crate::gpu::Gpu;
-use crate::io::writable::check_folder;
-use crate::projection::metrics::ImageMetrics;
-use crate::projection::{DisplayMode, Exposure};
-use crate::recipe::check::unexplained::{Unexplained, unexplained};
-use crate::recipe::ldi::StackLdiOptions;
-use crate::recipe::ldi::viewer::Viewer;
-use crate::recipe::open::{Opened, open};
-use crate::recipe::preview;
-use crate::recipe::render::Appearance;
-use crate::recipe::score::{
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_gpu::Gpu;
+use quadratura_io::writable::check_folder;
+use quadratura_projection::metrics::ImageMetrics;
+use quadratura_projection::{DisplayMode, Exposure};
+use quadratura_recipe::check::unexplained::{Unexplained, unexplained};
+use quadratura_recipe::ldi::StackLdiOptions;
+use quadratura_recipe::ldi::viewer::Viewer;
+use quadratura_recipe::open::{Opened, open};
+use quadratura_recipe::preview;
+use quadratura_recipe::render::Appearance;
+use quadratura_recipe::score::{
     MeanScore, ObjectScore, Question, ScoreOptions, ScoreReport, held_out, leave_one_out, score,
 };
-use crate::recipe::views::Size;
-use crate::task::Task;
+use quadratura_recipe::views::Size;
 
 /// The default scale: half the photo's size, which reduces the effect of camera noise.
 const USUAL_SCALE: f64 = 0.5;
@@ -135,7 +135,7 @@ fn photos(report: &ScoreReport) -> String {
         table.row([view.photo.clone(), percent(view.coverage)].into_iter().chain(covered).chain(with_holes));
     }
     if let Some(MeanScore { views, coverage, covered, with_holes }) = report.mean {
-        let means = |m: &crate::recipe::score::MeanMetrics| (m.psnr, m.psnr_fitted, m.ssim);
+        let means = |m: &quadratura_recipe::score::MeanMetrics| (m.psnr, m.psnr_fitted, m.ssim);
         let (covered, with_holes) = (figures(covered.as_ref().map(means)), figures(Some(means(&with_holes))));
         let name = format!("mean of {views}");
         table.row([name, percent(coverage)].into_iter().chain(covered).chain(with_holes));

@@ -6,19 +6,19 @@ use super::Outcome;
 use super::args::PaintArgs;
 use super::lock::read_with_lock_if;
 use super::painted::PaintReport;
-use crate::document::Project;
-use crate::document::paint::PaintBook;
-use crate::error::{Error, Result};
-use crate::io::paint_store::PaintStore;
-use crate::io::project::change_project;
-use crate::io::stack_store::StackStore;
-use crate::recipe::decide::faces_named;
-use crate::recipe::fill::seen::{
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_document::paint::PaintBook;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::project::change_project;
+use quadratura_io::stack_store::StackStore;
+use quadratura_recipe::decide::faces_named;
+use quadratura_recipe::fill::seen::{
     EditedPaint, Seen, SeenEdit, SeenReport, edited, exceptions_in_words, propagation_in_words,
 };
-use crate::recipe::named::index_of_photo;
-use crate::recipe::open::{Opened, open_site};
-use crate::task::Task;
+use quadratura_recipe::named::index_of_photo;
+use quadratura_recipe::open::{Opened, open_site};
 
 /// Runs `paint`: changes where paint is seen as the arguments ask, and lists the paint with that.
 pub fn run(args: &PaintArgs, task: &Task) -> Result<Outcome> {

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::bytes::readable_bytes;
 use super::table::Table;
-use crate::document::Stack;
+use quadratura_document::Stack;
 
 const HEADINGS: [&str; 14] = [
     "photo",

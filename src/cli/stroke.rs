@@ -9,13 +9,13 @@ use super::import::{elsewhere_in_words, seen_from};
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::words::command_for_project;
-use crate::error::Result;
-use crate::io::stroke_file::read_stroke;
-use crate::recipe::colour::usual_exposure;
-use crate::recipe::open::open_site;
-use crate::recipe::render::Appearance;
-use crate::recipe::stroke::{StrokeOptions, StrokeReport, apply};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_io::stroke_file::read_stroke;
+use quadratura_recipe::colour::usual_exposure;
+use quadratura_recipe::open::open_site;
+use quadratura_recipe::render::Appearance;
+use quadratura_recipe::stroke::{StrokeOptions, StrokeReport, apply};
 
 /// Runs `stroke`.
 pub fn run(args: &StrokeArgs, task: &Task) -> Result<Outcome> {

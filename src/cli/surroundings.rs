@@ -7,11 +7,11 @@ use super::args::SurroundingsArgs;
 use super::lock::read_with_lock_if;
 use super::table::Table;
 use super::words::{command_for_project, error_text};
-use crate::error::Result;
-use crate::io::project::write_project;
-use crate::recipe::dome_picture::{DomeExport, DomeReport, check_target, chosen_picture, dome_report};
-use crate::recipe::open::open_site;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_io::project::write_project;
+use quadratura_recipe::dome_picture::{DomeExport, DomeReport, check_target, chosen_picture, dome_report};
+use quadratura_recipe::open::open_site;
 
 /// Runs `surroundings`: sets or removes the user's picture, exports the dome, and reports what is known.
 pub fn run(args: &SurroundingsArgs, task: &Task) -> Result<Outcome> {

@@ -9,7 +9,7 @@ use super::bytes::readable_bytes;
 use super::machine::peak_memory;
 use super::table::Table;
 
-/// The times that [`crate::task::Event::Timing`] reported.
+/// The times that [`quadratura_base::task::Event::Timing`] reported.
 #[derive(Debug, Default, Clone)]
 pub struct Timings {
     /// Stages in order of first appearance.

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::error::{Remedy, Result};
-use crate::recipe::masks::suggest::{LargeFindings, photos_with_large};
-use crate::recipe::open::Opened;
-use crate::task::Task;
+use quadratura_base::error::{Remedy, Result};
+use quadratura_base::task::Task;
+use quadratura_recipe::masks::suggest::{LargeFindings, photos_with_large};
+use quadratura_recipe::open::Opened;
 
 /// Notes which of these photos, which have stacks that are up to date, show something large that other photos do not, and over which
 /// of them other light lies.

@@ -5,12 +5,12 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::words::command_for_project;
-use crate::document::Stack;
-use crate::document::paint::PaintBook;
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::recipe::fill::unknown_matte_pixels;
-use crate::recipe::paint::PhotoPaint;
+use quadratura_document::Stack;
+use quadratura_document::paint::PaintBook;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
+use quadratura_recipe::fill::unknown_matte_pixels;
+use quadratura_recipe::paint::PhotoPaint;
 
 /// The pixels of see-through surfaces in the fillings of photos.
 #[derive(Default)]

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::table::{Table, counted};
-use crate::document::stack::{self, UntexturedReason};
-use crate::document::{PhotoDecisions, Stack};
-use crate::recipe::untextured::untextured;
-use crate::scene::FaceIndex;
+use quadratura_base::scene::FaceIndex;
+use quadratura_document::stack::{self, UntexturedReason};
+use quadratura_document::{PhotoDecisions, Stack};
+use quadratura_recipe::untextured::untextured;
 
 /// Maximum number of faces in the list for people; JSON has all of them.
 const MOST_FACES: usize = 40;

@@ -11,14 +11,16 @@ use super::table::{Table, counted};
 use super::transients::note_large;
 use super::unexplained::unexplained_line;
 use super::words::error_text;
-use crate::document::Stack;
-use crate::error::Result;
-use crate::io::stack_store::StackStore;
-use crate::recipe::check::unexplained::{Unexplained, unexplained};
-use crate::recipe::fill::FillShares;
-use crate::recipe::fill::propagation::CoarsePaint;
-use crate::recipe::update::{ProjectOnDisk, UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_io::stack_store::StackStore;
+use quadratura_recipe::check::unexplained::{Unexplained, unexplained};
+use quadratura_recipe::fill::FillShares;
+use quadratura_recipe::fill::propagation::CoarsePaint;
+use quadratura_recipe::update::{
+    ProjectOnDisk, UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update,
+};
 
 /// Runs `update`: builds and fills the chosen photos that need it. A photo that fails becomes a problem.
 pub fn run(args: &UpdateArgs, task: &Task) -> Result<Outcome> {

@@ -5,20 +5,20 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, ValueEnum};
 
 use super::args::{AsArgs, PictureArgs, PictureFormatArg, whole};
-use crate::error::{Error, Result};
-use crate::gpu::Storage;
-use crate::io::cameras::accepted;
-use crate::projection::hidden::HiddenFaces;
-use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality, TreeMethod, Unseen};
-use crate::recipe::colour::reference;
-use crate::recipe::ldi::StackLdiOptions;
-use crate::recipe::named::index_of_photo;
-use crate::recipe::open::Opened;
-use crate::recipe::preview::PreviewOptions;
-use crate::recipe::render::Appearance;
-use crate::recipe::trees::PlantParts;
-use crate::recipe::views::{Size, ViewSource};
-use crate::scene::PhotoId;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::PhotoId;
+use quadratura_gpu::Storage;
+use quadratura_io::cameras::accepted;
+use quadratura_projection::hidden::HiddenFaces;
+use quadratura_projection::{Blend, DisplayMode, Exposure, Mode, Quality, TreeMethod, Unseen};
+use quadratura_recipe::colour::reference;
+use quadratura_recipe::ldi::StackLdiOptions;
+use quadratura_recipe::named::index_of_photo;
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::preview::PreviewOptions;
+use quadratura_recipe::render::Appearance;
+use quadratura_recipe::trees::PlantParts;
+use quadratura_recipe::views::{Size, ViewSource};
 
 /// The value of `--cameras` that stands for the project's photos.
 pub const PHOTOS: &str = "photos";

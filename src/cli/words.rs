@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use crate::error::{Error, Message, Remedy};
+use quadratura_base::error::{Error, Message, Remedy};
 
 /// The project that the running command is about, as it was typed; commands to type name it.
 static PROJECT: OnceLock<PathBuf> = OnceLock::new();
@@ -101,7 +101,7 @@ mod tests {
             if matches!(remedy, Remedy::ClearMasks) {
                 words.extend(["--photo".into(), "a.jpg".into()]);
             }
-            let parsed = crate::cli::args::Cli::try_parse_from(&words);
+            let parsed = crate::args::Cli::try_parse_from(&words);
             assert!(
                 parsed.is_ok(),
                 "{words:?}: {}",

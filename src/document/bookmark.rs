@@ -3,9 +3,9 @@
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::Pose;
-use crate::projection::flight::FrameLens;
-use crate::projection::navigation::Viewpoint;
+use quadratura_base::geometry::Pose;
+use quadratura_projection::flight::FrameLens;
+use quadratura_projection::navigation::Viewpoint;
 
 /// The index of a bookmark in the project.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -79,7 +79,7 @@ impl Bookmark {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     #[test]
     fn a_kept_view_comes_back_and_an_impossible_one_is_told() {

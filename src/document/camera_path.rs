@@ -3,8 +3,8 @@
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Pinhole, Pose};
-use crate::projection::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_projection::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
 
 /// The version of the format that this program writes, and the only one that it reads.
 pub const PATH_VERSION: u32 = 1;

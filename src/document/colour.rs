@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::projection::exposure::ExposureRule;
+use quadratura_projection::exposure::ExposureRule;
 
 /// The largest permitted gain in stops, up or down. Moonlight and noon are 18 stops apart, so no photo needs more.
 pub const MOST_STOPS: f64 = 20.0;
@@ -112,7 +112,7 @@ impl ColourDecisions {
 
     /// Moves photos to a group of light, and out of all others; to none of them for [`REST`], which decides nothing where
     /// groups are found. Groups without photos are removed.
-    pub(crate) fn put_in_group(&mut self, group: &str, photos: &[String]) {
+    pub fn put_in_group(&mut self, group: &str, photos: &[String]) {
         if group == REST && self.groups.is_none() {
             return;
         }
@@ -125,7 +125,7 @@ impl ColourDecisions {
     }
 
     /// Removes everything about a photo that no longer exists.
-    pub(crate) fn forget(&mut self, photo: &str) {
+    pub fn forget(&mut self, photo: &str) {
         self.free(photo);
         if let Some(groups) = &mut self.groups {
             groups.values_mut().for_each(|members| members.retain(|member| member != photo));

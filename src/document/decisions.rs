@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::layers::{Faces, LayerConstraints, Options};
-use crate::scene::FaceIndex;
+use quadratura_base::scene::FaceIndex;
+use quadratura_layers::{Faces, LayerConstraints, Options};
 
 /// The longest permitted name of a layer, in bytes; no image editor truncates shorter ones.
 pub const LONGEST_NAME: usize = 120;
@@ -83,12 +83,12 @@ pub struct PhotoOptions {
 
 impl PhotoOptions {
     /// Returns true when nothing is overridden.
-    pub(crate) fn is_default(&self) -> bool {
+    pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 
     /// Returns the project's options with the overrides applied.
-    pub(crate) fn applied_to(&self, options: &Options) -> Options {
+    pub fn applied_to(&self, options: &Options) -> Options {
         Options {
             tolerance: self.tolerance.unwrap_or(options.tolerance),
             min_support: self.min_support.unwrap_or(options.min_support),
@@ -103,7 +103,7 @@ impl PhotoOptions {
 
 impl PhotoDecisions {
     /// Returns true when nothing was decided about the photo and none of its options is overridden.
-    pub(crate) fn is_default(&self) -> bool {
+    pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 
@@ -114,7 +114,7 @@ impl PhotoDecisions {
     }
 
     /// Returns the decisions that affect how a stack is built; the others apply to any stack.
-    pub(crate) fn of_stack(&self) -> Self {
+    pub fn of_stack(&self) -> Self {
         let Self { merge, split, tolerate, options, .. } = self.clone();
         Self { merge, split, tolerate, options, ..Self::default() }
     }
@@ -188,7 +188,7 @@ fn repeated(list: &[Faces]) -> Option<&Faces> {
 
 impl Decisions {
     /// Returns true when no photo has an entry.
-    pub(crate) fn is_default(&self) -> bool {
+    pub fn is_default(&self) -> bool {
         self.photos.is_empty()
     }
 

@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use super::stack::{Element, Piece, StackCamera, StackPhoto, StackSurface};
-use crate::foliage::SlabFrame;
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
+use quadratura_foliage::SlabFrame;
 
 /// The version of the format that this program writes, and the only one that it reads.
 pub const RECORD_VERSION: u32 = 2;
@@ -15,7 +15,7 @@ pub const RECORD_VERSION: u32 = 2;
 /// The number of hexadecimal digits of a document's key.
 pub const KEY_DIGITS: usize = 20;
 
-/// A format of exported layered images.
+/// A format of exported layered images. The enum is closed, because records on disk and the command line name its variants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ExportFormat {
@@ -27,11 +27,6 @@ pub enum ExportFormat {
     Ora,
     /// GIMP's XCF.
     Xcf,
-    /// A format that only tests have: they show that a format needs no more than a codec, an entry in the table of
-    /// formats, and a variant here. The enum is closed because records on disk and the command line name its variants,
-    /// so a format without a variant could be neither recorded nor asked for.
-    #[cfg(test)]
-    Dummy,
 }
 
 /// A record of one export. It contains everything that an import needs to know, without the stack of that time.
@@ -93,7 +88,7 @@ pub struct ExportedTree {
     pub plant: String,
     /// Where the images are.
     pub frame: SlabFrame,
-    /// For each direction, in the order of [`crate::foliage::DIRECTION_NAMES`], the file of its samples below `pixels/`.
+    /// For each direction, in the order of [`quadratura_foliage::DIRECTION_NAMES`], the file of its samples below `pixels/`.
     pub samples: Vec<String>,
     /// For each layer in the order of the record, its direction and its slab.
     pub slabs: Vec<[usize; 2]>,
@@ -172,14 +167,7 @@ pub enum HelperRole {
 
 impl ExportFormat {
     /// All formats, the default first.
-    pub const ALL: &'static [Self] = &[
-        Self::Psd,
-        Self::Folder,
-        Self::Ora,
-        Self::Xcf,
-        #[cfg(test)]
-        Self::Dummy,
-    ];
+    pub const ALL: &'static [Self] = &[Self::Psd, Self::Folder, Self::Ora, Self::Xcf];
 
     /// Returns the name that is typed on the command line.
     pub fn name(self) -> &'static str {
@@ -188,8 +176,6 @@ impl ExportFormat {
             Self::Folder => "folder",
             Self::Ora => "ora",
             Self::Xcf => "xcf",
-            #[cfg(test)]
-            Self::Dummy => "dummy",
         }
     }
 }

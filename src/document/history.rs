@@ -49,7 +49,6 @@ enum StepChange {
     /// again.
     Import { number: u32, files: Vec<PathBuf>, masks: Vec<MaskChange> },
     /// A stroke of the brush was painted, as an import with this number, which changes when it is painted again.
-    #[cfg_attr(not(feature = "gui"), expect(dead_code, reason = "only the window adds strokes to a history"))]
     Stroke { number: u32, stroke: Box<Stroke> },
 }
 
@@ -69,7 +68,7 @@ pub enum StepResult {
     /// [`History::present`] is another project; nothing remains to be done.
     Project,
     /// The caller undoes the import with this number and reports it with [`History::import_undone`].
-    /// [`crate::document::paint::PaintBook::take_back`] undoes the last import; where that is another one, or none
+    /// [`crate::paint::PaintBook::take_back`] undoes the last import; where that is another one, or none
     /// is left, the step cannot be undone, and the caller calls [`History::forget_import`].
     TakeBack(u32),
     /// The caller imports these files again, in their present state, and reports the new number with
@@ -137,8 +136,7 @@ impl History {
     }
 
     /// Records a stroke of the brush as a step. Its paint is on disk already.
-    #[cfg(feature = "gui")]
-    pub(crate) fn stroked(&mut self, name: impl Into<String>, number: u32, stroke: Stroke) {
+    pub fn stroked(&mut self, name: impl Into<String>, number: u32, stroke: Stroke) {
         let stroke = Box::new(stroke);
         self.push(Step { name: name.into(), change: StepChange::Stroke { number, stroke } });
         self.gesture = None;
@@ -159,8 +157,7 @@ impl History {
     }
 
     /// Records that the paint of an import stays in its photo, as the project on disk says already.
-    #[cfg(feature = "gui")]
-    pub(crate) fn stays_in_photo(&mut self, import: u32) {
+    pub fn stays_in_photo(&mut self, import: u32) {
         (self.present, self.saved) = (seen_here(&self.present, import), seen_here(&self.saved, import));
         if let Some(index) = self.index_of_import(import) {
             self.rewrite(index.., |project| seen_here(project, import));
@@ -252,8 +249,7 @@ impl History {
     }
 
     /// Returns the number of the import, or of the stroke, that [`Self::undo`] would undo.
-    #[cfg(feature = "gui")]
-    pub(crate) fn undoes_import(&self) -> Option<u32> {
+    pub fn undoes_import(&self) -> Option<u32> {
         let index = self.steps.len().checked_sub(self.undone + 1)?;
         self.steps[index].change.import()
     }
@@ -264,8 +260,7 @@ impl History {
     }
 
     /// Returns the names of all steps, oldest first, and the number of them that are done.
-    #[cfg(feature = "gui")]
-    pub(crate) fn names(&self) -> (impl ExactSizeIterator<Item = &str>, usize) {
+    pub fn names(&self) -> (impl ExactSizeIterator<Item = &str>, usize) {
         (self.steps.iter().map(|step| step.name.as_str()), self.steps.len() - self.undone)
     }
 
@@ -324,7 +319,6 @@ impl History {
 type NewMask<'a> = (&'a String, &'a MaskOrigin, &'a Option<Mask>);
 
 /// Returns a project in which the paint of an import stays in its photo.
-#[cfg(feature = "gui")]
 fn seen_here(project: &Arc<Project>, import: u32) -> Arc<Project> {
     if project.fill.only_here.imports.contains(&import) {
         return project.clone();

@@ -11,12 +11,12 @@ pub struct FilesInUse(Option<Arc<dyn Any + Send + Sync>>);
 
 impl FilesInUse {
     /// Makes a hold that lasts as long as `held` is referred to.
-    pub(crate) fn new(held: Arc<dyn Any + Send + Sync>) -> Self {
+    pub fn new(held: Arc<dyn Any + Send + Sync>) -> Self {
         Self(Some(held))
     }
 
     /// Returns whether both are one hold, of copies of one document.
-    pub(crate) fn is_that_of(&self, held: &Arc<dyn Any + Send + Sync>) -> bool {
+    pub fn is_that_of(&self, held: &Arc<dyn Any + Send + Sync>) -> bool {
         self.0.as_ref().is_some_and(|own| Arc::ptr_eq(own, held))
     }
 }

@@ -173,7 +173,7 @@ impl Masks {
     }
 
     /// Removes the masks of a photo whose origins are so.
-    pub(crate) fn remove_where(&mut self, photo: &str, is_so: impl Fn(&MaskOrigin) -> bool) {
+    pub fn remove_where(&mut self, photo: &str, is_so: impl Fn(&MaskOrigin) -> bool) {
         let Some(masks) = self.0.get_mut(photo) else { return };
         masks.retain(|mask| !is_so(&mask.from));
         if masks.is_empty() {

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::camera_path::{CameraPath, KeyframeIndex, PATH_VERSION, PathKeyframe, PathSpeed};
-use crate::projection::navigation::Viewpoint;
+use quadratura_projection::navigation::Viewpoint;
 
 /// The least time between two keyframes in seconds; closer ones replace each other.
 pub const LEAST_APART_S: f64 = 0.01;
@@ -83,7 +83,7 @@ impl CameraPath {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     fn view(x: f64) -> Viewpoint {
         let pose = look_at(DVec3::new(x, -8.0, 2.0), DVec3::ZERO);

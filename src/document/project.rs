@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks, SurroundingsPicture, Trees};
-use crate::geometry::Similarity;
-use crate::layers::Options;
-use crate::layers::fill::FillOptions;
+use quadratura_base::geometry::Similarity;
+use quadratura_layers::Options;
+use quadratura_layers::fill::FillOptions;
 
 /// The version of the format that this program writes; it also reads older ones.
 pub const PROJECT_VERSION: u32 = 1;

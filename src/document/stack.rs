@@ -11,10 +11,10 @@ pub use self::filling::{
 pub use self::untextured::{Untextured, UntexturedReason};
 
 use super::in_use::FilesInUse;
-use crate::geometry::PixelRect;
-use crate::layers::{ElementIndex, Faces, LayerIndex, Method};
-use crate::scene::FaceIndex;
-use crate::scene::builder::SURROUNDINGS;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::FaceIndex;
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_layers::{ElementIndex, Faces, LayerIndex, Method};
 
 /// The version of the format that this program writes, and the only one that it reads.
 pub const STACK_VERSION: u32 = 2;
@@ -96,7 +96,7 @@ pub struct Stack {
 }
 
 /// The largest permitted side of a rectangle in pixels, from the number of levels of a texture pyramid.
-const LARGEST_SIDE: u32 = 1 << (crate::projection::tiles::MOST_LEVELS - 1);
+const LARGEST_SIDE: u32 = 1 << (quadratura_projection::tiles::MOST_LEVELS - 1);
 
 impl Stack {
     /// Returns the hash of the inputs other than decisions about its layers: photo, camera, model, options.
@@ -105,7 +105,7 @@ impl Stack {
     }
 
     /// Returns the elements with their indices, in reading order of the visibility layers.
-    pub(crate) fn numbered_elements(&self) -> impl Iterator<Item = (ElementIndex, &Element)> + Clone {
+    pub fn numbered_elements(&self) -> impl Iterator<Item = (ElementIndex, &Element)> + Clone {
         (0..).map(ElementIndex).zip(self.visibility_layers.iter().flatten())
     }
 
@@ -115,25 +115,25 @@ impl Stack {
     }
 
     /// Returns the index of the element of the surroundings, which is the last one; `None` where there is none.
-    pub(crate) fn surroundings(&self) -> Option<ElementIndex> {
+    pub fn surroundings(&self) -> Option<ElementIndex> {
         let (index, last) = self.numbered_elements().last()?;
         last.is_surroundings().then_some(index)
     }
 
     /// Returns true when an image layer shows the surroundings.
-    pub(crate) fn is_of_surroundings(&self, layer: &ImageLayer) -> bool {
+    pub fn is_of_surroundings(&self, layer: &ImageLayer) -> bool {
         self.surroundings().is_some_and(|index| layer.elements.contains(&index))
     }
 
     /// Returns true when an image layer shows some object, and none but those for which `is_one` is true.
-    pub(crate) fn shows_only(&self, layer: &ImageLayer, is_one: impl Fn(&str) -> bool) -> bool {
+    pub fn shows_only(&self, layer: &ImageLayer, is_one: impl Fn(&str) -> bool) -> bool {
         let mut held =
             self.numbered_elements().filter(|(index, _)| layer.elements.contains(index)).peekable();
         held.peek().is_some() && held.all(|(_, element)| is_one(&element.object))
     }
 
     /// Returns the image layers that show faces, which are all but those of the surroundings.
-    pub(crate) fn layers_of_faces(&self) -> impl Iterator<Item = &ImageLayer> {
+    pub fn layers_of_faces(&self) -> impl Iterator<Item = &ImageLayer> {
         let surroundings = self.surroundings();
         let is_of_faces =
             move |layer: &&ImageLayer| surroundings.is_none_or(|i| !layer.elements.contains(&i));
@@ -141,7 +141,7 @@ impl Stack {
     }
 
     /// Returns the indices of all image layers, nearest first.
-    pub(crate) fn layer_indices(
+    pub fn layer_indices(
         &self,
     ) -> impl ExactSizeIterator<Item = LayerIndex> + DoubleEndedIterator + Clone + use<> {
         LayerIndex::all(self.image_layers.len())
@@ -153,13 +153,12 @@ impl Stack {
     }
 
     /// Returns the index of the image layer with this token.
-    pub(crate) fn layer_with_token(&self, token: &str) -> Option<LayerIndex> {
+    pub fn layer_with_token(&self, token: &str) -> Option<LayerIndex> {
         self.image_layers.iter().position(|layer| layer.id == token).map(LayerIndex::new)
     }
 
     /// Returns the other image layers that are linked with this one, nearest first.
-    #[cfg(feature = "gui")]
-    pub(crate) fn linked_with(&self, layer: LayerIndex) -> Vec<LayerIndex> {
+    pub fn linked_with(&self, layer: LayerIndex) -> Vec<LayerIndex> {
         let Some(token) = self.image_layers.get(layer.index()).map(|layer| &layer.id) else {
             return Vec::new();
         };
@@ -193,7 +192,7 @@ impl Stack {
     /// Checks the image layers: their elements have to exist, and their sides to have a valid number of pixels.
     /// Returns where the first problem is and what was found. Readers of stack files call this once; all other code
     /// relies on it.
-    pub(crate) fn flaw(&self) -> Option<(String, String)> {
+    pub fn flaw(&self) -> Option<(String, String)> {
         let elements = self.visibility_layers.iter().map(Vec::len).sum::<usize>();
         self.image_layers.iter().find_map(|layer| {
             let PixelRect { w, h, .. } = layer.rect;
@@ -266,17 +265,17 @@ fn is_false(value: &bool) -> bool {
 
 impl Element {
     /// Makes the element of the surroundings.
-    pub(crate) fn surroundings() -> Self {
+    pub fn surroundings() -> Self {
         Self { object: SURROUNDINGS.to_owned(), ..Self::default() }
     }
 
     /// Returns whether one may see through its faces in places.
-    pub(crate) fn sees_through(&self) -> bool {
+    pub fn sees_through(&self) -> bool {
         self.see_through.unwrap_or(self.impostor)
     }
 
     /// Returns true for the surroundings.
-    pub(crate) fn is_surroundings(&self) -> bool {
+    pub fn is_surroundings(&self) -> bool {
         self.object == SURROUNDINGS
     }
 
@@ -295,7 +294,7 @@ impl Element {
     }
 
     /// Returns the faces of which it has at least a piece in an image layer, ascending.
-    pub(crate) fn textured_faces(&self) -> Vec<FaceIndex> {
+    pub fn textured_faces(&self) -> Vec<FaceIndex> {
         sorted(self.faces.iter().copied().chain(self.pieces.iter().map(|(face, _)| *face)))
     }
 }

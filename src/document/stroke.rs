@@ -4,8 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::camera_path::LONGEST_SIDE;
 use super::stack::StackCamera;
-#[cfg(feature = "gui")]
-use crate::geometry::{Pinhole, Pose};
+use quadratura_base::geometry::{Pinhole, Pose};
 
 /// The version of the format that this program reads.
 pub const STROKE_VERSION: u32 = 1;
@@ -35,7 +34,7 @@ pub enum BrushMode {
 
 impl BrushMode {
     /// Returns the word for it in lists.
-    pub(crate) fn word(self) -> &'static str {
+    pub fn word(self) -> &'static str {
         match self {
             Self::Colour => "colour",
             Self::Clone => "clone",
@@ -48,12 +47,12 @@ impl BrushMode {
     }
 
     /// Returns true when it changes mattes: in the view of a photo alone.
-    pub(crate) fn is_of_matte(self) -> bool {
+    pub fn is_of_matte(self) -> bool {
         matches!(self, Self::SeeThrough | Self::Solid | Self::Solve)
     }
 
     /// Returns true when it paints with what the view shows elsewhere.
-    pub(crate) fn has_source(self) -> bool {
+    pub fn has_source(self) -> bool {
         matches!(self, Self::Clone | Self::Heal)
     }
 }
@@ -131,8 +130,7 @@ fn one() -> f64 {
 
 impl StrokeView {
     /// Describes a view.
-    #[cfg(feature = "gui")]
-    pub(crate) fn new(camera: &Pinhole, pose: &Pose) -> Self {
+    pub fn new(camera: &Pinhole, pose: &Pose) -> Self {
         let Pinhole { width, height, fx, fy, cx, cy } = *camera;
         let rows = pose.rotation.transpose().to_cols_array_2d();
         let camera = StackCamera {
@@ -146,7 +144,7 @@ impl StrokeView {
 
 impl Stroke {
     /// Returns what is wrong with it, and where; `None` for a stroke that can be applied.
-    pub(crate) fn problem(&self) -> Option<(String, String)> {
+    pub fn problem(&self) -> Option<(String, String)> {
         let wrong = |place: &str, found: String| Some((place.to_owned(), found));
         let share = |value: f64| (0.0..=1.0).contains(&value);
         let brush = &self.brush;

@@ -16,9 +16,9 @@ use super::raster::Fragment;
 use super::reproject::Rows;
 use super::view::{Projection, View};
 use super::walk::{WalkOptions, walk_from};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
 
 /// The stage that is reported for making images.
 const STAGE: &str = "bake plant";
@@ -93,7 +93,7 @@ const SAMPLES_PER_POLYGON: f64 = 2.0;
 /// All images have copies of half the resolution, a quarter, and so on.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantImages> {
     let meshes = if options.from_parts { Meshes::of_all_levels(plant) } else { Meshes::in_full(plant) };
     let baker = Baker { plant, meshes: &meshes, options, task };
@@ -121,7 +121,7 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
 /// Makes the finest images of a whole plant, whether they save something or not; `None` for a plant without size.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn finest_copy(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<Option<ImageCopy>> {
     let meshes = Meshes::in_full(plant);
     let baker = Baker { plant, meshes: &meshes, options, task };

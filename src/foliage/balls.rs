@@ -105,7 +105,7 @@ impl Cover<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foliage::tests::{boxed, bushy};
+    use crate::tests::{boxed, bushy};
 
     #[test]
     fn balls_are_where_a_plant_is_and_small_and_few() {

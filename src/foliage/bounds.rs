@@ -150,7 +150,7 @@ pub fn largest_stretch(map: &DMat3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     #[test]
     fn no_direction_is_stretched_more_than_the_largest_stretch_and_one_nearly_as_much() {

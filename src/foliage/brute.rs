@@ -13,11 +13,11 @@ use super::raster::Fragment;
 use super::shade::{Light, Reach, Surface, shade};
 use super::shades::{Shades, ViewShades};
 use super::view::View;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::projection::Picture;
-use crate::scene::light::srgb_from_linear;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::light::srgb_from_linear;
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
 
 /// The largest number of triangles of all instances that is drawn.
 pub const MOST_TRIANGLES: u64 = 1_000_000_000_000;

@@ -7,8 +7,8 @@ use super::bounds::Ball;
 use super::shade::Light;
 use super::shadow::{Caster, Shadow};
 use super::wood::Wood;
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// The tangent of half the angle at which the sun is seen, 32 minutes of arc.
 pub const SUN_TANGENT: f64 = 0.00465;

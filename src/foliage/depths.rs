@@ -8,9 +8,9 @@ use super::drawer::{Canvas, Facet};
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::view::{Projection, View};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
 
 /// How near a pixel's sub-pixels are ([`Projection::image_from_view`]): the nearest and the farthest surface of each. Where
 /// nothing is, the nearest is below and the farthest above everything.

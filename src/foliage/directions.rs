@@ -179,7 +179,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn any_direction(rng: &mut Rng) -> DVec3 {
         let mut axis = || rng.between(-1.0, 1.0);

@@ -125,7 +125,7 @@ impl Doors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     #[test]
     fn a_door_opens_by_one_sub_pixel_after_the_other_from_closed_to_wide() {

@@ -13,9 +13,9 @@ use super::primitive::{Corner, Material};
 use super::raster::{Fragment, ImageCorner, Target, rasterise, share_in_pixel};
 use super::view::{HalfSpace, Projection, View, normal_map};
 use super::walk::mixed;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
 
 /// What is drawn on: it keeps what it wants of the fragments that it gets.
 pub(super) trait Canvas {
@@ -99,7 +99,7 @@ impl<'a, C: Canvas> Drawer<'a, C> {
     /// Draws an instance with all that it uses, in the order of the plant, unless its ball is out of view.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn visit(&mut self, object: usize, view_from_object: &DAffine3) -> Result<()> {
         let plant = self.plant;
         let of = &plant.objects[object];

@@ -4,7 +4,7 @@
 use glam::{Mat2, Vec2};
 
 use super::raster::Fragment;
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
 
 /// A texel in a view: a parallelogram of which a mask says what is covered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,7 +143,7 @@ pub(super) fn key(nearness: f32, index: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     #[test]
     fn a_square_of_texels_covers_each_sub_pixel_of_it_once_at_any_turn() {

@@ -19,10 +19,10 @@ use super::shade::Light;
 use super::texels::Drawing;
 use super::view::View;
 use super::walk::{Drawn, Part, WalkOptions, walk};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::projection::Picture;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
 
 /// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
 const BAND: u32 = 64;
@@ -230,7 +230,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn sin2(degrees: f64) -> f64 {
         degrees.to_radians().sin().powi(2)

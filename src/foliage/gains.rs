@@ -13,8 +13,8 @@ use super::plant::Plant;
 use super::shade::Light;
 use super::view::{Projection, View};
 use super::walk::WalkOptions;
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// The number of views all around in which light is measured.
 const VIEWS: u32 = 12;
@@ -29,7 +29,7 @@ const MOST: f32 = 1.5;
 /// is drawn at most, in the mean over views all around and suns. With the images of its parts, their light stands for that of the polygons.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub(super) fn measured(
     (plant, object): (&Plant, usize),
     images: ObjectImages,

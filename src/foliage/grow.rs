@@ -11,7 +11,7 @@ use super::leaf_picture::{OUTER, leaf_picture};
 use super::plant::Plant;
 use super::primitive::{Corner, Limb, Material, Primitive, Shape};
 use super::species::{Blade, Level, Profile, Species};
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 /// The turn from one child to the next in degrees: the golden angle.
 const TURN: f64 = 137.508;

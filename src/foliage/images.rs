@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::directions::Directions;
 use super::mbuffer::{Layer, LayeredPixels};
 use super::normal::NormalCode;
-use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
+use quadratura_base::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
 
 /// A view of a sub-object: the surfaces of each pixel, nearest first (Max 1996, an *M-buffer*; of *slabs*: those that are the nearest in
 /// one of the slabs into which the sub-object is cut across the direction, Max, Deussen & Keating 1999).
@@ -183,7 +183,7 @@ pub fn depth_from_stored(radius: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foliage::mbuffer::Sample;
+    use crate::mbuffer::Sample;
 
     #[test]
     fn what_a_sample_of_leaves_and_bark_reflects_and_lets_through_is_together_what_they_do() {

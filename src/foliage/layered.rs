@@ -16,10 +16,10 @@ use super::reproject::{Rows, reproject};
 use super::shade::{Light, Reach, Spread, Surface, shade_leaves};
 use super::view::{Projection, View};
 use super::walk::{Drawn, Part, WalkOptions, walk};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::projection::Picture;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
 
 /// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
 const BAND: u32 = 64;

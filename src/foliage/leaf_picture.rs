@@ -5,7 +5,7 @@ use glam::DVec2;
 
 use super::pixels::Pixels;
 use super::species::LeafShape;
-use crate::scene::light::srgb_from_linear;
+use quadratura_base::scene::light::srgb_from_linear;
 
 /// The side of a picture in pixels.
 const SIDE: u32 = 96;
@@ -93,7 +93,7 @@ fn is_vein(shape: LeafShape, point: DVec2) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foliage::Wrap;
+    use crate::Wrap;
 
     #[test]
     fn leaves_have_a_blade_and_a_stalk_and_lie_within_their_triangles() {

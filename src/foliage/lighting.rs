@@ -9,7 +9,7 @@ use super::listed::rgba_of_light;
 use super::raster::Fragment;
 use super::shade::{Light, Reach, Spread, Surface, shade_leaves};
 use super::view::View;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// What was drawn in a band: each index belongs to a sample of an image or to a fragment of a polygon.
 #[derive(Default)]

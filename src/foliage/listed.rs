@@ -10,11 +10,11 @@ use super::brute::bands;
 use super::mesh::Meshes;
 use super::plant::Plant;
 use super::walk::{Drawn, Part};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::projection::Picture;
-use crate::scene::light::srgb_from_linear;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::light::srgb_from_linear;
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
 
 /// The stage that is reported for drawing the rows of a picture.
 const STAGE: &str = "draw plant";

@@ -245,7 +245,7 @@ fn settle(layers: &mut [Layer], mut index: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn sample(depth: f32, mask: u16) -> Sample {
         let (reflected, through) = (Vec3::splat(depth), Vec3::ZERO);

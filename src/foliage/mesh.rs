@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::plant::{Plant, SubObject};
 use super::primitive::{Corner, Material, Shape, TriangleList};
-use crate::geometry::polygon::{fit_plane, newell_normal, triangulate};
+use quadratura_base::geometry::polygon::{fit_plane, newell_normal, triangulate};
 
 /// Triangles of one material, in the sub-object's frame.
 #[derive(Debug, Clone, PartialEq)]

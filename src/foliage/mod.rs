@@ -52,13 +52,14 @@ mod species;
 mod stature;
 mod sun_views;
 mod sunlit;
+pub mod synthetic;
 mod texels;
 mod view;
 mod walk;
 mod wood;
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 
 pub use assemble::{Draft, DraftUse, PlantFlaw, assemble};
 pub use bake::{BakeOptions, bake, finest_copy};

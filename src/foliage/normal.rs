@@ -79,7 +79,7 @@ impl NormalCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     #[test]
     fn every_code_is_the_code_of_its_normal() {

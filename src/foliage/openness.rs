@@ -12,8 +12,8 @@ use super::bounds::BoundingBox;
 use super::depths::{Depths, Square};
 use super::directions::{ANGLES, DIRECTIONS, Serving, serving, towards_viewer};
 use super::plant::Plant;
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// The number of cells along the longest side of a plant's box: smaller than a twig's length, larger than a leaf.
 const CELLS: u32 = 32;

@@ -2,8 +2,8 @@
 
 use glam::{DVec2, Vec3, Vec4};
 
-use crate::raster::halving::{OddSide, halved};
-use crate::scene::light::LINEAR_FROM_BYTE;
+use quadratura_base::raster::halving::{OddSide, halved};
+use quadratura_base::scene::light::LINEAR_FROM_BYTE;
 
 /// How a picture goes on beyond its sides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -182,7 +182,7 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     const HELD: [Wrap; 2] = [Wrap::Held; 2];
 

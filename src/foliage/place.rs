@@ -10,7 +10,7 @@ use super::lighting::OfSamples;
 use super::plant::Plant;
 use super::view::{Projection, normal_map};
 use super::walk::Drawn;
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
 
 /// An image of an instance in a view.
 #[derive(Debug, Clone, Copy)]

@@ -71,7 +71,7 @@ fn count(extent_px: f64, tangent: f64, error_px: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foliage::NormalCode;
+    use crate::NormalCode;
 
     #[test]
     fn planes_go_with_extent_angle_and_error_within_6_and_128() {

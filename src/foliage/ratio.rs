@@ -4,10 +4,10 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::projection::Blend;
-use crate::projection::weights::{LEAST_ANGLE, angle_at, weights};
-use crate::scene::PhotoId;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::Blend;
+use quadratura_projection::weights::{LEAST_ANGLE, angle_at, weights};
 
 /// The number of cells of a ratio image, across and down.
 pub const RATIO_CELLS: usize = 16;
@@ -141,12 +141,12 @@ impl RatioImage {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+pub mod tests {
     use super::*;
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     /// The ratio image of a photo that looks at the origin from there: `log` in its left half and nothing in the right one.
-    pub(crate) fn half(photo: u32, eye: DVec3, log: Vec3) -> RatioImage {
+    pub fn half(photo: u32, eye: DVec3, log: Vec3) -> RatioImage {
         let of_cell = |cell: usize| if cell % RATIO_CELLS < RATIO_CELLS / 2 { log } else { Vec3::ZERO };
         RatioImage {
             photo: PhotoId(photo),

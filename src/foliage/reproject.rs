@@ -9,7 +9,7 @@ use super::lighting::OfSamples;
 use super::mbuffer::{LayeredPixels, Sample, Slabs};
 use super::place::{Instance, Place};
 use super::view::View;
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
 
 /// The rows of a view that samples are brought into.
 pub(super) struct Rows<'a> {

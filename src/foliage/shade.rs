@@ -185,7 +185,7 @@ mod tests {
     use glam::DQuat;
 
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     /// A map from an image that is seen along an axis.
     fn seen_along(axis: DVec3) -> DMat3 {

@@ -6,8 +6,8 @@ use glam::{DAffine3, DVec3};
 use super::bounds::Ball;
 use super::depths::Square;
 use super::plant::Plant;
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// The side of a view from the sun in pixels, of 4 x 4 sub-pixels each: of a tree of average size a pixel is a fifth of a
 /// leaf, which so has a shadow of its own.

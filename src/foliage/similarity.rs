@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::geometry::PixelRect;
-use crate::projection::Picture;
-use crate::projection::metrics::{ImagePair, structural_similarity};
-use crate::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_projection::Picture;
+use quadratura_projection::metrics::{ImagePair, structural_similarity};
 
 /// A picture of a plant beside the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

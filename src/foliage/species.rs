@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// A species: everything that [`grow`](crate::foliage::grow()) needs.
+/// A species: everything that [`grow`](crate::grow()) needs.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Species {

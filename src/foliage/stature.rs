@@ -103,8 +103,8 @@ impl Farthest<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foliage::tests::boxed;
-    use crate::foliage::{Species, grow};
+    use crate::tests::boxed;
+    use crate::{Species, grow};
 
     #[test]
     fn the_foot_is_the_origin_near_the_lower_end_and_else_the_middle_of_the_lower_end() {

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::bounds::Ball;
 use super::cast::SUN_TANGENT;
-use crate::geometry::{Pinhole, Pose};
+use quadratura_base::geometry::{Pinhole, Pose};
 
 /// The most views from the sun for one picture.
 pub const MOST_SUN_VIEWS: usize = 3;
@@ -228,7 +228,7 @@ impl SunFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     const GROUND: [DVec3; 4] = [
         DVec3::new(-50.0, -50.0, 0.0),

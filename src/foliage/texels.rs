@@ -7,7 +7,7 @@ use super::flake::{Flake, FlakeBuffer, key};
 use super::images::{MBuffer, MSample, depth_from_stored};
 use super::place::{Instance, Place};
 use super::planes::Planes;
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
 
 /// An image of an instance that is drawn in some rows of a view.
 pub(super) struct Drawing<'a> {

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::bounds::Ball;
-use crate::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 
 /// How points of the view's frame (x right, y down, z away from the viewer) become image points.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -204,7 +204,7 @@ pub fn normal_map(map: &DMat3) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     #[test]
     fn what_the_half_spaces_of_a_rectangle_hold_is_what_is_seen_in_it() {

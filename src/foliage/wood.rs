@@ -115,7 +115,7 @@ impl Wood {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foliage::tests::boxed;
+    use crate::tests::boxed;
 
     fn placing(up: DVec3) -> Placing {
         Placing { at: DVec3::new(5.0, -7.0, 2.0), up, height: None, width: None, turn: 0.0, unit: 1.0 }

@@ -8,9 +8,9 @@ use wgpu::{Texture, TextureFormat, TextureUsages, TextureView, TextureViewDescri
 use super::bindings;
 use super::blocks::compressed;
 use super::device::Gpu;
-use crate::error::{Error, Result};
-use crate::projection::residency::{PAGE_SLOTS, Residency};
-use crate::projection::tiles::SLOT;
+use quadratura_base::error::{Error, Result};
+use quadratura_projection::residency::{PAGE_SLOTS, Residency};
+use quadratura_projection::tiles::SLOT;
 
 /// The format of texels in slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -82,7 +82,7 @@ impl Atlas {
     /// Creates the tables for these layer textures, without slots.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold the tables, or does not support the storage.
+    /// [`quadratura_base::Error::Gpu`] when the device cannot hold the tables, or does not support the storage.
     pub fn new(gpu: &Gpu, residency: &Residency, storage: Storage) -> Result<Self> {
         if storage == Storage::Compressed && !gpu.has_compression() {
             let name = gpu.adapter_summary();
@@ -144,7 +144,7 @@ impl Atlas {
     /// the numbers of the new slots.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when memory runs out; nothing has changed then.
+    /// [`quadratura_base::Error::Gpu`] when memory runs out; nothing has changed then.
     pub fn grow(&mut self, slots: u32) -> Result<Vec<Range<u32>>> {
         let size = shape(slots, columns(&self.gpu));
         let size = [size[0].max(self.size[0]), size[1].max(self.size[1]), size[2].max(self.size[2])];

@@ -2,7 +2,7 @@
 
 use wgpu::{Adapter, AdapterInfo, Backends, Device, DeviceType, ErrorFilter, Features, Queue};
 
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// The message for machines without an adapter.
 const NO_ADAPTER: &str = "no Vulkan, Metal or DX12 adapter was found; a software adapter is sufficient: on \
@@ -45,8 +45,7 @@ impl Gpu {
     }
 
     /// Returns a device that validates everything and computes nothing, for tests of pipelines.
-    #[cfg(test)]
-    pub(crate) fn noop() -> Self {
+    pub fn noop() -> Self {
         let (device, queue) = Device::noop(&wgpu::DeviceDescriptor::default());
         Self::from_device(device, queue)
     }

@@ -8,7 +8,7 @@ use wgpu::{RenderPipeline, ShaderStages, TextureFormat, TextureView};
 use super::bindings::{self, BindingKind};
 use super::device::Gpu;
 use super::frame::PhotoRows;
-use crate::layers::View;
+use quadratura_layers::View;
 
 /// The WGSL source of the vertex stage, which is put between `frame.wgsl` and the pass.
 pub const VERTEX: &str = include_str!("../../shaders/drawing.wgsl");

@@ -7,7 +7,7 @@ use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ShaderStages};
 
 use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use crate::layers::View;
+use quadratura_layers::View;
 
 /// The WGSL source that is put before every shader.
 pub const SOURCE: &str = include_str!("../../shaders/frame.wgsl");
@@ -51,7 +51,7 @@ pub fn layout(gpu: &Gpu) -> BindGroupLayout {
 
 /// Uploads the planes of a view's items; `number` returns each item's index in the working set.
 pub fn planes(gpu: &Gpu, view: &View, number: impl Fn(usize) -> u32) -> Buffer {
-    let words = |(index, item): (usize, &crate::layers::Item)| {
+    let words = |(index, item): (usize, &quadratura_layers::Item)| {
         let plane = item.inverse_depth;
         PlaneWords { a: plane.a, b: plane.b, c: plane.c, u0: plane.u0, v0: plane.v0, number: number(index) }
     };

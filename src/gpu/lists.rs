@@ -9,9 +9,9 @@ use super::rasteriser::GpuRasteriser;
 use super::readback;
 use super::run::DrawnItems;
 use super::workspace::Workspace;
-use crate::error::{Error, Result};
-use crate::layers::rasteriser::Band;
-use crate::layers::{FragmentLists, Occlusion, count_pairs};
+use quadratura_base::error::{Error, Result};
+use quadratura_layers::rasteriser::Band;
+use quadratura_layers::{FragmentLists, Occlusion, count_pairs};
 
 /// A part of a band: rows whose entries fit into a buffer.
 #[derive(Debug, Clone, PartialEq, Eq)]

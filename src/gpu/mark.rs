@@ -11,9 +11,9 @@ use super::rasteriser::GpuRasteriser;
 use super::readback;
 use super::run::DrawnItems;
 use super::workspace::Workspace;
-use crate::error::Result;
-use crate::layers::View;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_layers::View;
 
 /// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/mark.wgsl");

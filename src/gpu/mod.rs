@@ -48,3 +48,7 @@ pub use tile_store::{Loaded, TextureOptions, TileStore};
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+#[path = "../../tests/common/left_out.rs"]
+mod left_out;

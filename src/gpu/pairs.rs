@@ -14,9 +14,9 @@ use super::device::Gpu;
 use super::frame::{self, PhotoRows};
 use super::readback;
 use super::workspace::Workspace;
-use crate::error::{Error, Result};
-use crate::layers::Occlusion;
-use crate::layers::rasteriser::Band;
+use quadratura_base::error::{Error, Result};
+use quadratura_layers::Occlusion;
+use quadratura_layers::rasteriser::Band;
 
 /// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/pairs.wgsl");

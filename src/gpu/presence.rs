@@ -9,8 +9,8 @@ use super::device::Gpu;
 use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
 use super::frame::PhotoRows;
 use super::readback;
-use crate::error::Result;
-use crate::layers::rasteriser::{FragmentLists, Presence as Seen};
+use quadratura_base::error::Result;
+use quadratura_layers::rasteriser::{FragmentLists, Presence as Seen};
 
 /// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/presence.wgsl");

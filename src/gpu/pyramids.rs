@@ -6,12 +6,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::projection::mattes::MatteTextures;
-use crate::projection::pyramid::{Pyramid, PyramidOptions, matte_pyramid, pyramid};
-use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
+use quadratura_projection::mattes::MatteTextures;
+use quadratura_projection::pyramid::{Pyramid, PyramidOptions, matte_pyramid, pyramid};
+use quadratura_projection::{LayerTextureId, LayerTexturePixels, Texels};
 
 /// A layer texture and its pyramid.
 pub type MadePyramid = (LayerTextureId, Arc<Pyramid>);

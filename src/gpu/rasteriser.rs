@@ -19,10 +19,10 @@ use super::run::DrawnItems;
 use super::scan::Scan;
 use super::stencil::Stencil;
 use super::workspace::Workspace;
-use crate::error::{Error, Result};
-use crate::layers::rasteriser::{Presence as Seen, StencilLayers, TIE};
-use crate::layers::{FragmentLists, Fragments, Occlusion, Rasteriser, View, count_pairs};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_layers::rasteriser::{Presence as Seen, StencilLayers, TIE};
+use quadratura_layers::{FragmentLists, Fragments, Occlusion, Rasteriser, View, count_pairs};
 
 /// The largest number of pixels of a band. A photo of 8 megapixels is drawn in one piece, with about 200 MB
 /// of buffers.

@@ -6,7 +6,7 @@ use std::sync::mpsc;
 use wgpu::{Buffer, BufferUsages, MapMode, PollType};
 
 use super::device::Gpu;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Waits for the device and reads words (of 4 bytes) of each buffer: directly where the device allows it,
 /// else through a copy.

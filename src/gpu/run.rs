@@ -7,8 +7,8 @@ use super::drawing::Triangles;
 use super::frame::{self, PhotoRows};
 use super::pairs::HALF_BITS;
 use super::rasteriser::GpuRasteriser;
-use crate::error::{Error, Result};
-use crate::layers::View;
+use quadratura_base::error::{Error, Result};
+use quadratura_layers::View;
 
 /// The items of a view that are drawn, with their triangles, on the device.
 #[derive(Debug)]

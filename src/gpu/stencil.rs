@@ -12,10 +12,10 @@ use super::mark::Marks;
 use super::rasteriser::{GpuRasteriser, flagged};
 use super::run::DrawnItems;
 use super::workspace::{self, Workspace};
-use crate::error::Result;
-use crate::layers::View;
-use crate::layers::rasteriser::StencilLayers;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_layers::View;
+use quadratura_layers::rasteriser::StencilLayers;
 
 /// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/stencil.wgsl");

@@ -77,12 +77,12 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
     says(pairs::SOURCE, format!("const PROBES: u32 = {}u;", 1 << pairs::PROBE_BITS));
     says(pairs::SOURCE, format!("const HALF_BITS: u32 = {}u;", pairs::HALF_BITS));
     says(pairs::SOURCE, format!("@workgroup_size(1, {})", pairs::WORKGROUP));
-    says(frame::SOURCE, format!("const VISIBLE: u32 = {:#x}u;", crate::layers::rasteriser::VISIBLE));
+    says(frame::SOURCE, format!("const VISIBLE: u32 = {:#x}u;", quadratura_layers::rasteriser::VISIBLE));
 }
 
 #[test]
 fn every_shader_has_a_rust_file_of_the_same_name() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     for shader in std::fs::read_dir(root.join("shaders")).expect("the folder is there") {
         let name = shader.expect("it can be listed").path().with_extension("rs");
         let name = name.file_name().expect("a file has a name");

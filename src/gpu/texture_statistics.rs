@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::geometry::PixelRect;
-use crate::projection::tiles::{Occupancy, SLOT, TILE, TextureShape};
+use quadratura_base::geometry::PixelRect;
+use quadratura_projection::tiles::{Occupancy, SLOT, TILE, TextureShape};
 
 /// Counts over the layer textures that were decoded, in texels unless stated otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -15,16 +15,16 @@ use super::atlas::{Atlas, Storage};
 use super::device::Gpu;
 use super::pyramids::{Batch, Pyramids};
 use super::texture_statistics::TextureStatistics;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::projection::cells::TexelBounds;
-use crate::projection::least_confidence::LeastConfidence;
-use crate::projection::mattes::MatteTextures;
-use crate::projection::pyramid::{Pyramid, PyramidOptions};
-use crate::projection::residency::{Residency, TileRequest};
-use crate::projection::tiles::Occupancy;
-use crate::projection::{LayerTextureId, LayerTexturePixels, Server, Sources, Texels};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
+use quadratura_projection::cells::TexelBounds;
+use quadratura_projection::least_confidence::LeastConfidence;
+use quadratura_projection::mattes::MatteTextures;
+use quadratura_projection::pyramid::{Pyramid, PyramidOptions};
+use quadratura_projection::residency::{Residency, TileRequest};
+use quadratura_projection::tiles::Occupancy;
+use quadratura_projection::{LayerTextureId, LayerTexturePixels, Server, Sources, Texels};
 
 /// The limits and format of texture memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +100,7 @@ impl TileStore {
     /// Creates a store without tiles: layer textures texture nothing until [`Self::load`] was called for them.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold the page tables.
+    /// [`quadratura_base::Error::Gpu`] when the device cannot hold the page tables.
     pub fn new(
         gpu: &Gpu,
         sources: &Sources,
@@ -173,7 +173,7 @@ impl TileStore {
     /// cannot be read textures nothing from then on, and a note says so; see [`Self::unreadable`].
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`]; tiles loaded until then remain. [`crate::Error::Gpu`] when the device has
+    /// [`quadratura_base::Error::Cancelled`]; tiles loaded until then remain. [`quadratura_base::Error::Gpu`] when the device has
     /// no memory at all; where it has less than the budget, less is resident.
     pub fn load(&mut self, wants: &[TileRequest], task: &Task) -> Result<Loaded> {
         let wants = self.mattes.and_requests(wants);
@@ -195,7 +195,7 @@ impl TileStore {
     /// become necessary by this come with the next [`Self::load`].
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`].
+    /// [`quadratura_base::Error::Gpu`].
     pub fn replace_texture(
         &mut self,
         layer_texture: LayerTextureId,
@@ -215,7 +215,7 @@ impl TileStore {
     /// device; gains, relief and all other layer textures remain.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`]; [`crate::Error::Cancelled`], after which layer textures may show their old contents.
+    /// [`quadratura_base::Error::Gpu`]; [`quadratura_base::Error::Cancelled`], after which layer textures may show their old contents.
     pub fn renew(
         &mut self,
         texels: Arc<dyn Texels>,

@@ -8,11 +8,11 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::atomic::write_atomically;
-use crate::error::{Error, Result};
-use crate::geometry::Spans;
-use crate::layers::agreement::{PhotoEvidence, Thing};
-use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
-use crate::scene::FaceId;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Spans;
+use quadratura_base::scene::FaceId;
+use quadratura_layers::agreement::{PhotoEvidence, Thing};
+use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 3;
@@ -156,7 +156,7 @@ fn pixel(&[x0, x1, y0, y1, a, b, c, d, agreement]: &[u8; PIXEL]) -> Contradicted
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
+    use quadratura_base::geometry::PixelRect;
 
     fn invented() -> Vec<PhotoEvidence> {
         let pixel =

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Prefix of the names of unfinished files; [`remove_leftovers`] recognises them by it.
 const UNFINISHED: &str = ".quadratura-";
@@ -68,7 +68,7 @@ impl AtomicFile {
 const MOST_LINKS: usize = 40;
 
 /// Returns the path that a path stands for: where it is a symbolic link, what that points to, which may be missing.
-pub(crate) fn followed(path: PathBuf) -> PathBuf {
+pub fn followed(path: PathBuf) -> PathBuf {
     let next = |path: &PathBuf| fs::read_link(path).ok().map(|link| folder_of(path).join(link));
     std::iter::successors(Some(path), next).take(MOST_LINKS).last().expect("the path itself")
 }
@@ -87,8 +87,7 @@ pub(super) fn refuse_device(path: &Path) -> Result<()> {
 
 /// Returns whether a path stands for what takes a stream of bytes: a pipe, a terminal or the like, or a name of the system's for a file
 /// that is open already, such as `/dev/stdout`.
-#[cfg(any(feature = "cli", test))]
-pub(crate) fn is_stream(path: &Path) -> bool {
+pub fn is_stream(path: &Path) -> bool {
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;
@@ -161,7 +160,7 @@ pub(super) fn link_atomically(from: &Path, target: &Path) -> std::io::Result<()>
 ///
 /// # Errors
 /// The error of `write`; [`Error::Io`] when the system refuses to create or rename a folder.
-pub(crate) fn create_folder_with<T>(folder: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+pub fn create_folder_with<T>(folder: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
     // An empty folder is not replaced by every system.
     put_folder_with(folder, write, |old, _| fs::remove_dir(old))
 }
@@ -258,7 +257,7 @@ pub(crate) fn mark_in_use(file: &File) {
 
 /// Removes the unfinished files and folders in `folder` whose writers were killed. Unlike [`remove_leftovers`] it is
 /// safe where other programs write. What cannot be removed stays, because it harms nobody.
-pub(crate) fn remove_dead_leftovers(folder: &Path) {
+pub fn remove_dead_leftovers(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
         let Some(is_folder) = unfinished(&path).filter(|_| is_dead(&path)) else { continue };

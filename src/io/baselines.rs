@@ -10,8 +10,8 @@ use super::atomic::{link_atomically, write_atomically};
 use super::hash::{hash_bytes, hash_file};
 use super::layered::Raster;
 use super::layered::png::{read_rgba, write_rgba};
-use crate::document::export_record::Baseline;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::Baseline;
 
 /// The folder `exports/pixels/`.
 #[derive(Debug, Clone)]
@@ -126,8 +126,8 @@ fn is_name(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
-    use crate::io::layered::Depth;
+    use crate::layered::Depth;
+    use quadratura_base::geometry::PixelRect;
 
     fn baseline(file: String) -> Baseline {
         Baseline { file, rect: PixelRect { x: 5, y: 6, w: 3, h: 2 } }

@@ -68,7 +68,6 @@ fn parsed(profile: Option<&[u8]>) -> Result<ColorProfile, String> {
 }
 
 /// Returns a profile other than sRGB, for tests.
-#[cfg(test)]
 pub fn adobe_rgb() -> Vec<u8> {
     ColorProfile::new_adobe_rgb().encode().expect("a profile of our own making can be written")
 }

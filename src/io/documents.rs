@@ -8,7 +8,7 @@ use super::layered::KEY_FILE;
 use super::layered::format::extensions;
 use super::project::PROJECT_FILE;
 use super::stamp::Stamp;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Sub-folders are searched down to this depth; exports are never nested that deeply.
 const DEEPEST: usize = 16;

@@ -14,11 +14,11 @@ use png::{BitDepth, ColorType, Encoder};
 use super::atomic::write_atomically_with;
 use super::guarded::guarded;
 use super::layer_png::io_error;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::projection::srgb::Srgb;
-use crate::raster::Image;
-use crate::scene::light::linear_of_srgb;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_base::scene::light::linear_of_srgb;
+use quadratura_projection::srgb::Srgb;
 
 /// What to do about a picture of another shape.
 const REMEDY: &str =

@@ -10,8 +10,8 @@ use super::atomic::write_atomically;
 use super::baselines::Baselines;
 use super::hash::hash_file;
 use super::json::{read_json, to_json};
-use crate::document::export_record::{ExportRecord, ExportedFile, RECORD_VERSION};
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::{ExportRecord, ExportedFile, RECORD_VERSION};
 
 /// The pixels of this many exports of each photo are kept. Each is linked from a stack as long as the stack
 /// exists; files that were exported earlier have to be exported again before they can be painted on.
@@ -155,13 +155,13 @@ pub fn exported_file(folder: &Path, name: &str) -> Result<ExportedFile> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::export_record::ExportFormat;
-    use crate::document::stack::{StackCamera, StackPhoto};
+    use quadratura_document::export_record::ExportFormat;
+    use quadratura_document::stack::{StackCamera, StackPhoto};
 
     fn record(key: &str, photo: &str, files: &[(&str, &str)]) -> ExportRecord {
         let file = |&(name, content): &(&str, &str)| ExportedFile {
             name: name.into(),
-            hash: crate::io::hash::hash_bytes(content.as_bytes()),
+            hash: crate::hash::hash_bytes(content.as_bytes()),
         };
         ExportRecord {
             version: RECORD_VERSION,

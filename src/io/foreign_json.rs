@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use super::json::{parse_json, wrong_at};
 use super::text::is_no_number;
-use crate::error::{Message, Result};
+use quadratura_base::error::{Message, Result};
 
 /// The beginning of texts that stand for no number: a control character that no program writes into a text.
 const MARK: char = '\u{7f}';
@@ -35,7 +35,7 @@ pub fn read_foreign_json<T: DeserializeOwned>(
 /// Parses JSON text that was read from `file`.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with line and column.
+/// [`quadratura_base::Error::Input`] with line and column.
 pub fn parse_foreign_json<T: DeserializeOwned>(
     file: &Path,
     text: &[u8],

@@ -9,7 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::error::{Error, Message, Result};
+use quadratura_base::error::{Error, Message, Result};
 
 /// The longest part of a panic's text that a message quotes, in characters.
 const QUOTED: usize = 160;

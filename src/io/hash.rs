@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Returns the BLAKE3 of a file's content as 64 hexadecimal digits.
 ///

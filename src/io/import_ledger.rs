@@ -15,7 +15,7 @@ use super::json::{read_json, to_json};
 use super::paint_store::{PaintStore, UNFINISHED};
 use super::project::{below, relative_to};
 use super::stamp::Stamp;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 1;
@@ -160,7 +160,7 @@ mod tests {
     use std::time::{Duration, SystemTime};
 
     use super::*;
-    use crate::io::documents::documents;
+    use crate::documents::documents;
 
     fn knows(project: &Path, name: &str) -> bool {
         let document = project.join(name);

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, Weak};
 
-use crate::document::FilesInUse;
+use quadratura_document::FilesInUse;
 
 /// The holds, of which some have ended.
 static HELD: Mutex<Vec<Weak<dyn Any + Send + Sync>>> = Mutex::new(Vec::new());

@@ -6,7 +6,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use super::hash::hash_file;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Keeps a copy of `file` in the folder `inbox` and leaves the original where it is. Returns the copy's path:
 /// `NAME-2.png` and so on where `NAME.png` is taken. An existing copy with the same content is reused.

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use serde_json::ser::{Formatter, Serializer};
 
 use super::text::not_utf16;
-use crate::error::{Error, Message, Result};
+use quadratura_base::error::{Error, Message, Result};
 
 /// Containers nested deeper than this are written on one line.
 const BROKEN_LEVELS: usize = 2;

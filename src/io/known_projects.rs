@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::atomic::write_atomically;
 use super::json::to_json;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// The number of recent projects that are kept.
 const MOST_RECENT: usize = 12;

@@ -6,11 +6,11 @@ use std::path::Path;
 
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::layers::content::PixelSpan;
-use crate::raster::Sample;
-use crate::scene::pixels::{PhotoPixels, Samples};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Sample;
+use quadratura_base::scene::pixels::{PhotoPixels, Samples};
+use quadratura_layers::content::PixelSpan;
 
 /// The pixels of a photo that belong to an image layer, in photo coordinates.
 #[derive(Debug, Clone, Copy, Default)]

@@ -9,9 +9,9 @@ use std::path::Path;
 
 use png::{BitDepth, ColorType, Decoder, Reader};
 
-use crate::error::{Error, Remedy, Result};
-use crate::geometry::PixelRect;
-use crate::raster::in_8_bits;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::in_8_bits;
 
 /// The remedy for damaged stacks.
 const REMEDY: (&str, Remedy, &str) = ("run ", Remedy::Build, " to make it again");
@@ -153,9 +153,9 @@ fn broken(path: &Path, error: png::DecodingError) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
-    use crate::layers::content::PixelSpan;
-    use crate::scene::pixels::{PhotoPixels, Samples};
+    use crate::layer_png::{LayerSpans, write_layer, write_mask};
+    use quadratura_base::scene::pixels::{PhotoPixels, Samples};
+    use quadratura_layers::content::PixelSpan;
 
     const RECT: PixelRect = PixelRect { x: -3, y: 2, w: 32, h: 8 };
     const CROP: PixelRect = PixelRect { x: 1, y: 3, w: 20, h: 4 };

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use crate::error::{Error, Result};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// The name of the lock file in the project folder.
 pub const LOCK_FILE: &str = "project.lock";
@@ -41,7 +41,7 @@ impl ProjectLock {
     ///
     /// # Errors
     /// As [`ProjectLock::take`] for other holders; [`Error::Cancelled`].
-    pub(crate) fn take_after(
+    pub fn take_after(
         folder: &Path,
         is_brief: impl Fn(&str) -> bool,
         pause: Duration,
@@ -122,8 +122,7 @@ fn sign(file: &mut File) -> std::io::Result<()> {
 static COMMAND: OnceLock<String> = OnceLock::new();
 
 /// Says which command of this program is running, whatever the program's file is called.
-#[cfg(feature = "cli")]
-pub(crate) fn introduce(command: &str) {
+pub fn introduce(command: &str) {
     // The first one counts: a process runs one command.
     let _ = COMMAND.set(command.to_owned());
 }
@@ -155,7 +154,6 @@ const PROGRAM: &str = "quadratura";
 const WINDOW_COMMAND: &str = "edit";
 
 /// The command that holds the lock for one photo at a time.
-#[cfg(feature = "cli")]
 const UPDATE_COMMAND: &str = "update";
 
 fn held(folder: &Path, holder: &str) -> Error {
@@ -163,13 +161,12 @@ fn held(folder: &Path, holder: &str) -> Error {
 }
 
 /// Returns whether a holder of the lock is the editor's window, which keeps it until the project is closed.
-pub(crate) fn is_window(holder: &str) -> bool {
+pub fn is_window(holder: &str) -> bool {
     is_command(holder, WINDOW_COMMAND)
 }
 
 /// Returns whether a holder of the lock is the command `update`, which releases it after each photo.
-#[cfg(feature = "cli")]
-pub(crate) fn is_update(holder: &str) -> bool {
+pub fn is_update(holder: &str) -> bool {
     is_command(holder, UPDATE_COMMAND)
 }
 

@@ -16,9 +16,9 @@ use std::time::SystemTime;
 use super::atomic::{remove_leftovers, write_atomically};
 use super::hash::{hash_bytes, hash_file};
 use super::mask_file::{mask_png, read_mask};
-use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Result};
-use crate::geometry::Spans;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Spans;
+use quadratura_document::names::file_name_of_photo;
 
 /// Number of hexadecimal digits of the hash in a file's name.
 const DIGITS: usize = 12;
@@ -156,7 +156,7 @@ fn remove_if_empty(folder: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
+    use quadratura_base::geometry::PixelRect;
 
     fn mask(pixels: u32) -> Spans {
         Spans::of_pixels(PixelRect::of_size(pixels, 1), |_, _| true)

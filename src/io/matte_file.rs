@@ -11,11 +11,11 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 use serde::{Deserialize, Serialize};
 
 use super::atomic::write_atomically;
-use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::layers::matte::{Known, Matte};
-use crate::raster::Image;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_document::names::file_name_of_photo;
+use quadratura_layers::matte::{Known, Matte};
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 2;

@@ -21,7 +21,6 @@ pub mod import_ledger;
 mod in_use;
 pub mod inbox;
 pub mod json;
-#[cfg(feature = "gui")]
 pub mod known_projects;
 pub mod layer_png;
 pub mod layer_reader;
@@ -52,7 +51,7 @@ pub mod recovery;
 pub mod reference;
 pub mod relief_file;
 pub mod stack_files;
-pub(crate) mod stack_readers;
+pub mod stack_readers;
 pub mod stack_store;
 pub mod stamp;
 pub mod stroke_file;
@@ -63,3 +62,7 @@ pub mod tree_list;
 pub mod tree_paint;
 pub mod watch;
 pub mod writable;
+
+#[cfg(test)]
+#[path = "../../tests/common/left_out.rs"]
+mod left_out;

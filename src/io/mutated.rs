@@ -1,6 +1,6 @@
 //! Mutations of text files, for tests that reading them gives a result or an error, and never a fault.
 //!
-//! `QUADRATURA_MUTATIONS=1000000 cargo test --release --lib mutated` reads as many of each format.
+//! `QUADRATURA_MUTATIONS=1000000 cargo test --release -p quadratura-io --lib mutated` reads as many of each format.
 
 #![cfg(test)]
 
@@ -10,9 +10,9 @@ use super::camera_path::read_camera_path;
 use super::depth_image::read_list;
 use super::photo_list::read_photo_list;
 use super::tree_list::read_tree_list;
-use crate::error::{Error, Result};
-use crate::scene::synthetic::Rng;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_base::task::Task;
 
 /// Returns the number of mutations: `usual`, or what the environment says.
 pub fn mutations(usual: u32) -> u32 {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
-use crate::scene::alike::{self, Alike};
+use quadratura_base::scene::alike::{self, Alike};
 
 /// What was found for a name.
 #[derive(Debug, Clone, PartialEq, Eq)]

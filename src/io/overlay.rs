@@ -7,9 +7,9 @@ use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
 
 use super::atomic::write_atomically;
-use crate::error::{Error, Result};
-use crate::projection::Picture;
-use crate::scene::{PhotoPixels, Samples};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{PhotoPixels, Samples};
+use quadratura_projection::Picture;
 
 /// How lines are drawn: with a dark seam on both sides, which keeps them readable on a light background.
 #[derive(Debug, Clone, Copy, PartialEq)]

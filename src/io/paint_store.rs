@@ -26,11 +26,11 @@ use super::json::{read_json, to_json};
 use super::layered::Raster;
 use super::layered::png::{read_rgba_as_stored, write_rgba};
 use super::project::below;
-use crate::document::names::file_name_of_photo;
-use crate::document::paint::{PAINT_VERSION, PaintBook, PaintEntry, PaintPatch};
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::scene::Samples;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Samples;
+use quadratura_document::names::file_name_of_photo;
+use quadratura_document::paint::{PAINT_VERSION, PaintBook, PaintEntry, PaintPatch};
 
 const BOOK: &str = "paint.json";
 /// Name of the file that lists the files of an unfinished import, one per line, as the book would name them.
@@ -60,7 +60,7 @@ impl PaintStore {
     }
 
     /// Returns the path of the book of paint.
-    pub(crate) fn book_file(&self) -> PathBuf {
+    pub fn book_file(&self) -> PathBuf {
         self.folder.join(BOOK)
     }
 
@@ -120,7 +120,7 @@ impl PaintStore {
 
     /// Returns a book that is on disk with a hold on its files. A writer holds the book that it returns before another
     /// writer can replace it.
-    pub(crate) fn held(&self, mut book: PaintBook) -> PaintBook {
+    pub fn held(&self, mut book: PaintBook) -> PaintBook {
         let folder = self.held_folder();
         book.in_use = in_use::hold(book.files().into_iter().map(|file| folder.join(file)));
         book

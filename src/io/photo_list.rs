@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
-use crate::io::text::{lines_of, not_utf16};
+use crate::text::{lines_of, not_utf16};
+use quadratura_base::error::{Error, Result};
 
 const LARGEST_LIST: u64 = 16 << 20;
 

@@ -16,8 +16,8 @@ use exr::prelude::{
 use super::atomic::write_atomically;
 use super::hash::hash_bytes;
 use super::picture_png::{MADE_BY, MOST_BYTES, WrittenPicture, place};
-use crate::error::{Error, Result};
-use crate::projection::LinearPicture;
+use quadratura_base::error::{Error, Result};
+use quadratura_projection::LinearPicture;
 
 /// The extension of the files.
 pub const EXTENSION: &str = "exr";
@@ -117,7 +117,7 @@ fn is_unchanged(path: &Path) -> Option<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::depth_image::read_depth_map;
+    use crate::depth_image::read_depth_map;
 
     fn picture(red: f32) -> LinearPicture {
         let rgba = vec![[red, 0.25, 2.0, 0.5], [1e9, 0.0, 0.0, 1.0], [0.1, 0.2, 0.3, 0.0]];

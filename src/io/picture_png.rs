@@ -10,7 +10,7 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 use super::atomic::{remove_dead_leftovers, write_atomically_with};
 use super::hash::hash_bytes;
 use super::layer_png::io_error;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Keyword of the text chunk.
 pub(super) const MADE_BY: &str = "quadratura";

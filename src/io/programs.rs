@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::export_record::ExportFormat;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::ExportFormat;
 
 /// An image editor whose installation is found automatically.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

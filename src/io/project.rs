@@ -9,9 +9,9 @@ use super::atomic::write_atomically;
 use super::json::{read_json, to_json};
 use super::lock::LOCK_FILE;
 use super::named_file::NamedFiles;
-use crate::document::project::PROJECT_VERSION;
-use crate::document::{Bookmark, CameraPath, Project};
-use crate::error::{Error, Remedy, Result};
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_document::project::PROJECT_VERSION;
+use quadratura_document::{Bookmark, CameraPath, Project};
 
 /// The name of the project's file in the project folder.
 pub const PROJECT_FILE: &str = "project.json";
@@ -217,12 +217,12 @@ fn relative_path(from: &Path, to: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees, UpAxis};
-    use crate::document::{ColourDecisions, Decisions, Masks, PhotoDecisions};
-    use crate::geometry::Similarity;
-    use crate::layers::fill::FillOptions;
-    use crate::layers::{Faces, Options};
-    use crate::scene::FaceIndex;
+    use quadratura_base::geometry::Similarity;
+    use quadratura_base::scene::FaceIndex;
+    use quadratura_document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees, UpAxis};
+    use quadratura_document::{ColourDecisions, Decisions, Masks, PhotoDecisions};
+    use quadratura_layers::fill::FillOptions;
+    use quadratura_layers::{Faces, Options};
 
     fn project() -> Project {
         Project {

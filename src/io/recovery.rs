@@ -13,8 +13,8 @@ use super::hash::hash_file;
 use super::json::{read_json, to_json};
 pub use super::project::UNSAVED_FILE;
 use super::project::{PROJECT_FILE, judged};
-use crate::document::Project;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::Project;
 
 const LARGEST: u64 = 16 << 20;
 const REMEDY: &str = "remove the file if you do not need the unsaved changes";
@@ -89,8 +89,8 @@ fn path(folder: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::project::{read_project, write_project};
-    use crate::layers::Options;
+    use crate::project::{read_project, write_project};
+    use quadratura_layers::Options;
 
     fn project(margin: u32) -> Project {
         let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;

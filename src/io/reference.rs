@@ -3,8 +3,8 @@
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Luma, Rgb};
 
-use crate::raster::in_8_bits;
-use crate::scene::{PhotoPixels, Samples};
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::scene::{PhotoPixels, Samples};
 
 /// A photo at the size of a picture: the expected result, 8 bits, gamma-encoded.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -9,9 +9,9 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::atomic::write_atomically;
-use crate::error::{Error, Result};
-use crate::geometry::polygon::PlaneFrame;
-use crate::projection::relief::{FaceRelief, Relief};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::polygon::PlaneFrame;
+use quadratura_projection::relief::{FaceRelief, Relief};
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 1;

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::hash::{hash_bytes, hash_file};
 use super::json::{read_json, to_json};
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// The name of the record in the folder that it describes.
 pub const RECORD: &str = "files.json";

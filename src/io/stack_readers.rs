@@ -26,13 +26,13 @@ struct Readers {
 
 /// A hold on the stacks of a project, until it is dropped.
 #[derive(Debug)]
-pub(crate) struct StackReader {
+pub struct StackReader {
     folder: PathBuf,
 }
 
 impl StackReader {
     /// Begins reading the stacks of the project in `folder`.
-    pub(crate) fn begin(folder: &Path) -> Self {
+    pub fn begin(folder: &Path) -> Self {
         let folder = one_name(folder);
         let mut ours = ours();
         match ours.get_mut(&folder) {
@@ -58,7 +58,7 @@ impl Drop for StackReader {
 }
 
 /// Returns whether a program reads the stacks of the project in `folder`, this one or another.
-pub(crate) fn are_read(folder: &Path) -> bool {
+pub fn are_read(folder: &Path) -> bool {
     let folder = one_name(folder);
     ours().contains_key(&folder) || is_locked(&folder)
 }

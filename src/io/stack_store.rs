@@ -29,11 +29,11 @@ use super::inbox::{copy_to_inbox, move_to_inbox};
 use super::json::{read_json, to_json};
 use super::stack_files::{FileState, FileTimes, RECORD, StackFiles, is_version, names_in};
 use super::stack_readers::{are_read, are_read_by_others};
-use crate::document::names::{file_name_of_photo, photo_of_file_name};
-use crate::document::stack::LayerFill;
-use crate::document::stack::STACK_VERSION;
-use crate::document::{FilesInUse, ImageLayer, Stack};
-use crate::error::{Error, Remedy, Result};
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_document::names::{file_name_of_photo, photo_of_file_name};
+use quadratura_document::stack::LayerFill;
+use quadratura_document::stack::STACK_VERSION;
+use quadratura_document::{FilesInUse, ImageLayer, Stack};
 
 const STACK_FILE: &str = "stack.json";
 const UNFINISHED: &str = "+new-";
@@ -83,7 +83,7 @@ impl StackStore {
     }
 
     /// Returns the path of the `stack.json` of `photo`.
-    pub(crate) fn stack_file(&self, photo: &str) -> PathBuf {
+    pub fn stack_file(&self, photo: &str) -> PathBuf {
         self.folder(photo).join(STACK_FILE)
     }
 
@@ -171,7 +171,7 @@ impl StackStore {
     ///
     /// # Errors
     /// [`Error::Io`] when a file is missing or the project is not writable.
-    pub(crate) fn begin_from(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
+    pub fn begin_from(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
         let mut bare = stack.clone();
         bare.bytes -= bare.fill.take().map_or(0, |fill| fill.bytes.min(stack.bytes));
         bare.image_layers.iter_mut().for_each(|layer| layer.fill = None);
@@ -184,7 +184,7 @@ impl StackStore {
     ///
     /// # Errors
     /// [`Error::Io`]; the old stack stays as it was.
-    pub(crate) fn replace_stack_json(&self, stack: &Stack) -> Result<Committed> {
+    pub fn replace_stack_json(&self, stack: &Stack) -> Result<Committed> {
         let mut bare = stack.clone();
         let writer = self.begin_with(&mut bare)?;
         writer.commit(bare)

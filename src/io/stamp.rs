@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::hash::{Hashing, hash_file};
-use crate::error::Result;
+use quadratura_base::error::Result;
 
 /// Sub-folders are searched down to this depth, because links may form circles.
 const DEEPEST: usize = 16;
@@ -67,7 +67,7 @@ impl Stamp {
     /// Returns a hash of the content of the stamp's files, which are read for it.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] when one of them cannot be read or no longer exists.
+    /// [`quadratura_base::Error::Io`] when one of them cannot be read or no longer exists.
     pub fn content(&self, document: &Path) -> Result<String> {
         let mut hashing = Hashing::default();
         for (file, _, _) in &self.0 {

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::json::read_json;
-use crate::document::stroke::Stroke;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::stroke::Stroke;
 
 const LARGEST_STROKE: u64 = 64 << 20;
 const REMEDY: &str = "correct it; docs/formats.md describes brush strokes";

@@ -13,11 +13,11 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 use serde::{Deserialize, Serialize};
 
 use super::atomic::write_atomically;
-use crate::error::{Error, Result};
-use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
-use crate::projection::dome::{BRIGHTEST, Dome, SIDES};
-use crate::projection::exposure::surroundings::{GRID, SurroundingsFactors};
-use crate::scene::FaceId;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::FaceId;
+use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
+use quadratura_projection::dome::{BRIGHTEST, Dome, SIDES};
+use quadratura_projection::exposure::surroundings::{GRID, SurroundingsFactors};
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 2;

@@ -9,9 +9,9 @@ use std::time::UNIX_EPOCH;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 
 use super::atomic::write_atomically_with;
-use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Result};
-use crate::projection::Picture;
+use quadratura_base::error::{Error, Result};
+use quadratura_document::names::file_name_of_photo;
+use quadratura_projection::Picture;
 
 /// Keyword of the text chunk that holds the photo's stamp.
 const MADE_OF: &str = "quadratura-photo";

@@ -11,7 +11,7 @@ use std::time::Duration;
 use notify_debouncer_full::notify::{RecommendedWatcher, RecursiveMode};
 use notify_debouncer_full::{Debouncer, RecommendedCache, new_debouncer};
 
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Events within this time of each other count as one: a save causes several in a row, and the waiting
 /// program looks again anyway.
@@ -58,7 +58,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::io::documents::documents;
+    use crate::documents::documents;
 
     #[test]
     fn a_save_is_told_and_changes_the_stamp() {

@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use super::atomic::{AtomicFile, followed, refuse_device};
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// The name of the file that is tried; it is removed before it gets this name.
 const TRIED: &str = "tried";

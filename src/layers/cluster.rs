@@ -8,9 +8,9 @@ use super::options::{BoxShape, Options};
 use super::parts::{ElementIndex, Layers, SortedElement};
 use super::quotient::Quotient;
 use super::together::{MergeResult, Obstacle, Unsatisfied, bring_together};
-use crate::geometry::PixelRect;
-use crate::scene::Model;
-use crate::scene::builder::says_backdrop;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Model;
+use quadratura_base::scene::builder::says_backdrop;
 
 /// The part of an element that lies in one image layer: the whole element, unless it is larger than the
 /// largest side allowed.
@@ -28,7 +28,7 @@ pub struct LayerIndex(pub u32);
 
 impl LayerIndex {
     /// Returns the index of the layer at a position in the stack.
-    pub(crate) fn new(position: usize) -> Self {
+    pub fn new(position: usize) -> Self {
         Self(position as u32)
     }
 
@@ -38,7 +38,7 @@ impl LayerIndex {
     }
 
     /// Returns the indices of a stack's `count` layers.
-    pub(crate) fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
+    pub fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
         (0..count as u32).map(Self)
     }
 }

@@ -7,7 +7,7 @@ use std::fmt;
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{FaceId, FaceIndex, Model};
+use quadratura_base::scene::{FaceId, FaceIndex, Model};
 
 /// A selection of faces of one object, by name; all faces of the object where none is listed.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ impl Faces {
     }
 
     /// Returns those of these faces that the model has, in rising order.
-    pub(crate) fn in_model(&self, model: &Model) -> Vec<FaceId> {
+    pub fn in_model(&self, model: &Model) -> Vec<FaceId> {
         let Some(object) = model.objects.iter().find(|o| o.name == self.object) else { return Vec::new() };
         if self.faces.is_empty() {
             return object.faces.clone();
@@ -189,7 +189,7 @@ impl<T: Eq + std::hash::Hash> Division<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::closed_form;
+    use quadratura_base::scene::synthetic::closed_form;
 
     fn named(object: &str, faces: &[u32]) -> Faces {
         Faces { object: object.into(), faces: faces.iter().copied().map(FaceIndex).collect() }

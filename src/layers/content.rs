@@ -12,8 +12,8 @@ use super::nodes::Nodes;
 use super::parts::Layers;
 use super::runs::{Run, Runs, is_visible, item_of};
 use super::view::View;
-use crate::geometry::{PixelRect, Spans};
-use crate::layers::ElementIndex;
+use crate::ElementIndex;
+use quadratura_base::geometry::{PixelRect, Spans};
 
 /// A span of pixels: columns `x0..x1` of row `y` of the photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -307,7 +307,7 @@ impl<'a> CycleComponent<'a> {
         count_in(&part.spans, nearer) > enough && count_in(&part.spans, farther) > enough
     }
 
-    fn inverse(&self, item: u32) -> crate::geometry::InverseDepth {
+    fn inverse(&self, item: u32) -> quadratura_base::geometry::InverseDepth {
         self.view.items[item as usize].inverse_depth
     }
 

@@ -5,21 +5,21 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::agreement::directions::DirectionPhoto;
-use crate::error::Result;
-use crate::projection::dome::{CubeMap, Dome, SIDES};
-use crate::projection::weights::border;
-use crate::raster::robust::quantile;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::raster::robust::quantile;
+use quadratura_base::task::Task;
+use quadratura_projection::dome::{CubeMap, Dome, SIDES};
+use quadratura_projection::weights::border;
 
 /// The distance from what is not surroundings, in reduced pixels, over which the weight of a photo rises: beside
 /// outlines photos show what the model lacks.
 const RAMP_PX: f32 = 8.0;
 
 /// The difference from the mean, as a natural logarithm, at which a photo loses most of its weight.
-pub(crate) const STRAY: f32 = 0.25;
+pub const STRAY: f32 = 0.25;
 
 /// The least light that enters a logarithm.
-pub(crate) const BLACK: f32 = 0.01;
+pub const BLACK: f32 = 0.01;
 
 /// The least light of which a logarithm is continued: black in 8 bits, so that night continues as night.
 const DARKEST: f32 = 1e-4;
@@ -60,7 +60,7 @@ type Weighted = ([f32; 3], f32);
 /// Makes the dome, with `side` pixels along a side of its cube; `None` where no photo shows any surroundings.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn dome(content: &DomeContent, side: usize, task: &Task) -> Result<Option<Dome>> {
     task.go_on()?;
     let blended = CubeMap::from_directions(side, |direction| content.blended(direction));
@@ -245,7 +245,7 @@ mod tests {
     use glam::{DMat3, DVec2};
 
     use super::*;
-    use crate::geometry::{Pinhole, Pose};
+    use quadratura_base::geometry::{Pinhole, Pose};
 
     const CAMERA: Pinhole = Pinhole { width: 80, height: 80, fx: 40.0, fy: 40.0, cx: 40.0, cy: 40.0 };
 

@@ -10,7 +10,7 @@ use super::nodes::Nodes;
 use super::options::Options;
 use super::runs::{Run, Runs, is_visible, item_of};
 use super::view::View;
-use crate::scene::{FaceId, Model};
+use quadratura_base::scene::{FaceId, Model};
 
 /// A face of which a photo shows little.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,5 +1,5 @@
 //! One sky for all photos: the factors that bring each photo's surroundings to a common, smooth brightness and colour
-//! ([`crate::projection::exposure::surroundings`], `docs/method.md`, section 7).
+//! ([`quadratura_projection::exposure::surroundings`], `docs/method.md`, section 7).
 //!
 //! On a coarse cube of directions, offsets of whole photos are found first, from the directions that two photos or more show
 //! unclipped, robustly. The common sky is then the mean of the photos, each with a weight that falls to 0 at its frame, so that it
@@ -17,10 +17,10 @@ use rayon::prelude::*;
 
 use super::agreement::directions::DirectionPhoto;
 use super::dome::{BLACK, STRAY, filled};
-use crate::error::Result;
-use crate::projection::dome::CubeMap;
-use crate::projection::exposure::surroundings::{GRID, SurroundingsFactors};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_projection::dome::CubeMap;
+use quadratura_projection::exposure::surroundings::{GRID, SurroundingsFactors};
 
 /// The cells along a side of the coarse cube: about as fine as the photos' grids.
 const SIDE: usize = 56;
@@ -82,7 +82,7 @@ type Sky = CubeMap<[f32; 3]>;
 /// Finds the factors of each photo, in the order of `photos`. `agreement` says how far others confirm each pixel of each photo.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn one_sky(
     photos: &[&DirectionPhoto],
     agreement: &[Vec<f32>],
@@ -379,8 +379,8 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::geometry::{Pinhole, Pose};
-    use crate::projection::exposure::Optics;
+    use quadratura_base::geometry::{Pinhole, Pose};
+    use quadratura_projection::exposure::Optics;
 
     const CAMERA: Pinhole = Pinhole { width: 120, height: 80, fx: 90.0, fy: 90.0, cx: 60.0, cy: 40.0 };
 

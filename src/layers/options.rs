@@ -116,7 +116,7 @@ impl Default for Options {
 impl Options {
     /// Returns the options of a project file without any: those of new projects, without what changed stacks after
     /// the first format was released. So a new version of the program puts no stack out of date.
-    pub(crate) fn of_before() -> Self {
+    pub fn of_before() -> Self {
         Self { min_visible: 0, tolerated: 0.0, ..Self::default() }
     }
 
@@ -169,7 +169,7 @@ impl Options {
     }
 
     /// Returns `min_visible` and `min_share` for the faces of an object.
-    pub(crate) fn least_visible(&self, object: &str) -> (u32, f32) {
+    pub fn least_visible(&self, object: &str) -> (u32, f32) {
         let own = self.objects.get(object).copied().unwrap_or_default();
         (own.min_visible.unwrap_or(self.min_visible), own.min_share.unwrap_or(self.min_share))
     }

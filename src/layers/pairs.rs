@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use super::rasteriser::{Band, FragmentLists, Occlusion, VISIBLE, is_behind};
 use super::view::View;
-use crate::geometry::InverseDepth;
+use quadratura_base::geometry::InverseDepth;
 
 /// Rows that one parallel job counts; a band may be the whole photo.
 const JOB_ROWS: u32 = 64;
@@ -125,7 +125,7 @@ mod tests {
 
     /// Returns coefficients of two planes that nearly touch somewhere on a row, from a seed.
     fn planes(seed: u64) -> [InverseDepth; 2] {
-        let mut rng = crate::scene::synthetic::Rng::new(seed);
+        let mut rng = quadratura_base::scene::synthetic::Rng::new(seed);
         let c = rng.between(0.01, 1.0) as f32;
         let mut plane = |near: f32| InverseDepth {
             a: rng.between(-1e-5, 1e-5) as f32,

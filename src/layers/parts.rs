@@ -16,7 +16,7 @@ use super::quotient::Quotient;
 use super::runs::Runs;
 use super::tolerated::{ObjectPart, Overlap, Overlaps};
 use super::view::View;
-use crate::scene::{Model, ObjectId};
+use quadratura_base::scene::{Model, ObjectId};
 
 /// The index of an element in reading order of the visibility layers, which stacks number them by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -25,7 +25,7 @@ pub struct ElementIndex(pub u32);
 
 impl ElementIndex {
     /// Returns the index of the element at a position in reading order.
-    pub(crate) fn new(position: usize) -> Self {
+    pub fn new(position: usize) -> Self {
         Self(position as u32)
     }
 

@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::nodes::{CutSide, Node, Nodes};
 use super::tolerated::Overlap;
 use super::view::View;
-use crate::geometry::polygon::{fit_plane, split_by_plane, triangulate};
-use crate::geometry::{Plane, Pose};
-use crate::scene::{FaceId, Model};
+use quadratura_base::geometry::polygon::{fit_plane, split_by_plane, triangulate};
+use quadratura_base::geometry::{Plane, Pose};
+use quadratura_base::scene::{FaceId, Model};
 
 /// The polygons of one node that is not a whole face: several where a cut takes the face apart.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::view::View;
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// Returns true where a fragment lies behind another by more than the tolerance, both given as inverse depth.
 /// The comparison is in f32 and in exactly this form, so that every rasteriser decides alike.
@@ -141,13 +141,13 @@ pub struct StencilLayers {
     pub locked: u32,
 }
 
-/// A rasteriser of views. Implementations compare depths only through [`InverseDepth::at`](crate::geometry::InverseDepth::at) and
+/// A rasteriser of views. Implementations compare depths only through [`InverseDepth::at`](quadratura_base::geometry::InverseDepth::at) and
 /// [`is_behind`].
 pub trait Rasteriser: Sync {
     /// Finds the working set, its fragment lists, and the table of all occluding pairs.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device fails, [`crate::Error::Cancelled`] on request.
+    /// [`quadratura_base::Error::Gpu`] when the device fails, [`quadratura_base::Error::Cancelled`] on request.
     fn fragments(&self, view: &View, tolerance: f32, task: &Task) -> Result<Fragments>;
 
     /// Does one round of exact peeling on the items flagged in `alive`. Returns, per item, whether some

@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::projection::dome::{CubeMap, Dome};
+use quadratura_projection::dome::{CubeMap, Dome};
 
 /// The least height above the horizon, as a sine, from which on photos show the sky: below are hills and houses.
 const ABOVE: f64 = 0.05;

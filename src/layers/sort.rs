@@ -14,10 +14,10 @@ use super::rasteriser::{Fragments, Presence, Rasteriser};
 use super::runs::{Runs, item_of};
 use super::stencil::layers_of_stencil;
 use super::view::View;
-use crate::error::Result;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::scene::{FaceId, Model};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_base::task::Task;
 
 /// The complete result of sorting one photo.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ pub struct Sorted {
 /// user's constraints (`constraints`) as far as the order of occlusions allows.
 ///
 /// # Errors
-/// The errors of the rasteriser, and [`crate::Error::Cancelled`].
+/// The errors of the rasteriser, and [`quadratura_base::Error::Cancelled`].
 pub fn sort_photo(
     model: &Model,
     camera: &Pinhole,

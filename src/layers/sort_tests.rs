@@ -1,8 +1,8 @@
 //! The sort on invented scenes whose answer is known.
 
-use crate::layers::{Faces, LayerConstraints, Options, SoftwareRasteriser, Sorted, sort_photo};
-use crate::scene::synthetic::{Modeller, Scene, Truth, camera_is_world, centred, closed_form};
-use crate::task::Task;
+use crate::{Faces, LayerConstraints, Options, SoftwareRasteriser, Sorted, sort_photo};
+use quadratura_base::scene::synthetic::{Modeller, Scene, Truth, camera_is_world, centred, closed_form};
+use quadratura_base::task::Task;
 
 fn sorted(scene: &Scene) -> Sorted {
     let task = Task::silent();

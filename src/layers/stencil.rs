@@ -8,7 +8,7 @@ use super::graph::Graph;
 use super::parts::{Layers, compact_groups, from_layers};
 use super::rasteriser::{Occlusion, StencilLayers};
 use super::view::View;
-use crate::scene::Model;
+use quadratura_base::scene::Model;
 
 /// Builds the layers that stencil peeling leads to. Faces of an object that share a layer and overlap in at
 /// most `min_support` pixels make one element, unless a split keeps them apart; nothing is cut and nothing

@@ -7,9 +7,9 @@ use super::content::{Content, PixelSpan};
 use super::options::Options;
 use super::runs::{Row, Run, Runs, item_of};
 use super::sort::Sorted;
-use crate::geometry::{PixelRect, Spans};
-use crate::scene::PhotoPixels;
-use crate::scene::builder::SURROUNDINGS;
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::scene::PhotoPixels;
+use quadratura_base::scene::builder::SURROUNDINGS;
 
 /// What a photo shows of the surroundings.
 #[derive(Debug, Clone, PartialEq)]

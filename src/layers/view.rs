@@ -4,9 +4,9 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::geometry::clip::clipped_to_box;
-use crate::geometry::{InverseDepth, Pinhole, PixelRect, Pose};
-use crate::scene::{FaceId, Model};
+use quadratura_base::geometry::clip::clipped_to_box;
+use quadratura_base::geometry::{InverseDepth, Pinhole, PixelRect, Pose};
+use quadratura_base::scene::{FaceId, Model};
 
 /// The index of an item in [`View::items`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,13 +1,13 @@
 //! Cracks: pixels between depth pixels of one surface that no splat reaches.
 //!
 //! Splats are as large as their depth pixels are apart, also where a view stretches a plane in one direction
-//! (`crate::ldi::stretch`). Where a plane is unknown, the spacing is one length, and depth pixels of a surface that the reference
+//! (`crate::stretch`). Where a plane is unknown, the spacing is one length, and depth pixels of a surface that the reference
 //! camera sees at a grazing angle are farther apart in one direction; and no splat reaches farther than its limit. The smaller
 //! the picture, the coarser the level, so that in a draft a crack is as wide as in a large picture, and takes up more of it.
 
 use rayon::prelude::*;
 
-use crate::projection::Picture;
+use quadratura_projection::Picture;
 
 /// The widest crack that is closed, in pixels of the picture.
 const WIDEST: i32 = 3;

@@ -9,8 +9,8 @@ use glam::{DMat3, DVec3};
 
 use super::layout::Ldi;
 use super::set::{Arrangement, LdiSet};
-use crate::error::{Error, Result};
-use crate::geometry::{Pinhole, Pose};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, Pose};
 
 /// The names of the faces in their order, as seen by somebody upright who looks ahead.
 pub const FACE_NAMES: [&str; 6] = ["right", "left", "down", "up", "front", "back"];
@@ -142,7 +142,7 @@ pub fn flaw(faces: &[Face]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn faces() -> Vec<Face> {
         let centre = DVec3::new(3.0, -5e6, 0.25);

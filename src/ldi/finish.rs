@@ -10,9 +10,9 @@ use super::layout::{DepthPixel, Ldi, LdiKind, LdiSurface, Level};
 use super::levels::pyramid;
 use super::report::LdiReport;
 use super::spacing::{distance, entry_of, normal_of, quartiles};
-use crate::error::Result;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::task::Task;
 
 /// The depth pixels of a row with their columns, in the order of the layout.
 pub type Row = Vec<(u16, DepthPixel)>;
@@ -74,7 +74,7 @@ impl Unfinished {
     /// Computes what follows from the depth pixels.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn finish(mut self, task: &Task) -> Result<Ldi> {
         let quartiles = quartiles_of(&self.camera, &self.rows);
         self.index_splats(&quartiles);

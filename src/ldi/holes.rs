@@ -9,10 +9,10 @@ use glam::{DVec2, DVec3};
 use super::layout::{Ldi, Level};
 use super::transfer::Transfer;
 use super::warp::{WarpOptions, last_drawn, level_of};
-use crate::error::Result;
-use crate::geometry::Pinhole;
-use crate::projection::{Picture, Shot};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::task::Task;
+use quadratura_projection::{Picture, Shot};
 
 /// The share by which the inverse depth of a depth pixel may differ from that at a rim to be of the same surface: on
 /// slanted surfaces depth changes across a gap.
@@ -67,7 +67,7 @@ pub enum HolePixel {
 /// reasons, it is the one that is nearest to showing something. Options are those that the view was made with.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn holes_of<'a>(
     images: impl IntoIterator<Item = &'a Ldi>,
     shot: &Shot,

@@ -10,8 +10,8 @@ use glam::DVec3;
 
 use super::report::LdiReport;
 use super::tiles::Tile;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::scene::FaceIndex;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::FaceIndex;
 
 /// The longest side of a frame in pixels.
 pub const LONGEST_SIDE: u32 = 16_384;

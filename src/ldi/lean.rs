@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use super::layout::{Ldi, Level};
 use super::segments::reach::{pivot, reach};
 use super::warp::{WarpOptions, warp};
-use crate::error::Result;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::projection::Shot;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::task::Task;
+use quadratura_projection::Shot;
 
 /// A window through which an image is seen: the view keeps its direction, and things at the distance of the pivot keep their
 /// place when the viewpoint moves aside.
@@ -33,7 +33,7 @@ impl Window {
     /// Finds the pivot with which one can go farthest, and the region for it.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn with_widest_region(ldi: &Ldi, zoom: f64, task: &Task) -> Result<(Self, SafeRegion)> {
         let mut best: Option<(Self, SafeRegion)> = None;
         for (share, done) in PIVOTS.into_iter().zip(0..) {
@@ -104,7 +104,7 @@ impl SafeRegion {
     /// Finds the region by drawing small views on a grid of viewpoints.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn new(ldi: &Ldi, window: &Window, task: &Task) -> Result<Self> {
         let probe = Probe::new(ldi, window, task)?;
         let farthest = FARTHEST * reach(ldi);
@@ -231,7 +231,7 @@ impl<'a> Probe<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ldi::layout::{DepthPixel, Splat};
+    use crate::layout::{DepthPixel, Splat};
 
     #[test]
     fn the_sky_ends_above_the_ground_and_stray_pixels_of_it_do_not_count() {

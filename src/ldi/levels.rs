@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::layout::{DepthPixel, LdiSurface, Level};
 use super::merge::{Merging, Sample, merge_into};
-use crate::geometry::Pinhole;
+use quadratura_base::geometry::Pinhole;
 
 /// Levels end where the longer side of the frame is no longer than this, in pixels.
 const SMALLEST: u32 = 16;
@@ -22,14 +22,14 @@ pub fn pyramid(first: Level, surfaces: &[LdiSurface]) -> Vec<Level> {
 }
 
 /// Returns a camera of half the resolution.
-pub(crate) fn half_camera(camera: &Pinhole) -> Pinhole {
+pub fn half_camera(camera: &Pinhole) -> Pinhole {
     let Pinhole { width, height, fx, fy, cx, cy } = *camera;
     let [fx, fy, cx, cy] = [fx, fy, cx, cy].map(|value| value / 2.0);
     Pinhole { width: width.div_ceil(2), height: height.div_ceil(2), fx, fy, cx, cy }
 }
 
 /// Returns surfaces as they are in a frame whose pixels have `pixel_size` of those of theirs as side.
-pub(crate) fn surfaces_at(surfaces: &[LdiSurface], pixel_size: f64) -> Vec<LdiSurface> {
+pub fn surfaces_at(surfaces: &[LdiSurface], pixel_size: f64) -> Vec<LdiSurface> {
     let resized = |surface: &LdiSurface| LdiSurface {
         nu: surface.nu * DVec3::new(pixel_size, pixel_size, 1.0),
         ..surface.clone()

@@ -22,8 +22,9 @@ pub mod show;
 pub mod spacing;
 pub mod splat;
 pub mod stretch;
+pub mod synthetic;
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 pub mod tiles;
 pub mod transfer;
 pub mod warp;

@@ -114,9 +114,9 @@ fn spread(beside: &mut [(u8, f32)], [width, height]: [usize; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ldi::layout::{DepthPixel, DepthPixelOrigin, LdiKind, LdiSurface, Splat};
-    use crate::ldi::report::LdiReport;
-    use crate::scene::synthetic::{centred, look_at};
+    use crate::layout::{DepthPixel, DepthPixelOrigin, LdiKind, LdiSurface, Splat};
+    use crate::report::LdiReport;
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     /// An image of 128 x 96 pixels with these surfaces.
     fn image(surfaces: &[DVec3]) -> Ldi {

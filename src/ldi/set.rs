@@ -81,7 +81,7 @@ pub fn chosen_for_set(covers: &[Vec<bool>], names: &[&str], most: usize, enough:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     /// Returns rows of points that are covered, written as stars.
     fn rows(rows: &[&str]) -> Vec<Vec<bool>> {

@@ -9,10 +9,10 @@ use super::set::LdiSet;
 use super::spacing::{Factors, exact};
 use super::transfer::Transfer;
 use super::warp::{WarpOptions, Warped, common_level, warp_set};
-use crate::error::Result;
-use crate::projection::Shot;
-use crate::projection::legend::{DENSITY, DENSITY_OCTAVES, Legend, Origin, colour_at, colour_of_number};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_projection::Shot;
+use quadratura_projection::legend::{DENSITY, DENSITY_OCTAVES, Legend, Origin, colour_at, colour_of_number};
 
 /// The largest number of layers in a legend; deeper ones are rare, and have colours of their own, too.
 const MOST_LISTED: u32 = 10;

@@ -9,7 +9,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::layout::{Ldi, LdiSurface};
 use super::transfer::Transfer;
-use crate::geometry::{Pinhole, Pose};
+use quadratura_base::geometry::{Pinhole, Pose};
 
 /// How the spacing is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -205,7 +205,7 @@ pub fn normal_of_plane(nu: DVec3, camera: &Pinhole) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     #[test]
     fn quartiles_are_those_of_the_sorted_distances() {

@@ -1,7 +1,7 @@
 //! Stretched depth pixels: the parallelograms that the squares of the reference camera's pixels become in a view of a surface.
 //!
-//! A view maps a plane by H = A + b nu^T ([`crate::ldi::transfer`]), and a pixel of it by the Jacobian J of this map, whose
-//! determinant is the square of the spacing ([`crate::ldi::spacing`]). Where a view looks at a surface more directly than the
+//! A view maps a plane by H = A + b nu^T ([`crate::transfer`]), and a pixel of it by the Jacobian J of this map, whose
+//! determinant is the square of the spacing ([`crate::spacing`]). Where a view looks at a surface more directly than the
 //! reference camera, J stretches in one direction: depth pixels are farther apart there than the spacing, and nearer across.
 //! Their splats are parallelograms, as those of surface splatting (Zwicker, Pfister, van Baar & Gross 2001, section 4) are
 //! ellipses: the tent of a depth pixel is one in the reference camera, so that the tents of a plane's grid sum up to 1 everywhere.

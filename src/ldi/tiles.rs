@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::layout::Level;
-use crate::geometry::Pinhole;
+use quadratura_base::geometry::Pinhole;
 
 /// Columns of a tile. Their number decides the order of depth pixels that neither is before the other, so it is fixed. It
 /// divides the columns of a run ([`super::transfer::RUN`]).

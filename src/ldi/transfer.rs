@@ -7,7 +7,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::geometry::{Pinhole, Pose};
+use quadratura_base::geometry::{Pinhole, Pose};
 
 /// The columns over which positions are computed from one start, in f64; starts are at multiples of it.
 pub const RUN: u32 = 256;

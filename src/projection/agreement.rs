@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 
 use super::{LayerTextureId, Server, Sources};
-use crate::geometry::PixelRect;
-use crate::scene::{FaceId, PhotoId};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::{FaceId, PhotoId};
 
 /// Side of a block for which the least agreement is kept, in cells.
 const BLOCK: u32 = 8;
@@ -100,7 +100,7 @@ pub struct AgreementGrid {
 
 impl AgreementGrid {
     /// Makes the grid around these cells (column, row, agreement in 255ths), of which there is at least one.
-    pub(crate) fn new(cells_per_px: DVec2, cells: &BTreeMap<(u16, u16), u8>) -> Option<Self> {
+    pub fn new(cells_per_px: DVec2, cells: &BTreeMap<(u16, u16), u8>) -> Option<Self> {
         let columns = || cells.keys().map(|(_, x)| i32::from(*x));
         let rows = || cells.keys().map(|(y, _)| i32::from(*y));
         let corner = [columns().min()? - 1, rows().min()? - 1];
@@ -184,7 +184,7 @@ impl AgreementGrid {
 
     /// Returns a grid with half as many cells per pixel along both axes. Each has the largest agreement of four, so that
     /// what was spared stays so.
-    pub(crate) fn halved(&self) -> Self {
+    pub fn halved(&self) -> Self {
         // One more cell on each side keeps the outermost ones at 1.
         let corner = self.corner.map(|at| at.div_euclid(2) - 1);
         let last = [0, 1].map(|axis| (self.corner[axis] + self.size[axis] as i32 - 1).div_euclid(2) + 1);
@@ -282,7 +282,7 @@ impl Agreement {
     }
 
     /// Returns the same with half as many cells per pixel along both axes.
-    pub(crate) fn halved(&self) -> Self {
+    pub fn halved(&self) -> Self {
         Self {
             of_texture: self.of_texture.iter().map(|grid| grid.as_ref().map(AgreementGrid::halved)).collect(),
         }
@@ -304,8 +304,8 @@ fn cells_per_px(agreement: &PhotoAgreement, sources: &Sources, photo: PhotoId) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::{Domain, LayerTexture, Projector};
-    use crate::scene::synthetic::{Rng, camera_is_world, centred};
+    use crate::{Domain, LayerTexture, Projector};
+    use quadratura_base::scene::synthetic::{Rng, camera_is_world, centred};
 
     fn grid(rng: &mut Rng) -> AgreementGrid {
         let mut cells = BTreeMap::new();

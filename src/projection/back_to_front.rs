@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::geometry::Plane;
+use quadratura_base::geometry::Plane;
 
 /// A convex part of a surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -165,8 +165,8 @@ fn crossing(a: (DVec3, f64), b: (DVec3, f64)) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::polygon::fit_plane;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::geometry::polygon::fit_plane;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn piece(surface: u32, corners: &[DVec3]) -> Piece {
         Piece { surface, plane: fit_plane(corners).unwrap(), corners: corners.to_vec() }

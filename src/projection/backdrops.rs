@@ -73,7 +73,7 @@ fn is_ground(points: &[DVec3], up: DVec3) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::navigation::SceneFrame;
+    use crate::navigation::SceneFrame;
 
     fn boxed(center: DVec3, half: DVec3) -> Vec<DVec3> {
         (0..8)

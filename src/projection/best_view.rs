@@ -5,9 +5,9 @@ use glam::DVec3;
 
 use super::navigation::Viewpoint;
 use super::surface::Surface;
-use crate::geometry::Pose;
-use crate::geometry::triangle::area_vector;
-use crate::scene::{FaceId, Model};
+use quadratura_base::geometry::Pose;
+use quadratura_base::geometry::triangle::area_vector;
+use quadratura_base::scene::{FaceId, Model};
 
 /// The largest number of points that are looked at, and of photos whose directions are tried.
 const MOST_POINTS: usize = 96;
@@ -121,9 +121,9 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::projection::flight::FrameLens;
-    use crate::scene::ObjectId;
-    use crate::scene::synthetic::Modeller;
+    use crate::flight::FrameLens;
+    use quadratura_base::scene::ObjectId;
+    use quadratura_base::scene::synthetic::Modeller;
 
     const UP: DVec3 = DVec3::Z;
 

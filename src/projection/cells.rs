@@ -17,9 +17,9 @@ use super::sources::{Server, Sources};
 use super::surroundings::{self, SurroundingsCells};
 use super::turned::{MIRRORED, PhotoOnFace};
 use super::weights::{LEAST_ANGLE, OTHER_SIDE};
-use crate::geometry::clip::clipped_to_box;
-use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
-use crate::scene::{Face, FaceId, Model};
+use quadratura_base::geometry::clip::clipped_to_box;
+use quadratura_base::geometry::{Pinhole, PixelRect, Plane, Pose};
+use quadratura_base::scene::{Face, FaceId, Model};
 
 /// Sides of the blocks that are examined before single cells, in cells, from coarse to fine: a server that
 /// cannot contribute in a block is not examined again in its cells.

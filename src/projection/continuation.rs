@@ -13,8 +13,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::srgb::Srgb;
-use crate::geometry::polygon::PlaneFrame;
-use crate::scene::{FaceId, Model, ObjectId, PhotoId};
+use quadratura_base::geometry::polygon::PlaneFrame;
+use quadratura_base::scene::{FaceId, Model, ObjectId, PhotoId};
 
 /// The largest number of cells along the longer side of a face, and of all faces together.
 const MOST_ACROSS: f64 = 24.0;
@@ -204,7 +204,7 @@ fn stored(light: [f64; 3]) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Modeller;
+    use quadratura_base::scene::synthetic::Modeller;
 
     /// A ground of 10 by 10 units and a wall of another object.
     fn model() -> std::sync::Arc<Model> {

@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use super::sources::{COVERED, Domain, HalfPlane, LayerTexture, LayerTextureId, LayerTexturePixels, Server};
 use super::srgb::Srgb;
 use super::{Projector, Sources};
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::raster::robust::quantile;
-use crate::scene::PhotoId;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::raster::robust::quantile;
+use quadratura_base::scene::PhotoId;
 
 /// The number of sides.
 pub const SIDES: usize = 6;
@@ -381,8 +381,8 @@ impl Sources {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::weights::border;
-    use crate::scene::synthetic::Rng;
+    use crate::weights::border;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn directions(rng: &mut Rng, count: usize) -> Vec<DVec3> {
         let mut at = || rng.between(-1.0, 1.0);

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::flight::FrameLens;
 use super::navigation::Viewpoint;
-use crate::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 
 /// The arrangement of a photo's layer textures in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +88,7 @@ impl Stand {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     fn stand() -> Stand {
         let pose = look_at(DVec3::new(3.0, -8.0, 2.0), DVec3::new(0.0, 0.0, 1.0));

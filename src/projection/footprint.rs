@@ -4,9 +4,9 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::clip::clipped_to_box;
-use crate::geometry::spans::{ColumnRun, Spans};
-use crate::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::geometry::clip::clipped_to_box;
+use quadratura_base::geometry::spans::{ColumnRun, Spans};
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 
 /// Computes the pixels within `area` (photo pixels; it may reach outside the photo) that a polygon covers.
 /// `outline` is one ring in world coordinates, simple or weakly simple: holes are bridged by doubled edges,

@@ -1,6 +1,6 @@
 //! Cameras of the same view at another image size.
 
-use crate::geometry::Pinhole;
+use quadratura_base::geometry::Pinhole;
 
 /// Returns `camera` for images of `width` x `height` pixels. Where the proportion of the sides is kept, to
 /// within a pixel, the intrinsics are scaled exactly, so the image shows the same. Otherwise the vertical

@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
-use crate::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 
 /// Computes the rows ((fx r1 + (cx - x) r3) / w, (fy r2 + (cy - y) r3) / h, r3) of [R|t]: the projection of
 /// the rectangle's sub-frustum and its bias in one, without a near plane (see [`texture_matrix`]).
@@ -76,7 +76,7 @@ pub fn texture_matrix(camera: &Pinhole, pose: &Pose, rect: PixelRect, near: f64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     /// Returns a camera with any principal point and direction, at the distance `away` from the origin.
     fn random_camera(rng: &mut Rng, away: f64) -> (Pinhole, Pose) {

@@ -3,8 +3,8 @@
 
 use glam::DVec2;
 
-use crate::geometry::PixelRect;
-use crate::raster::Image;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
 
 /// A pixel mask within a rectangle of the photo, in photo pixels; the rectangle may reach outside the photo.
 pub type PixelMask = Image<bool>;

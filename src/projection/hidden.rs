@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::scene::FaceId;
+use quadratura_base::scene::FaceId;
 
 /// Faces that a view leaves out: it shows what is behind them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

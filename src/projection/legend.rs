@@ -2,7 +2,7 @@
 //! constants are generated from these (`gpu/renderer/program.rs`).
 
 use super::DisplayMode;
-use crate::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
 
 /// The source of a texel's colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,7 +1,7 @@
 //! Images in linear light, with depths: for compositing, where 8 bits are too few.
 
 use super::Picture;
-use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
+use quadratura_base::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
 
 /// An image in linear light; rows from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,9 +51,8 @@ impl LinearPicture {
     }
 
     /// Returns the image over a plain colour of sRGB, in linear light; it is opaque.
-    #[cfg(feature = "cli")]
-    pub(crate) fn on(&self, background: [u8; 3]) -> Self {
-        use crate::scene::light::linear_of_srgb;
+    pub fn on(&self, background: [u8; 3]) -> Self {
+        use quadratura_base::scene::light::linear_of_srgb;
 
         let below = background.map(|byte| linear_of_srgb(f64::from(byte) / 255.0) as f32);
         let pixel = |&[r, g, b, alpha]: &[f32; 4]| {
@@ -64,7 +63,7 @@ impl LinearPicture {
     }
 
     /// Returns the share of the image that is textured.
-    pub(crate) fn textured(&self) -> f64 {
+    pub fn textured(&self) -> f64 {
         self.rgba.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>() / self.rgba.len() as f64
     }
 }
@@ -87,7 +86,6 @@ mod tests {
         assert_eq!(linear.srgb_16_bits()[4..8], [48192, 0, 0, 32768]);
     }
 
-    #[cfg(feature = "cli")]
     #[test]
     fn a_background_is_added_as_light() {
         let rgba = vec![[1.0, 0.0, 0.0, 0.25]];

@@ -20,6 +20,7 @@ pub mod legend;
 pub mod linear;
 pub mod metrics;
 pub mod navigation;
+mod one_photo;
 pub mod peeling;
 pub mod reduced;
 mod reducer;
@@ -39,6 +40,7 @@ pub mod weights;
 
 pub use exposure::Gains;
 pub use linear::LinearPicture;
+pub use one_photo::one_photo;
 pub use renders::{Renders, SiteContent, SiteRenderer, TREE, shown_face};
 pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot, TreeMethod, Unseen};
 pub use sliced::Sliced;

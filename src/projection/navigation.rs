@@ -3,7 +3,7 @@
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use super::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
-use crate::geometry::{Pinhole, Pose};
+use quadratura_base::geometry::{Pinhole, Pose};
 
 /// The steepest elevation of a turntable camera's axis, in radians (1 degree from vertical); at the poles its
 /// heading would be undefined.
@@ -316,7 +316,7 @@ fn orthonormal(rotation: DMat3) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     const UP: DVec3 = DVec3::Z;
 

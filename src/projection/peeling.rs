@@ -7,9 +7,9 @@
 use std::sync::Arc;
 
 use super::{Picture, Shot};
-use crate::error::Result;
-use crate::scene::{FaceId, Model};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_base::task::Task;
 
 /// The surfaces that layers are peeled off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

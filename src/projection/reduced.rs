@@ -2,7 +2,7 @@
 
 use super::Picture;
 use super::texels::srgb::Srgb;
-use crate::raster::halving::{OddSide, halved};
+use quadratura_base::raster::halving::{OddSide, halved};
 
 /// Halves an image repeatedly, the first half first, down to the first that fits into a square of `least_px`.
 /// A pixel is the mean, in linear light and weighted by alpha, of the (at most) four that it stands for; odd

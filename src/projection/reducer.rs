@@ -3,13 +3,13 @@
 //!
 //! The filter is Lanczos with three lobes, as wide as a pixel of the result, on the values that are stored in sRGB, times alpha.
 //! That is how photos are reduced in other programs, and how a score reduces the photos that it compares with
-//! ([`crate::io::reference`]). docs/quality.md has what other filters give.
+//! (`io::reference`). docs/quality.md has what other filters give.
 
 use std::collections::VecDeque;
 
 use rayon::prelude::*;
 
-use crate::scene::resample::lanczos3;
+use quadratura_base::scene::resample::lanczos3;
 
 /// The number of lobes of the filter to either side.
 const LOBES: f64 = 3.0;
@@ -101,7 +101,7 @@ mod tests {
     use image::{ImageBuffer, Rgba};
 
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn reduced(from: [u32; 2], to: [u32; 2], pixels: &[Values], at_once: usize) -> Vec<Values> {
         let mut reducer = Reducer::new(from, to);

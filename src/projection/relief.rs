@@ -22,7 +22,7 @@ pub use sweep_view::SweepView;
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::polygon::PlaneFrame;
+use quadratura_base::geometry::polygon::PlaneFrame;
 
 /// The heights of one face, on a grid in its plane.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,7 +84,7 @@ pub struct Relief {
 
 impl Relief {
     /// Returns the relief of a face; `None` where it is flat.
-    pub fn of(&self, face: crate::scene::FaceId) -> Option<&FaceRelief> {
+    pub fn of(&self, face: quadratura_base::scene::FaceId) -> Option<&FaceRelief> {
         self.of_face.get(face.0 as usize)?.as_ref()
     }
 }

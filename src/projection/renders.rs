@@ -10,9 +10,9 @@ use super::peeling::Peels;
 use super::relief::Relief;
 use super::surface::Surface;
 use super::{Gains, LayerTextureId, LinearPicture, Picture, Shot, Sliced, Sources, Texels};
-use crate::error::Result;
-use crate::scene::{FaceId, Model};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_base::task::Task;
 
 /// The bit of the numbers of [`Renders::faces`] that marks a tree; the others are its index then.
 pub const TREE: u32 = 1 << 31;
@@ -27,8 +27,8 @@ pub trait Renders {
     /// Renders the image of a view.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Input`] and [`crate::Error::Io`] for a layer's file that
-    /// can't be read, [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Gpu`], [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for a layer's file that
+    /// can't be read, [`quadratura_base::Error::Cancelled`].
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture>;
 
     /// Finds the visible face at each pixel centre, row by row from the top: 1 + its id, 0 where there is
@@ -36,7 +36,7 @@ pub trait Renders {
     /// counts.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Gpu`], [`quadratura_base::Error::Cancelled`].
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>>;
 
     /// As [`Renders::faces`], but of a see-through face only what is there counts: where its matte is nearly 0, the face
@@ -112,32 +112,32 @@ pub trait SiteRenderer: Renders + Send {
     /// Replaces the table of which layer textures texture which faces; photos and layer textures remain the same.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`]; nothing has changed then.
+    /// [`quadratura_base::Error::Gpu`]; nothing has changed then.
     fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()>;
 
     /// Replaces the photos' gains.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold them; the old ones remain.
+    /// [`quadratura_base::Error::Gpu`] when the device cannot hold them; the old ones remain.
     fn set_gains(&mut self, gains: Gains) -> Result<()>;
 
     /// Replaces the relief with which surfaces are drawn.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold it; the old relief remains.
+    /// [`quadratura_base::Error::Gpu`] when the device cannot hold it; the old relief remains.
     fn set_relief(&mut self, relief: &Relief) -> Result<()>;
 
     /// Replaces the colours with which surfaces continue where no photo shows them ([`super::Unseen::Continued`]); without them
     /// they are left empty.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold them; the old ones remain.
+    /// [`quadratura_base::Error::Gpu`] when the device cannot hold them; the old ones remain.
     fn set_continuation(&mut self, continuation: Continuation) -> Result<()>;
 
     /// Replaces the photos' agreement, by which they are weighted.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold it; the old agreement remains.
+    /// [`quadratura_base::Error::Gpu`] when the device cannot hold it; the old agreement remains.
     fn set_agreement(&mut self, agreement: Agreement) -> Result<()>;
 
     /// As [`Self::set_agreement`], where only the values of these layer textures have changed since.
@@ -153,14 +153,14 @@ pub trait SiteRenderer: Renders + Send {
     /// textures that were read at once; others are read when they are needed.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Gpu`], [`quadratura_base::Error::Cancelled`].
     fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize>;
 
     /// Sets the data for [`super::DisplayMode::Provenance`]: layer textures in the colours of their texels' origins.
     /// `None` removes it and frees its texture memory.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold its page tables.
+    /// [`quadratura_base::Error::Gpu`] when the device cannot hold its page tables.
     fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()>;
 
     /// Returns true when the data for [`super::DisplayMode::Provenance`] is set.

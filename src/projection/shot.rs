@@ -7,9 +7,9 @@ use std::time::Duration;
 use glam::DVec3;
 
 use super::hidden::{Culling, HiddenFaces};
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::raster::over::on_opaque;
-use crate::scene::PhotoId;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::raster::over::on_opaque;
+use quadratura_base::scene::PhotoId;
 
 /// The formula by which photos are selected and weighted at a surface point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -77,7 +77,7 @@ impl Blend {
     pub const MOST: u32 = 8;
 
     /// Returns the factor of `1 - agreement` in penalties, in radians.
-    pub(crate) fn transient_angle(&self) -> f64 {
+    pub fn transient_angle(&self) -> f64 {
         f64::from(u8::from(self.without_transients))
     }
 }
@@ -267,12 +267,12 @@ impl Shot {
     }
 
     /// Returns the faces that the view skips.
-    pub(crate) fn culling(&self) -> Culling<'_> {
+    pub fn culling(&self) -> Culling<'_> {
         Culling { backs: self.backs, hidden: &self.hidden }
     }
 
     /// Returns the same view with `samples` times as many pixels along each side, to be reduced.
-    pub(crate) fn finer(&self, samples: f64) -> Self {
+    pub fn finer(&self, samples: f64) -> Self {
         let Pinhole { width, height, fx, fy, cx, cy } = self.camera;
         let [w, h] = [width, height].map(|side| ((f64::from(side) * samples).round() as u32).max(side));
         let (x, y) = (f64::from(w) / f64::from(width), f64::from(h) / f64::from(height));
@@ -312,8 +312,7 @@ impl Picture {
     }
 
     /// Returns the image composited over a plain colour, in gamma; it is opaque.
-    #[cfg(feature = "cli")]
-    pub(crate) fn on(&self, background: [u8; 3]) -> Self {
+    pub fn on(&self, background: [u8; 3]) -> Self {
         let over = self.over(background);
         let rgba = over.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [r, g, b, u8::MAX]).collect();
         Self { rgba, ..*self }

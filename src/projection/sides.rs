@@ -2,7 +2,7 @@
 //! and seen from the other side it would only hide what is behind it.
 
 use super::Sources;
-use crate::scene::{FaceId, Model};
+use quadratura_base::scene::{FaceId, Model};
 
 /// A side of a face relative to its plane's normal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,9 +61,9 @@ impl BackSides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::{Domain, LayerTextureId, Server};
-    use crate::scene::PhotoId;
-    use crate::scene::synthetic::Modeller;
+    use crate::{Domain, LayerTextureId, Server};
+    use quadratura_base::scene::PhotoId;
+    use quadratura_base::scene::synthetic::Modeller;
 
     #[test]
     fn a_side_that_no_photo_serves_is_a_back_and_of_a_face_without_photos_the_one_behind_its_normal() {

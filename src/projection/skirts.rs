@@ -2,7 +2,7 @@
 //! and tiles, wherever the model ends a little before the thing that it stands for.
 //!
 //! A photo's pixels beyond an outline are surroundings, and what stands on the outline is left out of them, because it is
-//! near ([`crate::layers::agreement`]). A skirt gives it back at its place: it continues the faces of an edge by a band, in the
+//! near (`layers::agreement`). A skirt gives it back at its place: it continues the faces of an edge by a band, in the
 //! plane through the edge that looks towards the photos, and shows the surroundings of the photos as far as they are *not* far
 //! away. One sees through it elsewhere. Views draw skirts where no face is, so that they occlude nothing, and in a
 //! photo's own camera both the skirt and what is behind it show that photo.
@@ -21,11 +21,11 @@ use super::sources::{
 };
 use super::surface::{RayHit, Surface};
 use super::{DisplayMode, Shot};
-use crate::error::Result;
-use crate::geometry::clip::clipped_to_box;
-use crate::geometry::{PixelRect, Plane};
-use crate::raster::robust::median;
-use crate::scene::{Face, FaceId, Model, PhotoId};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::clip::clipped_to_box;
+use quadratura_base::geometry::{PixelRect, Plane};
+use quadratura_base::raster::robust::median;
+use quadratura_base::scene::{Face, FaceId, Model, PhotoId};
 
 /// The width of a skirt, as a share of the longer side of photos: coarse outlines are about as far off.
 pub const BAND: f64 = 0.0075;

@@ -9,7 +9,7 @@ use super::exposure::ViewExposure;
 use super::reducer::{Reducer, Values};
 use super::shot::MOST_SAMPLES;
 use super::{LinearPicture, Picture, Shot};
-use crate::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
 
 /// The time that a slice should take, in seconds: a window that waits for it misses at most one frame.
 const WANTED_S: f64 = 0.01;
@@ -298,7 +298,7 @@ fn light_of_values(values: Values) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{camera_is_world, centred};
+    use quadratura_base::scene::synthetic::{camera_is_world, centred};
 
     #[test]
     fn rows_are_drawn_at_once_where_they_are_in_the_image_and_the_others_stay_empty() {

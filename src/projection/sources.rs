@@ -9,9 +9,9 @@ use glam::DVec2;
 
 use super::Shot;
 use super::hidden::HiddenFaces;
-use crate::error::Result;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::scene::{FaceId, Model, PhotoId};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::{FaceId, Model, PhotoId};
 
 /// The index of an image layer in [`Sources::layer_textures`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -131,7 +131,7 @@ impl Sources {
 
     /// Returns the faces through which one sees in places: the see-through ones that some layer texture with a matte textures.
     /// They are drawn after all others, blended over what is behind them.
-    pub(crate) fn see_through_faces(&self, model: &Model) -> BTreeSet<FaceId> {
+    pub fn see_through_faces(&self, model: &Model) -> BTreeSet<FaceId> {
         let has_matte = |server: &Server| self.layer_texture(server.layer_texture).see_through;
         let surfaces = model.see_through_surfaces();
         surfaces.filter(|face| self.servers_of(*face).iter().any(has_matte)).collect()
@@ -195,6 +195,6 @@ pub trait Texels: Send + Sync {
     /// Decodes the texels of a layer texture.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] and [`crate::Error::Io`] for the layer texture's files.
+    /// [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for the layer texture's files.
     fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels>;
 }

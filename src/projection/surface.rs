@@ -7,9 +7,9 @@ use glam::DVec3;
 use super::Sources;
 use super::hidden::{Culling, HiddenFaces};
 use super::sides::{BackSides, Side};
-use crate::geometry::bvh::Bvh;
-use crate::scene::impostor::{Facing, Impostor};
-use crate::scene::{FaceId, Model};
+use quadratura_base::geometry::bvh::Bvh;
+use quadratura_base::scene::impostor::{Facing, Impostor};
+use quadratura_base::scene::{FaceId, Model};
 
 /// The model's triangles in a bounding volume hierarchy, each with its face.
 #[derive(Debug)]
@@ -184,7 +184,7 @@ fn nearer(a: RayHit, b: RayHit) -> RayHit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{Modeller, closed_form};
+    use quadratura_base::scene::synthetic::{Modeller, closed_form};
 
     #[test]
     fn a_ray_meets_the_nearer_of_two_quads() {

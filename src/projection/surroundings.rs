@@ -10,8 +10,8 @@ use super::dome::PENALTY;
 use super::shot::{MOST_TAPS, Shot};
 use super::sources::Sources;
 use super::weights::{Claim, LEAST_ANGLE, octaves_missing};
-use crate::geometry::{Pinhole, PixelRect};
-use crate::scene::PhotoId;
+use quadratura_base::geometry::{Pinhole, PixelRect};
+use quadratura_base::scene::PhotoId;
 
 /// The cells of the surroundings: those of the whole view, in row order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,9 +144,9 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::geometry::Pose;
-    use crate::projection::{Domain, LayerTexture, LayerTextureId, Projector, Quality, Server};
-    use crate::scene::PhotoId;
+    use crate::{Domain, LayerTexture, LayerTextureId, Projector, Quality, Server};
+    use quadratura_base::geometry::Pose;
+    use quadratura_base::scene::PhotoId;
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 100, fx: 100.0, fy: 120.0, cx: 90.0, cy: 60.0 };
 

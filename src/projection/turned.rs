@@ -1,13 +1,13 @@
 //! Photos as they see impostors: each looks at the rectangle that faces itself, and a view shows the one that faces the
-//! viewer ([`crate::scene::impostor`]). CPU reference of `place_of` in `shaders/project.wgsl`.
+//! viewer ([`quadratura_base::scene::impostor`]). CPU reference of `place_of` in `shaders/project.wgsl`.
 
 use glam::DVec3;
 
 use super::sources::Server;
 use super::{Blend, Projector, Shot};
-use crate::geometry::Pose;
-use crate::scene::impostor::{Facing, Impostor, Turn};
-use crate::scene::{FaceId, Model};
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::impostor::{Facing, Impostor, Turn};
+use quadratura_base::scene::{FaceId, Model};
 
 /// The angle, in radians, that is added where an impostor shows the mirror image of a photo: a photo from behind is worth
 /// as much as one from the side by this angle.
@@ -79,7 +79,7 @@ impl PhotoOnFace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{Modeller, Rng, look_at};
+    use quadratura_base::scene::synthetic::{Modeller, Rng, look_at};
 
     #[test]
     fn a_photo_shows_an_impostor_at_the_same_place_and_from_its_own_direction() {

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::shot::{Blend, Mode};
-use crate::geometry::{Pinhole, Plane};
+use quadratura_base::geometry::{Pinhole, Plane};
 
 /// The angle added to every penalty, in radians; it keeps q above zero at the photo's own camera.
 pub const LEAST_ANGLE: f64 = 1e-6;
@@ -149,7 +149,7 @@ fn raw_weight(q: f64, next: f64, mode: Mode) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     const MODES: [Mode; 3] = [Mode::Debevec, Mode::Lumigraph, Mode::Smooth];
 

@@ -10,23 +10,23 @@ use super::budget::Budget;
 use super::gains;
 use super::inputs::Inputs;
 use super::open::Opened;
-use crate::document::{Decisions, Stack};
-use crate::error::{Error, Message, Result};
-use crate::geometry::Pinhole;
-use crate::io::agreement_file::{read_agreement, write_agreement};
-use crate::io::hash::hash_bytes;
-use crate::io::photo::read_unmasked;
-use crate::io::reference::reference;
-use crate::layers::agreement::{
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
+use quadratura_base::task::Task;
+use quadratura_document::{Decisions, Stack};
+use quadratura_io::agreement_file::{read_agreement, write_agreement};
+use quadratura_io::hash::hash_bytes;
+use quadratura_io::photo::read_unmasked;
+use quadratura_io::reference::reference;
+use quadratura_layers::agreement::{
     AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, photo_agreement,
     things, undecided_share, votes,
 };
-use crate::layers::fill::{Donor, DonorContent, Surfaces};
-use crate::projection::framing::scaled;
-use crate::projection::relief::Relief;
-use crate::projection::{Gains, Projector};
-use crate::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
-use crate::task::Task;
+use quadratura_layers::fill::{Donor, DonorContent, Surfaces};
+use quadratura_projection::framing::scaled;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::{Gains, Projector};
 
 /// A counter of changes in how the same photos are compared, or in the relief on which they are.
 const VERSION: u32 = 4;

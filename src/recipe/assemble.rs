@@ -6,22 +6,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::linked::{LinkedLayers, linked_layers, name_in_layer};
 use super::unsatisfied::unsatisfied;
 use super::untextured;
-use crate::document::FilesInUse;
-use crate::document::stack::{
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_base::scene::{FaceId, Model, ObjectId, Photo};
+use quadratura_document::FilesInUse;
+use quadratura_document::stack::{
     Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
     ToleratedOverlap,
 };
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::layers::ElementIndex;
-use crate::layers::cluster::Cluster;
-use crate::layers::content::Content;
-use crate::layers::nodes::Node;
-use crate::layers::pieces::{NodePieces, outline, pieces_of_nodes};
-use crate::layers::surroundings::{Surroundings, SurroundingsLayer};
-use crate::layers::{Faces, LayerConstraints, Method, Options, Sorted};
-use crate::projection::frustum::uv_from_world;
-use crate::scene::builder::SURROUNDINGS;
-use crate::scene::{FaceId, Model, ObjectId, Photo};
+use quadratura_layers::ElementIndex;
+use quadratura_layers::cluster::Cluster;
+use quadratura_layers::content::Content;
+use quadratura_layers::nodes::Node;
+use quadratura_layers::pieces::{NodePieces, outline, pieces_of_nodes};
+use quadratura_layers::surroundings::{Surroundings, SurroundingsLayer};
+use quadratura_layers::{Faces, LayerConstraints, Method, Options, Sorted};
+use quadratura_projection::frustum::uv_from_world;
 
 /// Assembles the stack of a photo. `inputs` is the hash of everything it was made from. The layers have their
 /// automatic names, and `bytes` is still 0.
@@ -410,9 +410,9 @@ fn counts(sorted: &Sorted, options: &Options) -> Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layers::{SoftwareRasteriser, sort_photo};
-    use crate::scene::synthetic::{Modeller, camera_is_world, centred};
-    use crate::task::Task;
+    use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
+    use quadratura_base::task::Task;
+    use quadratura_layers::{SoftwareRasteriser, sort_photo};
 
     #[test]
     fn a_name_lists_up_to_three_objects_and_counts_the_others_and_stays_readable() {

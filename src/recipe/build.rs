@@ -13,19 +13,19 @@ use super::named::photos_named;
 use super::side_by_side::ParallelPhotos;
 use super::untextured;
 use super::update::Turns;
-use crate::document::stack::Stack;
-use crate::document::{Decisions, PhotoDecisions};
-use crate::error::Result;
-use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
-use crate::io::paint_store::PaintStore;
-use crate::io::photo::read_unmasked;
-use crate::io::stack_store::{StackStore, StackWriter};
-use crate::layers::content::Content;
-use crate::layers::surroundings::Surroundings;
-use crate::layers::{Options, Rasteriser, Sorted, sort_photo};
-use crate::scene::impostor::Facing;
-use crate::scene::{Photo, PhotoPixels, Site};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{Photo, PhotoPixels, Site};
+use quadratura_base::task::Task;
+use quadratura_document::stack::Stack;
+use quadratura_document::{Decisions, PhotoDecisions};
+use quadratura_io::layer_png::{LayerSpans, write_layer, write_mask};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::photo::read_unmasked;
+use quadratura_io::stack_store::{StackStore, StackWriter};
+use quadratura_layers::content::Content;
+use quadratura_layers::surroundings::Surroundings;
+use quadratura_layers::{Options, Rasteriser, Sorted, sort_photo};
 
 /// Options of [`build`].
 #[derive(Debug, Clone, PartialEq)]
@@ -75,8 +75,8 @@ pub struct Built {
 /// stop the others. Results are in the site's order.
 ///
 /// # Errors
-/// Returns [`crate::Error::Request`] for a photo name that the site does not have, the errors of reading the paint
-/// book, or [`crate::Error::Cancelled`].
+/// Returns [`quadratura_base::Error::Request`] for a photo name that the site does not have, the errors of reading the paint
+/// book, or [`quadratura_base::Error::Cancelled`].
 pub fn build(
     site: &Site,
     store: &StackStore,

@@ -11,16 +11,16 @@ use super::gains::{known_estimate, photo_estimate, photo_gains};
 use super::named::index_of_photo;
 use super::open::Opened;
 use super::written_exposure::{CameraReport, WrittenExposure};
-use crate::document::colour::REST;
-use crate::document::{ColourDecisions, Stack};
-use crate::error::{Error, Remedy, Result};
-use crate::io::stack_store::StackStore;
-use crate::projection::Exposure;
-use crate::projection::exposure::{
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::{PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_document::colour::REST;
+use quadratura_document::{ColourDecisions, Stack};
+use quadratura_io::stack_store::StackStore;
+use quadratura_projection::Exposure;
+use quadratura_projection::exposure::{
     Estimate, ExposureRule, GroupSupport, Lead, LightGroups, Optics, RuleScore,
 };
-use crate::scene::{PhotoId, Site};
-use crate::task::Task;
 
 /// A decision about colour. Photos may be given by abbreviated names ([`index_of_photo`]).
 #[derive(Debug, Clone, PartialEq)]
@@ -305,14 +305,13 @@ pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site:
 
 /// Returns the edits that make the found groups of light decided ones, so that a single photo can be taken out of its group;
 /// the first group is the rest. There are none where one group is found, or groups are decided.
-#[cfg(any(feature = "gui", feature = "cli"))]
-pub(crate) fn keeping_found(report: &ColourReport) -> Vec<ColourEdit> {
+pub fn keeping_found(report: &ColourReport) -> Vec<ColourEdit> {
     let found = report.light.iter().skip(1).filter(|_| !report.light_set);
     found.map(|group| ColourEdit::Group(found_name(group), group.photos.clone())).collect()
 }
 
 /// Returns the name by which a found group becomes a decided one.
-pub(crate) fn found_name(group: &LightGroupReport) -> String {
+pub fn found_name(group: &LightGroupReport) -> String {
     format!("Light {}", group.name)
 }
 
@@ -396,10 +395,10 @@ mod tests {
     use glam::{DMat3, DVec3};
 
     use super::*;
-    use crate::geometry::Pose;
-    use crate::recipe::gains::decided_groups;
-    use crate::scene::synthetic::centred;
-    use crate::scene::{Model, Photo};
+    use crate::gains::decided_groups;
+    use quadratura_base::geometry::Pose;
+    use quadratura_base::scene::synthetic::centred;
+    use quadratura_base::scene::{Model, Photo};
 
     fn site() -> Site {
         let photo = |name: &str| Photo {

@@ -7,14 +7,14 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::thumbnail::cached_thumbnail;
-use crate::error::Result;
-use crate::projection::Gains;
-use crate::projection::continuation::{Continuation, SeenPoint};
-use crate::projection::hidden::{Culling, HiddenFaces};
-use crate::projection::srgb::Srgb;
-use crate::projection::surface::Surface;
-use crate::scene::{Model, PhotoId, Site};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{Model, PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_projection::Gains;
+use quadratura_projection::continuation::{Continuation, SeenPoint};
+use quadratura_projection::hidden::{Culling, HiddenFaces};
+use quadratura_projection::srgb::Srgb;
+use quadratura_projection::surface::Surface;
 
 /// The longer side of the pictures from which colours are taken, which lists of photos and the ground of the surroundings use, too.
 const SMALL_PX: u32 = 160;
@@ -31,7 +31,7 @@ impl SiteContinuation {
     /// Looks at small pictures of all photos. A photo that cannot be read is told where it is used.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn new(folder: &Path, site: &Site, task: &Task) -> Result<Self> {
         let (surface, nothing) = (Surface::from_model(&site.model), HiddenFaces::default());
         let rays = site.photos.len() * (SMALL_PX * SMALL_PX) as usize * 2 / 3;

@@ -4,13 +4,13 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use crate::document::Project;
-use crate::document::trees::PlantSource;
-use crate::error::{Error, Result};
-use crate::io::atomic::create_folder_with;
-use crate::io::lock::LOCK_FILE;
-use crate::io::project::{PROJECT_FILE, UNSAVED_FILE, below, check_is_empty, relative_to, write_project};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_document::trees::PlantSource;
+use quadratura_io::atomic::create_folder_with;
+use quadratura_io::lock::LOCK_FILE;
+use quadratura_io::project::{PROJECT_FILE, UNSAVED_FILE, below, check_is_empty, relative_to, write_project};
 
 /// The entries of a project's folder that a copy does not have: what is made anew, and what belongs to the open project.
 const LEFT_OUT: [&str; 4] = ["cache", LOCK_FILE, UNSAVED_FILE, PROJECT_FILE];
@@ -128,9 +128,9 @@ fn copy_file(from: &Path, to: &Path) -> Result<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::project::read_project;
-    use crate::recipe::open::open;
-    use crate::recipe::sample::{create_sample, project_of_sample};
+    use crate::open::open;
+    use crate::sample::{create_sample, project_of_sample};
+    use quadratura_io::project::read_project;
 
     /// Returns the project of a sample in `folder`, with a file of each kind.
     fn sample(folder: &Path) -> PathBuf {

@@ -9,16 +9,16 @@ use super::dome_picture::chosen_picture;
 use super::masks::beside::{FoundMask, MasksBeside, UnreadMask, masks_beside};
 use super::masks::{MaskEdit, attach, edited};
 use super::open::{Opened, open_site};
-use crate::document::project::PROJECT_VERSION;
-use crate::document::{ColourDecisions, Decisions, Masks, Project, Trees};
-use crate::error::{Error, Result};
-use crate::geometry::Similarity;
-use crate::io::cameras::check_exists;
-use crate::io::lock::{LOCK_FILE, ProjectLock};
-use crate::io::project::{check_is_empty, relative_to, write_project};
-use crate::layers::Options;
-use crate::layers::fill::{FillOptions, Propagation};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Similarity;
+use quadratura_base::task::Task;
+use quadratura_document::project::PROJECT_VERSION;
+use quadratura_document::{ColourDecisions, Decisions, Masks, Project, Trees};
+use quadratura_io::cameras::check_exists;
+use quadratura_io::lock::{LOCK_FILE, ProjectLock};
+use quadratura_io::project::{check_is_empty, relative_to, write_project};
+use quadratura_layers::Options;
+use quadratura_layers::fill::{FillOptions, Propagation};
 
 /// The inputs of a new project. Paths are relative to the working folder.
 #[derive(Debug, Clone, Default)]

@@ -13,17 +13,17 @@ use super::gains::photo_gains;
 use super::open::Opened;
 use super::surroundings::{SiteSurroundings, dome_side};
 use super::views::up;
-use crate::document::{Project, Stack, SurroundingsPicture};
-use crate::error::{Error, Remedy, Result};
-use crate::io::dome_picture::{is_writable, read_dome_picture, recorded_middle, write_dome_picture};
-use crate::io::project::{relative_to, resolved};
-use crate::io::stack_store::StackStore;
-use crate::io::writable::check_beside;
-use crate::projection::dome::{CubeMap, Dome, DomeFrame};
-use crate::raster::Image;
-use crate::raster::bilinear::Clamped;
-use crate::scene::{Photo, Site};
-use crate::task::Task;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::raster::Image;
+use quadratura_base::raster::bilinear::Clamped;
+use quadratura_base::scene::{Photo, Site};
+use quadratura_base::task::Task;
+use quadratura_document::{Project, Stack, SurroundingsPicture};
+use quadratura_io::dome_picture::{is_writable, read_dome_picture, recorded_middle, write_dome_picture};
+use quadratura_io::project::{relative_to, resolved};
+use quadratura_io::stack_store::StackStore;
+use quadratura_io::writable::check_beside;
+use quadratura_projection::dome::{CubeMap, Dome, DomeFrame};
 
 /// The number of samples along both sides of a texel of the dome: pictures may be several times as fine.
 const SAMPLES: u32 = 3;
@@ -252,8 +252,8 @@ mod tests {
     use glam::dvec3;
 
     use super::*;
-    use crate::scene::Model;
-    use crate::scene::synthetic::{Modeller, centred, look_at};
+    use quadratura_base::scene::Model;
+    use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 
     fn photo(eye: DVec3, target: DVec3) -> Photo {
         let (camera, pose) = (centred(60, 40, 50.0), look_at(eye, target));

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use super::export::{ExportOptions, export};
-use crate::document::Stack;
-use crate::document::export_record::{ExportFormat, ExportRecord};
-use crate::document::paint::PaintBook;
-use crate::error::{Error, Result};
-use crate::io::exports::ExportStore;
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::scene::Photo;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Photo;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::export_record::{ExportFormat, ExportRecord};
+use quadratura_document::paint::PaintBook;
+use quadratura_io::exports::ExportStore;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
 
 /// The project's subfolder of documents for painting, beside `exports/` with their records. It contains the
 /// artist's own files, so nothing in it is ever removed, nor overwritten once it was changed.

@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
-use crate::projection::hidden::HiddenFaces;
-use crate::raster::robust::median;
-use crate::scene::builder::says_backdrop;
-use crate::scene::{Object, Site};
+use quadratura_base::raster::robust::median;
+use quadratura_base::scene::builder::says_backdrop;
+use quadratura_base::scene::{Object, Site};
+use quadratura_projection::hidden::HiddenFaces;
 
 /// The least distance of a backdrop from the middle of the cameras, as a multiple of the largest distance of one of them: the skies
 /// around castle and entry have 3.7 and 6.3. A row of houses across the street is nearer, and stays where it is.
@@ -91,8 +91,8 @@ mod tests {
     use glam::dvec3;
 
     use super::*;
-    use crate::scene::Photo;
-    use crate::scene::synthetic::{Modeller, centred, look_at};
+    use quadratura_base::scene::Photo;
+    use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 
     /// A house, a row of houses behind it, a sky and a see-through wood far away, with cameras at these places.
     fn site(eyes: &[DVec3]) -> Site {

@@ -9,20 +9,20 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::budget::Budget;
-use crate::document::{ColourDecisions, Stack};
-use crate::error::{Error, Message, Result};
-use crate::io::atomic::write_atomically;
-use crate::io::hash::hash_bytes;
-use crate::io::json::{read_json, to_json};
-use crate::io::photo::read_unmasked;
-use crate::projection::exposure::patch::patch_colour;
-use crate::projection::exposure::{
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::scene::{Photo, PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_document::{ColourDecisions, Stack};
+use quadratura_io::atomic::write_atomically;
+use quadratura_io::hash::hash_bytes;
+use quadratura_io::json::{read_json, to_json};
+use quadratura_io::photo::read_unmasked;
+use quadratura_projection::exposure::patch::patch_colour;
+use quadratura_projection::exposure::{
     Estimate, ExposureOptions, LightGroups, MeasuredColours, PatchColour, RayVisibility, Vignetting,
     estimate_gains,
 };
-use crate::projection::{Gains, Projector};
-use crate::scene::{Photo, PhotoId, Site};
-use crate::task::Task;
+use quadratura_projection::{Gains, Projector};
 
 /// The cached estimate in `cache/gains.json`.
 #[derive(Debug, Serialize, Deserialize)]

@@ -7,12 +7,12 @@ use glam::DVec3;
 
 use super::masks::object::objects_named;
 use super::views::up;
-use crate::error::{Error, Result};
-use crate::geometry::Similarity;
-use crate::layers::fill::options::matches_pattern;
-use crate::scene::impostor::{Impostor, NoImpostor};
-use crate::scene::{Model, Object, ObjectId, Photo};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Similarity;
+use quadratura_base::scene::impostor::{Impostor, NoImpostor};
+use quadratura_base::scene::{Model, Object, ObjectId, Photo};
+use quadratura_base::task::Task;
+use quadratura_layers::fill::options::matches_pattern;
 
 /// The decisions about impostors by object: true for those that turn, false for billboards that stay polygons.
 pub type ImpostorDecisions = BTreeMap<String, bool>;
@@ -145,7 +145,7 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::scene::synthetic::{Modeller, centred, look_at};
+    use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 
     fn photo(eye: DVec3, target: DVec3) -> Photo {
         let pose = look_at(eye, target);

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use blake3::Hasher;
 use serde::Serialize;
 
-use crate::document::Decisions;
-use crate::error::Result;
-use crate::io::hash::hash_file;
-use crate::layers::{BoxShape, Method, ObjectOptions, Options};
-use crate::scene::builder::says_backdrop;
-use crate::scene::impostor::Impostor;
-use crate::scene::{Model, Photo};
+use quadratura_base::error::Result;
+use quadratura_base::scene::builder::says_backdrop;
+use quadratura_base::scene::impostor::Impostor;
+use quadratura_base::scene::{Model, Photo};
+use quadratura_document::Decisions;
+use quadratura_io::hash::hash_file;
+use quadratura_layers::{BoxShape, Method, ObjectOptions, Options};
 
 /// A counter of changes in what a build makes from the same inputs.
 const REVISION: u32 = 3;
@@ -35,7 +35,7 @@ impl<'a> Inputs<'a> {
     /// layers exist, `-` and 64 more.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Io`] when the photo cannot be read.
+    /// Returns [`quadratura_base::Error::Io`] when the photo cannot be read.
     pub fn hash(&self, photo: &Photo) -> Result<String> {
         let pixels = hash_file(&photo.file)?;
         let (camera, pose) = (&photo.camera, &photo.pose);
@@ -148,8 +148,8 @@ mod tests {
     use glam::{DMat3, DVec3};
 
     use super::*;
-    use crate::geometry::{Pinhole, Pose, Similarity};
-    use crate::scene::synthetic::Modeller;
+    use quadratura_base::geometry::{Pinhole, Pose, Similarity};
+    use quadratura_base::scene::synthetic::Modeller;
 
     fn photo(file: &Path) -> Photo {
         let camera = Pinhole { width: 4, height: 3, fx: 3.0, fy: 3.0, cx: 2.0, cy: 1.5 };

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeSet;
 
-use crate::document::paint::PaintBook;
-use crate::document::stack::UntexturedReason;
-use crate::document::{Decisions, Stack};
-use crate::layers::{Faces, LayerConstraints};
-use crate::scene::FaceIndex;
-use crate::scene::builder::SURROUNDINGS;
+use quadratura_base::scene::FaceIndex;
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_document::paint::PaintBook;
+use quadratura_document::stack::UntexturedReason;
+use quadratura_document::{Decisions, Stack};
+use quadratura_layers::{Faces, LayerConstraints};
 
 /// The decisions and the paint of a project, as far as they keep faces in image layers.
 #[derive(Debug)]
@@ -20,7 +20,7 @@ pub(super) struct Keeping<'a> {
 impl<'a> Keeping<'a> {
     /// Collects decisions and paint.
     pub fn new(decisions: &'a Decisions, paint: &'a PaintBook) -> Self {
-        let face = |entry: &'a crate::document::paint::PaintEntry| {
+        let face = |entry: &'a quadratura_document::paint::PaintEntry| {
             (entry.photo.as_str(), entry.object.as_str(), entry.face)
         };
         Self { decisions, painted: paint.entries.iter().map(face).collect() }

@@ -6,14 +6,14 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::document::Project;
-use crate::error::Result;
-use crate::io::cameras::{Cameras, read_cameras_of};
-use crate::io::paint_store::PaintStore;
-use crate::io::project::resolved;
-use crate::scene::Model;
-use crate::scene::alike::nfc;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::Model;
+use quadratura_base::scene::alike::nfc;
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_io::cameras::{Cameras, read_cameras_of};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::project::resolved;
 
 /// Gives objects the names that the project and its paint have for them, where these differ in Unicode form alone. Returns a note
 /// about them.
@@ -91,8 +91,8 @@ fn texts_in(value: &Value, texts: &mut BTreeSet<String>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::masks::{Mask, MaskOrigin};
-    use crate::scene::ModelBuilder;
+    use quadratura_base::scene::ModelBuilder;
+    use quadratura_document::masks::{Mask, MaskOrigin};
 
     #[test]
     fn a_masked_photo_keeps_its_mask_when_the_cameras_have_its_name_in_another_form() {

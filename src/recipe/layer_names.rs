@@ -3,10 +3,10 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use crate::document::decisions::LayerNaming;
-use crate::document::{ImageLayer, Stack};
-use crate::layers::ElementIndex;
-use crate::scene::FaceIndex;
+use quadratura_base::scene::FaceIndex;
+use quadratura_document::decisions::LayerNaming;
+use quadratura_document::{ImageLayer, Stack};
+use quadratura_layers::ElementIndex;
 
 /// The result of renaming a stack's layers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -44,10 +44,10 @@ pub fn layers_of_names(stack: &Stack, names: &[LayerNaming]) -> Vec<Option<usize
 fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerNaming) -> usize {
     let held = stack.numbered_elements().filter(|(index, _)| layer.elements.contains(index));
     // The surroundings have no faces, and are one layer as a whole.
-    let is_named = |element: &crate::document::Element| {
+    let is_named = |element: &quadratura_document::Element| {
         element.is_surroundings() && name.of.iter().any(|faces| faces.object == element.object)
     };
-    let common = |(_, element): (ElementIndex, &crate::document::Element)| {
+    let common = |(_, element): (ElementIndex, &quadratura_document::Element)| {
         let named = |face: &&FaceIndex| name.of.iter().any(|faces| faces.holds(&element.object, **face));
         element.all_faces().iter().filter(named).count() + usize::from(is_named(element))
     };

@@ -4,15 +4,15 @@
 use std::path::Path;
 
 use super::paint::PhotoPaint;
-use crate::document::Stack;
-use crate::document::paint::{ERASED, PaintColour, PaintPatch};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::read_grey;
-use crate::io::layered::Raster;
-use crate::io::layered::png::read_rgba;
-use crate::layers::LayerIndex;
-use crate::raster::over::on_opaque;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::over::on_opaque;
+use quadratura_document::Stack;
+use quadratura_document::paint::{ERASED, PaintColour, PaintPatch};
+use quadratura_io::layer_reader::read_grey;
+use quadratura_io::layered::Raster;
+use quadratura_io::layered::png::read_rgba;
+use quadratura_layers::LayerIndex;
 
 /// Reads an image layer of a stack with files below `folder`, as large as its rectangle: paint over filling over
 /// photo, where the filling includes paint that was propagated from other photos over visible pixels. Each painted
@@ -113,7 +113,7 @@ pub fn shown(colour: PaintColour) -> PaintColour {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::layered::Depth;
+    use quadratura_io::layered::Depth;
 
     #[test]
     fn a_painted_pixel_is_as_the_artist_left_it_and_an_erased_one_is_empty() {

@@ -3,10 +3,10 @@
 
 use serde::Serialize;
 
-use crate::document::stack::{Support, UntexturedReason};
-use crate::document::{Element, ImageLayer, Stack};
-use crate::layers::ElementIndex;
-use crate::layers::graph::Graph;
+use quadratura_document::stack::{Support, UntexturedReason};
+use quadratura_document::{Element, ImageLayer, Stack};
+use quadratura_layers::ElementIndex;
+use quadratura_layers::graph::Graph;
 
 /// The number of visible pixels below which an image layer is small.
 pub const SMALL_PX: u64 = 500;
@@ -154,11 +154,11 @@ impl<'a> SmallReasons<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
-    use crate::recipe::assemble::assemble;
-    use crate::scene::Photo;
-    use crate::scene::synthetic::{Modeller, camera_is_world, centred};
-    use crate::task::Task;
+    use crate::assemble::assemble;
+    use quadratura_base::scene::Photo;
+    use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
+    use quadratura_base::task::Task;
+    use quadratura_layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
 
     fn report(modeller: &mut Modeller, options: &Options) -> LayerReport {
         let model = modeller.finish();

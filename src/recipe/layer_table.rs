@@ -4,8 +4,8 @@ use std::cmp::Ordering;
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::{ImageLayer, Stack};
-use crate::layers::LayerIndex;
+use quadratura_document::{ImageLayer, Stack};
+use quadratura_layers::LayerIndex;
 
 /// Texel counts of an image layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -156,11 +156,11 @@ fn by_name(a: &str, b: &str) -> Ordering {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::stack::LayerFill;
-    use crate::layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
-    use crate::recipe::assemble::assemble;
-    use crate::scene::synthetic::closed_form;
-    use crate::task::Task;
+    use crate::assemble::assemble;
+    use quadratura_base::scene::synthetic::closed_form;
+    use quadratura_base::task::Task;
+    use quadratura_document::stack::LayerFill;
+    use quadratura_layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
 
     /// Makes the stack of five steps, each half hidden by the next.
     fn stack() -> Stack {

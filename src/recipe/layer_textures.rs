@@ -22,25 +22,25 @@ use super::fill::projected::ProjectedPaint;
 use super::layer_pixels::shown;
 use super::origins::origin_of;
 use super::paint::PhotoPaint;
-use crate::document::Stack;
-use crate::document::paint::PaintBook;
-use crate::document::paint::PaintPatch;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_layer, read_mask};
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_readers::StackReader;
-use crate::io::stack_store::StackStore;
-use crate::layers::LayerIndex;
-use crate::projection::dome::Dome;
-use crate::projection::legend::Origin;
-use crate::projection::sources::{BLEED, COVERED, FILLED};
-use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
-use crate::raster::in_8_bits;
-use crate::raster::over::on_opaque;
-use crate::scene::PhotoId;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::raster::over::on_opaque;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
+use quadratura_document::paint::PaintBook;
+use quadratura_document::paint::PaintPatch;
+use quadratura_io::layer_reader::{read_layer, read_mask};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_readers::StackReader;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::dome::Dome;
+use quadratura_projection::legend::Origin;
+use quadratura_projection::sources::{BLEED, COVERED, FILLED};
+use quadratura_projection::{LayerTextureId, LayerTexturePixels, Texels};
 
-/// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::layer_textures`]:
+/// The files of each layer texture. Layer textures are numbered as in [`quadratura_projection::Sources::layer_textures`]:
 /// photo by photo, image layers as in the stack.
 #[derive(Debug, Clone, Default)]
 pub struct LayerTextureFiles {

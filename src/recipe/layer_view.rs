@@ -5,19 +5,19 @@ use std::path::Path;
 use super::layer_pixels::{layer_pixels, unfilled_pixels};
 use super::origins::origin_of;
 use super::paint::PhotoPaint;
-use crate::document::Stack;
-use crate::document::stack::origins;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_grey, read_layer, read_mask};
-use crate::io::layered::Raster;
-use crate::io::stack_store::StackStore;
-use crate::layers::LayerIndex;
-use crate::projection::Picture;
-use crate::projection::hatching::PixelMask;
-use crate::projection::legend::{CONFIDENCE, Origin, colour_at};
-use crate::raster::in_8_bits;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::stack::origins;
+use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
+use quadratura_io::layered::Raster;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::Picture;
+use quadratura_projection::hatching::PixelMask;
+use quadratura_projection::legend::{CONFIDENCE, Origin, colour_at};
 
 /// The content of a layer's view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +63,7 @@ const OTHERS: [[u8; 3]; 8] = [
 /// Makes the view of the image layer with index `layer` of `stack`, in the project folder `project`.
 ///
 /// # Errors
-/// Returns the errors of reading the layer's files and paint, or [`crate::Error::Cancelled`].
+/// Returns the errors of reading the layer's files and paint, or [`quadratura_base::Error::Cancelled`].
 pub fn layer_view(
     project: &Path,
     stack: &Stack,

@@ -2,9 +2,9 @@
 //! does not allow it. They stay separate, and are named, coloured and selected as one.
 
 use super::unsatisfied::{holds, of_merge};
-use crate::document::Element;
-use crate::layers::together::Obstacle;
-use crate::layers::{Faces, LayerConstraints, Sorted};
+use quadratura_document::Element;
+use quadratura_layers::together::Obstacle;
+use quadratura_layers::{Faces, LayerConstraints, Sorted};
 
 /// The image layers of one object that a merge links.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -7,7 +7,6 @@ pub mod build;
 pub mod check;
 pub mod colour;
 mod continuation;
-#[cfg(feature = "gui")]
 pub mod copy;
 pub mod create;
 pub mod decide;
@@ -48,7 +47,6 @@ pub mod preview;
 pub mod relief;
 pub mod relink;
 pub mod render;
-#[cfg(any(feature = "gui", feature = "cli"))]
 pub mod sample;
 pub mod score;
 pub mod see_through;
@@ -59,6 +57,7 @@ pub mod stroke;
 pub mod surroundings;
 pub mod survey;
 pub mod thumbnail;
+pub mod tiny_site;
 pub mod trees;
 mod unknown_name;
 mod unsatisfied;
@@ -67,3 +66,7 @@ pub mod update;
 pub mod views;
 pub mod watch;
 pub mod written_exposure;
+
+#[cfg(test)]
+#[path = "../../tests/common/left_out.rs"]
+mod left_out;

@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 
 use super::unknown_name::no_such;
-use crate::document::names::without_extension;
-use crate::error::{Error, Remedy, Result};
-use crate::scene::alike::{composed, folded};
-use crate::scene::{Photo, PhotoId, Site};
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::alike::{composed, folded};
+use quadratura_base::scene::{Photo, PhotoId, Site};
+use quadratura_document::names::without_extension;
 
 /// Returns the photos that `names` refer to, in the site's order; all photos for an empty list. A name may omit the
 /// folder and the extension where it remains unambiguous.
@@ -124,9 +124,9 @@ mod tests {
     use glam::{DMat3, DVec3};
 
     use super::*;
-    use crate::geometry::Pose;
-    use crate::scene::Model;
-    use crate::scene::synthetic::centred;
+    use quadratura_base::geometry::Pose;
+    use quadratura_base::scene::Model;
+    use quadratura_base::scene::synthetic::centred;
 
     fn site(names: &[&str]) -> Site {
         let photo = |name: &&str| Photo {

@@ -7,11 +7,11 @@ use serde::Serialize;
 use super::impostors::{RefusedImpostors, turns};
 use super::masks::object::objects_named;
 use super::see_through::sees_through;
-use crate::document::masks::{MaskOrigin, MaskedObject};
-use crate::document::{Masks, Project};
-use crate::error::{Error, Result};
-use crate::layers::fill::options::matches_pattern;
-use crate::scene::{Model, Object};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Model, Object};
+use quadratura_document::masks::{MaskOrigin, MaskedObject};
+use quadratura_document::{Masks, Project};
+use quadratura_layers::fill::options::matches_pattern;
 
 /// A removal or its reversal. Objects are given by name, or by a pattern in which `*` stands for any
 /// characters.
@@ -134,9 +134,9 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::document::masks::Mask;
-    use crate::recipe::impostors::refused;
-    use crate::scene::synthetic::Modeller;
+    use crate::impostors::refused;
+    use quadratura_base::scene::synthetic::Modeller;
+    use quadratura_document::masks::Mask;
 
     #[test]
     fn the_masks_of_an_object_are_those_of_its_name_and_of_beginnings_of_it() {
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(of(&["tree 2"]), [("tree 2".to_owned(), 1), ("tree*".to_owned(), 2)]);
         assert!(of(&["tower"]).is_empty() && of(&[]).is_empty());
     }
-    use crate::scene::synthetic::closed_form;
+    use quadratura_base::scene::synthetic::closed_form;
 
     #[test]
     fn objects_go_off_and_on_by_name_and_by_the_beginning_of_names() {

@@ -12,16 +12,16 @@ use super::named::{meant, photos_named};
 use super::photos::{PhotoImport, import_photos};
 use super::see_through::with_see_through;
 use super::views::{up, up_of};
-use crate::document::Project;
-use crate::document::masks::{Mask, MaskOrigin};
-use crate::error::{Error, Message, Remedy, Result};
-use crate::io::cameras::{CameraPhoto, Cameras, read_cameras_of};
-use crate::io::mask_file::check_mask;
-use crate::io::mask_store::MaskStore;
-use crate::io::models::read_model;
-use crate::io::project::{PROJECT_FILE, read_project, resolved, respelled};
-use crate::scene::{Model, Photo, Site, SparsePoint};
-use crate::task::Task;
+use quadratura_base::error::{Error, Message, Remedy, Result};
+use quadratura_base::scene::{Model, Photo, Site, SparsePoint};
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_document::masks::{Mask, MaskOrigin};
+use quadratura_io::cameras::{CameraPhoto, Cameras, read_cameras_of};
+use quadratura_io::mask_file::check_mask;
+use quadratura_io::mask_store::MaskStore;
+use quadratura_io::models::read_model;
+use quadratura_io::project::{PROJECT_FILE, read_project, resolved, respelled};
 
 /// A project and the site that it describes.
 #[derive(Debug)]

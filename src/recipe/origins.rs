@@ -1,10 +1,10 @@
 //! Layer textures that show the sources of their texels as colours ([`Origin::colour`]), so that they can be
 //! projected like the textures themselves.
 
-use crate::document::stack::origins;
-use crate::error::Result;
-use crate::projection::legend::Origin;
-use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
+use quadratura_base::error::Result;
+use quadratura_document::stack::origins;
+use quadratura_projection::legend::Origin;
+use quadratura_projection::{LayerTextureId, LayerTexturePixels, Texels};
 
 use super::layer_textures::LayerTextureFiles;
 

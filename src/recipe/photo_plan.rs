@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Result};
-use crate::geometry::{Pinhole, Undistortion};
-use crate::io::cameras::CameraPhoto;
-use crate::io::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
-use crate::scene::Photo;
-use crate::scene::alike::composed;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, Undistortion};
+use quadratura_base::scene::Photo;
+use quadratura_base::scene::alike::composed;
+use quadratura_base::task::Task;
+use quadratura_document::names::file_name_of_photo;
+use quadratura_io::cameras::CameraPhoto;
+use quadratura_io::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
 
 /// The plan for importing a photo.
 pub(super) struct PhotoPlan {

@@ -12,12 +12,12 @@ use super::budget::default_memory;
 use super::masks::beside::mask_names;
 use super::photo_plan::PhotoPlan;
 use super::side_by_side::ParallelPhotos;
-use crate::error::{Error, Result};
-use crate::io::cameras::{CameraPhoto, Cameras};
-use crate::io::photo::{Match, PhotoFolder};
-use crate::scene::Photo;
-use crate::scene::alike::{composed, folded};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Photo;
+use quadratura_base::scene::alike::{composed, folded};
+use quadratura_base::task::Task;
+use quadratura_io::cameras::{CameraPhoto, Cameras};
+use quadratura_io::photo::{Match, PhotoFolder};
 
 /// The result of [`import_photos`].
 #[derive(Debug, Default)]
@@ -173,9 +173,9 @@ mod tests {
     use glam::{DMat3, DVec3};
 
     use super::*;
-    use crate::geometry::{Lens, Pinhole, Pose};
-    use crate::io::cameras::read_cameras;
-    use crate::io::photo::read_photo;
+    use quadratura_base::geometry::{Lens, Pinhole, Pose};
+    use quadratura_io::cameras::read_cameras;
+    use quadratura_io::photo::read_photo;
 
     fn camera_photo(name: &str) -> CameraPhoto {
         CameraPhoto {

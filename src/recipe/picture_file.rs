@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::error::Result;
-use crate::io::picture_exr::{self, write_exr};
-use crate::io::picture_png::{self, WrittenPicture, write_picture, write_picture_16};
-use crate::projection::{LinearPicture, Picture};
+use quadratura_base::error::Result;
+use quadratura_io::picture_exr::{self, write_exr};
+use quadratura_io::picture_png::{self, WrittenPicture, write_picture, write_picture_16};
+use quadratura_projection::{LinearPicture, Picture};
 
 /// The format of pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -106,7 +106,7 @@ impl DrawnPicture {
 /// Writes a picture of this name into a folder; returns its size, too.
 ///
 /// # Errors
-/// [`crate::error::Error::Io`]; an existing file stays.
+/// [`quadratura_base::error::Error::Io`]; an existing file stays.
 pub(super) fn write(
     folder: &Path,
     name: &str,

@@ -3,6 +3,9 @@
 
 #![cfg(test)]
 
+mod cameras;
+mod layered;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -20,29 +23,32 @@ use super::site_stamp::SiteStamp;
 use super::surroundings::SiteSurroundings;
 use super::views::{Size, ViewRequest, ViewSource, views};
 use super::watch::{WatchOptions, watch};
-use crate::document::{ColourDecisions, Project};
-use crate::error::Result;
-use crate::foliage::Wood;
-use crate::geometry::Similarity;
-use crate::io::cameras::accepted;
-use crate::io::documents::documents;
-use crate::io::layered::format::{extensions, file_names};
-use crate::io::layered::read_layered;
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_readers::are_read;
-use crate::io::stack_store::StackStore;
-use crate::layers::{Options, SoftwareRasteriser};
-use crate::projection::agreement::Agreement;
-use crate::projection::continuation::Continuation;
-use crate::projection::relief::Relief;
-use crate::projection::surface::Surface;
-use crate::projection::{
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Similarity;
+use quadratura_base::task::Task;
+use quadratura_document::export_record::ExportFormat;
+use quadratura_document::{ColourDecisions, Project};
+use quadratura_foliage::Wood;
+use quadratura_io::cameras::accepted;
+use quadratura_io::documents::documents;
+use quadratura_io::layered::format::{extensions, file_names};
+use quadratura_io::layered::read_layered;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_readers::are_read;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::{Options, SoftwareRasteriser};
+use quadratura_projection::agreement::Agreement;
+use quadratura_projection::continuation::Continuation;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::surface::Surface;
+use quadratura_projection::{
     DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sources, Texels,
 };
-use crate::task::Task;
 
 /// A folder with two photos, their dummy cameras and a model.
 fn site() -> tempfile::TempDir {
+    quadratura_io::cameras::plug_in(&cameras::Dummy);
+    quadratura_io::layered::format::plug_in(layered::FORMAT);
     let root = tempfile::tempdir().unwrap();
     fs::create_dir(root.path().join("photos")).unwrap();
     for name in ["a.png", "b.png"] {
@@ -161,7 +167,7 @@ fn a_layered_format_of_the_table_is_exported_imported_and_watched() {
     let root = site();
     let (project, opened) = built(root.path());
     let out = root.path().join("layers");
-    let options = ExportOptions { format: "dummy".parse().unwrap(), ..ExportOptions::default() };
+    let options = ExportOptions { format: ExportFormat::Xcf, ..ExportOptions::default() };
     let photo = &opened.site.photos[0];
     let exported = export(&project, &[photo], &out, &options, &Task::silent()).unwrap();
     assert!(exported.failed.is_empty(), "{:?}", exported.failed);
@@ -182,7 +188,7 @@ fn after_a_save_the_book_of_paint_is_not_read_again() {
     let root = site();
     let (project, opened) = built(root.path());
     let out = root.path().join("layers");
-    let options = ExportOptions { format: "dummy".parse().unwrap(), ..ExportOptions::default() };
+    let options = ExportOptions { format: ExportFormat::Xcf, ..ExportOptions::default() };
     let exported = export(&project, &[&opened.site.photos[0]], &out, &options, &Task::silent()).unwrap();
     let file = exported.done[0].path.clone();
     let mut preview = plain_preview(&project, &opened, &Arc::default());

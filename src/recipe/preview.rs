@@ -29,21 +29,21 @@ use super::sources::sources;
 use super::surroundings::{SiteSurroundings, SurroundingsEvidence};
 use super::survey::{StackState, Survey};
 use super::trees::PlantParts;
-use crate::document::paint::PaintBook;
-use crate::document::{Decisions, Stack};
-use crate::error::{Message, Result};
-use crate::gpu::{Gpu, Renderer, TextureOptions};
-use crate::io::stack_readers::StackReader;
-use crate::io::stack_store::StackStore;
-use crate::layers::agreement::PhotoEvidence;
-use crate::layers::sky_model::Daylight;
-use crate::projection::pyramid::PyramidOptions;
-use crate::projection::relief::Relief;
-use crate::projection::surface::Surface;
-use crate::projection::twin::ReferenceRenderer;
-use crate::projection::{DisplayMode, Gains, LayerTextureId, Shot, SiteContent, Sources};
-use crate::scene::{PhotoId, Site};
-use crate::task::Task;
+use quadratura_base::error::{Message, Result};
+use quadratura_base::scene::{PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_document::paint::PaintBook;
+use quadratura_document::{Decisions, Stack};
+use quadratura_gpu::{Gpu, Renderer, TextureOptions};
+use quadratura_io::stack_readers::StackReader;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::agreement::PhotoEvidence;
+use quadratura_layers::sky_model::Daylight;
+use quadratura_projection::pyramid::PyramidOptions;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::surface::Surface;
+use quadratura_projection::twin::ReferenceRenderer;
+use quadratura_projection::{DisplayMode, Gains, LayerTextureId, Shot, SiteContent, Sources};
 
 /// Options for showing a project.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,8 +131,8 @@ pub struct Preview {
 /// first time and cached in `cache/`.
 ///
 /// # Errors
-/// Returns [`crate::Error::Request`] when no photo has a stack, [`crate::Error::Io`] and [`crate::Error::Input`] for stacks that cannot
-/// be read, or [`crate::Error::Gpu`].
+/// Returns [`quadratura_base::Error::Request`] when no photo has a stack, [`quadratura_base::Error::Io`] and [`quadratura_base::Error::Input`] for stacks that cannot
+/// be read, or [`quadratura_base::Error::Gpu`].
 pub fn open(
     folder: &Path,
     opened: &Opened,
@@ -151,7 +151,7 @@ pub fn open(
 ///
 /// # Errors
 /// As [`open`], except those of reading stacks.
-pub(crate) fn open_read(
+pub fn open_read(
     folder: &Path,
     opened: &Opened,
     read: ReadStacks,
@@ -317,7 +317,7 @@ impl Preview {
     /// paint. Returns the number of layer textures that were read at once; others follow when they are needed.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Gpu`], [`quadratura_base::Error::Cancelled`].
     pub fn reload_paint(&mut self, photos: &[String], book: &PaintBook, task: &Task) -> Result<usize> {
         let id = |name: &String| self.photos.iter().position(|photo| photo == name).map(PhotoId::new);
         let ids: Vec<PhotoId> = photos.iter().filter_map(id).collect();
@@ -329,7 +329,7 @@ impl Preview {
     /// so before. Returns the number of layer textures that were read at once.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Gpu`], [`quadratura_base::Error::Cancelled`].
     pub fn show_projected(
         &mut self,
         photos: &[PhotoId],
@@ -345,7 +345,7 @@ impl Preview {
     /// has to be opened again.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Gpu`], [`quadratura_base::Error::Cancelled`].
     pub fn refill(&mut self, stacks: &[Option<Arc<Stack>>], task: &Task) -> Result<bool> {
         match self.files.with_stacks(&self.store, stacks, self.filled) {
             Some((files, changed)) => self.renew(files, &changed, task).map(|_| true),
@@ -373,7 +373,7 @@ impl Preview {
     /// model must be the one with which this was opened.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Gpu`] when the device fails.
+    /// Returns [`quadratura_base::Error::Gpu`] when the device fails.
     pub fn redecide(&mut self, site: &Site, decisions: &Decisions) -> Result<()> {
         let sources = sources(site, &self.files.stacks(), decisions);
         self.sources = Arc::new(with_dome(sources, &self.surroundings));
@@ -385,7 +385,7 @@ impl Preview {
     /// [`Self::set_surroundings`].
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`].
+    /// [`quadratura_base::Error::Gpu`].
     pub fn set_gains(&mut self, gains: Gains) -> Result<()> {
         self.gains.replace_whole(gains.clone());
         self.gains_in_use = gains.clone();
@@ -397,7 +397,7 @@ impl Preview {
     /// this was opened.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Gpu`], [`quadratura_base::Error::Cancelled`].
     pub fn set_surroundings(&mut self, surroundings: SiteSurroundings, task: &Task) -> Result<()> {
         if surroundings.stamp() == self.surroundings.stamp() {
             return Ok(());

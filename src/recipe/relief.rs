@@ -6,14 +6,14 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::budget::Budget;
-use crate::error::{Error, Message, Result};
-use crate::io::photo::read_unmasked;
-use crate::io::relief_file::{read_relief, write_relief};
-use crate::projection::Projector;
-use crate::projection::relief::{Relief, ReliefOptions, SweepView, estimate_relief, relief_without};
-use crate::projection::surface::Surface;
-use crate::scene::{Photo, PhotoId, Site};
-use crate::task::Task;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::scene::{Photo, PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_io::photo::read_unmasked;
+use quadratura_io::relief_file::{read_relief, write_relief};
+use quadratura_projection::Projector;
+use quadratura_projection::relief::{Relief, ReliefOptions, SweepView, estimate_relief, relief_without};
+use quadratura_projection::surface::Surface;
 
 /// The relief of a site, and of the site without some of the photos.
 pub struct SiteRelief {
@@ -107,8 +107,8 @@ mod tests {
     use std::sync::Mutex;
 
     use super::*;
-    use crate::scene::synthetic::closed_form;
-    use crate::task::Event;
+    use quadratura_base::scene::synthetic::closed_form;
+    use quadratura_base::task::Event;
 
     #[test]
     fn a_photo_that_cannot_be_read_is_told_and_the_relief_made_without_it_is_not_kept() {

@@ -6,11 +6,11 @@ use std::path::{Component, Path, PathBuf};
 
 use super::discover::{SitePart, SiteParts};
 use super::open::Opened;
-use crate::document::Project;
-use crate::error::{Error, Result};
-use crate::io::atomic::write_atomically_with;
-use crate::io::cameras::check_exists;
-use crate::io::project::{read_project, relative_to, write_project};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::Project;
+use quadratura_io::atomic::write_atomically_with;
+use quadratura_io::cameras::check_exists;
+use quadratura_io::project::{read_project, relative_to, write_project};
 
 /// Returns the absolute, normalised paths of a project's parts according to `project.json`, whether they exist or
 /// not.

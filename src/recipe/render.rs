@@ -9,15 +9,15 @@ use super::legend_picture::draw_legend;
 use super::picture_file::write;
 pub use super::picture_file::{DrawnPicture, PictureFormat};
 use super::views::RequestedView;
-use crate::error::{Error, Result};
-use crate::geometry::{Pinhole, Pose};
-use crate::io::film::{Film, VideoFormat};
-use crate::io::picture_png::{WrittenPicture, make_folder};
-use crate::projection::hidden::HiddenFaces;
-use crate::projection::legend::Legend;
-use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot, TreeMethod, Unseen};
-use crate::scene::PhotoId;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_io::film::{Film, VideoFormat};
+use quadratura_io::picture_png::{WrittenPicture, make_folder};
+use quadratura_projection::hidden::HiddenFaces;
+use quadratura_projection::legend::Legend;
+use quadratura_projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot, TreeMethod, Unseen};
 
 /// The stage that is reported for drawing one view.
 pub const STAGE_DRAW: &str = "picture";
@@ -60,9 +60,8 @@ pub struct Appearance {
 
 impl Appearance {
     /// Returns the faces that rays skip, as pictures do.
-    #[cfg(feature = "gui")]
-    pub(crate) fn culling(&self) -> crate::projection::hidden::Culling<'_> {
-        crate::projection::hidden::Culling { backs: !self.without_backs, hidden: &self.hidden }
+    pub fn culling(&self) -> quadratura_projection::hidden::Culling<'_> {
+        quadratura_projection::hidden::Culling { backs: !self.without_backs, hidden: &self.hidden }
     }
 
     /// Returns the shot of a camera.
@@ -317,8 +316,8 @@ mod tests {
     use glam::{DMat3, DVec3};
 
     use super::*;
-    use crate::projection::LinearPicture;
-    use crate::scene::synthetic::centred;
+    use quadratura_base::scene::synthetic::centred;
+    use quadratura_projection::LinearPicture;
 
     /// Returns each view in one grey level, which counts the views; the `broken`th cannot be drawn.
     fn shades(broken: Option<u8>) -> impl FnMut(&RequestedView, &Task) -> Result<DrawnPicture> {

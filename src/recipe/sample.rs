@@ -4,20 +4,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::create::{NewProject, create_project};
-#[cfg(feature = "gui")]
 use super::discover::first_folder;
 use super::open::Opened;
-use crate::error::{Error, Result};
-use crate::io::atomic::{create_folder_with, write_atomically};
-#[cfg(feature = "gui")]
-use crate::io::project::PROJECT_FILE;
-use crate::io::project::check_is_empty;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::atomic::{create_folder_with, write_atomically};
+use quadratura_io::project::PROJECT_FILE;
+use quadratura_io::project::check_is_empty;
 
 /// The folder of the project, in that of the sample.
 const PROJECT: &str = "project";
 /// The name of a folder for the sample.
-#[cfg(feature = "gui")]
 const NAME: &str = "quadratura-sample";
 
 /// Lists files of `projects/piazza` with their bytes.
@@ -46,26 +43,23 @@ const FILES: [(&str, &[u8]); 14] = files![
 ];
 
 /// Returns the folder of the sample's project, for the folder of the sample.
-pub(crate) fn project_of_sample(folder: &Path) -> PathBuf {
+pub fn project_of_sample(folder: &Path) -> PathBuf {
     folder.join(PROJECT)
 }
 
 /// Returns whether the project of a sample is in `folder` already.
-#[cfg(feature = "gui")]
-pub(crate) fn has_sample(folder: &Path) -> bool {
+pub fn has_sample(folder: &Path) -> bool {
     project_of_sample(folder).join(PROJECT_FILE).is_file()
 }
 
 /// Returns a folder for the sample below `home`: one where it is already, else one that is new or empty.
-#[cfg(feature = "gui")]
-pub(crate) fn suggested_folder(home: &Path) -> PathBuf {
+pub fn suggested_folder(home: &Path) -> PathBuf {
     first_folder(home, NAME, |folder| has_sample(folder) || check_is_empty(folder).is_ok())
 }
 
 /// Returns the folder for a sample that was asked for in `chosen`: the folder itself where it is empty or has the
 /// sample, else one below it.
-#[cfg(feature = "gui")]
-pub(crate) fn folder_in(chosen: &Path) -> PathBuf {
+pub fn folder_in(chosen: &Path) -> PathBuf {
     match has_sample(chosen) || check_is_empty(chosen).is_ok() {
         true => chosen.to_path_buf(),
         false => suggested_folder(chosen),
@@ -78,7 +72,7 @@ pub(crate) fn folder_in(chosen: &Path) -> PathBuf {
 /// # Errors
 /// Returns [`Error::Request`] when the folder is not empty; [`Error::Io`] when a file cannot be written; the errors of
 /// [`create_project`].
-pub(crate) fn create_sample(folder: &Path, task: &Task) -> Result<Opened> {
+pub fn create_sample(folder: &Path, task: &Task) -> Result<Opened> {
     check_is_empty(folder)?;
     create_folder_with(folder, |site| {
         for (path, bytes) in FILES {
@@ -101,7 +95,7 @@ pub(crate) fn create_sample(folder: &Path, task: &Task) -> Result<Opened> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recipe::open::open;
+    use crate::open::open;
 
     #[test]
     fn the_sample_is_a_project_that_opens() {

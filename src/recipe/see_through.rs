@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::impostors::{self, with_impostors};
-use crate::document::Project;
-use crate::error::Result;
-use crate::scene::{Model, Object, Photo};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{Model, Object, Photo};
+use quadratura_base::task::Task;
+use quadratura_document::Project;
 
 /// The decisions about see-through objects by object: true for those that are, false for impostors that are solid.
 pub type SeeThroughDecisions = BTreeMap<String, bool>;
@@ -27,7 +27,7 @@ pub enum SeeThroughEdit {
 /// Returns a project's decisions after the edits, applied in order. `whole` is the model with all objects, in the world.
 ///
 /// # Errors
-/// Returns [`crate::error::Error::Request`] for names that the model does not have, all of them together.
+/// Returns [`quadratura_base::error::Error::Request`] for names that the model does not have, all of them together.
 pub fn edited(
     project: &Project,
     edits: &[SeeThroughEdit],
@@ -95,7 +95,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::synthetic::Modeller;
+    use quadratura_base::scene::synthetic::Modeller;
 
     fn model() -> Arc<Model> {
         let mut m = Modeller::new();

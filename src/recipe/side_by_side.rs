@@ -5,8 +5,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::budget::Budget;
-use crate::error::{Error, Result};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// The limits of processing in parallel, and the name of the stage.
 pub(super) struct ParallelPhotos {
@@ -23,7 +23,7 @@ impl ParallelPhotos {
     /// takes.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Cancelled`] when the task was cancelled. Long-running `work` should check `task`,
+    /// Returns [`quadratura_base::Error::Cancelled`] when the task was cancelled. Long-running `work` should check `task`,
     /// too.
     pub fn run<I: Sync, T: Send>(
         &self,

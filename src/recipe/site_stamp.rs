@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::document::Project;
-use crate::io::cameras::camera_files;
-use crate::io::mask_store::MaskStore;
-use crate::io::photo::PhotoFolder;
-use crate::io::project::resolved;
-use crate::io::stamp::Stamp;
-use crate::task::Task;
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_io::cameras::camera_files;
+use quadratura_io::mask_store::MaskStore;
+use quadratura_io::photo::PhotoFolder;
+use quadratura_io::project::resolved;
+use quadratura_io::stamp::Stamp;
 
 /// The lengths and modification times of the files that a site was read from.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -85,7 +85,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::document::masks::{Mask, MaskOrigin};
+    use quadratura_document::masks::{Mask, MaskOrigin};
 
     #[test]
     fn whatever_of_a_site_is_changed_added_or_removed_is_named_and_nothing_else() {

@@ -7,15 +7,15 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 
 use super::far_backdrops::FarBackdrops;
-use crate::document::stack::ImageLayer;
-use crate::document::{Decisions, PhotoDecisions, Stack};
-use crate::geometry::polygon::{fit_plane, newell_normal, triangulate};
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::projection::tiles::in_few_tiles;
-use crate::projection::{Domain, HalfPlane, LayerTexture, LayerTextureId, Projector, Server, Sources};
-use crate::scene::builder::says_backdrop;
-use crate::scene::impostor::Facing;
-use crate::scene::{FaceId, FaceIndex, Model, Photo, PhotoId, Site};
+use quadratura_base::geometry::polygon::{fit_plane, newell_normal, triangulate};
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::builder::says_backdrop;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{FaceId, FaceIndex, Model, Photo, PhotoId, Site};
+use quadratura_document::stack::ImageLayer;
+use quadratura_document::{Decisions, PhotoDecisions, Stack};
+use quadratura_projection::tiles::in_few_tiles;
+use quadratura_projection::{Domain, HalfPlane, LayerTexture, LayerTextureId, Projector, Server, Sources};
 
 /// The distance in pixels by which a piece's domain extends beyond its cut edges: a pixel that a cut crosses shows
 /// both sides of it, each looked up at the pixel's centre, which is at most half a diagonal away.
@@ -213,8 +213,9 @@ impl StackReader<'_> {
 
     /// Returns the convex parts of a piece as domains.
     fn piece(&self, object: &str, index: FaceIndex, piece: u32) -> Vec<Domain> {
-        let same =
-            |p: &&crate::document::stack::Piece| p.object == object && p.face == index && p.piece == piece;
+        let same = |p: &&quadratura_document::stack::Piece| {
+            p.object == object && p.face == index && p.piece == piece
+        };
         let Some(found) = self.stack.pieces.iter().find(same) else { return Vec::new() };
         let Some(face) = self.faces.get(object, index) else { return Vec::new() };
         let ring: Vec<DVec3> = found.polygon.iter().map(|&p| DVec3::from(p)).collect();

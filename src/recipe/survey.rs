@@ -5,12 +5,12 @@ use super::keeping::Keeping;
 use super::layer_names::rename;
 use super::open::Opened;
 use super::unknown_name::no_such;
-use crate::document::paint::PaintBook;
-use crate::document::{Decisions, Stack};
-use crate::error::{Error, Remedy, Result};
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::scene::{FaceId, Model, Object, Photo};
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::{FaceId, Model, Object, Photo};
+use quadratura_document::paint::PaintBook;
+use quadratura_document::{Decisions, Stack};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
 
 /// The state of a photo's stack in relation to the project.
 #[derive(Debug)]

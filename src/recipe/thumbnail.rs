@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use crate::error::Result;
-use crate::io::photo::{picture_size, read_photo};
-use crate::io::thumbnails::{ThumbnailStamp, Thumbnails};
-use crate::projection::Picture;
-use crate::raster::in_8_bits;
-use crate::scene::{Photo, PhotoPixels};
+use quadratura_base::error::Result;
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::scene::{Photo, PhotoPixels};
+use quadratura_io::photo::{picture_size, read_photo};
+use quadratura_io::thumbnails::{ThumbnailStamp, Thumbnails};
+use quadratura_projection::Picture;
 
 /// The number of pixels sampled along each side of the area of a thumbnail's pixel; more make no visible difference
 /// at this size.
@@ -40,7 +40,7 @@ pub fn cached_thumbnail(project: &Path, photo: &Photo, longest: u32) -> Result<P
 /// Makes a picture of any image file, with at most `longest` pixels on its longer side.
 ///
 /// # Errors
-/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] when the file cannot be read.
+/// Returns [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] when the file cannot be read.
 pub fn picture_of_file(file: &Path, longest: u32) -> Result<Picture> {
     let [width, height] = picture_size(file)?;
     Ok(reduced(&read_photo(file, width, height)?, longest))
@@ -85,7 +85,7 @@ fn mean(pixels: &PhotoPixels, at: [u32; 2], size: [u32; 2]) -> [u8; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Samples;
+    use quadratura_base::scene::Samples;
 
     #[test]
     fn a_small_picture_keeps_proportion_mean_and_invalid_area() {

@@ -1,7 +1,7 @@
 //! The error for a name that nothing has, with the nearest names.
 
-use crate::document::names::without_extension;
-use crate::error::{Error, Message, Remedy};
+use quadratura_base::error::{Error, Message, Remedy};
+use quadratura_document::names::without_extension;
 
 /// The number of names that a message lists; a longer list would not be read.
 const NAMED: usize = 4;

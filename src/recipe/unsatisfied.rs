@@ -1,11 +1,11 @@
 //! Messages about merges and splits that a stack could not satisfy.
 
 use super::linked::is_linkable;
-use crate::document::Element;
-use crate::layers::graph::Graph;
-use crate::layers::together::{Obstacle, Unsatisfied};
-use crate::layers::{Faces, LayerConstraints, Sorted};
-use crate::scene::FaceIndex;
+use quadratura_base::scene::FaceIndex;
+use quadratura_document::Element;
+use quadratura_layers::graph::Graph;
+use quadratura_layers::together::{Obstacle, Unsatisfied};
+use quadratura_layers::{Faces, LayerConstraints, Sorted};
 
 /// Returns a message for each merge or split that the stack of these elements does not satisfy, with the reason.
 pub fn unsatisfied(constraints: &LayerConstraints, sorted: &Sorted, elements: &[Element]) -> Vec<String> {

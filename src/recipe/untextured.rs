@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use crate::document::stack::{Untextured, UntexturedReason};
-use crate::document::{PhotoDecisions, Stack};
-use crate::layers::leftovers::BarelyVisible;
-use crate::layers::rasteriser::Presence;
-use crate::layers::runs::{is_visible, item_of};
-use crate::layers::view::Absence;
-use crate::layers::{LayerIndex, Sorted};
-use crate::scene::{Face, FaceId, FaceIndex, Model, PhotoPixels};
+use quadratura_base::scene::{Face, FaceId, FaceIndex, Model, PhotoPixels};
+use quadratura_document::stack::{Untextured, UntexturedReason};
+use quadratura_document::{PhotoDecisions, Stack};
+use quadratura_layers::leftovers::BarelyVisible;
+use quadratura_layers::rasteriser::Presence;
+use quadratura_layers::runs::{is_visible, item_of};
+use quadratura_layers::view::Absence;
+use quadratura_layers::{LayerIndex, Sorted};
 
 /// Lists the faces that a photo gives no texture: those in its stack, then those that are excluded.
 pub fn untextured(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {

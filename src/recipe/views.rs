@@ -7,19 +7,19 @@ use glam::DVec3;
 use super::named::index_of_photo;
 use super::open::Opened;
 use super::unknown_name::no_such;
-use crate::document::Bookmark;
-use crate::document::camera_path::{CameraPath, PathFlaw};
-use crate::document::names::{file_name_of_photo, picture_names};
-use crate::error::{Error, Message, Result};
-use crate::geometry::{Pinhole, Pose};
-use crate::io::camera_path::{ReadPath, read_camera_path};
-use crate::io::cameras::{is_camera_file, read_cameras};
-use crate::io::photo_list::read_photo_list;
-use crate::projection::flight::Flight;
-use crate::projection::framing::{resized, scaled};
-use crate::projection::navigation::Viewpoint;
-use crate::scene::{Photo, PhotoId, Site};
-use crate::task::Task;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::{Photo, PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_document::Bookmark;
+use quadratura_document::camera_path::{CameraPath, PathFlaw};
+use quadratura_document::names::{file_name_of_photo, picture_names};
+use quadratura_io::camera_path::{ReadPath, read_camera_path};
+use quadratura_io::cameras::{is_camera_file, read_cameras};
+use quadratura_io::photo_list::read_photo_list;
+use quadratura_projection::flight::Flight;
+use quadratura_projection::framing::{resized, scaled};
+use quadratura_projection::navigation::Viewpoint;
 
 /// The time between two photos of a flight through photos, in seconds.
 const SECONDS_A_LEG: f64 = 2.0;
@@ -303,8 +303,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::scene::Model;
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::Model;
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     fn site() -> Site {
         let photo = |(name, x): (&str, f64)| Photo {

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::import::{ImportOptions, Imported, LayerCache, import};
-use crate::error::{Error, Result};
-use crate::io::documents::documents;
-use crate::io::exports::ExportStore;
-use crate::io::hash::hash_file;
-use crate::io::import_ledger::ImportLedger;
-use crate::io::lock::ProjectLock;
-use crate::io::stamp::Stamp;
-use crate::io::watch::FolderWatch;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::documents::documents;
+use quadratura_io::exports::ExportStore;
+use quadratura_io::hash::hash_file;
+use quadratura_io::import_ledger::ImportLedger;
+use quadratura_io::lock::ProjectLock;
+use quadratura_io::stamp::Stamp;
+use quadratura_io::watch::FolderWatch;
 
 /// The time for which a file has to stay unchanged, and be readable to its end, to be complete. Most editors rename
 /// a complete file into place; one that is still being written is detected by its end.

@@ -8,12 +8,12 @@ use serde::Serialize;
 
 use super::open::Opened;
 use super::views::RequestedView;
-use crate::error::Result;
-use crate::io::photo::{Match, PhotoFolder, read_exposure};
-use crate::io::project::resolved;
-use crate::projection::exposure::Estimate;
-use crate::scene::{CameraExposure, PhotoId, Site};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{CameraExposure, PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_io::photo::{Match, PhotoFolder, read_exposure};
+use quadratura_io::project::resolved;
+use quadratura_projection::exposure::Estimate;
 
 /// What became of the exposures that cameras wrote down.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,7 +71,7 @@ impl WrittenExposure {
 /// have the name of a file in its photo folder: photos that were taken, but not calibrated with the others.
 ///
 /// # Errors
-/// Returns [`crate::Error::Cancelled`], or the errors of reading the folder.
+/// Returns [`quadratura_base::Error::Cancelled`], or the errors of reading the folder.
 pub fn written_exposures(
     folder: &Path,
     opened: &Opened,

@@ -160,16 +160,13 @@ fn circles_are_found_and_what_only_points_into_one_is_in_none() {
 #[test]
 fn an_arrow_up_in_the_window_is_found_and_one_down_is_fine() {
     let file = |path: &str, text: &str| above(&Source::new(path, text)).len();
-    assert_eq!(file("app/state/notes.rs", "use crate::app::command::words;"), 1);
-    assert_eq!(file("app/panel/menu.rs", "use crate::app::{action::apply, work::Work};"), 2);
+    assert_eq!(file("app/state/notes.rs", "use crate::command::words;"), 1);
+    assert_eq!(file("app/panel/menu.rs", "use crate::{action::apply, work::Work};"), 2);
     assert_eq!(file("app/command/file.rs", "use super::super::panel::counted;"), 1);
-    assert_eq!(file("app/work/jobs.rs", "use crate::app::panel::x; use super::waker::Waker;"), 1);
-    assert_eq!(
-        file("app/panel/menu.rs", "use super::row; use crate::app::{state::State, widget::dialog};"),
-        0
-    );
-    assert_eq!(file("app/action/mod.rs", "use super::work::Work; use crate::io::lock;"), 0);
-    assert_eq!(file("app/shell/editor.rs", "use crate::app::{action::apply, work::Work, panel};"), 0);
+    assert_eq!(file("app/work/jobs.rs", "use crate::panel::x; use super::waker::Waker;"), 1);
+    assert_eq!(file("app/panel/menu.rs", "use super::row; use crate::{state::State, widget::dialog};"), 0);
+    assert_eq!(file("app/action/mod.rs", "use super::work::Work; use quadratura_io::lock;"), 0);
+    assert_eq!(file("app/shell/editor.rs", "use crate::{action::apply, work::Work, panel};"), 0);
 }
 
 #[test]
@@ -177,7 +174,7 @@ fn files_that_import_each_other_are_a_circle() {
     let sources = [
         Source::new("app/a.rs", "use super::b::B;"),
         Source::new("app/b/mod.rs", "use self::c::C;"),
-        Source::new("app/b/c.rs", "use crate::app::a::A; use crate::io::lock;"),
+        Source::new("app/b/c.rs", "use crate::a::A; use quadratura_io::lock;"),
         Source::new("app/d.rs", "use super::a::A;"),
     ];
     assert_eq!(largest_circle(&sources), ["app/a.rs", "app/b/c.rs", "app/b/mod.rs"]);

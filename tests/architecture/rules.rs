@@ -4,45 +4,39 @@ use super::source::{Source, tokens};
 
 /// The public modules of the library: they name items of the rooms for programs that embed it.
 pub const FACADE: &[&str] =
-    &["cameras", "site", "project", "sort", "stack", "fill", "layered", "render", "edit"];
+    &["cameras", "site", "project", "sort", "stack", "fill", "layered", "render", "edit", "error", "task"];
 
-/// The modules from the ground up. A module uses only floors below its own: neighbours on one floor
-/// (`io` and `gpu`) do not know each other.
+/// The rooms, each a package, from the ground up. A room uses only floors below its own: neighbours on one floor do not know
+/// each other.
 pub const FLOORS: &[&[&str]] = &[
-    &["error"],
-    &["task"],
-    &["geometry"],
-    &["raster"],
-    &["scene"],
+    &["base"],
     &["projection"],
-    &["foliage"],
-    &["ldi"],
-    &["layers"],
+    &["foliage", "ldi", "layers"],
     &["document"],
     &["io", "gpu"],
     &["recipe"],
-    FACADE,
     &["app"],
     &["cli"],
-    &["testing"],
-    &["main"],
 ];
 
-/// Packages that one job needs, and the only places below `src/` that name them.
+/// The modules of `base` from the ground up.
+pub const FLOORS_OF_BASE: &[&str] = &["error", "task", "geometry", "raster", "scene"];
+
+/// Packages that one job needs, and the only places below `src/` that name them. Only the manifests of these rooms have them.
 const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("wgpu", &["gpu/"]),
     ("pollster", &["gpu/"]),
     ("block_compression", &["gpu/blocks.rs"]),
     ("half", &["gpu/", "io/layered/xcf/"]),
-    ("spade", &["geometry/"]),
-    ("i_overlay", &["geometry/"]),
+    ("spade", &["base/geometry/"]),
+    ("i_overlay", &["base/geometry/"]),
     ("gltf", &["io/models/", "io/ldi_mesh/", "io/plants/gltf/"]),
     ("exr", &["io/depth_image/", "io/picture_exr.rs"]),
     ("image", &["io/"]),
     ("exif", &["io/photo/"]),
     ("png", &["io/"]),
     ("csv", &["io/tree_list.rs"]),
-    ("unicode_normalization", &["scene/alike.rs"]),
+    ("unicode_normalization", &["base/scene/alike.rs"]),
     ("chardetng", &["io/text.rs"]),
     ("encoding_rs", &["io/text.rs"]),
     ("moxcms", &["io/colour.rs"]),
@@ -63,7 +57,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("egui_tiles", &["app/shell/layout.rs"]),
     ("rfd", &["app/"]),
     ("rustix", &["app/shell/frame_times.rs", "app/work/priority.rs"]),
-    ("thiserror", &["error/mod.rs"]),
+    ("thiserror", &["base/error/mod.rs"]),
 ];
 
 /// Longer files are read by nobody.
@@ -78,35 +72,82 @@ fn is_face(path: &str) -> bool {
     path.starts_with("cli/") || path == "main.rs"
 }
 
-fn floor_of(module: &str) -> Option<usize> {
-    FLOORS.iter().position(|floor| floor.contains(&module))
+fn floor_of(room: &str) -> Option<usize> {
+    FLOORS.iter().position(|floor| floor.contains(&room))
 }
 
 fn module_of(source: &Source) -> String {
     source.path.split('/').next().unwrap_or_default().trim_end_matches(".rs").to_string()
 }
 
+/// Rooms that the manifest of `room` names, for its code or for its tests, and that are not below it.
+pub fn forbidden_rooms(room: &str, manifest: &str) -> Vec<String> {
+    let Some(own) = floor_of(room) else {
+        return vec![format!("src/{room}: is on no floor of tests/architecture/rules.rs")];
+    };
+    let used =
+        dependencies(manifest).into_iter().filter_map(|(_, package)| package.strip_prefix("quadratura-"));
+    used.filter(|used| floor_of(used).is_none_or(|floor| floor >= own))
+        .map(|used| {
+            let below = FLOORS[..own].concat().join(", ");
+            format!("src/{room}/Cargo.toml: `{room}` must not use `{used}`: arrows point down to {below}")
+        })
+        .collect()
+}
+
+/// The packages that a manifest names, each with the section that it stands in.
+fn dependencies(manifest: &str) -> Vec<(&str, &str)> {
+    let (mut section, mut found) = ("", Vec::new());
+    for line in manifest.lines() {
+        if let Some(name) = line.strip_prefix('[') {
+            section = name.trim_end_matches(']');
+        } else if section.ends_with("dependencies") && !line.starts_with('#') {
+            let name = line.split_once(" = ").map_or("", |(name, _)| name);
+            found.extend((!name.is_empty()).then(|| (section, name.trim_end_matches(".workspace"))));
+        }
+    }
+    found
+}
+
+/// The packages that the code needs, tests left out, as the code calls them.
+fn packages(manifest: &str) -> Vec<String> {
+    let of_code = dependencies(manifest).into_iter().filter(|(section, _)| *section != "dev-dependencies");
+    of_code.map(|(_, package)| package.replace('-', "_")).collect()
+}
+
+/// Packages of one job in the manifest of a room that has another.
+pub fn dependencies_out_of_place(room: &str, manifest: &str) -> Vec<String> {
+    let has = |places: &[&str]| places.iter().any(|place| place.split('/').next() == Some(room));
+    let strays = packages(manifest)
+        .into_iter()
+        .filter(|package| PACKAGES_OF_ONE_JOB.iter().any(|(name, places)| name == package && !has(places)));
+    strays.map(|package| format!("src/{room}/Cargo.toml: has no use for the package `{package}`")).collect()
+}
+
+/// Arrows between the modules of `base` that point up.
 pub fn forbidden_arrows(source: &Source) -> Vec<String> {
-    let own = module_of(source);
-    if own == "lib" {
+    let floor_of = |module: &str| FLOORS_OF_BASE.iter().position(|other| *other == module);
+    let here = source.module_path();
+    let [base, own, ..] = here.as_slice() else { return Vec::new() };
+    if base != "base" {
         return Vec::new();
     }
-    let Some(own_floor) = floor_of(&own) else {
-        return vec![format!("src/{}: module `{own}` is in no floor of tests/architecture.rs", source.path)];
+    let Some(own_floor) = floor_of(own) else {
+        return vec![format!("src/{}: module `{own}` is on no floor of `base`", source.path)];
     };
     let mut complaints = Vec::new();
     for used in source.used_paths() {
-        let root = match used.segments.first().map_or("", String::as_str) {
+        let module = match used.segments.get(1).map_or("", String::as_str) {
             "Error" | "Result" => "error",
-            root => root,
+            module => module,
         };
-        if root != own && floor_of(root).is_some_and(|floor| floor >= own_floor) {
+        if module != own && floor_of(module).is_some_and(|floor| floor >= own_floor) {
             let path = used.segments.join("::");
             complaints.push(format!(
                 "src/{}:{}: `{own}` must not use `{path}`: arrows point down to {}",
                 source.path,
                 used.line,
-                FLOORS[..own_floor].concat().join(", ")
+                FLOORS_OF_BASE[..own_floor].join(", ")
             ));
         }
     }
@@ -120,7 +161,11 @@ pub fn more_than_names(source: &Source) -> Vec<String> {
     }
     let statements = source.code.split(';').map(str::trim);
     statements
-        .filter(|statement| !statement.is_empty() && !statement.starts_with("pub use crate::"))
+        .filter(|statement| {
+            // Without the attribute, the documentation would only say where an item comes from.
+            let item = statement.strip_prefix("#[doc(inline)]").unwrap_or_default().trim_start();
+            !statement.is_empty() && !item.starts_with("pub use quadratura_")
+        })
         .map(|statement| format!("src/{}: a public module only names items: {statement}", source.path))
         .collect()
 }
@@ -202,17 +247,27 @@ fn names_folder(line: &str, private: &str) -> bool {
     })
 }
 
-/// Packages that `source` and its siblings never name, out of those that `manifest` depends on.
-pub fn unused_packages(manifest: &str, sources: &[Source]) -> Vec<String> {
-    let section = manifest.split("\n[dependencies]\n").nth(1).unwrap_or_default();
-    let section = section.split("\n[").next().unwrap_or_default();
+/// Packages that `sources`, which are those of one package, never name, out of those that its manifest at `path` depends on.
+pub fn unused_packages(path: &str, manifest: &str, sources: &[&Source]) -> Vec<String> {
     // What stands below this line in the manifest says there why it is never named.
-    let named = section.split("# Never named").next().unwrap_or_default();
-    let packages =
-        named.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "));
-    packages
-        .map(|(package, _)| package.replace('-', "_"))
+    let (named, rest) = manifest.split_once("# Never named").unwrap_or((manifest, ""));
+    let rest = rest.split_once("\n[").map_or("", |(_, rest)| rest);
+    packages(named)
+        .into_iter()
+        .chain(packages(&format!("[{rest}")))
         .filter(|package| sources.iter().all(|source| source.lines_naming_package(package).is_empty()))
-        .map(|package| format!("Cargo.toml: no source names the package `{package}`"))
+        .map(|package| format!("{path}: no source names the package `{package}`"))
+        .collect()
+}
+
+/// Packages of the workspace that no member's manifest names.
+pub fn unused_in_workspace(root: &str, members: &[String]) -> Vec<String> {
+    let all = dependencies(root).into_iter().filter(|(section, _)| *section == "workspace.dependencies");
+    let is_used = |package: &str| {
+        let all = members.iter().map(String::as_str).chain([root]).flat_map(dependencies);
+        all.into_iter().any(|(section, other)| section != "workspace.dependencies" && other == package)
+    };
+    all.filter(|(_, package)| !is_used(package))
+        .map(|(_, package)| format!("Cargo.toml: no package of the workspace uses `{package}`"))
         .collect()
 }

@@ -18,7 +18,8 @@ pub struct Token<'a> {
     pub line: usize,
 }
 
-/// A path that the code names, resolved to the crate: `crate::layers::View` is `["layers", "View"]`.
+/// A path that the code names, with its room: in `layers`, `crate::view::View` is `["layers", "view", "View"]`, and in all rooms
+/// `quadratura_layers::View` is `["layers", "View"]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsedPath {
     pub segments: Vec<String>,
@@ -35,7 +36,7 @@ impl Source {
         Self { path: path.into(), text: text.into(), code }
     }
 
-    /// The file's own place in the crate: `layers/view.rs` is `["layers", "view"]`.
+    /// The file's own place, with its room: `layers/view.rs` is `["layers", "view"]`.
     pub fn module_path(&self) -> Vec<String> {
         let stem = self.path.trim_end_matches(".rs");
         let mut path: Vec<String> = stem.split('/').map(String::from).collect();
@@ -45,16 +46,23 @@ impl Source {
         path
     }
 
-    /// Everything that the file names through `crate::`, `super::`, `self::` or `quadratura::`.
+    /// The package that the file belongs to: the first part of every path in it. Files beside the rooms are of the root.
+    fn room(&self) -> Vec<String> {
+        self.path.split_once('/').map(|(room, _)| room.into()).into_iter().collect()
+    }
+
+    /// Everything that the file names through `crate::`, `super::`, `self::` or a package of the workspace.
     pub fn used_paths(&self) -> Vec<UsedPath> {
         let tokens = tokens(&self.code);
-        let here = self.module_path();
+        let (room, here) = (self.room(), self.module_path());
         let mut found = Vec::new();
         for at in 0..tokens.len() {
             let continues = at > 0 && tokens[at - 1].text == "::";
-            let starts = matches!(tokens[at].text, "crate" | "super" | "self" | "quadratura");
+            let starts =
+                matches!(tokens[at].text, "crate" | "super" | "self") || member(tokens[at].text).is_some();
             if starts && !continues && tokens.get(at + 1).is_some_and(|next| next.text == "::") {
-                read_path(&tokens, at, &mut here.clone(), &mut found);
+                let base = if tokens[at].text == "crate" { &room } else { &here };
+                read_path(&tokens, at, &mut base.clone(), &mut found);
             }
         }
         found
@@ -75,6 +83,11 @@ impl Source {
     }
 }
 
+/// The room whose package the code calls so: `quadratura_layers` is `layers`.
+fn member(word: &str) -> Option<&str> {
+    word.strip_prefix("quadratura_")
+}
+
 /// Reads the path or the tree of paths that starts at token `at`; `base` is the module it starts
 /// from. Returns the position behind it.
 fn read_path(tokens: &[Token], mut at: usize, base: &mut Vec<String>, found: &mut Vec<UsedPath>) -> usize {
@@ -82,10 +95,12 @@ fn read_path(tokens: &[Token], mut at: usize, base: &mut Vec<String>, found: &mu
     loop {
         match tokens.get(at).map_or("", |t| t.text) {
             "{" => return read_group(tokens, at, base, found),
-            "crate" | "quadratura" => base.clear(),
             "super" => drop(base.pop()),
-            "self" => {}
-            word => base.push(word.into()),
+            "crate" | "self" => {}
+            word => match member(word) {
+                Some(room) => *base = vec![room.into()],
+                None => base.push(word.into()),
+            },
         }
         at += 1;
         if tokens.get(at).is_none_or(|t| t.text != "::") {

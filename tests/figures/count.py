@@ -168,7 +168,7 @@ def used_modules(source, modules):
     for match in USE_OR_PATH.finditer(code):
         if code[max(0, match.start() - 2) : match.start()] == "::":
             continue
-        base = {"crate": (), "super": source.module[:-1], "self": source.module}[match.group(1)]
+        base = {"crate": source.module[:1] if source.room != "(root)" else (), "super": source.module[:-1], "self": source.module}[match.group(1)]
         if match.group(1) != "crate":
             for _ in range(match.group(2).count("super")):
                 base = base[:-1]
@@ -386,6 +386,8 @@ def facade():
             uses.extend((module, name) for name in used_names(match.group(1)))
     for module, path in uses:
         base = () if path[0] == "crate" else module
+        if path[0].startswith("quadratura_"):
+            base, path = (), ("crate", path[0][len("quadratura_") :]) + path[1:]
         parts = tuple(part for part in path if part not in ("crate", "self"))
         home = base + parts[:-1]
         if path[0] == "super":

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::app::state::State;
-use crate::app::state::running::JobKind;
-use crate::app::state::space::brush::DrawnStroke;
-use crate::app::work::Work;
-use crate::document::stroke::Stroke;
-use crate::recipe::stroke::{StrokeOptions, apply};
+use crate::state::State;
+use crate::state::running::JobKind;
+use crate::state::space::brush::DrawnStroke;
+use crate::work::Work;
+use quadratura_document::stroke::Stroke;
+use quadratura_recipe::stroke::{StrokeOptions, apply};
 
 /// Starts the first stroke that waits, unless paint is being changed.
 pub fn paint_strokes(state: &mut State, work: &mut Work) {

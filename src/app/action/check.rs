@@ -3,18 +3,18 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::app::state::State;
-use crate::app::state::ask::CheckAsk;
-use crate::app::state::checks::{Checked, Mend, verdict};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::gpu::{Gpu, GpuRasteriser};
-use crate::recipe::check::fix::realigned;
-use crate::recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
-use crate::recipe::thumbnail::picture_of_file;
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::ask::CheckAsk;
+use crate::state::checks::{Checked, Mend, verdict};
+use crate::state::notes::{Note, Weight};
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_base::scene::PhotoId;
+use quadratura_gpu::{Gpu, GpuRasteriser};
+use quadratura_recipe::check::fix::realigned;
+use quadratura_recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
+use quadratura_recipe::thumbnail::picture_of_file;
 
 /// The longer side of an overlay in the window, in pixels.
 const SHOWN_PX: u32 = 1600;
@@ -116,11 +116,11 @@ fn judged(report: &CheckReport) -> Note {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::action::tests::bench::TestBench;
-    use crate::app::state::ask::DecideAsk;
-    use crate::app::state::checks::Mend;
-    use crate::geometry::Similarity;
-    use crate::recipe::check::{FaceReport, Names, PhotoReport};
+    use crate::action::tests::bench::TestBench;
+    use crate::state::ask::DecideAsk;
+    use crate::state::checks::Mend;
+    use quadratura_base::geometry::Similarity;
+    use quadratura_recipe::check::{FaceReport, Names, PhotoReport};
 
     fn photo(name: &str, faces: usize) -> PhotoReport {
         let (picture, problem) = (None, None);

@@ -1,17 +1,17 @@
 //! Decisions of the user: their undo and redo, and the updates that follow from them.
 
-use crate::app::action::brush::{paint_again, undo_stroke};
-use crate::app::action::objects::follow_objects;
-use crate::app::action::quality::colour::follow_colour;
-use crate::app::action::reread::reopen;
-use crate::app::action::round_trip::importing::{import_again, take_back_import};
-use crate::app::action::saving::autosave_if_due;
-use crate::app::state::State;
-use crate::app::state::pending::Invalidation;
-use crate::app::state::running::JobKind;
-use crate::app::state::session::survey;
-use crate::app::work::Work;
-use crate::document::history::{History, StepResult};
+use crate::action::brush::{paint_again, undo_stroke};
+use crate::action::objects::follow_objects;
+use crate::action::quality::colour::follow_colour;
+use crate::action::reread::reopen;
+use crate::action::round_trip::importing::{import_again, take_back_import};
+use crate::action::saving::autosave_if_due;
+use crate::state::State;
+use crate::state::pending::Invalidation;
+use crate::state::running::JobKind;
+use crate::state::session::survey;
+use crate::work::Work;
+use quadratura_document::history::{History, StepResult};
 
 /// Undoes the last step.
 pub fn undo(state: &mut State, work: &mut Work) {

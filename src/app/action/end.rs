@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use super::brush::paint_strokes;
 use super::saving::keep_now;
 use super::take_in;
-use crate::app::action::masks::keeping::keep_masks;
-use crate::app::state::State;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
+use crate::action::masks::keeping::keep_masks;
+use crate::state::State;
+use crate::state::running::JobKind;
+use crate::work::Work;
 
 /// The longest time that closing waits for masks that are being written: a slow disk takes some seconds.
 const LAST_WAIT: Duration = Duration::from_secs(8);

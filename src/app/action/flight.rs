@@ -1,17 +1,19 @@
 //! Actions on bookmarks and the flight; a job orders the frames of pictures and videos from the view's painter.
 
-use crate::app::state::State;
-use crate::app::state::ask::FlightAsk;
-use crate::app::state::flight::export::{Export, Rendering};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::app::work::painter::Painter;
-use crate::projection::{DisplayMode, Quality, Shot, Unseen};
-use crate::recipe::render::{Appearance, PictureFormat, RenderOptions, RenderReport, VideoOptions, render};
-use crate::recipe::views::RequestedView;
-use crate::task::Task;
+use crate::state::State;
+use crate::state::ask::FlightAsk;
+use crate::state::flight::export::{Export, Rendering};
+use crate::state::notes::{Note, Weight};
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use crate::work::painter::Painter;
+use quadratura_base::task::Task;
+use quadratura_projection::{DisplayMode, Quality, Shot, Unseen};
+use quadratura_recipe::render::{
+    Appearance, PictureFormat, RenderOptions, RenderReport, VideoOptions, render,
+};
+use quadratura_recipe::views::RequestedView;
 
 /// Applies an ask about bookmarks, the flight, pictures and videos.
 pub fn apply(state: &mut State, work: &mut Work, ask: FlightAsk) {

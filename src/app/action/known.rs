@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use crate::app::state::State;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::work::Work;
-use crate::io::known_projects::KnownProjects;
+use crate::state::State;
+use crate::state::notes::{Note, Weight};
+use crate::work::Work;
+use quadratura_io::known_projects::KnownProjects;
 
 /// Remembers that a project was opened; its updates are paused where they were.
 pub fn remember_opened(state: &mut State, work: &mut Work, project: &Path) {

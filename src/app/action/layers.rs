@@ -1,16 +1,16 @@
 //! Decisions about layers, applied to the selection.
 
-use crate::app::state::State;
-use crate::app::state::ask::OptionsEdit;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::selection::Selection;
-use crate::app::state::session::PhotoStatus;
-use crate::document::Project;
-use crate::document::history::Gesture;
-use crate::error::Error;
-use crate::layers::{Faces, LayerIndex};
-use crate::recipe::decide::{self, LayerEdit, faces_of_layer};
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::ask::OptionsEdit;
+use crate::state::notes::{Note, Weight};
+use crate::state::selection::Selection;
+use crate::state::session::PhotoStatus;
+use quadratura_base::error::Error;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Project;
+use quadratura_document::history::Gesture;
+use quadratura_layers::{Faces, LayerIndex};
+use quadratura_recipe::decide::{self, LayerEdit, faces_of_layer};
 
 /// The gesture of sliders and numbers in the options: each drag ends its own.
 const OPTIONS: Gesture = Gesture(0x0b_71_05);

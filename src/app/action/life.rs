@@ -1,4 +1,4 @@
-//! Effects of the project's life cycle: executes what [`state::life`](crate::app::state::life) decides.
+//! Effects of the project's life cycle: executes what [`state::life`](crate::state::life) decides.
 
 use std::path::PathBuf;
 
@@ -6,11 +6,11 @@ use super::build::close_project;
 use super::opening::assistant::create_project;
 use super::opening::open::open_now;
 use super::saving::{discard_unsaved, save};
-use crate::app::state::State;
-use crate::app::state::life::{Effect, Facts, Goal, LifeEvent};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::work::Work;
-use crate::io::recovery::UnsavedChanges;
+use crate::state::State;
+use crate::state::life::{Effect, Facts, Goal, LifeEvent};
+use crate::state::notes::{Note, Weight};
+use crate::work::Work;
+use quadratura_io::recovery::UnsavedChanges;
 
 impl State {
     /// Returns the facts about the project that the life cycle depends on.

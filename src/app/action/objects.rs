@@ -1,12 +1,12 @@
 //! Following of removed objects: the model in use and the state of photos are computed again.
 
-use crate::app::action::reread::not_followed;
-use crate::app::state::State;
-use crate::app::state::pending::Invalidation;
-use crate::app::state::running::JobKind;
-use crate::app::state::session::survey;
-use crate::app::work::Work;
-use crate::document::Project;
+use crate::action::reread::not_followed;
+use crate::state::State;
+use crate::state::pending::Invalidation;
+use crate::state::running::JobKind;
+use crate::state::session::survey;
+use crate::work::Work;
+use quadratura_document::Project;
 
 /// Starts replacing the model by the one with the current objects, and finds which stacks are out of date.
 pub fn follow_objects(state: &mut State, work: &mut Work) {

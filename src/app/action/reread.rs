@@ -2,19 +2,19 @@
 
 use std::path::PathBuf;
 
-use crate::app::state::State;
-use crate::app::state::ask::{BuildAsk, MaskAsk};
-use crate::app::state::notes::{Note, Remedy, Weight};
-use crate::app::state::pending::Invalidation;
-use crate::app::state::running::JobKind;
-use crate::app::state::selection::Selection;
-use crate::app::state::session::survey;
-use crate::app::work::Work;
-use crate::app::work::jobs::{Arrival, arrival};
-use crate::document::Project;
-use crate::error::Error;
-use crate::recipe::open::open_site;
-use crate::recipe::site_stamp::SiteStamp;
+use crate::state::State;
+use crate::state::ask::{BuildAsk, MaskAsk};
+use crate::state::notes::{Note, Remedy, Weight};
+use crate::state::pending::Invalidation;
+use crate::state::running::JobKind;
+use crate::state::selection::Selection;
+use crate::state::session::survey;
+use crate::work::Work;
+use crate::work::jobs::{Arrival, arrival};
+use quadratura_base::error::Error;
+use quadratura_document::Project;
+use quadratura_recipe::open::open_site;
+use quadratura_recipe::site_stamp::SiteStamp;
 
 /// Reads the site again once other jobs have ended: what they bring belongs to the site as it is.
 pub fn reload(state: &mut State, work: &mut Work) {

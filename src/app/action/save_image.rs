@@ -2,25 +2,25 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::app::state::State;
-use crate::app::state::ask::ImagesAsk;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::numbers::grouped;
-use crate::app::state::running::JobKind;
-use crate::app::state::save_image::{ImageFormat, ImageSource, SaveImage};
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::error::{Error, Result};
-use crate::io::ldi_file::Packing;
-use crate::io::writable::check_beside;
-use crate::recipe::ldi::export::{MeshOptions, export_page};
-use crate::recipe::ldi::{
+use crate::state::State;
+use crate::state::ask::ImagesAsk;
+use crate::state::notes::{Note, Weight};
+use crate::state::numbers::grouped;
+use crate::state::running::JobKind;
+use crate::state::save_image::{ImageFormat, ImageSource, SaveImage};
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::ldi_file::Packing;
+use quadratura_io::writable::check_beside;
+use quadratura_recipe::ldi::export::{MeshOptions, export_page};
+use quadratura_recipe::ldi::{
     BuildCamera, BuildFrom, BuildRequest, Maker, PhotosOptions, SiteLdiOptions, StackLdiOptions, build_ldis,
 };
-use crate::recipe::open::Opened;
-use crate::recipe::preview::PreviewOptions;
-use crate::recipe::trees::PlantParts;
-use crate::task::Task;
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::preview::PreviewOptions;
+use quadratura_recipe::trees::PlantParts;
 
 /// The number of photos of an image that is not of one photo alone.
 const BEST: usize = 3;

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use crate::app::state::State;
-use crate::app::state::life::Autosave;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::document::Project;
-use crate::error::{Error, Result};
-use crate::io::project::change_project;
+use crate::state::State;
+use crate::state::life::Autosave;
+use crate::state::notes::{Note, Weight};
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_base::error::{Error, Result};
+use quadratura_document::Project;
+use quadratura_io::project::change_project;
 
 impl State {
     /// Returns whether there are unsaved changes.

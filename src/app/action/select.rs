@@ -1,7 +1,7 @@
 //! Actions on the selection, and on where it is shown.
 
-use crate::app::state::State;
-use crate::app::state::ask::SelectAsk;
+use crate::state::State;
+use crate::state::ask::SelectAsk;
 
 /// Applies an ask about the selection.
 pub fn apply(state: &mut State, ask: SelectAsk) {

@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use super::flat::slot::{ResultRequest, want};
-use crate::app::state::State;
-use crate::app::state::ask::SpaceAsk;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::panes::Pane;
-use crate::app::state::space::Drawn;
-use crate::app::state::space::exploded::Panes3D;
-use crate::app::work::Work;
-use crate::error::Error;
-use crate::io::stack_store::StackStore;
-use crate::recipe::exploded::layer_textures::layer_thumbnails;
+use crate::state::State;
+use crate::state::ask::SpaceAsk;
+use crate::state::notes::{Note, Weight};
+use crate::state::panes::Pane;
+use crate::state::space::Drawn;
+use crate::state::space::exploded::Panes3D;
+use crate::work::Work;
+use quadratura_base::error::Error;
+use quadratura_io::stack_store::StackStore;
+use quadratura_recipe::exploded::layer_textures::layer_thumbnails;
 
 /// The longer side of a photo's layer pictures, in pixels: seen from the side they are smaller than the window.
 const LONGEST_PX: u32 = 1024;

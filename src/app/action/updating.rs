@@ -4,26 +4,26 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::app::action::masks::repairing::damaged_masks;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::numbers::counted;
-use crate::app::state::progress::Progress;
-use crate::app::state::running::{Job, JobId, JobKind};
-use crate::app::state::session::{PhotoStatus, Session, stacks_of, survey};
-use crate::app::work::Work;
-use crate::app::work::jobs::{Arrival, arrival};
-use crate::app::work::live_project::LiveProject;
-use crate::document::Stack;
-use crate::error::{Error, Result};
-use crate::gpu::{Gpu, GpuRasteriser};
-use crate::io::stack_store::StackStore;
-use crate::layers::Rasteriser;
-use crate::recipe::fill::projected::nearest_first;
-use crate::recipe::open::Opened;
-use crate::recipe::update::{UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
-use crate::task::Task;
+use crate::action::masks::repairing::damaged_masks;
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk};
+use crate::state::notes::{Note, Weight};
+use crate::state::numbers::counted;
+use crate::state::progress::Progress;
+use crate::state::running::{Job, JobId, JobKind};
+use crate::state::session::{PhotoStatus, Session, stacks_of, survey};
+use crate::work::Work;
+use crate::work::jobs::{Arrival, arrival};
+use crate::work::live_project::LiveProject;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_gpu::{Gpu, GpuRasteriser};
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::Rasteriser;
+use quadratura_recipe::fill::projected::nearest_first;
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::update::{UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
 
 /// Publishes the project for updates, and starts or stops the update in the background.
 pub fn keep_up_to_date(state: &mut State, work: &mut Work) {

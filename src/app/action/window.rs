@@ -1,8 +1,8 @@
 //! Actions on the window itself: visible panels, colours, sizes and notes.
 
-use crate::app::state::State;
-use crate::app::state::ask::{Flag, WindowAsk};
-use crate::app::state::notes::{Note, Weight};
+use crate::state::State;
+use crate::state::ask::{Flag, WindowAsk};
+use crate::state::notes::{Note, Weight};
 
 /// Applies an ask about the window.
 pub fn apply(state: &mut State, ask: WindowAsk) {

@@ -3,10 +3,10 @@
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl};
-use crate::app::state::State;
-use crate::app::state::ask::{DecideAsk, Flag, MaskAsk, WindowAsk};
-use crate::app::state::running::JobKind;
-use crate::app::state::selection::Selection;
+use crate::state::State;
+use crate::state::ask::{DecideAsk, Flag, MaskAsk, WindowAsk};
+use crate::state::running::JobKind;
+use crate::state::selection::Selection;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] =
@@ -158,7 +158,7 @@ fn photo_in_brackets(state: &State) -> Option<String> {
 
 fn history(
     state: &State,
-    ready: fn(&crate::document::history::History) -> bool,
+    ready: fn(&quadratura_document::history::History) -> bool,
     why_not: WhyNot,
 ) -> Result<(), WhyNot> {
     let session = state.session.as_ref().ok_or("open a project first")?;

@@ -3,13 +3,13 @@
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, flight, images, paint, plain, with_project};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
-use crate::app::state::life::{Goal, LifeEvent};
-use crate::app::state::opening::{DialogRequest, Purpose};
-use crate::app::state::running::JobKind;
-use crate::app::state::session::Session;
-use crate::app::state::settings::Colours;
+use crate::state::State;
+use crate::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
+use crate::state::life::{Goal, LifeEvent};
+use crate::state::opening::{DialogRequest, Purpose};
+use crate::state::running::JobKind;
+use crate::state::session::Session;
+use crate::state::settings::Colours;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[

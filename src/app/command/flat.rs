@@ -3,9 +3,9 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, plain, with_project};
-use crate::app::state::State;
-use crate::app::state::ask::{Flag, FlatAsk, WindowAsk};
-use crate::app::state::panes::Pane;
+use crate::state::State;
+use crate::state::ask::{Flag, FlatAsk, WindowAsk};
+use crate::state::panes::Pane;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[

@@ -3,9 +3,9 @@
 use eframe::egui::Key;
 
 use super::{Command, KeysIn, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
-use crate::app::state::State;
-use crate::app::state::ask::{Flag, FlightAsk, WindowAsk};
-use crate::app::state::running::JobKind;
+use crate::state::State;
+use crate::state::ask::{Flag, FlightAsk, WindowAsk};
+use crate::state::running::JobKind;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[&PANEL, &KEEP, &ADD, &REMOVE, &PLAY];

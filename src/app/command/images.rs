@@ -4,8 +4,8 @@ use eframe::egui::Key;
 
 use super::paint::can_export_photo;
 use super::{Command, Menu, PLAIN, shift, with_project};
-use crate::app::state::ask::{Flag, ImagesAsk, WindowAsk};
-use crate::app::state::save_image::ImageFormat;
+use crate::state::ask::{Flag, ImagesAsk, WindowAsk};
+use crate::state::save_image::ImageFormat;
 
 /// Draws the 3D view from layered depth images, or from the model.
 pub const SHOW: Command = Command {

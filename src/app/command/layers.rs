@@ -3,9 +3,9 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, shift, with_project};
-use crate::app::state::State;
-use crate::app::state::ask::{BuildAsk, CheckAsk, Flag, QualityAsk, WindowAsk};
-use crate::app::state::running::JobKind;
+use crate::state::State;
+use crate::state::ask::{BuildAsk, CheckAsk, Flag, QualityAsk, WindowAsk};
+use crate::state::running::JobKind;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[

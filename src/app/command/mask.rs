@@ -3,14 +3,14 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
-use crate::app::state::State;
-use crate::app::state::ask::{Flag, MaskAsk, WindowAsk};
-use crate::app::state::masking::STEP;
-use crate::app::state::masking::keeping::MaskWork;
-use crate::app::state::masking::tool::MaskTool;
-use crate::app::state::running::JobKind;
-use crate::document::stroke::BrushMode;
-use crate::recipe::masks::MaskEdit;
+use crate::state::State;
+use crate::state::ask::{Flag, MaskAsk, WindowAsk};
+use crate::state::masking::STEP;
+use crate::state::masking::keeping::MaskWork;
+use crate::state::masking::tool::MaskTool;
+use crate::state::running::JobKind;
+use quadratura_document::stroke::BrushMode;
+use quadratura_recipe::masks::MaskEdit;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[

@@ -15,10 +15,10 @@ pub mod words;
 
 use eframe::egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
 
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, Flag, WindowAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::panes::{KeyOwner, Pane};
+use crate::state::State;
+use crate::state::ask::{Ask, Flag, WindowAsk};
+use crate::state::notes::{Note, Weight};
+use crate::state::panes::{KeyOwner, Pane};
 
 /// A menu of the menu bar, in order from left to right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,9 +3,9 @@
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
-use crate::app::state::State;
-use crate::app::state::ask::{Flag, RoundTripAsk, WindowAsk};
-use crate::app::state::running::JobKind;
+use crate::state::State;
+use crate::state::ask::{Flag, RoundTripAsk, WindowAsk};
+use crate::state::running::JobKind;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[&EDIT, &EDIT_FRESH, &CHOOSE_EDITOR, &TAKE_BACK, &SHOW_EDITING];

@@ -3,9 +3,9 @@
 use eframe::egui::Key;
 
 use super::{Command, KeysIn, Menu, PLAIN, WhyNot, shift, with_project};
-use crate::app::state::State;
-use crate::app::state::ask::{SelectAsk, TreeAsk};
-use crate::app::state::selection::Selection;
+use crate::state::State;
+use crate::state::ask::{SelectAsk, TreeAsk};
+use crate::state::selection::Selection;
 
 /// The commands in the order of their menu.
 pub const COMMANDS: &[&Command] =

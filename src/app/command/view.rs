@@ -3,12 +3,12 @@
 use eframe::egui::Key;
 
 use super::{Command, KeysIn, Menu, PLAIN, WhyNot, images, plain, shift, with_project};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
-use crate::app::state::panes::{KeyOwner, Pane};
-use crate::app::state::space::brush::STEP;
-use crate::app::state::space::visibility::Uncovered;
-use crate::projection::DisplayMode;
+use crate::state::State;
+use crate::state::ask::{Ask, BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
+use crate::state::panes::{KeyOwner, Pane};
+use crate::state::space::brush::STEP;
+use crate::state::space::visibility::Uncovered;
+use quadratura_projection::DisplayMode;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[

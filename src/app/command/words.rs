@@ -3,7 +3,7 @@
 use eframe::egui::ModifierNames;
 
 use super::{Command, edit, file, layers, mask};
-use crate::error::{Message, Remedy};
+use quadratura_base::error::{Message, Remedy};
 
 /// Words a remedy as the command or the part of the window that has its effect.
 fn clicked(remedy: &Remedy) -> String {

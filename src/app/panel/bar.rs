@@ -3,10 +3,10 @@
 use eframe::egui::{Button, Id, Label, Popup, PopupCloseBehavior, RichText, Role, TextStyle, Ui, WidgetInfo};
 
 use super::{named, text_width, toggle_ui};
-use crate::app::command::Command;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::widget::elide::elided;
+use crate::command::Command;
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::widget::elide::elided;
 
 /// The position in which a part of a bar is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

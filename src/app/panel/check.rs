@@ -7,18 +7,18 @@ use eframe::egui::{
     load::SizedTexture, vec2,
 };
 
-use crate::app::command::layers;
-use crate::app::panel::pictures::image;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, CheckAsk, Flag, WindowAsk};
-use crate::app::state::checks::{Checked, Mend, percent_of, verdict};
-use crate::app::state::running::JobKind;
-use crate::app::widget::dialog::escaped;
-use crate::geometry::Similarity;
-use crate::projection::Picture;
-use crate::recipe::check::mistake::{advice_without_fix, likely_mistakes};
-use crate::recipe::check::{AlignmentSuggestion, FaceReport, Names, PhotoReport, Verdict};
-use crate::scene::PhotoId;
+use crate::command::layers;
+use crate::panel::pictures::image;
+use crate::state::State;
+use crate::state::ask::{Ask, CheckAsk, Flag, WindowAsk};
+use crate::state::checks::{Checked, Mend, percent_of, verdict};
+use crate::state::running::JobKind;
+use crate::widget::dialog::escaped;
+use quadratura_base::geometry::Similarity;
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::Picture;
+use quadratura_recipe::check::mistake::{advice_without_fix, likely_mistakes};
+use quadratura_recipe::check::{AlignmentSuggestion, FaceReport, Names, PhotoReport, Verdict};
 
 /// The greatest height of an overlay, in points: the findings about faces below it stay visible.
 const HIGHEST: f32 = 330.0;

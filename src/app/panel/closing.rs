@@ -4,12 +4,12 @@ use eframe::egui::{Context, RichText, Spinner, Ui};
 
 use super::answers_ui;
 use super::status::left;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::life::{Goal, LifeEvent, Phase, Recovery};
-use crate::app::state::notes::ago;
-use crate::app::state::session::Session;
-use crate::app::widget::dialog::{Dialog, Keys};
+use crate::state::State;
+use crate::state::ask::{Ask, ProjectAsk};
+use crate::state::life::{Goal, LifeEvent, Phase, Recovery};
+use crate::state::notes::ago;
+use crate::state::session::Session;
+use crate::widget::dialog::{Dialog, Keys};
 
 /// Draws the open question, if there is one.
 pub fn closing_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {

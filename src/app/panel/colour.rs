@@ -3,15 +3,15 @@
 use eframe::egui::{Button, ComboBox, DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
 
 use super::{name_cell, room_for_names, slider_ui, text_width, toggle_ui};
-use crate::app::command::flat;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
-use crate::app::state::selection::Selection;
-use crate::app::widget::elide::beside;
-use crate::document::colour::REST;
-use crate::projection::exposure::ExposureRule;
-use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour, found_name, keeping_found};
-use crate::scene::PhotoId;
+use crate::command::flat;
+use crate::state::State;
+use crate::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::state::selection::Selection;
+use crate::widget::elide::beside;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::colour::REST;
+use quadratura_projection::exposure::ExposureRule;
+use quadratura_recipe::colour::{ColourEdit, ColourReport, PhotoColour, found_name, keeping_found};
 
 /// The range of sliders, in stops: photos of one site rarely differ more. Larger numbers can be typed.
 const STOPS: f64 = 3.0;

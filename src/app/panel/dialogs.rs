@@ -2,17 +2,17 @@
 
 use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 
-use crate::app::command::{Command, flight, images};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, RoundTripAsk};
-use crate::app::state::round_trip::dialogs::{DialogPurpose, RoundTripDialogs};
-use crate::app::state::running::JobKind;
-use crate::app::widget::dialog::{Dialog, at_the_right};
-use crate::document::export_record::ExportFormat;
-use crate::io::layered::FORMATS;
-use crate::io::layered::format::file_names;
-use crate::io::programs::{ImageEditor, check_program};
-use crate::scene::PhotoId;
+use crate::command::{Command, flight, images};
+use crate::state::State;
+use crate::state::ask::{Ask, RoundTripAsk};
+use crate::state::round_trip::dialogs::{DialogPurpose, RoundTripDialogs};
+use crate::state::running::JobKind;
+use crate::widget::dialog::{Dialog, at_the_right};
+use quadratura_base::scene::PhotoId;
+use quadratura_document::export_record::ExportFormat;
+use quadratura_io::layered::FORMATS;
+use quadratura_io::layered::format::file_names;
+use quadratura_io::programs::{ImageEditor, check_program};
 
 /// Draws the open dialogs, which change as they are edited.
 pub fn dialogs_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {

@@ -3,8 +3,8 @@
 use eframe::egui::{Label, RichText, Ui};
 
 use super::link_ui;
-use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::session::Session;
+use crate::state::ask::{Ask, ProjectAsk};
+use crate::state::session::Session;
 
 /// The number of photos that are named; the dialog lists all.
 const MOST: usize = 4;

@@ -4,9 +4,9 @@ use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{ComboBox, Context, Frame, Label, RichText, ScrollArea, TextStyle, Ui, Window};
 
 use super::named;
-use crate::app::state::State;
-use crate::app::state::guide::Guide;
-use crate::app::widget::dialog::escaped;
+use crate::state::State;
+use crate::state::guide::Guide;
+use crate::widget::dialog::escaped;
 
 /// The documents: name and text.
 const DOCUMENTS: &[(&str, &str)] = &[

@@ -2,11 +2,11 @@
 
 use eframe::egui::{Align2, Context, Grid, Label, RichText, ScrollArea, Ui, Window};
 
-use crate::app::command;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, Flag, WindowAsk};
-use crate::app::state::settings::Navigation;
-use crate::app::widget::dialog::escaped;
+use crate::command;
+use crate::state::State;
+use crate::state::ask::{Ask, Flag, WindowAsk};
+use crate::state::settings::Navigation;
+use crate::widget::dialog::escaped;
 
 /// The mouse functions in the 3D view.
 const SIMPLE: &[(&str, &str)] = &[

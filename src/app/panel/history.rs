@@ -3,9 +3,9 @@
 use eframe::egui::{Button, Context, RichText, Ui, Window};
 
 use super::long_list;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk, Flag, WindowAsk};
-use crate::app::widget::dialog::escaped;
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk, Flag, WindowAsk};
+use crate::widget::dialog::escaped;
 
 /// The height of the list, in points.
 const HEIGHT: f32 = 360.0;

@@ -5,12 +5,12 @@ use std::sync::{Arc, Weak};
 use eframe::egui::{Context, Frame, RichText, TextureHandle, TextureOptions, Ui};
 
 use super::fill::question::side_by_side;
-use crate::app::panel::pictures::image;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, RoundTripAsk};
-use crate::app::state::round_trip::report::ImportQuestion;
-use crate::app::state::round_trip::shown_path;
-use crate::projection::Picture;
+use crate::panel::pictures::image;
+use crate::state::State;
+use crate::state::ask::{Ask, RoundTripAsk};
+use crate::state::round_trip::report::ImportQuestion;
+use crate::state::round_trip::shown_path;
+use quadratura_projection::Picture;
 
 /// The pictures of the question on the device.
 #[derive(Default)]

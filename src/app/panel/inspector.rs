@@ -9,16 +9,16 @@ use super::inspect::surface::{face_page, object_page};
 use super::inspect::tree::tree_page;
 use super::inspect::trees::trees_page;
 use super::{button, counted, grouped, layer_options, masks, percent, title};
-use crate::app::command::{paint, view};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk};
-use crate::app::state::next_steps::NextStep;
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::document::Stack;
-use crate::recipe::decide::decided;
-use crate::recipe::layer_table::LayerFigures;
-use crate::scene::PhotoId;
+use crate::command::{paint, view};
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk};
+use crate::state::next_steps::NextStep;
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
+use quadratura_recipe::decide::decided;
+use quadratura_recipe::layer_table::LayerFigures;
 
 /// Draws the inspector.
 pub fn inspector_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {

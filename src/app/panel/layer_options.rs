@@ -5,13 +5,13 @@ use eframe::egui::{
 };
 
 use super::{button, slider_ui, small_button, text_width};
-use crate::app::command::layers;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk, Flag, OptionsEdit, WindowAsk};
-use crate::app::state::session::Session;
-use crate::app::widget::dialog::escaped;
-use crate::document::decisions::PhotoOptions;
-use crate::layers::{BoxShape, Options};
+use crate::command::layers;
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk, Flag, OptionsEdit, WindowAsk};
+use crate::state::session::Session;
+use crate::widget::dialog::escaped;
+use quadratura_document::decisions::PhotoOptions;
+use quadratura_layers::{BoxShape, Options};
 
 /// A numeric option with its slider.
 struct Number {

@@ -4,16 +4,16 @@ use eframe::egui::{DragValue, Ui};
 
 use super::button;
 use super::{counted, link_ui, percent, small_button};
-use crate::app::command::{Command, mask};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
-use crate::app::state::masking::keeping::MaskWork;
-use crate::app::state::masking::origin_words;
-use crate::app::state::masking::suggested::ShownSuggestion;
-use crate::document::masks::Mask;
-use crate::recipe::masks::MaskEdit;
-use crate::recipe::masks::suggest::UNSEEN;
-use crate::scene::PhotoId;
+use crate::command::{Command, mask};
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk, SelectAsk};
+use crate::state::masking::keeping::MaskWork;
+use crate::state::masking::origin_words;
+use crate::state::masking::suggested::ShownSuggestion;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::masks::Mask;
+use quadratura_recipe::masks::MaskEdit;
+use quadratura_recipe::masks::suggest::UNSEEN;
 
 /// The largest margin around objects, in pixels, equal to the command line's.
 const MOST_MARGIN: u32 = 4096;

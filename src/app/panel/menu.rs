@@ -4,13 +4,13 @@ use eframe::egui::containers::menu::{MenuBar, MenuConfig};
 use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Button, Rect, ScrollArea, Shape, Stroke, Ui, pos2, vec2};
 
-use crate::app::command::{
+use crate::command::{
     self, Command, Menu, edit, first_keys, flat, flight, images, layers, mask, paint, trees, view,
 };
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, ProjectAsk, WindowAsk};
-use crate::app::state::settings::Navigation;
-use crate::app::widget::look::menu_look;
+use crate::state::State;
+use crate::state::ask::{Ask, ProjectAsk, WindowAsk};
+use crate::state::settings::Navigation;
+use crate::widget::look::menu_look;
 
 /// The width of menus, in points: names and keys are in separate columns.
 const WIDTH: f32 = 230.0;

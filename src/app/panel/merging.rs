@@ -3,11 +3,11 @@
 use eframe::egui::{Context, Grid, RichText, Ui};
 
 use super::{answers_ui, grouped, percent};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk};
-use crate::app::state::lists::PendingMerge;
-use crate::app::widget::dialog::{Dialog, Keys};
-use crate::recipe::decide::MergeCost;
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk};
+use crate::state::lists::PendingMerge;
+use crate::widget::dialog::{Dialog, Keys};
+use quadratura_recipe::decide::MergeCost;
 
 /// The answer that confirms the merge.
 const MERGE: &str = "Merge anyway";

@@ -44,12 +44,12 @@ use eframe::egui::{
 };
 
 use super::command::Command;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-pub use crate::app::state::numbers::{counted, grouped, percent};
-use crate::app::widget::dialog::Keys;
-use crate::app::widget::elide::elided;
-use crate::app::widget::look::selection_look;
+use crate::state::State;
+use crate::state::ask::Ask;
+pub use crate::state::numbers::{counted, grouped, percent};
+use crate::widget::dialog::Keys;
+use crate::widget::elide::elided;
+use crate::widget::look::selection_look;
 
 /// Draws the title of the selection: its kind and its name.
 pub fn title(ui: &mut Ui, kind: &str, name: &str) {

@@ -4,12 +4,12 @@ use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, ScrollArea
 
 use super::link_ui;
 use super::status::{bar_ui, left, stop_ui};
-use crate::app::command::file::READ_AGAIN;
-use crate::app::command::words::worded;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk, SelectAsk, WindowAsk};
-use crate::app::state::notes::{Note, Remedy, Weight};
-use crate::app::state::selection::Selection;
+use crate::command::file::READ_AGAIN;
+use crate::command::words::worded;
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk, SelectAsk, WindowAsk};
+use crate::state::notes::{Note, Remedy, Weight};
+use crate::state::selection::Selection;
 
 /// Draws the panel.
 pub fn notes_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {

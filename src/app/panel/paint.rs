@@ -10,19 +10,19 @@ use eframe::egui::{
 use super::fill::question::{QuestionTextures, question_ui};
 use super::import_question::{ImportQuestionTextures, import_question_ui};
 use super::{button, counted, grouped, link_ui};
-use crate::app::command::paint;
-use crate::app::panel::pictures::image;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
-use crate::app::state::round_trip::report::Report;
-use crate::app::state::round_trip::shown_path;
-use crate::app::state::selection::Selection;
-use crate::document::paint::PaintImport;
-use crate::projection::Picture;
-use crate::recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
-use crate::recipe::import::elsewhere::PaintElsewhere;
-use crate::recipe::import::pictures::ChangedLayer;
-use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
+use crate::command::paint;
+use crate::panel::pictures::image;
+use crate::state::State;
+use crate::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::state::round_trip::report::Report;
+use crate::state::round_trip::shown_path;
+use crate::state::selection::Selection;
+use quadratura_document::paint::PaintImport;
+use quadratura_projection::Picture;
+use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
+use quadratura_recipe::import::elsewhere::PaintElsewhere;
+use quadratura_recipe::import::pictures::ChangedLayer;
+use quadratura_recipe::import::report::{FileReport, LayerReport, LayerState};
 
 /// The pictures of the last import's changes on the device.
 #[derive(Default)]

@@ -2,10 +2,10 @@
 
 use eframe::egui::{Align2, Context, Id, Key, RichText, ScrollArea, TextEdit, Ui};
 
-use crate::app::command::{self, Command, first_keys};
-use crate::app::state::State;
-use crate::app::state::palette::Palette;
-use crate::app::widget::dialog::Dialog;
+use crate::command::{self, Command, first_keys};
+use crate::state::State;
+use crate::state::palette::Palette;
+use crate::widget::dialog::Dialog;
 
 /// Draws the palette when it is open; returns the command that was chosen.
 pub fn palette_ui(state: &State, palette: &mut Palette, context: &Context) -> Option<&'static Command> {

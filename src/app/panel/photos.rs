@@ -9,16 +9,16 @@ use eframe::egui::{
 use super::gone::{gone_ui, locate_ui};
 use super::menu::{PHOTO, context_ui};
 use super::percent;
-use crate::app::command::layers::BUILD;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
-use crate::app::state::selection::Selection;
-use crate::app::state::session::{BUILT, MISSING, PhotoStatus, Session};
-use crate::app::widget::elide::{beside, elided};
-use crate::app::widget::look::focus_stroke;
-use crate::app::widget::look::{good, selected as selected_colours};
-use crate::recipe::layer_table::LayerFigures;
-use crate::scene::PhotoId;
+use crate::command::layers::BUILD;
+use crate::state::State;
+use crate::state::ask::{Ask, SelectAsk, SpaceAsk};
+use crate::state::selection::Selection;
+use crate::state::session::{BUILT, MISSING, PhotoStatus, Session};
+use crate::widget::elide::{beside, elided};
+use crate::widget::look::focus_stroke;
+use crate::widget::look::{good, selected as selected_colours};
+use quadratura_base::scene::PhotoId;
+use quadratura_recipe::layer_table::LayerFigures;
 
 /// The height of a row, in points.
 const ROW: f32 = 62.0;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 
-use crate::projection::Picture;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::Picture;
 
 /// The pictures of one project's photos, as textures.
 #[derive(Default)]

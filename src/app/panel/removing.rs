@@ -3,10 +3,10 @@
 use eframe::egui::{Context, RichText, Ui};
 
 use super::{answers_ui, counted};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk};
-use crate::app::state::lists::removing::PendingRemoval;
-use crate::app::widget::dialog::{Dialog, Keys};
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk};
+use crate::state::lists::removing::PendingRemoval;
+use crate::widget::dialog::{Dialog, Keys};
 
 /// The answer that confirms the removal.
 const REMOVE: &str = "Remove";

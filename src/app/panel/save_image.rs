@@ -2,11 +2,11 @@
 
 use eframe::egui::{Button, Context, RichText, TextEdit, Ui, vec2};
 
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, ImagesAsk, RoundTripAsk};
-use crate::app::state::round_trip::dialogs::DialogPurpose;
-use crate::app::state::save_image::{ImageFormat, ImageSource, SaveImage};
-use crate::app::widget::dialog::{Dialog, Keys};
+use crate::state::State;
+use crate::state::ask::{Ask, ImagesAsk, RoundTripAsk};
+use crate::state::round_trip::dialogs::DialogPurpose;
+use crate::state::save_image::{ImageFormat, ImageSource, SaveImage};
+use crate::widget::dialog::{Dialog, Keys};
 
 /// The width of the path, in points.
 const PATH: f32 = 290.0;

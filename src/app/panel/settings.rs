@@ -2,11 +2,11 @@
 
 use eframe::egui::{Button, Context, Grid, RichText, Slider, Ui};
 
-use crate::app::command::{file, first_keys, paint};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, Flag, WindowAsk};
-use crate::app::state::settings::{Colours, Navigation, Settings};
-use crate::app::widget::dialog::{Dialog, at_the_right};
+use crate::command::{file, first_keys, paint};
+use crate::state::State;
+use crate::state::ask::{Ask, Flag, WindowAsk};
+use crate::state::settings::{Colours, Navigation, Settings};
+use crate::widget::dialog::{Dialog, at_the_right};
 
 /// Draws the settings when they are open.
 pub fn settings_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {

@@ -4,9 +4,9 @@ use eframe::egui::Ui;
 
 use super::paint::PaintTextures;
 use super::{colour, fill, inspector, paint};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, WindowAsk};
-use crate::app::state::panels::Tab;
+use crate::state::State;
+use crate::state::ask::{Ask, WindowAsk};
+use crate::state::panels::Tab;
 
 /// The width below which tabs are close to each other, in points.
 const ROOM: f32 = 270.0;

@@ -7,11 +7,11 @@ use super::paint::PaintTextures;
 use super::photos::{Thumbnails, photos_ui};
 use super::pictures::PhotoTextures;
 use super::side::side_ui;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::lists::ListsState;
-use crate::app::state::panels::PanelSizes;
-use crate::app::widget::sized::{PanelEdge, sized_panel};
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::lists::ListsState;
+use crate::state::panels::PanelSizes;
+use crate::widget::sized::{PanelEdge, sized_panel};
 
 /// The largest share of the window's width that the left side takes: views keep their space in small windows and with
 /// large text.

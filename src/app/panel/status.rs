@@ -3,11 +3,11 @@
 use eframe::egui::{Align, Button, Label, Layout, ProgressBar, RichText, Spinner, Ui};
 
 use super::{grouped, text_width};
-use crate::app::command::{file, layers};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, BuildAsk};
-use crate::app::state::notes::Weight;
-use crate::app::state::running::{Job, JobId, JobKind};
+use crate::command::{file, layers};
+use crate::state::State;
+use crate::state::ask::{Ask, BuildAsk};
+use crate::state::notes::Weight;
+use crate::state::running::{Job, JobId, JobKind};
 
 /// Draws the status bar.
 pub fn status_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {

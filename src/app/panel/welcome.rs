@@ -4,12 +4,12 @@ use eframe::egui::{Align, Button, Layout, RichText, Role, ScrollArea, Spinner, U
 
 use super::opening::place::{is_entered, line};
 use super::small_button;
-use crate::app::command::{Command, file, first_keys};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::opening::DialogRequest;
-use crate::app::state::opening::place::typed_path;
-use crate::app::state::running::JobKind;
+use crate::command::{Command, file, first_keys};
+use crate::state::State;
+use crate::state::ask::{Ask, ProjectAsk};
+use crate::state::opening::DialogRequest;
+use crate::state::opening::place::typed_path;
+use crate::state::running::JobKind;
 
 /// The size of the button of a recent project, in points.
 const RECENT: Vec2 = vec2(360.0, 28.0);

@@ -3,10 +3,10 @@
 use eframe::egui::{CentralPanel, RichText, Ui};
 
 use super::editor::Editor;
-use crate::app::action::build::close_project;
-use crate::app::action::opening::open::open_now;
-use crate::app::action::saving::keep_now;
-use crate::app::work::crash::Crash;
+use crate::action::build::close_project;
+use crate::action::opening::open::open_now;
+use crate::action::saving::keep_now;
+use crate::work::crash::Crash;
 
 /// The answer to the crash page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

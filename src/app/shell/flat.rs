@@ -3,10 +3,10 @@
 use eframe::egui::Ui;
 
 use super::textures::Textures;
-use crate::app::panel::layer::layer_ui;
-use crate::app::panel::photo::{PhotoMemory, PhotoTextures, photo_ui};
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
+use crate::panel::layer::layer_ui;
+use crate::panel::photo::{PhotoMemory, PhotoTextures, photo_ui};
+use crate::state::State;
+use crate::state::ask::Ask;
 
 /// Draws the view of the photo with its layers.
 pub fn photo_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, asks: &mut Vec<Ask>) {

@@ -6,14 +6,14 @@ use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiR
 
 use super::flat::{layer_view, photo_view};
 use super::textures::Textures;
-use crate::app::panel::space::space_ui;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::panes::{KeyOwner, Pane, PaneVisibility, Panes};
-use crate::app::state::space::memory::SpaceMemory;
-use crate::app::widget::dialog;
-use crate::app::widget::focus::{FocusKind, focused};
-use crate::app::widget::look::focus_stroke;
+use crate::panel::space::space_ui;
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::panes::{KeyOwner, Pane, PaneVisibility, Panes};
+use crate::state::space::memory::SpaceMemory;
+use crate::widget::dialog;
+use crate::widget::focus::{FocusKind, focused};
+use crate::widget::look::focus_stroke;
 
 /// The key of the layout in eframe's storage.
 const LAYOUT: &str = "layout";

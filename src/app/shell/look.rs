@@ -2,8 +2,8 @@
 
 use eframe::egui::{Context, FontId, TextStyle, Theme, ThemePreference};
 
-use crate::app::state::settings::{Colours, Settings};
-use crate::app::widget::look::{dark, light};
+use crate::state::settings::{Colours, Settings};
+use crate::widget::look::{dark, light};
 
 /// Applies the colours and scale of the settings to the window.
 pub fn apply_look(settings: &Settings, context: &Context) {

@@ -2,14 +2,14 @@
 
 use eframe::egui::Context;
 
-use crate::app::panel::check::CheckTextures;
-use crate::app::panel::flat::FlatTextures;
-use crate::app::panel::paint::PaintTextures;
-use crate::app::panel::photo::masked::MaskMeshes;
-use crate::app::panel::photo::picture::SelectedHidden;
-use crate::app::panel::pictures::PhotoTextures;
-use crate::app::panel::space::SpaceTextures;
-use crate::app::work::pictures::{Pictures, PicturesId};
+use crate::panel::check::CheckTextures;
+use crate::panel::flat::FlatTextures;
+use crate::panel::paint::PaintTextures;
+use crate::panel::photo::masked::MaskMeshes;
+use crate::panel::photo::picture::SelectedHidden;
+use crate::panel::pictures::PhotoTextures;
+use crate::panel::space::SpaceTextures;
+use crate::work::pictures::{Pictures, PicturesId};
 
 /// The textures of the window.
 #[derive(Default)]

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::geometry::Similarity;
-use crate::projection::Picture;
-use crate::recipe::check::{CheckReport, Verdict};
-use crate::scene::PhotoId;
+use quadratura_base::geometry::Similarity;
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::Picture;
+use quadratura_recipe::check::{CheckReport, Verdict};
 
 /// The results of checks, and the state of their window.
 #[derive(Default)]

@@ -7,14 +7,14 @@ use super::State;
 use super::notes::{Note, Weight};
 use super::pending::Invalidation;
 use super::session::Session;
-use crate::document::Project;
-use crate::document::history::{Gesture, History};
-use crate::document::masks::MaskChange;
-use crate::document::paint::PaintImport;
-use crate::document::stroke::Stroke;
-use crate::error::{Error, Result};
-use crate::io::mask_store::MaskStore;
-use crate::recipe::decide::{self, LayerEdit};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::Project;
+use quadratura_document::history::{Gesture, History};
+use quadratura_document::masks::MaskChange;
+use quadratura_document::paint::PaintImport;
+use quadratura_document::stroke::Stroke;
+use quadratura_io::mask_store::MaskStore;
+use quadratura_recipe::decide::{self, LayerEdit};
 
 impl State {
     /// Adds a step to the history; `name` is the text for undo. Edits of one gesture form one step.

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::session::Session;
-use crate::document::{Project, Stack};
-use crate::recipe::decide::FaceInPhotos;
-use crate::scene::{FaceId, ObjectId};
+use quadratura_base::scene::{FaceId, ObjectId};
+use quadratura_document::{Project, Stack};
+use quadratura_recipe::decide::FaceInPhotos;
 
 /// Facts about the selection, cached until stacks or decisions change.
 #[derive(Default)]

@@ -8,8 +8,8 @@ use super::panels::Tab;
 use super::panes::Pane;
 use super::selection::Selection;
 
-use crate::recipe::decide::{face_in_photos, photos_of_faces, state_of_face};
-use crate::scene::{FaceId, ObjectId, Photo, PhotoId};
+use quadratura_base::scene::{FaceId, ObjectId, Photo, PhotoId};
+use quadratura_recipe::decide::{face_in_photos, photos_of_faces, state_of_face};
 
 /// The margin around a face that is shown in a photo, as a share of its size.
 const AROUND: f64 = 0.3;
@@ -98,7 +98,7 @@ fn part_with(photo: &Photo, points: impl Iterator<Item = glam::DVec3>) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::closed_form;
+    use quadratura_base::scene::synthetic::closed_form;
 
     #[test]
     fn a_photo_is_looked_at_where_the_face_is_and_as_a_whole_where_it_is_not() {

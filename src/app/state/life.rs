@@ -29,8 +29,8 @@
 
 use std::path::PathBuf;
 
-use crate::document::masks::Masks;
-use crate::io::recovery::UnsavedChanges;
+use quadratura_document::masks::Masks;
+use quadratura_io::recovery::UnsavedChanges;
 
 /// The reason why a project is left.
 #[derive(Debug, Clone, PartialEq, Eq)]

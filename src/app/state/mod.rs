@@ -58,8 +58,8 @@ use self::settings::Settings;
 use self::space::Space;
 use self::trees::TreesState;
 use self::updating::Updating;
-use crate::layers::LayerIndex;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
+use quadratura_layers::LayerIndex;
 
 /// The state of the window.
 #[derive(Default)]

@@ -2,10 +2,10 @@
 
 use super::State;
 use super::session::PhotoStatus;
-use crate::document::{ImageLayer, Stack};
-use crate::layers::{ElementIndex, LayerIndex};
-use crate::recipe::layer_table::LayerFigures;
-use crate::scene::{ObjectId, PhotoId};
+use quadratura_base::scene::{ObjectId, PhotoId};
+use quadratura_document::{ImageLayer, Stack};
+use quadratura_layers::{ElementIndex, LayerIndex};
+use quadratura_recipe::layer_table::LayerFigures;
 
 /// The number of image layers that are named.
 const MOST_NAMED: usize = 3;

@@ -2,9 +2,9 @@
 
 use std::time::SystemTime;
 
-use crate::document::masks::MaskChange;
-use crate::error::{Error, Message};
-use crate::recipe::open::UnusableMask;
+use quadratura_base::error::{Error, Message};
+use quadratura_document::masks::MaskChange;
+use quadratura_recipe::open::UnusableMask;
 
 /// The severity of a note.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -7,12 +7,12 @@ use super::ask::{Ask, BuildAsk};
 use super::notes::{Note, Weight};
 use super::selection::Selection;
 use super::session::PhotoStatus;
-use crate::document::Project;
-use crate::recipe::impostors::{self, ImpostorEdit};
-use crate::recipe::objects::{ObjectEdit, edited};
-use crate::recipe::open::Opened;
-use crate::recipe::see_through::{self, SeeThroughEdit};
-use crate::scene::Model;
+use quadratura_base::scene::Model;
+use quadratura_document::Project;
+use quadratura_recipe::impostors::{self, ImpostorEdit};
+use quadratura_recipe::objects::{ObjectEdit, edited};
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::see_through::{self, SeeThroughEdit};
 
 impl State {
     /// Removes an object from the model or restores it, by name.
@@ -141,8 +141,8 @@ fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::closed_form;
-    use crate::scene::{ObjectId, PhotoId};
+    use quadratura_base::scene::synthetic::closed_form;
+    use quadratura_base::scene::{ObjectId, PhotoId};
 
     #[test]
     fn what_is_selected_is_carried_over_by_its_name_and_lost_with_its_object() {

@@ -1,7 +1,7 @@
 //! The updates that follow from edits: what an edit invalidates, and when it is updated.
 
 use super::life::Autosave;
-use crate::document::Project;
+use quadratura_document::Project;
 
 /// Time without an edit, in seconds, after which the updates that follow from edits are done.
 const FOLLOWS_AFTER_S: f64 = 0.3;
@@ -104,7 +104,7 @@ impl PendingUpdates {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Similarity;
+    use quadratura_base::geometry::Similarity;
 
     fn project() -> Project {
         let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
@@ -115,7 +115,7 @@ mod tests {
     fn what_follows_depends_on_what_was_edited() {
         let before = project();
         let mut after = before.clone();
-        after.flight = Some(crate::document::CameraPath::empty([64, 48]));
+        after.flight = Some(quadratura_document::CameraPath::empty([64, 48]));
         assert_eq!(Invalidation::new(&before, &after), None);
         after.colour.reference = Some("a.jpg".into());
         assert_eq!(Invalidation::new(&before, &after), Some(Invalidation::Gains));

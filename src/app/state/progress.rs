@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::running::JobKind;
-use crate::task::{has_parts, in_words};
+use quadratura_base::task::{has_parts, in_words};
 
 /// The share of a job, and of a stage, that has to be done before its pace is known.
 const ESTIMATED_FROM: f32 = 0.1;
@@ -212,7 +212,7 @@ impl Progress {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     #[test]
     fn the_bar_of_a_job_only_grows_however_its_stages_run() {

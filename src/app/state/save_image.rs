@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
 
 /// What is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! The selection.
 
-use crate::document::trees::TreeIndex;
-use crate::layers::LayerIndex;
-use crate::scene::{FaceId, ObjectId, PhotoId};
+use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
+use quadratura_document::trees::TreeIndex;
+use quadratura_layers::LayerIndex;
 
 /// The thing that inspector, outliner and views show as selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -8,25 +8,25 @@ use std::time::Duration;
 use glam::{DVec2, DVec3};
 
 use super::pending::PendingUpdates;
-use crate::document::history::History;
-use crate::document::{Project, Stack};
-use crate::error::{Error, Result};
-use crate::io::atomic::remove_old_leftovers;
-use crate::io::lock::ProjectLock;
-use crate::io::project::read_project;
-use crate::io::recovery::{UnsavedChanges, read_unsaved};
-use crate::io::stack_readers::StackReader;
-use crate::io::stack_store::StackStore;
-use crate::projection::backdrops::without_backdrops;
-use crate::projection::navigation::{SceneFrame, Viewpoint};
-use crate::projection::surface::Surface;
-use crate::recipe::layer_table::LayerFigures;
-use crate::recipe::open::{Opened, open_site};
-use crate::recipe::site_stamp::SiteStamp;
-use crate::recipe::survey::{StackState, Survey};
-use crate::recipe::views::up;
-use crate::scene::{Edges, Model, Object, Photo, PhotoId};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Edges, Model, Object, Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_document::history::History;
+use quadratura_document::{Project, Stack};
+use quadratura_io::atomic::remove_old_leftovers;
+use quadratura_io::lock::ProjectLock;
+use quadratura_io::project::read_project;
+use quadratura_io::recovery::{UnsavedChanges, read_unsaved};
+use quadratura_io::stack_readers::StackReader;
+use quadratura_io::stack_store::StackStore;
+use quadratura_projection::backdrops::without_backdrops;
+use quadratura_projection::navigation::{SceneFrame, Viewpoint};
+use quadratura_projection::surface::Surface;
+use quadratura_recipe::layer_table::LayerFigures;
+use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::site_stamp::SiteStamp;
+use quadratura_recipe::survey::{StackState, Survey};
+use quadratura_recipe::views::up;
 
 /// The longest time between frames of a video: a video without one for longer was killed.
 const FILM_RESTS: Duration = Duration::from_secs(60);
@@ -161,7 +161,7 @@ impl PhotoStatus {
 /// Finds the states of all photos of a project. Stacks that are `known` are reused.
 ///
 /// # Errors
-/// [`crate::Error::Io`] when a photo cannot be read; [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Io`] when a photo cannot be read; [`quadratura_base::Error::Cancelled`].
 pub fn survey(
     folder: &Path,
     opened: &Opened,
@@ -232,7 +232,7 @@ impl Session {
     /// Opens the project in `folder` for writing; also returns unsaved changes found from an earlier run.
     ///
     /// # Errors
-    /// The errors of [`crate::recipe::open::open`]; [`crate::Error::Request`] when another program writes to it.
+    /// The errors of [`quadratura_recipe::open::open`]; [`quadratura_base::Error::Request`] when another program writes to it.
     pub fn open(folder: &Path, task: &Task) -> Result<(Self, Option<UnsavedChanges>)> {
         let lock = ProjectLock::take(folder)?;
         let project = read_project(folder)?;
@@ -255,7 +255,7 @@ impl Session {
     /// Makes the session of a project that was read already.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] when another program writes to it; the errors of [`survey`].
+    /// [`quadratura_base::Error::Request`] when another program writes to it; the errors of [`survey`].
     pub fn new(folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
         let seen = SiteStamp::new(folder, &opened.project);
         Self::with(ProjectLock::take(folder)?, folder, opened, seen, task)

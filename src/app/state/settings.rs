@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::app::state::lists::layer_list::LayerList;
-use crate::app::state::panels::{PanelSizes, Tab};
-use crate::app::state::round_trip::image_editor::EditorChoice;
-use crate::io::known_projects::KnownProjects;
+use crate::state::lists::layer_list::LayerList;
+use crate::state::panels::{PanelSizes, Tab};
+use crate::state::round_trip::image_editor::EditorChoice;
+use quadratura_io::known_projects::KnownProjects;
 
 /// The mouse functions in the 3D view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -7,7 +7,7 @@ use super::life::Phase;
 use super::notes::{Note, Weight};
 use super::numbers::counted;
 use super::running::JobKind;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
 
 /// The time between two looks at what a running update has finished, in seconds: short compared with the time until all is
 /// up to date, long compared with a look.

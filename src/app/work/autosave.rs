@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use super::waker::Waker;
-use crate::document::Project;
-use crate::error::Result;
-use crate::io::lock::ProjectLock;
-use crate::io::recovery::{UNSAVED_FILE, forget_unsaved, write_unsaved};
+use quadratura_base::error::Result;
+use quadratura_document::Project;
+use quadratura_io::lock::ProjectLock;
+use quadratura_io::recovery::{UNSAVED_FILE, forget_unsaved, write_unsaved};
 
 /// The autosave of one project.
 pub struct Autosave {
@@ -56,7 +56,7 @@ impl Autosave {
     /// Writes or removes the file as requested last. May be called from any thread; waits for another writer.
     ///
     /// # Errors
-    /// [`crate::Error::Io`]; the request stays pending.
+    /// [`quadratura_base::Error::Io`]; the request stays pending.
     pub fn write(&self) -> Result<()> {
         let _writing = locked(&self.writing);
         let project = {
@@ -88,7 +88,7 @@ impl Autosave {
     /// Drops the unsaved changes and removes the file.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] when the file cannot be removed.
+    /// [`quadratura_base::Error::Io`] when the file cannot be removed.
     pub fn forget(&self) -> Result<()> {
         let _writing = locked(&self.writing);
         self.forget_held()
@@ -166,9 +166,9 @@ impl Ending {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::project::{read_project, write_project};
-    use crate::io::recovery::read_unsaved;
-    use crate::layers::Options;
+    use quadratura_io::project::{read_project, write_project};
+    use quadratura_io::recovery::read_unsaved;
+    use quadratura_layers::Options;
 
     fn project(margin: u32) -> Arc<Project> {
         let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;

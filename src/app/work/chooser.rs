@@ -5,9 +5,9 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use super::waker::Waker;
-use crate::app::state::opening::{PathKind, Purpose};
-use crate::io::cameras::extensions;
-use crate::recipe::discover::SitePart;
+use crate::state::opening::{PathKind, Purpose};
+use quadratura_io::cameras::extensions;
+use quadratura_recipe::discover::SitePart;
 
 /// A dialog that answers faster than a user could click was never shown.
 const NEVER_SEEN: Duration = Duration::from_millis(400);

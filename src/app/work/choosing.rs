@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
 use super::waker::Waker;
-use crate::app::state::round_trip::dialogs::DialogPurpose;
+use crate::state::round_trip::dialogs::DialogPurpose;
 
 /// A dialog that is open.
 pub struct Choosing {
@@ -36,7 +36,7 @@ fn asked(wanted: DialogPurpose, dialog: rfd::FileDialog) -> Vec<PathBuf> {
     match wanted {
         DialogPurpose::Layered => dialog
             .set_title("Import edited files")
-            .add_filter("Layered files", &crate::io::layered::format::extensions())
+            .add_filter("Layered files", &quadratura_io::layered::format::extensions())
             .pick_files()
             .unwrap_or_default(),
         DialogPurpose::ExportFolder => {

@@ -9,12 +9,12 @@ use std::thread::JoinHandle;
 
 use super::priority::lower_own_priority;
 use super::waker::Waker;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::{Job, JobId, JobKind, Running};
-use crate::error::{Error, Result};
-use crate::task::{Event, Task};
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::notes::{Note, Weight};
+use crate::state::running::{Job, JobId, JobKind, Running};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::{Event, Task};
 
 /// The result of a job: the window's thread runs it on the state; returns the asks to apply next.
 pub type Arrival = Box<dyn FnOnce(&mut State) -> Vec<Ask> + Send>;

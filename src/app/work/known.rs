@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-use crate::error::Result;
-use crate::io::known_projects::{KnownProjects, change_known, read_known};
+use quadratura_base::error::Result;
+use quadratura_io::known_projects::{KnownProjects, change_known, read_known};
 
 /// The time between two looks at what other windows have written, in seconds: shorter than the way to a menu.
 const LOOKS_EVERY_S: f64 = 1.0;
@@ -45,7 +45,7 @@ impl KnownFile {
     /// Changes what is known, in the file where there is one.
     ///
     /// # Errors
-    /// [`crate::error::Error::Io`] when the file cannot be written; this window knows the change all the same.
+    /// [`quadratura_base::error::Error::Io`] when the file cannot be written; this window knows the change all the same.
     pub fn change(&self, known: &mut KnownProjects, change: impl Fn(&mut KnownProjects)) -> Result<()> {
         change(known);
         if let Some(file) = &self.file {

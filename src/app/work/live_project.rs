@@ -8,14 +8,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use super::write_lock::{WriteGuard, WriteLock};
-use crate::app::state::session::Session;
-use crate::document::Project;
-use crate::error::{Error, Result};
-use crate::io::lock::ProjectLock;
-use crate::recipe::open::Opened;
-use crate::recipe::site_stamp::SiteStamp;
-use crate::recipe::update::UpdateSource;
-use crate::task::Task;
+use crate::state::session::Session;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_io::lock::ProjectLock;
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::site_stamp::SiteStamp;
+use quadratura_recipe::update::UpdateSource;
 
 /// The interval at which an update that waits for imports and masks looks again.
 const AGAIN: Duration = Duration::from_millis(20);

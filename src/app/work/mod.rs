@@ -32,9 +32,9 @@ use self::pictures::Pictures;
 use self::waker::Waker;
 use self::watching::Watching;
 use super::state::State;
-use crate::document::Stack;
-use crate::document::paint::PaintBook;
-use crate::scene::Model;
+use quadratura_base::scene::Model;
+use quadratura_document::Stack;
+use quadratura_document::paint::PaintBook;
 
 /// The threads of the window, with their handles.
 pub struct Work {

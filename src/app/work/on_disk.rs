@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 
 use super::priority::lower_own_priority;
 use super::waker::Waker;
-use crate::app::state::session::Session;
-use crate::document::Project;
-use crate::io::project::resolved;
-use crate::recipe::site_stamp::SiteStamp;
-use crate::recipe::trees::plant_files::PlantFiles;
+use crate::state::session::Session;
+use quadratura_document::Project;
+use quadratura_io::project::resolved;
+use quadratura_recipe::site_stamp::SiteStamp;
+use quadratura_recipe::trees::plant_files::PlantFiles;
 
 /// The interval of checks: a user looks at the window some seconds after exporting a model.
 const LOOKS_EVERY: Duration = Duration::from_secs(2);

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use super::jobs::{Jobs, arrival};
-use crate::app::state::running::{JobId, JobKind, Running};
-use crate::projection::Picture;
-use crate::recipe::open::Opened;
-use crate::recipe::thumbnail::{cached_thumbnail, thumbnail};
-use crate::scene::PhotoId;
+use crate::state::running::{JobId, JobKind, Running};
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::Picture;
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::thumbnail::{cached_thumbnail, thumbnail};
 
 /// The longer side of a thumbnail, in pixels: a list shows it at half of that on a dense display.
 const SMALL: u32 = 256;

@@ -9,13 +9,13 @@ use std::time::Duration;
 use super::priority::lower_own_priority;
 use super::waker::Waker;
 use super::write_lock::WriteLock;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::session::Session;
-use crate::error::{Error, Result};
-use crate::recipe::editing;
-use crate::recipe::import::Imported;
-use crate::recipe::watch::{WatchOptions, watch};
-use crate::task::{Event, Task};
+use crate::state::notes::{Note, Weight};
+use crate::state::session::Session;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::{Event, Task};
+use quadratura_recipe::editing;
+use quadratura_recipe::import::Imported;
+use quadratura_recipe::watch::{WatchOptions, watch};
 
 /// A message of the thread.
 pub enum News {

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::document::colour::MOST_STOPS;
-use crate::projection::exposure::ExposureRule;
+use quadratura_document::colour::MOST_STOPS;
+use quadratura_projection::exposure::ExposureRule;
 
 #[derive(Debug, Args)]
 pub struct ColourArgs {

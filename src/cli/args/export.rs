@@ -6,9 +6,9 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::{MemoryArg, PhotoArgs};
-use crate::document::export_record::ExportFormat;
-use crate::io::layered::FORMATS;
-use crate::io::layered::format::LayeredFormat;
+use quadratura_document::export_record::ExportFormat;
+use quadratura_io::layered::FORMATS;
+use quadratura_io::layered::format::LayeredFormat;
 
 #[derive(Debug, Args)]
 pub struct ExportArgs {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{MemoryArg, PhotoArgs};
-use crate::layers::fill::{FillOptions, Invent, Propagation};
+use quadratura_layers::fill::{FillOptions, Invent, Propagation};
 
 #[derive(Debug, Args)]
 pub struct FillArgs {

@@ -6,17 +6,17 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use super::number::whole;
 use super::{PhotoArgs, PictureArgs};
-use crate::cli::view_args::{QualityArg, parse_scale};
-use crate::error::{Error, Result};
-use crate::io::cameras::accepted;
-use crate::io::ldi_file::{MOST_IMAGES, Packing};
-use crate::ldi::merge::Merging;
-use crate::ldi::{Combining, Shown, SplatKind};
-use crate::recipe::ldi::export::MeshOptions;
-use crate::recipe::ldi::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
-use crate::recipe::named::index_of_photo;
-use crate::recipe::open::Opened;
-use crate::scene::PhotoId;
+use crate::view_args::{QualityArg, parse_scale};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::PhotoId;
+use quadratura_io::cameras::accepted;
+use quadratura_io::ldi_file::{MOST_IMAGES, Packing};
+use quadratura_ldi::merge::Merging;
+use quadratura_ldi::{Combining, Shown, SplatKind};
+use quadratura_recipe::ldi::export::MeshOptions;
+use quadratura_recipe::ldi::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
+use quadratura_recipe::named::index_of_photo;
+use quadratura_recipe::open::Opened;
 
 /// The largest number of triangles that may be asked for, more than a program shows.
 const MOST_TRIANGLES: usize = 1_000_000_000;
@@ -93,7 +93,7 @@ impl LdiBuildArgs {
     /// Refuses arguments about projects where depth images from elsewhere are combined.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] that names the arguments.
+    /// [`quadratura_base::Error::Usage`] that names the arguments.
     pub fn refuse_of_projects(&self) -> Result<()> {
         let Self { photos, from, combined, at, flat, unfilled, background, .. } = self;
         let given = [
@@ -264,7 +264,7 @@ impl CombinedArgs {
     /// Refuses arguments of one image of several photos where something else is made.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] that names the arguments.
+    /// [`quadratura_base::Error::Usage`] that names the arguments.
     pub fn refuse_of_photos(&self) -> Result<()> {
         let given = [
             (self.guard.is_some(), "--guard"),
@@ -278,7 +278,7 @@ impl CombinedArgs {
     /// Refuses arguments about how photos are merged where nothing is merged.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] that names the arguments.
+    /// [`quadratura_base::Error::Usage`] that names the arguments.
     pub fn refuse_of_merging(&self) -> Result<()> {
         let given = [
             (self.hidden, "--hidden"),
@@ -292,7 +292,7 @@ impl CombinedArgs {
     /// Refuses `--best` and `--with` where a single photo is meant, or none.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] that names the arguments.
+    /// [`quadratura_base::Error::Usage`] that names the arguments.
     pub fn refuse_choice(&self, needed: &str) -> Result<()> {
         refuse(&[(self.best.is_some(), "--best"), (!self.with.is_empty(), "--with")], needed)
     }
@@ -300,7 +300,7 @@ impl CombinedArgs {
     /// Returns the photos of `--with`.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for an unknown photo.
+    /// [`quadratura_base::Error::Request`] for an unknown photo.
     pub fn with(&self, opened: &Opened) -> Result<Vec<PhotoId>> {
         self.with.iter().map(|name| index_of_photo(&opened.site, name)).collect()
     }
@@ -314,7 +314,7 @@ impl CombinedArgs {
 /// Refuses arguments that are given, because they have an effect with another one alone.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] that names the arguments.
+/// [`quadratura_base::Error::Usage`] that names the arguments.
 pub fn refuse(given: &[(bool, &str)], needed: &str) -> Result<()> {
     let given: Vec<&str> = given.iter().filter(|(is_given, _)| *is_given).map(|(_, name)| *name).collect();
     if given.is_empty() {

@@ -3,7 +3,7 @@
 use clap::{ArgAction, Args, ValueEnum};
 
 use super::number::whole;
-use crate::layers::{BoxShape, Method, Options};
+use quadratura_layers::{BoxShape, Method, Options};
 
 /// The options of the method; options that are not given are the project's.
 #[derive(Debug, Default, Args)]

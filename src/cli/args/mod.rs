@@ -50,13 +50,13 @@ pub use view_of_ldi::{AsArg, AsArgs};
 use self::surroundings::direction;
 use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
-use crate::cli::words::error_text;
-use crate::geometry::Similarity;
-use crate::io::cameras::accepted;
-use crate::recipe::budget::default_memory;
-use crate::recipe::open::Opened;
-use crate::task::Task;
+use crate::words::error_text;
 pub use number::whole;
+use quadratura_base::geometry::Similarity;
+use quadratura_base::task::Task;
+use quadratura_io::cameras::accepted;
+use quadratura_recipe::budget::default_memory;
+use quadratura_recipe::open::Opened;
 
 /// Turns calibrated photos and a coarse model into editable image layers, sorted by proven visibility.
 #[derive(Debug, Parser)]

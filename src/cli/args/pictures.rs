@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::cli::view_args::{parse_fps, parse_scale, parse_size};
-use crate::error::Result;
-use crate::io::film;
-use crate::io::writable::{check_file, check_folder};
-use crate::recipe::render::PictureFormat;
+use crate::view_args::{parse_fps, parse_scale, parse_size};
+use quadratura_base::error::Result;
+use quadratura_io::film;
+use quadratura_io::writable::{check_file, check_folder};
+use quadratura_recipe::render::PictureFormat;
 
 /// Where pictures are written, how large they are, and whether they become a video.
 #[derive(Debug, Args)]
@@ -58,7 +58,7 @@ impl PictureArgs {
     /// Checks where pictures and video go, before they are made.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a video of a kind that is not made, or not without ffmpeg; those of [`check_folder`] and [`check_file`].
+    /// [`quadratura_base::Error::Request`] for a video of a kind that is not made, or not without ffmpeg; those of [`check_folder`] and [`check_file`].
     pub fn check_places(&self) -> Result<()> {
         check_folder(&self.out)?;
         let Some(video) = &self.video else { return Ok(()) };

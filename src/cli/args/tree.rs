@@ -6,9 +6,9 @@ use clap::{ArgGroup, Args, Subcommand, ValueEnum};
 
 use super::number::{degrees, whole};
 use super::{PhotoArgs, PictureArgs, TreeExportArgs, TreeImportArgs};
-use crate::cli::view_args::OnOff;
-use crate::document::trees::UpAxis;
-use crate::io::cameras::accepted;
+use crate::view_args::OnOff;
+use quadratura_document::trees::UpAxis;
+use quadratura_io::cameras::accepted;
 
 #[derive(Debug, Args)]
 pub struct TreeArgs {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::export::formats;
-use crate::document::export_record::ExportFormat;
+use quadratura_document::export_record::ExportFormat;
 
 #[derive(Debug, Args)]
 pub struct TreeExportArgs {

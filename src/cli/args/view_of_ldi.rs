@@ -3,13 +3,13 @@
 use clap::{Args, ValueEnum};
 
 use super::ldi::{CombinedArgs, LdiFrom, SplatArg, refuse};
-use crate::cli::bytes::parse_bytes;
-use crate::error::Result;
-use crate::ldi::{Spacing, SplatKind};
-use crate::recipe::budget::default_memory;
-use crate::recipe::ldi::StackLdiOptions;
-use crate::recipe::ldi::site_view::{LdiViewOptions, LdiViewSource};
-use crate::recipe::open::Opened;
+use crate::bytes::parse_bytes;
+use quadratura_base::error::Result;
+use quadratura_ldi::{Spacing, SplatKind};
+use quadratura_recipe::budget::default_memory;
+use quadratura_recipe::ldi::StackLdiOptions;
+use quadratura_recipe::ldi::site_view::{LdiViewOptions, LdiViewSource};
+use quadratura_recipe::open::Opened;
 
 /// How `render` and `score` make views.
 #[derive(Debug, Default, Args)]
@@ -67,7 +67,7 @@ impl AsArgs {
     /// Returns how views are made from layered depth images; `None` for the projective renderer.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for an unknown photo, and [`crate::Error::Usage`] for arguments that have no effect.
+    /// [`quadratura_base::Error::Request`] for an unknown photo, and [`quadratura_base::Error::Usage`] for arguments that have no effect.
     pub fn options(&self, stack: StackLdiOptions, opened: &Opened) -> Result<Option<LdiViewOptions>> {
         let is_of_photos = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Photos;
         if self.as_what != AsArg::Ldi {

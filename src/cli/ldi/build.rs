@@ -5,22 +5,22 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::several;
-use crate::cli::Outcome;
-use crate::cli::args::{LdiBackground, LdiBuildArgs, LdiFrom, refuse};
-use crate::cli::bytes::readable_bytes;
-use crate::cli::table::{Table, counted};
-use crate::cli::words::error_text;
-use crate::error::{Error, Result};
-use crate::io::ldi_file::Packing;
-use crate::recipe::ldi::{
+use crate::Outcome;
+use crate::args::{LdiBackground, LdiBuildArgs, LdiFrom, refuse};
+use crate::bytes::readable_bytes;
+use crate::table::{Table, counted};
+use crate::words::error_text;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_io::ldi_file::Packing;
+use quadratura_recipe::ldi::{
     BuildFrom, BuildRequest, BuiltLdi, DepthRequest, StackLdiOptions, build_ldis, build_of_depth_images,
 };
-use crate::recipe::open::{Opened, open};
-use crate::recipe::preview::PreviewOptions;
-use crate::recipe::trees::PlantParts;
-use crate::recipe::views::{RequestedView, Size, ViewRequest, ViewSource};
-use crate::scene::PhotoId;
-use crate::task::Task;
+use quadratura_recipe::open::{Opened, open};
+use quadratura_recipe::preview::PreviewOptions;
+use quadratura_recipe::trees::PlantParts;
+use quadratura_recipe::views::{RequestedView, Size, ViewRequest, ViewSource};
 
 /// Runs `ldi build`.
 pub fn run(args: &LdiBuildArgs, task: &Task) -> Result<Outcome> {

@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::input::read_image;
-use crate::cli::Outcome;
-use crate::cli::args::{LdiExportArgs, LdiExportFormat, refuse};
-use crate::cli::bytes::readable_bytes;
-use crate::cli::table::counted;
-use crate::error::{Error, Result};
-use crate::io::ldi_layers::write_ldi_layers;
-use crate::io::ldi_mesh::write_ply;
-use crate::io::writable::check_beside;
-use crate::ldi::Ldi;
-use crate::ldi::segments::SegmentOptions;
-use crate::recipe::ldi::export::{ExportedMesh, MeshOptions, export_glb, export_page};
-use crate::task::Task;
+use crate::Outcome;
+use crate::args::{LdiExportArgs, LdiExportFormat, refuse};
+use crate::bytes::readable_bytes;
+use crate::table::counted;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::ldi_layers::write_ldi_layers;
+use quadratura_io::ldi_mesh::write_ply;
+use quadratura_io::writable::check_beside;
+use quadratura_ldi::Ldi;
+use quadratura_ldi::segments::SegmentOptions;
+use quadratura_recipe::ldi::export::{ExportedMesh, MeshOptions, export_glb, export_page};
 
 /// The size of a page that is shown within 3 s at 20 Mbit/s.
 const PAGE_GOAL: u64 = 7_500_000;

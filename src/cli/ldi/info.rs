@@ -4,20 +4,20 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::cli::Outcome;
-use crate::cli::args::LdiInfoArgs;
-use crate::cli::bytes::readable_bytes;
-use crate::cli::table::{Table, counted};
-use crate::cli::words::{about_project, command_for_project, error_text};
-use crate::error::{Error, Result};
-use crate::io::ldi_file::{LdiCamera, LdiFile, LdiHeader, Packing, WholeRows};
-use crate::io::ldi_layers::{is_ldi_layers, read_ldi_layers};
-use crate::ldi::{Arrangement, DepthPixelOrigin, Ldi};
-use crate::recipe::ldi::view::name_of;
-use crate::recipe::ldi::{LdiSite, LdiState, StackLdiOptions, ldi_state};
-use crate::recipe::open::open;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use crate::Outcome;
+use crate::args::LdiInfoArgs;
+use crate::bytes::readable_bytes;
+use crate::table::{Table, counted};
+use crate::words::{about_project, command_for_project, error_text};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_io::ldi_file::{LdiCamera, LdiFile, LdiHeader, Packing, WholeRows};
+use quadratura_io::ldi_layers::{is_ldi_layers, read_ldi_layers};
+use quadratura_ldi::{Arrangement, DepthPixelOrigin, Ldi};
+use quadratura_recipe::ldi::view::name_of;
+use quadratura_recipe::ldi::{LdiSite, LdiState, StackLdiOptions, ldi_state};
+use quadratura_recipe::open::open;
 
 /// The names of the origins of colours.
 const ORIGINS: [(DepthPixelOrigin, &str, &str); 4] = [

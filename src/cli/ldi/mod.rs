@@ -9,8 +9,8 @@ mod several;
 
 use super::Outcome;
 use super::args::{LdiArgs, LdiCommand};
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// Runs `ldi`.
 pub fn run(args: &LdiArgs, task: &Task) -> Result<Outcome> {

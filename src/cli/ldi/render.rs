@@ -5,20 +5,20 @@ use std::path::Path;
 use serde_json::json;
 
 use super::input::{read_images, read_partly};
-use crate::cli::Outcome;
-use crate::cli::args::LdiRenderArgs;
-use crate::cli::render::{BEHIND_VIDEOS, USUAL_FPS, table};
-use crate::cli::table::counted;
-use crate::cli::view_args::{PHOTOS, size};
-use crate::cli::words::error_text;
-use crate::error::{Error, Result};
-use crate::ldi::warp::check_splat;
-use crate::ldi::{LdiSet, Shown, Spacing, SplatKind, WarpOptions};
-use crate::recipe::ldi::COMFORTABLE;
-use crate::recipe::ldi::view::{LdiDrawing, views_of};
-use crate::recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
-use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource};
-use crate::task::Task;
+use crate::Outcome;
+use crate::args::LdiRenderArgs;
+use crate::render::{BEHIND_VIDEOS, USUAL_FPS, table};
+use crate::table::counted;
+use crate::view_args::{PHOTOS, size};
+use crate::words::error_text;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_ldi::warp::check_splat;
+use quadratura_ldi::{LdiSet, Shown, Spacing, SplatKind, WarpOptions};
+use quadratura_recipe::ldi::COMFORTABLE;
+use quadratura_recipe::ldi::view::{LdiDrawing, views_of};
+use quadratura_recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
+use quadratura_recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource};
 
 /// The meaning of pixels without any colour.
 const NOTHING_THERE: &str = "nothing in the image (transparent)";

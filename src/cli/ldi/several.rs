@@ -5,17 +5,19 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::build::note_spared;
-use crate::cli::Outcome;
-use crate::cli::args::LdiBuildArgs;
-use crate::cli::bytes::readable_bytes;
-use crate::cli::table::Table;
-use crate::cli::words::error_text;
-use crate::error::{Error, Result};
-use crate::io::ldi_file::Packing;
-use crate::recipe::ldi::{BuildFrom, BuiltSet, CubeRequest, ImageOfSet, SetRequest, build_cube, build_set};
-use crate::recipe::open::Opened;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use crate::Outcome;
+use crate::args::LdiBuildArgs;
+use crate::bytes::readable_bytes;
+use crate::table::Table;
+use crate::words::error_text;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_io::ldi_file::Packing;
+use quadratura_recipe::ldi::{
+    BuildFrom, BuiltSet, CubeRequest, ImageOfSet, SetRequest, build_cube, build_set,
+};
+use quadratura_recipe::open::Opened;
 
 /// Builds a cube or a set.
 pub fn run(

@@ -2,16 +2,16 @@
 
 use serde_json::json;
 
-use crate::cli::Outcome;
-use crate::cli::args::TreeBakeArgs;
-use crate::cli::bytes::readable_bytes;
-use crate::cli::table::Table;
-use crate::cli::words::worded;
-use crate::error::Result;
-use crate::io::project::read_project;
-use crate::io::writable::check_folder;
-use crate::recipe::trees::baked::{BakeRequest, BakedSpecies, baked};
-use crate::task::Task;
+use crate::Outcome;
+use crate::args::TreeBakeArgs;
+use crate::bytes::readable_bytes;
+use crate::table::Table;
+use crate::words::worded;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_io::project::read_project;
+use quadratura_io::writable::check_folder;
+use quadratura_recipe::trees::baked::{BakeRequest, BakedSpecies, baked};
 
 /// Runs `tree bake`: makes the images of species that have none, or of all.
 pub fn run(args: &TreeBakeArgs, task: &Task) -> Result<Outcome> {

@@ -4,26 +4,26 @@ use std::path::Path;
 use std::slice::from_ref;
 
 use super::list::{changed_json, trees_table};
-use crate::cli::Outcome;
-use crate::cli::args::{Casts, TreeChangeArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs};
-use crate::cli::lock::lock_and_read;
-use crate::cli::table::counted;
-use crate::cli::words::command_for_project;
-use crate::document::trees::{Grown, PlantSource, TreeSpecies};
-use crate::document::{Masks, Project};
-use crate::error::{Error, Result};
-use crate::io::project::{relative_to, write_project};
-use crate::io::tree_list::read_tree_list;
-use crate::recipe::masks::{ClearedMasks, cleared};
-use crate::recipe::open::{Opened, open_site, whole_model};
-use crate::recipe::trees::edit::{
+use crate::Outcome;
+use crate::args::{Casts, TreeChangeArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs};
+use crate::lock::lock_and_read;
+use crate::table::counted;
+use crate::words::command_for_project;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::trees::{Grown, PlantSource, TreeSpecies};
+use quadratura_document::{Masks, Project};
+use quadratura_io::project::{relative_to, write_project};
+use quadratura_io::tree_list::read_tree_list;
+use quadratura_recipe::masks::{ClearedMasks, cleared};
+use quadratura_recipe::open::{Opened, open_site, whole_model};
+use quadratura_recipe::trees::edit::{
     TreeChange, moved, placed, placed_on, removed, species_removed, species_set,
 };
-use crate::recipe::trees::list::doubts;
-use crate::recipe::trees::plant_of;
-use crate::recipe::trees::street::{Ground, PlacedList, placed_list};
-use crate::recipe::views::up;
-use crate::task::Task;
+use quadratura_recipe::trees::list::doubts;
+use quadratura_recipe::trees::plant_of;
+use quadratura_recipe::trees::street::{Ground, PlacedList, placed_list};
+use quadratura_recipe::views::up;
 
 /// Runs `tree species`: adds, replaces or removes a species.
 pub fn species(args: &TreeSpeciesArgs, task: &Task) -> Result<Outcome> {

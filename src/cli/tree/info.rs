@@ -2,13 +2,13 @@
 
 use serde_json::{Value, json};
 
-use crate::cli::Outcome;
-use crate::cli::args::TreeInfoArgs;
-use crate::cli::table::Table;
-use crate::error::Result;
-use crate::foliage::{Material, Plant};
-use crate::io::plants::read_plant;
-use crate::task::Task;
+use crate::Outcome;
+use crate::args::TreeInfoArgs;
+use crate::table::Table;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_foliage::{Material, Plant};
+use quadratura_io::plants::read_plant;
 
 /// The most sub-objects that are listed.
 const MOST_ROWS: usize = 40;

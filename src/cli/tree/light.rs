@@ -7,23 +7,23 @@ use glam::DVec3;
 use serde_json::json;
 
 use super::list::{changed_json, light};
-use crate::cli::Outcome;
-use crate::cli::args::TreeLightArgs;
-use crate::cli::lock::lock_and_read;
-use crate::cli::table::counted;
-use crate::cli::view_args::OnOff;
-use crate::cli::words::worded;
-use crate::document::Project;
-use crate::document::trees::{LightStrength, Strength, TreeLight, Trees};
-use crate::error::{Error, Result};
-use crate::io::project::write_project;
-use crate::recipe::open::{Opened, open_site};
-use crate::recipe::trees::light::{
+use crate::Outcome;
+use crate::args::TreeLightArgs;
+use crate::lock::lock_and_read;
+use crate::table::counted;
+use crate::view_args::OnOff;
+use crate::words::worded;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_document::trees::{LightStrength, Strength, TreeLight, Trees};
+use quadratura_io::project::write_project;
+use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::trees::light::{
     LightEstimate, LightSupport, TreeRatios, clear_day, estimated_light, is_needed,
 };
-use crate::recipe::trees::{PlantParts, SiteTrees, site_trees};
-use crate::recipe::views::up;
-use crate::task::Task;
+use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
+use quadratura_recipe::views::up;
 
 /// Runs `tree light`: changes what is asked for, and shows the light with what it is from.
 pub fn run(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {

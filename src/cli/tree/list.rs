@@ -4,20 +4,20 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::cli::Outcome;
-use crate::cli::args::TreeListArgs;
-use crate::cli::table::{Table, counted};
-use crate::cli::words::command_for_project;
-use crate::document::trees::{LightStrength, Strength};
-use crate::document::{Project, Trees};
-use crate::error::Result;
-use crate::recipe::open::{Opened, open};
-use crate::recipe::trees::list::{
+use crate::Outcome;
+use crate::args::TreeListArgs;
+use crate::table::{Table, counted};
+use crate::words::command_for_project;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_document::trees::{LightStrength, Strength};
+use quadratura_document::{Project, Trees};
+use quadratura_recipe::open::{Opened, open};
+use quadratura_recipe::trees::list::{
     ListedSpecies, doubts, listed_species, listed_trees, outdated_masks, species_problems,
 };
-use crate::recipe::trees::paint::listed_paint;
-use crate::recipe::views::up;
-use crate::task::Task;
+use quadratura_recipe::trees::paint::listed_paint;
+use quadratura_recipe::views::up;
 
 /// Runs `tree list`.
 pub fn run(args: &TreeListArgs, task: &Task) -> Result<Outcome> {

@@ -2,20 +2,20 @@
 
 use serde_json::json;
 
-use crate::cli::Outcome;
-use crate::cli::args::TreeMaskArgs;
-use crate::cli::lock::lock_and_read;
-use crate::cli::masked::MaskReport;
-use crate::cli::words::{command_for_project, worded};
-use crate::error::{Error, Result};
-use crate::io::project::write_project;
-use crate::recipe::masks::{attach, edited};
-use crate::recipe::open::open_site;
-use crate::recipe::trees::edit::named;
-use crate::recipe::trees::mask::tree_masks;
-use crate::recipe::trees::{PlantParts, SiteTrees, site_trees};
-use crate::recipe::views::up;
-use crate::task::Task;
+use crate::Outcome;
+use crate::args::TreeMaskArgs;
+use crate::lock::lock_and_read;
+use crate::masked::MaskReport;
+use crate::words::{command_for_project, worded};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::project::write_project;
+use quadratura_recipe::masks::{attach, edited};
+use quadratura_recipe::open::open_site;
+use quadratura_recipe::trees::edit::named;
+use quadratura_recipe::trees::mask::tree_masks;
+use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
+use quadratura_recipe::views::up;
 
 /// Runs `tree mask`: masks the real trees in the photos, where trees of the project stand.
 pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {

@@ -13,8 +13,8 @@ mod render;
 pub use self::list::note_doubts;
 use super::Outcome;
 use super::args::{TreeArgs, TreeCommand};
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// Runs `tree`.
 pub fn run(args: &TreeArgs, task: &Task) -> Result<Outcome> {

@@ -4,23 +4,23 @@ use std::path::Path;
 
 use serde_json::json;
 
-use crate::cli::Outcome;
-use crate::cli::args::{TreeExportArgs, TreeImportArgs};
-use crate::cli::bytes::readable_bytes;
-use crate::cli::import::{remarks, table, when};
-use crate::cli::lock::{lock_and_read, read_with_lock_if};
-use crate::cli::table::{Table, counted};
-use crate::cli::words::{command_for_project, error_text};
-use crate::document::tree_paint::TreeImport;
-use crate::error::Result;
-use crate::io::project::below;
-use crate::io::writable::check_folder;
-use crate::recipe::import::report::FileReport;
-use crate::recipe::trees::paint::{
+use crate::Outcome;
+use crate::args::{TreeExportArgs, TreeImportArgs};
+use crate::bytes::readable_bytes;
+use crate::import::{remarks, table, when};
+use crate::lock::{lock_and_read, read_with_lock_if};
+use crate::table::{Table, counted};
+use crate::words::{command_for_project, error_text};
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_document::tree_paint::TreeImport;
+use quadratura_io::project::below;
+use quadratura_io::writable::check_folder;
+use quadratura_recipe::import::report::FileReport;
+use quadratura_recipe::trees::paint::{
     TreeExportOptions, TreeImportOptions, TreeImported, export_species, import_tree_paint,
     tree_import_history, undo_tree_import,
 };
-use crate::task::Task;
 
 /// Runs `tree export`.
 pub fn export(args: &TreeExportArgs, task: &Task) -> Result<Outcome> {

@@ -4,20 +4,20 @@ use glam::DVec3;
 use serde_json::json;
 
 use super::light::check_sun;
-use crate::cli::Outcome;
-use crate::cli::args::{FlakesOf, Shadows, TreeMethod, TreeQuality, TreeRenderArgs};
-use crate::cli::render::{BEHIND_VIDEOS, USUAL_FPS, table};
-use crate::cli::table::counted;
-use crate::cli::view_args::size;
-use crate::cli::words::error_text;
-use crate::error::{Error, Result};
-use crate::foliage::{BakeOptions, FlakeOptions, LayeredOptions, Plant, Similarity};
-use crate::io::plants::read_plant;
-use crate::io::writable::check_folder;
-use crate::recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
-use crate::recipe::trees::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_images, plant_views};
-use crate::recipe::views::{RequestedView, RequestedViews, Size};
-use crate::task::Task;
+use crate::Outcome;
+use crate::args::{FlakesOf, Shadows, TreeMethod, TreeQuality, TreeRenderArgs};
+use crate::render::{BEHIND_VIDEOS, USUAL_FPS, table};
+use crate::table::counted;
+use crate::view_args::size;
+use crate::words::error_text;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_foliage::{BakeOptions, FlakeOptions, LayeredOptions, Plant, Similarity};
+use quadratura_io::plants::read_plant;
+use quadratura_io::writable::check_folder;
+use quadratura_recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
+use quadratura_recipe::trees::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_images, plant_views};
+use quadratura_recipe::views::{RequestedView, RequestedViews, Size};
 
 /// The value of `--cameras` that stands for views around the plant.
 const ORBIT: &str = "orbit";

@@ -1,9 +1,9 @@
 //! Steps, gestures, saves and imports, compared with a plain list.
 
 use super::*;
-use crate::geometry::Similarity;
-use crate::layers::Options;
-use crate::scene::synthetic::Rng;
+use quadratura_base::geometry::Similarity;
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_layers::Options;
 
 fn project(margin: u32) -> Project {
     let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
@@ -264,7 +264,6 @@ fn paint_that_stayed_in_its_photo_stays_there_when_its_import_is_done_again() {
 }
 
 #[test]
-#[cfg(feature = "gui")]
 fn a_stroke_that_stays_in_its_photo_stays_there_when_it_is_saved_undone_and_done_again() {
     let mut history = History::new(project(1));
     history.imported("matte stroke", 1, Vec::new(), Vec::new());

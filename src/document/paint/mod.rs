@@ -12,9 +12,9 @@ use super::in_use::FilesInUse;
 use super::masks::{Mask, MaskOrigin};
 use super::stack::{StackCamera, StackPhoto};
 use super::stroke::BrushMode;
-use crate::geometry::PixelRect;
-use crate::layers::fill::PaintPlace;
-use crate::scene::FaceIndex;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::FaceIndex;
+use quadratura_layers::fill::PaintPlace;
 
 pub use patch::{ERASED, PaintColour, PaintPatch};
 
@@ -28,7 +28,7 @@ pub const IMPORTS_KEPT: usize = 10;
 const BRUSH_DOCUMENT: &str = "brush-";
 
 /// Returns the key of the document with the brush strokes on a photo, whose camera has this id in [`PaintBook::views`].
-pub(crate) fn brush_document(view: &str) -> String {
+pub fn brush_document(view: &str) -> String {
     format!("{BRUSH_DOCUMENT}{view}")
 }
 
@@ -196,12 +196,12 @@ impl PaintEntry {
     }
 
     /// Returns the place of the paint, which decides where it is seen.
-    pub(crate) fn place(&self) -> PaintPlace<'_> {
+    pub fn place(&self) -> PaintPlace<'_> {
         PaintPlace { photo: &self.photo, object: &self.object, face: self.face, import: self.import }
     }
 
     /// Returns true when the paint is of strokes of the brush.
-    pub(crate) fn is_of_brush(&self) -> bool {
+    pub fn is_of_brush(&self) -> bool {
         self.document.starts_with(BRUSH_DOCUMENT) && !self.document.contains('@')
     }
 

@@ -1,7 +1,7 @@
 //! A patch of paint: some pixels of a photo as they were painted.
 
-use crate::geometry::PixelRect;
-use crate::raster::Image;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
 
 /// R, G, B, A in 16 bits, not premultiplied; 8-bit values are scaled by 257, which is lossless.
 pub type PaintColour = [u16; 4];

@@ -124,9 +124,9 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use crate::document::paint::{PaintEntry, PaintedLayer};
-    use crate::geometry::PixelRect;
-    use crate::scene::FaceIndex;
+    use crate::paint::{PaintEntry, PaintedLayer};
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_base::scene::FaceIndex;
 
     fn entry(layer: &str, import: u32) -> PaintEntry {
         PaintEntry {

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::PixelRect;
-use crate::scene::FaceIndex;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::FaceIndex;
 
 /// The filling of an image layer, as files of its rectangle.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ pub struct LayerFill {
 
 impl LayerFill {
     /// Returns all file names for modification.
-    pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
+    pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let always = [&mut self.filled_file, &mut self.confidence_file, &mut self.provenance_file];
         let optional = [&mut self.propagation_file, &mut self.matte_file, &mut self.foreground_file];
         always.into_iter().chain(optional.into_iter().flatten())

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::FaceIndex;
+use quadratura_base::scene::FaceIndex;
 
 /// A face that this photo does not texture.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use super::change::Change;
 use super::frame::SlabFrame;
 use super::slabs::PaintedSlab;
-use crate::foliage::bounds::Ball;
+use crate::bounds::Ball;
 
 /// Paint reaches this many texels around the point where it was put. Surfaces within 1.5 texels of depth share a sample, whose
 /// depth is their mean.

@@ -3,9 +3,9 @@
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::foliage::bounds::Bounds;
-use crate::foliage::directions::Directions;
-use crate::foliage::images::{ImageCopy, depth_from_stored};
+use crate::bounds::Bounds;
+use crate::directions::Directions;
+use crate::images::{ImageCopy, depth_from_stored};
 
 /// The six directions from which a sub-object is seen, in the order of [`Directions::Axes`].
 pub const DIRECTION_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];

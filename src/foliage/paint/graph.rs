@@ -8,11 +8,11 @@ use glam::DAffine3;
 use rustc_hash::FxHashMap;
 
 use super::{PaintAt, PaintField};
-use crate::foliage::detail::DetailLevels;
-use crate::foliage::mesh::Mesh;
-use crate::foliage::plant::{Plant, SubObject, Use};
-use crate::foliage::primitive::{Corner, Material, Primitive, Shape, TriangleList};
-use crate::foliage::view::normal_map;
+use crate::detail::DetailLevels;
+use crate::mesh::Mesh;
+use crate::plant::{Plant, SubObject, Use};
+use crate::primitive::{Corner, Material, Primitive, Shape, TriangleList};
+use crate::view::normal_map;
 
 /// A painted instance of at most this many polygons becomes triangles: it has no images, and its parts would be as many things to
 /// draw as it has leaves.

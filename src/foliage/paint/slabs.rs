@@ -6,8 +6,8 @@ use glam::Vec3;
 
 use super::change::Change;
 use super::frame::SlabFrame;
-use crate::foliage::images::{MBuffer, MSample};
-use crate::scene::light::{LINEAR_FROM_BYTE, linear_of_srgb, srgb_from_linear};
+use crate::images::{MBuffer, MSample};
+use quadratura_base::scene::light::{LINEAR_FROM_BYTE, linear_of_srgb, srgb_from_linear};
 
 /// How many texels around paint are kept as unchanged, so that it ends where it was painted.
 const RIM: i32 = 2;

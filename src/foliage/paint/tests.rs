@@ -8,12 +8,12 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use super::graph::painted_within;
 use super::slabs::SlabPixels;
 use super::*;
-use crate::foliage::bounds::Ball;
-use crate::foliage::tests::{draft, square};
-use crate::foliage::{BakeOptions, ImageCopy, Material, Plant, PlantImages, assemble, bake, finest_copy};
-use crate::scene::light::srgb_from_linear;
-use crate::scene::synthetic::Rng;
-use crate::task::Task;
+use crate::bounds::Ball;
+use crate::tests::{draft, square};
+use crate::{BakeOptions, ImageCopy, Material, Plant, PlantImages, assemble, bake, finest_copy};
+use quadratura_base::scene::light::srgb_from_linear;
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_base::task::Task;
 
 const GREEN: [f32; 3] = [0.1, 0.4, 0.1];
 const RED: Vec3 = Vec3::new(0.6, 0.05, 0.04);
@@ -86,7 +86,7 @@ fn painted_from_x(
 /// Returns the samples of a view: where each is, its colour, its texel and its slab.
 fn samples(
     frame: &SlabFrame,
-    view: &crate::foliage::MBuffer,
+    view: &crate::MBuffer,
     direction: usize,
 ) -> Vec<(DVec3, Vec3, (u32, u32), usize)> {
     let mut all = Vec::new();
@@ -304,7 +304,7 @@ fn what_would_make_a_plant_too_large_keeps_its_colours_and_is_counted() {
 
 #[test]
 fn what_paint_reaches_keeps_all_its_polygons() {
-    let plant = crate::foliage::tests::layered::branch();
+    let plant = crate::tests::layered::branch();
     let copy = finest(&plant);
     let paint = painted_from_x((&plant, &copy), &|at| at.z > 0.5, srgb16(RED, 1.0));
     let red = painted(&plant, plant.root, &field(vec![paint], plant.root)).plant;

@@ -10,7 +10,7 @@ mod tests;
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
 
 /// Steps of corners in a pixel.
 const STEPS: i64 = 1024;

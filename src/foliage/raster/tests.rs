@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::*;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 const BOUNDS: PixelRect = PixelRect { x: 0, y: 0, w: 24, h: 16 };
 

@@ -6,16 +6,14 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::draft;
 use super::layered::{branch, from};
-use crate::foliage::layered::{LayeredOptions, draw_layered};
-use crate::foliage::mesh::Mesh;
-use crate::foliage::primitive::{Limb, Shape};
-use crate::foliage::walk::WalkOptions;
-use crate::foliage::{
-    CurvePoint, Directions, Light, Material, Plant, PlantImages, Primitive, assemble, similarity,
-};
-use crate::geometry::bvh::Bvh;
-use crate::scene::synthetic::Rng;
-use crate::task::Task;
+use crate::layered::{LayeredOptions, draw_layered};
+use crate::mesh::Mesh;
+use crate::primitive::{Limb, Shape};
+use crate::walk::WalkOptions;
+use crate::{CurvePoint, Directions, Light, Material, Plant, PlantImages, Primitive, assemble, similarity};
+use quadratura_base::geometry::bvh::Bvh;
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_base::task::Task;
 
 /// The points of a limb of two pieces that bends and becomes thinner.
 fn bent(rng: &mut Rng) -> Vec<CurvePoint> {

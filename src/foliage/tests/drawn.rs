@@ -5,16 +5,14 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::{draft, plant_of, square};
-use crate::error::Error;
-use crate::foliage::leaf_picture::leaf_picture;
-use crate::foliage::{
-    LeafShape, Light, Material, Pixels, Plant, Projection, Species, View, assemble, draw, grow,
-};
-use crate::geometry::Pinhole;
-use crate::projection::Picture;
-use crate::scene::light::{linear_of_srgb, srgb_from_linear};
-use crate::scene::synthetic::{centred, look_at};
-use crate::task::Task;
+use crate::leaf_picture::leaf_picture;
+use crate::{LeafShape, Light, Material, Pixels, Plant, Projection, Species, View, assemble, draw, grow};
+use quadratura_base::error::Error;
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_base::scene::synthetic::{centred, look_at};
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
 
 fn sun(towards_sun: DVec3) -> Light {
     let none = Vec3::ZERO;

@@ -4,13 +4,13 @@ use glam::{DAffine3, DVec3};
 
 use super::layered::{SMALL, ball, branch, brute, from};
 use super::{draft, square};
-use crate::foliage::{
+use crate::{
     BakeOptions, Directions, FlakeOptions, Light, LightCorrection, Material, Plant, PlantImages, View,
     WalkOptions, assemble, bake, draw_flakes, similarity,
 };
-use crate::projection::Picture;
-use crate::scene::synthetic::Rng;
-use crate::task::Task;
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
 
 const SLABS: BakeOptions = BakeOptions { side: 96, least_side: 96, most_side: 96, ..BakeOptions::SLABS };
 

@@ -3,10 +3,10 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::{draft, square};
-use crate::foliage::{
+use crate::{
     CurvePoint, Draft, Limb, MOST_LEVELS, Material, Mesh, Plant, PlantFlaw, Primitive, Shape, Use, assemble,
 };
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 fn shifted(x: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::new(x, 0.0, 0.0))

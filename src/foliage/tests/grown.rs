@@ -2,9 +2,7 @@
 
 use glam::DVec3;
 
-use crate::foliage::{
-    Counts, Limb, Plant, Primitive, Profile, Shape, Species, SubObject, Use, grow, largest_stretch,
-};
+use crate::{Counts, Limb, Plant, Primitive, Profile, Shape, Species, SubObject, Use, grow, largest_stretch};
 
 const MAPLE: &str = include_str!("../../../examples/maple.json");
 const OAK: &str = include_str!("../../../examples/oak.json");

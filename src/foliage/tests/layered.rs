@@ -5,14 +5,14 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::{draft, plant_of, square};
-use crate::foliage::{
+use crate::{
     BakeOptions, Corner, Directions, Drawn, ImageCopy, LayeredOptions, Light, LightCorrection, MBuffer,
     Material, ObjectImages, Part, Plant, PlantImages, Primitive, Projection, Shape, Species, TriangleList,
     View, WalkOptions, assemble, bake, draw, draw_layered, grow, similarity, walk,
 };
-use crate::projection::Picture;
-use crate::scene::synthetic::{Rng, centred, look_at};
-use crate::task::Task;
+use quadratura_base::scene::synthetic::{Rng, centred, look_at};
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
 
 const MAPLE: &str = include_str!("../../../examples/maple.json");
 pub const SMALL: BakeOptions = BakeOptions { side: 96, least_side: 96, most_side: 96, ..BakeOptions::LAYERS };

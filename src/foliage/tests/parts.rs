@@ -4,11 +4,11 @@ use glam::DVec3;
 
 use super::bushy;
 use super::layered::{brute, from};
-use crate::foliage::{
+use crate::{
     BakeOptions, FlakeOptions, LayeredOptions, Light, PlantImages, WalkOptions, bake, draw_flakes,
     draw_layered, similarity,
 };
-use crate::task::Task;
+use quadratura_base::task::Task;
 
 /// Small bushels, so that they have images, in a large bush.
 const LAYERS: BakeOptions = BakeOptions { side: 12, least_side: 64, most_side: 64, ..BakeOptions::LAYERS };

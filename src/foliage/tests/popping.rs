@@ -3,12 +3,12 @@
 use glam::DVec2;
 
 use super::layered::{branch, brute};
-use crate::foliage::{
+use crate::{
     BakeOptions, FlakeOptions, Light, Plant, PlantImages, View, WalkOptions, bake, draw_flakes, jump,
 };
-use crate::projection::Picture;
-use crate::scene::synthetic::{centred, look_at};
-use crate::task::Task;
+use quadratura_base::scene::synthetic::{centred, look_at};
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
 
 /// The view at a share of a spiral towards a plant: two turns, from 30 radii away to 3.
 fn on_spiral(plant: &Plant, share: f64) -> View {

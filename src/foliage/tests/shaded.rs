@@ -5,13 +5,13 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::{draft, plant_of, square};
-use crate::foliage::{
+use crate::{
     Ball, Caster, Light, Material, Openness, Plant, Projection, Shades, Shadow, Species, SunShade, View,
     assemble, draw, draw_in_lights, draw_shaded, grow,
 };
-use crate::projection::Picture;
-use crate::scene::light::linear_of_srgb;
-use crate::task::Task;
+use quadratura_base::scene::light::linear_of_srgb;
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
 
 /// A wide square at z = 0 below a square of half its side at z = 1.
 fn table() -> Plant {
@@ -131,7 +131,7 @@ fn light_of(picture: &Picture) -> (f64, f64) {
 
 #[test]
 fn an_oak_with_shadows_covers_the_same_and_is_darker_inside() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/oak.json");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/oak.json");
     let species: Species = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
     let plant = grow(&species).unwrap();
     let (light, ball) = (Light::day(plant.up), plant.whole().bounds.ball);
@@ -166,7 +166,7 @@ fn an_oak_with_shadows_covers_the_same_and_is_darker_inside() {
 
 #[test]
 fn the_sun_lights_a_crown_that_is_known_cell_by_cell_as_much_as_one_that_is_known_leaf_by_leaf() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/oak.json");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/oak.json");
     let species: Species = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
     let plant = grow(&species).unwrap();
     let ball = plant.whole().bounds.ball;

@@ -5,9 +5,9 @@ use wgpu::{ComputePass, ComputePipeline};
 
 use super::uploaded::Part;
 use super::view::WORKGROUP;
-use crate::ldi::splat::sums::{CLOSED_BY_ONE, COVERS, LARGEST, LEAST, LEVEL};
-use crate::ldi::stretch::{CLOSED, LEAST_FACTOR, LEAST_SQUARES, LONGEST};
-use crate::ldi::transfer::RUN;
+use quadratura_ldi::splat::sums::{CLOSED_BY_ONE, COVERS, LARGEST, LEAST, LEVEL};
+use quadratura_ldi::stretch::{CLOSED, LEAST_FACTOR, LEAST_SQUARES, LONGEST};
+use quadratura_ldi::transfer::RUN;
 
 /// The WGSL source that is put before the passes over depth pixels.
 pub const SOURCE: &str = include_str!("../../../shaders/ldi_dots.wgsl");

@@ -4,8 +4,8 @@ use wgpu::ComputePipeline;
 
 use super::view::{self, Layouts};
 use super::{dots, nearest, slots, sums, surface};
-use crate::gpu::device::Gpu;
-use crate::ldi::splat::sums::{APART, APART_PIXELS, LEVEL};
+use crate::device::Gpu;
+use quadratura_ldi::splat::sums::{APART, APART_PIXELS, LEVEL};
 
 /// The WGSL source that is put before the passes.
 const SOURCE: &str = include_str!("../../../shaders/ldi_level.wgsl");

@@ -1,5 +1,5 @@
 //! The warp of layered depth images on the GPU, for windows: files and scores are drawn by the processor
-//! ([`crate::ldi::warp()`]), which gives the same bytes everywhere.
+//! ([`quadratura_ldi::warp()`]), which gives the same bytes everywhere.
 //!
 //! | pass | result |
 //! |---|---|
@@ -41,12 +41,12 @@ use self::uploaded::Part;
 use self::view::{Layouts, ViewTables, ViewUniform, WORKGROUP};
 use super::device::Gpu;
 use super::renderer::target::judge;
-use crate::error::{Error, Result};
-use crate::ldi::stretch::LONGEST;
-use crate::ldi::warp::moves::Moves;
-use crate::ldi::{Ldi, Spacing, SplatKind, WarpOptions, Warped};
-use crate::projection::{Picture, Shot};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_ldi::stretch::LONGEST;
+use quadratura_ldi::warp::moves::Moves;
+use quadratura_ldi::{Ldi, Spacing, SplatKind, WarpOptions, Warped};
+use quadratura_projection::{Picture, Shot};
 
 /// The passes by which a kind of splat is drawn: over depth pixels, one after the other, then over the picture's pixels.
 #[derive(Debug)]
@@ -118,7 +118,7 @@ impl GpuWarp {
     }
 
     /// Makes a view of an image that was uploaded to the same device, by sums or single pixels, with the same level, sides,
-    /// spacing, clipping and exposure as [`crate::ldi::warp()`]; the order of drawing does not count. It differs where the
+    /// spacing, clipping and exposure as [`quadratura_ldi::warp()`]; the order of drawing does not count. It differs where the
     /// processor goes by that order:
     ///
     /// - Slots are around the depths of the nearest depth pixel, and of the nearest one behind its tolerance. On the processor a

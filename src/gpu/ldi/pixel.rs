@@ -5,7 +5,7 @@ use wgpu::ComputePipeline;
 
 use super::dots;
 use super::view::{self, Layouts};
-use crate::gpu::device::Gpu;
+use crate::device::Gpu;
 
 const SOURCE: &str = include_str!("../../../shaders/ldi_pixel.wgsl");
 

@@ -4,7 +4,7 @@ use wgpu::ComputePipeline;
 
 use super::slots;
 use super::view::{self, Layouts};
-use crate::gpu::device::Gpu;
+use crate::device::Gpu;
 
 const SOURCE: &str = include_str!("../../../shaders/ldi_resolve.wgsl");
 

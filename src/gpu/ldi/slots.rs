@@ -1,6 +1,6 @@
 //! The slots of a pixel, in which sums are (`shaders/ldi_slots.wgsl`).
 
-use crate::ldi::splat::sums::{OVERFULL, PER_OPAQUE, SLIGHT};
+use quadratura_ldi::splat::sums::{OVERFULL, PER_OPAQUE, SLIGHT};
 
 /// The WGSL source that is put before the passes over slots.
 pub const SOURCE: &str = include_str!("../../../shaders/ldi_slots.wgsl");

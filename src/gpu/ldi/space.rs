@@ -5,9 +5,9 @@ use wgpu::{BindGroup, Buffer, CommandEncoder};
 use super::slots::{PLANES, SUMS};
 use super::uploaded::MOST_WORKGROUPS;
 use super::view::{Layouts, WORKGROUP};
-use crate::error::Result;
-use crate::gpu::device::Gpu;
-use crate::gpu::{bindings, readback};
+use crate::device::Gpu;
+use crate::{bindings, readback};
+use quadratura_base::error::Result;
 
 /// The buffers of a number of pixels.
 #[derive(Debug)]

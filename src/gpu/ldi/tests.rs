@@ -8,14 +8,14 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{GpuLdi, GpuWarp};
-use crate::error::Error;
-use crate::geometry::Pose;
-use crate::gpu::Gpu;
-use crate::ldi::tests::{of_model, with_level};
-use crate::ldi::{Ldi, Level, Spacing, SplatKind, WarpOptions, Warped, warp};
-use crate::projection::Shot;
-use crate::scene::synthetic::{Modeller, camera_is_world, centred};
-use crate::task::Task;
+use crate::Gpu;
+use quadratura_base::error::Error;
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
+use quadratura_base::task::Task;
+use quadratura_ldi::synthetic::{of_model, with_level};
+use quadratura_ldi::{Ldi, Level, Spacing, SplatKind, WarpOptions, Warped, warp};
+use quadratura_projection::Shot;
 
 /// The kinds of splats that the GPU draws.
 const SPLATS: [SplatKind; 2] = [SplatKind::Pixel, SplatKind::Sums];

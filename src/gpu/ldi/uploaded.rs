@@ -6,10 +6,10 @@ use std::sync::Arc;
 use wgpu::{BindGroup, BufferUsages};
 
 use super::view::{Layouts, WORKGROUP};
-use crate::gpu::bindings;
-use crate::gpu::device::Gpu;
-use crate::gpu::renderer::table::GrowingBuffer;
-use crate::ldi::{Ldi, Level};
+use crate::bindings;
+use crate::device::Gpu;
+use crate::renderer::table::GrowingBuffer;
+use quadratura_ldi::{Ldi, Level};
 
 /// The bytes of a depth pixel on the device: position, inverse depth, colour and surface.
 const BYTES: u64 = 16;

@@ -5,13 +5,13 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroup, BindGroupLayout, BufferUsages, ShaderStages};
 
-use crate::gpu::bindings::{self, BindingKind};
-use crate::gpu::device::Gpu;
-use crate::gpu::renderer::table::GrowingBuffer;
-use crate::ldi::warp::light_of_bytes;
-use crate::ldi::warp::moves::Moves;
-use crate::ldi::{SplatKind, WarpOptions};
-use crate::scene::light::bytes_of_light_times;
+use crate::bindings::{self, BindingKind};
+use crate::device::Gpu;
+use crate::renderer::table::GrowingBuffer;
+use quadratura_base::scene::light::bytes_of_light_times;
+use quadratura_ldi::warp::light_of_bytes;
+use quadratura_ldi::warp::moves::Moves;
+use quadratura_ldi::{SplatKind, WarpOptions};
 
 /// The WGSL source that is put before every pass.
 pub const SOURCE: &str = include_str!("../../../shaders/ldi_view.wgsl");

@@ -10,10 +10,10 @@ use wgpu::{
 };
 
 use super::packing::Packing;
-use crate::gpu::bindings;
-use crate::gpu::device::Gpu;
-use crate::projection::LayerTextureId;
-use crate::projection::agreement::{Agreement, AgreementGrid};
+use crate::bindings;
+use crate::device::Gpu;
+use quadratura_projection::LayerTextureId;
+use quadratura_projection::agreement::{Agreement, AgreementGrid};
 
 /// The grid of one image layer in the layout of the shader (`AgreementPlace`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -131,7 +131,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::gpu::Gpu;
+    use crate::Gpu;
 
     /// Two layers with an agreement of 0.2 here and there, `wide` columns apart.
     fn agreement(wide: u16) -> Agreement {

@@ -2,10 +2,10 @@
 
 use glam::DVec2;
 
-use crate::gpu::TileStore;
-use crate::projection::Server;
-use crate::projection::agreement::Agreement;
-use crate::projection::cells::TexelBounds;
+use crate::TileStore;
+use quadratura_projection::Server;
+use quadratura_projection::agreement::Agreement;
+use quadratura_projection::cells::TexelBounds;
 
 /// What is known of texels without access to them.
 pub struct StoredBounds<'a> {

@@ -4,9 +4,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::surfaces::split;
-use crate::projection::cells::Cells;
-use crate::projection::exposure::ViewLens;
-use crate::projection::{Shot, Sources, Unseen};
+use quadratura_projection::cells::Cells;
+use quadratura_projection::exposure::ViewLens;
+use quadratura_projection::{Shot, Sources, Unseen};
 
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f32 = 1e-4;

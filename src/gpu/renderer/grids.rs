@@ -7,12 +7,12 @@ use half::f16;
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 
 use super::packing::Packing;
-use crate::geometry::polygon::PlaneFrame;
-use crate::gpu::bindings;
-use crate::gpu::device::Gpu;
-use crate::projection::continuation::Continuation;
-use crate::projection::relief::Relief;
-use crate::scene::{FaceId, Model};
+use crate::bindings;
+use crate::device::Gpu;
+use quadratura_base::geometry::polygon::PlaneFrame;
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_projection::continuation::Continuation;
+use quadratura_projection::relief::Relief;
 
 /// The grids of one face in the layout of the shader (`FaceGrids`).
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

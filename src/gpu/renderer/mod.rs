@@ -1,9 +1,9 @@
 //! The renderer: one pass over the model, in which every pixel samples the layer textures that may texture it.
 //!
 //! A view is drawn in three steps: the cells with their candidates (on the CPU,
-//! [`crate::projection::cells`]), the tiles that they need, and the passes: *nearness* (depth), then
+//! [`quadratura_projection::cells`]), the tiles that they need, and the passes: *nearness* (depth), then
 //! *project* (colour) or *faces*. Faces through which one sees are not in *nearness*: they are cut where they cross,
-//! ordered from back to front on the CPU ([`crate::projection::back_to_front`]), and laid over the picture last.
+//! ordered from back to front on the CPU ([`quadratura_projection::back_to_front`]), and laid over the picture last.
 
 mod agreement;
 mod bounds;
@@ -50,21 +50,21 @@ use wanted::wants;
 use super::TileStore;
 use super::device::Gpu;
 use super::tile_store::TextureOptions;
-use crate::error::{Error, Result};
-use crate::projection::agreement::Agreement;
-use crate::projection::cells::{Cells, TexelBounds, cells};
-use crate::projection::exposure::{Optics, Shares, ViewExposure, visible_shares};
-use crate::projection::legend;
-use crate::projection::relief::Relief;
-use crate::projection::skirts::Skirts;
-use crate::projection::surface::Surface;
-use crate::projection::{
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{Model, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_projection::agreement::Agreement;
+use quadratura_projection::cells::{Cells, TexelBounds, cells};
+use quadratura_projection::exposure::{Optics, Shares, ViewExposure, visible_shares};
+use quadratura_projection::legend;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::skirts::Skirts;
+use quadratura_projection::surface::Surface;
+use quadratura_projection::{
     DisplayMode, Gains, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources, Texels,
     TreeMethod, Unseen,
 };
-use crate::scene::impostor::Facing;
-use crate::scene::{Model, PhotoId};
-use crate::task::Task;
 
 /// The number of cells across an image, whatever its size in pixels: the angle that a cell spans determines
 /// the length of its list of candidates. Cells smaller than [`LEAST_CELL_PX`] cost more to prepare than they
@@ -125,7 +125,7 @@ impl Renderer {
     /// Builds a renderer of a site, with texture memory of its own.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`].
+    /// [`quadratura_base::Error::Gpu`].
     pub fn of_site(gpu: &Gpu, site: SiteContent<'_>, textures: TextureOptions) -> Result<Self> {
         let SiteContent { model, sources, gains, relief, agreement, texels } = site;
         let surface = Surface::from_model(&model);
@@ -142,7 +142,7 @@ impl Renderer {
     /// until [`SiteRenderer::set_agreement`]. It draws no skirts.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`].
+    /// [`quadratura_base::Error::Gpu`].
     pub fn new(
         gpu: &Gpu,
         model: Arc<Model>,

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use wgpu::util::{DeviceExt, TextureDataOrder};
 use wgpu::{TextureFormat, TextureView};
 
-use crate::gpu::device::Gpu;
+use crate::device::Gpu;
 
 /// The least width of the texture in cells, which any device supports.
 const WIDTH: u32 = 2048;

@@ -1,4 +1,4 @@
-//! Layers of a view, peeled off one by one ([`crate::projection::peeling`]): *nearness* of what is behind the layer before,
+//! Layers of a view, peeled off one by one ([`quadratura_projection::peeling`]): *nearness* of what is behind the layer before,
 //! then the surfaces and the colours of the new layer. The depth buffer of a layer is the texture that the next one is
 //! compared with.
 
@@ -14,14 +14,14 @@ use super::program::Program;
 use super::project::{Pass, Passes, PipelineDescription, SURFACES, source};
 use super::target::{self, COLOR, FACES, Target, TargetKey};
 use super::{Prepared, Renderer};
-use crate::error::Result;
-use crate::gpu::device::Gpu;
-use crate::gpu::drawing::DEPTH;
-use crate::projection::exposure::{ViewExposure, ViewLens};
-use crate::projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
-use crate::projection::{Picture, Shot};
-use crate::scene::Model;
-use crate::task::Task;
+use crate::device::Gpu;
+use crate::drawing::DEPTH;
+use quadratura_base::error::Result;
+use quadratura_base::scene::Model;
+use quadratura_base::task::Task;
+use quadratura_projection::exposure::{ViewExposure, ViewLens};
+use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
+use quadratura_projection::{Picture, Shot};
 
 /// A pass by which a layer is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

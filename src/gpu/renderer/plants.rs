@@ -33,12 +33,12 @@ use self::view::{Onto, PlantsView};
 use super::Renderer;
 use super::project::SURFACES;
 use super::target::{COLOR, FACES, LINEAR};
-use crate::error::Result;
-use crate::foliage::Wood;
-use crate::gpu::bindings;
-use crate::gpu::device::Gpu;
-use crate::gpu::drawing::DEPTH;
-use crate::projection::{DisplayMode, Shot, TreeMethod};
+use crate::bindings;
+use crate::device::Gpu;
+use crate::drawing::DEPTH;
+use quadratura_base::error::Result;
+use quadratura_foliage::Wood;
+use quadratura_projection::{DisplayMode, Shot, TreeMethod};
 
 pub(super) const PLANTS: &str = include_str!("../../../shaders/plants.wgsl");
 
@@ -62,7 +62,7 @@ pub enum TreeProgram {
     Lit { linear: bool },
     /// One colour for each tree, in linear light or not.
     Plain { linear: bool },
-    /// [`crate::projection::TREE`] and their numbers.
+    /// [`quadratura_projection::TREE`] and their numbers.
     Numbered,
     /// Their depths alone, as the sun sees them.
     Shadow,
@@ -110,7 +110,7 @@ impl Plants {
     /// Uploads the trees of a site whose model has this many faces.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a plant without images that has too many instances.
+    /// [`quadratura_base::Error::Request`] for a plant without images that has too many instances.
     pub fn new(gpu: &Gpu, wood: Arc<Wood>, faces: usize) -> Result<Self> {
         Ok(Self { stock: Stock::new(gpu, wood, faces)?, view: PlantsView::new(gpu) })
     }
@@ -118,7 +118,7 @@ impl Plants {
     /// Prepares the trees for a view ([`PlantsView::prepare`]). Returns whether some tree may be in view.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a plant that has too many instances to be drawn as polygons.
+    /// [`quadratura_base::Error::Request`] for a plant that has too many instances to be drawn as polygons.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -169,7 +169,7 @@ impl Renderer {
     /// Sets the trees that stand in the site.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a plant without images that has too many instances to be drawn as polygons; [`crate::Error::Gpu`]. The trees
+    /// [`quadratura_base::Error::Request`] for a plant without images that has too many instances to be drawn as polygons; [`quadratura_base::Error::Gpu`]. The trees
     /// before remain.
     pub fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
         self.ready = None;

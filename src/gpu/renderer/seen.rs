@@ -6,13 +6,13 @@ use super::program::Program;
 use super::tables::TableData;
 use super::target::{self, Target, TargetKey};
 use super::{LEAST_CELL_PX, Prepared, Renderer};
-use crate::error::Result;
-use crate::gpu::device::Gpu;
-use crate::projection::cells::Cells;
-use crate::projection::exposure::{Optics, ViewExposure};
-use crate::projection::{Quality, Renders, Shot, shown_face};
-use crate::scene::{FaceId, Model};
-use crate::task::Task;
+use crate::device::Gpu;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_base::task::Task;
+use quadratura_projection::cells::Cells;
+use quadratura_projection::exposure::{Optics, ViewExposure};
+use quadratura_projection::{Quality, Renders, Shot, shown_face};
 
 /// Returns the view whose faces are those that a view shows: there is one a pixel, so that trees need not be finer than in previews.
 pub(super) fn of_seen(shot: &Shot) -> Shot {

@@ -23,18 +23,18 @@ use super::project::{PipelineDescription, SURFACES};
 use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
 use super::tables::FaceCellsWords;
-use crate::error::Result;
-use crate::foliage::{
+use crate::bindings::{self, BindingKind};
+use crate::device::Gpu;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::Model;
+use quadratura_base::task::Task;
+use quadratura_foliage::{
     Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, TreePace, WalkOptions, sun_views,
 };
-use crate::geometry::{Pinhole, Pose};
-use crate::gpu::bindings::{self, BindingKind};
-use crate::gpu::device::Gpu;
-use crate::projection::cells::Cells;
-use crate::projection::exposure::ViewLens;
-use crate::projection::{DisplayMode, Quality, Shot, Sources, TreeMethod};
-use crate::scene::Model;
-use crate::task::Task;
+use quadratura_projection::cells::Cells;
+use quadratura_projection::exposure::ViewLens;
+use quadratura_projection::{DisplayMode, Quality, Shot, Sources, TreeMethod};
 
 /// The WGSL source that is put before *project* where trees cast shadows.
 pub const SOURCE: &str = include_str!("../../../shaders/shadows.wgsl");

@@ -9,18 +9,18 @@ use super::sky::SkyFactors;
 use super::surfaces::ModelBuffers;
 use super::tables::Tables;
 use super::{ORIGINS_SHARE, Renderer};
-use crate::error::Result;
-use crate::gpu::TileStore;
-use crate::gpu::tile_store::TextureOptions;
-use crate::projection::agreement::Agreement;
-use crate::projection::continuation::Continuation;
-use crate::projection::peeling::Peels;
-use crate::projection::relief::Relief;
-use crate::projection::skirts::Skirts;
-use crate::projection::surface::Surface;
-use crate::projection::{Gains, LayerTextureId, SiteRenderer, Sources, Texels};
-use crate::scene::impostor::Facing;
-use crate::task::Task;
+use crate::TileStore;
+use crate::tile_store::TextureOptions;
+use quadratura_base::error::Result;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::task::Task;
+use quadratura_projection::agreement::Agreement;
+use quadratura_projection::continuation::Continuation;
+use quadratura_projection::peeling::Peels;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::skirts::Skirts;
+use quadratura_projection::surface::Surface;
+use quadratura_projection::{Gains, LayerTextureId, SiteRenderer, Sources, Texels};
 
 impl SiteRenderer for Renderer {
     fn surface(&self) -> Arc<Surface> {

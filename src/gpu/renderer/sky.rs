@@ -5,10 +5,10 @@ use half::f16;
 use wgpu::{TextureFormat, TextureView};
 
 use super::packing::texture;
-use crate::gpu::device::Gpu;
-use crate::projection::exposure::SurroundingsGains;
-use crate::projection::exposure::surroundings::GRID;
-use crate::scene::PhotoId;
+use crate::device::Gpu;
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::exposure::SurroundingsGains;
+use quadratura_projection::exposure::surroundings::GRID;
 
 /// The number of grids in a row of the texture: 2048 cells, which any device supports.
 pub const COLUMNS: usize = 64;

@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use super::Renderer;
 use super::target::{self, Target};
-use crate::error::Result;
-use crate::projection::exposure::{resolution, visible_shares};
-use crate::projection::{Picture, Renders, Shot, Sliced};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_projection::exposure::{resolution, visible_shares};
+use quadratura_projection::{Picture, Renders, Shot, Sliced};
 
 impl Renderer {
     pub(super) fn begun(&mut self, shot: &Shot) -> Result<Sliced> {

@@ -6,16 +6,16 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use wgpu::{Buffer, BufferUsages};
 
-use crate::geometry::Plane;
-use crate::geometry::polygon::fit_plane;
-use crate::gpu::bindings;
-use crate::gpu::device::Gpu;
-use crate::projection::Sources;
-use crate::projection::back_to_front::{Piece, back_to_front};
-use crate::projection::peeling::PlanarPart;
-use crate::projection::sides::{BackSides, Side};
-use crate::projection::skirts::Skirts;
-use crate::scene::{FaceId, Model};
+use crate::bindings;
+use crate::device::Gpu;
+use quadratura_base::geometry::Plane;
+use quadratura_base::geometry::polygon::fit_plane;
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_projection::Sources;
+use quadratura_projection::back_to_front::{Piece, back_to_front};
+use quadratura_projection::peeling::PlanarPart;
+use quadratura_projection::sides::{BackSides, Side};
+use quadratura_projection::skirts::Skirts;
 
 /// A corner of a triangle in the layout of the shader (`Corner`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

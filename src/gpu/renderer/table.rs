@@ -5,7 +5,7 @@ use std::num::NonZeroU64;
 use bytemuck::Pod;
 use wgpu::{Buffer, BufferUsages};
 
-use crate::gpu::device::Gpu;
+use crate::device::Gpu;
 
 /// The factor by which a table grows, so that it is reallocated a few times only.
 const GROWTH: u64 = 2;

@@ -8,17 +8,17 @@ use wgpu::BufferUsages;
 use super::frame::FrameUniform;
 use super::sky::SkyFactors;
 use super::table::GrowingBuffer;
-use crate::geometry::PixelRect;
-use crate::gpu::device::Gpu;
-use crate::projection::cells::Cells;
-use crate::projection::exposure::optics::squared_radius;
-use crate::projection::exposure::{LightGroups, Optics, SurfaceFactors, ViewExposure};
-use crate::projection::frustum::uv_from_rebased;
-use crate::projection::sources::Projector;
-use crate::projection::tiles::TextureShape;
-use crate::projection::weights::BORDER_SHARE;
-use crate::projection::{Domain, Server, Shot, Sources};
-use crate::scene::{FaceId, Model, PhotoId};
+use crate::device::Gpu;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::{FaceId, Model, PhotoId};
+use quadratura_projection::cells::Cells;
+use quadratura_projection::exposure::optics::squared_radius;
+use quadratura_projection::exposure::{LightGroups, Optics, SurfaceFactors, ViewExposure};
+use quadratura_projection::frustum::uv_from_rebased;
+use quadratura_projection::sources::Projector;
+use quadratura_projection::tiles::TextureShape;
+use quadratura_projection::weights::BORDER_SHARE;
+use quadratura_projection::{Domain, Server, Shot, Sources};
 
 /// A photo in the layout of the shader (`Photo`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

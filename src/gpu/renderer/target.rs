@@ -7,12 +7,12 @@ use half::f16;
 use rayon::prelude::*;
 use wgpu::{Buffer, Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
 
-use crate::error::{Error, Result};
-use crate::gpu::device::Gpu;
-use crate::gpu::drawing::DEPTH;
-use crate::gpu::readback;
-use crate::projection::{LinearPicture, Picture, Shot};
-use crate::scene::light::{linear_of_srgb, srgb_from_linear};
+use crate::device::Gpu;
+use crate::drawing::DEPTH;
+use crate::readback;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_projection::{LinearPicture, Picture, Shot};
 
 /// The format of images: written in linear light, stored as sRGB.
 pub const COLOR: TextureFormat = TextureFormat::Rgba8UnormSrgb;
@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn the_flat_grey_is_that_of_the_legend() {
-        use crate::projection::legend::UNCOVERED;
+        use quadratura_projection::legend::UNCOVERED;
         assert!((linear_of_srgb(f64::from(UNCOVERED[0]) / 255.0) - FLAT_LINEAR).abs() < 1e-6);
     }
 }

@@ -24,20 +24,20 @@ use super::project::{PhotoTable, source};
 use super::shadows::{ShadowsWords, SunViewWords};
 use super::surfaces::SurfaceWords;
 use super::tables::{FaceCellsWords, PhotoWords};
-use crate::error::{Error, Result};
-use crate::foliage::RATIO_CELLS;
-use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
-use crate::projection::continuation::{Continuation, SeenPoint};
-use crate::projection::relief::{LEAST_FACING, Relief};
-use crate::projection::turned::MIRRORED;
-use crate::projection::weights::{LEAST_ANGLE, OTHER_SIDE};
-use crate::projection::{
+use crate::{Gpu, Renderer, TextureOptions, TileStore};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
+use quadratura_base::scene::{FaceId, Model, PhotoId};
+use quadratura_base::task::{Event, Task};
+use quadratura_foliage::RATIO_CELLS;
+use quadratura_projection::continuation::{Continuation, SeenPoint};
+use quadratura_projection::relief::{LEAST_FACING, Relief};
+use quadratura_projection::turned::MIRRORED;
+use quadratura_projection::weights::{LEAST_ANGLE, OTHER_SIDE};
+use quadratura_projection::{
     Blend, DisplayMode, Gains, LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot,
     SiteRenderer, Sources, Texels, Unseen,
 };
-use crate::scene::synthetic::{Modeller, centred, look_at};
-use crate::scene::{FaceId, Model, PhotoId};
-use crate::task::{Event, Task};
 
 const DISPLAY_MODES: [DisplayMode; 12] = [
     DisplayMode::Colour,
@@ -248,11 +248,11 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
         ("OTHER_SIDE", OTHER_SIDE),
         ("LEAST_FACING", LEAST_FACING),
         ("MIRRORED", MIRRORED),
-        ("ON_AXIS", crate::scene::impostor::ON_AXIS),
-        ("SUN_TANGENT", crate::foliage::SUN_TANGENT),
-        ("TAKES_OVER", crate::foliage::TAKES_OVER),
-        ("DOME_PENALTY", crate::projection::dome::PENALTY),
-        ("LEAST_MATTE", f64::from(crate::projection::sources::LEAST_MATTE)),
+        ("ON_AXIS", quadratura_base::scene::impostor::ON_AXIS),
+        ("SUN_TANGENT", quadratura_foliage::SUN_TANGENT),
+        ("TAKES_OVER", quadratura_foliage::TAKES_OVER),
+        ("DOME_PENALTY", quadratura_projection::dome::PENALTY),
+        ("LEAST_MATTE", f64::from(quadratura_projection::sources::LEAST_MATTE)),
     ] {
         assert_eq!(says(name), rust as f32, "{name}");
     }
@@ -263,7 +263,7 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
             ref other => panic!("{name} is {other:?}"),
         }
     };
-    assert_eq!(counts("SKY_GRID"), crate::projection::exposure::surroundings::GRID);
+    assert_eq!(counts("SKY_GRID"), quadratura_projection::exposure::surroundings::GRID);
     assert_eq!(counts("SKY_COLUMNS"), super::sky::COLUMNS);
 }
 

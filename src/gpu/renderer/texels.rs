@@ -2,9 +2,9 @@
 
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, Sampler, ShaderStages};
 
-use crate::gpu::TileStore;
-use crate::gpu::bindings::{self, BindingKind};
-use crate::gpu::device::Gpu;
+use crate::TileStore;
+use crate::bindings::{self, BindingKind};
+use crate::device::Gpu;
 
 /// The WGSL source of the lookups.
 pub const SOURCE: &str = include_str!("../../../shaders/texels.wgsl");

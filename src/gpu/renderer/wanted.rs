@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::geometry::PixelRect;
-use crate::projection::cells::Cells;
-use crate::projection::residency::TileRequest;
-use crate::projection::{LayerTextureId, Sources};
+use quadratura_base::geometry::PixelRect;
+use quadratura_projection::cells::Cells;
+use quadratura_projection::residency::TileRequest;
+use quadratura_projection::{LayerTextureId, Sources};
 
 /// Collects the texels that the cells may look up: one rectangle per layer texture and finest level.
 pub fn wants(cells: &Cells, sources: &Sources) -> Vec<TileRequest> {

@@ -7,14 +7,14 @@ use rustc_hash::FxHashMap;
 use wgpu::PollType;
 
 use super::{Loaded, TileStore};
-use crate::error::{Error, Result};
-use crate::gpu::atlas::{Strip, place};
-use crate::gpu::pyramids::{Batch, MadePyramid};
-use crate::projection::LayerTextureId;
-use crate::projection::pyramid::Pyramid;
-use crate::projection::residency::TileRequest;
-use crate::projection::tiles::{SLOT, TileKey};
-use crate::task::Task;
+use crate::atlas::{Strip, place};
+use crate::pyramids::{Batch, MadePyramid};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_projection::LayerTextureId;
+use quadratura_projection::pyramid::Pyramid;
+use quadratura_projection::residency::TileRequest;
+use quadratura_projection::tiles::{SLOT, TileKey};
 
 /// The number of rows of slots that are cut at once, 0.6 MB each.
 const BATCH_STRIPS: usize = 64;

@@ -5,20 +5,20 @@ use std::sync::{Arc, Mutex};
 use wgpu::{BufferUsages, ShaderStages};
 
 use super::{Storage, TextureOptions, TileStore};
-use crate::error::{Error, Result};
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::gpu::bindings::BindingKind;
-use crate::gpu::device::Gpu;
-use crate::gpu::renderer::texels::{self, TexelGroup};
-use crate::gpu::{bindings, readback};
-use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
-use crate::projection::residency::{NOTHING, SLOT_BITS, TextureRecord, TileRequest};
-use crate::projection::srgb::Srgb;
-use crate::projection::tiles;
-use crate::projection::{LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Sources, Texels};
-use crate::scene::PhotoId;
-use crate::scene::synthetic::Rng;
-use crate::task::{Event, Task};
+use crate::bindings::BindingKind;
+use crate::device::Gpu;
+use crate::renderer::texels::{self, TexelGroup};
+use crate::{bindings, readback};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_base::task::{Event, Task};
+use quadratura_projection::pyramid::{Pyramid, PyramidOptions, pyramid};
+use quadratura_projection::residency::{NOTHING, SLOT_BITS, TextureRecord, TileRequest};
+use quadratura_projection::srgb::Srgb;
+use quadratura_projection::tiles;
+use quadratura_projection::{LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Sources, Texels};
 
 /// A compute shader that does one lookup per thread.
 const LOOK: &str = "

@@ -14,10 +14,10 @@ use super::sizes::SizeSource;
 use super::{
     CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS, Objection, Problems, RawCamera, RawImage, RawPhoto,
 };
-use crate::error::{Error, Result};
-use crate::geometry::{Lens, Pinhole, Pose};
-use crate::scene::SparsePoint;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Lens, Pinhole, Pose};
+use quadratura_base::scene::SparsePoint;
+use quadratura_base::task::Task;
 
 /// A parsed camera, or the problem with it.
 type RawResult = Result<RawCamera, Objection>;
@@ -25,7 +25,7 @@ type RawResult = Result<RawCamera, Objection>;
 type PoseResult = Result<Pose, Objection>;
 
 /// Takes raw cameras, then images, then points, in file order.
-pub(super) struct Assembly<'s> {
+pub struct Assembly<'s> {
     sizes: SizeSource<'s>,
     cameras_file: PathBuf,
     images_file: PathBuf,
@@ -50,7 +50,7 @@ pub(super) struct Assembly<'s> {
 }
 
 impl<'s> Assembly<'s> {
-    pub fn new(files: &ReconstructionFiles, sizes: SizeSource<'s>) -> Self {
+    pub(super) fn new(files: &ReconstructionFiles, sizes: SizeSource<'s>) -> Self {
         Self {
             sizes,
             cameras_file: files.cameras.clone(),
@@ -73,17 +73,17 @@ impl<'s> Assembly<'s> {
     }
 
     /// Takes the poses of rigs, which replace those of photos that are taken after that.
-    pub fn rigs(&mut self, rigs: Rigs) {
+    pub(super) fn rigs(&mut self, rigs: Rigs) {
         self.rigs = Some(rigs);
     }
 
     /// Something the user should know and that leaves nothing out.
-    pub fn note(&mut self, text: String) {
+    pub(super) fn note(&mut self, text: String) {
         self.notes.push(text);
     }
 
     /// Something that leaves one camera, photo or point out.
-    pub fn problem(&mut self, file: &Path, place: String, (found, remedy): Objection) {
+    pub(super) fn problem(&mut self, file: &Path, place: String, (found, remedy): Objection) {
         self.problems.push(file, Error::input(file, place, found, remedy));
     }
 
@@ -91,12 +91,16 @@ impl<'s> Assembly<'s> {
     ///
     /// # Errors
     /// [`Error::Cancelled`]; what is wrong with one photo stands in its place.
-    pub fn sizes(&self, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<[u64; 2], Objection>>> {
+    pub(super) fn sizes(
+        &self,
+        photos: &[PhotoPath],
+        task: &Task,
+    ) -> Result<Vec<Result<[u64; 2], Objection>>> {
         self.sizes.read(photos, task)
     }
 
     /// Takes a camera that photos refer to by its number.
-    pub fn camera(&mut self, place: String, id: u32, raw: Result<RawCamera, Objection>) {
+    pub(super) fn camera(&mut self, place: String, id: u32, raw: Result<RawCamera, Objection>) {
         let judged = if self.cameras.contains_key(&id) {
             Err((format!("camera {id} appears twice"), "keep one; the first is used"))
         } else {
@@ -112,7 +116,7 @@ impl<'s> Assembly<'s> {
     }
 
     /// Takes a camera that could not even be parsed; the photos that use it are told so.
-    pub fn refused_camera(&mut self, id: u32, place: String, objection: Objection) {
+    pub(super) fn refused_camera(&mut self, id: u32, place: String, objection: Objection) {
         self.cameras.entry(id).or_insert(None);
         self.problem(&self.cameras_file.clone(), place, objection);
     }
@@ -121,7 +125,7 @@ impl<'s> Assembly<'s> {
     ///
     /// # Errors
     /// Returns [`Error::Input`] where the file has none: every photo would be refused for its camera.
-    pub fn some_cameras(&self) -> Result<()> {
+    pub(super) fn some_cameras(&self) -> Result<()> {
         if self.cameras.is_empty() {
             let remedy = "use the cameras file that belongs to the images file";
             return Err(Error::input(&self.cameras_file, "", "it lists no camera", remedy));
@@ -130,7 +134,7 @@ impl<'s> Assembly<'s> {
     }
 
     /// Takes a photo that refers to its camera by number, and its observations.
-    pub fn image(&mut self, place: String, raw: RawImage<'_>) {
+    pub(super) fn image(&mut self, place: String, raw: RawImage<'_>) {
         let RawImage { id, mut pose, camera, name, observations } = raw;
         self.backslashes += usize::from(name.contains('\\'));
         let name = &name.replace('\\', "/");
@@ -155,7 +159,7 @@ impl<'s> Assembly<'s> {
     }
 
     /// Takes an entry for a photo that could not even be parsed.
-    pub fn refused_photo(&mut self, place: String, objection: Objection) {
+    pub(super) fn refused_photo(&mut self, place: String, objection: Objection) {
         self.listed += 1;
         self.problem(&self.images_file.clone(), place, objection);
     }
@@ -221,13 +225,13 @@ impl<'s> Assembly<'s> {
     }
 
     /// Takes a point that photos refer to by its number; those that no photo here observes are kept too.
-    pub fn point(&mut self, place: String, id: u64, position: [f64; 3]) {
+    pub(super) fn point(&mut self, place: String, id: u64, position: [f64; 3]) {
         let observations = self.observations.remove(&id).unwrap_or_default();
         self.seen_point(place, id, position, observations);
     }
 
     /// Takes a point with its observations: indices of photos, and places in these in pixels.
-    pub fn seen_point(
+    pub(super) fn seen_point(
         &mut self,
         place: String,
         id: u64,
@@ -254,7 +258,7 @@ impl<'s> Assembly<'s> {
     ///
     /// # Errors
     /// [`Error::Input`] when no photo was: the first problem, or the empty file.
-    pub fn finish(self, mut notes: Vec<String>) -> Result<Cameras> {
+    pub(super) fn finish(self, mut notes: Vec<String>) -> Result<Cameras> {
         let Self { images_file: file, listed, photos, points, problems, .. } = self;
         notes.extend(self.notes);
         if self.backslashes > 0 {

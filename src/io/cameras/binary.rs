@@ -12,8 +12,8 @@ use super::colmap_model::{ColmapModel, MODELS};
 use super::format::ReconstructionFiles;
 use super::photo_name::LONGEST_NAME;
 use super::pose::pose_of_quaternion;
-use crate::error::{Error, Result};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// COLMAP's id for a keypoint without a point.
 const NO_POINT: u64 = u64::MAX;

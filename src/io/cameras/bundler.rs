@@ -19,9 +19,9 @@ use super::photo_name::short;
 use super::photo_paths::{PhotoPath, photo_paths};
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
 use super::{Objection, RawCamera};
-use crate::error::{Error, Result};
-use crate::geometry::{Lens, Pose};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Lens, Pose};
+use quadratura_base::task::Task;
 
 /// The format.
 pub(super) struct Bundler;

@@ -6,8 +6,8 @@ use super::assembly::Assembly;
 use super::format::{CameraFormat, ReconstructionFiles};
 use super::rigs::Rigs;
 use super::{binary, text};
-use crate::error::{Error, Result};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// The format; [`text`] and [`binary`] are its readers.
 pub(super) struct Colmap;

@@ -1,7 +1,7 @@
 //! COLMAP's camera models: their numbers, names and parameters.
 
 use super::{Objection, RawCamera};
-use crate::geometry::Lens;
+use quadratura_base::geometry::Lens;
 
 /// One of COLMAP's camera models.
 pub(super) struct ColmapModel {

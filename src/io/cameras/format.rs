@@ -1,17 +1,18 @@
 //! The interface of camera formats, and the table of the formats that are read.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use super::assembly::Assembly;
 use super::bundler::Bundler;
 use super::colmap::Colmap;
 use super::transforms::Transforms;
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// A format of calibrated cameras: the recognition of its files, and their reader. All code that reads cameras uses
 /// [`FORMATS`]; a new format is an implementation of this trait and an entry there.
-pub(super) trait CameraFormat: Sync {
+pub trait CameraFormat: Sync {
     /// Returns a name of its files for messages and help: `transforms.json of nerfstudio`.
     fn accepted(&self) -> &'static str;
 
@@ -40,13 +41,19 @@ pub(super) trait CameraFormat: Sync {
 }
 
 /// All formats. Of several in one folder, the first in this table is read.
-pub(super) static FORMATS: &[&dyn CameraFormat] = &[
-    &Colmap,
-    &Transforms,
-    &Bundler,
-    #[cfg(test)]
-    &super::dummy::Dummy,
-];
+static FORMATS: &[&dyn CameraFormat] = &[&Colmap, &Transforms, &Bundler];
+
+static PLUGGED_IN: OnceLock<&dyn CameraFormat> = OnceLock::new();
+
+/// Adds a format to the end of the table; the first one of a process counts. A test shows by it that a format needs nothing else.
+pub fn plug_in(format: &'static dyn CameraFormat) {
+    let _ = PLUGGED_IN.set(format);
+}
+
+/// The table, with the format that was plugged in.
+pub(super) fn formats() -> impl Iterator<Item = &'static dyn CameraFormat> {
+    FORMATS.iter().chain(PLUGGED_IN.get()).copied()
+}
 
 /// A format of the table. The order is that of the table: of two formats, the smaller one is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,18 +62,18 @@ pub struct FormatId(usize);
 impl FormatId {
     /// Returns all formats, in their order.
     pub(super) fn all() -> impl Iterator<Item = Self> {
-        (0..FORMATS.len()).map(Self)
+        (0..formats().count()).map(Self)
     }
 
     /// Returns the format.
     pub(super) fn format(self) -> &'static dyn CameraFormat {
-        FORMATS[self.0]
+        formats().nth(self.0).expect("numbers are those of the table, which never gets shorter")
     }
 }
 
 /// The files of one reconstruction; several may be the same.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct ReconstructionFiles {
+pub struct ReconstructionFiles {
     /// The file with lenses and sizes.
     pub cameras: PathBuf,
     /// The file with the photos' poses.

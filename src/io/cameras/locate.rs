@@ -5,10 +5,10 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::format::{CameraFormat, FORMATS, FormatId, ReconstructionFiles};
+use super::format::{CameraFormat, FormatId, ReconstructionFiles, formats};
 use super::photo_name::short;
-use crate::error::{Error, Result};
-use crate::io::text::{lines_of, not_utf16};
+use crate::text::{lines_of, not_utf16};
+use quadratura_base::error::{Error, Result};
 
 /// A reconstruction that was found.
 pub(super) struct Located {
@@ -135,7 +135,7 @@ fn content_of(beginning: &[u8]) -> String {
 
 /// Returns true for a file from which cameras can be read, judged by its content or by its name.
 pub fn is_camera_file(file: &Path) -> bool {
-    file.is_file() && FORMATS.iter().any(|format| format.of_file(file).is_some())
+    file.is_file() && formats().any(|format| format.of_file(file).is_some())
 }
 
 /// Cameras that were found in a folder, without being read.
@@ -156,20 +156,17 @@ pub fn cameras_in(folder: &Path) -> Option<CamerasThere> {
 
 /// Lists the extensions of the files of all formats, in lower case.
 pub fn extensions() -> Vec<&'static str> {
-    FORMATS.iter().flat_map(|format| format.extensions()).copied().collect()
+    formats().flat_map(|format| format.extensions()).copied().collect()
 }
 
 /// Returns a list of the accepted files for messages and help.
-pub fn accepted() -> &'static str {
-    static ACCEPTED: std::sync::LazyLock<String> = std::sync::LazyLock::new(|| {
-        let all: Vec<&str> = FORMATS.iter().map(|format| format.accepted()).collect();
-        all.join("; or ")
-    });
-    &ACCEPTED
+pub fn accepted() -> String {
+    let all: Vec<&str> = formats().map(|format| format.accepted()).collect();
+    all.join("; or ")
 }
 
 fn nothing_in(path: &Path) -> Error {
-    let mut folders: Vec<&str> = FORMATS.iter().flat_map(|format| format.folders()).copied().collect();
+    let mut folders: Vec<&str> = formats().flat_map(|format| format.folders()).copied().collect();
     folders.retain(|folder| !folder.is_empty());
     let found = format!("no cameras in this folder or below it in {}", folders.join(", "));
     let remedy = format!("give {}; other programs can export to one of these", accepted());

@@ -7,11 +7,11 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
-use crate::geometry::{Lens, Pinhole, Pose};
-use crate::io::guarded::guarded;
-use crate::scene::SparsePoint;
-use crate::task::Task;
+use crate::guarded::guarded;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Lens, Pinhole, Pose};
+use quadratura_base::scene::SparsePoint;
+use quadratura_base::task::Task;
 
 mod assembly;
 mod binary;
@@ -19,7 +19,6 @@ mod bundler;
 mod bundler_list;
 mod colmap;
 mod colmap_model;
-mod dummy;
 mod format;
 mod lines;
 mod locate;
@@ -39,7 +38,8 @@ mod tests;
 mod three_formats;
 mod wrong_files;
 
-use assembly::Assembly;
+pub use assembly::Assembly;
+pub use format::{CameraFormat, ReconstructionFiles, plug_in};
 pub use locate::{CamerasThere, accepted, cameras_in, extensions, is_camera_file};
 use sizes::SizeSource;
 
@@ -154,14 +154,15 @@ pub fn check_exists(path: &Path) -> Result<()> {
 type Objection = (String, &'static str);
 
 /// A parsed camera before its checks.
-struct RawCamera {
+pub struct RawCamera {
     /// Width and height in pixels.
-    size: [u64; 2],
+    pub size: [u64; 2],
     /// Focal lengths along x and y, in pixels.
-    focal: [f64; 2],
+    pub focal: [f64; 2],
     /// The principal point in pixels from the upper left corner.
-    centre: [f64; 2],
-    lens: Lens,
+    pub centre: [f64; 2],
+    /// The lens distortion.
+    pub lens: Lens,
 }
 
 /// A parsed photo before its checks that refers to its camera and to its points by number.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::io::photo::{EXTENSIONS, is_picture_ending};
+use crate::photo::{EXTENSIONS, is_picture_ending};
 
 /// A photo given by its path.
 #[derive(Debug, Clone, PartialEq, Eq)]

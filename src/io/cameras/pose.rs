@@ -3,7 +3,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::Objection;
-use crate::geometry::Pose;
+use quadratura_base::geometry::Pose;
 
 /// The largest difference of the entries of `M^T M` of a rotation from those of the identity: a rotation written with
 /// three decimals is within it, a visible shear or stretch is not.

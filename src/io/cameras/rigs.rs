@@ -17,9 +17,9 @@ use super::lines::LineReader;
 use super::photo_name::short;
 use super::pose::pose_of_quaternion;
 use super::text::parse;
-use crate::error::Result;
-use crate::geometry::Pose;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Pose;
+use quadratura_base::task::Task;
 
 /// The photos that a note names.
 const NAMED: usize = 5;
@@ -70,8 +70,8 @@ impl Rigs {
     /// Reads both files, text or binary. What is wrong with one rig or frame goes to the assembly.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where the rest of a binary file cannot be understood; [`crate::Error::Io`];
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Input`] where the rest of a binary file cannot be understood; [`quadratura_base::Error::Io`];
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn read(rigs: &Path, frames: &Path, assembly: &mut Assembly, task: &Task) -> Result<Self> {
         let mut read = Self {
             rigs_file: rigs.to_path_buf(),

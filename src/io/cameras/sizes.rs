@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::Objection;
 use super::photo_paths::PhotoPath;
-use crate::error::{Error, Result};
-use crate::io::named_file::NamedFiles;
-use crate::io::photo::{Match, PhotoFolder, picture_size};
-use crate::task::Task;
+use crate::named_file::NamedFiles;
+use crate::photo::{Match, PhotoFolder, picture_size};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// The source of sizes.
 #[derive(Debug, Clone, Copy)]

@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::three_formats::{bundler, read, scene, transforms, with_photos, written};
 use super::*;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 fn names(cameras: &Cameras) -> Vec<&str> {
     cameras.photos.iter().map(|photo| photo.name.as_str()).collect()

@@ -10,8 +10,8 @@ use super::lines::LineReader;
 use super::photo_name::short;
 use super::pose::pose_of_quaternion;
 use super::{Objection, RawImage};
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// Reads all files into `assembly`.
 pub(super) fn read(files: &ReconstructionFiles, assembly: &mut Assembly, task: &Task) -> Result<()> {

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::pose::CV_FROM_GL;
 use super::*;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 /// A camera as all three formats can have it: square pixels, the principal point in the middle, k1 and k2.
 pub(super) struct Taken {
@@ -313,7 +313,7 @@ fn a_photo_that_was_not_registered_is_noted_and_its_observations_go_with_it() {
 
 #[test]
 fn the_piazza_in_three_formats_has_the_same_cameras() {
-    let piazza = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
+    let piazza = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../projects/piazza");
     let truth = read(&piazza.join("sparse")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = |photo: &CameraPhoto| piazza.join("photos").join(&photo.name).display().to_string();

@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 
 use super::transforms::kind;
 use super::{Objection, RawCamera};
-use crate::geometry::Lens;
+use quadratura_base::geometry::Lens;
 
 /// The fields of a frame, and those of the whole file as their defaults.
 #[derive(Clone, Copy)]

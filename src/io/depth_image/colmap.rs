@@ -2,7 +2,7 @@
 //! little-endian, x fastest (`mvs/mat.h` of COLMAP). A map of depths has one channel, one of normals three.
 
 use super::source::{COPY, Source};
-use crate::error::Result;
+use quadratura_base::error::Result;
 
 /// Reads the numbers of a file, rows from the top.
 pub(super) fn read(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {

@@ -10,8 +10,8 @@ use exr::meta::header::Header;
 use exr::prelude::{IntegerBounds, f16};
 
 use super::source::{COPY, Source, check_size};
-use crate::error::{Error, Result};
-use crate::ldi::layout::LONGEST_SIDE;
+use quadratura_base::error::{Error, Result};
+use quadratura_ldi::layout::LONGEST_SIDE;
 
 /// The names of channels of depth, without those of layers before a dot; the first that is there counts.
 const NAMES: [&str; 3] = ["z", "v", "depth"];

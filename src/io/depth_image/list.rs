@@ -7,18 +7,18 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::error::{Error, Message, Result};
-use crate::geometry::{Pinhole, Pose};
-use crate::io::cameras::{Cameras, read_cameras};
-use crate::io::foreign_json::{no_number, read_foreign_json};
-use crate::io::json::in_words;
-use crate::io::ldi_file::{LdiCamera, wrong_camera};
-use crate::io::named_file::NamedFiles;
-use crate::io::photo::picture_size;
-use crate::ldi::layout::LONGEST_SIDE;
-use crate::scene::SparsePoint;
-use crate::scene::alike;
-use crate::task::Task;
+use crate::cameras::{Cameras, read_cameras};
+use crate::foreign_json::{no_number, read_foreign_json};
+use crate::json::in_words;
+use crate::ldi_file::{LdiCamera, wrong_camera};
+use crate::named_file::NamedFiles;
+use crate::photo::picture_size;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::SparsePoint;
+use quadratura_base::scene::alike;
+use quadratura_base::task::Task;
+use quadratura_ldi::layout::LONGEST_SIDE;
 
 /// The only version of the list.
 const VERSION: u32 = 1;

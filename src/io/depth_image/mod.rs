@@ -16,8 +16,8 @@ use std::path::Path;
 
 pub use self::list::{DepthEntry, DepthKind, DepthList, read_list};
 use self::source::Source;
-use crate::error::{Error, Result};
-use crate::io::guarded::guarded;
+use crate::guarded::guarded;
+use quadratura_base::error::{Error, Result};
 
 /// The numbers of a depth image, as its file has them.
 #[derive(Debug, Clone, PartialEq)]

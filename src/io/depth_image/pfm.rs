@@ -4,7 +4,7 @@
 //! Its absolute value is not applied, as most programs write 1 there whatever they mean; the list's `scale` is.
 
 use super::source::{COPY, Source};
-use crate::error::Result;
+use quadratura_base::error::Result;
 
 /// Reads the numbers of a file, rows from the top.
 pub(super) fn read(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {

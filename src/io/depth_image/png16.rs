@@ -3,7 +3,7 @@
 use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::source::{COPY, Source, check_size};
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Bytes that a decoder may take beside the picture: for chunks of text and profiles.
 const SLACK: usize = 64 << 20;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Seek};
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Message, Result};
+use quadratura_base::error::{Error, Message, Result};
 
 /// The remedy for a file that is cut short or damaged.
 pub(super) const COPY: &str = "copy the file again from a complete original, or write it again";

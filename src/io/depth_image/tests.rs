@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use super::*;
-use crate::task::Task;
+use quadratura_base::task::Task;
 
 /// The size of the OpenEXR files.
 const SIZE: [u32; 2] = [24, 20];

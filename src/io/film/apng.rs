@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use png::{BitDepth, ColorType, Compression, Encoder, Writer};
 
 use super::VideoFormat;
-use crate::error::{Error, Result};
-use crate::io::atomic::AtomicFile;
-use crate::io::layer_png::io_error;
+use crate::atomic::AtomicFile;
+use crate::layer_png::io_error;
+use quadratura_base::error::{Error, Result};
 
 /// The number of plays that stands for an endless loop.
 const ENDLESS: u32 = 0;

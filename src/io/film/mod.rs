@@ -7,7 +7,7 @@ use std::path::Path;
 
 use self::apng::Apng;
 use self::ffmpeg::Ffmpeg;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// The kinds of videos, by the extensions of their files.
 pub const EXTENSIONS: [&str; 5] = ["apng", "mp4", "webm", "gif", "webp"];

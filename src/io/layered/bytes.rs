@@ -8,7 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// The remedy for a damaged file.
 pub const SAVE_AGAIN: &str = "save it again in the image editor, or use an older copy";

@@ -2,11 +2,11 @@
 
 use super::document::{Layer, LayeredDocument};
 use super::raster::Raster;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::raster::Sample;
-use crate::raster::over::straight;
-use crate::scene::Samples;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Sample;
+use quadratura_base::raster::over::straight;
+use quadratura_base::scene::Samples;
 
 /// Composites the layers for which `wanted` holds from bottom to top over transparency, regardless of their
 /// visibility. The result has the size of the canvas.
@@ -48,7 +48,7 @@ fn over<T: Sample>(below: &mut [T], canvas: PixelRect, above: &[T], rect: PixelR
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::layered::Depth;
+    use crate::layered::Depth;
 
     fn one(colour: [u8; 4]) -> Raster {
         Raster::new(1, 1, Samples::U8(colour.to_vec()))

@@ -1,6 +1,6 @@
 //! The bit depth of layered files.
 
-use crate::scene::Samples;
+use quadratura_base::scene::Samples;
 
 /// Bits per sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

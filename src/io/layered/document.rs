@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::depth::Depth;
 use super::raster::Raster;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
 
 /// The maximum number of characters in a layer's or group's name. At four bytes each in UTF-8 they fit the
 /// 255 bytes of a PSD's short name; Krita 5.1 writes a broken record for longer ones.
@@ -158,7 +158,7 @@ impl<'a> LayeredDocument<'a> {
     }
 
     /// Returns the size in bytes of a layer's pixels in memory.
-    pub(crate) fn bytes_of(&self, layer: &Layer<'a>) -> u64 {
+    pub fn bytes_of(&self, layer: &Layer<'a>) -> u64 {
         4 * layer.rect.area() * self.depth.bytes()
     }
 
@@ -166,7 +166,7 @@ impl<'a> LayeredDocument<'a> {
     ///
     /// # Errors
     /// The error of the source; [`Error::Request`] when it returns another size or depth than the layer has.
-    pub(crate) fn pixels_of(&self, layer: &Layer<'a>) -> Result<Arc<Raster>> {
+    pub fn pixels_of(&self, layer: &Layer<'a>) -> Result<Arc<Raster>> {
         self.fetched(&layer.pixels, &layer.name, layer.rect.w, layer.rect.h)
     }
 

@@ -10,12 +10,12 @@ use super::depth::Depth;
 use super::grey::Grey;
 use super::raster::Raster;
 use super::read::SAVE_AGAIN;
-use crate::document::export_record::ExportFormat;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::guarded::{file_being_decoded, guarded};
-use crate::raster::in_8_bits;
-use crate::scene::light::linear_of_srgb;
+use crate::guarded::{file_being_decoded, guarded};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::scene::light::linear_of_srgb;
+use quadratura_document::export_record::ExportFormat;
 
 /// The content of a layered file.
 #[derive(Debug)]
@@ -99,7 +99,6 @@ pub struct EditedLayer {
     pub pixels: Lazy<Raster>,
 }
 
-#[cfg(test)]
 impl EditedLayer {
     /// Creates a layer as an export writes it, for tests to modify.
     pub fn plain(name: &str, rect: PixelRect, pixels: Lazy<Raster>) -> Self {
@@ -187,12 +186,12 @@ impl<T> Lazy<T> {
     }
 
     /// Adds a function that returns a hash of the stored data and of how it is decoded.
-    pub(crate) fn with_stored_hash(self, code: impl Fn() -> Result<String> + Send + Sync + 'static) -> Self {
+    pub fn with_stored_hash(self, code: impl Fn() -> Result<String> + Send + Sync + 'static) -> Self {
         Self { code: Some(Box::new(code)), ..self }
     }
 
     /// Returns what `change` makes of the value when it is read; `how` tells the change from others.
-    pub(crate) fn changed(self, how: &'static str, change: impl Fn(T) -> T + Send + Sync + 'static) -> Self
+    pub fn changed(self, how: &'static str, change: impl Fn(T) -> T + Send + Sync + 'static) -> Self
     where
         T: 'static,
     {
@@ -213,7 +212,7 @@ impl<T> Lazy<T> {
     /// Reads the data.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and place when the data is damaged; [`crate::Error::Io`] when the
+    /// [`quadratura_base::Error::Input`] with file and place when the data is damaged; [`quadratura_base::Error::Io`] when the
     /// file can no longer be read.
     pub fn read(&self) -> Result<T> {
         guarded(&self.file, SAVE_AGAIN, &self.read)

@@ -2,15 +2,15 @@
 
 use std::fs::File;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::FORMATS;
 use super::bytes::FileBytes;
 use super::document::LayeredDocument;
 use super::edited::EditedDocument;
 use super::sink::FormatFit;
-use crate::document::export_record::ExportFormat;
-use crate::error::Result;
+use quadratura_base::error::Result;
+use quadratura_document::export_record::ExportFormat;
 
 /// A layered format. Export, import, watch, and the choices in the window and on the command line use the table
 /// [`FORMATS`]; a new format is a codec with one of these, an entry there, and a value of [`ExportFormat`].
@@ -49,23 +49,38 @@ pub struct Variant {
     pub write: fn(&mut File, &Path, &LayeredDocument) -> Result<FormatFit>,
 }
 
+static PLUGGED_IN: OnceLock<LayeredFormat> = OnceLock::new();
+
+/// Puts an entry into the table, in the place of the one with its value; the first one of a process counts. A test shows by it that a
+/// format needs nothing else.
+pub fn plug_in(format: LayeredFormat) {
+    let _ = PLUGGED_IN.set(format);
+}
+
+/// The table, with the entry that was plugged in.
+pub(super) fn formats() -> impl Iterator<Item = &'static LayeredFormat> {
+    let plugged_in = PLUGGED_IN.get();
+    let is_kept = move |entry: &&LayeredFormat| plugged_in.is_none_or(|other| other.format != entry.format);
+    FORMATS.iter().filter(is_kept).chain(plugged_in)
+}
+
 /// Lists the extensions of all layered files, in lower case.
 pub fn extensions() -> Vec<&'static str> {
-    let files = FORMATS.iter().filter_map(|format| format.file.as_ref());
+    let files = formats().filter_map(|format| format.file.as_ref());
     files.flat_map(|file| file.extensions).copied().collect()
 }
 
 /// Returns the names of all layered files for messages: `PSD, XCF or OpenRaster`.
 pub fn file_names() -> String {
     let names: Vec<&str> =
-        FORMATS.iter().filter(|format| format.file.is_some()).map(|format| format.name).collect();
+        formats().filter(|format| format.file.is_some()).map(|format| format.name).collect();
     let (last, others) = names.split_last().expect("the table is not empty");
     format!("{} or {last}", others.join(", "))
 }
 
 /// Returns the entry of a format.
 pub fn format_of(format: ExportFormat) -> &'static LayeredFormat {
-    FORMATS.iter().find(|entry| entry.format == format).expect("a test holds the table complete")
+    formats().find(|entry| entry.format == format).expect("a test holds the table complete")
 }
 
 #[cfg(test)]

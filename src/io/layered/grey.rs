@@ -1,7 +1,7 @@
 //! Images of one sample per pixel: masks of layers.
 
 use super::depth::Depth;
-use crate::scene::Samples;
+use quadratura_base::scene::Samples;
 
 /// An image of one sample per pixel; rows from the top, pixels from the left.
 #[derive(Debug, Clone, PartialEq)]

@@ -101,9 +101,9 @@ impl OpenGroups {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
-    use crate::io::layered::{Grey, Lazy};
-    use crate::scene::Samples;
+    use crate::layered::{Grey, Lazy};
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_base::scene::Samples;
 
     fn group(name: &str, visible: bool) -> GroupProperties {
         GroupProperties { name: name.into(), visible, opacity: 1.0, mask: None, blend: BlendMode::Normal }

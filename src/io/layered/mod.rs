@@ -9,7 +9,6 @@ mod bytes;
 pub mod composite;
 pub mod depth;
 pub mod document;
-mod dummy;
 pub mod edited;
 pub mod folder;
 pub mod format;
@@ -31,6 +30,7 @@ pub mod xcf;
 /// Name of the file with the document key in folders and OpenRaster files.
 pub const KEY_FILE: &str = "quadratura-key.txt";
 
+pub use bytes::FileBytes;
 pub use composite::composite;
 pub use depth::Depth;
 pub use document::{Group, Layer, LayerNode, LayeredDocument, PixelSource, Tag};
@@ -42,11 +42,4 @@ pub use sink::FormatFit;
 pub use turn::Turn;
 
 /// All formats, the default first: each has its entry beside its codec.
-pub static FORMATS: &[format::LayeredFormat] = &[
-    psd::FORMAT,
-    xcf::FORMAT,
-    ora::FORMAT,
-    folder::FORMAT,
-    #[cfg(test)]
-    dummy::FORMAT,
-];
+pub static FORMATS: &[format::LayeredFormat] = &[psd::FORMAT, xcf::FORMAT, ora::FORMAT, folder::FORMAT];

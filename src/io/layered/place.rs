@@ -1,6 +1,6 @@
 //! Limits on positions, sizes and names that every reader enforces.
 
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
 
 /// Maximum side in pixels; no editor makes longer ones: the limit of Photoshop is 300,000, that of GIMP
 /// 524,288.

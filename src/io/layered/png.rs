@@ -9,10 +9,10 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info, Reader, Tran
 
 use super::depth::Depth;
 use super::raster::Raster;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::raster::Image;
-use crate::scene::Samples;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_base::scene::Samples;
 
 type PngReader = Reader<BufReader<File>>;
 

@@ -9,7 +9,7 @@ use super::edited::StoredColours;
 use super::inflate::can_inflate_to;
 use super::place::{is_canvas, not_a_canvas};
 use super::raster::Raster;
-use crate::scene::Samples;
+use quadratura_base::scene::Samples;
 
 /// The header of a PNG.
 #[derive(Debug, Clone)]

@@ -1,12 +1,12 @@
 //! Pixels of a layer in memory.
 
 use super::depth::Depth;
-use crate::geometry::PixelRect;
-use crate::raster::over::on_opaque;
-use crate::raster::sample::with_alpha;
-use crate::raster::{Sample, in_8_bits};
-use crate::scene::light::{bytes_of_light_times, linear_of_srgb, srgb_from_linear};
-use crate::scene::{PhotoPixels, Samples};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::over::on_opaque;
+use quadratura_base::raster::sample::with_alpha;
+use quadratura_base::raster::{Sample, in_8_bits};
+use quadratura_base::scene::light::{bytes_of_light_times, linear_of_srgb, srgb_from_linear};
+use quadratura_base::scene::{PhotoPixels, Samples};
 
 /// Pixels as R, G, B, A with straight alpha; rows from the top, pixels from the left.
 #[derive(Debug, Clone, PartialEq)]

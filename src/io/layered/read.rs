@@ -5,11 +5,11 @@ use std::path::Path;
 
 use super::bytes::FileBytes;
 use super::edited::EditedDocument;
-use super::format::file_names;
-use super::{FORMATS, KEY_FILE, folder};
-use crate::error::{Error, Result};
-use crate::io::documents::is_document;
-use crate::io::guarded::guarded;
+use super::format::{file_names, formats};
+use super::{KEY_FILE, folder};
+use crate::documents::is_document;
+use crate::guarded::guarded;
+use quadratura_base::error::{Error, Result};
 
 /// Reads a layered image: a PSD or PSB, an XCF, an OpenRaster file, or an exported folder (or the
 /// `stack.json` in it). Pixels stay in the file until they are requested; if the file is rewritten meanwhile,
@@ -41,7 +41,7 @@ fn opened(path: &Path) -> Result<EditedDocument> {
     })?;
     // All signatures fit into 16 bytes.
     let beginning = bytes.read(0, bytes.length().min(16))?;
-    let files = FORMATS.iter().filter_map(|format| format.file.as_ref());
+    let files = formats().filter_map(|format| format.file.as_ref());
     match files.into_iter().find(|file| beginning.starts_with(file.signature)) {
         Some(file) => (file.read)(&bytes),
         None => Err(unknown(path, &beginning)),

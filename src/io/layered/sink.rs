@@ -3,7 +3,7 @@
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Whether a document fits into this variant of the format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

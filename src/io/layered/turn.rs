@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::edited::{EditedDocument, EditedLayer, EditedMask};
 use super::grey::Grey;
 use super::raster::Raster;
-use crate::geometry::PixelRect;
-use crate::scene::Samples;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Samples;
 
 /// What undoes the turn of an image: mirror in x, mirror in y, then exchange of x and y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -123,8 +123,8 @@ impl Turn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::export_record::ExportFormat;
-    use crate::io::layered::{Depth, Lazy};
+    use crate::layered::{Depth, Lazy};
+    use quadratura_document::export_record::ExportFormat;
 
     /// Pixels of 3 x 2 with the values 1 to 6 in reading order.
     fn numbered() -> Raster {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::Error;
+use quadratura_base::error::Error;
 
 /// The result of a check.
 pub(super) type Checked<T = ()> = Result<T, Fault>;

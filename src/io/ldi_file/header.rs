@@ -4,9 +4,9 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::Packing;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::ldi::{Ldi, LdiReport, LdiSurface};
-use crate::scene::FaceIndex;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::FaceIndex;
+use quadratura_ldi::{Ldi, LdiReport, LdiSurface};
 
 /// What `format` says.
 pub const FORMAT: &str = "quadratura-ldi";
@@ -29,7 +29,7 @@ pub struct LdiHeader {
     pub version: u32,
     /// The hash of everything that it was made of; empty for depth images from elsewhere.
     pub inputs: String,
-    /// What it was made from: the name of an [`crate::ldi::LdiKind`].
+    /// What it was made from: the name of an [`quadratura_ldi::LdiKind`].
     pub kind: String,
     /// The reference camera.
     pub camera: LdiCamera,
@@ -122,7 +122,7 @@ impl LdiHeader {
     /// Makes the first line of a layered depth image whose levels have these chunks.
     pub(super) fn of(ldi: &Ldi, packing: Packing, chunks: Vec<Vec<ChunkEntry>>) -> Self {
         let bytes = chunks.iter().flatten().map(|chunk| chunk.bytes).sum();
-        let level = |(level, chunks): (&crate::ldi::Level, Vec<ChunkEntry>)| LevelEntry {
+        let level = |(level, chunks): (&quadratura_ldi::Level, Vec<ChunkEntry>)| LevelEntry {
             width: level.camera.width,
             height: level.camera.height,
             depth_pixels: level.len() as u64,
@@ -166,19 +166,19 @@ impl LevelEntry {
 
 impl SurfaceEntry {
     /// Makes the entry of a surface.
-    pub(in crate::io) fn of(surface: &LdiSurface) -> Self {
+    pub(crate) fn of(surface: &LdiSurface) -> Self {
         Self { nu: surface.nu.to_array(), object: surface.object.clone(), face: surface.face }
     }
 
     /// Returns the surface as it is in memory.
-    pub(in crate::io) fn surface(&self) -> LdiSurface {
+    pub(crate) fn surface(&self) -> LdiSurface {
         LdiSurface { nu: DVec3::from(self.nu), object: self.object.clone(), face: self.face }
     }
 }
 
 impl LdiCamera {
     /// Makes the camera of its parts.
-    pub(in crate::io) fn of(camera: &Pinhole, pose: &Pose) -> Self {
+    pub(crate) fn of(camera: &Pinhole, pose: &Pose) -> Self {
         let Pinhole { width, height, fx, fy, cx, cy } = *camera;
         Self {
             K: [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],

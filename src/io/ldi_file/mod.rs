@@ -32,8 +32,8 @@ pub use self::set::{LdiFile, PackedSet, read_ldi_set};
 pub use self::set_header::{MOST_IMAGES, SET_FORMAT, SET_VERSION};
 pub use self::write::write_ldi;
 use super::hash::hash_bytes;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
 
 /// The number of hexadecimal digits of a hash in the file.
 pub const HASH_DIGITS: usize = 16;

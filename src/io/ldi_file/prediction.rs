@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::piece::Places;
-use crate::ldi::{LdiSurface, Splat};
+use quadratura_ldi::{LdiSurface, Splat};
 
 /// The planes of the surfaces, at the resolution of a level.
 #[derive(Debug, Clone, Copy)]

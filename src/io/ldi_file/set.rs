@@ -11,10 +11,10 @@ use super::read::{AGAIN, PARTIAL, Reading, WholeRows};
 use super::set_header::{SET_FORMAT, SET_VERSION, SetHeader};
 use super::write::{Content, write_all};
 use super::{Packing, open_plain};
-use crate::error::{Error, Result};
-use crate::ldi::cube::{Face, flaw};
-use crate::ldi::{Arrangement, Ldi, LdiSet};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_ldi::cube::{Face, flaw};
+use quadratura_ldi::{Arrangement, Ldi, LdiSet};
 
 /// A file of one layered depth image or of several, whose first line was read. The images are read one by one, so that not all
 /// need be in memory.

@@ -10,11 +10,11 @@ use tempfile::TempDir;
 
 use super::tests::{PACKINGS, random, same};
 use super::*;
-use crate::error::{Error, Result};
-use crate::ldi::cube::cube_cameras;
-use crate::ldi::levels::pyramid;
-use crate::ldi::{Arrangement, Ldi, LdiSet, Level};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_ldi::cube::cube_cameras;
+use quadratura_ldi::levels::pyramid;
+use quadratura_ldi::{Arrangement, Ldi, LdiSet, Level};
 
 /// Returns six faces with random content.
 fn faces(side: u32) -> Vec<Ldi> {

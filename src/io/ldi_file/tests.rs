@@ -7,12 +7,12 @@ use glam::{DMat3, DVec3};
 use tempfile::TempDir;
 
 use super::*;
-use crate::error::{Error, Result};
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::ldi::levels::pyramid;
-use crate::ldi::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
-use crate::scene::FaceIndex;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::FaceIndex;
+use quadratura_base::task::Task;
+use quadratura_ldi::levels::pyramid;
+use quadratura_ldi::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 
 /// Seeded pseudo-random numbers (SplitMix64).
 struct Rng(u64);

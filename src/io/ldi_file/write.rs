@@ -12,11 +12,11 @@ use super::line::to_line;
 use super::piece::Piece;
 use super::prediction::Planes;
 use super::{Packing, short_hash, streams};
-use crate::error::{Error, Result};
-use crate::io::atomic::write_atomically_with;
-use crate::ldi::layout::LONGEST_SIDE;
-use crate::ldi::levels::half_camera;
-use crate::ldi::{Ldi, LdiSurface, Level};
+use crate::atomic::write_atomically_with;
+use quadratura_base::error::{Error, Result};
+use quadratura_ldi::layout::LONGEST_SIDE;
+use quadratura_ldi::levels::half_camera;
+use quadratura_ldi::{Ldi, LdiSurface, Level};
 
 /// A chunk as it is written, with what the first line says of it.
 type WrittenChunk = (ChunkEntry, Vec<u8>);

@@ -7,7 +7,7 @@ use std::path::Path;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Limits, Transformations};
 
 use super::{Picture, json::LayersFile};
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// What the blue of a surface's picture has where there is a depth pixel.
 pub(super) const HELD: u16 = u16::MAX;

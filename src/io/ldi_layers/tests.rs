@@ -6,12 +6,12 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use super::*;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::ldi::levels::pyramid;
-use crate::ldi::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
-use crate::scene::FaceIndex;
-use crate::scene::synthetic::Rng;
-use crate::task::Task;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::FaceIndex;
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_base::task::Task;
+use quadratura_ldi::levels::pyramid;
+use quadratura_ldi::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 
 /// Returns an image with random content: empty positions, sky, and up to four layers.
 fn random(seed: u64, width: u32, height: u32) -> Ldi {

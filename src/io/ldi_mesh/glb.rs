@@ -2,7 +2,7 @@
 //!
 //! The axes are glTF's: y up, the camera at the origin, looking along -z; lengths are world units. What is infinitely far is on
 //! a sphere around the camera ([`Mesh::sky`]). glTF has no textures that are divided per pixel; the segments' cells are small
-//! enough ([`crate::ldi::segments::SegmentOptions::undivided`]).
+//! enough ([`quadratura_ldi::segments::SegmentOptions::undivided`]).
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
-use crate::error::Result;
-use crate::geometry::{Pinhole, Pose};
-use crate::io::atomic::write_atomically_with;
-use crate::io::free_path::{FreePath, free_path};
-use crate::io::hash::hash_bytes;
-use crate::io::ldi_page::pictures::{jpeg, rgba_png};
-use crate::ldi::segments::{Atlas, Piece, Segments, Vertex};
+use crate::atomic::write_atomically_with;
+use crate::free_path::{FreePath, free_path};
+use crate::hash::hash_bytes;
+use crate::ldi_page::pictures::{jpeg, rgba_png};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_ldi::segments::{Atlas, Piece, Segments, Vertex};
 
 #[cfg(test)]
 mod tests;
@@ -47,7 +47,7 @@ const CUT: f64 = 0.5;
 /// Writes a GLB file atomically; returns its size in bytes.
 ///
 /// # Errors
-/// [`crate::Error::Io`].
+/// [`quadratura_base::Error::Io`].
 pub fn write_glb(file: &Path, mesh: &Mesh<'_>) -> Result<u64> {
     let bytes = glb(mesh);
     write_atomically_with(file, |out| out.write_all(&bytes))?;

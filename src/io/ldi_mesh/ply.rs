@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::error::{Error, Result};
-use crate::io::atomic::AtomicFile;
-use crate::io::free_path::free_path;
-use crate::io::hash::Hashing;
-use crate::ldi::spacing::normal_of;
-use crate::ldi::{Ldi, Level};
+use crate::atomic::AtomicFile;
+use crate::free_path::free_path;
+use crate::hash::Hashing;
+use quadratura_base::error::{Error, Result};
+use quadratura_ldi::spacing::normal_of;
+use quadratura_ldi::{Ldi, Level};
 
 /// The bytes of a point.
 const POINT: usize = 3 * 8 + 4 + 3 * 4 + 2 + 2;
@@ -122,7 +122,7 @@ fn write(file: &mut File, ldi: &Ldi, points: u64) -> std::io::Result<u64> {
 }
 
 /// Returns the unit normal of a surface in the world, towards the camera; 0 for what is infinitely far away.
-fn world_normal(ldi: &Ldi, surface: &crate::ldi::LdiSurface) -> DVec3 {
+fn world_normal(ldi: &Ldi, surface: &quadratura_ldi::LdiSurface) -> DVec3 {
     match surface.nu == DVec3::ZERO {
         true => DVec3::ZERO,
         false => ldi.pose.rotation.transpose() * normal_of(surface, &ldi.camera),

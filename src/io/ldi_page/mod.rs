@@ -14,11 +14,11 @@ use serde_json::json;
 
 use self::pictures::{jpeg, rims, small_jpeg};
 use super::base64::to_base64;
-use crate::error::{Error, Result};
-use crate::geometry::Pinhole;
-use crate::ldi::lean::{SafeRegion, Window};
-use crate::ldi::segments::Segments;
-use crate::projection::Picture;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Pinhole;
+use quadratura_ldi::lean::{SafeRegion, Window};
+use quadratura_ldi::segments::Segments;
+use quadratura_projection::Picture;
 
 pub use self::place::{PagePlace, place_of_page};
 
@@ -150,7 +150,7 @@ fn escaped(text: &str) -> String {
 /// Returns the script with the data of the photo.
 fn data(page: &Page<'_>) -> String {
     let uri = |kind: &str, bytes: &[u8]| format!("data:image/{kind};base64,{}", to_base64(bytes));
-    let atlas = |atlas: &crate::ldi::segments::Atlas| {
+    let atlas = |atlas: &quadratura_ldi::segments::Atlas| {
         let quality =
             if atlas.first { page.quality } else { page.quality.saturating_sub(HIDDEN_LOWER).max(1) };
         json!({

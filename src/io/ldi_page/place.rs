@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
-use crate::io::atomic::create_folder_with;
-use crate::io::free_path::{FreePath, free_path};
-use crate::io::hash::hash_bytes;
+use crate::atomic::create_folder_with;
+use crate::free_path::{FreePath, free_path};
+use crate::hash::hash_bytes;
+use quadratura_base::error::{Error, Result};
 
 /// The file that lists the others with their hashes.
 pub(super) const MANIFEST: &str = "quadratura-page.json";

@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::{Page, PagePlace, place_of_page, write_page};
-use crate::geometry::Pinhole;
-use crate::ldi::lean::{DIRECTIONS, SafeRegion, Window};
-use crate::ldi::segments::{Atlas, Piece, Segments, Vertex};
-use crate::projection::Picture;
+use quadratura_base::geometry::Pinhole;
+use quadratura_ldi::lean::{DIRECTIONS, SafeRegion, Window};
+use quadratura_ldi::segments::{Atlas, Piece, Segments, Vertex};
+use quadratura_projection::Picture;
 
 const CAMERA: Pinhole = Pinhole { width: 16, height: 8, fx: 10.0, fy: 10.0, cx: 8.0, cy: 4.0 };
 
@@ -90,11 +90,11 @@ fn nothing_of_others_is_overwritten_and_an_unchanged_page_is_replaced() {
 #[test]
 fn points_at_the_pivot_keep_their_place_when_the_viewpoint_moves_aside() {
     let window = Window { pivot: 2.0, zoom: 1.5, seen: CAMERA.rect() };
-    let ldi = crate::ldi::Ldi {
-        kind: crate::ldi::LdiKind::Depth,
+    let ldi = quadratura_ldi::Ldi {
+        kind: quadratura_ldi::LdiKind::Depth,
         inputs: String::new(),
         camera: CAMERA,
-        pose: crate::geometry::Pose {
+        pose: quadratura_base::geometry::Pose {
             rotation: glam::DMat3::IDENTITY,
             translation: DVec3::new(3.0, 1.0, 2.0),
         },
@@ -103,7 +103,7 @@ fn points_at_the_pivot_keep_their_place_when_the_viewpoint_moves_aside() {
         surfaces: Vec::new(),
         sources: Vec::new(),
         levels: Vec::new(),
-        report: crate::ldi::LdiReport::default(),
+        report: quadratura_ldi::LdiReport::default(),
     };
     let position = |offset: DVec3| {
         let shot = window.shot(&ldi, offset, [32, 16]);

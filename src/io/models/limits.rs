@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Maximum size of a model file, or of a buffer beside it, in bytes. A million faces take about 100 MB.
 pub const LARGEST_FILE: u64 = 2_000_000_000;
@@ -20,7 +20,7 @@ const LARGEST_COORDINATE: f64 = 1e15;
 ///
 /// # Errors
 /// [`Error::Input`] when the file is too large.
-pub(in crate::io) fn check_file_size(path: &Path, bytes: u64) -> Result<()> {
+pub(crate) fn check_file_size(path: &Path, bytes: u64) -> Result<()> {
     if bytes > LARGEST_FILE {
         let found = format!("{bytes} bytes, but at most {LARGEST_FILE} are read");
         return Err(Error::input(path, "", found, COARSER));

@@ -12,12 +12,12 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-use crate::error::{Error, Result};
-use crate::io::guarded::guarded;
-use crate::scene::{Model, ModelBuilder};
-use crate::task::Task;
+use crate::guarded::guarded;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Model, ModelBuilder};
+use quadratura_base::task::Task;
 
-pub(in crate::io) use limits::check_file_size;
+pub(crate) use limits::check_file_size;
 pub use limits::{LARGEST_FILE, MOST_CORNERS};
 
 /// Reads a model: OBJ by the extension `.obj`, glTF and GLB by theirs or by how the file begins. Returns the

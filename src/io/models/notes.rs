@@ -1,7 +1,7 @@
 //! Notes for the user about the faces of a model.
 
-use crate::geometry::polygon::OutlineFlaw;
-use crate::scene::{FaceFlaw, FaceId, Model};
+use quadratura_base::geometry::polygon::OutlineFlaw;
+use quadratura_base::scene::{FaceFlaw, FaceId, Model};
 
 /// Number of faces that a note names before it gives the number of the others.
 const NAMED: usize = 5;

@@ -1,9 +1,9 @@
 //! Tests of the paint on disk: what comes back, what is told, and readers beside a writer.
 
 use super::*;
-use crate::document::paint::{ERASED, PaintColour};
-use crate::scene::FaceIndex;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::FaceIndex;
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_document::paint::{ERASED, PaintColour};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{scope, sleep};
 use std::time::Duration;

@@ -2,7 +2,7 @@
 
 use exif::{Exif, In, Reader, Tag, Value};
 
-use crate::scene::CameraExposure;
+use quadratura_base::scene::CameraExposure;
 
 /// Reads exposure time, aperture, sensitivity and flash from an EXIF block. `None` where one of the first three is missing, zero or out
 /// of any camera's range: lenses without contacts write an aperture of 0, and film scanners nothing.

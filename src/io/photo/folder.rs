@@ -6,9 +6,9 @@ use rustc_hash::FxHashMap;
 
 use super::is_photo;
 use super::kind::{is_photo_ending, is_picture_ending};
-use crate::error::{Error, Result};
-use crate::scene::alike::{self, composed, extension_folded, folded};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::alike::{self, composed, extension_folded, folded};
+use quadratura_base::task::Task;
 
 /// Sub-folders are searched down to this depth; links between folders may form circles.
 const DEEPEST: usize = 16;

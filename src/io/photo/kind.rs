@@ -4,7 +4,7 @@ use std::path::Path;
 
 use image::ImageFormat;
 
-use crate::error::Error;
+use quadratura_base::error::Error;
 
 /// The extensions of photos, in lower case.
 pub const EXTENSIONS: [&str; 6] = ["jpg", "jpeg", "png", "tif", "tiff", "webp"];

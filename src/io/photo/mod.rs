@@ -11,9 +11,9 @@ use std::path::Path;
 use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use crate::error::{Error, Result};
-use crate::io::guarded::guarded;
-use crate::scene::{CameraExposure, PhotoPixels, Samples};
+use crate::guarded::guarded;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{CameraExposure, PhotoPixels, Samples};
 
 mod exif;
 mod folder;

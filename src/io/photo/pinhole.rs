@@ -11,13 +11,13 @@ use std::path::Path;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info};
 
 use super::read_photo;
-use crate::error::Result;
-use crate::geometry::Undistortion;
-use crate::io::atomic::write_atomically_with;
-use crate::io::hash::{hash_bytes, hash_file};
-use crate::scene::PhotoPixels;
-use crate::scene::resample::undistorted;
-use crate::task::Task;
+use crate::atomic::write_atomically_with;
+use crate::hash::{hash_bytes, hash_file};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Undistortion;
+use quadratura_base::scene::PhotoPixels;
+use quadratura_base::scene::resample::undistorted;
+use quadratura_base::task::Task;
 
 /// The method's name and version; it changes when the same photo and lens would give other pixels.
 const METHOD: &str = "lanczos3 1";
@@ -29,8 +29,8 @@ const MADE_OF: &str = "quadratura";
 /// ignored: the photo's content is hashed, which takes a hundredth of the time of decoding it.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when the photo cannot be used; [`crate::Error::Io`] when the cache is not
-/// writable; [`crate::Error::Cancelled`]. An old image stays.
+/// [`quadratura_base::Error::Input`] when the photo cannot be used; [`quadratura_base::Error::Io`] when the cache is not
+/// writable; [`quadratura_base::Error::Cancelled`]. An old image stays.
 pub fn make_pinhole_image(
     photo: &Path,
     undistortion: &Undistortion,
@@ -80,8 +80,8 @@ mod tests {
     use std::time::{Duration, SystemTime};
 
     use super::*;
-    use crate::geometry::{Lens, Pinhole};
-    use crate::scene::Samples;
+    use quadratura_base::geometry::{Lens, Pinhole};
+    use quadratura_base::scene::Samples;
 
     const PHOTO: Pinhole = Pinhole { width: 40, height: 30, fx: 35.0, fy: 35.0, cx: 20.0, cy: 15.0 };
 

@@ -2,7 +2,7 @@
 
 use image::metadata::Orientation;
 
-use crate::scene::Samples;
+use quadratura_base::scene::Samples;
 
 /// Returns whether the orientation exchanges width and height.
 pub(super) fn swaps_sides(orientation: Orientation) -> bool {

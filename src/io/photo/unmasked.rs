@@ -1,16 +1,16 @@
 //! Reads the unmasked pixels of a photo.
 
 use super::read_photo;
-use crate::error::Result;
-use crate::geometry::Spans;
-use crate::io::mask_file::read_mask;
-use crate::scene::{Photo, PhotoPixels};
+use crate::mask_file::read_mask;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Spans;
+use quadratura_base::scene::{Photo, PhotoPixels};
 
 /// Reads the pixels of a photo; masked pixels are not valid. Everything that is derived from a photo starts
 /// with this function; only a view of the photo itself reads the file directly.
 ///
 /// # Errors
-/// As [`read_photo`], and [`crate::Error::Input`] for a mask of another size.
+/// As [`read_photo`], and [`quadratura_base::Error::Input`] for a mask of another size.
 pub fn read_unmasked(photo: &Photo) -> Result<PhotoPixels> {
     let (width, height) = (photo.camera.width, photo.camera.height);
     let masked = masked_pixels(photo)?;
@@ -20,7 +20,7 @@ pub fn read_unmasked(photo: &Photo) -> Result<PhotoPixels> {
 /// Reads the pixels that any of the photo's masks covers, in photo pixels.
 ///
 /// # Errors
-/// [`crate::Error::Input`] and [`crate::Error::Io`] for a mask that cannot be read.
+/// [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for a mask that cannot be read.
 pub fn masked_pixels(photo: &Photo) -> Result<Spans> {
     let size = [photo.camera.width, photo.camera.height];
     let all = photo.masks.iter().map(|mask| read_mask(mask, size));

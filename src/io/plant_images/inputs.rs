@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use crate::foliage::{Corner, Material, PaintAt, PaintField, PaintPoint, Plant, Shape, Wrap};
-use crate::io::hash::Hashing;
+use crate::hash::Hashing;
+use quadratura_foliage::{Corner, Material, PaintAt, PaintField, PaintPoint, Plant, Shape, Wrap};
 
 /// Is changed when the same plant gives other images.
 const RECIPE: u64 = 5;
@@ -173,8 +173,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::io::plants::read_plant;
-    use crate::task::Task;
+    use crate::plants::read_plant;
+    use quadratura_base::task::Task;
 
     #[test]
     fn plants_have_the_same_hash_when_they_are_grown_alike_and_another_where_a_number_differs() {

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::REMEDY;
 use super::deflated::{Fault, deflated, first_line, inflated};
-use crate::error::{Error, Result};
-use crate::foliage::{MBuffer, MSample, NormalCode};
-use crate::io::atomic::write_atomically;
+use crate::atomic::write_atomically;
+use quadratura_base::error::{Error, Result};
+use quadratura_foliage::{MBuffer, MSample, NormalCode};
 
 /// The value of `format`.
 pub const FORMAT: &str = "quadratura-mbuffer";
@@ -146,7 +146,7 @@ fn header(bytes: &[u8]) -> Result<(Header, &[u8]), Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn any_view(rng: &mut Rng, side: u32) -> MBuffer {
         let counts: Vec<u8> = (0..side * side).map(|_| rng.between(0.0, 3.9) as u8).collect();

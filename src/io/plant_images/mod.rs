@@ -18,8 +18,8 @@ pub use self::mbuffer::{mbuffer_bytes, parse_mbuffer, read_mbuffer, write_mbuffe
 pub use self::openness::{read_openness, write_openness};
 use super::atomic::{replace_folder_with, write_atomically};
 use super::json::{read_json, to_json};
-use crate::error::{Error, Result};
-use crate::foliage::{
+use quadratura_base::error::{Error, Result};
+use quadratura_foliage::{
     BakeOptions, Directions, ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages,
 };
 
@@ -79,7 +79,7 @@ struct CopyEntry {
 /// everything that they were made of. Returns their size in bytes.
 ///
 /// # Errors
-/// [`crate::Error::Io`].
+/// [`quadratura_base::Error::Io`].
 pub fn write_plant_images(
     folder: &Path,
     images: &PlantImages,
@@ -132,7 +132,7 @@ pub fn write_plant_images(
 /// where they were made of others, or there are none.
 ///
 /// # Errors
-/// [`crate::Error::Input`] for damaged files; [`crate::Error::Io`].
+/// [`quadratura_base::Error::Input`] for damaged files; [`quadratura_base::Error::Io`].
 pub fn read_plant_images(
     folder: &Path,
     sub_objects: usize,
@@ -218,7 +218,7 @@ fn name(object: usize, copy: usize, (latitude, longitude): (i32, i32)) -> String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foliage::{MSample, NormalCode};
+    use quadratura_foliage::{MSample, NormalCode};
 
     /// Images of one of two sub-objects, whose views differ.
     fn images(directions: Directions) -> PlantImages {

@@ -7,10 +7,10 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::deflated::{Fault, deflated, first_line, inflated};
-use crate::error::{Error, Result};
-use crate::foliage::Openness;
-use crate::foliage::directions::DIRECTIONS;
-use crate::io::atomic::write_atomically;
+use crate::atomic::write_atomically;
+use quadratura_base::error::{Error, Result};
+use quadratura_foliage::Openness;
+use quadratura_foliage::directions::DIRECTIONS;
 
 /// The value of `format`.
 const FORMAT: &str = "quadratura-openness";
@@ -102,8 +102,8 @@ fn parsed(bytes: &[u8], inputs: &str) -> Result<Option<Openness>, Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foliage::tests::bushy;
-    use crate::task::Task;
+    use quadratura_base::task::Task;
+    use quadratura_foliage::synthetic::bushy;
 
     #[test]
     fn openness_comes_back_and_what_is_damaged_is_refused_or_made_again() {

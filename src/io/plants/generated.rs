@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::remedies::{CORRECT, NUMBER};
-use crate::error::{Error, Result};
-use crate::foliage::{Plant, Species, grow};
-use crate::io::json::{parse_json, read_json};
+use crate::json::{parse_json, read_json};
+use quadratura_base::error::{Error, Result};
+use quadratura_foliage::{Plant, Species, grow};
 
 /// The largest file of a species in bytes.
 const LARGEST: u64 = 1 << 20;

@@ -10,9 +10,9 @@ use super::pictures::{Folder, PictureFault};
 use super::remedies::{COARSER, FILE, Wrong};
 use super::statements::Statements;
 use super::tokens::{Tokens, quoted};
-use crate::error::{Error, Result};
-use crate::foliage::{Draft, MOST_CORNERS, MOST_USES, Plant, PlantFlaw, Primitive, assemble};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_foliage::{Draft, MOST_CORNERS, MOST_USES, Plant, PlantFlaw, Primitive, assemble};
 
 /// The largest file of a sub-object in bytes.
 const LARGEST: u64 = 1 << 30;
@@ -176,7 +176,10 @@ impl Reader {
     ///
     /// # Errors
     /// What was found, where the name is foreign; otherwise the errors about the picture.
-    pub fn picture(&mut self, name: &str) -> Result<std::sync::Arc<crate::foliage::Pixels>, PictureFault> {
+    pub fn picture(
+        &mut self,
+        name: &str,
+    ) -> Result<std::sync::Arc<quadratura_foliage::Pixels>, PictureFault> {
         self.folder.named_picture(name)
     }
 

@@ -1,6 +1,6 @@
 //! Mutated files of each text format give a plant or an error, and never a fault.
 //!
-//! `QUADRATURA_MUTATIONS=1000000 cargo test --release --lib mutated_files_of` reads as many of each format.
+//! `QUADRATURA_MUTATIONS=1000000 cargo test --release -p quadratura-io --lib mutated_files_of` reads as many of each format.
 
 #![cfg(test)]
 
@@ -8,8 +8,8 @@ use std::fs;
 
 use super::tests::{Files, TRIANGLE};
 use super::*;
-use crate::io::mutated::{mutated, mutations};
-use crate::scene::synthetic::Rng;
+use crate::mutated::{mutated, mutations};
+use quadratura_base::scene::synthetic::Rng;
 
 /// Reads mutations of a text as a file of this name. Some must be plants, and some not.
 fn check(name: &str, text: &str, words: &[&str], usual: u32) {

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::tokens::quoted;
-use crate::error::{Error, Result};
-use crate::foliage::Pixels;
-use crate::io::named_file::{NamedFile, NamedFiles};
-use crate::io::photo::{picture_size, read_photo};
-use crate::io::text::decoded;
-use crate::scene::PhotoPixels;
-use crate::scene::alike::difference;
+use crate::named_file::{NamedFile, NamedFiles};
+use crate::photo::{picture_size, read_photo};
+use crate::text::decoded;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::PhotoPixels;
+use quadratura_base::scene::alike::difference;
+use quadratura_foliage::Pixels;
 
 /// The largest side of a picture in pixels.
 pub const LONGEST_SIDE: u32 = 16_384;

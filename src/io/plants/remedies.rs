@@ -1,6 +1,6 @@
 //! What is wrong in a plant's file, with what to do about it.
 
-use crate::foliage::PlantFlaw;
+use quadratura_foliage::PlantFlaw;
 
 /// The remedy where nothing more can be said than where it is.
 pub const CORRECT: &str = "correct it; docs/formats.md describes plants";

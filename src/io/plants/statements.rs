@@ -9,9 +9,9 @@ use super::maps::{is_singular, is_within_numbers};
 use super::pictures::PictureFault;
 use super::remedies::{COARSER, SMALLER};
 use super::tokens::{LARGEST_NUMBER, Tokens, quoted};
-use crate::error::Result;
-use crate::foliage::{Corner, CurvePoint, Draft, DraftUse, Limb, Material, Primitive, Shape};
-use crate::geometry::polygon::newell_normal;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::polygon::newell_normal;
+use quadratura_foliage::{Corner, CurvePoint, Draft, DraftUse, Limb, Material, Primitive, Shape};
 
 /// The largest number of corners of a polygon, and of control points of a limb.
 const MOST_POINTS: u32 = 1_000;
@@ -63,7 +63,7 @@ impl<'a, 'r> Statements<'a, 'r> {
     /// Reads the file, which is sub-object `index` of the plant.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub fn read(mut self, index: usize) -> Result<Read> {
         self.read.draft.name = self.reader.name(index);
         while let Some(word) = self.tokens.next() {
@@ -227,7 +227,7 @@ impl<'a, 'r> Statements<'a, 'r> {
         Ok(())
     }
 
-    fn picture(&mut self) -> Result<Arc<crate::foliage::Pixels>> {
+    fn picture(&mut self) -> Result<Arc<quadratura_foliage::Pixels>> {
         let name = self.tokens.word("the file of `picture`")?;
         self.reader.picture(name).map_err(|fault| match fault {
             PictureFault::Name(found) => self.tokens.wrong(found),

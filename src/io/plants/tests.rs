@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex};
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 
 use super::*;
-use crate::foliage::{Shape, Use};
-use crate::scene::synthetic::Rng;
-use crate::task::Event;
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_base::task::Event;
+use quadratura_foliage::{Shape, Use};
 
 /// A folder with these files.
 pub(super) struct Files(tempfile::TempDir);

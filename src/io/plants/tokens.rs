@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::remedies::{COMPLETE, NUMBER, Wrong};
-use crate::error::{Error, Result};
-use crate::io::text::lines_of;
+use crate::text::lines_of;
+use quadratura_base::error::{Error, Result};
 
 /// Numbers beyond this are refused.
 pub const LARGEST_NUMBER: f64 = 1e15;

@@ -17,10 +17,10 @@ use self::points::{REMEDY, coat_bytes, parse_coat};
 use super::atomic::{remove_leftovers, write_atomically};
 use super::hash::{hash_bytes, hash_file};
 use super::json::{read_json, to_json};
-use crate::document::names::file_name_of_photo;
-use crate::document::tree_paint::{TREE_PAINT_VERSION, TreePaintBook};
-use crate::error::{Error, Result};
-use crate::foliage::PaintedSlab;
+use quadratura_base::error::{Error, Result};
+use quadratura_document::names::file_name_of_photo;
+use quadratura_document::tree_paint::{TREE_PAINT_VERSION, TreePaintBook};
+use quadratura_foliage::PaintedSlab;
 
 const BOOK: &str = "trees.json";
 /// The extension of files of points.
@@ -174,9 +174,9 @@ fn is_ours(file: &Path) -> Result<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::tree_paint::TreeCoat;
-    use crate::foliage::{Change, PaintPoint};
     use glam::Vec3;
+    use quadratura_document::tree_paint::TreeCoat;
+    use quadratura_foliage::{Change, PaintPoint};
 
     fn coat(x: f32) -> PaintedSlab {
         let change = Change { colour: Vec3::X, alpha: 1.0 };

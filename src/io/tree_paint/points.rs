@@ -6,9 +6,9 @@ use std::path::Path;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
-use crate::foliage::{BesidePixel, Change, DIRECTION_NAMES, PaintPoint, PaintedSlab};
-use crate::io::plant_images::deflated::{Fault, deflated, first_line, inflated};
+use crate::plant_images::deflated::{Fault, deflated, first_line, inflated};
+use quadratura_base::error::{Error, Result};
+use quadratura_foliage::{BesidePixel, Change, DIRECTION_NAMES, PaintPoint, PaintedSlab};
 
 /// The value of `format`.
 const FORMAT: &str = "quadratura-tree-paint";
@@ -161,7 +161,7 @@ fn parsed(bytes: &[u8]) -> Result<PaintedSlab, Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn any_coat(rng: &mut Rng) -> PaintedSlab {
         let mut point = || PaintPoint {

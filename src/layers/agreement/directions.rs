@@ -7,17 +7,17 @@ use rayon::prelude::*;
 
 use super::tints::TintLevels;
 use super::votes::{MOST_VOTES, Votes, agrees, largest_set};
-use crate::error::Result;
-use crate::geometry::{Pinhole, Pose};
-use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
-use crate::projection::exposure::Optics;
-use crate::projection::exposure::optics::squared_radius;
-use crate::projection::exposure::surroundings::SurroundingsFactors;
-use crate::projection::exposure::white::clipped;
-use crate::projection::surroundings::pixels_per_angle;
-use crate::raster::steps::steps_inside;
-use crate::scene::FaceId;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::raster::steps::steps_inside;
+use quadratura_base::scene::FaceId;
+use quadratura_base::task::Task;
+use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
+use quadratura_projection::exposure::Optics;
+use quadratura_projection::exposure::optics::squared_radius;
+use quadratura_projection::exposure::surroundings::SurroundingsFactors;
+use quadratura_projection::exposure::white::clipped;
+use quadratura_projection::surroundings::pixels_per_angle;
 
 /// The distance from what is not surroundings, in reduced pixels, within which a photo has no vote: outlines are
 /// wrong by some pixels.
@@ -118,7 +118,7 @@ impl DirectionPhoto {
 /// they are of the same group of light: one of another group confirms what agrees and contradicts nothing.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn direction_agreement(
     tested: &DirectionPhoto,
     others: &[(&DirectionPhoto, bool)],

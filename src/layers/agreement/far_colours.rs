@@ -194,8 +194,8 @@ fn blurred(values: &[f32], stride: usize, count: usize) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Pinhole, Pose};
     use glam::{DMat3, DVec3};
+    use quadratura_base::geometry::{Pinhole, Pose};
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 120, fx: 150.0, fy: 150.0, cx: 100.0, cy: 60.0 };
     const SKY: [f32; 3] = [0.3, 0.4, 0.6];

@@ -23,8 +23,8 @@ pub use votes::{Votes, undecided_share, votes};
 
 use rayon::prelude::*;
 
-use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
-use crate::scene::FaceId;
+use quadratura_base::scene::FaceId;
+use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
 
 /// What the other photos say of one photo.
 #[derive(Debug, Clone, PartialEq, Default)]

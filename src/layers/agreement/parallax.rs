@@ -7,8 +7,8 @@
 use glam::{DVec2, DVec3};
 
 use super::{ReducedPhoto, ReducedPhotos};
-use crate::geometry::{PixelRect, Spans};
-use crate::scene::PhotoId;
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::scene::PhotoId;
 
 /// The distances that are tried, relative to the model's surface, inverse: evenly spaced in the image. Models of buildings are off by less
 /// than a twentieth of the distance; what is behind, such as a room or a reflection, may be farther away.

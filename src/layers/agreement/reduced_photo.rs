@@ -4,10 +4,10 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::tints::TintLevels;
-use crate::layers::fill::{Donor, SurfaceId, Surfaces};
-use crate::projection::exposure::optics::squared_radius;
-use crate::projection::exposure::{LightGroups, Optics};
-use crate::projection::relief::Relief;
+use crate::fill::{Donor, SurfaceId, Surfaces};
+use quadratura_projection::exposure::optics::squared_radius;
+use quadratura_projection::exposure::{LightGroups, Optics};
+use quadratura_projection::relief::Relief;
 
 /// The sine of the least angle, about two degrees, under which a surface is compared. The ground of a square is seen under
 /// three degrees from its far side, where people stand.

@@ -2,7 +2,7 @@
 //! the image and closed, because half a car is worse than a car.
 
 use super::{AgreementOptions, Votes};
-use crate::geometry::{PixelRect, Spans};
+use quadratura_base::geometry::{PixelRect, Spans};
 
 /// The agreement throughout a region.
 pub const OF_REGIONS: f32 = 0.01;

@@ -9,16 +9,16 @@ use super::{
     AgreementOptions, PhotoAgreement, ReducedPhoto, ReducedPhotos, Votes, contradicted_regions,
     photo_agreement, things, votes,
 };
-use crate::geometry::{PixelRect, Spans};
-use crate::layers::fill::{Donor, DonorContent, PaintedSurface, SurfaceId, Surfaces};
-use crate::projection::Projector;
-use crate::projection::agreement::ContradictedPixel;
-use crate::projection::exposure::{LightGroups, Optics};
-use crate::projection::relief::Relief;
-use crate::raster::Image;
-use crate::scene::synthetic::{Modeller, centred, look_at};
-use crate::scene::{FaceId, Model, PhotoId, PhotoPixels, Samples};
-use crate::task::Task;
+use crate::fill::{Donor, DonorContent, PaintedSurface, SurfaceId, Surfaces};
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::raster::Image;
+use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
+use quadratura_base::scene::{FaceId, Model, PhotoId, PhotoPixels, Samples};
+use quadratura_base::task::Task;
+use quadratura_projection::Projector;
+use quadratura_projection::agreement::ContradictedPixel;
+use quadratura_projection::exposure::{LightGroups, Optics};
+use quadratura_projection::relief::Relief;
 
 const SIZE: [u32; 2] = [240, 160];
 /// The middle and the radius of the thing, in world units on the wall's plane.
@@ -255,7 +255,7 @@ fn things_in(seen: Seen) -> (Vec<super::Thing>, Projector) {
                 0.45
             };
             let light = if x == 0.0 { seen(point, wall) } else { [wall; 3] };
-            light.map(|light| (255.0 * crate::scene::light::srgb_from_linear(light)).round() as u8)
+            light.map(|light| (255.0 * quadratura_base::scene::light::srgb_from_linear(light)).round() as u8)
         };
         Some(reduced(&projector, &model, &surfaces, colour))
     };

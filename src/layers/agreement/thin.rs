@@ -100,7 +100,7 @@ mod tests {
     use glam::{DMat3, DVec3};
 
     use super::*;
-    use crate::geometry::{Pinhole, Pose};
+    use quadratura_base::geometry::{Pinhole, Pose};
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 120, fx: 150.0, fy: 150.0, cx: 100.0, cy: 60.0 };
 

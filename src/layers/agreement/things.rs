@@ -13,9 +13,9 @@ use rayon::prelude::*;
 use super::parallax::shown_nearby;
 use super::regions::{closed, connected, without_holes};
 use super::{AgreementOptions, ContradictedRegion, ReducedPhoto, ReducedPhotos, Votes, contradicted_regions};
-use crate::geometry::{PixelRect, Spans};
-use crate::layers::matte::{ColourModel, log_colour};
-use crate::scene::PhotoId;
+use crate::matte::{ColourModel, log_colour};
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::scene::PhotoId;
 
 /// A thing that a photo alone shows, or light that it alone has.
 #[derive(Debug, Clone, PartialEq)]

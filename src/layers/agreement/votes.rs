@@ -8,11 +8,11 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::reduced_photo::{ReducedPhoto, ReducedPhotos};
-use crate::error::Result;
-use crate::layers::fill::SurfaceId;
-use crate::projection::weights::pixels_per_unit;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use crate::fill::SurfaceId;
+use quadratura_base::error::Result;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_projection::weights::pixels_per_unit;
 
 /// The largest number of photos that a photo is compared with, the nearest ones.
 pub(super) const MOST_VOTES: usize = 24;
@@ -80,7 +80,7 @@ pub fn undecided_share(votes: &[Votes]) -> f64 {
 /// `photo` is an index in the site's order; the photos `left_out` have no vote.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn votes(
     photos: &ReducedPhotos,
     photo: PhotoId,

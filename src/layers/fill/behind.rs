@@ -11,9 +11,9 @@ use super::queries::{Asking, Query, centre};
 use super::ranked_donors::DonatedColour;
 use super::region::Region;
 use super::seam::seam;
-use crate::error::Result;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
 
 /// The colour that is expected behind a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ pub struct PredictedColour {
 /// region's spans; `None` where no photo shows the surface. Paint gives nothing.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn predicted_colours(
     context: &FillContext,
     photo: PhotoId,

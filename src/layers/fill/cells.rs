@@ -5,9 +5,9 @@ use glam::DVec2;
 
 use super::push_pull::WeightedGrid;
 use super::region::Region;
-use crate::geometry::PixelRect;
-use crate::raster::Image;
-use crate::raster::bilinear::Clamped;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_base::raster::bilinear::Clamped;
 
 /// Side of a cell in pixels: large enough that misregistration by a pixel or two has little effect.
 pub const CELL_PX: i32 = 4;

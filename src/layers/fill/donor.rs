@@ -9,32 +9,32 @@ use rayon::prelude::*;
 use super::painted::{LEVELS, Paint, PaintSample, PaintedSurface};
 use super::silhouettes::{CLEAR, INSIDE, mark_clear, mark_inside};
 use super::surfaces::{SurfaceId, Surfaces};
-use crate::error::Result;
-use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
-use crate::layers::software::owners;
-use crate::layers::view::{Item, View};
-use crate::projection::Projector;
-use crate::projection::agreement::PhotoAgreement;
-use crate::projection::srgb::Srgb;
-use crate::raster::bilinear::Clamped;
-use crate::raster::halving::{OddSide, halved};
-use crate::raster::{Image, in_8_bits};
-use crate::scene::impostor::{Facing, Turn};
-use crate::scene::{Model, PhotoId, PhotoPixels};
+use crate::software::owners;
+use crate::view::{Item, View};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, PixelRect, Plane, Pose};
+use quadratura_base::raster::bilinear::Clamped;
+use quadratura_base::raster::halving::{OddSide, halved};
+use quadratura_base::raster::{Image, in_8_bits};
+use quadratura_base::scene::impostor::{Facing, Turn};
+use quadratura_base::scene::{Model, PhotoId, PhotoPixels};
+use quadratura_projection::Projector;
+use quadratura_projection::agreement::PhotoAgreement;
+use quadratura_projection::srgb::Srgb;
 
 /// A source of donor photos: files, or images made by a test.
 pub trait Donors: Sync {
     /// Returns the photo as a donor to other photos; `None` where it cannot be read.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>>;
 
     /// Returns the photo with all of its own paint, also with paint that other photos must not see; `None` where
     /// it cannot be read.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     fn own(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
         self.donor(photo)
     }

@@ -40,7 +40,6 @@ mod silhouettes;
 pub mod surfaces;
 pub mod surroundings;
 
-use crate::scene::PhotoId;
 pub use behind::{PredictedColour, predicted_colours};
 pub use donor::{Donor, DonorContent, Donors};
 pub use options::{FillOptions, Invent};
@@ -52,6 +51,7 @@ pub use photo::{
 pub use plate::RectifiedTextures;
 pub use propagated::{PropagatedPaint, PropagationStatistics, propagate_paint};
 pub use propagation::{OnlyHere, PaintPlace, Propagation};
+use quadratura_base::scene::PhotoId;
 pub use region::{HiddenSpan, Region, Regions};
 pub use surfaces::{SurfaceId, Surfaces};
 

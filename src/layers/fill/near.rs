@@ -9,12 +9,12 @@ use super::donor::{PARALLEL, SAME_DEPTH};
 use super::painted::LEVELS;
 use super::silhouettes::INSIDE_PX;
 use super::surfaces::{SurfaceId, Surfaces};
-use crate::geometry::PixelRect;
-use crate::layers::software::owners;
-use crate::layers::view::{Item, View};
-use crate::projection::Projector;
-use crate::scene::Model;
-use crate::scene::impostor::Facing;
+use crate::software::owners;
+use crate::view::{Item, View};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Model;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_projection::Projector;
 
 /// The distance in pixels from a sample within which pixels may change it: two texels of the coarsest level of detail,
 /// and the distance within which an edge forbids to sample a photo at all.
@@ -73,7 +73,7 @@ fn may_be_level(a: &Item, b: &Item, rect: PixelRect, normal: &impl Fn(&Item) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::closed_form;
+    use quadratura_base::scene::synthetic::closed_form;
 
     #[test]
     fn only_surfaces_that_the_photo_shows_there_are_near() {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use super::propagation::{OnlyHere, PaintPlace, Propagation, is_among};
-use crate::scene::alike::nfc;
+use quadratura_base::scene::alike::nfc;
 
 /// The method for texels that no photo shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -50,23 +50,23 @@ impl FillOptions {
 
     /// Returns true when paint of the photo with this name replaces pixels that other photos show, as far as it
     /// does not stay in it ([`Self::stays`]).
-    pub(crate) fn propagates(&self, photo: &str) -> bool {
+    pub fn propagates(&self, photo: &str) -> bool {
         is_among(self.propagate.patterns(), photo) && !self.only_here.photos.contains(photo)
     }
 
     /// Returns true when paint of other photos replaces pixels that the photo with this name shows.
-    pub(crate) fn propagates_to(&self, photo: &str) -> bool {
+    pub fn propagates_to(&self, photo: &str) -> bool {
         !self.propagate.patterns().is_empty() && !self.protected.contains(photo)
     }
 
     /// Returns true when paint is seen only in the photo on which it was painted.
-    pub(crate) fn stays(&self, place: &PaintPlace) -> bool {
+    pub fn stays(&self, place: &PaintPlace) -> bool {
         self.only_here.holds(place)
     }
 
     /// Returns the options on which the filling of the photo with this name depends. Exceptions take effect in the
     /// list of the paint that concerns the photo, and a choice of none has the effect of no choice.
-    pub(crate) fn of_photo(&self, photo: &str) -> Self {
+    pub fn of_photo(&self, photo: &str) -> Self {
         let propagate = match self.propagates_to(photo) {
             true => self.propagate.clone(),
             false => Propagation::Undecided,
@@ -75,7 +75,7 @@ impl FillOptions {
     }
 
     /// Returns a sentence about the first value that is not valid, if any.
-    pub(crate) fn problem(&self) -> Option<String> {
+    pub fn problem(&self) -> Option<String> {
         let empty = |name: &&String| name.is_empty();
         let patterns = self.propagate.patterns().iter().find(empty);
         let patterns = patterns.map(|_| "propagate has an empty name; expected names of photos".to_owned());
@@ -84,7 +84,7 @@ impl FillOptions {
     }
 
     /// Returns true when all options have their default values.
-    pub(crate) fn is_default(&self) -> bool {
+    pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 }

@@ -4,11 +4,11 @@
 use glam::DVec2;
 
 use super::surfaces::SurfaceId;
-use crate::geometry::PixelRect;
-use crate::projection::srgb::Srgb;
-use crate::raster::Image;
-use crate::raster::bilinear::BilinearCorner;
-use crate::raster::halving::OddSide;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_base::raster::bilinear::BilinearCorner;
+use quadratura_base::raster::halving::OddSide;
+use quadratura_projection::srgb::Srgb;
 
 /// The least alpha at which soft paint provides a colour: below half its opacity, the photo underneath
 /// contributes more.

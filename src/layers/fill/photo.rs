@@ -17,11 +17,11 @@ use super::seam::seam;
 use super::see_through::LayerMatte;
 use super::surfaces::{FillSurface, SurfaceId, Surfaces};
 use super::{DIFFUSED_CONFIDENCE, FillOptions, FillOrigin, INVENTED_CONFIDENCE};
-use crate::error::{Error, Result};
-use crate::projection::relief::Relief;
-use crate::projection::{Gains, Projector};
-use crate::scene::PhotoId;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::{Gains, Projector};
 
 /// The data that the filling of all photos of a site shares.
 pub struct FillContext<'a> {

@@ -17,13 +17,13 @@ use super::photo::FillContext;
 use super::ranked_donors::{ColourQuery, given, ranked_donors};
 use super::surfaces::{FillSurface, SurfaceId};
 use super::{FillOrigin, Invent};
-use crate::error::Result;
-use crate::geometry::clip::clipped_to_box;
-use crate::geometry::polygon::PlaneFrame;
-use crate::projection::weights::pixels_per_unit;
-use crate::raster::bilinear::Clamped;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::clip::clipped_to_box;
+use quadratura_base::geometry::polygon::PlaneFrame;
+use quadratura_base::raster::bilinear::Clamped;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_projection::weights::pixels_per_unit;
 
 /// The largest number of cells of a plate; larger surfaces get larger cells. Synthesised texture needs no
 /// finer ones, and synthesising half a million cells takes about a second.
@@ -84,7 +84,7 @@ impl RectifiedTextures {
     /// Makes the plates of those `sides` that are not in the cache.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn make(&mut self, context: &FillContext, mut sides: Vec<SurfaceSide>, task: &Task) -> Result<()> {
         if self.made.values().flatten().map(|plate| plate.roots.len()).sum::<usize>() > MOST_KEPT {
             self.made.clear();
@@ -288,8 +288,8 @@ fn along_edges(surface: &FillSurface) -> PlaneFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Plane;
-    use crate::scene::FaceId;
+    use quadratura_base::geometry::Plane;
+    use quadratura_base::scene::FaceId;
 
     #[test]
     fn a_leaning_rectangle_is_laid_along_its_edges() {

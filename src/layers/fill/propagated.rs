@@ -17,9 +17,9 @@ use super::ranked_donors::{OfferedPaint, PaintOffer, paints_differ};
 use super::region::Region;
 use super::seam::seam;
 use super::surfaces::SurfaceId;
-use crate::error::{Error, Result};
-use crate::scene::PhotoId;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
 
 /// The paint that was propagated to a photo.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -7,8 +7,8 @@ use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::options::matches_pattern;
-use crate::layers::Faces;
-use crate::scene::FaceIndex;
+use crate::Faces;
+use quadratura_base::scene::FaceIndex;
 
 /// The pattern for all photos.
 const ALL: &str = "*";
@@ -32,12 +32,12 @@ pub enum Propagation {
 
 impl Propagation {
     /// Returns the choice of all photos.
-    pub(crate) fn all() -> Self {
+    pub fn all() -> Self {
         Self::Of(vec![ALL.to_owned()])
     }
 
     /// Returns the patterns of photos; empty for none.
-    pub(crate) fn patterns(&self) -> &[String] {
+    pub fn patterns(&self) -> &[String] {
         match self {
             Self::Undecided | Self::None => &[],
             Self::Of(patterns) => patterns,
@@ -45,12 +45,12 @@ impl Propagation {
     }
 
     /// Returns true until somebody has chosen.
-    pub(crate) fn is_undecided(&self) -> bool {
+    pub fn is_undecided(&self) -> bool {
         *self == Self::Undecided
     }
 
     /// Returns true when the paint of every photo is chosen.
-    pub(crate) fn is_all(&self) -> bool {
+    pub fn is_all(&self) -> bool {
         self.patterns().iter().any(|pattern| pattern == ALL)
     }
 }
@@ -131,12 +131,12 @@ pub struct OnlyHere {
 
 impl OnlyHere {
     /// Returns true when there are no exceptions.
-    pub(crate) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
     /// Returns true when this paint stays in its photo.
-    pub(crate) fn holds(&self, place: &PaintPlace) -> bool {
+    pub fn holds(&self, place: &PaintPlace) -> bool {
         self.photos.contains(place.photo)
             || self.imports.contains(&place.import)
             || self.surfaces.iter().any(|faces| match place.face {
@@ -154,7 +154,7 @@ pub(super) fn is_among(patterns: &[String], photo: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layers::fill::FillOptions;
+    use crate::fill::FillOptions;
 
     fn read(json: &str) -> Result<Propagation, String> {
         serde_json::from_str(json).map_err(|error| error.to_string())

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use crate::raster::halving::{OddSide, halved};
+use quadratura_base::raster::halving::{OddSide, halved};
 
 /// A grid of values, row by row, each with a weight: 0 unknown, 1 known.
 #[derive(Debug, Clone, PartialEq)]

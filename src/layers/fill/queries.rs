@@ -16,14 +16,14 @@ use super::ranked_donors::{
 };
 use super::region::{HiddenSpan, Region};
 use super::surfaces::{FillSurface, SurfaceId};
-use crate::error::Result;
-use crate::geometry::{PixelRect, Pose};
-use crate::projection::exposure::optics::squared_radius;
-use crate::projection::srgb::Srgb;
-use crate::projection::weights::pixels_per_unit;
-use crate::scene::PhotoId;
-use crate::scene::light::srgb_from_linear;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{PixelRect, Pose};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::light::srgb_from_linear;
+use quadratura_base::task::Task;
+use quadratura_projection::exposure::optics::squared_radius;
+use quadratura_projection::srgb::Srgb;
+use quadratura_projection::weights::pixels_per_unit;
 
 /// The largest angle, in radians, between the directions from which a billboard is seen by the photo and by
 /// its donors: ten degrees. The background seen through foliage shifts with the direction.
@@ -70,7 +70,7 @@ impl Asking<'_> {
     /// centre.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn ask<T: Copy + Send>(
         &self,
         regions: &[Region],

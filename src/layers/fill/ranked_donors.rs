@@ -8,13 +8,13 @@ use super::donor::Donor;
 use super::painted::{Paint, PaintSample};
 use super::surfaces::SurfaceId;
 use super::{FillOrigin, MOST_CONFIDENCE};
-use crate::geometry::{Plane, Pose};
-use crate::projection::exposure::Optics;
-use crate::projection::exposure::optics::squared_radius;
-use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
-use crate::projection::{Blend, Gains};
-use crate::raster::robust;
-use crate::scene::PhotoId;
+use quadratura_base::geometry::{Plane, Pose};
+use quadratura_base::raster::robust;
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::exposure::Optics;
+use quadratura_projection::exposure::optics::squared_radius;
+use quadratura_projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
+use quadratura_projection::{Blend, Gains};
 
 /// The largest number of photos that are sampled for a point. From the sixth on, further photos hardly change
 /// the median; the rest is a reserve because some of the best may be occluded at the point.

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::surfaces::SurfaceId;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::layers::LayerIndex;
-use crate::layers::content::PixelSpan;
-use crate::layers::software::TriangleFootprint;
-use crate::layers::view::{View, clip_from_camera};
+use crate::LayerIndex;
+use crate::content::PixelSpan;
+use crate::software::TriangleFootprint;
+use crate::view::{View, clip_from_camera};
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 
 /// A span of occluded pixels of a row, in one image layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

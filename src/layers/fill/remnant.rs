@@ -4,7 +4,7 @@
 use super::cells::{RegionCells, SmoothField};
 use super::donor::Donor;
 use super::region::Region;
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
 
 /// The colours for a whole region, in linear light of the photo, from the photo's pixels of its surface.
 pub enum LastResort {

@@ -4,7 +4,7 @@
 //! see [`super::push_pull`]). Pixels of the photo never change.
 
 use super::cells::{RegionCells, SmoothField};
-use crate::raster::robust::upper_median;
+use quadratura_base::raster::robust::upper_median;
 
 /// The deviation from the median difference, as a natural logarithm, at which a difference loses most of its
 /// weight: it is then not due to light but to an object that the model lacks, in front of one of the two.
@@ -35,10 +35,10 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::geometry::PixelRect;
-    use crate::layers::LayerIndex;
-    use crate::layers::content::PixelSpan;
-    use crate::layers::fill::{HiddenSpan, Region, SurfaceId};
+    use crate::LayerIndex;
+    use crate::content::PixelSpan;
+    use crate::fill::{HiddenSpan, Region, SurfaceId};
+    use quadratura_base::geometry::PixelRect;
 
     #[test]
     fn the_factor_leads_from_one_side_to_the_other_and_a_stray_has_little_say() {

@@ -13,12 +13,12 @@ use std::collections::BTreeMap;
 use super::region::Region;
 use super::surfaces::SurfaceId;
 use super::{FillOrigin, FilledRegion, FilledTexel, PhotoFilling};
-use crate::geometry::PixelRect;
-use crate::layers::LayerIndex;
-use crate::layers::matte::{Known, Matte};
-use crate::raster::steps::steps_inside;
-use crate::scene::light::{linear_of_srgb, srgb_from_linear};
-use crate::scene::{PhotoId, PhotoPixels};
+use crate::LayerIndex;
+use crate::matte::{Known, Matte};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::steps::steps_inside;
+use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_base::scene::{PhotoId, PhotoPixels};
 
 pub use from_others::fill_see_through;
 

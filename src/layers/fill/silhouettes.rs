@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::layers::view::View;
+use crate::view::View;
 
 /// The distance in pixels from a depth discontinuity within which a photo is not sampled: models are wrong by
 /// a few pixels, and the background at an edge must not be taken for the foreground.
@@ -149,8 +149,8 @@ fn is_farther(view: &View, owners: [u32; 2], places: [[usize; 2]; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layers::software::owners;
-    use crate::scene::synthetic::closed_form;
+    use crate::software::owners;
+    use quadratura_base::scene::synthetic::closed_form;
 
     #[test]
     fn what_is_close_behind_an_outline_is_not_clear_and_the_nearer_side_is() {

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use crate::geometry::Plane;
-use crate::geometry::polygon::fit_plane;
-use crate::scene::builder::says_backdrop;
-use crate::scene::{FaceId, Model};
+use quadratura_base::geometry::Plane;
+use quadratura_base::geometry::polygon::fit_plane;
+use quadratura_base::scene::builder::says_backdrop;
+use quadratura_base::scene::{FaceId, Model};
 
 /// The index of a surface in [`Surfaces`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -144,7 +144,7 @@ impl Surfaces {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::closed_form;
+    use quadratura_base::scene::synthetic::closed_form;
 
     #[test]
     fn a_bent_face_has_a_surface_a_triangle_and_its_pieces_find_theirs() {

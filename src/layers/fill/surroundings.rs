@@ -10,22 +10,22 @@ use super::ranked_donors::{AGREEMENT_ALONE, BLACK, DonorColour, chosen};
 use super::region::Region;
 use super::seam::seam;
 use super::{DIFFUSED_CONFIDENCE, FillOrigin, INVENTED_CONFIDENCE, MOST_CONFIDENCE, MOST_DONORS};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::projection::agreement::AgreementGrid;
-use crate::projection::dome::DomeSampler;
-use crate::projection::exposure::Optics;
-use crate::projection::exposure::optics::squared_radius;
-use crate::projection::exposure::surroundings::SurroundingsFactors;
-use crate::projection::srgb::Srgb;
-use crate::projection::surroundings::pixels_per_angle;
-use crate::projection::twin::sample::{Footprint, Lookup};
-use crate::projection::weights::{Claim, border, octaves_missing};
-use crate::projection::{Blend, Projector};
-use crate::raster::Image;
-use crate::scene::PhotoId;
-use crate::scene::light::srgb_from_linear;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::light::srgb_from_linear;
+use quadratura_base::task::Task;
+use quadratura_projection::agreement::AgreementGrid;
+use quadratura_projection::dome::DomeSampler;
+use quadratura_projection::exposure::Optics;
+use quadratura_projection::exposure::optics::squared_radius;
+use quadratura_projection::exposure::surroundings::SurroundingsFactors;
+use quadratura_projection::srgb::Srgb;
+use quadratura_projection::surroundings::pixels_per_angle;
+use quadratura_projection::twin::sample::{Footprint, Lookup};
+use quadratura_projection::weights::{Claim, border, octaves_missing};
+use quadratura_projection::{Blend, Projector};
 
 /// The confidence of a photo's surroundings, beside their outline, below which they give nothing: there other
 /// things are mixed in.
@@ -134,7 +134,7 @@ impl SurroundingsFilling<'_> {
     /// Fills a region. Texels of which nothing is known stay empty: then the result is without them.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn fill(&self, region: Region, task: &Task) -> Result<Option<FilledRegion>> {
         let pixels: Vec<(u32, u32)> = region.pixels().collect();
         let centre = |(x, y): (u32, u32)| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
@@ -268,14 +268,14 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::geometry::{Pinhole, Pose};
-    use crate::layers::LayerIndex;
-    use crate::layers::content::PixelSpan;
-    use crate::layers::fill::{HiddenSpan, SurfaceId};
-    use crate::projection::LayerTexturePixels;
-    use crate::projection::dome::{CubeMap, Dome};
-    use crate::projection::pyramid::PyramidOptions;
-    use crate::projection::sources::COVERED;
+    use crate::LayerIndex;
+    use crate::content::PixelSpan;
+    use crate::fill::{HiddenSpan, SurfaceId};
+    use quadratura_base::geometry::{Pinhole, Pose};
+    use quadratura_projection::LayerTexturePixels;
+    use quadratura_projection::dome::{CubeMap, Dome};
+    use quadratura_projection::pyramid::PyramidOptions;
+    use quadratura_projection::sources::COVERED;
 
     const CAMERA: Pinhole = Pinhole { width: 256, height: 128, fx: 150.0, fy: 150.0, cx: 128.0, cy: 64.0 };
 

@@ -8,9 +8,9 @@
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::error::Result;
-use crate::raster::Image;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::raster::Image;
+use quadratura_base::task::Task;
 
 /// Options of the solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +37,7 @@ impl Default for ClosedForm {
 /// without a known pixel it is 1.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn closed_form(
     colours: &Image<Vec3>,
     known: &Image<Option<f32>>,
@@ -247,8 +247,8 @@ fn around(middle: usize, width: usize) -> [usize; 9] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_base::scene::synthetic::Rng;
 
     /// A soft edge between two surfaces whose colours vary along a line each: the model of the method holds.
     fn edge(width: u32, height: u32) -> (Image<Vec3>, Image<f32>) {

@@ -123,7 +123,7 @@ fn nearest(means: &[Vec3], sample: Vec3) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     #[test]
     fn samples_of_two_colours_are_likely_and_what_lies_between_them_is_not() {

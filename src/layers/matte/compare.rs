@@ -4,8 +4,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::colour_model::{ColourModel, log_colour};
-use crate::projection::srgb::Srgb;
-use crate::raster::Image;
+use quadratura_base::raster::Image;
+use quadratura_projection::srgb::Srgb;
 
 /// The largest number of see-through objects in front of each other that are told apart.
 pub const CANDIDATES: usize = 3;
@@ -210,8 +210,8 @@ fn distances(evidence: &Evidence) -> Image<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_base::scene::synthetic::Rng;
 
     const RECT: PixelRect = PixelRect { x: 0, y: 0, w: 120, h: 60 };
 

@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use super::compare::CANDIDATES;
 use super::{ClosedForm, Known, Matte, closed_form, foreground};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::projection::sources::LEAST_MATTE;
-use crate::projection::srgb::Srgb;
-use crate::raster::Image;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_base::task::Task;
+use quadratura_projection::sources::LEAST_MATTE;
+use quadratura_projection::srgb::Srgb;
 
 /// What is known of a photo's pixels at see-through objects, all for one rectangle in photo pixels.
 pub struct Likely<'a> {
@@ -58,7 +58,7 @@ const LEAST_LIKELY: f32 = 0.25;
 /// Finds the mattes of the objects with these names. Objects that the photo does not show get none.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn find_mattes(
     likely: &Likely,
     names: &[&str],

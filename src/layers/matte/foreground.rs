@@ -7,8 +7,8 @@
 
 use glam::Vec3;
 
-use crate::geometry::PixelRect;
-use crate::raster::Image;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
 
 /// The least weight of smoothness between neighbours.
 const SMOOTH: f32 = 1e-5;

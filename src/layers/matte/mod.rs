@@ -22,7 +22,7 @@ pub use foreground::{Foreground, foreground};
 pub use piece::{ExpectedPiece, FaceGrid, PieceSilhouette, SeenPiece};
 pub use silhouette::{SeenImpostor, Silhouette};
 
-use crate::raster::Image;
+use quadratura_base::raster::Image;
 
 /// The matte of an object in a photo, or of one of its faces, and the object's own colours.
 #[derive(Debug, Clone, PartialEq)]

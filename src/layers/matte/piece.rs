@@ -7,8 +7,8 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::silhouette::{Expected, SeenImpostor, Silhouette};
-use crate::geometry::{Pinhole, Plane, Pose};
-use crate::raster::bilinear::Clamped;
+use quadratura_base::geometry::{Pinhole, Plane, Pose};
+use quadratura_base::raster::bilinear::Clamped;
 
 /// The least and the largest number of cells along the longer side of a face.
 const CELLS: [f64; 2] = [16.0, 768.0];

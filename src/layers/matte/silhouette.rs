@@ -3,9 +3,9 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::{Pinhole, Pose};
-use crate::raster::bilinear::Clamped;
-use crate::scene::impostor::{Facing, Impostor};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::raster::bilinear::Clamped;
+use quadratura_base::scene::impostor::{Facing, Impostor};
 
 /// The cells across a rectangle and along it.
 const CELLS: [usize; 2] = [48, 64];

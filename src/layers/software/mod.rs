@@ -9,7 +9,7 @@
 //! | `passes::lists` | *count*, *scan*, *fill* | the fragments of the working set, as one list per pixel |
 //! | [`super::count_pairs`] | *pairs* | the table of occlusions |
 //!
-//! Depths are compared bit for bit as on the GPU ([`InverseDepth::at`](crate::geometry::InverseDepth::at), [`super::is_behind`]).
+//! Depths are compared bit for bit as on the GPU ([`InverseDepth::at`](quadratura_base::geometry::InverseDepth::at), [`super::is_behind`]).
 //! Coverage is exact here, while a GPU rounds corners to a grid of 1/256 pixel: the two may differ where an
 //! outline passes within a hundredth of a pixel of a pixel centre, and nowhere else.
 
@@ -22,9 +22,9 @@ pub use coverage::TriangleFootprint;
 use super::pairs::count_pairs;
 use super::rasteriser::{Fragments, Presence, Rasteriser, StencilLayers};
 use super::view::View;
-use crate::error::Result;
-use crate::task::Task;
 use passes::SoftwareDrawing;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// A rasteriser that runs on the CPU. Its results do not depend on the number of threads.
 #[derive(Debug, Clone, Copy, Default)]

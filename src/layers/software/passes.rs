@@ -5,11 +5,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::coverage::TriangleFootprint;
-use crate::error::Result;
-use crate::layers::is_behind;
-use crate::layers::rasteriser::{Band, FragmentLists, Presence, TIE, VISIBLE};
-use crate::layers::view::{ItemId, View};
-use crate::task::Task;
+use crate::is_behind;
+use crate::rasteriser::{Band, FragmentLists, Presence, TIE, VISIBLE};
+use crate::view::{ItemId, View};
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// Rows of a band: few enough to occupy many threads, enough that few triangles lie in several bands.
 const BAND_ROWS: u32 = 32;

@@ -3,12 +3,12 @@
 
 use rayon::prelude::*;
 
-use crate::error::Result;
-use crate::layers::is_behind;
-use crate::layers::pairs::pixels;
-use crate::layers::rasteriser::{FragmentLists, StencilLayers, VISIBLE};
-use crate::layers::view::View;
-use crate::task::Task;
+use crate::is_behind;
+use crate::pairs::pixels;
+use crate::rasteriser::{FragmentLists, StencilLayers, VISIBLE};
+use crate::view::View;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// Returns, per item, whether a fragment of it lies behind a fragment of another item by more than the
 /// tolerance. The `forgiven` pairs (front, back), sorted, are ignored.

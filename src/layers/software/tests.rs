@@ -1,11 +1,11 @@
 //! Closed-form scenes, written straight into views: what is seen can be said in a sentence.
 
 use super::*;
-use crate::geometry::InverseDepth;
-use crate::geometry::PixelRect;
-use crate::layers::Item;
-use crate::layers::rasteriser::{Occlusion, VISIBLE};
-use crate::scene::FaceId;
+use crate::Item;
+use crate::rasteriser::{Occlusion, VISIBLE};
+use quadratura_base::geometry::InverseDepth;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::FaceId;
 
 const TOLERANCE: f32 = 1e-4;
 
@@ -185,5 +185,5 @@ fn a_stopped_task_stops_the_drawing() {
     let task = Task::silent();
     task.stop_flag().store(true, std::sync::atomic::Ordering::Relaxed);
     let stopped = SoftwareRasteriser.fragments(&empty_view(), TOLERANCE, &task);
-    assert!(matches!(stopped, Err(crate::Error::Cancelled)));
+    assert!(matches!(stopped, Err(quadratura_base::Error::Cancelled)));
 }

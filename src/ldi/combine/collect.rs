@@ -5,10 +5,10 @@ use std::ops::Range;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::neighbourhood::Neighbourhood;
-use crate::ldi::layout::{DepthPixel, DepthPixelOrigin, Ldi, Level, Splat};
-use crate::ldi::merge::Sample;
-use crate::ldi::splat::{Canvas, Dot};
-use crate::ldi::transfer::Transfer;
+use crate::layout::{DepthPixel, DepthPixelOrigin, Ldi, Level, Splat};
+use crate::merge::Sample;
+use crate::splat::{Canvas, Dot};
+use crate::transfer::Transfer;
 
 /// The rows of the common camera whose samples are merged together: in frames of moderate width their samples stay in the processor's cache.
 pub const STRIP: u32 = 16;
@@ -365,7 +365,7 @@ fn is_middle(at: f32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{Rng, centred, look_at};
+    use quadratura_base::scene::synthetic::{Rng, centred, look_at};
 
     #[test]
     fn points_of_a_plane_are_found_by_their_offsets_in_the_picture_exactly() {

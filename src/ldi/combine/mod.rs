@@ -24,11 +24,11 @@ use super::layout::{Ldi, LdiKind};
 use super::merge::{Merging, Sample, merge_as_published_into, merge_into};
 use super::transfer::Transfer;
 use super::warp::{Plan, WarpOptions};
-use crate::error::Result;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::projection::Shot;
-use crate::scene::light::bytes_of_light_times;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::light::bytes_of_light_times;
+use quadratura_base::task::Task;
+use quadratura_projection::Shot;
 
 /// About how many samples are collected before they are merged: some 60 MiB, or [`LEAST_ROWS`] and a strip for each thread where these
 /// have more.
@@ -88,7 +88,7 @@ pub struct Combining {
 /// every order of the sources other than the camera's own.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn combine(
     kind: LdiKind,
     frame: &Frame,

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 
-use crate::geometry::{Pinhole, Pose};
-use crate::ldi::layout::{Ldi, LdiSurface, MOST_SURFACES};
-use crate::scene::FaceIndex;
+use crate::layout::{Ldi, LdiSurface, MOST_SURFACES};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::FaceIndex;
 
 /// The least distance of the camera from a plane, as a share of that of the source's camera, below which the plane counts as
 /// seen from its side: it has no inverse depth.

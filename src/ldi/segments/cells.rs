@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use super::join::Labels;
 use super::{SMALLEST_CELL, TILE};
-use crate::error::Result;
-use crate::ldi::layout::{Ldi, LdiSurface, Level};
-use crate::task::Task;
+use crate::layout::{Ldi, LdiSurface, Level};
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 const SIDE: usize = TILE as usize;
 /// What a grid has where a segment has no depth pixel.
@@ -149,7 +149,7 @@ pub fn count_leaves(patches: &[Patch], limits: &Limits) -> usize {
 /// tiles, row by row.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn patches(ldi: &Ldi, labels: &Labels, task: &Task) -> Result<Vec<Patch>> {
     let level = &ldi.levels[0];
     let columns = level.camera.width.div_ceil(TILE);

@@ -7,7 +7,7 @@ use rustc_hash::FxHashSet;
 use super::TILE;
 use super::cells::{CLOSEST, Limits, Patch, Ray};
 use super::mesh::{Cell, Mesher, Shape, Vertex};
-use crate::ldi::layout::Level;
+use crate::layout::Level;
 
 /// The error of triangles is no more than this times that of cells: corners are means of two cells or more.
 const COMPROMISE: f64 = 2.0;

@@ -1,17 +1,17 @@
 //! Depth pixels are joined to segments.
 //!
 //! A depth pixel is joined to a 4-neighbour of its surface, or to one whose inverse depth differs by no more than an epsilon
-//! and the slope of the surface ([`crate::ldi::merge::slope`]; of an unknown one, the change to its other neighbours).
+//! and the slope of the surface ([`crate::merge::slope`]; of an unknown one, the change to its other neighbours).
 //! Infinitely far ones are joined to each other. A segment takes one depth pixel of each ray at most: it grows from its first
 //! depth pixel on, along its surface first, and leaves out what would be a second one.
 
 use std::collections::VecDeque;
 
-use crate::error::Result;
-use crate::ldi::layout::{LdiSurface, Level};
-use crate::ldi::merge::slope;
-use crate::task::Task;
+use crate::layout::{LdiSurface, Level};
+use crate::merge::slope;
 use glam::DVec3;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// The segment of every depth pixel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,7 +34,7 @@ const ROWS_A_STEP: usize = 32;
 /// Joins the depth pixels of a level.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn label(level: &Level, surfaces: &[LdiSurface], epsilon: f64, task: &Task) -> Result<Labels> {
     let grid = Grid::new(level, surfaces, epsilon);
     let mut labels = vec![NONE; level.len()];

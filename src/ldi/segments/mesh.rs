@@ -12,9 +12,9 @@ use rustc_hash::FxHashMap;
 use super::cells::{Limits, Node, Patch};
 use super::check::Exceptions;
 use super::{SMALLEST_CELL, TILE};
-use crate::error::Result;
-use crate::ldi::layout::Level;
-use crate::task::Task;
+use crate::layout::Level;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// A corner of triangles, homogeneous: (x, y, 1, d).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,7 +78,7 @@ impl SegmentMesh {
 /// Makes the meshes of all segments, in their order.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn meshes(level: &Level, patches: &[Patch], limits: &Limits, task: &Task) -> Result<Vec<SegmentMesh>> {
     let mut first = 0;
     let groups: Vec<(usize, &[Patch])> = patches

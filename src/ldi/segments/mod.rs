@@ -22,8 +22,8 @@ pub use self::atlas::{Atlas, BORDER};
 use self::cells::Limits;
 pub use self::mesh::{Piece, Vertex};
 use super::layout::Ldi;
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// The side of the largest cells, in pixels, and of the tiles in which depth pixels are collected.
 pub const TILE: u32 = 64;
@@ -88,7 +88,7 @@ impl Segments {
 /// of threads. Cells are made coarser until there are no more triangles than asked for, or until all have [`TILE`] pixels.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn segments(ldi: &Ldi, options: &SegmentOptions, task: &Task) -> Result<Segments> {
     let level = &ldi.levels[0];
     let labels = task.timed("join", || join::label(level, &ldi.surfaces, options.epsilon, task))?;

@@ -7,9 +7,9 @@ use super::TILE;
 use super::atlas::{Atlas, BLOCK, BORDER, packed};
 use super::cells::Patch;
 use super::mesh::{Part, Piece, SegmentMesh};
-use crate::error::Result;
-use crate::ldi::layout::Level;
-use crate::task::Task;
+use crate::layout::Level;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// A rectangle of texels.
 struct Texels {
@@ -22,7 +22,7 @@ struct Texels {
 /// Gives the parts of meshes their texels; returns them with the atlases.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub(super) fn painted(
     level: &Level,
     patches: &[Patch],

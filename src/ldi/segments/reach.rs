@@ -1,6 +1,6 @@
 //! How far a viewer of a layered depth image goes: the *reach*, from the distances of what it shows.
 
-use crate::ldi::layout::Ldi;
+use crate::layout::Ldi;
 
 /// The reach is this share of the distance of the nearest quarter of the depth pixels: a step of the reach turns the view of
 /// a point there by 7 degrees, as when one leans to the side before a thing two arms away.

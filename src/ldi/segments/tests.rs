@@ -6,12 +6,12 @@ use super::atlas::packed;
 use super::cells::{Limits, patches};
 use super::join::label;
 use super::{Piece, SegmentOptions, Segments, Vertex, segments};
-use crate::geometry::{Pinhole, Pose};
-use crate::ldi::levels::pyramid;
-use crate::ldi::tests::tower;
-use crate::ldi::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
-use crate::scene::synthetic::Rng;
-use crate::task::Task;
+use crate::levels::pyramid;
+use crate::tests::tower;
+use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_base::task::Task;
 
 fn pixel(inverse_depth: f32, surface: u16) -> DepthPixel {
     DepthPixel { inverse_depth, colour: [200, 100, 50, 255], surface, splat: Splat(0) }

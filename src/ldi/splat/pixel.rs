@@ -1,7 +1,7 @@
 //! Depth pixels drawn as single pixels: the fastest splat, which leaves cracks where a surface is magnified.
 
 use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
-use crate::ldi::transfer::Positions;
+use crate::transfer::Positions;
 
 /// The size of a band, and the pixels of a batch of depth pixels in it.
 #[derive(Debug)]

@@ -12,10 +12,10 @@ use glam::Vec4;
 pub use self::slot::Slot;
 use self::slot::{Sample, add_apart, add_to_four};
 use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
-use crate::ldi::layout::DepthPixelOrigin;
-use crate::ldi::stretch::{CLOSED, LONGEST, Parallelogram};
-use crate::ldi::transfer::Positions;
-use crate::projection::srgb::Srgb;
+use crate::layout::DepthPixelOrigin;
+use crate::stretch::{CLOSED, LONGEST, Parallelogram};
+use crate::transfer::Positions;
+use quadratura_projection::srgb::Srgb;
 
 /// The largest half side of a square splat in pixels: what is magnified more lets through what is behind it.
 pub const LARGEST: f32 = 8.0;

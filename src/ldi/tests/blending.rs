@@ -3,12 +3,12 @@
 use glam::DVec3;
 
 use super::{of_model, step_aside};
-use crate::geometry::Pose;
-use crate::ldi::{BlendSource, DepthPixelOrigin, Ldi, SplatKind, WarpOptions, warp, warp_blended};
-use crate::projection::exposure::{Optics, ViewLens};
-use crate::projection::{Picture, Shot};
-use crate::scene::synthetic::{Rng, random};
-use crate::task::Task;
+use crate::{BlendSource, DepthPixelOrigin, Ldi, SplatKind, WarpOptions, warp, warp_blended};
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::synthetic::{Rng, random};
+use quadratura_base::task::Task;
+use quadratura_projection::exposure::{Optics, ViewLens};
+use quadratura_projection::{Picture, Shot};
 
 fn plain(ldi: &Ldi) -> BlendSource<'_> {
     BlendSource { ldi, exposure: [0.0; 3], optics: Optics::default(), agreement: None }
@@ -103,10 +103,7 @@ fn what_was_filled_in_counts_only_where_no_camera_saw_it() {
     let red = [255, 0, 0, 255];
     for level in &mut images[1].levels {
         level.colours.fill(red);
-        level
-            .splats
-            .iter_mut()
-            .for_each(|splat| *splat = crate::ldi::Splat::new(0, DepthPixelOrigin::Invented));
+        level.splats.iter_mut().for_each(|splat| *splat = crate::Splat::new(0, DepthPixelOrigin::Invented));
     }
     let mut rng = Rng::new(55);
     let pose: Pose = step_aside(&mut rng, images[0].pose.center_in_world(), middle, 1.0);
@@ -156,7 +153,7 @@ fn vignetting_and_exposure_of_images_do_not_show() {
             let x = f64::from(level.columns[i]) + 0.5 - ldi.camera.cx;
             let r2 = (x.powi(2) + (f64::from(y) + 0.5 - ldi.camera.cy).powi(2)) / half_diagonal;
             let factor = optics.log_light(r2).exp() * 0.8;
-            let bytes = crate::scene::light::bytes_of_light_times(factor);
+            let bytes = quadratura_base::scene::light::bytes_of_light_times(factor);
             (0..3).for_each(|c| level.colours[i][c] = bytes[usize::from(level.colours[i][c])]);
         }
     }

@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::{of_model, step_aside};
-use crate::geometry::{Pinhole, Pose};
-use crate::ldi::combine::{Combining, Frame, Source, combine, combine_in_parts};
-use crate::ldi::finish::{Counts, Unfinished};
-use crate::ldi::merge::Merging;
-use crate::ldi::transfer::Transfer;
-use crate::ldi::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, Level};
-use crate::scene::synthetic::{Rng, centred, closed_form, look_at, random};
-use crate::task::Task;
+use crate::combine::{Combining, Frame, Source, combine, combine_in_parts};
+use crate::finish::{Counts, Unfinished};
+use crate::merge::Merging;
+use crate::transfer::Transfer;
+use crate::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, Level};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::synthetic::{Rng, centred, closed_form, look_at, random};
+use quadratura_base::task::Task;
 
 fn combined(frame: &Frame, sources: &[Source], combining: &Combining) -> Ldi {
     combine(LdiKind::Photos, frame, sources, combining, BTreeMap::new(), &Task::silent()).unwrap()
@@ -378,7 +378,7 @@ fn a_source_of_unknown_planes_with_errors_of_depth_has_no_holes() {
 fn colours_come_in_the_exposure_of_the_reference_camera() {
     let mut images = boxes(37, 2);
     let level = &mut images[1].levels[0];
-    let brighter = crate::scene::light::bytes_of_light_times(0.5f64.exp());
+    let brighter = quadratura_base::scene::light::bytes_of_light_times(0.5f64.exp());
     // Half a natural logarithm more light, as the gain says; no value is so bright that it would be clipped.
     level.colours.iter_mut().for_each(|c| (0..3).for_each(|i| c[i] = brighter[usize::from(c[i])]));
     images[1].gain = [0.5; 3];
@@ -404,14 +404,14 @@ fn row_of_depths(depths: &[f64]) -> Ldi {
         inverse_depth: (1.0 / depth) as f32,
         colour: [(depth * 20.0) as u8, 0, 0, 255],
         surface: 0,
-        splat: crate::ldi::Splat(0),
+        splat: crate::Splat(0),
     };
     let row = (0..).zip(depths).filter(|(_, d)| **d > 0.0).map(|(x, depth)| (x, pixel(*depth))).collect();
     let unfinished = Unfinished {
         kind: LdiKind::Depth,
         inputs: String::new(),
         camera,
-        pose: crate::scene::synthetic::camera_is_world(),
+        pose: quadratura_base::scene::synthetic::camera_is_world(),
         photo_rect: None,
         gain: [0.0; 3],
         surfaces: Vec::new(),

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::of_model;
-use crate::ldi::combine::{Combining, Frame, Source, combine};
-use crate::ldi::merge::Merging;
-use crate::ldi::{Ldi, LdiKind};
-use crate::scene::synthetic::farmyard;
-use crate::task::Task;
+use crate::combine::{Combining, Frame, Source, combine};
+use crate::merge::Merging;
+use crate::{Ldi, LdiKind};
+use quadratura_base::scene::synthetic::farmyard;
+use quadratura_base::task::Task;
 
 /// Returns the depth images of cameras this far apart, in degrees.
 fn depth_images(count: u32, degrees: f64) -> Vec<Ldi> {

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::super::levels::pyramid;
 use super::super::merge::{Merging, Sample, merge};
-use crate::ldi::{DepthPixel, DepthPixelOrigin, LdiSurface, Level, Splat};
-use crate::scene::synthetic::{Rng, centred};
+use crate::{DepthPixel, DepthPixelOrigin, LdiSurface, Level, Splat};
+use quadratura_base::scene::synthetic::{Rng, centred};
 
 fn sample(depth: f64, source: u16, place: u32, rng: &mut Rng) -> Sample {
     let mut byte = || rng.whole(0, 255) as u8;
@@ -162,7 +162,7 @@ fn a_level_has_half_the_resolution_and_the_same_light() {
     assert_eq!(levels[1].len(), 65 * 36);
     assert_eq!((levels[1].camera.fx, levels[1].camera.cx), (50.0, 32.5));
     let light = |level: &Level| {
-        let linear = |byte: u8| f64::from(crate::scene::light::LINEAR_FROM_BYTE[usize::from(byte)]);
+        let linear = |byte: u8| f64::from(quadratura_base::scene::light::LINEAR_FROM_BYTE[usize::from(byte)]);
         level.colours.iter().map(|colour| linear(colour[1])).sum::<f64>() / level.len() as f64
     };
     // Each pixel's light is rounded to a byte, alike often up and down.

@@ -9,117 +9,22 @@ mod positions;
 mod scenes;
 mod several;
 mod showing;
-pub(crate) mod stretching;
+mod stretching;
 mod warping;
 
-use std::sync::Arc;
+use glam::DVec3;
+use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
 
-use glam::{DVec2, DVec3};
-
-use super::levels::pyramid;
-use super::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
-use crate::geometry::{Pinhole, Pose};
-use crate::scene::Model;
-use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred, look_at};
-
-/// Returns a layered depth image with these depth pixels and surfaces.
-pub(crate) fn with_level(level: Level, pose: Pose, surfaces: Vec<LdiSurface>) -> Ldi {
-    let camera = level.camera;
-    Ldi {
-        kind: LdiKind::Depth,
-        inputs: String::new(),
-        camera,
-        pose,
-        photo_rect: None,
-        gain: [0.0; 3],
-        levels: pyramid(level, &surfaces),
-        surfaces,
-        sources: Vec::new(),
-        report: LdiReport { quartiles: [1.0, 2.0, 3.0], ..LdiReport::default() },
-    }
-}
-
-/// Returns all that the rays of a camera meet of a model: every face at every pixel centre, coloured by `colour` of the face's
-/// index and the point.
-pub(crate) fn of_model(
-    model: &Arc<Model>,
-    camera: Pinhole,
-    pose: Pose,
-    colour: impl Fn(usize, DVec3) -> [u8; 4],
-) -> Ldi {
-    let faces: Vec<_> = model.face_ids().collect();
-    let planes: Vec<(DVec3, f64)> = faces
-        .iter()
-        .map(|&face| {
-            let plane = &model.face(face).plane;
-            let normal = pose.rotation * plane.normal;
-            (normal, normal.dot(pose.camera_from_world(plane.point)))
-        })
-        .collect();
-    let nu = |(normal, distance): &(DVec3, f64)| {
-        let Pinhole { fx, fy, cx, cy, .. } = camera;
-        let scaled = *normal / *distance;
-        DVec3::new(scaled.x / fx, scaled.y / fy, scaled.z - scaled.x * cx / fx - scaled.y * cy / fy)
-    };
-    let object = |i: usize| format!("face {i}");
-    let surfaces: Vec<_> = (0..)
-        .zip(&planes)
-        .map(|(i, plane)| LdiSurface { nu: nu(plane), object: object(i), face: None })
-        .collect();
-    let corners: Vec<Vec<[DVec3; 3]>> = faces
-        .iter()
-        .map(|&face| {
-            let triangles = model.face_triangles(face).iter();
-            triangles.map(|t| t.map(|v| pose.camera_from_world(model.vertices[v as usize]))).collect()
-        })
-        .collect();
-    let row = |y: u32| {
-        let mut row = Vec::new();
-        for x in 0..camera.width {
-            let position = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let ray = camera.ray_in_camera(position);
-            let mut met: Vec<DepthPixel> = Vec::new();
-            for (face, triangles) in corners.iter().enumerate() {
-                let inverse_depth = surfaces[face].nu.dot(position.extend(1.0));
-                if inverse_depth <= 1e-9 || !triangles.iter().any(|t| is_within(ray, t)) {
-                    continue;
-                }
-                let point = pose.world_from_camera(ray / inverse_depth);
-                met.push(DepthPixel {
-                    inverse_depth: inverse_depth as f32,
-                    colour: colour(face, point),
-                    surface: face as u16 + 1,
-                    splat: Splat::new(0, DepthPixelOrigin::Photo),
-                });
-            }
-            met.sort_by(|a, b| b.inverse_depth.total_cmp(&a.inverse_depth));
-            row.extend(met.into_iter().map(|pixel| (x as u16, pixel)));
-        }
-        row
-    };
-    let level = Level::of_rows(camera, (0..camera.height).map(row));
-    with_level(level, pose, surfaces)
-}
+use super::Ldi;
+pub use super::synthetic::{floor, from_above, of_model, slow, step_aside, with_level};
 
 /// Returns an image of the front of a tower and of its right side, which the front hides as far as its edge: seen from straight
 /// ahead, surface 2 is a little behind surface 1 there.
-pub(crate) fn tower() -> Ldi {
+pub fn tower() -> Ldi {
     let mut model = Modeller::new();
     model.object("front").quad(DVec3::new(-0.5, -2.0, 4.0), DVec3::X * 1.5, DVec3::Y * 4.0);
     model.object("side").quad(DVec3::new(1.0, -2.0, 4.0), DVec3::Z * 1.5, DVec3::Y * 4.0);
     of_model(&model.finish(), centred(400, 160, 320.0), camera_is_world(), |face, _| {
         if face == 0 { [200, 180, 150, 255] } else { [40, 30, 20, 255] }
     })
-}
-
-/// Returns whether a ray from the origin passes through a triangle, from either side.
-fn is_within(ray: DVec3, [a, b, c]: &[DVec3; 3]) -> bool {
-    let signs = [(a, b), (b, c), (c, a)].map(|(p, q)| p.cross(*q).dot(ray));
-    signs.iter().all(|sign| *sign >= 0.0) || signs.iter().all(|sign| *sign <= 0.0)
-}
-
-/// Returns a pose near `eye`, up to `apart` away, that looks at a target up to `apart` beside another one.
-pub(crate) fn step_aside(rng: &mut Rng, eye: DVec3, target: DVec3, apart: f64) -> Pose {
-    let mut offset = || DVec3::from_array(std::array::from_fn(|_| rng.between(-apart, apart)));
-    look_at(eye + offset(), target + offset())
 }

@@ -7,11 +7,11 @@ use super::super::order::quadrants;
 use super::super::splat::{Canvas, Dot};
 use super::super::warp::{DrawingOrder, WarpOptions, drawn_in_order, last_drawn};
 use super::{of_model, step_aside, with_level};
-use crate::geometry::{Pinhole, Pose};
-use crate::ldi::{DepthPixelOrigin, Ldi, Level, Splat};
-use crate::projection::Shot;
-use crate::scene::synthetic::{Rng, centred, closed_form, look_at, random};
-use crate::task::Task;
+use crate::{DepthPixelOrigin, Ldi, Level, Splat};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::synthetic::{Rng, centred, closed_form, look_at, random};
+use quadratura_base::task::Task;
+use quadratura_projection::Shot;
 
 /// A frame whose pixel centres can be epipoles in all nine places.
 const WIDE: u32 = 48;

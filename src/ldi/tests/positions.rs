@@ -5,9 +5,9 @@ use glam::{DMat3, DVec2, DVec3};
 use super::super::spacing::{Factors, entry_of, exact, factor, is_from_behind, normal_of, normal_of_entry};
 use super::super::transfer::{Positions, RUN, Transfer};
 use super::{step_aside, with_level};
-use crate::geometry::{Pinhole, Pose};
-use crate::ldi::{DepthPixel, DepthPixelOrigin, LdiSurface, Level, Splat};
-use crate::scene::synthetic::Rng;
+use crate::{DepthPixel, DepthPixelOrigin, LdiSurface, Level, Splat};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::synthetic::Rng;
 
 fn camera(width: u32, height: u32, rng: &mut Rng) -> Pinhole {
     let focal = f64::from(width) * rng.between(0.6, 1.6);

@@ -4,12 +4,12 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::super::warp::warp;
 use super::of_model;
-use crate::geometry::Pose;
-use crate::ldi::{DrawingOrder, Ldi, SplatKind, WarpOptions};
-use crate::projection::Shot;
-use crate::scene::light::{linear_of_srgb, srgb_from_linear};
-use crate::scene::synthetic::{Modeller, Scene, Truth, camera_is_world, centred, closed_form};
-use crate::task::Task;
+use crate::{DrawingOrder, Ldi, SplatKind, WarpOptions};
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_base::scene::synthetic::{Modeller, Scene, Truth, camera_is_world, centred, closed_form};
+use quadratura_base::task::Task;
+use quadratura_projection::Shot;
 
 /// A scene with the cameras that look at it, and what is told of it.
 struct Moves {

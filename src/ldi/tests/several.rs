@@ -8,13 +8,13 @@ use super::super::cube::{cube, cube_cameras};
 use super::super::splat::{Canvas, Dot};
 use super::super::warp::set_drawn_in_order;
 use super::{of_model, step_aside};
-use crate::Error;
-use crate::geometry::Pose;
-use crate::ldi::{Arrangement, Ldi, LdiSet, SplatKind, WarpOptions, Warped, warp, warp_set};
-use crate::projection::{Picture, Shot};
-use crate::scene::Model;
-use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
-use crate::task::Task;
+use crate::{Arrangement, Ldi, LdiSet, SplatKind, WarpOptions, Warped, warp, warp_set};
+use quadratura_base::Error;
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::Model;
+use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
+use quadratura_base::task::Task;
+use quadratura_projection::{Picture, Shot};
 
 const SPLATS: [SplatKind; 3] = [SplatKind::Pixel, SplatKind::Over, SplatKind::Sums];
 
@@ -166,7 +166,7 @@ fn two_of_one_wall() -> [Ldi; 2] {
         let pose = Pose { rotation: DMat3::from_rotation_y(-0.2 * x), translation: DVec3::new(-x, 0.0, 0.0) };
         let colour = |_: usize, _: DVec3| {
             // The wall has a linear light of 0.2 at the first one's exposure.
-            let srgb = crate::projection::srgb::Srgb::tables();
+            let srgb = quadratura_projection::srgb::Srgb::tables();
             let byte = srgb.encoded((0.2 * f64::exp(gain)) as f32);
             [byte, byte, byte, 255]
         };

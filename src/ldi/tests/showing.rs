@@ -3,18 +3,18 @@
 use glam::DVec3;
 
 use super::of_model;
-use crate::geometry::Pose;
-use crate::ldi::holes::Hole;
-use crate::ldi::{DepthPixelOrigin, Ldi, Shown, Splat, SplatKind, WarpOptions, warp_shown};
-use crate::projection::Shot;
-use crate::projection::legend::{DENSITY, Legend, Origin, colour_of_number};
-use crate::scene::synthetic::{Modeller, camera_is_world, centred};
-use crate::task::Task;
+use crate::holes::Hole;
+use crate::{DepthPixelOrigin, Ldi, Shown, Splat, SplatKind, WarpOptions, warp_shown};
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
+use quadratura_base::task::Task;
+use quadratura_projection::Shot;
+use quadratura_projection::legend::{DENSITY, Legend, Origin, colour_of_number};
 
 const PIXELS: WarpOptions = WarpOptions {
     splat: SplatKind::Pixel,
-    spacing: crate::ldi::Spacing::Exact,
-    order: crate::ldi::DrawingOrder::McMillan,
+    spacing: crate::Spacing::Exact,
+    order: crate::DrawingOrder::McMillan,
     level: Some(0),
     exposure: [0.0; 3],
     unculled: false,

@@ -3,17 +3,15 @@
 use glam::{DMat2, DVec2, DVec3};
 
 use super::super::warp::warp;
-use super::{of_model, step_aside};
-use crate::geometry::{Pinhole, Pose};
-use crate::ldi::splat::sums::{LEAST, OVERFULL};
-use crate::ldi::stretch::{
-    CLOSED, Jacobian, LEAST_RATIO, LONGEST, Parallelogram, Squares, jacobian, plane_maps,
-};
-use crate::ldi::transfer::Transfer;
-use crate::ldi::{Ldi, LdiSurface, SplatKind, WarpOptions};
-use crate::projection::{Quality, Shot};
-use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred, look_at};
-use crate::task::Task;
+use super::{floor, from_above, of_model, slow, step_aside};
+use crate::splat::sums::{LEAST, OVERFULL};
+use crate::stretch::{CLOSED, Jacobian, LEAST_RATIO, LONGEST, Parallelogram, Squares, jacobian, plane_maps};
+use crate::transfer::Transfer;
+use crate::{LdiSurface, SplatKind, WarpOptions};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::synthetic::{Modeller, Rng, camera_is_world, centred, look_at};
+use quadratura_base::task::Task;
+use quadratura_projection::Shot;
 
 /// Returns a Jacobian whose singular values are these, mirrored or not.
 fn with_sides(rng: &mut Rng, [long, short]: [f64; 2]) -> DMat2 {
@@ -109,7 +107,7 @@ fn jacobians_are_finite_differences_and_their_squares_are_bounded() {
     for _ in 0..300 {
         let nu = DVec3::new(rng.between(-2e-3, 2e-3), rng.between(-2e-3, 2e-3), rng.between(0.05, 0.4));
         let surface = LdiSurface { nu, object: "wall".into(), face: None };
-        let level = crate::ldi::Level::of_rows(centred(320, 240, 300.0), (0..240).map(|_| Vec::new()));
+        let level = crate::Level::of_rows(centred(320, 240, 300.0), (0..240).map(|_| Vec::new()));
         let ldi = super::with_level(level, camera_is_world(), vec![surface]);
         let eye = DVec3::ZERO;
         let pose = step_aside(&mut rng, eye, DVec3::new(0.5, 4.0, 0.3), 0.8);
@@ -152,32 +150,10 @@ fn jacobians_are_finite_differences_and_their_squares_are_bounded() {
     assert!((30..270).contains(&stretched), "{stretched}");
 }
 
-/// Returns the layered depth image of a floor that a camera 1 above it sees, with a colour that changes slowly.
-pub(crate) fn floor() -> (std::sync::Arc<crate::scene::Model>, Ldi) {
-    let mut model = Modeller::new();
-    model.object("floor").quad(DVec3::new(-30.0, 0.0, -1.0), DVec3::X * 60.0, DVec3::Y * 30.0);
-    let model = model.finish();
-    let ldi = of_model(&model, centred(256, 256, 256.0), look_at(DVec3::ZERO, DVec3::Y), slow);
-    (model, ldi)
-}
-
-/// Returns a view of the floor from farther above, in which depth pixels are two to eleven times as long as wide.
-pub(crate) fn from_above(rng: &mut Rng) -> Shot {
-    let target = DVec3::new(rng.between(-1.0, 1.0), rng.between(5.0, 7.0), -1.0);
-    let eye = target + DVec3::new(rng.between(-2.0, 2.0), rng.between(-2.0, 2.0), 4.0);
-    let camera = centred(90, 70, rng.between(80.0, 200.0));
-    Shot { quality: Quality::Final, ..Shot::new(camera, look_at(eye, target)) }
-}
-
 /// How far colours are from those of the floor, in stored values: its depth pixels are up to 0.5 apart in these views, over which
 /// [`slow`] changes by 50 at most, and bends by 3 (a second derivative of 100, times 0.5 squared, over 8); light is mixed where it is
 /// linear, which makes 4 more of 50, and is rounded.
 const INTERPOLATED: u8 = 8;
-
-fn slow(_: usize, point: DVec3) -> [u8; 4] {
-    let wave = |rate: f64| (127.0 + 100.0 * (rate * (point.x + point.y)).sin()).round() as u8;
-    [wave(1.0), wave(0.5), 99, 255]
-}
 
 #[test]
 fn a_floor_seen_at_a_grazing_angle_has_no_cracks_from_above() {

@@ -4,11 +4,11 @@ use glam::{DMat3, DVec3};
 
 use super::super::warp::{Warped, warp};
 use super::{of_model, step_aside, tower};
-use crate::geometry::{Pinhole, Pose};
-use crate::ldi::{Ldi, SplatKind, WarpOptions};
-use crate::projection::{Picture, Quality, Shot};
-use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred, closed_form, random};
-use crate::task::Task;
+use crate::{Ldi, SplatKind, WarpOptions};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::synthetic::{Modeller, Rng, camera_is_world, centred, closed_form, random};
+use quadratura_base::task::Task;
+use quadratura_projection::{Picture, Quality, Shot};
 
 const SPLATS: [SplatKind; 3] = [SplatKind::Pixel, SplatKind::Over, SplatKind::Sums];
 
@@ -56,16 +56,16 @@ fn in_its_own_camera_single_pixels_give_the_first_layer_and_sums_are_within_1() 
 #[test]
 fn of_two_surfaces_at_nearly_the_same_depth_the_nearer_one_is_shown_as_far_as_it_is_opaque() {
     let camera = centred(40, 30, 40.0);
-    let pixel = |inverse_depth, colour| crate::ldi::DepthPixel {
+    let pixel = |inverse_depth, colour| crate::DepthPixel {
         inverse_depth,
         colour,
         surface: 0,
-        splat: crate::ldi::Splat(0),
+        splat: crate::Splat(0),
     };
     for (opacity, expected) in [(255, [255, 255, 255]), (128, [188, 188, 188]), (0, [0, 0, 0])] {
         let column = |x: u16| [(x, pixel(0.5, [255, 255, 255, opacity])), (x, pixel(0.497, [0, 0, 0, 255]))];
         let rows = (0..30).map(|_| (0..40).flat_map(column).collect());
-        let level = crate::ldi::Level::of_rows(camera, rows);
+        let level = crate::Level::of_rows(camera, rows);
         let ldi = super::with_level(level, camera_is_world(), Vec::new());
         let found = picture(&ldi, &Shot::new(camera, camera_is_world()), &of_splat(SplatKind::Sums)).picture;
         let middle = found.pixels()[40 * 15 + 20];
@@ -329,17 +329,17 @@ fn what_is_infinitely_far_turns_with_the_camera_and_does_not_move() {
             .map(|x| {
                 (
                     x,
-                    crate::ldi::DepthPixel {
+                    crate::DepthPixel {
                         inverse_depth: 0.0,
                         colour: [x as u8 * 3, y as u8 * 4, 0, 255],
                         surface: 0,
-                        splat: crate::ldi::Splat(0),
+                        splat: crate::Splat(0),
                     },
                 )
             })
             .collect()
     };
-    ldi.levels = vec![crate::ldi::Level::of_rows(camera, (0..48).map(row))];
+    ldi.levels = vec![crate::Level::of_rows(camera, (0..48).map(row))];
     let moved = Pose { rotation: DMat3::IDENTITY, translation: DVec3::new(5.0, -3.0, 2.0) };
     for splat in [SplatKind::Pixel, SplatKind::Sums] {
         let at = |pose| picture(&ldi, &Shot::new(camera, pose), &of_splat(splat)).picture;

@@ -5,12 +5,12 @@ use std::ops::Range;
 
 use super::Plan;
 use super::pieces::Piece;
-use crate::ldi::layout::{DepthPixelOrigin, Splat};
-use crate::ldi::spacing::{Factors, exact};
-use crate::ldi::splat::sums::{COVERS, LEVEL};
-use crate::ldi::splat::{Canvas, Dot, Placed};
-use crate::ldi::stretch::{Stretch, jacobian};
-use crate::ldi::transfer::{Positions, RunStart};
+use crate::layout::{DepthPixelOrigin, Splat};
+use crate::spacing::{Factors, exact};
+use crate::splat::sums::{COVERS, LEVEL};
+use crate::splat::{Canvas, Dot, Placed};
+use crate::stretch::{Stretch, jacobian};
+use crate::transfer::{Positions, RunStart};
 
 /// What is computed for the depth pixels of a batch: inverse depths and spacings only where the canvas asks for them.
 #[derive(Debug)]

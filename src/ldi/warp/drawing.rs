@@ -1,12 +1,12 @@
 //! The drawing of one band of a picture with each kind of splats.
 
 use super::{BAND, Exposed, SplatKind, light_of_bytes};
-use crate::ldi::splat::Canvas;
-use crate::ldi::splat::over::OverCanvas;
-use crate::ldi::splat::pixel::PixelCanvas;
-use crate::ldi::splat::sums::{COLOUR, SumsCanvas};
-use crate::scene::light::bytes_of_light_times;
-use crate::task::Task;
+use crate::splat::Canvas;
+use crate::splat::over::OverCanvas;
+use crate::splat::pixel::PixelCanvas;
+use crate::splat::sums::{COLOUR, SumsCanvas};
+use quadratura_base::scene::light::bytes_of_light_times;
+use quadratura_base::task::Task;
 
 /// What the bands of a picture share.
 pub struct Drawing<'a> {

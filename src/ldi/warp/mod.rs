@@ -7,7 +7,7 @@
 
 mod batch;
 mod drawing;
-pub(crate) mod moves;
+pub mod moves;
 mod pieces;
 mod several;
 
@@ -27,10 +27,10 @@ use super::splat::Canvas;
 use super::splat::pixel::IndexCanvas;
 use super::stretch::{PlaneMap, Squares, plane_maps};
 use super::transfer::{RowTransfer, Transfer};
-use crate::error::Result;
-use crate::projection::{Picture, Quality, Shot};
-use crate::scene::light::LINEAR_FROM_BYTE;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::light::LINEAR_FROM_BYTE;
+use quadratura_base::task::Task;
+use quadratura_projection::{Picture, Quality, Shot};
 
 /// The rows of a band.
 pub const BAND: u32 = 64;
@@ -101,7 +101,7 @@ pub struct Warped {
 /// sides are drawn that the reference camera does not see ([`Shot::backs`]) count.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn warp(ldi: &Ldi, shot: &Shot, options: &WarpOptions, task: &Task) -> Result<Warped> {
     let plan = task.timed("place", || Plan::new(ldi, shot, options));
     drawn(&[Exposed { plan, exposure: options.exposure }], shot, options.splat, task)
@@ -136,7 +136,7 @@ fn drawn(images: &[Exposed], shot: &Shot, splat: SplatKind, task: &Task) -> Resu
 /// level used, 0 where there is none; row by row from the top.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn last_drawn(ldi: &Ldi, shot: &Shot, options: &WarpOptions, task: &Task) -> Result<Vec<u32>> {
     let (width, height) = (shot.camera.width, shot.camera.height);
     let plan = Plan::new(ldi, shot, options);
@@ -170,7 +170,7 @@ pub fn drawn_in_order<C: Canvas>(ldi: &Ldi, shot: &Shot, options: &WarpOptions, 
 }
 
 /// Returns the linear light of stored values at an exposure, R, G, B.
-pub(crate) fn light_of_bytes(exposure: [f64; 3]) -> Box<[[f32; 256]; 3]> {
+pub fn light_of_bytes(exposure: [f64; 3]) -> Box<[[f32; 256]; 3]> {
     let table = |gain: f64| LINEAR_FROM_BYTE.map(|light| (f64::from(light) * gain.exp()) as f32);
     Box::new(exposure.map(table))
 }

@@ -6,11 +6,11 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::{Plan, WarpOptions};
-use crate::ldi::layout::Ldi;
-use crate::ldi::spacing::{Factors, Spacing};
-use crate::ldi::stretch::{Jacobian, PlaneMap, Stretch};
-use crate::ldi::transfer::{RUN, RowTransfer};
-use crate::projection::Shot;
+use crate::layout::Ldi;
+use crate::spacing::{Factors, Spacing};
+use crate::stretch::{Jacobian, PlaneMap, Stretch};
+use crate::transfer::{RUN, RowTransfer};
+use quadratura_projection::Shot;
 
 /// The factor of surfaces that are not drawn, because the view shows the side that the reference camera does not see.
 pub const NOT_DRAWN: f32 = -1.0;
@@ -18,10 +18,10 @@ pub const NOT_DRAWN: f32 = -1.0;
 /// A surface in a view.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct SurfaceMove {
+pub struct SurfaceMove {
     /// The factor of the spacing by planes, see [`Factors::exact`], or [`NOT_DRAWN`].
     pub factor: f32,
-    /// See [`slope`](crate::ldi::spacing::slope).
+    /// See [`slope`](crate::spacing::slope).
     pub slope: f32,
     /// See [`Stretch::gradient`].
     pub gradient: [f32; 2],
@@ -30,7 +30,7 @@ pub(crate) struct SurfaceMove {
 }
 
 /// How the depth pixels of one level move into a view.
-pub(crate) struct Moves<'a> {
+pub struct Moves<'a> {
     /// The index of the level.
     pub level: usize,
     /// The transfer.

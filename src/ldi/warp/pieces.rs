@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use glam::DVec2;
 
-use crate::ldi::layout::Level;
-use crate::ldi::order::{Quadrant, quadrants, reversed as reversed_quadrants};
-use crate::ldi::stretch::CLOSED;
-use crate::ldi::tiles::{COLUMNS, ROWS, Tile, columns_of};
-use crate::ldi::transfer::Transfer;
+use crate::layout::Level;
+use crate::order::{Quadrant, quadrants, reversed as reversed_quadrants};
+use crate::stretch::CLOSED;
+use crate::tiles::{COLUMNS, ROWS, Tile, columns_of};
+use crate::transfer::Transfer;
 
 /// How much larger the reach of a tile is taken than computed, in pixels: more than positions in single precision err.
 const MARGIN: f64 = 0.01;
@@ -31,7 +31,7 @@ pub struct Piece {
     pub least_omega: f32,
     /// No point has a larger spacing, in pixels; not known before the picture's splats are.
     pub largest_spacing: f32,
-    /// No point that is drawn has a larger root of the sum of the squares of J, see [`crate::ldi::stretch`]; likewise.
+    /// No point that is drawn has a larger root of the sum of the squares of J, see [`crate::stretch`]; likewise.
     pub largest_stretch: f32,
     width: f32,
 }

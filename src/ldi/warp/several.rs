@@ -1,17 +1,17 @@
 //! Views of several layered depth images: the faces of a cube, in their order, or a set, summed up without any.
 
 use super::{Exposed, Plan, SplatKind, WarpOptions, Warped, drawn, level_by, spacings_in_view};
-use crate::error::{Error, Result};
-use crate::ldi::cube::{axis, faces_in_order};
-use crate::ldi::layout::Ldi;
-use crate::ldi::set::{Arrangement, LdiSet};
-use crate::ldi::transfer::Transfer;
-use crate::projection::Shot;
-use crate::task::Task;
+use crate::cube::{axis, faces_in_order};
+use crate::layout::Ldi;
+use crate::set::{Arrangement, LdiSet};
+use crate::transfer::Transfer;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_projection::Shot;
 
 /// Makes a view of layered depth images that belong together, as [`super::warp`] makes one of a single image.
 ///
-/// The faces of a cube are drawn one after the other in the order of [`crate::ldi::cube`], all at one level, so that the depth
+/// The faces of a cube are drawn one after the other in the order of [`crate::cube`], all at one level, so that the depth
 /// pixels on both sides of a seam are equally large. The images of a set are summed up, each with its own level and spacing, the
 /// farthest camera first: where sums overflow, the nearest camera's colours stay. A set's picture has the exposure of its first
 /// image, to which [`WarpOptions::exposure`] refers, whatever the view.
@@ -48,7 +48,7 @@ pub fn check_splat(set: &LdiSet, splat: SplatKind) -> Result<()> {
 /// Draws all depth pixels of a view on one canvas as high as the picture, for tests of the order; `begin` is called with the
 /// index of each image before its depth pixels are drawn.
 #[cfg(test)]
-pub fn set_drawn_in_order<C: crate::ldi::splat::Canvas>(
+pub fn set_drawn_in_order<C: crate::splat::Canvas>(
     set: &LdiSet,
     shot: &Shot,
     options: &WarpOptions,

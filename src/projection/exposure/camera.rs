@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{GainFit, Gains, LightGroups, Ratio, Shares, solve_gains, solve_in_groups};
-use crate::raster::robust::upper_median;
+use quadratura_base::raster::robust::upper_median;
 
 /// The distance, as a natural logarithm, from what common points say at which a camera is not believed: half a stop. Apertures and
 /// shutters keep their numbers within a sixth, and meters of brightness within a quarter.

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{PatchColour, Ratio, SharedPoint};
-use crate::raster::robust::upper_median;
+use quadratura_base::raster::robust::upper_median;
 
 /// The support of one photo's gain.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use super::rule::penalties_of;
 use super::{PatchColour, PointPatch, Ratio, SharedPoint, solve_in_groups};
-use crate::projection::weights::weights;
-use crate::projection::{Blend, Projector};
-use crate::raster::robust::upper_median;
-use crate::scene::PhotoId;
+use crate::weights::weights;
+use crate::{Blend, Projector};
+use quadratura_base::raster::robust::upper_median;
+use quadratura_base::scene::PhotoId;
 
 /// The fewest comparisons from which the scatter of two photos' ratios is known.
 const FEWEST_RATIOS: u32 = 12;

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Gains, LightGroups, Meter, Shares, SurfaceGains};
-use crate::geometry::Pose;
-use crate::scene::PhotoId;
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::PhotoId;
 
 /// The light of a site. For a site with one group it is empty: there is nothing to tell apart.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

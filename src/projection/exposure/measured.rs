@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use super::points::typical_distance;
 use super::whole::{PhotoPlace, places_of_photos};
 use super::{ExposureOptions, JoinedFaces, PatchColour, PointPatch, SharedPoint, Visibility, shared_points};
-use crate::error::Result;
-use crate::projection::Projector;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use crate::Projector;
+use quadratura_base::error::Result;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
 
 /// Common surface points with the colours that the photos have there.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,7 @@ impl MeasuredColours {
     /// does not depend on the number of threads.
     ///
     /// # Errors
-    /// The errors of `colours`, and [`crate::Error::Cancelled`].
+    /// The errors of `colours`, and [`quadratura_base::Error::Cancelled`].
     pub fn measure(
         photos: &[Projector],
         visibility: &impl Visibility,

@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 
 use super::near::Shares;
 use super::{PatchColour, SharedPoint};
-use crate::geometry::Pose;
-use crate::projection::Projector;
-use crate::raster::robust::upper_median;
-use crate::scene::PhotoId;
+use crate::Projector;
+use quadratura_base::geometry::Pose;
+use quadratura_base::raster::robust::upper_median;
+use quadratura_base::scene::PhotoId;
 
 /// The standard deviation of the Gaussian weight of the meter, centred on the image, as a share of the
 /// image's width and height. Values between 0.1 and 0.15 make little difference.

@@ -66,7 +66,7 @@ use self::groups::Evidence;
 use self::points::typical_distance;
 use self::solve::median_residual;
 use super::Projector;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
 
 /// The photos' gains, their optics, and the model of exposure metering.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

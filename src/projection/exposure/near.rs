@@ -4,9 +4,9 @@
 use glam::DVec3;
 
 use super::{Gains, LightGroups, Meter, Optics, SurfaceFactors, SurroundingsExposure, ViewLens};
-use crate::geometry::Pose;
-use crate::projection::{Exposure, Projector, Shot};
-use crate::scene::PhotoId;
+use crate::{Exposure, Projector, Shot};
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::PhotoId;
 
 /// The distance between a view and a photo, in radians, at which the common exposure weighs as much as the
 /// photo's own.
@@ -306,8 +306,8 @@ fn forward(pose: &Pose) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::exposure::ExposureRule;
-    use crate::scene::synthetic::{Rng, centred, look_at};
+    use crate::exposure::ExposureRule;
+    use quadratura_base::scene::synthetic::{Rng, centred, look_at};
 
     fn photos(rng: &mut Rng, count: usize) -> (Vec<Projector>, Gains) {
         let mut position = || DVec3::new(rng.between(-9.0, 9.0), rng.between(-9.0, 9.0), 2.0);

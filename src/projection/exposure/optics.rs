@@ -19,9 +19,9 @@ use serde::{Deserialize, Serialize};
 
 use super::solve::{CORRELATED, HUBER, LEAST_SIGMA, cholesky_solve};
 use super::{ExposureOptions, PatchColour, Ratio, SharedPoint, Vignetting};
-use crate::geometry::Pinhole;
-use crate::projection::Projector;
-use crate::raster::robust::sigma;
+use crate::Projector;
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::raster::robust::sigma;
 
 /// The vignetting and offset of one photo.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

@@ -3,8 +3,8 @@
 use glam::DVec2;
 
 use super::{MeanColour, PatchColour};
-use crate::scene::PhotoPixels;
-use crate::scene::light::LINEAR_FROM_BYTE;
+use quadratura_base::scene::PhotoPixels;
+use quadratura_base::scene::light::LINEAR_FROM_BYTE;
 
 /// Stored values (of 255) that are usable. Near black and white, sensors, film curves and JPEG are not
 /// linear, and ratios of values are not ratios of exposures.
@@ -41,7 +41,7 @@ fn bytes_at(pixels: &PhotoPixels, x: u32, y: u32) -> Option<[u8; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Samples;
+    use quadratura_base::scene::Samples;
 
     /// Builds a grey photo, with one pixel of another colour.
     fn grey(alpha: u8, odd: Option<(u32, u32, u8)>) -> PhotoPixels {

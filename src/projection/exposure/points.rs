@@ -6,14 +6,14 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::{ExposureOptions, JoinedFaces};
-use crate::error::Result;
-use crate::geometry::Plane;
-use crate::projection::Projector;
-use crate::projection::surface::Surface;
-use crate::projection::weights::pixels_per_unit;
-use crate::raster::robust::upper_median;
-use crate::scene::{FaceId, Model, PhotoId};
-use crate::task::Task;
+use crate::Projector;
+use crate::surface::Surface;
+use crate::weights::pixels_per_unit;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Plane;
+use quadratura_base::raster::robust::upper_median;
+use quadratura_base::scene::{FaceId, Model, PhotoId};
+use quadratura_base::task::Task;
 
 /// A surface point with the photos that show it, in the photos' order.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,7 +155,7 @@ const LEAST_COSINE: f64 = 0.2;
 /// order of photos, rows and columns, whatever the number of threads.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn shared_points(
     photos: &[Projector],
     visibility: &impl Visibility,

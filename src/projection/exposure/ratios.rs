@@ -1,7 +1,7 @@
 //! Log ratios of the photos' colours at the points that they share.
 
-use crate::scene::PhotoId;
 use glam::Vec2;
+use quadratura_base::scene::PhotoId;
 use rayon::prelude::*;
 
 use super::{PatchColour, PointPatch, SharedPoint};

@@ -18,11 +18,11 @@ use super::{
     Estimate, ExposureOptions, LightGroups, MeanColour, PatchColour, PointPatch, Shares, SurfaceFactors,
     SurfaceGains, fitted, kept_white,
 };
-use crate::projection::weights::{Claim, border, octaves_missing, weights};
-use crate::projection::{Blend, Exposure, Projector};
-use crate::raster::robust::quantile;
-use crate::scene::light::srgb_from_linear;
-use crate::scene::{FaceId, PhotoId};
+use crate::weights::{Claim, border, octaves_missing, weights};
+use crate::{Blend, Exposure, Projector};
+use quadratura_base::raster::robust::quantile;
+use quadratura_base::scene::light::srgb_from_linear;
+use quadratura_base::scene::{FaceId, PhotoId};
 
 /// A rule for the exposure of views.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]

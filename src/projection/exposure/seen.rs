@@ -6,18 +6,16 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::Shares;
-use crate::geometry::polygon::fit_plane;
-use crate::geometry::{Pinhole, Plane};
-use crate::projection::cells::{Cells, ServerCandidate, Unknown, cells};
-use crate::projection::relief::{FaceRelief, Relief};
-use crate::projection::surface::{RayHit, Surface};
-use crate::projection::turned::{MIRRORED, PhotoOnFace, blend_on};
-use crate::projection::weights::{
-    Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
-};
-use crate::projection::{Shot, Sources};
-use crate::scene::impostor::Facing;
-use crate::scene::{Model, PhotoId};
+use crate::cells::{Cells, ServerCandidate, Unknown, cells};
+use crate::relief::{FaceRelief, Relief};
+use crate::surface::{RayHit, Surface};
+use crate::turned::{MIRRORED, PhotoOnFace, blend_on};
+use crate::weights::{Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares};
+use crate::{Shot, Sources};
+use quadratura_base::geometry::polygon::fit_plane;
+use quadratura_base::geometry::{Pinhole, Plane};
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{Model, PhotoId};
 
 /// The number of rays per image, across and down: enough that a single ray at an edge changes the sum by an
 /// imperceptible thousandth.
@@ -205,10 +203,10 @@ impl Looker<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
-    use crate::projection::cells::{Unknown, cells};
-    use crate::projection::{Domain, LayerTexture, LayerTextureId, Projector, Server};
-    use crate::scene::synthetic::{Modeller, centred, look_at};
+    use crate::cells::{Unknown, cells};
+    use crate::{Domain, LayerTexture, LayerTextureId, Projector, Server};
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 
     /// Computes the shares in a view from the front of a wall that one photo saw from the front and one from
     /// behind.

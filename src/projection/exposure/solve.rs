@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::{LightGroups, Ratio};
-use crate::raster::robust::{SIGMA_PER_MAD, upper_median};
-use crate::scene::PhotoId;
+use quadratura_base::raster::robust::{SIGMA_PER_MAD, upper_median};
+use quadratura_base::scene::PhotoId;
 
 /// The result of fitting gains to ratios.
 #[derive(Debug, Clone, PartialEq)]
@@ -222,7 +222,7 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     #[test]
     fn a_positive_definite_system_is_solved() {

@@ -9,8 +9,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{LightGroups, PatchColour, SharedPoint};
-use crate::raster::robust::upper_median;
-use crate::scene::{FaceId, PhotoId};
+use quadratura_base::raster::robust::upper_median;
+use quadratura_base::scene::{FaceId, PhotoId};
 
 /// The number of points that 0 counts for on each face: those of one face lie close together, and err together.
 const PRIOR: f64 = 10.0;
@@ -181,7 +181,7 @@ mod tests {
     use glam::{DVec2, DVec3};
 
     use super::*;
-    use crate::projection::exposure::{MeanColour, PointPatch};
+    use crate::exposure::{MeanColour, PointPatch};
 
     /// Returns points on a face that two photos show, the second with this light.
     fn points(face: u32, count: usize, light: f64) -> Vec<(SharedPoint, Vec<PatchColour>)> {

@@ -2,7 +2,7 @@
 //!
 //! The gains of photos are measured on surfaces, and do not explain skies: these are clipped, darken towards corners, and change
 //! while photos are taken. Each photo therefore has factors that vary slowly over the picture, on a grid, which bring what it
-//! shows of the surroundings to one sky that all photos share ([`crate::layers::one_sky`]). So there is no step where one
+//! shows of the surroundings to one sky that all photos share (`layers::one_sky`). So there is no step where one
 //! photo ends. A photo's own camera shows the photo as it is; the factors take effect as the view leaves it.
 
 use std::sync::Arc;
@@ -10,9 +10,9 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::{Gains, Shares};
-use crate::geometry::Pinhole;
-use crate::projection::{Projector, Shot};
-use crate::scene::PhotoId;
+use crate::{Projector, Shot};
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::scene::PhotoId;
 
 /// The number of cells of a photo's grid along both sides.
 pub const GRID: usize = 32;
@@ -165,7 +165,7 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::geometry::Pose;
+    use quadratura_base::geometry::Pose;
 
     const CAMERA: Pinhole = Pinhole { width: 300, height: 200, fx: 200.0, fy: 200.0, cx: 150.0, cy: 100.0 };
 

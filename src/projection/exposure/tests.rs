@@ -6,11 +6,11 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
-use crate::geometry::Pose;
-use crate::projection::{Exposure, Shot};
-use crate::scene::Model;
-use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
-use crate::task::Task;
+use crate::{Exposure, Shot};
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::Model;
+use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
+use quadratura_base::task::Task;
 
 mod light;
 mod whole;

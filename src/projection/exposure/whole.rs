@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::points::{grid, patch_in};
 use super::{ExposureOptions, PointPatch, Visibility};
-use crate::projection::Projector;
-use crate::scene::{FaceId, PhotoId};
+use crate::Projector;
+use quadratura_base::scene::{FaceId, PhotoId};
 
 /// A place of a photo, with the photos that show the same there.
 #[derive(Debug, Clone, PartialEq)]

@@ -14,7 +14,7 @@ use glam::{DMat3, DQuat, DVec3};
 use self::pace::Pace;
 use self::spline::Spline;
 use self::turn::TurnSpline;
-use crate::geometry::{Pinhole, Pose};
+use quadratura_base::geometry::{Pinhole, Pose};
 
 pub use self::pace::Speed;
 

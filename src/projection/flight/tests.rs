@@ -1,7 +1,7 @@
 //! Tests that flights pass smoothly through their keyframes, without flips.
 
 use super::*;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 const SIZE: [u32; 2] = [640, 360];
 

@@ -57,7 +57,7 @@ impl PairSums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     #[test]
     fn no_other_gain_and_offset_does_better() {

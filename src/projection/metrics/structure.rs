@@ -86,7 +86,7 @@ fn similarity(columns: &[Moments]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn noise(seed: u64, width: u32, height: u32) -> Vec<u8> {
         let mut rng = Rng::new(seed);

@@ -3,9 +3,9 @@
 
 use rayon::prelude::*;
 
-use crate::raster::halving::OddSide;
-use crate::raster::{Image, Sample};
-use crate::scene::{PhotoPixels, Samples};
+use quadratura_base::raster::halving::OddSide;
+use quadratura_base::raster::{Image, Sample};
+use quadratura_base::scene::{PhotoPixels, Samples};
 
 /// An image of luminance relative to its surroundings: `(I - mean) / (deviation + noise)` over a square. This removes
 /// exposure, vignetting and haze, which change slowly over a photo, and differences of contrast between
@@ -165,7 +165,7 @@ fn fill<T: Sample, const CHANNELS: usize>(row: &mut [f32], samples: &[T]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn noise(gain: f64, alpha: impl Fn(usize) -> u8) -> PhotoPixels {
         let mut rng = Rng::new(5);

@@ -10,9 +10,9 @@ use super::smooth::median_of_nine;
 use super::sweep::{disagreement, views_of_face};
 use super::sweep_view::SweepView;
 use super::{FaceRelief, Relief};
-use crate::error::Result;
-use crate::scene::{FaceId, Model, PhotoId};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{FaceId, Model, PhotoId};
+use quadratura_base::task::Task;
 
 /// The number of cells above which faces are processed one after the other, their rows in parallel, because
 /// their cost volumes are large. Smaller faces are processed in parallel.
@@ -26,7 +26,7 @@ pub(super) const LEAST_BLOCKS: u32 = 8;
 /// fewer than two photos show have none. The result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn estimate_relief(
     model: &Model,
     sweep_views: &[SweepView],
@@ -42,7 +42,7 @@ pub fn estimate_relief(
 /// show are estimated again. It serves to predict photos that did not take part.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn relief_without(
     relief: &Relief,
     photos: &[PhotoId],

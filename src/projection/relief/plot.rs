@@ -5,9 +5,9 @@ use glam::{DVec2, DVec3};
 use super::FaceRelief;
 use super::options::ReliefOptions;
 use super::sweep_view::SweepView;
-use crate::geometry::polygon::PlaneFrame;
-use crate::raster::robust::quantile;
-use crate::scene::{FaceId, Model};
+use quadratura_base::geometry::polygon::PlaneFrame;
+use quadratura_base::raster::robust::quantile;
+use quadratura_base::scene::{FaceId, Model};
 
 /// A grid of cells that covers the bounding box of a face in its plane.
 #[derive(Debug, Clone, PartialEq)]

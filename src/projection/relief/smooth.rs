@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use super::options::ReliefOptions;
-use crate::raster::robust::upper_median;
+use quadratura_base::raster::robust::upper_median;
 
 /// The cost of every cell and hypothesis: `costs[(row * columns + column) * hypotheses + hypothesis]`.
 pub struct Volume {

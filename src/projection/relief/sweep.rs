@@ -9,10 +9,10 @@ use super::options::ReliefOptions;
 use super::plot::Plot;
 use super::smooth::Volume;
 use super::sweep_view::SweepView;
-use crate::error::Result;
-use crate::projection::weights::pixels_per_unit;
-use crate::raster::robust::median;
-use crate::scene::{FaceId, Model};
+use crate::weights::pixels_per_unit;
+use quadratura_base::error::Result;
+use quadratura_base::raster::robust::median;
+use quadratura_base::scene::{FaceId, Model};
 
 /// The number of texels of the compared details per side of a cell: enough that a cell contains some texture,
 /// and not finer than one height can bring into register.
@@ -70,7 +70,7 @@ impl<'a> PlotView<'a> {
 /// for every cell and height. `row_done` is called after each row of cells: a large face takes minutes.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`], as `row_done` says.
+/// [`quadratura_base::Error::Cancelled`], as `row_done` says.
 pub fn disagreement(
     model: &Model,
     plot: &Plot,

@@ -5,10 +5,10 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::detail::{Detail, levels};
-use crate::geometry::{Pinhole, Pose};
-use crate::projection::Projector;
-use crate::projection::surface::Surface;
-use crate::scene::{FaceId, Model, PhotoPixels};
+use crate::Projector;
+use crate::surface::Surface;
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::{FaceId, Model, PhotoPixels};
 
 /// The data of one photo for the plane sweep.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use super::*;
-use crate::geometry::{Pinhole, Pose};
-use crate::projection::Projector;
-use crate::projection::surface::Surface;
-use crate::scene::PhotoId;
-use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred};
-use crate::scene::{FaceId, Model, PhotoPixels, Samples};
-use crate::task::Task;
+use crate::Projector;
+use crate::surface::Surface;
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::synthetic::{Modeller, Rng, camera_is_world, centred};
+use quadratura_base::scene::{FaceId, Model, PhotoPixels, Samples};
+use quadratura_base::task::Task;
 
 /// The distance by which the window is set back. The wall is at depth 10, the window where both coordinates
 /// are below 1 in absolute value.
@@ -240,7 +240,7 @@ fn a_request_to_stop_is_heard() {
     let task = Task::silent();
     task.stop_flag().store(true, Ordering::Relaxed);
     let stopped = estimate_relief(&model, &sweep_views, &options(), &task);
-    assert!(matches!(stopped, Err(crate::Error::Cancelled)));
+    assert!(matches!(stopped, Err(quadratura_base::Error::Cancelled)));
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! Tests of skirts on a wall before the sky.
 
 use super::*;
-use crate::error::Error;
-use crate::projection::Domain;
-use crate::projection::sources::COVERED;
-use crate::scene::synthetic::{Modeller, centred, look_at};
+use crate::Domain;
+use crate::sources::COVERED;
+use quadratura_base::error::Error;
+use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 
 /// The number of rows and columns of the photos.
 const SIDE: u32 = 64;

@@ -1,7 +1,7 @@
 //! The confidence of texels near the border of what a photo shows (`docs/method.md`, section 7): poses and
 //! models are wrong by a pixel or two, and there the photo may show the neighbouring surface.
 
-use crate::geometry::{PixelRect, Spans};
+use quadratura_base::geometry::{PixelRect, Spans};
 
 /// The ramp by which confidence falls off towards a border.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,7 +123,7 @@ impl<'a> Distances<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn blob(rng: &mut Rng, side: i32) -> Spans {
         Spans::from_rows(0..side, |y, out| {

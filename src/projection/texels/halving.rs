@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec4;
 
-use crate::geometry::{PixelRect, Spans};
+use quadratura_base::geometry::{PixelRect, Spans};
 
 /// A level in linear light: a rectangle of texels, relative to the layer texture's corner at this level.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 //! without access to texels.
 
 use super::pyramid::Pyramid;
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
 
 /// Side of a block, in texels: smaller than the extent of a cell in a photo, larger than half a tile.
 const BLOCK: i32 = 32;
@@ -78,8 +78,8 @@ fn least_of(level: &super::pyramid::Level, rect: PixelRect) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::LayerTexturePixels;
-    use crate::projection::pyramid::{PyramidOptions, pyramid};
+    use crate::LayerTexturePixels;
+    use crate::pyramid::{PyramidOptions, pyramid};
 
     #[test]
     fn inside_it_is_whole_and_near_a_border_as_low_as_the_lowest_texel() {

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 use super::residency::TileRequest;
-use crate::projection::{LayerTexture, LayerTextureId};
+use crate::{LayerTexture, LayerTextureId};
 
 /// Which textures are mattes, and of which layer textures.
 #[derive(Debug, Clone, Default)]
@@ -64,8 +64,8 @@ impl MatteTextures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
-    use crate::scene::PhotoId;
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_base::scene::PhotoId;
 
     #[test]
     fn mattes_follow_all_layer_textures_and_are_wanted_with_theirs() {

@@ -8,9 +8,9 @@ use super::confidence::ConfidenceRamp;
 use super::halving::{Light, Rows};
 use super::srgb::Srgb;
 use super::tiles::{GUTTER, TextureShape};
-use crate::geometry::{PixelRect, Spans};
-use crate::projection::LayerTexturePixels;
-use crate::projection::sources::{BLEED, COVERED, FILLED};
+use crate::LayerTexturePixels;
+use crate::sources::{BLEED, COVERED, FILLED};
+use quadratura_base::geometry::{PixelRect, Spans};
 
 /// Options of a pyramid.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

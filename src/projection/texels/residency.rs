@@ -9,8 +9,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::mattes::MatteTextures;
 use super::tiles::{MOST_LEVELS, Occupancy, TILE, TextureShape, TileKey};
-use crate::geometry::PixelRect;
-use crate::projection::LayerTextureId;
+use crate::LayerTextureId;
+use quadratura_base::geometry::PixelRect;
 
 /// The entry of a page table for a tile that is not resident, and for which no coarser tile is.
 pub const NOTHING: u32 = u32::MAX;

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use glam::Vec4;
 
-use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
+use quadratura_base::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
 
 /// The number of steps of the table back to sRGB: enough that every 8-bit value is recovered exactly.
 const STEPS: usize = 1 << 16;

@@ -6,8 +6,8 @@
 //! filtering never leaves the slot. Levels of at most 32 texels share one slot, the layer texture's *tail*.
 
 use super::pyramid::{Level, Pyramid};
-use crate::geometry::PixelRect;
-use crate::projection::LayerTextureId;
+use crate::LayerTextureId;
+use quadratura_base::geometry::PixelRect;
 
 /// Side of a tile, in texels.
 pub const TILE: u32 = 64;

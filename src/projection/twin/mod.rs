@@ -33,10 +33,10 @@ use super::relief::Relief;
 use super::skirts::{Skirts, met};
 use super::surface::{RayHit, Surface};
 use super::{DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, Sources, Texels};
-use crate::error::{Error, Result};
-use crate::scene::light::srgb_from_linear;
-use crate::scene::{FaceId, Model};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::light::srgb_from_linear;
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_base::task::Task;
 
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f64 = 1e-4;

@@ -4,18 +4,18 @@ use glam::{DVec2, DVec3};
 
 use super::ReferenceRenderer;
 use super::sample::Footprint;
-use crate::geometry::polygon::fit_plane;
-use crate::geometry::{Pinhole, Plane, Pose};
-use crate::projection::exposure::optics::{squared_radius, squared_tangent};
-use crate::projection::exposure::{ViewExposure, kept_white};
-use crate::projection::surface::RayHit;
-use crate::projection::turned::{MIRRORED, PhotoOnFace, blend_on};
-use crate::projection::weights::{
+use crate::exposure::optics::{squared_radius, squared_tangent};
+use crate::exposure::{ViewExposure, kept_white};
+use crate::surface::RayHit;
+use crate::turned::{MIRRORED, PhotoOnFace, blend_on};
+use crate::weights::{
     Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
-use crate::projection::{LayerTextureId, Mode, Projector, Quality, Server, Shot};
-use crate::scene::FaceId;
-use crate::scene::impostor::Facing;
+use crate::{LayerTextureId, Mode, Projector, Quality, Server, Shot};
+use quadratura_base::geometry::polygon::fit_plane;
+use quadratura_base::geometry::{Pinhole, Plane, Pose};
+use quadratura_base::scene::FaceId;
+use quadratura_base::scene::impostor::Facing;
 
 /// The confidence below which a texel does not contribute: half a step of 8 bits.
 pub(super) const LEAST_CONFIDENCE: f64 = 0.002;

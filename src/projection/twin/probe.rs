@@ -7,17 +7,17 @@ use rayon::prelude::*;
 
 use super::point::{HitPoint, ShownTexel};
 use super::{ReferenceRenderer, TOLERANCE};
-use crate::error::Result;
-use crate::geometry::{Plane, Pose};
-use crate::projection::exposure::ViewExposure;
-use crate::projection::exposure::optics::{squared_radius, squared_tangent};
-use crate::projection::hidden::HiddenFaces;
-use crate::projection::sources::LEAST_MATTE;
-use crate::projection::surface::RayHit;
-use crate::projection::turned::PhotoOnFace;
-use crate::projection::{LayerTextureId, Shot, Sources};
-use crate::scene::{FaceId, Model, PhotoId};
-use crate::task::Task;
+use crate::exposure::ViewExposure;
+use crate::exposure::optics::{squared_radius, squared_tangent};
+use crate::hidden::HiddenFaces;
+use crate::sources::LEAST_MATTE;
+use crate::surface::RayHit;
+use crate::turned::PhotoOnFace;
+use crate::{LayerTextureId, Shot, Sources};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Plane, Pose};
+use quadratura_base::scene::{FaceId, Model, PhotoId};
+use quadratura_base::task::Task;
 
 /// A point of the surface that a view shows at a position of its picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ impl ReferenceRenderer {
     /// the view shows at each position.
     ///
     /// # Errors
-    /// As [`crate::projection::Renders::picture`].
+    /// As [`crate::Renders::picture`].
     pub fn seen_points(
         &mut self,
         shot: &Shot,
@@ -108,7 +108,7 @@ impl ReferenceRenderer {
     /// [`Self::view_exposure`].
     ///
     /// # Errors
-    /// As [`crate::projection::Renders::picture`].
+    /// As [`crate::Renders::picture`].
     pub fn probed_texels(
         &mut self,
         shot: &Shot,

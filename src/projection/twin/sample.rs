@@ -3,12 +3,12 @@
 
 use glam::DVec2;
 
-use crate::geometry::PixelRect;
-use crate::projection::LayerTexturePixels;
-use crate::projection::pyramid::{Pyramid, PyramidOptions, matte_pyramid, pyramid};
-use crate::projection::shot::MOST_TAPS;
-use crate::projection::tiles::{Occupancy, TILE};
-use crate::scene::light::LINEAR_FROM_BYTE;
+use crate::LayerTexturePixels;
+use crate::pyramid::{Pyramid, PyramidOptions, matte_pyramid, pyramid};
+use crate::shot::MOST_TAPS;
+use crate::tiles::{Occupancy, TILE};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::light::LINEAR_FROM_BYTE;
 
 /// The distance from a texel's centre, as a share of its width, within which the texel is taken without
 /// interpolation; the shares in between are stretched accordingly (`DEAD` of `shaders/texels.wgsl`).

@@ -5,13 +5,13 @@ use glam::{DVec2, DVec3};
 use super::ReferenceRenderer;
 use super::point::{LEAST_CONFIDENCE, image_step};
 use super::sample::Footprint;
-use crate::error::Result;
-use crate::projection::exposure::optics::{squared_radius, squared_tangent};
-use crate::projection::exposure::{ViewExposure, kept_white};
-use crate::projection::surroundings::{claim, pixels_per_angle};
-use crate::projection::weights::{border, weights};
-use crate::projection::{Quality, Server, Shot};
-use crate::task::Task;
+use crate::exposure::optics::{squared_radius, squared_tangent};
+use crate::exposure::{ViewExposure, kept_white};
+use crate::surroundings::{claim, pixels_per_angle};
+use crate::weights::{border, weights};
+use crate::{Quality, Server, Shot};
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// What a photo shows in a direction.
 struct Shown {

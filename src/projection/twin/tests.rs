@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::*;
-use crate::geometry::{PixelRect, Pose};
-use crate::projection::{Domain, LayerTexture, LayerTexturePixels, Projector, Server};
-use crate::scene::PhotoId;
-use crate::scene::synthetic::{Modeller, centred, look_at};
+use crate::{Domain, LayerTexture, LayerTexturePixels, Projector, Server};
+use quadratura_base::geometry::{PixelRect, Pose};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 
 /// A source with one photo of a wall, in one layer texture, with a pattern of stripes.
 struct Stripes;
@@ -58,7 +58,7 @@ fn in_its_own_camera_a_photo_is_itself_but_for_its_outermost_pixels() {
     let pose = look_at(DVec3::new(0.7, -5.0, 0.3), DVec3::new(0.1, 0.0, 0.0));
     let mut twin = twin(vec![pose, look_at(DVec3::new(-2.0, -5.0, 0.0), DVec3::ZERO)]);
     let camera = twin.sources.photos[0].camera;
-    for mode in crate::projection::Mode::ALL {
+    for mode in crate::Mode::ALL {
         let mut shot = Shot::new(camera, pose);
         shot.blend.mode = mode;
         let picture = twin.picture(&shot, &Task::silent()).unwrap();

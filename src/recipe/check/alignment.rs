@@ -11,11 +11,11 @@
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use rayon::prelude::*;
 
-use crate::error::Result;
-use crate::geometry::bvh::Bvh;
-use crate::geometry::{Similarity, axes};
-use crate::raster::robust::upper_median;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::bvh::Bvh;
+use quadratura_base::geometry::{Similarity, axes};
+use quadratura_base::raster::robust::upper_median;
+use quadratura_base::task::Task;
 
 /// An observation: a camera sees a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +90,7 @@ const FINALISTS: usize = 4;
 /// deterministic.
 ///
 /// # Errors
-/// Returns [`crate::Error::Cancelled`] on request.
+/// Returns [`quadratura_base::Error::Cancelled`] on request.
 pub fn best_alignment(tree: &Bvh, sightings: &[Observation], task: &Task) -> Result<Option<Alignment>> {
     if tree.triangles().is_empty() || sightings.is_empty() {
         return Ok(None);

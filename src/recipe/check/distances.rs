@@ -6,8 +6,8 @@ use glam::DVec3;
 
 use super::faces::CheckedSurface;
 use super::report::ObjectDistances;
-use crate::raster::robust::{quantile, upper_median};
-use crate::scene::{Model, ObjectId, Site, SparsePoint};
+use quadratura_base::raster::robust::{quantile, upper_median};
+use quadratura_base::scene::{Model, ObjectId, Site, SparsePoint};
 
 /// A point farther from the model than this share of its distance from the nearest camera that observed it belongs to
 /// something that is not modelled, such as a tree. Five times what counts as a match, so that errors are in the list.

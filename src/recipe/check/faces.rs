@@ -6,12 +6,12 @@ use std::ops::ControlFlow;
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::error::Result;
-use crate::geometry::bvh::Bvh;
-use crate::geometry::polygon::extent;
-use crate::geometry::triangle::{Triangle, area_vector, crossing_depth};
-use crate::scene::{FaceId, Model};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::bvh::Bvh;
+use quadratura_base::geometry::polygon::extent;
+use quadratura_base::geometry::triangle::{Triangle, area_vector, crossing_depth};
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_base::task::Task;
 
 /// The model's triangles with nonzero area in a hierarchy, each with its face.
 pub struct CheckedSurface {
@@ -107,7 +107,7 @@ pub struct Crossings {
 /// Finds pairs of intersecting faces.
 ///
 /// # Errors
-/// Returns [`crate::Error::Cancelled`] on request.
+/// Returns [`quadratura_base::Error::Cancelled`] on request.
 pub fn crossings(model: &Model, surface: &CheckedSurface, task: &Task) -> Result<Crossings> {
     let extents: Vec<f64> =
         model.face_ids().map(|face| extent(&model.ring_points(face).collect::<Vec<_>>())).collect();

@@ -1,8 +1,8 @@
 //! The fix of the alignment: the model gets another transform, and the project stays what it is otherwise.
 
 use super::AlignmentSuggestion;
-use crate::document::Project;
-use crate::geometry::Similarity;
+use quadratura_base::geometry::Similarity;
+use quadratura_document::Project;
 
 impl AlignmentSuggestion {
     /// Returns the transform from the model to the cameras' world that is suggested.
@@ -22,7 +22,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::geometry::axes;
+    use quadratura_base::geometry::axes;
 
     #[test]
     fn every_transform_that_is_suggested_is_read_again_exactly() {

@@ -1,8 +1,8 @@
 //! Likely reasons for a wrong alignment, as messages.
 
 use super::Verdict;
-use crate::geometry::{Similarity, axes};
 use glam::DMat3;
+use quadratura_base::geometry::{Similarity, axes};
 
 /// Scales that differ from 1 by less than this are a finer fit, not another unit.
 const SAME_UNIT: f64 = 0.02;

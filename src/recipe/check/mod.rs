@@ -20,18 +20,18 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use crate::raster::robust::upper_median;
+use quadratura_base::raster::robust::upper_median;
 
 use rayon::prelude::*;
 
-use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Result};
-use crate::geometry::{Similarity, axes};
-use crate::layers::{Options, Rasteriser};
-use crate::scene::{FaceId, Model, Photo, PhotoId, Site, SparsePoint};
-use crate::task::Task;
 use alignment::{Observation, agreement, best_alignment, is_plausible};
 pub use faces::CheckedSurface;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Similarity, axes};
+use quadratura_base::scene::{FaceId, Model, Photo, PhotoId, Site, SparsePoint};
+use quadratura_base::task::Task;
+use quadratura_document::names::file_name_of_photo;
+use quadratura_layers::{Options, Rasteriser};
 use seen::VisibleModel;
 use unexplained::{Unexplained, unexplained};
 

@@ -7,12 +7,12 @@ use glam::{DVec2, DVec3};
 use super::faces::CheckedSurface;
 use super::seen::VisibleModel;
 use super::unexplained::Miss;
-use crate::error::Result;
-use crate::geometry::Pinhole;
-use crate::io::overlay::{Overlay, write_jpeg};
-use crate::io::photo::read_photo;
-use crate::recipe::legend_picture::{KeyList, draw_key};
-use crate::scene::{Edges, Model, ObjectId, Photo};
+use crate::legend_picture::{KeyList, draw_key};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::scene::{Edges, Model, ObjectId, Photo};
+use quadratura_io::overlay::{Overlay, write_jpeg};
+use quadratura_io::photo::read_photo;
 
 /// The length of the picture's longer side in pixels.
 const LONGEST_SIDE: u32 = 2048;
@@ -33,7 +33,7 @@ const LISTED: usize = 8;
 /// the sparse points that no face explains, with a legend, and writes the picture.
 ///
 /// # Errors
-/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] when the photo cannot be read or the picture cannot be
+/// Returns [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] when the photo cannot be read or the picture cannot be
 /// written.
 pub fn draw(
     model: &Model,
@@ -180,9 +180,9 @@ fn color_of(object: u32) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recipe::check::seen::VisibleFace;
-    use crate::scene::FaceId;
-    use crate::scene::synthetic::{Modeller, centred};
+    use crate::check::seen::VisibleFace;
+    use quadratura_base::scene::FaceId;
+    use quadratura_base::scene::synthetic::{Modeller, centred};
 
     #[test]
     fn an_edge_through_the_camera_plane_is_cut_at_the_photos_border() {

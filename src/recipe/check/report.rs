@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::unexplained::Unexplained;
-use crate::scene::{FaceId, Model};
+use quadratura_base::scene::{FaceId, Model};
 
 /// The number of names that a list contains at most; its count is always complete.
 pub(super) const NAMED: usize = 100;

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::error::Result;
-use crate::geometry::Pinhole;
-use crate::layers::rasteriser::{Band, Presence, VISIBLE};
-use crate::layers::{Fragments, Rasteriser, View};
-use crate::scene::impostor::Facing;
-use crate::scene::{FaceId, Model, Photo};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{FaceId, Model, Photo};
+use quadratura_base::task::Task;
+use quadratura_layers::rasteriser::{Band, Presence, VISIBLE};
+use quadratura_layers::{Fragments, Rasteriser, View};
 
 /// The longest side in pixels at which the model is rendered: the user should know of faces smaller than a pixel at
 /// this size.
@@ -41,7 +41,7 @@ pub struct VisibleFace {
 /// Renders the model with one photo's camera at reduced size.
 ///
 /// # Errors
-/// Returns [`crate::Error::Gpu`] or [`crate::Error::Cancelled`].
+/// Returns [`quadratura_base::Error::Gpu`] or [`quadratura_base::Error::Cancelled`].
 pub fn look(
     model: &Arc<Model>,
     photo: &Photo,

@@ -3,10 +3,10 @@
 use rustc_hash::FxHashMap;
 
 use super::faces::CheckedSurface;
-use crate::error::Result;
-use crate::geometry::polygon::extent;
-use crate::scene::{FaceId, Model, Photo, Site};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::polygon::extent;
+use quadratura_base::scene::{FaceId, Model, Photo, Site};
+use quadratura_base::task::Task;
 
 /// A pair of intersecting faces, in model order, with its depth in world units.
 pub type CrossingPair = ([FaceId; 2], f64);
@@ -15,7 +15,7 @@ pub type CrossingPair = ([FaceId; 2], f64);
 /// the others. The order is kept.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`] on request.
+/// [`quadratura_base::Error::Cancelled`] on request.
 pub fn parted(
     site: &Site,
     surface: &CheckedSurface,

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, dvec3};
 
 use super::*;
-use crate::layers::SoftwareRasteriser;
-use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
+use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
+use quadratura_layers::SoftwareRasteriser;
 
 /// Makes a yard without any symmetry: ground, two walls of different height, a tower and a shed, with one side of a
 /// wall that no photo sees.

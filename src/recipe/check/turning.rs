@@ -2,10 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::Plane;
-use crate::geometry::polygon::split_by_plane;
-use crate::scene::impostor::Impostor;
-use crate::scene::{FaceId, Model};
+use quadratura_base::geometry::Plane;
+use quadratura_base::geometry::polygon::split_by_plane;
+use quadratura_base::scene::impostor::Impostor;
+use quadratura_base::scene::{FaceId, Model};
 
 /// The share of the cylinder's radius and height by which faces may reach into it: a tree stands on the ground, and may
 /// touch a wall.
@@ -59,7 +59,7 @@ fn distance_to_origin(polygon: &[DVec2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Modeller;
+    use quadratura_base::scene::synthetic::Modeller;
 
     #[test]
     fn a_wall_beside_the_trunk_is_crossed_and_the_ground_and_a_far_wall_are_not() {

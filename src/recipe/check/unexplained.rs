@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::faces::CheckedSurface;
-use crate::raster::robust::quantile;
-use crate::recipe::views::up;
-use crate::scene::builder::says_backdrop;
-use crate::scene::{Model, Object, PhotoId, Site, SparsePoint};
+use crate::views::up;
+use quadratura_base::raster::robust::quantile;
+use quadratura_base::scene::builder::says_backdrop;
+use quadratura_base::scene::{Model, Object, PhotoId, Site, SparsePoint};
 
 /// A point is explained by a face within this share of its distance from the nearest camera: 40 cm at 20 m, twice the
 /// detail that a coarse model leaves out. Of the points of castle, fountain, entry and piazza, whose models leave out
@@ -293,8 +293,8 @@ mod tests {
     use glam::{DVec2, dvec3};
 
     use super::*;
-    use crate::scene::Photo;
-    use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
+    use quadratura_base::scene::Photo;
+    use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
 
     const EYES: [DVec3; 3] = [dvec3(-3.0, -12.0, 1.7), dvec3(0.0, -12.0, 1.7), dvec3(3.0, -12.0, 1.7)];
 

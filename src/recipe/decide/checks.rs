@@ -1,17 +1,17 @@
 //! Checks of decisions before they are made.
 
-use crate::document::{Element, PhotoDecisions, Stack};
-use crate::error::{Error, Remedy, Result};
-use crate::layers::Faces;
-use crate::layers::constraints::{ElementConstraints, ResolvedConstraints};
-use crate::layers::graph::Graph;
-use crate::layers::together::{Obstacle, Unsatisfied, bring_together};
-use crate::recipe::linked::is_linkable;
-use crate::recipe::unknown_name::no_such;
-use crate::recipe::unsatisfied::{self, TolerableOverlap};
-use crate::recipe::untextured::{FaceInStack, face_in_stack};
-use crate::scene::builder::SURROUNDINGS;
-use crate::scene::{FaceId, FaceIndex, Model};
+use crate::linked::is_linkable;
+use crate::unknown_name::no_such;
+use crate::unsatisfied::{self, TolerableOverlap};
+use crate::untextured::{FaceInStack, face_in_stack};
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_base::scene::{FaceId, FaceIndex, Model};
+use quadratura_document::{Element, PhotoDecisions, Stack};
+use quadratura_layers::Faces;
+use quadratura_layers::constraints::{ElementConstraints, ResolvedConstraints};
+use quadratura_layers::graph::Graph;
+use quadratura_layers::together::{Obstacle, Unsatisfied, bring_together};
 
 /// Checks that objects and faces exist.
 ///
@@ -131,7 +131,7 @@ impl MergeJudge {
     pub fn new(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> Self {
         let elements: Vec<Element> = stack.visibility_layers.iter().flatten().cloned().collect();
         let grouping = grouping(decided, &elements, model);
-        let supports = |list: &[crate::document::stack::Support]| {
+        let supports = |list: &[quadratura_document::stack::Support]| {
             list.iter().map(|s| (s.front.0, s.back.0, s.px)).collect::<Vec<_>>()
         };
         let order = Graph::new(elements.len() as u32, supports(&stack.occlusions));
@@ -186,8 +186,10 @@ fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> El
 /// Returns [`Error::Request`] when a merge contains faces that it separates.
 pub fn refuse_split(decided: &PhotoDecisions, model: &Model) -> Result<()> {
     let last = decided.split.len() - 1;
-    let split =
-        crate::layers::LayerConstraints { split: vec![decided.split[last].clone()], ..Default::default() };
+    let split = quadratura_layers::LayerConstraints {
+        split: vec![decided.split[last].clone()],
+        ..Default::default()
+    };
     let wanted = ResolvedConstraints::new(&split, model);
     let faces_of = |merge: &[Faces]| merge.iter().flat_map(|f| f.in_model(model)).collect::<Vec<FaceId>>();
     let torn = |merge: &&Vec<Faces>| {

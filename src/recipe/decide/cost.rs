@@ -1,9 +1,9 @@
 //! The cost of merging image layers: one rectangle around all of them, including whatever lies between.
 
-use crate::document::Stack;
-use crate::geometry::PixelRect;
-use crate::layers::cluster::{box_size, longest_side};
-use crate::layers::{LayerIndex, Options};
+use quadratura_base::geometry::PixelRect;
+use quadratura_document::Stack;
+use quadratura_layers::cluster::{box_size, longest_side};
+use quadratura_layers::{LayerIndex, Options};
 
 /// The ratio of texels after and before up to which a merge is cheap. Rounding to powers of two costs up to a
 /// factor of two even where two layers are adjacent; beyond that the rectangle holds empty space.

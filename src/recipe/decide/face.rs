@@ -1,9 +1,9 @@
 //! The relation of each photo to one face: whether it textures the face, why not, and what was decided.
 
 use super::state_of_face;
-use crate::document::{Decisions, Element, PhotoDecisions, Stack};
-use crate::recipe::untextured::{FaceTexture, given};
-use crate::scene::{FaceId, FaceIndex, PhotoId, Site};
+use crate::untextured::{FaceTexture, given};
+use quadratura_base::scene::{FaceId, FaceIndex, PhotoId, Site};
+use quadratura_document::{Decisions, Element, PhotoDecisions, Stack};
 
 /// The relation of a photo to a face.
 #[derive(Debug, Clone, PartialEq, Eq)]

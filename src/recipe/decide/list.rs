@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 
-use crate::document::PhotoDecisions;
-use crate::document::decisions::PhotoOptions;
-use crate::error::{Error, Remedy, Result};
-use crate::layers::Faces;
-use crate::recipe::unsatisfied::{list, title_of_split};
+use crate::unsatisfied::{list, title_of_split};
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_document::PhotoDecisions;
+use quadratura_document::decisions::PhotoOptions;
+use quadratura_layers::Faces;
 
 /// The kind of a decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

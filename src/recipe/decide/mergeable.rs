@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::checks::MergeJudge;
 use super::cost::MergeCost;
-use crate::document::{PhotoDecisions, Stack};
-use crate::layers::{LayerIndex, Options};
-use crate::scene::Model;
+use quadratura_base::scene::Model;
+use quadratura_document::{PhotoDecisions, Stack};
+use quadratura_layers::{LayerIndex, Options};
 
 /// An image layer and those with which it can share one.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

@@ -21,11 +21,11 @@ pub use self::state::{EXCLUDED, stale, state_of_face};
 use super::layer_names::layers_of_names;
 use super::named::index_of_photo;
 use super::unsatisfied::{holds, list as in_words};
-use crate::document::decisions::{LayerNaming, PhotoOptions};
-use crate::document::{PhotoDecisions, Project, Stack};
-use crate::error::{Error, Result};
-use crate::layers::{Faces, LayerIndex};
-use crate::scene::{FaceIndex, Model, Site};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{FaceIndex, Model, Site};
+use quadratura_document::decisions::{LayerNaming, PhotoOptions};
+use quadratura_document::{PhotoDecisions, Project, Stack};
+use quadratura_layers::{Faces, LayerIndex};
 
 /// A decision to be made. Photos may be given by abbreviated names ([`index_of_photo`]), faces only exactly.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,11 +1,11 @@
 //! Faces by the names that are typed for them.
 
-use crate::document::Stack;
-use crate::error::{Error, Remedy, Result};
-use crate::layers::{Faces, LayerIndex};
-use crate::recipe::unknown_name::no_such;
-use crate::scene::builder::SURROUNDINGS;
-use crate::scene::{FaceIndex, Model};
+use crate::unknown_name::no_such;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_base::scene::{FaceIndex, Model};
+use quadratura_document::Stack;
+use quadratura_layers::{Faces, LayerIndex};
 
 /// Returns the faces that `typed` refers to: the token of an image layer of the stack, an object, or faces of one
 /// as `OBJECT[3, 5-8]`.

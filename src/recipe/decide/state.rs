@@ -1,11 +1,11 @@
 //! The effect of decisions on the present stacks and model.
 
-use crate::document::{Decisions, PhotoDecisions};
-use crate::error::{Message, Remedy};
-use crate::layers::Faces;
-use crate::recipe::decide::list::decided;
-use crate::scene::builder::SURROUNDINGS;
-use crate::scene::{FaceIndex, Model, Site};
+use crate::decide::list::decided;
+use quadratura_base::error::{Message, Remedy};
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_base::scene::{FaceIndex, Model, Site};
+use quadratura_document::{Decisions, PhotoDecisions};
+use quadratura_layers::Faces;
 
 /// The word for a photo that may not texture a surface.
 pub const EXCLUDED: &str = "excluded";

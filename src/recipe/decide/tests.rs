@@ -1,13 +1,13 @@
 //! Decisions that are made, rejected and removed, on a site of four panes.
 
 use super::*;
-use crate::layers::{ElementIndex, LayerIndex, Options, SoftwareRasteriser, sort_photo};
-use crate::recipe::assemble::assemble;
-use crate::recipe::layer_names::rename;
-use crate::recipe::untextured::{FaceTexture, excluded};
-use crate::scene::synthetic::{Modeller, Scene, closed_form};
-use crate::scene::{FaceIndex, PhotoId};
-use crate::task::Task;
+use crate::assemble::assemble;
+use crate::layer_names::rename;
+use crate::untextured::{FaceTexture, excluded};
+use quadratura_base::scene::synthetic::{Modeller, Scene, closed_form};
+use quadratura_base::scene::{FaceIndex, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_layers::{ElementIndex, LayerIndex, Options, SoftwareRasteriser, sort_photo};
 
 /// Makes a pane, one behind it, and an object of two faces beside them.
 fn site() -> Site {
@@ -17,7 +17,7 @@ fn site() -> Site {
     m.object("pair").screen(4.0, [1.2, -0.5, 1.7, 0.5]).screen(4.0, [1.8, -0.5, 2.2, 0.5]);
     m.object("shed").screen(9.0, [-0.1, -0.1, 0.1, 0.1]);
     let site = Scene { model: m.finish(), ..closed_form::two_quads() }.site();
-    let photo = |name: &str| crate::scene::Photo { name: name.into(), ..site.photos[0].clone() };
+    let photo = |name: &str| quadratura_base::scene::Photo { name: name.into(), ..site.photos[0].clone() };
     Site { photos: vec![photo("a.jpg"), photo("b.jpg")], ..site.clone() }
 }
 
@@ -109,7 +109,7 @@ fn a_merge_of_the_front_and_the_back_of_one_object_links_their_layers() {
     m.object("post").screen(4.0, [-0.2, -0.8, 0.2, 0.8]);
     m.object("column").screen(3.0, [-0.5, -0.5, 0.5, 0.5]).screen(5.0, [-1.0, -0.8, 0.8, 0.8]);
     let site = Scene { model: m.finish(), ..closed_form::two_quads() }.site();
-    let photo = crate::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
+    let photo = quadratura_base::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
     let site = Site { photos: vec![photo], ..site.clone() };
     let apart = stack(&site, &project());
     assert!(apart.linked.is_empty());
@@ -130,7 +130,7 @@ fn a_merge_that_parts_of_one_object_prevent_names_the_price_of_tolerating_that()
     m.object("column").screen(3.0, [-0.5, -0.5, 0.5, 0.5]).screen(5.0, [-1.0, -0.8, 0.8, 0.8]);
     m.object("aside").screen(4.0, [1.8, -0.5, 2.2, 0.5]);
     let site = Scene { model: m.finish(), ..closed_form::two_quads() }.site();
-    let photo = crate::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
+    let photo = quadratura_base::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
     let site = Site { photos: vec![photo], ..site.clone() };
     let stack = stack(&site, &project());
     let px = stack.occlusions.iter().map(|support| support.px).max().unwrap();
@@ -173,7 +173,7 @@ fn what_is_behind_its_own_object_is_left_to_other_photos_where_that_is_asked_for
     let mut m = Modeller::new();
     m.object("column").screen(3.0, [-0.5, -0.5, 0.5, 0.5]).screen(5.0, [-1.0, -0.8, 0.8, 0.8]);
     let site = Scene { model: m.finish(), ..closed_form::two_quads() }.site();
-    let photo = crate::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
+    let photo = quadratura_base::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
     let site = Site { photos: vec![photo], ..site.clone() };
     let apart = stack(&site, &project());
     assert_eq!((apart.image_layers.len(), apart.tolerated.len()), (2, 0));
@@ -188,7 +188,7 @@ fn what_is_behind_its_own_object_is_left_to_other_photos_where_that_is_asked_for
     assert_eq!((overlap.face, overlap.by, one.tolerated.len()), (FaceIndex(1), FaceIndex(0), 1));
     assert!(overlap.px > 100, "{overlap:?}");
 
-    let sources = crate::recipe::sources::sources(&site, &[Some(one)], &project.decisions);
+    let sources = crate::sources::sources(&site, &[Some(one)], &project.decisions);
     let serves = |face: usize, x: f64, z: f64| {
         let photo = &site.photos[0];
         let point = photo.pose.camera_from_world(glam::DVec3::new(x, 0.0, z));
@@ -285,7 +285,7 @@ fn excluded_and_pinned_faces_are_served_accordingly() {
     let project = all(&edits).unwrap();
     let of_a = stack(&site, &project);
     let stacks = [Some(of_a.clone()), Some(of_a)];
-    let sources = crate::recipe::sources::sources(&site, &stacks, &project.decisions);
+    let sources = crate::sources::sources(&site, &stacks, &project.decisions);
     let servers = |object: usize| {
         let servers = sources.servers_of(site.model.objects[object].faces[0]).iter();
         servers.map(|server| (server.photo.0, server.pinned)).collect::<Vec<_>>()
@@ -392,14 +392,14 @@ fn each_photo_tells_how_it_stands_to_a_face() {
     let FaceTexture::Nothing(why) = &faces_in_photos(&plain, "shed").photos[0].given else {
         panic!("no photo sees it")
     };
-    assert_eq!((why.reason, why.by.is_some()), (crate::document::stack::UntexturedReason::Hidden, true));
+    assert_eq!((why.reason, why.by.is_some()), (quadratura_document::stack::UntexturedReason::Hidden, true));
 
     let pin = LayerEdit::Pin { photo: "b".into(), of: whole(&["front"]) };
     let exclude = LayerEdit::Exclude { photo: "a".into(), of: whole(&["front"]) };
     let decided = all(&[exclude, pin]).unwrap();
     let front = faces_in_photos(&decided, "front");
     let FaceTexture::Nothing(why) = &front.photos[0].given else { panic!("it is excluded") };
-    assert_eq!(why.reason, crate::document::stack::UntexturedReason::Excluded);
+    assert_eq!(why.reason, quadratura_document::stack::UntexturedReason::Excluded);
     assert_eq!(front.photos[0].decided, Some("excluded"));
     assert_eq!((front.photos[1].decided, front.pinned_to), (Some("pinned to this photo"), Some(PhotoId(1))));
 

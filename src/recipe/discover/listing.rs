@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
-use crate::io::cameras::{CamerasThere, cameras_in};
-use crate::io::photo::EXTENSIONS;
-use crate::io::project::PROJECT_FILE;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::cameras::{CamerasThere, cameras_in};
+use quadratura_io::photo::EXTENSIONS;
+use quadratura_io::project::PROJECT_FILE;
 
 /// The deepest level of subfolders that is searched: enough for `dense/0/sparse/0`, and finite where links form
 /// cycles.

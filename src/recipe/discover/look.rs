@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{SitePart, SiteParts};
-use crate::error::{Error, Result};
-use crate::io::cameras::{CameraNames, read_names};
-use crate::io::models::read_model;
-use crate::io::photo::{Match, PhotoFolder};
-use crate::io::stamp::Stamp;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::cameras::{CameraNames, read_names};
+use quadratura_io::models::read_model;
+use quadratura_io::photo::{Match, PhotoFolder};
+use quadratura_io::stamp::Stamp;
 
 /// A folder of photos.
 #[derive(Debug)]

@@ -12,11 +12,11 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
-use crate::io::cameras::{self, cameras_in, is_camera_file, read_names};
-use crate::io::photo::PhotoFolder;
-use crate::io::project::check_is_empty;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::cameras::{self, cameras_in, is_camera_file, read_names};
+use quadratura_io::photo::PhotoFolder;
+use quadratura_io::project::check_is_empty;
 
 use listing::Listing;
 pub use look::{CamerasFound, DiscoveryReport, ModelFound, PartContents, PhotoMatch, PhotosFound, look_at};
@@ -46,11 +46,11 @@ impl SitePart {
     }
 
     /// Returns a description of what the user may choose.
-    pub fn accepted(self) -> &'static str {
+    pub fn accepted(self) -> String {
         match self {
-            Self::Photos => "a folder of JPEG, PNG, TIFF or WebP photos, sub-folders too",
+            Self::Photos => "a folder of JPEG, PNG, TIFF or WebP photos, sub-folders too".into(),
             Self::Cameras => cameras::accepted(),
-            Self::Model => "a coarse model as OBJ, glTF or GLB",
+            Self::Model => "a coarse model as OBJ, glTF or GLB".into(),
         }
     }
 }

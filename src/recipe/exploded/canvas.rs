@@ -2,10 +2,10 @@
 
 use glam::DVec2;
 
-use crate::geometry::PixelRect;
-use crate::projection::srgb::Srgb;
-use crate::raster::bilinear::BilinearCorner;
-use crate::raster::over::premultiplied;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::bilinear::BilinearCorner;
+use quadratura_base::raster::over::premultiplied;
+use quadratura_projection::srgb::Srgb;
 
 /// A picture of premultiplied RGBA in linear light, row by row from the top.
 #[derive(Debug, Clone)]

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::LayerPicture;
 use super::canvas::{Canvas, Ink, scaled};
-use crate::raster::over::premultiplied;
+use quadratura_base::raster::over::premultiplied;
 
 /// The factor of supersampling in each direction, for antialiasing.
 const FINER: usize = 2;

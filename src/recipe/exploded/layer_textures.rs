@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use super::shown_texels;
-use crate::document::Stack;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::layers::LayerIndex;
-use crate::projection::Picture;
-use crate::projection::reduced::halves;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::Picture;
+use quadratura_projection::reduced::halves;
 
 /// The sRGB colour of needed and hidden pixels.
 const HIDDEN: [u8; 3] = [0xf2, 0x8c, 0x38];
@@ -53,7 +53,7 @@ impl LayerThumbnail {
 /// reduced by the same factor, so that a layer as large as the photo has no side longer than `longest_px`.
 ///
 /// # Errors
-/// Returns [`crate::Error::Io`] and [`crate::Error::Input`] for their files, or [`crate::Error::Cancelled`].
+/// Returns [`quadratura_base::Error::Io`] and [`quadratura_base::Error::Input`] for their files, or [`quadratura_base::Error::Cancelled`].
 pub fn layer_thumbnails(
     folder: &Path,
     stack: &Stack,

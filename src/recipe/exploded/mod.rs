@@ -8,14 +8,14 @@ pub mod layer_textures;
 use std::path::Path;
 
 use self::canvas::{Canvas, Ink, scaled};
-use crate::document::{ImageLayer, Stack};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_grey, read_layer, read_mask};
-use crate::projection::Picture;
-use crate::projection::srgb::Srgb;
-use crate::raster::over::premultiplied;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::over::premultiplied;
+use quadratura_base::task::Task;
+use quadratura_document::{ImageLayer, Stack};
+use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
+use quadratura_projection::Picture;
+use quadratura_projection::srgb::Srgb;
 
 pub use drawing::draw;
 
@@ -40,7 +40,7 @@ pub struct LayerPicture {
 /// Reads the layers of a stack that are not empty, nearest first, from the stack's `folder`.
 ///
 /// # Errors
-/// Returns [`crate::Error::Io`] and [`crate::Error::Input`] for their files, or [`crate::Error::Cancelled`].
+/// Returns [`quadratura_base::Error::Io`] and [`quadratura_base::Error::Input`] for their files, or [`quadratura_base::Error::Cancelled`].
 pub fn read_layers(folder: &Path, stack: &Stack, task: &Task) -> Result<Vec<LayerPicture>> {
     let seen = stack.image_layers.iter().filter(|layer| !layer.needed_rect.is_empty());
     let read = |layer| task.go_on().and_then(|()| LayerPicture::read(folder, layer));

@@ -11,21 +11,21 @@ use super::encoded::{LaidLayer, largest_difference};
 use super::guide::{self, HatchPattern};
 use super::names::{REFERENCE, TREE_GUIDE, group_name, guide_name, layer_name, numbered_name};
 use super::trees::TreeGuide;
-use crate::document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
-use crate::document::{Element, ImageLayer, Stack};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::baselines::Baselines;
-use crate::io::hash::hash_file;
-use crate::io::layered::document::LEFTOVERS;
-use crate::io::layered::png::read_mask;
-use crate::io::layered::srgb::srgb_profile;
-use crate::io::layered::{Depth, Group, Layer, LayerNode, LayeredDocument, Raster};
-use crate::layers::LayerIndex;
-use crate::raster::Image;
-use crate::recipe::layer_pixels::{layer_pixels, unfilled_pixels};
-use crate::recipe::paint::PhotoPaint;
-use crate::task::Task;
+use crate::layer_pixels::{layer_pixels, unfilled_pixels};
+use crate::paint::PhotoPaint;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_base::task::Task;
+use quadratura_document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
+use quadratura_document::{Element, ImageLayer, Stack};
+use quadratura_io::baselines::Baselines;
+use quadratura_io::hash::hash_file;
+use quadratura_io::layered::document::LEFTOVERS;
+use quadratura_io::layered::png::read_mask;
+use quadratura_io::layered::srgb::srgb_profile;
+use quadratura_io::layered::{Depth, Group, Layer, LayerNode, LayeredDocument, Raster};
+use quadratura_layers::LayerIndex;
 
 /// A stack with its pixels, from which a layered document is made.
 pub struct StackContent<'a> {

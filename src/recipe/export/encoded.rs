@@ -3,10 +3,10 @@
 
 use std::sync::Arc;
 
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layered::Raster;
-use crate::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_io::layered::Raster;
 
 /// A layer of a document.
 pub struct LaidLayer {
@@ -69,7 +69,7 @@ fn in_light(above: f32, alpha: f32, below: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Samples;
+    use quadratura_base::scene::Samples;
 
     fn layer(texels: &[[u8; 4]], linear_light: bool) -> LaidLayer {
         let rect = PixelRect::of_size(texels.len() as u32, 1);

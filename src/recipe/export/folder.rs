@@ -18,13 +18,13 @@ use std::path::Path;
 
 use super::compose::StackContent;
 use super::names::{TREE_GUIDE, guide_name, layer_name};
-use crate::document::ImageLayer;
-use crate::error::Result;
-use crate::io::json::to_json;
-use crate::io::layered::document::LEFTOVERS;
-use crate::io::layered::folder::read::LEFTOVERS_FILE;
-use crate::io::layered::folder::{NewFolder, TREE_GUIDE_FILE, guide_file};
-use crate::io::layered::{KEY_FILE, LayeredDocument};
+use quadratura_base::error::Result;
+use quadratura_document::ImageLayer;
+use quadratura_io::json::to_json;
+use quadratura_io::layered::document::LEFTOVERS;
+use quadratura_io::layered::folder::read::LEFTOVERS_FILE;
+use quadratura_io::layered::folder::{NewFolder, TREE_GUIDE_FILE, guide_file};
+use quadratura_io::layered::{KEY_FILE, LayeredDocument};
 
 /// The longest readable part of a file name in bytes, so that the name stays below the 255 bytes of file systems.
 const LONGEST_READABLE: usize = 120;

@@ -8,9 +8,9 @@
 use std::borrow::Borrow;
 
 use super::compose::HiddenPixels;
-use crate::geometry::PixelRect;
-use crate::io::layered::{Depth, Raster, Tag};
-use crate::scene::Samples;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Samples;
+use quadratura_io::layered::{Depth, Raster, Tag};
 
 /// The colours in turn, as the editors show them: red, green, blue in 8 bits.
 const COLOURS: [(Tag, [u8; 3]); 6] = [

@@ -27,16 +27,16 @@ pub use trees::{TreeGuide, TreesInSite};
 
 use self::one::Exporter;
 use super::side_by_side::{ParallelPhotos, done_and_failed};
-use crate::document::Decisions;
-use crate::document::export_record::ExportFormat;
-use crate::error::{Error, Result};
-use crate::io::atomic::remove_dead_leftovers;
-use crate::io::baselines::Baselines;
-use crate::io::exports::{ExportStore, WrittenFiles};
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::scene::Photo;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Photo;
+use quadratura_base::task::Task;
+use quadratura_document::Decisions;
+use quadratura_document::export_record::ExportFormat;
+use quadratura_io::atomic::remove_dead_leftovers;
+use quadratura_io::baselines::Baselines;
+use quadratura_io::exports::{ExportStore, WrittenFiles};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
 
 /// Options of [`export`].
 #[derive(Debug, Clone, PartialEq)]

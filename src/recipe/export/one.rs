@@ -12,24 +12,26 @@ use super::folder;
 use super::trees::{GuidedTrees, STAGE_TREES};
 use super::written::{DocumentPlace, WrittenDocument};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
-use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
-use crate::document::paint::PaintBook;
-use crate::document::{ImageLayer, Stack};
-use crate::error::{Error, Remedy, Result};
-use crate::io::baselines::Baselines;
-use crate::io::exports::{ExportStore, WrittenFiles};
-use crate::io::hash::hash_bytes;
-use crate::io::json::to_json;
-use crate::io::layered::Raster;
-use crate::io::layered::folder::NewFolder;
-use crate::io::paint_store::PaintStore;
-use crate::io::photo::read_photo;
-use crate::io::stack_store::StackStore;
-use crate::recipe::layer_names::rename;
-use crate::recipe::layer_table::LayerFigures;
-use crate::recipe::paint::PhotoPaint;
-use crate::scene::{FaceIndex, Photo};
-use crate::task::Task;
+use crate::layer_names::rename;
+use crate::layer_table::LayerFigures;
+use crate::paint::PhotoPaint;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::{FaceIndex, Photo};
+use quadratura_base::task::Task;
+use quadratura_document::export_record::{
+    ExportFormat, ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION,
+};
+use quadratura_document::paint::PaintBook;
+use quadratura_document::{ImageLayer, Stack};
+use quadratura_io::baselines::Baselines;
+use quadratura_io::exports::{ExportStore, WrittenFiles};
+use quadratura_io::hash::hash_bytes;
+use quadratura_io::json::to_json;
+use quadratura_io::layered::Raster;
+use quadratura_io::layered::folder::NewFolder;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::photo::read_photo;
+use quadratura_io::stack_store::StackStore;
 
 /// The report of one photo's export.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -139,7 +141,7 @@ fn no_stack(photo: &Photo) -> Error {
 }
 
 /// Reads the photo that the layers were cut from.
-fn read_reference(photo: &Photo, stack: &Stack) -> Result<crate::scene::PhotoPixels> {
+fn read_reference(photo: &Photo, stack: &Stack) -> Result<quadratura_base::scene::PhotoPixels> {
     read_photo(&photo.file, stack.photo.width, stack.photo.height)
 }
 

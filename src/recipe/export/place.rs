@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Result};
-use crate::io::exports::WrittenFiles;
-use crate::io::stack_store::DESKTOP_FILES;
+use quadratura_base::error::{Error, Result};
+use quadratura_document::names::file_name_of_photo;
+use quadratura_io::exports::WrittenFiles;
+use quadratura_io::stack_store::DESKTOP_FILES;
 
 /// The extension of a folder of layers. It is not the name of an image format, because people and tools would take
 /// the folder for a file.

@@ -7,20 +7,20 @@ use serde::Serialize;
 
 use super::folder::layer_stem;
 use super::names::layer_name;
-use crate::document::Decisions;
-use crate::document::names::file_name_of_photo;
-use crate::document::stack::{ImageLayer, LayerFill, StackFill, origins};
-use crate::error::{Remedy, Result};
-use crate::geometry::PixelRect;
-use crate::io::atomic::write_atomically;
-use crate::io::json::to_json;
-use crate::io::layer_reader::{read_grey, read_layer};
-use crate::io::picture_png::{make_folder, write_picture};
-use crate::io::stack_store::StackStore;
-use crate::projection::legend::Origin;
-use crate::recipe::layer_names::rename;
-use crate::scene::Photo;
-use crate::task::Task;
+use crate::layer_names::rename;
+use quadratura_base::error::{Remedy, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Photo;
+use quadratura_base::task::Task;
+use quadratura_document::Decisions;
+use quadratura_document::names::file_name_of_photo;
+use quadratura_document::stack::{ImageLayer, LayerFill, StackFill, origins};
+use quadratura_io::atomic::write_atomically;
+use quadratura_io::json::to_json;
+use quadratura_io::layer_reader::{read_grey, read_layer};
+use quadratura_io::picture_png::{make_folder, write_picture};
+use quadratura_io::stack_store::StackStore;
+use quadratura_projection::legend::Origin;
 
 /// The contents of `legend.json`.
 #[derive(Debug, Serialize)]
@@ -53,7 +53,7 @@ struct LegendPicture {
 /// `decisions` contain the layers' names.
 ///
 /// # Errors
-/// Returns [`crate::Error::Io`], [`crate::Error::Input`] for a stack's files, or [`crate::Error::Cancelled`].
+/// Returns [`quadratura_base::Error::Io`], [`quadratura_base::Error::Input`] for a stack's files, or [`quadratura_base::Error::Cancelled`].
 pub fn write_provenance(
     project: &Path,
     photos: &[&Photo],

@@ -9,17 +9,17 @@ use rayon::prelude::*;
 
 use super::compose::HiddenPixels;
 use super::guide::{self, HatchPattern};
-use crate::document::Trees;
-use crate::error::Result;
-use crate::foliage::{Ball, Tree, Wood, balls};
-use crate::geometry::{PixelRect, Spans};
-use crate::io::layered::{Depth, Raster};
-use crate::recipe::open::Opened;
-use crate::recipe::trees::mask::ModelNearness;
-use crate::recipe::trees::{PlantParts, SiteTrees, site_trees};
-use crate::recipe::views::up;
-use crate::scene::{Model, Photo};
-use crate::task::Task;
+use crate::open::Opened;
+use crate::trees::mask::ModelNearness;
+use crate::trees::{PlantParts, SiteTrees, site_trees};
+use crate::views::up;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::scene::{Model, Photo};
+use quadratura_base::task::Task;
+use quadratura_document::Trees;
+use quadratura_foliage::{Ball, Tree, Wood, balls};
+use quadratura_io::layered::{Depth, Raster};
 
 /// The stage that is reported for drawing the trees of one photo.
 pub const STAGE_TREES: &str = "guide of trees";
@@ -47,7 +47,7 @@ impl TreesInSite {
     /// Reads or grows the plants of the project in `folder`. Species that cannot be read are noted, and their trees left out.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn grown(&self, folder: &Path, task: &Task) -> Result<Option<GuidedTrees<'_>>> {
         let made = site_trees(folder, &self.trees, self.up, PlantParts::Geometry, task)?;
         Ok(made.map(|SiteTrees { wood, problems }| {
@@ -72,7 +72,7 @@ impl GuidedTrees<'_> {
     /// Draws the guide for a photo; `None` where it shows none of the trees.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn guide(&self, photo: &Photo, depth: Depth, task: &Task) -> Result<Option<TreeGuide>> {
         let distance = |tree: &Tree| photo.pose.center_in_world().distance(self.wood.ball(tree).middle);
         let in_frame = |tree: &&Tree| !rect_of(&self.wood.ball(tree), photo).is_empty();

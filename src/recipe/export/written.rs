@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::place::{self, ExportDestination};
-use crate::document::export_record::{ExportFormat, ExportedFile};
-use crate::error::{Error, Result};
-use crate::io::atomic::AtomicFile;
-use crate::io::exports::{WrittenFiles, exported_file};
-use crate::io::hash::hash_file;
-use crate::io::layered::folder::NewFolder;
-use crate::io::layered::format::{FileFormat, format_of};
-use crate::io::layered::{FormatFit, LayeredDocument};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::{ExportFormat, ExportedFile};
+use quadratura_io::atomic::AtomicFile;
+use quadratura_io::exports::{WrittenFiles, exported_file};
+use quadratura_io::hash::hash_file;
+use quadratura_io::layered::folder::NewFolder;
+use quadratura_io::layered::format::{FileFormat, format_of};
+use quadratura_io::layered::{FormatFit, LayeredDocument};
 
 /// Where a document is written, and as what.
 pub struct DocumentPlace<'a> {

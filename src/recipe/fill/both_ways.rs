@@ -5,14 +5,14 @@ use std::path::Path;
 
 use super::propagation::with_all;
 use super::{FillRequest, FilledPhoto, tell};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layered::Raster;
-use crate::io::photo::read_unmasked;
-use crate::layers::fill::FilledRegion;
-use crate::projection::Picture;
-use crate::recipe::open::Opened;
-use crate::task::Task;
+use crate::open::Opened;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
+use quadratura_io::layered::Raster;
+use quadratura_io::photo::read_unmasked;
+use quadratura_layers::fill::FilledRegion;
+use quadratura_projection::Picture;
 
 /// The part of a photo where paint of other photos would change most.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
 use super::paint::{SeenBy, SitePaint};
-use crate::error::{Error, Message, Result};
-use crate::io::photo::read_unmasked;
-use crate::layers::agreement::PhotoEvidence;
-use crate::layers::fill::{Donor, DonorContent, Donors, Surfaces};
-use crate::projection::Projector;
-use crate::projection::agreement::PhotoAgreement;
-use crate::recipe::open::Opened;
-use crate::scene::{FaceId, Photo, PhotoId, Site};
-use crate::task::Task;
+use crate::open::Opened;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_io::photo::read_unmasked;
+use quadratura_layers::agreement::PhotoEvidence;
+use quadratura_layers::fill::{Donor, DonorContent, Donors, Surfaces};
+use quadratura_projection::Projector;
+use quadratura_projection::agreement::PhotoAgreement;
 
 /// A cache of decoded photos.
 pub(super) struct PhotoDonors<'a> {

@@ -6,19 +6,19 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::document::stack::ImageLayer;
-use crate::document::{Element, Stack};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::geometry::polygon::{fit_plane, triangulate};
-use crate::io::layer_reader::{read_layer, read_mask};
-use crate::layers::LayerIndex;
-use crate::layers::fill::region::{Region, RegionShape, Regions, painted};
-use crate::layers::fill::see_through::SeeThroughLayer;
-use crate::layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
-use crate::raster::Image;
-use crate::scene::builder::SURROUNDINGS;
-use crate::scene::{FaceId, FaceIndex, Model};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::geometry::polygon::{fit_plane, triangulate};
+use quadratura_base::raster::Image;
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_base::scene::{FaceId, FaceIndex, Model};
+use quadratura_document::stack::ImageLayer;
+use quadratura_document::{Element, Stack};
+use quadratura_io::layer_reader::{read_layer, read_mask};
+use quadratura_layers::LayerIndex;
+use quadratura_layers::fill::region::{Region, RegionShape, Regions, painted};
+use quadratura_layers::fill::see_through::SeeThroughLayer;
+use quadratura_layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
 
 /// The pixels to be filled.
 pub(super) struct Hidden {
@@ -71,7 +71,7 @@ const NOTHING: u32 = u32::MAX;
 /// `propagated` the visible pixels are returned, too.
 ///
 /// # Errors
-/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for the stack's files.
+/// Returns [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for the stack's files.
 pub(super) fn hidden_regions(
     stack: &Stack,
     folder: &Path,
@@ -212,8 +212,9 @@ impl<'a> Shaper<'a> {
     /// Returns the outline of a piece.
     fn piece(&self, object: &str, face: FaceId, piece: u32) -> Option<RegionShape> {
         let index = self.model.face(face).index;
-        let named =
-            |p: &&crate::document::stack::Piece| p.object == object && p.face == index && p.piece == piece;
+        let named = |p: &&quadratura_document::stack::Piece| {
+            p.object == object && p.face == index && p.piece == piece
+        };
         let ring = &self.stack.pieces.iter().find(named)?.polygon;
         let ring: Vec<DVec3> = ring.iter().map(|p| DVec3::from_array(*p)).collect();
         let triangulation = triangulate(&ring, &fit_plane(&ring)?);

@@ -3,23 +3,23 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::document::paint::{PaintBook, PaintEntry};
-use crate::document::{Decisions, PhotoDecisions, Stack};
-use crate::error::Result;
-use crate::geometry::Plane;
-use crate::geometry::polygon::{extent, fit_plane};
-use crate::io::hash::hash_bytes;
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::layers::Faces;
-use crate::layers::fill::{FillOptions, MOST_DONORS, OnlyHere, Propagation};
-use crate::recipe::dome_picture::picture_stamp;
-use crate::recipe::gains;
-use crate::recipe::open::Opened;
-use crate::recipe::paint::parts::points;
-use crate::recipe::survey::StackState;
-use crate::scene::builder::SURROUNDINGS;
-use crate::scene::{Photo, PhotoId};
+use crate::dome_picture::picture_stamp;
+use crate::gains;
+use crate::open::Opened;
+use crate::paint::parts::points;
+use crate::survey::StackState;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Plane;
+use quadratura_base::geometry::polygon::{extent, fit_plane};
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_document::paint::{PaintBook, PaintEntry};
+use quadratura_document::{Decisions, PhotoDecisions, Stack};
+use quadratura_io::hash::hash_bytes;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::Faces;
+use quadratura_layers::fill::{FillOptions, MOST_DONORS, OnlyHere, Propagation};
 
 /// A counter of changes in how the same inputs are filled.
 const VERSION: u32 = 4;

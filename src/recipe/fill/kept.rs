@@ -10,19 +10,19 @@ use rayon::prelude::*;
 
 use super::inputs::PaintAround;
 use super::paint::SitePaint;
-use crate::document::Stack;
-use crate::document::stack::{FillBasis, FilledPaint, ImageLayer, LayerFill, SurfaceName, origins};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_grey, read_layer_16};
-use crate::layers::LayerIndex;
-use crate::layers::fill::near::surfaces_near;
-use crate::layers::fill::{
+use crate::open::Opened;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
+use quadratura_document::stack::{FillBasis, FilledPaint, ImageLayer, LayerFill, SurfaceName, origins};
+use quadratura_io::layer_reader::{read_grey, read_layer_16};
+use quadratura_layers::LayerIndex;
+use quadratura_layers::fill::near::surfaces_near;
+use quadratura_layers::fill::{
     FillContext, FillOrigin, FilledTexel, KeptTexels, Region, SurfaceId, Surfaces, paint_chooses_donors,
 };
-use crate::projection::Projector;
-use crate::recipe::open::Opened;
-use crate::scene::PhotoId;
+use quadratura_projection::Projector;
 
 /// The paint that changed between two fillings.
 pub(super) struct PaintChange<'a> {
@@ -124,7 +124,7 @@ impl<'a> FillReuse<'a> {
     /// Nothing is kept of a filling that was not made from the same stacks and options.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for the files of the filling.
+    /// Returns [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for the files of the filling.
     pub fn kept(
         &self,
         context: &FillContext,

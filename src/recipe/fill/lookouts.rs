@@ -3,9 +3,9 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::document::{Bookmark, CameraPath, Project};
-use crate::geometry::{Pinhole, Pose};
-use crate::scene::Site;
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::Site;
+use quadratura_document::{Bookmark, CameraPath, Project};
 
 /// The picture size of saved views where there is no flight.
 const USUAL_SIZE: [u32; 2] = [1920, 1080];
@@ -56,7 +56,7 @@ pub fn bookmark_count(project: &Project) -> usize {
 
 /// Returns the views of the photos' own cameras.
 pub fn views_of_photos(site: &Site) -> Vec<LookoutView> {
-    let view = |photo: &crate::scene::Photo| LookoutView {
+    let view = |photo: &quadratura_base::scene::Photo| LookoutView {
         name: photo.name.clone(),
         camera: photo.camera,
         pose: photo.pose,
@@ -84,8 +84,8 @@ fn views_kept(kept: &[Bookmark], flight: Option<&CameraPath>, up: DVec3) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::navigation::Viewpoint;
-    use crate::scene::synthetic::{centred, closed_form, look_at};
+    use quadratura_base::scene::synthetic::{centred, closed_form, look_at};
+    use quadratura_projection::navigation::Viewpoint;
 
     #[test]
     fn kept_views_and_keyframes_come_before_the_photos_cameras() {

@@ -43,19 +43,19 @@ use super::sources::sources;
 use super::surroundings::SiteSurroundings;
 use super::survey::StackState;
 use super::update::{FillCheck, Turns};
-use crate::document::Stack;
-use crate::document::stack::PropagationEntry;
-use crate::error::{Error, Remedy, Result};
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::layers::fill::see_through::MattePixels;
-use crate::layers::fill::{
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::{FaceId, Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::stack::PropagationEntry;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::fill::see_through::MattePixels;
+use quadratura_layers::fill::{
     Donors, FillContext, FillOptions, FilledRegion, KeptTexels, RectifiedTextures, Region, SurfaceId,
     Surfaces, fill_photo, propagate_paint,
 };
-use crate::projection::Sources;
-use crate::scene::{FaceId, Photo, PhotoId};
-use crate::task::Task;
+use quadratura_projection::Sources;
 
 pub use inputs::{FillInputs, FillState, photos_to_fill, stale_fillings};
 pub use named::check_options;
@@ -118,9 +118,9 @@ pub struct FilledPhoto {
     /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
     /// Whether the project's paint has changed since, so that the filling is out of date already.
-    pub(crate) is_behind: bool,
+    pub is_behind: bool,
     /// The texels of `propagated` where it was only reported; empty where they were written.
-    pub(crate) laid: Vec<FilledRegion>,
+    pub laid: Vec<FilledRegion>,
 }
 
 /// Fills the hidden texels of the photos' current stacks, photo by photo. An error in one photo is in its

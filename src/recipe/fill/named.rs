@@ -1,11 +1,11 @@
 //! Checks of the names in options of filling.
 
-use crate::error::{Error, Remedy, Result};
-use crate::layers::fill::FillOptions;
-use crate::layers::fill::options::matches_pattern;
-use crate::recipe::open::Opened;
-use crate::recipe::unknown_name::no_such;
-use crate::scene::Photo;
+use crate::open::Opened;
+use crate::unknown_name::no_such;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::Photo;
+use quadratura_layers::fill::FillOptions;
+use quadratura_layers::fill::options::matches_pattern;
 
 /// Checks that the objects to leave unfilled and the photos whose paint is propagated exist.
 ///

@@ -3,15 +3,15 @@
 use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::document::Stack;
-use crate::document::paint::{PaintBook, PaintEntry, PaintPatch};
-use crate::document::stack::{FilledPaint, SurfaceName};
-use crate::error::Result;
-use crate::io::paint_store::PaintStore;
-use crate::layers::fill::{FillOptions, PaintedSurface, SurfaceId, Surfaces};
-use crate::raster::in_8_bits;
-use crate::recipe::paint::PhotoPaint;
-use crate::scene::{FaceId, Model, PhotoId};
+use crate::paint::PhotoPaint;
+use quadratura_base::error::Result;
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::scene::{FaceId, Model, PhotoId};
+use quadratura_document::Stack;
+use quadratura_document::paint::{PaintBook, PaintEntry, PaintPatch};
+use quadratura_document::stack::{FilledPaint, SurfaceName};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_layers::fill::{FillOptions, PaintedSurface, SurfaceId, Surfaces};
 
 /// The photos for which paint is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -16,30 +16,30 @@ use super::kept::PaintChange;
 use super::paint::{SeenBy, SitePaint};
 use super::propagation::{PropagationToPhoto, propagation_entries};
 use super::{keeps_pixels, serving};
-use crate::document::Stack;
-use crate::document::paint::PaintBook;
-use crate::document::stack::{FilledPaint, ImageLayer, SurfaceName};
-use crate::error::Result;
-use crate::geometry::{PixelRect, Pose};
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::layers::LayerIndex;
-use crate::layers::fill::region::{Region, Regions, painted};
-use crate::layers::fill::{
+use crate::budget::default_memory;
+use crate::gains::{self, photo_gains};
+use crate::open::Opened;
+use crate::relief::SiteRelief;
+use crate::sources::sources;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{PixelRect, Pose};
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{Photo, PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::paint::PaintBook;
+use quadratura_document::stack::{FilledPaint, ImageLayer, SurfaceName};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::LayerIndex;
+use quadratura_layers::fill::region::{Region, Regions, painted};
+use quadratura_layers::fill::{
     Donor, Donors, FillContext, FillOptions, FilledRegion, SurfaceId, Surfaces, propagate_paint,
 };
-use crate::projection::relief::Relief;
-use crate::projection::weights::angle_at;
-use crate::projection::{Gains, Projector};
-use crate::raster::in_8_bits;
-use crate::recipe::budget::default_memory;
-use crate::recipe::gains::{self, photo_gains};
-use crate::recipe::open::Opened;
-use crate::recipe::relief::SiteRelief;
-use crate::recipe::sources::sources;
-use crate::scene::impostor::Facing;
-use crate::scene::{Photo, PhotoId, Site};
-use crate::task::Task;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::weights::angle_at;
+use quadratura_projection::{Gains, Projector};
 
 /// The distance in pixels by which projected paint may lie beside where its rectangle's grid of points lies: relief
 /// displaces single points between those of the grid.
@@ -88,7 +88,7 @@ impl<'a> PaintProjection<'a> {
     /// Gains and relief are those in `cache/`.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Cancelled`].
+    /// Returns [`quadratura_base::Error::Cancelled`].
     pub fn new(
         folder: &Path,
         opened: &'a Opened,
@@ -127,8 +127,8 @@ impl<'a> PaintProjection<'a> {
     /// that is no longer in the book.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for files of stacks and paint, or
-    /// [`crate::Error::Cancelled`].
+    /// Returns [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for files of stacks and paint, or
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn project(&self, book: &PaintBook, targets: &[PhotoId], task: &Task) -> Result<Vec<ProjectedPaint>> {
         let projected = self.project_each(book, targets, task)?;
         Ok(projected.into_iter().flat_map(|of_photo| of_photo.paint).collect())

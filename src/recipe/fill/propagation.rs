@@ -8,16 +8,16 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::projected::PaintProjection;
-use crate::document::Stack;
-use crate::document::paint::PaintBook;
-use crate::document::stack::PropagationEntry;
-use crate::error::Result;
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::layers::fill::{FillContext, FillOptions, Propagation, PropagationStatistics};
-use crate::recipe::open::Opened;
-use crate::scene::{Photo, PhotoId};
-use crate::task::Task;
+use crate::open::Opened;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::paint::PaintBook;
+use quadratura_document::stack::PropagationEntry;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::fill::{FillContext, FillOptions, Propagation, PropagationStatistics};
 
 /// A photo with paint.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -132,8 +132,8 @@ impl CoarsePaint {
 /// a readable stack are left out.
 ///
 /// # Errors
-/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for files of stacks and paint, or
-/// [`crate::Error::Cancelled`].
+/// Returns [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for files of stacks and paint, or
+/// [`quadratura_base::Error::Cancelled`].
 pub fn coarse_paint(
     folder: &Path,
     opened: &Opened,

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::document::{ImageLayer, Stack};
-use crate::recipe::layer_table::LayerFigures;
-use crate::scene::builder::says_backdrop;
+use crate::layer_table::LayerFigures;
+use quadratura_base::scene::builder::says_backdrop;
+use quadratura_document::{ImageLayer, Stack};
 
 /// The shares of a stack's texels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::hidden::Hidden;
 use super::mattes::{Piece, SiteMattes};
-use crate::error::Result;
-use crate::io::photo::read_unmasked;
-use crate::layers::fill::see_through::{
+use quadratura_base::error::Result;
+use quadratura_base::scene::{Model, Photo, PhotoId, PhotoPixels};
+use quadratura_io::photo::read_unmasked;
+use quadratura_layers::fill::see_through::{
     MattePixels, MattedRegion, MattesOfSurface, SeeThroughLayer, SeeThroughPhoto, fill_see_through,
 };
-use crate::layers::fill::{Donor, FillContext, PhotoFilling, Region, SurfaceId, Surfaces};
-use crate::layers::matte::Matte;
-use crate::scene::{Model, Photo, PhotoId, PhotoPixels};
+use quadratura_layers::fill::{Donor, FillContext, PhotoFilling, Region, SurfaceId, Surfaces};
+use quadratura_layers::matte::Matte;
 
 /// The share of a photo's mixed pixels beyond which it is told that they do not give the photo back.
 const REPORTED_SHARE: f64 = 0.01;
@@ -109,7 +109,7 @@ impl<'a> SeeThroughFilling<'a> {
     /// the photo back.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn lay_over(
         self,
         mattes: &SurfaceMattes,

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::document::paint::PaintBook;
-use crate::layers::Faces;
-use crate::layers::fill::{FillOptions, Propagation};
-use crate::scene::{FaceIndex, Model, Site};
+use quadratura_base::scene::{FaceIndex, Model, Site};
+use quadratura_document::paint::PaintBook;
+use quadratura_layers::Faces;
+use quadratura_layers::fill::{FillOptions, Propagation};
 
 /// An edit of where paint is seen.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -182,9 +182,9 @@ mod tests {
 
     fn on(options: &FillOptions, paint: EditedPaint, seen: Seen) -> FillOptions {
         let mut model = Model::default();
-        model.objects.push(crate::scene::Object {
+        model.objects.push(quadratura_base::scene::Object {
             name: "wall".into(),
-            faces: (0..4).map(crate::scene::FaceId).collect(),
+            faces: (0..4).map(quadratura_base::scene::FaceId).collect(),
             billboard: false,
             impostor: None,
             see_through: false,

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use super::super::paint::PhotoPaint;
-use crate::document::Stack;
-use crate::document::stack::{ImageLayer, LayerFill, StackFill, origins};
-use crate::error::Result;
-use crate::io::layer_reader::{read_grey, read_layer, read_mask};
-use crate::io::stack_store::StackStore;
-use crate::layers::LayerIndex;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::stack::{ImageLayer, LayerFill, StackFill, origins};
+use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::LayerIndex;
 
 /// The numbers of hidden texels of an image layer by source.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -42,7 +42,7 @@ impl LayerShares {
 /// Counts the hidden texels of each image layer in the current stack of a photo; empty without a stack.
 ///
 /// # Errors
-/// Returns an error when files of layers, filling or paint cannot be read, or [`crate::Error::Cancelled`].
+/// Returns an error when files of layers, filling or paint cannot be read, or [`quadratura_base::Error::Cancelled`].
 pub fn layer_shares(project: &Path, photo: &str, task: &Task) -> Result<Vec<LayerShares>> {
     let store = StackStore::new(project);
     let Some(stack) = store.current(photo)? else { return Ok(Vec::new()) };

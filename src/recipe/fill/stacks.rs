@@ -1,11 +1,11 @@
 //! The stacks that are filled, and why there is none.
 
-use crate::document::Stack;
-use crate::error::{Error, Remedy, Result};
-use crate::io::stack_store::StackStore;
-use crate::recipe::open::Opened;
-use crate::recipe::survey::{StackState, Survey};
-use crate::scene::Photo;
+use crate::open::Opened;
+use crate::survey::{StackState, Survey};
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::scene::Photo;
+use quadratura_document::Stack;
+use quadratura_io::stack_store::StackStore;
 
 /// Returns the states of all photos' stacks.
 pub(super) fn states(opened: &Opened, store: &StackStore) -> Result<Vec<StackState>> {

@@ -2,23 +2,23 @@
 
 use std::sync::Arc;
 
-use crate::document::Stack;
-use crate::error::{Error, Message, Result};
-use crate::layers::fill::region::Region;
-use crate::layers::fill::surroundings::{
+use crate::layer_textures::LayerTextureFiles;
+use crate::surroundings::SiteSurroundings;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_layers::fill::region::Region;
+use quadratura_layers::fill::surroundings::{
     SurroundingsDonor, SurroundingsFilling, SurroundingsTexels, nearest_first,
 };
-use crate::layers::fill::{FilledRegion, MOST_DONORS};
-use crate::projection::agreement::Agreement;
-use crate::projection::dome::DomeSampler;
-use crate::projection::exposure::SurroundingsGains;
-use crate::projection::pyramid::PyramidOptions;
-use crate::projection::twin::sample::Lookup;
-use crate::projection::{Gains, LayerTextureId, Sources, Texels};
-use crate::recipe::layer_textures::LayerTextureFiles;
-use crate::recipe::surroundings::SiteSurroundings;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use quadratura_layers::fill::{FilledRegion, MOST_DONORS};
+use quadratura_projection::agreement::Agreement;
+use quadratura_projection::dome::DomeSampler;
+use quadratura_projection::exposure::SurroundingsGains;
+use quadratura_projection::pyramid::PyramidOptions;
+use quadratura_projection::twin::sample::Lookup;
+use quadratura_projection::{Gains, LayerTextureId, Sources, Texels};
 
 /// Fills the surroundings of a site's photos.
 pub(super) struct SurroundingsFiller<'a> {

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::document::Stack;
-use crate::error::Result;
-use crate::io::layer_reader::{read_grey, read_layer};
-use crate::layers::fill::INVENTED_CONFIDENCE;
-use crate::recipe::paint::PhotoPaint;
+use crate::paint::PhotoPaint;
+use quadratura_base::error::Result;
+use quadratura_document::Stack;
+use quadratura_io::layer_reader::{read_grey, read_layer};
+use quadratura_layers::fill::INVENTED_CONFIDENCE;
 
 /// The confidence in 255ths of a visible texel of which nobody knows how much of it is the surface.
 pub(super) const UNKNOWN: u8 = (INVENTED_CONFIDENCE * 255.0) as u8;

@@ -6,13 +6,13 @@ use rustc_hash::FxHashMap;
 
 use super::super::untextured::{FaceInStack, face_in_stack};
 use super::lookouts::{LookoutIndex, LookoutView};
-use crate::document::Stack;
-use crate::error::Result;
-use crate::geometry::Pinhole;
-use crate::layers::LayerIndex;
-use crate::projection::surface::Surface;
-use crate::scene::{FaceId, Model, PhotoId, Site};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::scene::{FaceId, Model, PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::surface::Surface;
 
 /// An image layer with hidden texels that views would show.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +43,7 @@ const NEARER: f64 = 1e-3;
 /// what a view shows, and which of that a photo does not show. The result does not depend on the number of threads.
 ///
 /// # Errors
-/// Returns [`crate::Error::Cancelled`] when the task was cancelled.
+/// Returns [`quadratura_base::Error::Cancelled`] when the task was cancelled.
 pub fn hidden_layers_by_visibility(
     site: &Site,
     stacks: &[Option<&Stack>],
@@ -180,12 +180,12 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::geometry::Pose;
-    use crate::layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
-    use crate::recipe::assemble::assemble;
-    use crate::recipe::fill::lookouts::views_of_photos;
-    use crate::scene::Photo;
-    use crate::scene::synthetic::closed_form;
+    use crate::assemble::assemble;
+    use crate::fill::lookouts::views_of_photos;
+    use quadratura_base::geometry::Pose;
+    use quadratura_base::scene::Photo;
+    use quadratura_base::scene::synthetic::closed_form;
+    use quadratura_layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
 
     /// Makes two quads, the nearer one in front of a part of the other, and a second photo from where that part is
     /// visible.

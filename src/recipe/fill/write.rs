@@ -6,15 +6,15 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::unknown::UNKNOWN;
-use crate::document::Stack;
-use crate::document::stack::{LayerFill, StackFill, origins};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layer_png::{write_grey, write_rgba};
-use crate::layers::content::PixelSpan;
-use crate::layers::fill::see_through::LayerMatte;
-use crate::layers::fill::{Donor, FillOrigin, FilledRegion, FilledTexel, PhotoFilling, PropagatedPaint};
-use crate::scene::{PhotoId, Samples};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::{PhotoId, Samples};
+use quadratura_document::Stack;
+use quadratura_document::stack::{LayerFill, StackFill, origins};
+use quadratura_io::layer_png::{write_grey, write_rgba};
+use quadratura_layers::content::PixelSpan;
+use quadratura_layers::fill::see_through::LayerMatte;
+use quadratura_layers::fill::{Donor, FillOrigin, FilledRegion, FilledTexel, PhotoFilling, PropagatedPaint};
 
 /// The sources that are not photos; their indices are the first ones of the list of sources.
 const FIXED: [&str; 4] = [origins::NONE, origins::PAINTED, origins::EXEMPLAR, origins::DIFFUSED];
@@ -23,7 +23,7 @@ const FIXED: [&str; 4] = [origins::NONE, origins::PAINTED, origins::EXEMPLAR, or
 /// the inputs, the number of hidden texels and the list of propagated paint. `names` are the photos' names.
 ///
 /// # Errors
-/// Returns [`crate::Error::Io`] when a file cannot be written.
+/// Returns [`quadratura_base::Error::Io`] when a file cannot be written.
 pub(super) fn write_fill(
     folder: &Path,
     stack: &mut Stack,

@@ -7,20 +7,20 @@ use super::file::identified;
 use super::gather::gathered;
 use super::identify::sorted;
 use super::originals::ExportedPixels;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::baselines::Baselines;
-use crate::io::exports::ExportStore;
-use crate::io::layered::{Depth, Raster};
-use crate::io::paint_store::PaintStore;
-use crate::projection::Picture;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
+use quadratura_io::baselines::Baselines;
+use quadratura_io::exports::ExportStore;
+use quadratura_io::layered::{Depth, Raster};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_projection::Picture;
 
 /// Returns pictures of at most `longest` pixels in width and height of a layered file's image layers, as they were
 /// exported and as they are in the file. Layers that cannot be read are missing in them.
 ///
 /// # Errors
-/// Returns the errors of reading the file and the exported pixels, or [`crate::Error::Cancelled`].
+/// Returns the errors of reading the file and the exported pixels, or [`quadratura_base::Error::Cancelled`].
 pub fn before_and_after(project: &Path, file: &Path, longest: u32, task: &Task) -> Result<[Picture; 2]> {
     let exports = project.join("exports");
     let (records, _) = ExportStore::new(&exports).read_all()?;

@@ -6,9 +6,9 @@ use rustc_hash::FxHashSet;
 
 use super::identify::SortedLayers;
 use super::layer::{LayerPaint, TO_RGB};
-use crate::document::export_record::{ExportFormat, RecordedIndex};
-use crate::error::{Error, Result};
-use crate::io::layered::{EditedDocument, Raster, StoredColours};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::{ExportFormat, RecordedIndex};
+use quadratura_io::layered::{EditedDocument, Raster, StoredColours};
 
 /// The most colours of a palette.
 const PALETTE: usize = 256;
@@ -63,7 +63,7 @@ pub fn refuse_lost_colours(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::layered::Depth;
+    use quadratura_io::layered::Depth;
 
     fn raster(colour: impl Fn(u32) -> [u16; 4]) -> Raster {
         let mut raster = Raster::blank(40, 10, Depth::Sixteen);

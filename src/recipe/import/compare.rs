@@ -1,10 +1,10 @@
 //! Comparison of layers with what was exported: the pixels that differ are paint.
 
-use crate::document::paint::{ERASED, PaintColour, PaintPatch};
-use crate::geometry::PixelRect;
-use crate::io::colour::Conversion;
-use crate::io::layered::{Depth, Raster, Rounding};
-use crate::raster::in_8_bits;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::in_8_bits;
+use quadratura_document::paint::{ERASED, PaintColour, PaintPatch};
+use quadratura_io::colour::Conversion;
+use quadratura_io::layered::{Depth, Raster, Rounding};
 
 /// The largest difference, of 65535, that conversion to another profile and back may cause: three steps of 8 bits.
 /// Editors round, and their tables differ from ours.
@@ -132,8 +132,8 @@ fn alike(base: PaintColour, found: PaintColour, depths: (Depth, Depth)) -> bool 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::colour::adobe_rgb;
-    use crate::scene::Samples;
+    use quadratura_base::scene::Samples;
+    use quadratura_io::colour::adobe_rgb;
 
     const CANVAS: PixelRect = PixelRect::of_size(100, 100);
 

@@ -9,13 +9,13 @@ use super::merged::AbsentLayer;
 use super::originals::ExportedPixels;
 use super::place::{CanvasPlacement, place, placed_layers};
 use super::{ImportOptions, LayerCache};
-use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::io::baselines::Baselines;
-use crate::io::colour::Conversion;
-use crate::io::hash::hash_bytes;
-use crate::io::layered::{Depth, EditedDocument, Turn};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
+use quadratura_io::baselines::Baselines;
+use quadratura_io::colour::Conversion;
+use quadratura_io::hash::hash_bytes;
+use quadratura_io::layered::{Depth, EditedDocument, Turn};
 
 /// The inputs for reading any file of an import.
 #[derive(Clone, Copy)]

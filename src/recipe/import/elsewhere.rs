@@ -9,16 +9,16 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use crate::document::paint::{PaintBook, PaintColour, PaintEntry, PaintPatch};
-use crate::error::Result;
-use crate::geometry::polygon::{extent, fit_plane};
-use crate::geometry::{Pinhole, Plane, Pose};
-use crate::layers::fill::FillOptions;
-use crate::layers::fill::ranked_donors::paints_differ;
-use crate::raster::in_8_bits;
-use crate::recipe::paint::parts::{camera_of, points};
-use crate::scene::FaceIndex;
-use crate::scene::light::LINEAR_FROM_BYTE;
+use crate::paint::parts::{camera_of, points};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::polygon::{extent, fit_plane};
+use quadratura_base::geometry::{Pinhole, Plane, Pose};
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::scene::FaceIndex;
+use quadratura_base::scene::light::LINEAR_FROM_BYTE;
+use quadratura_document::paint::{PaintBook, PaintColour, PaintEntry, PaintPatch};
+use quadratura_layers::fill::FillOptions;
+use quadratura_layers::fill::ranked_donors::paints_differ;
 
 /// The number of new pixels per surface that are compared at most. They are spread evenly, and their counts scaled, so
 /// that importing a wall that was painted as a whole takes no longer.
@@ -204,11 +204,11 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use crate::document::paint::PaintedView;
-    use crate::document::stack::{StackCamera, StackPhoto};
-    use crate::layers::fill::Propagation;
-    use crate::scene::impostor::{Facing, Impostor};
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::impostor::{Facing, Impostor};
+    use quadratura_base::scene::synthetic::{centred, look_at};
+    use quadratura_document::paint::PaintedView;
+    use quadratura_document::stack::{StackCamera, StackPhoto};
+    use quadratura_layers::fill::Propagation;
 
     const TREE: Impostor = Impostor { foot: DVec3::ZERO, axis: DVec3::Z, height: 4.0, half_width: 2.0 };
 

@@ -16,14 +16,14 @@ use super::report::{FileReport, LayerReport, LayerState};
 use super::settle::SurfacePaint;
 use super::share::by_surface;
 use super::turned::{turn_of, turn_of_layers};
-use crate::document::Element;
-use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
-use crate::document::paint::{PaintPatch, PaintedDocument, PaintedLayer};
-use crate::error::{Error, Result};
-use crate::io::layered::read_layered;
-use crate::io::layered::{EditedDocument, EditedLayer, Turn};
-use crate::recipe::paint::parts::{LayerParts, PartSource};
-use crate::task::Task;
+use crate::paint::parts::{LayerParts, PartSource};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::Element;
+use quadratura_document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
+use quadratura_document::paint::{PaintPatch, PaintedDocument, PaintedLayer};
+use quadratura_io::layered::read_layered;
+use quadratura_io::layered::{EditedDocument, EditedLayer, Turn};
 
 /// The contents of an edited file to be imported.
 pub struct FilePaint<'a> {

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layered::composite::lay_over;
-use crate::io::layered::{BlendMode, EditedLayer, EditedMask, Grey, Raster};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_io::layered::composite::lay_over;
+use quadratura_io::layered::{BlendMode, EditedLayer, EditedMask, Grey, Raster};
 
 /// The combined layers of one token.
 #[derive(Debug)]
@@ -158,8 +158,8 @@ impl<'a> ReadMask<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::layered::{Depth, Lazy};
-    use crate::scene::Samples;
+    use quadratura_base::scene::Samples;
+    use quadratura_io::layered::{Depth, Lazy};
 
     /// Makes a layer of one row at `x` with these opaque grey levels.
     fn layer(name: &str, x: i32, shades: &[u8]) -> EditedLayer {

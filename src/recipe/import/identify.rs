@@ -5,9 +5,11 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer, KEY_DIGITS, RecordedIndex};
-use crate::error::{Error, Result};
-use crate::io::layered::{EditedDocument, EditedLayer};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::{
+    ExportRecord, ExportedLayer, HelperLayer, KEY_DIGITS, RecordedIndex,
+};
+use quadratura_io::layered::{EditedDocument, EditedLayer};
 
 /// Returns the token of one of `layers` that a name contains: the last one in brackets. Editors append to names
 /// after it (` copy`, `#1`, a NUL).
@@ -148,8 +150,8 @@ pub fn foreign(file: &Path) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::export_record::Baseline;
-    use crate::geometry::PixelRect;
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_document::export_record::Baseline;
 
     fn layer(id: &str) -> ExportedLayer {
         let rect = PixelRect::of_size(1, 1);

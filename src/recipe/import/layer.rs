@@ -10,13 +10,13 @@ use super::recall::{CachedLayer, LayerCache, key_of_layers};
 use super::report::{LayerReport, LayerState};
 use super::scaled::{repainted, unscaled};
 use super::shift::shift;
-use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer, RecordedIndex};
-use crate::document::paint::{PaintPatch, PaintedLayer};
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::io::hash::hash_bytes;
-use crate::io::layered::turn::TURNS;
-use crate::io::layered::{Depth, EditedLayer, Raster, Rounding, Turn};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_document::export_record::{ExportRecord, ExportedLayer, HelperLayer, RecordedIndex};
+use quadratura_document::paint::{PaintPatch, PaintedLayer};
+use quadratura_io::hash::hash_bytes;
+use quadratura_io::layered::turn::TURNS;
+use quadratura_io::layered::{Depth, EditedLayer, Raster, Rounding, Turn};
 
 /// The data that all layers of a document share.
 pub struct DocumentContext<'a> {

@@ -9,14 +9,14 @@ use super::gather::gathered;
 use super::layer::DocumentContext;
 use super::report::{FileReport, LayerReport, LayerState};
 use super::scaled::unscaled;
-use crate::document::export_record::ExportRecord;
-use crate::document::masks::{Mask, MaskChange, MaskOrigin};
-use crate::document::paint::ImportedMask;
-use crate::error::Result;
-use crate::geometry::{PixelRect, Spans};
-use crate::io::layered::EditedLayer;
-use crate::io::mask_store::MaskStore;
-use crate::io::project::{change_project, read_project};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_document::export_record::ExportRecord;
+use quadratura_document::masks::{Mask, MaskChange, MaskOrigin};
+use quadratura_document::paint::ImportedMask;
+use quadratura_io::layered::EditedLayer;
+use quadratura_io::mask_store::MaskStore;
+use quadratura_io::project::{change_project, read_project};
 
 /// The mask in a file.
 pub struct FileMask {
@@ -92,7 +92,7 @@ impl MaskSession {
     /// changes.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Io`] and [`crate::Error::Input`] when `project.json` cannot be read.
+    /// Returns [`quadratura_base::Error::Io`] and [`quadratura_base::Error::Input`] when `project.json` cannot be read.
     pub fn take(
         &mut self,
         project: &Path,
@@ -119,7 +119,7 @@ impl MaskSession {
     /// Writes the masks' files, to which nothing refers yet.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Io`] and [`crate::Error::Input`].
+    /// Returns [`quadratura_base::Error::Io`] and [`quadratura_base::Error::Input`].
     pub fn prepare(self, project: &Path) -> Result<PreparedMasks> {
         if self.arrived.is_empty() {
             return Ok(PreparedMasks::default());
@@ -158,7 +158,7 @@ impl PreparedMasks {
     /// Stores the masks in `project.json`.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Io`] and [`crate::Error::Input`]; the project's masks are then unchanged.
+    /// Returns [`quadratura_base::Error::Io`] and [`quadratura_base::Error::Input`]; the project's masks are then unchanged.
     pub fn commit(&self, project: &Path) -> Result<()> {
         put(project, self.changes.iter().map(|change| (&change.photo, &change.from, &change.after)))
     }
@@ -167,7 +167,7 @@ impl PreparedMasks {
 /// Restores the masks that imported ones had replaced.
 ///
 /// # Errors
-/// Returns [`crate::Error::Io`] and [`crate::Error::Input`] when `project.json` cannot be read or written.
+/// Returns [`quadratura_base::Error::Io`] and [`quadratura_base::Error::Input`] when `project.json` cannot be read or written.
 pub fn take_back(project: &Path, imported: &[ImportedMask]) -> Result<()> {
     put(project, imported.iter().map(|mask| (&mask.photo, &mask.from, &mask.before)))
 }

@@ -2,10 +2,10 @@
 
 use super::compare::PlacedRaster;
 use super::report::LayerReport;
-use crate::document::export_record::{ExportedLayer, RecordedIndex};
-use crate::document::paint::PaintPatch;
-use crate::error::Result;
-use crate::io::baselines::Baselines;
+use quadratura_base::error::Result;
+use quadratura_document::export_record::{ExportedLayer, RecordedIndex};
+use quadratura_document::paint::PaintPatch;
+use quadratura_io::baselines::Baselines;
 
 /// An image layer that is not in the document.
 #[derive(Debug, Clone, Copy)]
@@ -72,11 +72,11 @@ fn count(placed: PlacedRaster, wanted: impl Fn(i32, i32) -> bool) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::export_record::Baseline;
-    use crate::document::paint::PaintColour;
-    use crate::geometry::PixelRect;
-    use crate::io::layered::{Depth, Raster};
-    use crate::recipe::import::report::LayerState;
+    use crate::import::report::LayerState;
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_document::export_record::Baseline;
+    use quadratura_document::paint::PaintColour;
+    use quadratura_io::layered::{Depth, Raster};
 
     const RECT: PixelRect = PixelRect::of_size(10, 1);
 

@@ -2,7 +2,6 @@
 //! project's paint, by surface. Nothing else of the project is changed except masks, and the last imports can be
 //! undone.
 
-#[cfg(feature = "gui")]
 pub mod before_after;
 mod colours;
 mod compare;
@@ -42,22 +41,22 @@ use self::originals::ExportedPixels;
 use self::question::Question;
 use self::report::{FileReport, LayerState};
 use self::session::{PaintMade, PaintSession, PaintedPlace};
-use crate::document::export_record::ExportRecord;
-use crate::document::masks::MaskChange;
-use crate::document::paint::{PaintBook, PaintImport, PaintedDocument, PaintedView};
-use crate::error::{Error, Result};
-use crate::io::baselines::Baselines;
-use crate::io::documents::{documents, is_exported_folder};
-use crate::io::exports::ExportStore;
-use crate::io::import_ledger::{ImportLedger, remove_leftovers_of_import};
-use crate::io::layered::folder::read::STACK_FILE;
-use crate::io::layered::format::file_names;
-use crate::io::layered::read_layered;
-use crate::io::paint_store::PaintStore;
-use crate::io::project::{change_project, read_project, relative_to};
-use crate::io::stamp::Stamp;
-use crate::recipe::side_by_side::{done_and_failed, one_by_one};
-use crate::task::Task;
+use crate::side_by_side::{done_and_failed, one_by_one};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::export_record::ExportRecord;
+use quadratura_document::masks::MaskChange;
+use quadratura_document::paint::{PaintBook, PaintImport, PaintedDocument, PaintedView};
+use quadratura_io::baselines::Baselines;
+use quadratura_io::documents::{documents, is_exported_folder};
+use quadratura_io::exports::ExportStore;
+use quadratura_io::import_ledger::{ImportLedger, remove_leftovers_of_import};
+use quadratura_io::layered::folder::read::STACK_FILE;
+use quadratura_io::layered::format::file_names;
+use quadratura_io::layered::read_layered;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::project::{change_project, read_project, relative_to};
+use quadratura_io::stamp::Stamp;
 
 /// Options of [`import`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

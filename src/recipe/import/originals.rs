@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use crate::document::export_record::{ExportRecord, ExportedLayer};
-use crate::document::paint::PaintBook;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::baselines::Baselines;
-use crate::io::layered::Raster;
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::recipe::layer_pixels::{layer_pixels, unfilled_pixels};
-use crate::recipe::paint::PhotoPaint;
+use crate::layer_pixels::{layer_pixels, unfilled_pixels};
+use crate::paint::PhotoPaint;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_document::export_record::{ExportRecord, ExportedLayer};
+use quadratura_document::paint::PaintBook;
+use quadratura_io::baselines::Baselines;
+use quadratura_io::layered::Raster;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
 
 /// The sources of a project's exported pixels.
 #[derive(Debug, Clone, Copy)]

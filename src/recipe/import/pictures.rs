@@ -5,16 +5,16 @@ use std::path::Path;
 
 use super::super::layer_pixels::layer_pixels;
 use super::super::paint::PhotoPaint;
-use crate::document::Stack;
-use crate::document::paint::{PaintBook, PaintPatch};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layered::Raster;
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::layers::LayerIndex;
-use crate::projection::Picture;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::paint::{PaintBook, PaintPatch};
+use quadratura_io::layered::Raster;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::Picture;
 
 /// An image layer that an import changes.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +46,7 @@ const LEAST_AROUND: f64 = 12.0;
 /// the import is not in the history, or its photos have no stack.
 ///
 /// # Errors
-/// Returns an error when paint, stacks or layers cannot be read, or [`crate::Error::Cancelled`].
+/// Returns an error when paint, stacks or layers cannot be read, or [`quadratura_base::Error::Cancelled`].
 pub fn changed_layers(
     project: &Path,
     book: &PaintBook,

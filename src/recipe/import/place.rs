@@ -8,11 +8,11 @@ use super::gather::gathered;
 use super::identify::SortedLayers;
 use super::originals::ExportedPixels;
 use super::shift::shift;
-use crate::document::export_record::ExportRecord;
-use crate::document::paint::PaintColour;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layered::{EditedDocument, Raster};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_document::export_record::ExportRecord;
+use quadratura_document::paint::PaintColour;
+use quadratura_io::layered::{EditedDocument, Raster};
 
 /// The number of layers, the largest ones, by which the canvas is located.
 const VOTERS: usize = 8;

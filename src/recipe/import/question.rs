@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::compare::PlacedRaster;
 use super::tones::{ChangeKind, Tones};
-use crate::document::paint::PaintPatch;
+use quadratura_document::paint::PaintPatch;
 
 /// The share of a layer's exported pixels beyond which the layer counts as changed as a whole, and the share of the
 /// layers, and of their area, beyond which an import is questioned: what is meant for a part changes less than half.

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use super::context::ReadContext;
 use super::report::LayerReport;
-use crate::document::export_record::{ExportRecord, ExportedLayer};
-use crate::document::paint::PaintPatch;
-use crate::document::stack::origins;
-use crate::error::{Error, Remedy, Result};
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_grey, read_layer};
-use crate::io::stack_store::StackStore;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_document::export_record::{ExportRecord, ExportedLayer};
+use quadratura_document::paint::PaintPatch;
+use quadratura_document::stack::origins;
+use quadratura_io::layer_reader::{read_grey, read_layer};
+use quadratura_io::stack_store::StackStore;
 
 /// Who shows the surface at a pixel of an image layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rustc_hash::FxHashMap;
 
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::hash::Hashing;
-use crate::io::layered::{EditedLayer, EditedMask};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_io::hash::Hashing;
+use quadratura_io::layered::{EditedLayer, EditedMask};
 
 /// The cache, kept by callers that import repeatedly. Its entries never become invalid, because their keys cover
 /// everything they were made from.
@@ -69,8 +69,8 @@ pub fn key_of_layers<'a>(context: &str, layers: &[&'a EditedLayer]) -> Result<Op
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::layered::{BlendMode, Depth, Grey, Lazy, Raster};
-    use crate::scene::Samples;
+    use quadratura_base::scene::Samples;
+    use quadratura_io::layered::{BlendMode, Depth, Grey, Lazy, Raster};
 
     const RECT: PixelRect = PixelRect { x: 1, y: 2, w: 3, h: 4 };
 

@@ -8,14 +8,14 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::elsewhere::{PaintElsewhere, paint_elsewhere};
 use super::report::Conflict;
 use super::settle::{BookChanges, ImportedLayer, SurfacePaint, settle};
-use crate::document::paint::{
+use quadratura_base::error::Result;
+use quadratura_document::paint::{
     ImportedMask, PaintBook, PaintEntry, PaintImport, PaintPatch, PaintedDocument, PaintedView,
 };
-use crate::document::stroke::BrushMode;
-use crate::error::Result;
-use crate::io::paint_store::PaintStore;
-use crate::io::project::{change_project, read_project};
-use crate::layers::fill::FillOptions;
+use quadratura_document::stroke::BrushMode;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::project::{change_project, read_project};
+use quadratura_layers::fill::FillOptions;
 
 /// The project's paint with the changes of one import.
 pub struct PaintSession<'a> {
@@ -289,6 +289,6 @@ impl<'a> PaintSession<'a> {
 
 /// Returns a short id of a photo with its camera.
 pub fn view_id(view: &PaintedView) -> String {
-    let text = crate::io::json::to_json(view);
-    crate::io::hash::hash_bytes(&text)[..12].to_owned()
+    let text = quadratura_io::json::to_json(view);
+    quadratura_io::hash::hash_bytes(&text)[..12].to_owned()
 }

@@ -9,9 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use rustc_hash::FxHashSet;
 
 use super::report::Conflict;
-use crate::document::paint::{PaintBook, PaintEntry, PaintPatch};
-use crate::error::Result;
-use crate::scene::FaceIndex;
+use quadratura_base::error::Result;
+use quadratura_base::scene::FaceIndex;
+use quadratura_document::paint::{PaintBook, PaintEntry, PaintPatch};
 
 /// The layer of a document that is being imported.
 pub struct ImportedLayer<'a> {
@@ -228,7 +228,7 @@ impl SurfaceMerge<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::paint::PaintColour;
+    use quadratura_document::paint::PaintColour;
 
     const RED: PaintColour = [65535, 0, 0, 65535];
     const BLUE: PaintColour = [0, 0, 65535, 65535];
@@ -321,7 +321,7 @@ mod tests {
         for import in 1..=14 {
             let pixels: Vec<_> = (0..import).map(|x| (x as i32, 0, RED)).collect();
             shelf.import("k1", import, &pixels);
-            shelf.book.remember(crate::document::paint::PaintImport {
+            shelf.book.remember(quadratura_document::paint::PaintImport {
                 number: import,
                 time: 0,
                 files: vec![],

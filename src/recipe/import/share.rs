@@ -4,10 +4,10 @@
 use std::collections::VecDeque;
 
 use super::settle::SurfacePaint;
-use crate::document::paint::{PaintColour, PaintPatch};
-use crate::geometry::PixelRect;
-use crate::raster::Image;
-use crate::recipe::paint::parts::LayerParts;
+use crate::paint::parts::LayerParts;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_document::paint::{PaintColour, PaintPatch};
 
 /// The paint of one surface of an image layer.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,10 +125,10 @@ impl NearestParts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::Element;
-    use crate::document::stack::{StackCamera, StackPhoto, StackSurface};
-    use crate::recipe::paint::parts::PartSource;
-    use crate::scene::FaceIndex;
+    use crate::paint::parts::PartSource;
+    use quadratura_base::scene::FaceIndex;
+    use quadratura_document::Element;
+    use quadratura_document::stack::{StackCamera, StackPhoto, StackSurface};
 
     /// Makes squares of 4 x 4 pixels at these columns.
     fn with_parts(columns: &[f64], test: impl Fn(&LayerParts)) {

@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::geometry::PixelRect;
-use crate::io::layered::Raster;
+use quadratura_base::geometry::PixelRect;
+use quadratura_io::layered::Raster;
 
 /// The number of adjacent pixels that form a pattern; three pixels of a photo rarely occur again elsewhere.
 const PATTERN: u32 = 3;
@@ -64,8 +64,8 @@ fn each_pattern(raster: &Raster, mut take: impl FnMut(u32, u32, Pattern)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Samples;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::Samples;
+    use quadratura_base::scene::synthetic::Rng;
 
     fn noise(width: u32, height: u32, seed: u64) -> Raster {
         let mut rng = Rng::new(seed);

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::document::paint::PaintColour;
-use crate::raster::in_8_bits;
+use quadratura_base::raster::in_8_bits;
+use quadratura_document::paint::PaintColour;
 
 /// The largest deviation from one curve, in steps of 8 bits, as a root mean square: rounding and noise of conversions
 /// are less, other pictures much more.
@@ -127,7 +127,7 @@ impl Tones {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     /// The statistics of random pixels that an edit changes.
     fn tones(mut edit: impl FnMut([f64; 3]) -> [f64; 3]) -> Tones {

@@ -6,11 +6,11 @@ use super::identify::SortedLayers;
 use super::layer::LayerPaint;
 use super::place::{PlacedLayer, placed_layers, scale_of};
 use super::shift::shift;
-use crate::document::export_record::ExportRecord;
-use crate::error::Result;
-use crate::io::layered::turn::TURNS;
-use crate::io::layered::{EditedDocument, Turn};
-use crate::recipe::import::originals::ExportedPixels;
+use crate::import::originals::ExportedPixels;
+use quadratura_base::error::Result;
+use quadratura_document::export_record::ExportRecord;
+use quadratura_io::layered::turn::TURNS;
+use quadratura_io::layered::{EditedDocument, Turn};
 
 /// The number of layers that have to agree before the others are left alone.
 const ENOUGH: usize = 3;
@@ -111,8 +111,8 @@ impl PlacedLayer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
-    use crate::io::layered::{Depth, Raster};
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_io::layered::{Depth, Raster};
 
     const PHOTO: (u32, u32) = (60, 40);
 

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::LayerTextureFiles;
-use crate::geometry::PixelRect;
-use crate::projection::dome::{Dome, SIDES};
-use crate::projection::legend::Origin;
-use crate::projection::{LayerTextureId, LayerTexturePixels};
+use quadratura_base::geometry::PixelRect;
+use quadratura_projection::dome::{Dome, SIDES};
+use quadratura_projection::legend::Origin;
+use quadratura_projection::{LayerTextureId, LayerTexturePixels};
 
 /// How well a direction is known from where on photos show it.
 pub const KNOWN: f32 = 0.5;

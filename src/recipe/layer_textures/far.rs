@@ -4,8 +4,8 @@ use std::borrow::Borrow;
 use std::sync::Arc;
 
 use super::LayerTextureFiles;
-use crate::document::Stack;
-use crate::recipe::far_backdrops::FarBackdrops;
+use crate::far_backdrops::FarBackdrops;
+use quadratura_document::Stack;
 
 impl LayerTextureFiles {
     /// Returns the same with the layers of far backdrops as surroundings, of which photos show all that is known: what was filled on

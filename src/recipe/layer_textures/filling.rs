@@ -1,10 +1,10 @@
 //! The filling of a layer texture, read from its files.
 
 use super::FilledFiles;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_grey, read_layer};
-use crate::recipe::fill::projected::{ProjectedPaint, ProjectedTexel};
+use crate::fill::projected::{ProjectedPaint, ProjectedTexel};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_io::layer_reader::{read_grey, read_layer};
 
 /// The filling of a part of a layer texture, row by row.
 pub(super) struct Filling {

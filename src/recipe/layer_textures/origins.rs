@@ -1,14 +1,14 @@
 //! Where the texels of layer textures come from.
 
 use super::{LayerTextureFiles, PaintedStack, dome};
-use crate::document::paint::PaintColour;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_grey, read_layer};
-use crate::projection::LayerTextureId;
-use crate::projection::legend::Origin;
-use crate::raster::Image;
-use crate::recipe::layer_pixels::shown;
+use crate::layer_pixels::shown;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_document::paint::PaintColour;
+use quadratura_io::layer_reader::{read_grey, read_layer};
+use quadratura_projection::LayerTextureId;
+use quadratura_projection::legend::Origin;
 
 impl LayerTextureFiles {
     /// Returns the sources of a layer texture's texels in the part `rect` of it (photo pixels), row by row; their

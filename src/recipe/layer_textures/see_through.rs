@@ -1,10 +1,10 @@
 //! Paint on see-through layers: its alpha is their matte.
 
-use crate::document::paint::PaintPatch;
-use crate::geometry::PixelRect;
-use crate::projection::sources::{BLEED, COVERED};
-use crate::raster::in_8_bits;
-use crate::recipe::layer_pixels::shown;
+use crate::layer_pixels::shown;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::in_8_bits;
+use quadratura_document::paint::PaintPatch;
+use quadratura_projection::sources::{BLEED, COVERED};
 
 /// Puts paint on texels of a see-through layer: known like the photo where faces cover them, and as solid as it was
 /// painted; elsewhere only its colour is kept, for filtering.
@@ -32,8 +32,8 @@ pub(super) fn lay_see_through_paint(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::paint::ERASED;
-    use crate::projection::sources::FILLED;
+    use quadratura_document::paint::ERASED;
+    use quadratura_projection::sources::FILLED;
 
     #[test]
     fn what_is_erased_is_known_to_be_empty_and_soft_paint_is_half_see_through() {

@@ -1,10 +1,10 @@
 //! Paint keeps full agreement, because photos do not overrule a hand.
 
 use super::{FilledFiles, LayerTextureFiles, PaintedStack};
-use crate::io::layer_reader::read_layer;
-use crate::projection::LayerTextureId;
-use crate::projection::agreement::Agreement;
-use crate::recipe::fill::projected::ProjectedTexel;
+use crate::fill::projected::ProjectedTexel;
+use quadratura_io::layer_reader::read_layer;
+use quadratura_projection::LayerTextureId;
+use quadratura_projection::agreement::Agreement;
 
 impl LayerTextureFiles {
     /// Gives paint full agreement: own paint, erased texels, and paint of other photos.

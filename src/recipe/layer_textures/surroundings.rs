@@ -1,15 +1,15 @@
 //! The trust in a photo's surroundings beside outlines: there the photo shows what the model lacks, such as the rim
 //! of a roof, which would be a line in the sky of other views.
 
-use crate::geometry::PixelRect;
-use crate::layers::fill::MOST_CONFIDENCE;
-use crate::raster::steps::steps_inside;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::steps::steps_inside;
+use quadratura_layers::fill::MOST_CONFIDENCE;
 
 /// The side of the squares of texels that share a distance.
 const SQUARE: usize = 4;
 
 /// The width of the ramp beside outlines, as a share of the photo's longer side.
-pub(crate) const WIDTH: f64 = 0.005;
+pub const WIDTH: f64 = 0.005;
 
 /// The least alpha: a photo's own camera still shows it.
 const LEAST: u8 = 3;

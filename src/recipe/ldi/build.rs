@@ -6,21 +6,21 @@ use std::path::{Path, PathBuf};
 use super::maker::{BuildCamera, Maker};
 use super::of_photos::combined_depth_images;
 use super::{DepthImageOptions, LdiSite, PhotosOptions, SiteLdiOptions, StackLdiOptions, depth_images};
-use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Result};
-use crate::geometry::{Pinhole, Pose};
-use crate::io::free_path::{FreePath, free_path};
-use crate::io::ldi_file::{
+use crate::open::Opened;
+use crate::preview::PreviewOptions;
+use crate::views::RequestedView;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_document::names::file_name_of_photo;
+use quadratura_io::free_path::{FreePath, free_path};
+use quadratura_io::ldi_file::{
     LdiFile, LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi,
 };
-use crate::io::picture_png::make_folder;
-use crate::io::writable::{check_beside, check_folder};
-use crate::ldi::{Arrangement, Ldi, LdiKind, LdiReport};
-use crate::recipe::open::Opened;
-use crate::recipe::preview::PreviewOptions;
-use crate::recipe::views::RequestedView;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use quadratura_io::picture_png::make_folder;
+use quadratura_io::writable::{check_beside, check_folder};
+use quadratura_ldi::{Arrangement, Ldi, LdiKind, LdiReport};
 
 /// A request for layered depth images.
 #[derive(Debug, Clone, PartialEq)]

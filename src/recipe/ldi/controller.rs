@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::of_photos::{PhotosOptions, Reference, ldi_of_photos};
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
-use crate::error::{Error, Result};
-use crate::ldi::Ldi;
-use crate::projection::exposure::Shares;
-use crate::recipe::preview::Preview;
-use crate::scene::{Photo, PhotoId};
-use crate::task::Task;
+use crate::preview::Preview;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_ldi::Ldi;
+use quadratura_projection::exposure::Shares;
 
 /// The least share of a view from which on a photo is used for it.
 const LEAST_SHARE: f64 = 1e-4;

@@ -8,13 +8,13 @@ use glam::{DVec2, DVec3};
 use super::planes::SurfacePlane;
 use super::shapes::{Shape, Shapes};
 use super::texels::{LayerTexels, Texel};
-use crate::geometry::{Pinhole, Pose};
-use crate::layers::is_behind;
-use crate::ldi::DepthPixelOrigin;
-use crate::ldi::finish::Counts;
-use crate::projection::relief::Relief;
-use crate::raster::in_8_bits;
-use crate::scene::{FaceId, Model, PhotoPixels};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::scene::{FaceId, Model, PhotoPixels};
+use quadratura_layers::is_behind;
+use quadratura_ldi::DepthPixelOrigin;
+use quadratura_ldi::finish::Counts;
+use quadratura_projection::relief::Relief;
 
 /// The largest number of depth pixels at one position, which files count in one byte.
 const MOST_LAYERS: usize = u8::MAX as usize;

@@ -1,8 +1,8 @@
 //! How depth images agree with sparse points: which kind of numbers they have, and whether their scale is right.
 
-use crate::error::{Error, Result};
-use crate::io::depth_image::{DepthEntry, DepthKind, DepthList, DepthMap};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_io::depth_image::{DepthEntry, DepthKind, DepthList, DepthMap};
 
 /// With fewer points nothing is said: medians would be those of chance.
 const LEAST_POINTS: usize = 10;
@@ -48,7 +48,7 @@ impl Sight {
             .points
             .iter()
             .filter(|point| point.observations.iter().any(|(seen_by, _)| *seen_by == photo));
-        let sight = |point: &crate::scene::SparsePoint| {
+        let sight = |point: &quadratura_base::scene::SparsePoint| {
             let in_camera = entry.pose.camera_from_world(point.position);
             let at = entry.camera.image_from_camera(in_camera)?.floor();
             let inside =

@@ -10,13 +10,13 @@ use glam::{DVec2, DVec3};
 use tempfile::TempDir;
 
 use super::of_depth::{DepthImageOptions, depth_images};
-use crate::error::{Error, Result};
-use crate::geometry::Pinhole;
-use crate::io::depth_image::DepthKind;
-use crate::io::ldi_file::{Packing, read_ldi, write_ldi};
-use crate::ldi::spacing::{distance, entry_of, normal_of_plane};
-use crate::ldi::{DepthPixelOrigin, Ldi, LdiKind};
-use crate::task::{Event, Task};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::task::{Event, Task};
+use quadratura_io::depth_image::DepthKind;
+use quadratura_io::ldi_file::{Packing, read_ldi, write_ldi};
+use quadratura_ldi::spacing::{distance, entry_of, normal_of_plane};
+use quadratura_ldi::{DepthPixelOrigin, Ldi, LdiKind};
 
 /// What reading a list gives.
 type Read = Result<(Vec<Ldi>, Vec<Error>)>;

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::error::Result;
-use crate::io::ldi_mesh::{Mesh, place_of_glb, write_glb};
-use crate::io::ldi_page::{Page, PageFile, place_of_page, write_page};
-use crate::io::picture_png::make_folder;
-use crate::io::writable::check_beside;
-use crate::ldi::lean::{SafeRegion, Window, seen};
-use crate::ldi::segments::{SegmentOptions, Segments, segments};
-use crate::ldi::{Ldi, WarpOptions, warp};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_io::ldi_mesh::{Mesh, place_of_glb, write_glb};
+use quadratura_io::ldi_page::{Page, PageFile, place_of_page, write_page};
+use quadratura_io::picture_png::make_folder;
+use quadratura_io::writable::check_beside;
+use quadratura_ldi::lean::{SafeRegion, Window, seen};
+use quadratura_ldi::segments::{SegmentOptions, Segments, segments};
+use quadratura_ldi::{Ldi, WarpOptions, warp};
 
 /// How much a page magnifies an image without a guard band, so that the sides that open in views from aside are outside.
 const ZOOM: f64 = 1.06;
@@ -88,7 +88,7 @@ fn make_folder_above(path: &Path) -> Result<()> {
 /// Writes a page to a folder.
 ///
 /// # Errors
-/// [`crate::Error::Io`], [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Io`], [`quadratura_base::Error::Cancelled`].
 pub fn export_page(
     ldi: &Ldi,
     out: &Path,
@@ -126,7 +126,7 @@ pub fn export_page(
 /// Writes a GLB file.
 ///
 /// # Errors
-/// [`crate::Error::Io`], [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Io`], [`quadratura_base::Error::Cancelled`].
 pub fn export_glb(
     ldi: &Ldi,
     out: &Path,

@@ -6,12 +6,12 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::cover::OnRelief;
-use crate::ldi::Blended;
-use crate::ldi::cracks::Shows;
-use crate::projection::relief::Relief;
-use crate::projection::{Shot, shown_face};
-use crate::scene::impostor::Facing;
-use crate::scene::{FaceId, Model};
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_ldi::Blended;
+use quadratura_ldi::cracks::Shows;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::{Shot, shown_face};
 
 /// The share of a face's inverse depth below which a pixel shows something behind the face, and of the pixel's below which the face
 /// is behind it. 0.95 predicted the fountain's held-out photos 0.02 dB worse, and those of castle and piazza no better.
@@ -50,7 +50,7 @@ impl<'a> FaceDepths<'a> {
     }
 
     /// Returns the inverse depth of a face at the centre of a pixel, by its index and its number in
-    /// [`crate::projection::Renders::seen_faces`]; `None` as in [`Self::at`], and where no face is.
+    /// [`quadratura_projection::Renders::seen_faces`]; `None` as in [`Self::at`], and where no face is.
     pub fn at_pixel(&self, pixel: usize, number: u32) -> Option<f64> {
         let width = self.shot.camera.width as usize;
         let place = [pixel % width, pixel / width].map(|place| place as u32);
@@ -58,7 +58,7 @@ impl<'a> FaceDepths<'a> {
     }
 
     /// Returns what each pixel of a blended view shows of its face: what is clearly farther than the face, or clearly nearer, is
-    /// something else. `faces` are those of [`crate::projection::Renders::seen_faces`]. Where there is none, and where nothing is
+    /// something else. `faces` are those of [`quadratura_projection::Renders::seen_faces`]. Where there is none, and where nothing is
     /// drawn, nothing is wrong.
     pub fn shown(&self, blended: &Blended, faces: &[u32]) -> Vec<Shows> {
         let compared =
@@ -95,11 +95,11 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::geometry::polygon::PlaneFrame;
-    use crate::ldi::BlendedSurface;
-    use crate::projection::Picture;
-    use crate::projection::relief::FaceRelief;
-    use crate::scene::synthetic::{Modeller, camera_is_world, centred};
+    use quadratura_base::geometry::polygon::PlaneFrame;
+    use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
+    use quadratura_ldi::BlendedSurface;
+    use quadratura_projection::Picture;
+    use quadratura_projection::relief::FaceRelief;
 
     /// Returns a view of seven pixels in a row, the last of which is empty. Of the others the fifth is filled in.
     fn blended(inverse_depths: [f32; 7]) -> Blended {
@@ -133,7 +133,7 @@ mod tests {
         let corner = DVec3::new(-9.0, 1.0, 1.0);
         modeller.object("ground").quad_facing(DVec3::NEG_Y, corner, 18.0 * DVec3::X, 40.0 * DVec3::Z);
         let (model, shot) = (modeller.finish(), Shot::new(centred(7, 1, 7.0), camera_is_world()));
-        let shot = Shot { camera: crate::geometry::Pinhole { cy: -0.2, ..shot.camera }, ..shot };
+        let shot = Shot { camera: quadratura_base::geometry::Pinhole { cy: -0.2, ..shot.camera }, ..shot };
         let frame = PlaneFrame::from_plane(&model.face(FaceId(0)).plane);
         let raised = FaceRelief { frame, low: DVec2::ZERO, cell: 1.0, size: [1, 1], heights: vec![0.2] };
         let relief = Arc::new(Relief { of_face: vec![Some(raised)] });
@@ -150,7 +150,7 @@ mod tests {
         let mut modeller = Modeller::new();
         modeller.object("wall").screen(4.0, [-2.0, -2.0, 2.0, 2.0]);
         modeller.object("tree.billboard").screen(2.0, [-0.5, -1.0, 0.5, 1.0]);
-        let is_tree = |object: &crate::scene::Object| object.name == "tree.billboard";
+        let is_tree = |object: &quadratura_base::scene::Object| object.name == "tree.billboard";
         let (model, refused) = (*modeller.finish()).clone().with_impostors(DVec3::NEG_Y, is_tree);
         assert!(refused.is_empty());
         use Shows::{Before, Behind, Face};

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::cover::Found;
 use super::planes::SurfacePlane;
-use crate::ldi::finish::Row;
-use crate::ldi::layout::MOST_SURFACES;
-use crate::ldi::{DepthPixel, LdiSurface, Splat};
+use quadratura_ldi::finish::Row;
+use quadratura_ldi::layout::MOST_SURFACES;
+use quadratura_ldi::{DepthPixel, LdiSurface, Splat};
 
 /// Stands for the number of a plane where a depth pixel is on none.
 pub const UNKNOWN_PLANE: u32 = u32::MAX;

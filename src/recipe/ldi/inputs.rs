@@ -3,13 +3,13 @@
 use std::borrow::Borrow;
 
 use super::StackLdiOptions;
-use crate::document::Stack;
-use crate::document::paint::{PaintBook, PaintEntry};
-use crate::io::hash::Hashing;
-use crate::projection::relief::ReliefOptions;
-use crate::recipe::gains;
-use crate::recipe::open::Opened;
-use crate::scene::builder::SURROUNDINGS;
+use crate::gains;
+use crate::open::Opened;
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_document::Stack;
+use quadratura_document::paint::{PaintBook, PaintEntry};
+use quadratura_io::hash::Hashing;
+use quadratura_projection::relief::ReliefOptions;
 
 /// A counter of changes in what is made from the same inputs.
 const REVISION: u32 = 5;

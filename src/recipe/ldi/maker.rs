@@ -5,15 +5,15 @@ use std::path::Path;
 use super::build::BuildFrom;
 use super::site::no_stack;
 use super::{LdiSite, SiteLdiOptions};
-use crate::error::{Error, Result};
-use crate::geometry::{Pinhole, Pose};
-use crate::gpu::Gpu;
-use crate::ldi::Ldi;
-use crate::recipe::open::Opened;
-use crate::recipe::preview::{self, Preview};
-use crate::recipe::views::RequestedView;
-use crate::scene::{Photo, PhotoId};
-use crate::task::Task;
+use crate::open::Opened;
+use crate::preview::{self, Preview};
+use crate::views::RequestedView;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_gpu::Gpu;
+use quadratura_ldi::Ldi;
 
 /// The camera in which an image is made.
 #[derive(Debug, Clone)]

@@ -48,7 +48,7 @@ pub use self::of_stack::ldi_of_stack;
 pub use self::set::{BuiltSet, ImageOfSet, SetRequest, build_set};
 pub use self::site::LdiSite;
 pub use self::stereo::COMFORTABLE;
-use crate::ldi::LdiKind;
+use quadratura_ldi::LdiKind;
 
 /// The options of a layered depth image of a stack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,16 +8,16 @@ use super::maker::{BuildCamera, Maker, first_of};
 use super::of_photos::{combined_into, taken};
 use super::set::{BuiltSet, Writing};
 use super::{PhotosOptions, SiteLdiOptions};
-use crate::error::{Error, Result};
-use crate::geometry::{Pinhole, Pose};
-use crate::io::ldi_file::Packing;
-use crate::ldi::cube::{FACE, FACE_NAMES, cube_cameras, upright};
-use crate::ldi::layout::LONGEST_SIDE;
-use crate::ldi::{Arrangement, Frame};
-use crate::recipe::open::Opened;
-use crate::recipe::views::up;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use crate::open::Opened;
+use crate::views::up;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_io::ldi_file::Packing;
+use quadratura_ldi::cube::{FACE, FACE_NAMES, cube_cameras, upright};
+use quadratura_ldi::layout::LONGEST_SIDE;
+use quadratura_ldi::{Arrangement, Frame};
 
 /// Sides of faces are multiples of this many pixels, so that levels halve them evenly.
 const SIDE_STEP: f64 = 64.0;
@@ -110,7 +110,7 @@ fn face_of_site(
     maker: &mut Maker,
     options: &SiteLdiOptions,
     task: &Task,
-) -> Result<crate::ldi::Ldi> {
+) -> Result<quadratura_ldi::Ldi> {
     let camera = BuildCamera { name: name.to_owned(), photo: None, camera, pose };
     let options = SiteLdiOptions { guard: 0.0, scale: 1.0, ..*options };
     let mut ldi = maker.image_of_site(&camera, &options, task)?;
@@ -124,7 +124,7 @@ fn face_of(
     images: &[OfPhoto],
     (own, options): (PhotoId, &PhotosOptions),
     task: &Task,
-) -> Result<crate::ldi::Ldi> {
+) -> Result<quadratura_ldi::Ldi> {
     let gain = images[0].0.gain;
     let frame = Frame { camera, pose, photo_rect: None, gain };
     let mut words = PhotosOptions { guard: 0.0, ..options.clone() }.described();
@@ -135,13 +135,13 @@ fn face_of(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::ldi_file::read_ldi_set;
-    use crate::ldi::{WarpOptions, warp_set};
-    use crate::projection::Shot;
-    use crate::recipe::ldi::StackLdiOptions;
-    use crate::recipe::peel::photo_picture;
-    use crate::scene::synthetic::centred;
-    use crate::testing::tiny_stacks;
+    use crate::ldi::StackLdiOptions;
+    use crate::peel::photo_picture;
+    use crate::tiny_site::tiny_stacks;
+    use quadratura_base::scene::synthetic::centred;
+    use quadratura_io::ldi_file::read_ldi_set;
+    use quadratura_ldi::{WarpOptions, warp_set};
+    use quadratura_projection::Shot;
 
     #[test]
     fn sides_are_twice_the_focal_length_in_whole_steps() {

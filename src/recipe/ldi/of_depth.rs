@@ -7,16 +7,16 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::depth_fit::{self, Sight};
-use crate::error::{Error, Result};
-use crate::geometry::Pinhole;
-use crate::io::colour::Conversion;
-use crate::io::depth_image::{DepthEntry, DepthKind, DepthList, DepthMap, read_depth_map, read_list};
-use crate::io::photo::read_photo;
-use crate::ldi::levels::pyramid;
-use crate::ldi::spacing::{distance, entry_of, normal_of_plane, quartiles};
-use crate::ldi::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, Level, Splat};
-use crate::scene::PhotoPixels;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::scene::PhotoPixels;
+use quadratura_base::task::Task;
+use quadratura_io::colour::Conversion;
+use quadratura_io::depth_image::{DepthEntry, DepthKind, DepthList, DepthMap, read_depth_map, read_list};
+use quadratura_io::photo::read_photo;
+use quadratura_ldi::levels::pyramid;
+use quadratura_ldi::spacing::{distance, entry_of, normal_of_plane, quartiles};
+use quadratura_ldi::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, Level, Splat};
 
 /// Neighbours whose inverse depths differ by a larger share are taken to show different surfaces, across which there is no
 /// normal. A surface of that slope is seen at so small an angle that its pixels hardly tell its normal.
@@ -88,7 +88,7 @@ fn inverse_depths(entry: &DepthEntry, kind: DepthKind, map: &DepthMap) -> Vec<f3
             let ray = entry.camera.ray_in_camera(centre(x, y)).length();
             let inverse_depth = kind.inverse_depth(number, ray, entry.background) as f32;
             // As in the file's checks; larger ones are nearer than any surface.
-            if inverse_depth <= crate::ldi::layout::LARGEST_INVERSE_DEPTH { inverse_depth } else { 0.0 }
+            if inverse_depth <= quadratura_ldi::layout::LARGEST_INVERSE_DEPTH { inverse_depth } else { 0.0 }
         })
     };
     (0..map.height).into_par_iter().flat_map_iter(of_row).collect()

@@ -6,20 +6,20 @@ use std::sync::Arc;
 use super::StackLdiOptions;
 use super::controller::{OfPhoto, best_photos};
 use super::site::LdiSite;
-use crate::error::{Error, Result};
-use crate::geometry::{Pinhole, Pose};
-use crate::io::hash::Hashing;
-use crate::ldi::layout::LONGEST_SIDE;
-use crate::ldi::merge::Merging;
-use crate::ldi::{Combining, Frame, Ldi, LdiKind, Source, combine};
-use crate::projection::Shot;
-use crate::projection::exposure::{Shares, shares_of_view};
-use crate::projection::relief::Relief;
-use crate::projection::surface::Surface;
-use crate::recipe::open::Opened;
-use crate::recipe::sources::sources;
-use crate::scene::{Photo, PhotoId};
-use crate::task::Task;
+use crate::open::Opened;
+use crate::sources::sources;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_io::hash::Hashing;
+use quadratura_ldi::layout::LONGEST_SIDE;
+use quadratura_ldi::merge::Merging;
+use quadratura_ldi::{Combining, Frame, Ldi, LdiKind, Source, combine};
+use quadratura_projection::Shot;
+use quadratura_projection::exposure::{Shares, shares_of_view};
+use quadratura_projection::relief::Relief;
+use quadratura_projection::surface::Surface;
 
 /// How photos are combined into one layered depth image.
 #[derive(Debug, Clone, PartialEq)]

@@ -17,20 +17,20 @@ use super::planes::SurfacePlane;
 use super::site::LdiSite;
 use super::site_origins::{find_origins, of_origins};
 use super::standing::Standing;
-use crate::error::Result;
-use crate::geometry::{InverseDepth, Pinhole, PixelRect, Pose};
-use crate::io::hash::Hashing;
-use crate::layers::view::{Item, View};
-use crate::ldi::finish::{Counts, Unfinished};
-use crate::ldi::{DepthPixelOrigin, Frame, Ldi, LdiKind};
-use crate::projection::agreement::AgreementGrid;
-use crate::projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
-use crate::projection::relief::Relief;
-use crate::projection::{Exposure, Shot};
-use crate::recipe::preview::Preview;
-use crate::scene::impostor::Facing;
-use crate::scene::{Model, PhotoId};
-use crate::task::Task;
+use crate::preview::Preview;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{InverseDepth, Pinhole, PixelRect, Pose};
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{Model, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_io::hash::Hashing;
+use quadratura_layers::view::{Item, View};
+use quadratura_ldi::finish::{Counts, Unfinished};
+use quadratura_ldi::{DepthPixelOrigin, Frame, Ldi, LdiKind};
+use quadratura_projection::agreement::AgreementGrid;
+use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
+use quadratura_projection::relief::Relief;
+use quadratura_projection::{Exposure, Shot};
 
 /// The least alpha of a depth pixel of a skirt.
 const LEAST_ALPHA: u8 = 3;
@@ -94,8 +94,8 @@ pub struct SiteSource<'a> {
 /// Makes the layered depth image of a site.
 ///
 /// # Errors
-/// [`crate::Error::Request`] for a frame that is too large, [`crate::Error::Gpu`], the errors of reading layers, or
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Request`] for a frame that is too large, [`quadratura_base::Error::Gpu`], the errors of reading layers, or
+/// [`quadratura_base::Error::Cancelled`].
 pub fn ldi_of_site(
     preview: &mut Preview,
     source: &SiteSource,

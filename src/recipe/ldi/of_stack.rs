@@ -13,22 +13,22 @@ use super::planes::Planes;
 use super::shapes::Shapes;
 use super::standing::Standing;
 use super::texels::LayerTexels;
-use crate::document::Stack;
-use crate::document::paint::PaintBook;
-use crate::error::{Error, Result};
-use crate::geometry::Pinhole;
-use crate::io::paint_store::PaintStore;
-use crate::io::photo::read_unmasked;
-use crate::io::stack_store::StackStore;
-use crate::ldi::finish::{Counts, Unfinished};
-use crate::ldi::layout::LONGEST_SIDE;
-use crate::ldi::{Ldi, LdiKind};
-use crate::projection::agreement::AgreementGrid;
-use crate::projection::relief::Relief;
-use crate::recipe::paint::PhotoPaint;
-use crate::recipe::paint::parts::camera_of;
-use crate::scene::{Model, Photo};
-use crate::task::Task;
+use crate::paint::PhotoPaint;
+use crate::paint::parts::camera_of;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Pinhole;
+use quadratura_base::scene::{Model, Photo};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::paint::PaintBook;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::photo::read_unmasked;
+use quadratura_io::stack_store::StackStore;
+use quadratura_ldi::finish::{Counts, Unfinished};
+use quadratura_ldi::layout::LONGEST_SIDE;
+use quadratura_ldi::{Ldi, LdiKind};
+use quadratura_projection::agreement::AgreementGrid;
+use quadratura_projection::relief::Relief;
 
 /// What the layered depth image of a photo is made of.
 pub struct StackSource<'a> {

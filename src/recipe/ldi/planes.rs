@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::clip::clipped_to_box;
-use crate::geometry::polygon::newell_normal;
-use crate::geometry::{InverseDepth, Pinhole, Pose};
-use crate::layers::view::View;
-use crate::ldi::LdiSurface;
-use crate::scene::builder::SURROUNDINGS;
-use crate::scene::impostor::Facing;
-use crate::scene::{FaceId, FaceIndex, Model};
+use quadratura_base::geometry::clip::clipped_to_box;
+use quadratura_base::geometry::polygon::newell_normal;
+use quadratura_base::geometry::{InverseDepth, Pinhole, Pose};
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{FaceId, FaceIndex, Model};
+use quadratura_layers::view::View;
+use quadratura_ldi::LdiSurface;
 
 /// The plane of a surface.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ impl SurfacePlane {
     pub fn at(&self, x: u32, y: u32) -> Option<f32> {
         let Some(plane) = &self.inverse_depth else { return Some(0.0) };
         let inverse_depth = plane.at(x, y);
-        (inverse_depth > 0.0 && inverse_depth <= crate::ldi::layout::LARGEST_INVERSE_DEPTH)
+        (inverse_depth > 0.0 && inverse_depth <= quadratura_ldi::layout::LARGEST_INVERSE_DEPTH)
             .then_some(inverse_depth)
     }
 

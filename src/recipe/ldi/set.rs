@@ -8,18 +8,18 @@ use rayon::prelude::*;
 use super::build::{BuildFrom, Identity, check_out, free_file_of};
 use super::maker::{BuildCamera, Maker};
 use super::of_photos::Reference;
-use crate::error::{Error, Remedy, Result};
-use crate::geometry::{Pinhole, Plane, Pose};
-use crate::io::ldi_file::{PackedSet, Packing};
-use crate::ldi::set::{Chosen, chosen_for_set};
-use crate::ldi::{Arrangement, Ldi, LdiReport};
-use crate::projection::Projector;
-use crate::projection::exposure::{ExposureOptions, RayVisibility, SpreadPoint, spread_points};
-use crate::projection::surface::Surface;
-use crate::projection::weights::pixels_per_unit;
-use crate::recipe::open::Opened;
-use crate::scene::{Model, Photo, PhotoId};
-use crate::task::Task;
+use crate::open::Opened;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::geometry::{Pinhole, Plane, Pose};
+use quadratura_base::scene::{Model, Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_io::ldi_file::{PackedSet, Packing};
+use quadratura_ldi::set::{Chosen, chosen_for_set};
+use quadratura_ldi::{Arrangement, Ldi, LdiReport};
+use quadratura_projection::Projector;
+use quadratura_projection::exposure::{ExposureOptions, RayVisibility, SpreadPoint, spread_points};
+use quadratura_projection::surface::Surface;
+use quadratura_projection::weights::pixels_per_unit;
 
 /// The share of the points that is enough.
 const ENOUGH: f64 = 0.99;
@@ -264,7 +264,7 @@ impl Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::tiny_stacks;
+    use crate::tiny_site::tiny_stacks;
 
     #[test]
     fn a_set_of_the_tiny_site_covers_nearly_all_points_and_reports_by_whom() {
@@ -279,7 +279,7 @@ mod tests {
         let adds: Vec<usize> = built.images.iter().map(|image| image.chosen.unwrap().adds).collect();
         assert!(adds.is_sorted_by(|a, b| a >= b) && adds.iter().all(|adds| *adds > 0), "{adds:?}");
         assert!(built.covered() as f64 >= ENOUGH * built.points as f64, "{adds:?} of {}", built.points);
-        let read = crate::io::ldi_file::read_ldi_set(&out, &Task::silent()).unwrap();
+        let read = quadratura_io::ldi_file::read_ldi_set(&out, &Task::silent()).unwrap();
         assert_eq!(read.images.len(), built.images.len());
         // The same again replaces the file; another choice does not.
         let (again, _) = build_set(&project, &opened, &request, &Task::silent()).unwrap();

@@ -1,11 +1,11 @@
 //! The surfaces of a stack with the pixels that they cover, arranged by image layer and row.
 
 use super::planes::Planes;
-use crate::document::stack::{Element, Stack};
-use crate::geometry::{PixelRect, Spans};
-use crate::layers::LayerIndex;
-use crate::recipe::paint::parts::{LayerParts, PartSource};
-use crate::recipe::paint::parts_of_layer;
+use crate::paint::parts::{LayerParts, PartSource};
+use crate::paint::parts_of_layer;
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_document::stack::{Element, Stack};
+use quadratura_layers::LayerIndex;
 
 /// A flat surface, or a piece of one; or the surroundings.
 #[derive(Debug)]

@@ -1,12 +1,12 @@
 //! Where the colours of the layered depth image of a site are from: paint, inpainting, or photos. Its layers are drawn once
 //! more with the colours that stand for sources, of the photo with the largest weight at each point.
 
-use crate::error::Result;
-use crate::ldi::DepthPixelOrigin;
-use crate::projection::legend::Origin;
-use crate::projection::peeling::{Peeled, PeeledLayer, Peels};
-use crate::projection::{Blend, DisplayMode, Mode, Shot};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_ldi::DepthPixelOrigin;
+use quadratura_projection::legend::Origin;
+use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels};
+use quadratura_projection::{Blend, DisplayMode, Mode, Shot};
 
 use super::cover::Found;
 

@@ -8,22 +8,22 @@ use super::face_depths::{FaceDepths, shown_by_images};
 use super::of_photos::PhotosOptions;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
-use crate::error::{Error, Result};
-use crate::ldi::cracks::closed_blend;
-use crate::ldi::holes::{HolePixel, holes_of, paint_holes};
-use crate::ldi::{
+use crate::budget::default_memory;
+use crate::open::Opened;
+use crate::preview::Preview;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_ldi::cracks::closed_blend;
+use quadratura_ldi::holes::{HolePixel, holes_of, paint_holes};
+use quadratura_ldi::{
     BlendSource, Blended, BlendedSurface, Ldi, Shown, Spacing, SplatKind, WarpOptions, coloured, warp,
     warp_blended,
 };
-use crate::projection::agreement::AgreementGrid;
-use crate::projection::exposure::{Optics, ViewExposure, ViewLens};
-use crate::projection::srgb::Srgb;
-use crate::projection::{DisplayMode, Picture, Quality, Renders, Shot, shown_face};
-use crate::recipe::budget::default_memory;
-use crate::recipe::open::Opened;
-use crate::recipe::preview::Preview;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use quadratura_projection::agreement::AgreementGrid;
+use quadratura_projection::exposure::{Optics, ViewExposure, ViewLens};
+use quadratura_projection::srgb::Srgb;
+use quadratura_projection::{DisplayMode, Picture, Quality, Renders, Shot, shown_face};
 
 /// What views are made from.
 #[derive(Debug, Clone, PartialEq)]

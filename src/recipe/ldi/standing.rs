@@ -1,6 +1,6 @@
 //! What rises above the model's outlines in a photo: cornices, crosses and statues that no face covers. The photo's stack has them
 //! in its surroundings, which are infinitely far away; here they come to the depth of the outline on which they are, so that they
-//! move with it when the viewpoint moves. [`crate::projection::skirts`] does the same for views of all photos together.
+//! move with it when the viewpoint moves. [`quadratura_projection::skirts`] does the same for views of all photos together.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -11,14 +11,14 @@ use rayon::prelude::*;
 use super::cover::Found;
 use super::figures::UNKNOWN_PLANE;
 use super::nearest::{Nearest, nearest};
-use crate::geometry::PixelRect;
-use crate::layers::dome::{BLACK, STRAY};
-use crate::layers::fill::push_pull::WeightedGrid;
-use crate::ldi::DepthPixelOrigin;
-use crate::projection::agreement::AgreementGrid;
-use crate::projection::skirts::{is_far_away, rises_above_outline};
-use crate::projection::srgb::Srgb;
-use crate::recipe::layer_textures::surroundings::WIDTH;
+use crate::layer_textures::surroundings::WIDTH;
+use quadratura_base::geometry::PixelRect;
+use quadratura_layers::dome::{BLACK, STRAY};
+use quadratura_layers::fill::push_pull::WeightedGrid;
+use quadratura_ldi::DepthPixelOrigin;
+use quadratura_projection::agreement::AgreementGrid;
+use quadratura_projection::skirts::{is_far_away, rises_above_outline};
+use quadratura_projection::srgb::Srgb;
 
 /// The largest distance from a face, in pixels, at which a pixel is beside it: outlines are rounded to pixels, and pixels mix the face
 /// with what is behind it.
@@ -273,8 +273,8 @@ fn connected(marked: &[bool], width: usize, mut open: VecDeque<usize>) -> Vec<bo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
-    use crate::scene::FaceId;
+    use quadratura_base::scene::FaceId;
+    use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
 
     const SKY: [u8; 4] = [90, 130, 180, 255];
     const STONE: [u8; 4] = [150, 130, 100, 255];

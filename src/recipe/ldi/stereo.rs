@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use crate::geometry::Pose;
-use crate::ldi::transfer::Transfer;
-use crate::ldi::{Ldi, LdiSet};
-use crate::projection::{Picture, Shot};
+use quadratura_base::geometry::Pose;
+use quadratura_ldi::transfer::Transfer;
+use quadratura_ldi::{Ldi, LdiSet};
+use quadratura_projection::{Picture, Shot};
 
 /// The largest distance between the eyes that is comfortable, as a share of the depth of what is near.
 pub const COMFORTABLE: f64 = 1.0 / 20.0;
@@ -43,7 +43,7 @@ pub fn near_depth(set: &LdiSet, shot: &Shot) -> Option<f64> {
 
 /// Returns the inverse depths, in the view's camera, of what an image's camera sees and the view has in its frame.
 fn inverse_depths(image: &Ldi, shot: &Shot) -> Vec<f32> {
-    let is_coarse = |level: &&crate::ldi::Level| level.camera.width.max(level.camera.height) <= COARSE;
+    let is_coarse = |level: &&quadratura_ldi::Level| level.camera.width.max(level.camera.height) <= COARSE;
     let Some(level) = image.levels.iter().find(is_coarse).or(image.levels.last()) else { return Vec::new() };
     let transfer = Transfer::new((&level.camera, &image.pose), (&shot.camera, &shot.pose));
     let [width, height] = transfer.size.map(f64::from);
@@ -62,13 +62,13 @@ fn inverse_depths(image: &Ldi, shot: &Shot) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ldi::levels::pyramid;
-    use crate::ldi::{DepthPixel, LdiKind, LdiReport, Level, Splat, SplatKind, WarpOptions};
-    use crate::projection::Quality;
-    use crate::recipe::ldi::view::LdiDrawing;
-    use crate::recipe::views::RequestedView;
-    use crate::scene::synthetic::{camera_is_world, centred};
-    use crate::task::Task;
+    use crate::ldi::view::LdiDrawing;
+    use crate::views::RequestedView;
+    use quadratura_base::scene::synthetic::{camera_is_world, centred};
+    use quadratura_base::task::Task;
+    use quadratura_ldi::levels::pyramid;
+    use quadratura_ldi::{DepthPixel, LdiKind, LdiReport, Level, Splat, SplatKind, WarpOptions};
+    use quadratura_projection::Quality;
 
     /// Nine tenths of the frame are 20 units away, the left part 2.
     fn wall_with_a_post() -> Ldi {

@@ -1,15 +1,15 @@
 //! Tests on the tiny site: a box in front of a wall.
 
 use super::*;
-use crate::layers::View;
-use crate::ldi::warp;
-use crate::ldi::{Ldi, SplatKind, WarpOptions};
-use crate::projection::Shot;
-use crate::recipe::open::Opened;
-use crate::recipe::peel::photo_picture;
-use crate::scene::PhotoId;
-use crate::task::Task;
-use crate::testing::tiny_stacks;
+use crate::open::Opened;
+use crate::peel::photo_picture;
+use crate::tiny_site::tiny_stacks;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_layers::View;
+use quadratura_ldi::warp;
+use quadratura_ldi::{Ldi, SplatKind, WarpOptions};
+use quadratura_projection::Shot;
 
 fn first_photo() -> PhotoId {
     PhotoId::new(0)

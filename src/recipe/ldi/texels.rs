@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use crate::document::Stack;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_grey, read_layer, read_mask};
-use crate::layers::LayerIndex;
-use crate::ldi::DepthPixelOrigin;
-use crate::projection::legend::Origin;
-use crate::raster::in_8_bits;
-use crate::recipe::layer_pixels::{layer_pixels, shown, unfilled_pixels};
-use crate::recipe::origins::origin_of;
-use crate::recipe::paint::PhotoPaint;
+use crate::layer_pixels::{layer_pixels, shown, unfilled_pixels};
+use crate::origins::origin_of;
+use crate::paint::PhotoPaint;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::in_8_bits;
+use quadratura_document::Stack;
+use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
+use quadratura_layers::LayerIndex;
+use quadratura_ldi::DepthPixelOrigin;
+use quadratura_projection::legend::Origin;
 
 /// Flag: a surface of the layer covers the pixel.
 const COVERED: u8 = 1;
@@ -135,7 +135,7 @@ fn origin_named(name: &str) -> DepthPixelOrigin {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::stack::origins;
+    use quadratura_document::stack::origins;
 
     #[test]
     fn what_was_painted_in_another_photo_counts_as_paint_and_inpainting_as_invented() {

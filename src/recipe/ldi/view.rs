@@ -4,14 +4,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::stereo::{COMFORTABLE, eyes, near_depth, side_by_side};
-use crate::error::Result;
-use crate::geometry::Pose;
-use crate::ldi::cube::{FACE, axis};
-use crate::ldi::{Arrangement, Ldi, LdiSet, Shown, WarpOptions, warp_set, warp_shown};
-use crate::projection::{Picture, Quality, Shot};
-use crate::recipe::views::{RequestedView, RequestedViews, ViewRequest, views};
-use crate::scene::{Model, Photo, Site};
-use crate::task::Task;
+use crate::views::{RequestedView, RequestedViews, ViewRequest, views};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Pose;
+use quadratura_base::scene::{Model, Photo, Site};
+use quadratura_base::task::Task;
+use quadratura_ldi::cube::{FACE, axis};
+use quadratura_ldi::{Arrangement, Ldi, LdiSet, Shown, WarpOptions, warp_set, warp_shown};
+use quadratura_projection::{Picture, Quality, Shot};
 
 /// The share of depth pixels from which on a picture is noted as taken from too near.
 const MOST_TOO_NEAR: f64 = 0.01;

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::site_view::{LdiView, LdiViewOptions};
-use crate::error::Result;
-use crate::projection::{Picture, Renders, Shot, Sliced};
-use crate::recipe::open::Opened;
-use crate::recipe::preview::Preview;
-use crate::task::Task;
+use crate::open::Opened;
+use crate::preview::Preview;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_projection::{Picture, Renders, Shot, Sliced};
 
 /// A renderer of a project's views, with the model or from layered depth images.
 pub enum Viewer<'a> {

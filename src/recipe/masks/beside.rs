@@ -5,19 +5,19 @@ use std::path::Path;
 
 use super::MaskEdit;
 use super::undistorted::read_undistorted;
-use crate::document::Project;
-use crate::document::masks::MaskOrigin;
-use crate::document::names::without_extension;
-use crate::error::{Error, Result};
-use crate::geometry::Spans;
-use crate::io::cameras::CameraPhoto;
-use crate::io::named_file::{NamedFile, NamedFiles};
-use crate::io::project::resolved;
-use crate::recipe::known_names::cameras_of;
-use crate::recipe::named::index_of_photo;
-use crate::scene::Site;
-use crate::scene::alike::difference;
-use crate::task::Task;
+use crate::known_names::cameras_of;
+use crate::named::index_of_photo;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Spans;
+use quadratura_base::scene::Site;
+use quadratura_base::scene::alike::difference;
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_document::masks::MaskOrigin;
+use quadratura_document::names::without_extension;
+use quadratura_io::cameras::CameraPhoto;
+use quadratura_io::named_file::{NamedFile, NamedFiles};
+use quadratura_io::project::resolved;
 
 /// The endings of mask files.
 const ENDINGS: [&str; 3] = ["png", "tif", "tiff"];

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::document::Masks;
-use crate::error::Result;
-use crate::io::photo::masked_pixels;
-use crate::scene::{Photo, Site};
+use quadratura_base::error::Result;
+use quadratura_base::scene::{Photo, Site};
+use quadratura_document::Masks;
+use quadratura_io::photo::masked_pixels;
 
 /// The masks of one photo.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -34,7 +34,7 @@ pub struct MaskShare {
 /// Returns the photos of the site that have masks, in its order.
 ///
 /// # Errors
-/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for a mask that cannot be read.
+/// Returns [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for a mask that cannot be read.
 pub fn masked_photos(site: &Site, masks: &Masks) -> Result<Vec<MaskedPhoto>> {
     let masked = site.photos.iter().filter(|photo| !photo.masks.is_empty());
     masked.map(|photo| masked_photo(photo, masks)).collect()

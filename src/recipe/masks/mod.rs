@@ -3,7 +3,7 @@
 //! A mask makes pixels of a photo invalid and has no other effect: occlusion is sorted as before, and the masked
 //! pixels of a surface count as hidden. All edits of masks go through [`edited`], whether masks are drawn or
 //! suggestions accepted; only a mask that is imported with paint replaces that of the same file by itself
-//! ([`crate::recipe::import`]).
+//! ([`crate::import`]).
 
 pub mod beside;
 pub mod list;
@@ -14,15 +14,15 @@ mod undistorted;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::document::Masks;
-use crate::document::masks::{Mask, MaskOrigin, MaskedObject, MaskedTree};
-use crate::document::paint::PaintBook;
-use crate::error::{Error, Result};
-use crate::geometry::Spans;
-use crate::io::mask_store::MaskStore;
-use crate::layers::fill::options::matches_pattern;
-use crate::recipe::named::meant;
-use crate::scene::{Photo, Site};
+use crate::named::meant;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Spans;
+use quadratura_base::scene::{Photo, Site};
+use quadratura_document::Masks;
+use quadratura_document::masks::{Mask, MaskOrigin, MaskedObject, MaskedTree};
+use quadratura_document::paint::PaintBook;
+use quadratura_io::mask_store::MaskStore;
+use quadratura_layers::fill::options::matches_pattern;
 
 /// An edit of a mask. Photos are given by full names; pixels are those of the photo's pinhole image.
 #[derive(Debug, Clone, PartialEq)]
@@ -285,9 +285,9 @@ pub fn tidy(folder: &Path, masks: &[Option<&Masks>], paint: &PaintBook) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PixelRect;
-    use crate::io::photo::masked_pixels;
-    use crate::scene::synthetic::closed_form;
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_base::scene::synthetic::closed_form;
+    use quadratura_io::photo::masked_pixels;
 
     fn block(x: i32, y: i32, w: u32, h: u32) -> Spans {
         Spans::of_pixels(PixelRect { x, y, w, h }, |_, _| true)

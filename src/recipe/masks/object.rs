@@ -4,29 +4,29 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::document::Project;
-use crate::document::masks::{MaskOrigin, MaskedObject};
-use crate::error::{Error, Message, Remedy, Result};
-use crate::geometry::{PixelRect, Spans};
-use crate::layers::View;
-use crate::layers::fill::options::matches_pattern;
-use crate::layers::matte::Matte;
-use crate::layers::software::owners;
-use crate::recipe::budget::default_memory;
-use crate::recipe::fill::mattes::{SiteMattes, mattes};
-use crate::recipe::impostors::with_impostors;
-use crate::recipe::open::Opened;
-use crate::recipe::see_through::with_see_through;
-use crate::recipe::unknown_name::no_such;
-use crate::scene::impostor::Facing;
-use crate::scene::{Model, Object, ObjectId, Photo};
-use crate::task::Task;
+use crate::budget::default_memory;
+use crate::fill::mattes::{SiteMattes, mattes};
+use crate::impostors::with_impostors;
+use crate::open::Opened;
+use crate::see_through::with_see_through;
+use crate::unknown_name::no_such;
+use quadratura_base::error::{Error, Message, Remedy, Result};
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{Model, Object, ObjectId, Photo};
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_document::masks::{MaskOrigin, MaskedObject};
+use quadratura_layers::View;
+use quadratura_layers::fill::options::matches_pattern;
+use quadratura_layers::matte::Matte;
+use quadratura_layers::software::owners;
 
 /// Returns the object with a name, in another spelling where none has exactly this one (`Model::object_like`), or the objects with
 /// names like a pattern ([`matches_pattern`]).
 ///
 /// # Errors
-/// Returns [`Error::Request`](crate::error::Error::Request) when the model has none of that name.
+/// Returns [`Error::Request`](quadratura_base::error::Error::Request) when the model has none of that name.
 pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
     if let Some(object) = model.object_like(pattern) {
         return Ok(vec![object]);
@@ -251,9 +251,9 @@ pub fn from_object(pattern: &str, margin: u32) -> MaskOrigin {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layers::matte::Known;
-    use crate::raster::Image;
-    use crate::scene::synthetic::{Scene, closed_form};
+    use quadratura_base::raster::Image;
+    use quadratura_base::scene::synthetic::{Scene, closed_form};
+    use quadratura_layers::matte::Known;
 
     /// What the photo of a scene shows of the objects of a pattern.
     fn shown(scene: &Scene, model: &Model, pattern: &str, mattes: &[(bool, &Matte)], margin: u32) -> Spans {

@@ -9,24 +9,24 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::MaskEdit;
-use crate::document::Stack;
-use crate::document::masks::MaskOrigin;
-use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Remedy, Result};
-use crate::geometry::{PixelRect, Spans};
-use crate::io::atomic::write_atomically;
-use crate::io::json::{read_json, to_json};
-use crate::io::mask_file::{mask_png, read_mask};
-use crate::io::overlay::Overlay;
-use crate::io::photo::read_photo;
-use crate::io::stack_store::StackStore;
-use crate::layers::agreement::{PhotoEvidence, Thing};
-use crate::recipe::agreement::SiteAgreement;
-use crate::recipe::gains;
-use crate::recipe::open::Opened;
-use crate::recipe::relief::SiteRelief;
-use crate::scene::{Photo, PhotoId};
-use crate::task::Task;
+use crate::agreement::SiteAgreement;
+use crate::gains;
+use crate::open::Opened;
+use crate::relief::SiteRelief;
+use quadratura_base::error::{Error, Remedy, Result};
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::masks::MaskOrigin;
+use quadratura_document::names::file_name_of_photo;
+use quadratura_io::atomic::write_atomically;
+use quadratura_io::json::{read_json, to_json};
+use quadratura_io::mask_file::{mask_png, read_mask};
+use quadratura_io::overlay::Overlay;
+use quadratura_io::photo::read_photo;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::agreement::{PhotoEvidence, Thing};
 
 /// The suggestions: likely ones first, and of these large and strongly different ones.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use glam::DVec2;
 
-use crate::error::Result;
-use crate::geometry::{PixelRect, Spans, Undistortion};
-use crate::io::cameras::CameraPhoto;
-use crate::io::mask_file::read_mask;
-use crate::raster::bilinear::BilinearCorner;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{PixelRect, Spans, Undistortion};
+use quadratura_base::raster::bilinear::BilinearCorner;
+use quadratura_io::cameras::CameraPhoto;
+use quadratura_io::mask_file::read_mask;
 
 /// Reads a mask of the photo as taken and returns the masked pixels of the pinhole image.
 ///
@@ -38,7 +38,7 @@ fn undistorted(masked: &Spans, undistortion: &Undistortion) -> Spans {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Lens, Pinhole};
+    use quadratura_base::geometry::{Lens, Pinhole};
 
     #[test]
     fn a_mask_bends_with_its_photo() {

@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::home::Reprojection;
 use super::parts::{LayerParts, camera_of};
 use super::{PhotoPaint, PlacedPaint, Reach, parts_of_layer};
-use crate::document::Stack;
-use crate::document::paint::PaintPatch;
-use crate::document::stack::{FilledPaint, SurfaceName};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::hash::hash_bytes;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_document::Stack;
+use quadratura_document::paint::PaintPatch;
+use quadratura_document::stack::{FilledPaint, SurfaceName};
+use quadratura_io::hash::hash_bytes;
 
 impl PhotoPaint {
     /// Returns the surfaces of the stack that have paint, sorted, without paint outside of all outlines.

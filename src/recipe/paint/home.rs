@@ -3,10 +3,10 @@
 use glam::DVec2;
 
 use super::parts::{SurfacePart, camera_of, points};
-use crate::document::paint::{PaintColour, PaintEntry, PaintPatch, PaintedView};
-use crate::geometry::polygon::{extent, fit_plane};
-use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
-use crate::raster::bilinear::BilinearCorner;
+use quadratura_base::geometry::polygon::{extent, fit_plane};
+use quadratura_base::geometry::{Pinhole, PixelRect, Plane, Pose};
+use quadratura_base::raster::bilinear::BilinearCorner;
+use quadratura_document::paint::{PaintColour, PaintEntry, PaintPatch, PaintedView};
 
 /// Outlines are equal when their corners differ by less than this share of their size: models are written with six
 /// digits or more.

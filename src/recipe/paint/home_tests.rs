@@ -4,11 +4,11 @@ use glam::{DMat3, DVec3};
 
 use super::home::{Home, Reprojection, home};
 use super::parts::{LayerParts, PartSource, camera_of};
-use crate::document::Element;
-use crate::document::paint::{PaintEntry, PaintPatch, PaintedView};
-use crate::document::stack::{StackCamera, StackPhoto, StackSurface};
-use crate::geometry::PixelRect;
-use crate::scene::FaceIndex;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::FaceIndex;
+use quadratura_document::Element;
+use quadratura_document::paint::{PaintEntry, PaintPatch, PaintedView};
+use quadratura_document::stack::{StackCamera, StackPhoto, StackSurface};
 
 const NOTHING: PixelRect = PixelRect::EMPTY;
 
@@ -178,7 +178,7 @@ fn a_photo_of_twice_the_size_shows_paint_of_twice_the_size() {
 #[test]
 fn the_camera_of_a_stack_is_the_one_it_was_written_of() {
     let turned = DMat3::from_rotation_y(0.3) * DMat3::from_rotation_x(-0.8);
-    let pose = crate::geometry::Pose { rotation: turned, translation: DVec3::new(1.0, 2.0, 3.0) };
+    let pose = quadratura_base::geometry::Pose { rotation: turned, translation: DVec3::new(1.0, 2.0, 3.0) };
     let camera = StackCamera { R: pose.rotation_rows(), t: pose.translation.to_array(), ..view(0.0).camera };
     assert_eq!(camera_of(&view(0.0).photo, &camera).1, pose);
 }

@@ -1,9 +1,9 @@
 //! Paint without a place in the present stacks, which `build` and `info` report and which is kept.
 
 use super::PhotoPaint;
-use crate::error::Result;
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
+use quadratura_base::error::Result;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
 
 /// Paint without a place in a photo's stack. It is kept, and becomes visible again when its surface is back.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]

@@ -14,13 +14,13 @@ use std::path::Path;
 use self::home::{Home, Reprojection, home};
 use self::lost::LostPaint;
 use self::parts::{LayerParts, PartSource, SurfacePart, camera_of};
-use crate::document::paint::{PaintBook, PaintEntry, PaintPatch};
-use crate::document::stack::{ImageLayer, Stack};
-use crate::document::{Element, FilesInUse, paint::PaintedView};
-use crate::error::Result;
-use crate::geometry::{PixelRect, Spans};
-use crate::io::paint_store::PaintStore;
-use crate::layers::{ElementIndex, LayerIndex};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_document::paint::{PaintBook, PaintEntry, PaintPatch};
+use quadratura_document::stack::{ImageLayer, Stack};
+use quadratura_document::{Element, FilesInUse, paint::PaintedView};
+use quadratura_io::paint_store::PaintStore;
+use quadratura_layers::{ElementIndex, LayerIndex};
 
 /// The paint of one photo, assigned to the image layers of its stack.
 #[derive(Debug, Default)]

@@ -4,11 +4,11 @@ use std::cell::OnceCell;
 
 use glam::{DMat3, DVec3};
 
-use crate::document::Element;
-use crate::document::stack::{Piece, StackCamera, StackPhoto, StackSurface};
-use crate::geometry::{Pinhole, PixelRect, Pose, Spans};
-use crate::projection::footprint::footprint;
-use crate::scene::FaceIndex;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose, Spans};
+use quadratura_base::scene::FaceIndex;
+use quadratura_document::Element;
+use quadratura_document::stack::{Piece, StackCamera, StackPhoto, StackSurface};
+use quadratura_projection::footprint::footprint;
 
 /// Returns the camera of a stack or of an export.
 pub fn camera_of(photo: &StackPhoto, camera: &StackCamera) -> (Pinhole, Pose) {

@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use crate::document::Stack;
-use crate::document::paint::PaintPatch;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_grey, read_layer, read_mask};
-use crate::layers::LayerIndex;
-use crate::raster::in_8_bits;
-use crate::recipe::layer_pixels::shown;
-use crate::recipe::layer_textures::over_filling;
-use crate::recipe::paint::PhotoPaint;
+use crate::layer_pixels::shown;
+use crate::layer_textures::over_filling;
+use crate::paint::PhotoPaint;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::in_8_bits;
+use quadratura_document::Stack;
+use quadratura_document::paint::PaintPatch;
+use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
+use quadratura_layers::LayerIndex;
 
 /// Flag: a surface of the layer covers the pixel.
 const COVERED: u8 = 1;

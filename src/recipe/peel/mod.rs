@@ -15,20 +15,20 @@ use rayon::prelude::*;
 
 use self::content::{PeelContent, TexelContent};
 pub use self::shapes::{Edge, PeelShape};
-use crate::document::Stack;
-use crate::error::Result;
-use crate::geometry::{Pinhole, PixelRect};
-use crate::io::photo::read_photo;
-use crate::io::stack_store::StackStore;
-use crate::layers::LayerIndex;
-use crate::projection::Picture;
-use crate::projection::hatching::PixelMask;
-use crate::projection::srgb::Srgb;
-use crate::raster::in_8_bits;
-use crate::recipe::paint::PhotoPaint;
-use crate::recipe::paint::parts::camera_of;
-use crate::scene::Photo;
-use crate::task::Task;
+use crate::paint::PhotoPaint;
+use crate::paint::parts::camera_of;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, PixelRect};
+use quadratura_base::raster::in_8_bits;
+use quadratura_base::scene::Photo;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_io::photo::read_photo;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::Picture;
+use quadratura_projection::hatching::PixelMask;
+use quadratura_projection::srgb::Srgb;
 
 /// The colour of needed pixels without content: dark, so that hatching is visible on it.
 const HIDDEN: [u8; 4] = [0x3a, 0x2e, 0x24, 0xff];
@@ -135,7 +135,7 @@ impl PhotoLayers {
     /// Reads the layers of `stack`, which belongs to the project in the folder `project`.
     ///
     /// # Errors
-    /// Returns the errors of reading their files and paint, or [`crate::Error::Cancelled`].
+    /// Returns the errors of reading their files and paint, or [`quadratura_base::Error::Cancelled`].
     pub fn read(project: &Path, stack: &Stack, task: &Task) -> Result<Self> {
         let folder = StackStore::new(project).folder(&stack.photo.name);
         let paint = PhotoPaint::open(project, stack)?;
@@ -202,7 +202,7 @@ impl PhotoLayers {
     /// except where paint is.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Cancelled`] when the task was cancelled.
+    /// Returns [`quadratura_base::Error::Cancelled`] when the task was cancelled.
     pub fn peeled(&self, photo: &Picture, peeling: &Peeling, task: &Task) -> Result<Peeled> {
         let mut canvas = PeelCanvas::from_photo(photo);
         if peeling.hides() {

@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec2, DVec3};
 
-use crate::document::stack::{Element, Stack};
-use crate::geometry::clip::segment_in_box;
-use crate::geometry::spans::Spans;
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::layers::{ElementIndex, LayerIndex};
-use crate::recipe::paint::parts::{PartSource, camera_of, points};
-use crate::scene::FaceIndex;
+use crate::paint::parts::{PartSource, camera_of, points};
+use quadratura_base::geometry::clip::segment_in_box;
+use quadratura_base::geometry::spans::Spans;
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::FaceIndex;
+use quadratura_document::stack::{Element, Stack};
+use quadratura_layers::{ElementIndex, LayerIndex};
 
 /// A flat surface, or a piece of one, in an image layer; or the surroundings.
 #[derive(Debug, Clone)]
@@ -183,7 +183,7 @@ impl PhotoView {
     /// Returns the outline's plane in the camera's frame.
     fn plane(&self, outline: &[DVec3]) -> CameraPlane {
         let ring: Vec<DVec3> = outline.iter().map(|&point| self.pose.camera_from_world(point)).collect();
-        let normal = crate::geometry::polygon::newell_normal(&ring);
+        let normal = quadratura_base::geometry::polygon::newell_normal(&ring);
         let middle = ring.iter().sum::<DVec3>() / ring.len().max(1) as f64;
         CameraPlane { normal, offset: normal.dot(middle) }
     }

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::*;
-use crate::document::Decisions;
-use crate::layers::{Options, SoftwareRasteriser};
-use crate::recipe::build::{BuildOptions, build};
-use crate::scene::Site;
-use crate::scene::synthetic::{Rng, Scene, closed_form, random};
+use crate::build::{BuildOptions, build};
+use quadratura_base::scene::Site;
+use quadratura_base::scene::synthetic::{Rng, Scene, closed_form, random};
+use quadratura_document::Decisions;
+use quadratura_layers::{Options, SoftwareRasteriser};
 
 struct Built {
     photo: Picture,

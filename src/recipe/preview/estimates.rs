@@ -3,20 +3,20 @@
 use std::path::Path;
 
 use super::PreviewOptions;
-use crate::document::Stack;
-use crate::error::Result;
-use crate::layers::agreement::PhotoEvidence;
-use crate::projection::agreement::{Agreement, PhotoAgreement};
-use crate::projection::exposure::SurroundingsGains;
-use crate::projection::{Gains, LayerTextureId, Sources};
-use crate::recipe::agreement::SiteAgreement;
-use crate::recipe::budget::default_memory;
-use crate::recipe::gains::{self, SiteGains};
-use crate::recipe::layer_textures::LayerTextureFiles;
-use crate::recipe::open::Opened;
-use crate::recipe::relief::SiteRelief;
-use crate::recipe::surroundings::{SiteSurroundings, SurroundingsEvidence};
-use crate::task::Task;
+use crate::agreement::SiteAgreement;
+use crate::budget::default_memory;
+use crate::gains::{self, SiteGains};
+use crate::layer_textures::LayerTextureFiles;
+use crate::open::Opened;
+use crate::relief::SiteRelief;
+use crate::surroundings::{SiteSurroundings, SurroundingsEvidence};
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_layers::agreement::PhotoEvidence;
+use quadratura_projection::agreement::{Agreement, PhotoAgreement};
+use quadratura_projection::exposure::SurroundingsGains;
+use quadratura_projection::{Gains, LayerTextureId, Sources};
 
 /// Adds the dome to the sources of a site that has surroundings.
 pub(super) fn with_dome(sources: Sources, surroundings: &SiteSurroundings) -> Sources {

@@ -4,21 +4,21 @@ use std::sync::Arc;
 
 use super::Preview;
 use super::estimates::shown_gains;
-use crate::error::{Error, Result};
-use crate::projection::agreement::AgreementGrid;
-use crate::projection::exposure::{Optics, Shares, ViewExposure, shares_of_view};
-use crate::projection::peeling::Peels;
-use crate::projection::relief::Relief;
-use crate::projection::{Gains, Shot};
-use crate::scene::{Model, Photo, PhotoId};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Model, Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_projection::agreement::AgreementGrid;
+use quadratura_projection::exposure::{Optics, Shares, ViewExposure, shares_of_view};
+use quadratura_projection::peeling::Peels;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::{Gains, Shot};
 
 impl Preview {
     /// Returns the gains and, where surfaces are shown with it, the relief that pictures without these photos are made with.
     ///
     /// # Errors
     /// [`Error::Gpu`], [`Error::Cancelled`].
-    pub(in crate::recipe) fn estimates_without(
+    pub(crate) fn estimates_without(
         &mut self,
         photos: &[PhotoId],
         task: &Task,
@@ -28,11 +28,7 @@ impl Preview {
     }
 
     /// Returns how much each photo contributes to a view, and the view's exposure.
-    pub(in crate::recipe) fn shares_and_exposure(
-        &self,
-        shot: &Shot,
-        model: &Arc<Model>,
-    ) -> (Shares, ViewExposure) {
+    pub(crate) fn shares_and_exposure(&self, shot: &Shot, model: &Arc<Model>) -> (Shares, ViewExposure) {
         let shot = &self.sources.beyond_backdrops(shot);
         let flat = Relief::default();
         let relief = self.relief_in_use.as_deref().filter(|_| shot.relief).unwrap_or(&flat);
@@ -43,38 +39,33 @@ impl Preview {
     }
 
     /// Returns a view as pictures show it, with surroundings in the place of far backdrops.
-    pub(in crate::recipe) fn beyond_backdrops(&self, shot: &Shot) -> Shot {
+    pub(crate) fn beyond_backdrops(&self, shot: &Shot) -> Shot {
         self.sources.beyond_backdrops(shot)
     }
 
     /// Returns the renderer as one that peels layers off, ready for views with the exclusions of a shot.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] where the renderer does not peel layers off, and those of making it ready.
-    pub(in crate::recipe) fn peels(&mut self, shot: &Shot, task: &Task) -> Result<&mut dyn Peels> {
+    /// [`quadratura_base::Error::Request`] where the renderer does not peel layers off, and those of making it ready.
+    pub(crate) fn peels(&mut self, shot: &Shot, task: &Task) -> Result<&mut dyn Peels> {
         self.make_ready(shot, task)?;
         let cannot = || Error::Request("this renderer does not show what is behind surfaces".into());
         self.renderer.peels().ok_or_else(cannot)
     }
 
     /// Returns whether every texel that is shown comes from a photo: nobody painted, and nothing is filled.
-    pub(in crate::recipe) fn shows_only_photos(&self) -> bool {
+    pub(crate) fn shows_only_photos(&self) -> bool {
         self.files.are_only_photos()
     }
 
     /// Returns how far other photos confirm a photo of a site, where that counts in a view.
-    pub(in crate::recipe) fn agreement(
-        &self,
-        shot: &Shot,
-        photo: &Photo,
-        id: PhotoId,
-    ) -> Option<AgreementGrid> {
+    pub(crate) fn agreement(&self, shot: &Shot, photo: &Photo, id: PhotoId) -> Option<AgreementGrid> {
         let evidence = self.evidence.get(id.index()).filter(|_| shot.blend.agreement)?;
         Some(evidence.agreement.whole([photo.camera.width, photo.camera.height]))
     }
 
     /// Returns the vignetting and offset of a photo that a view removes from its colours.
-    pub(in crate::recipe) fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
+    pub(crate) fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
         shown_gains(&self.gains_in_use, self.shows_gains, &self.around).optics(shot, photo)
     }
 }

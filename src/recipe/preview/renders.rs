@@ -1,9 +1,9 @@
 //! A preview as a renderer: each view is made ready before it is drawn.
 
 use super::Preview;
-use crate::error::Result;
-use crate::projection::{Picture, Renders, Shot, Sliced};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_projection::{Picture, Renders, Shot, Sliced};
 
 impl Renders for Preview {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {

@@ -1,12 +1,12 @@
 //! The stacks that a preview shows.
 
 use super::PreviewOptions;
-use crate::document::Stack;
-use crate::error::{Error, Message, Remedy, Result};
-use crate::io::stack_store::StackStore;
-use crate::recipe::open::Opened;
-use crate::recipe::survey::{StackState, Survey};
-use crate::task::Task;
+use crate::open::Opened;
+use crate::survey::{StackState, Survey};
+use quadratura_base::error::{Error, Message, Remedy, Result};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_io::stack_store::StackStore;
 
 /// The stacks that a preview shows.
 #[derive(Debug, Clone)]

@@ -7,25 +7,25 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::Preview;
-use crate::document::Trees;
-use crate::error::{Error, Message, Result};
-use crate::foliage::Wood;
-use crate::gpu::Renderer;
-use crate::projection::SiteRenderer;
-use crate::recipe::open::Opened;
-use crate::recipe::trees::light::{LightEstimate, estimated_light, is_needed};
-use crate::recipe::trees::sunlight::SunBlockers;
-use crate::recipe::trees::{KnownPlants, PlantParts, SiteTrees, site_trees_with};
-use crate::recipe::views::up;
-use crate::scene::Model;
-use crate::task::Task;
+use crate::open::Opened;
+use crate::trees::light::{LightEstimate, estimated_light, is_needed};
+use crate::trees::sunlight::SunBlockers;
+use crate::trees::{KnownPlants, PlantParts, SiteTrees, site_trees_with};
+use crate::views::up;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::scene::Model;
+use quadratura_base::task::Task;
+use quadratura_document::Trees;
+use quadratura_foliage::Wood;
+use quadratura_gpu::Renderer;
+use quadratura_projection::SiteRenderer;
 
 /// A renderer of a site and of the trees that stand in it.
 pub trait PlantedRenderer: SiteRenderer {
     /// Replaces the trees; `None` for none.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a plant with too many instances; [`crate::Error::Gpu`]. The trees before remain.
+    /// [`quadratura_base::Error::Request`] for a plant with too many instances; [`quadratura_base::Error::Gpu`]. The trees before remain.
     fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()>;
 }
 
@@ -90,13 +90,13 @@ impl Preview {
         self.trees.known = KnownPlants::default();
     }
 
-    /// Shows other trees, without those of some names. Their numbers in [`crate::projection::Renders::faces`] are those of the
+    /// Shows other trees, without those of some names. Their numbers in [`quadratura_projection::Renders::faces`] are those of the
     /// project, hidden ones counted. Where no light is given, they stand in `estimate`, or in the light that was estimated before; what
     /// photos show of them is from there, too.
     /// What is wrong with them is noted when it is new.
     ///
     /// # Errors
-    /// As [`PlantedRenderer::set_trees`]; [`crate::Error::Cancelled`].
+    /// As [`PlantedRenderer::set_trees`]; [`quadratura_base::Error::Cancelled`].
     pub fn set_trees(
         &mut self,
         trees: &Trees,

@@ -4,12 +4,12 @@ use glam::DVec2;
 
 use super::Preview;
 use super::estimates::shown_gains;
-use crate::error::Result;
-use crate::projection::framing::scaled;
-use crate::projection::{DisplayMode, LayerTextureId, Quality, Renders, Shot, Unseen};
-use crate::recipe::continuation::SiteContinuation;
-use crate::recipe::layer_textures::KNOWN;
-use crate::task::Task;
+use crate::continuation::SiteContinuation;
+use crate::layer_textures::KNOWN;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_projection::framing::scaled;
+use quadratura_projection::{DisplayMode, LayerTextureId, Quality, Renders, Shot, Unseen};
 
 /// The longer side of the picture by which it is found how much of a view continues, in pixels.
 const SHARE_PX: f64 = 192.0;

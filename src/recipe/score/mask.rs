@@ -1,12 +1,12 @@
 //! The pixels of a photo that a score compares, by the surface that the photo's camera sees there.
 
 use super::ScoreOptions;
-use crate::error::{Error, Result};
-use crate::layers::fill::options::matches_pattern;
-use crate::projection::{Renders, Shot, TREE, shown_face};
-use crate::recipe::masks::object::objects_named;
-use crate::scene::Model;
-use crate::task::Task;
+use crate::masks::object::objects_named;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Model;
+use quadratura_base::task::Task;
+use quadratura_layers::fill::options::matches_pattern;
+use quadratura_projection::{Renders, Shot, TREE, shown_face};
 
 /// Which objects, and whether the background, are compared.
 pub(super) struct ComparedObjects {

@@ -22,13 +22,13 @@ use self::mask::ComparedObjects;
 use self::one::Scorer;
 use super::render::Appearance;
 use super::views::Size;
-use crate::document::names::picture_names;
-use crate::error::{Error, Result};
-use crate::io::picture_png::make_folder;
-use crate::projection::Renders;
-use crate::projection::metrics::ErrorSum;
-use crate::scene::Model;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Model;
+use quadratura_base::task::Task;
+use quadratura_document::names::picture_names;
+use quadratura_io::picture_png::make_folder;
+use quadratura_projection::Renders;
+use quadratura_projection::metrics::ErrorSum;
 
 /// The stage that is reported for predicting one photo.
 pub const STAGE_DRAW: &str = "predict";

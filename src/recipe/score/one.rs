@@ -3,13 +3,13 @@
 use super::mask::{ComparedObjects, objects_in_view};
 use super::picture::{self, Panels};
 use super::{Question, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewScore};
-use crate::error::{Error, Result};
-use crate::io::photo::read_unmasked;
-use crate::io::reference::{Reference, reference};
-use crate::projection::metrics::{ErrorSum, ImageMetrics, ImagePair};
-use crate::projection::{DisplayMode, Exposure, Picture, Renders, Shot};
-use crate::scene::Model;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Model;
+use quadratura_base::task::Task;
+use quadratura_io::photo::read_unmasked;
+use quadratura_io::reference::{Reference, reference};
+use quadratura_projection::metrics::{ErrorSum, ImageMetrics, ImagePair};
+use quadratura_projection::{DisplayMode, Exposure, Picture, Renders, Shot};
 
 /// The inputs that all photos of a score share.
 pub(super) struct Scorer<'a> {

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::one::ComparedPixels;
-use crate::error::Result;
-use crate::io::picture_png::write_picture;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_io::picture_png::write_picture;
 
 /// The factor by which differences are amplified.
 const AMPLIFIED: u32 = 4;
@@ -69,7 +69,7 @@ fn difference(pixels: &ComparedPixels) -> Vec<u8> {
 /// Writes the panels as `folder/STEM.png`.
 ///
 /// # Errors
-/// Returns [`crate::Error::Io`] when the file cannot be written.
+/// Returns [`quadratura_base::Error::Io`] when the file cannot be written.
 pub(super) fn write(folder: &Path, stem: &str, panels: &Panels, task: &Task) -> Result<PathBuf> {
     let height = panels.photo.len() / (3 * panels.width);
     let size_px = [3 * panels.width + 2 * GAP, height].map(|side| side as u32);

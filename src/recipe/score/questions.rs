@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
-use crate::io::cameras::read_cameras_of;
-use crate::recipe::photos::import_photos;
-use crate::scene::{Photo, PhotoId, Site};
-use crate::task::Task;
+use crate::photos::import_photos;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Photo, PhotoId, Site};
+use quadratura_base::task::Task;
+use quadratura_io::cameras::read_cameras_of;
 
 /// A photo to be predicted.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +27,7 @@ pub fn leave_one_out(site: &Site) -> Vec<Question> {
 /// `cache/photos`. The second list contains the problems with single photos.
 ///
 /// # Errors
-/// Returns errors that concern all photos, as [`crate::recipe::open::open`] does.
+/// Returns errors that concern all photos, as [`crate::open::open`] does.
 pub fn held_out(
     cameras: &Path,
     photos: &Path,

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::error::Error;
-use crate::projection::metrics::{ErrorSum, ImageMetrics};
+use quadratura_base::error::Error;
+use quadratura_projection::metrics::{ErrorSum, ImageMetrics};
 
 /// The complete report.
 #[derive(Debug, Default, Serialize)]
@@ -66,14 +66,12 @@ pub struct MeanMetrics {
 
 /// The lead of the PSNR after the colour fit from which on it is told, in dB. With exposures by place the fit explains 0.2 to
 /// 0.8 dB on the sites at hand (piazza, entry, fountain, castle), with a rule that does not suit the castle 5 dB.
-#[cfg(any(feature = "cli", test))]
 const NOTABLE_FIT_DB: f64 = 1.0;
 
-#[cfg(any(feature = "cli", test))]
 impl MeanScore {
     /// Returns by how many dB predicted pixels are better after the colour fit of each photo, where that is so much that
     /// exposure or light is to blame.
-    pub(crate) fn unexplained_light(&self) -> Option<f64> {
+    pub fn unexplained_light(&self) -> Option<f64> {
         let covered = self.covered?;
         let lead = covered.psnr_fitted - covered.psnr;
         (lead >= NOTABLE_FIT_DB).then_some(lead)

@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::dabs::Dabs;
 use super::grid::ViewGrid;
 use super::texels::BrushedLayer;
-use crate::projection::twin::{ProbedPoint, ReferenceRenderer};
-use crate::scene::{Model, PhotoId};
+use quadratura_base::scene::{Model, PhotoId};
+use quadratura_projection::twin::{ProbedPoint, ReferenceRenderer};
 
 /// The effect of the brush from which a pixel counts: the soft rim of a stroke is hardly visible.
 const COUNTS_FROM: f64 = 0.5;

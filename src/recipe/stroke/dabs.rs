@@ -4,12 +4,12 @@
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
-use crate::document::stroke::{Stroke, StrokeSample};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::projection::Shot;
-use crate::projection::twin::{ProbedPoint, ReferenceRenderer};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::task::Task;
+use quadratura_document::stroke::{Stroke, StrokeSample};
+use quadratura_projection::Shot;
+use quadratura_projection::twin::{ProbedPoint, ReferenceRenderer};
 
 /// The number of dabs per radius along the stroke. A straight stroke of hard dabs is then narrower between two of them
 /// by less than a hundredth of its width.

@@ -3,13 +3,13 @@
 use glam::DVec2;
 
 use super::dabs::Dabs;
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::projection::exposure::ViewExposure;
-use crate::projection::twin::{ProbedPoint, ProbedTexel, ReferenceRenderer};
-use crate::projection::{LayerTextureId, Shot};
-use crate::raster::Image;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_base::task::Task;
+use quadratura_projection::exposure::ViewExposure;
+use quadratura_projection::twin::{ProbedPoint, ProbedTexel, ReferenceRenderer};
+use quadratura_projection::{LayerTextureId, Shot};
 
 /// The pixels of a view around a stroke.
 pub struct ViewGrid {

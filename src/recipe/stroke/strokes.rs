@@ -6,17 +6,17 @@ use glam::DVec2;
 
 use super::dabs::Dabs;
 use super::grid::{ViewGrid, centre};
-use crate::document::paint::{PaintEntry, PaintPatch, PaintedView};
-use crate::error::Result;
-use crate::geometry::Plane;
-use crate::geometry::polygon::fit_plane;
-use crate::projection::twin::{ProbedPoint, ReferenceRenderer};
-use crate::projection::{LayerTextureId, Shot};
-use crate::recipe::import::session::PaintSession;
-use crate::recipe::import::settle::SurfacePaint;
-use crate::recipe::paint::parts::{camera_of, points};
-use crate::scene::impostor::Facing;
-use crate::scene::{FaceId, PhotoId, Site};
+use crate::import::session::PaintSession;
+use crate::import::settle::SurfacePaint;
+use crate::paint::parts::{camera_of, points};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Plane;
+use quadratura_base::geometry::polygon::fit_plane;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{FaceId, PhotoId, Site};
+use quadratura_document::paint::{PaintEntry, PaintPatch, PaintedView};
+use quadratura_projection::twin::{ProbedPoint, ReferenceRenderer};
+use quadratura_projection::{LayerTextureId, Shot};
 
 /// The effect of a brush that paints from which it replaces the paint of other photos. Paint of strokes has no opacity
 /// of its own that could be reduced: it is mixed with what was below it. An eraser therefore removes all paint that it

@@ -5,11 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::*;
-use crate::document::paint::{ERASED, PaintColour};
-use crate::document::stack::StackCamera;
-use crate::document::stroke::{Brush, StrokeSample, StrokeView};
-use crate::recipe::import::take_back;
-use crate::testing::tiny_stacks;
+use crate::import::take_back;
+use crate::tiny_site::tiny_stacks;
+use quadratura_document::paint::{ERASED, PaintColour};
+use quadratura_document::stack::StackCamera;
+use quadratura_document::stroke::{Brush, StrokeSample, StrokeView};
 
 const RED: [u8; 3] = [200, 10, 20];
 
@@ -47,7 +47,7 @@ impl Easel {
         let book = store.read().unwrap();
         let mut entries: Vec<_> = book.entries.iter().collect();
         entries.sort_by_key(|entry| entry.import);
-        let of_entry = |entry: &crate::document::paint::PaintEntry| {
+        let of_entry = |entry: &quadratura_document::paint::PaintEntry| {
             let patch = store.patch(entry).unwrap();
             let place = |(x, y, colour)| ((entry.photo.clone(), entry.object.clone(), x, y), colour);
             patch.iter().map(place).collect::<Vec<_>>()
@@ -93,7 +93,7 @@ fn sixteen(rgb: [u8; 3]) -> PaintColour {
 /// A pixel of a photo of the site.
 fn of_photo(easel: &Easel, photo: &str, x: i32, y: i32) -> [u8; 3] {
     let file = easel.project.parent().unwrap().join("photos").join(photo);
-    let raster = crate::io::layered::png::read_rgba(&file, 64, 48).unwrap();
+    let raster = quadratura_io::layered::png::read_rgba(&file, 64, 48).unwrap();
     let [r, g, b, _] = raster.rgba16(x as u32, y as u32).map(in_8_bits);
     [r, g, b]
 }

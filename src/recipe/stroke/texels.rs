@@ -7,14 +7,14 @@ use rayon::prelude::*;
 
 use super::dabs::Dabs;
 use super::grid::{ViewGrid, centre};
-use crate::document::Stack;
-use crate::geometry::{PixelRect, Plane};
-use crate::layers::LayerIndex;
-use crate::projection::twin::{ProbedPoint, ReferenceRenderer};
-use crate::projection::{LayerTextureId, Projector, Shot};
-use crate::recipe::paint::parts::LayerParts;
-use crate::recipe::paint::parts_of_layer;
-use crate::scene::{FaceId, PhotoId};
+use crate::paint::parts::LayerParts;
+use crate::paint::parts_of_layer;
+use quadratura_base::geometry::{PixelRect, Plane};
+use quadratura_base::scene::{FaceId, PhotoId};
+use quadratura_document::Stack;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::twin::{ProbedPoint, ReferenceRenderer};
+use quadratura_projection::{LayerTextureId, Projector, Shot};
 
 /// A pixel of an image layer under the brush.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,7 +120,7 @@ impl TexelSearch<'_> {
     ) -> Vec<BrushedTexel> {
         let model = self.renderer.model();
         let object = &model.object(model.face(face).object).name;
-        let is_surface = |part: &&crate::recipe::paint::parts::SurfacePart| {
+        let is_surface = |part: &&crate::paint::parts::SurfacePart| {
             let same_face = part.object == object && part.face == Some(model.face(face).index);
             same_face && part.triangle.is_none_or(|of_part| of_part == triangle)
         };

@@ -7,11 +7,11 @@ use serde::Serialize;
 use super::PlantParts;
 use super::images::{remove_images, remove_other_images, size_on_disk, species_images_with};
 use super::paint::species_plant;
-use crate::document::Trees;
-use crate::error::{Error, Message, Result};
-use crate::foliage::{BakeOptions, Plant, PlantImages};
-use crate::recipe::unknown_name::no_such;
-use crate::task::Task;
+use crate::unknown_name::no_such;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::task::Task;
+use quadratura_document::Trees;
+use quadratura_foliage::{BakeOptions, Plant, PlantImages};
 
 /// The images of a species.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
-use crate::document::trees::{Grown, PlacedTree, PlantSource, TreeSpecies, Trees};
-use crate::error::{Error, Result};
-use crate::foliage::level_axes;
-use crate::layers::fill::options::matches_pattern;
-use crate::recipe::masks::object::objects_named;
-use crate::recipe::unknown_name::no_such;
-use crate::scene::Model;
+use crate::masks::object::objects_named;
+use crate::unknown_name::no_such;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Model;
+use quadratura_document::trees::{Grown, PlacedTree, PlantSource, TreeSpecies, Trees};
+use quadratura_foliage::level_axes;
+use quadratura_layers::fill::options::matches_pattern;
 
 /// A change of trees; what is `None` stays as it is.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -298,7 +298,7 @@ fn checked(trees: Trees) -> Result<Trees> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Modeller;
+    use quadratura_base::scene::synthetic::Modeller;
 
     fn at(x: f64) -> TreeChange {
         TreeChange { at: Some([x, 0.0, 0.0]), ..TreeChange::default() }

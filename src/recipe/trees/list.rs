@@ -8,14 +8,14 @@ use serde::Serialize;
 use super::images::has_images;
 use super::mask::{TreeInMasks, masks_of};
 use super::paint::{ListedPaint, listed_paint, species_plant};
-use crate::document::Project;
-use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees};
-use crate::error::Result;
-use crate::foliage::{Counts, Stature};
-use crate::geometry::polygon::extent;
-use crate::projection::surface::Surface;
-use crate::scene::Model;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::polygon::extent;
+use quadratura_base::scene::Model;
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees};
+use quadratura_foliage::{Counts, Stature};
+use quadratura_projection::surface::Surface;
 
 /// A species as it is listed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -84,13 +84,13 @@ pub fn species_figures(
 /// Lists the species. A plant that cannot be read is listed with the reason.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<ListedSpecies>> {
     // Where the book cannot be read, reading the plants notes it.
     let paint = listed_paint(folder).unwrap_or_default();
     let listed = |(name, species): (&String, &TreeSpecies)| {
         let figures = match species_figures(folder, (name, species), task) {
-            Err(crate::Error::Cancelled) => return Err(crate::Error::Cancelled),
+            Err(quadratura_base::Error::Cancelled) => return Err(quadratura_base::Error::Cancelled),
             figures => figures,
         };
         Ok(ListedSpecies {
@@ -198,8 +198,8 @@ fn above_ground(surface: &Surface, at: DVec3, up: DVec3, height: f64) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recipe::trees::edit::{TreeChange, placed};
-    use crate::scene::synthetic::Modeller;
+    use crate::trees::edit::{TreeChange, placed};
+    use quadratura_base::scene::synthetic::Modeller;
 
     #[test]
     fn feet_in_the_air_and_trees_in_one_place_are_told_and_others_are_not() {

@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
-use crate::document::Project;
-use crate::document::masks::{MaskOrigin, MaskedTree};
-use crate::document::trees::PlacedTree;
-use crate::error::Result;
-use crate::foliage::{Tree, View as PlantView, Wood, silhouette};
-use crate::geometry::Spans;
-use crate::io::hash::hash_bytes;
-use crate::layers::View;
-use crate::layers::software::owners;
-use crate::recipe::masks::MaskEdit;
-use crate::recipe::open::Opened;
-use crate::scene::impostor::Facing;
-use crate::scene::{Model, Photo};
-use crate::task::Task;
+use crate::masks::MaskEdit;
+use crate::open::Opened;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Spans;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_base::scene::{Model, Photo};
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_document::masks::{MaskOrigin, MaskedTree};
+use quadratura_document::trees::PlacedTree;
+use quadratura_foliage::{Tree, View as PlantView, Wood, silhouette};
+use quadratura_io::hash::hash_bytes;
+use quadratura_layers::View;
+use quadratura_layers::software::owners;
 
 /// How near the model is at the pixels of a photo.
 pub struct ModelNearness {
@@ -136,10 +136,10 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::document::trees::Trees;
-    use crate::recipe::trees::edit::{TreeChange, placed};
-    use crate::recipe::trees::{PlantParts, site_trees};
-    use crate::scene::synthetic::{Modeller, Scene, Truth, centred, look_at};
+    use crate::trees::edit::{TreeChange, placed};
+    use crate::trees::{PlantParts, site_trees};
+    use quadratura_base::scene::synthetic::{Modeller, Scene, Truth, centred, look_at};
+    use quadratura_document::trees::Trees;
 
     /// A tree 6 high before the camera, half of it behind a wall.
     fn scene() -> (Scene, Wood) {

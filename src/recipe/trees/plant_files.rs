@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::document::Trees;
-use crate::document::trees::PlantSource;
-use crate::io::plants::plant_stamp;
-use crate::io::project::resolved;
-use crate::io::stamp::Stamp;
+use quadratura_document::Trees;
+use quadratura_document::trees::PlantSource;
+use quadratura_io::plants::plant_stamp;
+use quadratura_io::project::resolved;
+use quadratura_io::stamp::Stamp;
 
 /// The state of the files of a project's plants.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -48,7 +48,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::document::trees::{Grown, TreeSpecies};
+    use quadratura_document::trees::{Grown, TreeSpecies};
 
     #[test]
     fn a_plant_has_changed_when_its_file_or_a_picture_of_it_has_and_not_when_the_project_was_saved() {

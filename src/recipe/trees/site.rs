@@ -8,12 +8,12 @@ use glam::{DVec3, Vec3};
 
 use super::images::{species_images, species_openness};
 use super::paint::{SpeciesPlants, paint_state, species_plants};
-use crate::document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
-use crate::error::{Error, Message, Result};
-use crate::foliage::{Light, Placing, Plant, Tree, Wood, WoodSpecies};
-use crate::io::plants::{built_in_plant, read_plant};
-use crate::io::project::resolved;
-use crate::task::Task;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::task::Task;
+use quadratura_document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
+use quadratura_foliage::{Light, Placing, Plant, Tree, Wood, WoodSpecies};
+use quadratura_io::plants::{built_in_plant, read_plant};
+use quadratura_io::project::resolved;
 
 /// The trees of a project.
 #[derive(Debug, Clone, PartialEq)]
@@ -242,7 +242,7 @@ pub fn shine(light: &mut Light, LightStrength { sun, sky, ground }: &LightStreng
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::trees::Grown;
+    use quadratura_document::trees::Grown;
 
     fn trees() -> Trees {
         let species = |from| TreeSpecies { from, up: None, unit: None };

@@ -5,11 +5,11 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::edit::{TreeChange, placed};
-use crate::document::trees::Trees;
-use crate::error::{Error, Result};
-use crate::io::tree_list::{Column, ListedPlace, TreeList};
-use crate::projection::surface::Surface;
-use crate::scene::Model;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Model;
+use quadratura_document::trees::Trees;
+use quadratura_io::tree_list::{Column, ListedPlace, TreeList};
+use quadratura_projection::surface::Surface;
 
 /// The outcome of placing a list.
 #[derive(Debug)]
@@ -157,8 +157,8 @@ fn placed_one(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::tree_list::read_tree_list;
-    use crate::scene::synthetic::Modeller;
+    use quadratura_base::scene::synthetic::Modeller;
+    use quadratura_io::tree_list::read_tree_list;
 
     /// A ground at height 2, with a roof at 5 over its right half, and a billboard in the air.
     fn model() -> Model {

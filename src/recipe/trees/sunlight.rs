@@ -6,14 +6,14 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::error::Result;
-use crate::foliage::directions::{Serving, serving};
-use crate::foliage::{Openness, Sunlit, Tree, Wood};
-use crate::io::hash::hash_bytes;
-use crate::projection::surface::Surface;
-use crate::scene::Model;
-use crate::scene::builder::says_backdrop;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::scene::Model;
+use quadratura_base::scene::builder::says_backdrop;
+use quadratura_base::task::Task;
+use quadratura_foliage::directions::{Serving, serving};
+use quadratura_foliage::{Openness, Sunlit, Tree, Wood};
+use quadratura_io::hash::hash_bytes;
+use quadratura_projection::surface::Surface;
 
 /// The faces of a model that keep the sun away: not those of backdrops, nor what one sees through. What was found of trees is kept
 /// for the next time, when most of them are where they were.
@@ -36,7 +36,7 @@ impl SunBlockers {
     /// way.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn shade(&self, wood: &mut Wood, task: &Task) -> Result<()> {
         self.shade_by(wood, &|_| true, task)
     }
@@ -44,7 +44,7 @@ impl SunBlockers {
     /// [`Self::shade`] where only some trees shade others.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Cancelled`].
     pub fn shade_by(
         &self,
         wood: &mut Wood,
@@ -171,10 +171,10 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::foliage::directions::DIRECTIONS;
-    use crate::foliage::tests::boxed;
-    use crate::foliage::{Light, WoodSpecies};
-    use crate::scene::synthetic::Modeller;
+    use quadratura_base::scene::synthetic::Modeller;
+    use quadratura_foliage::directions::DIRECTIONS;
+    use quadratura_foliage::synthetic::boxed;
+    use quadratura_foliage::{Light, WoodSpecies};
 
     /// A species of 2 x 2 x 4 of which a share of all light comes in from outside.
     fn species(open: u8) -> WoodSpecies {

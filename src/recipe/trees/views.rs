@@ -8,16 +8,16 @@ use std::time::Instant;
 use glam::{DAffine3, DMat3, DVec3};
 use serde::Serialize;
 
-use crate::error::Result;
-use crate::foliage::{
+use crate::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::{Model, Site};
+use quadratura_base::task::Task;
+use quadratura_foliage::{
     Caster, FlakeOptions, ImageCost, Jump, LayeredOptions, Light, Openness, Plant, PlantImages, Shades,
     Shadow, Similarity, SunShade, View, draw, draw_flakes, draw_layered, draw_shaded, jump, similarity,
 };
-use crate::geometry::{Pinhole, Pose};
-use crate::projection::Picture;
-use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
-use crate::scene::{Model, Site};
-use crate::task::Task;
+use quadratura_projection::Picture;
 
 /// The number of views around a plant.
 const AROUND: u32 = 8;
@@ -228,7 +228,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::io::plants::read_plant;
+    use quadratura_io::plants::read_plant;
 
     #[test]
     fn views_around_a_plant_show_all_of_it_upright_in_any_shape_of_picture() {

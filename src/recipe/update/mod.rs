@@ -22,12 +22,12 @@ use super::layer_names::rename;
 use super::named::index_of_photo;
 use super::open::Opened;
 use super::survey::{StackState, Survey};
-use crate::document::Stack;
-use crate::error::{Error, Result};
-use crate::io::stack_store::StackStore;
-use crate::layers::Rasteriser;
-use crate::scene::Photo;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Photo;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::Rasteriser;
 
 /// How often the photos that are left are tried while nothing of them becomes current, because their inputs change each
 /// time.

@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::turns::UpdateSource;
-use crate::error::Result;
-use crate::io::lock::{ProjectLock, is_window};
-use crate::io::project::read_project;
-use crate::recipe::open::{Opened, open_site};
-use crate::recipe::site_stamp::SiteStamp;
-use crate::task::Task;
+use crate::open::{Opened, open_site};
+use crate::site_stamp::SiteStamp;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_io::lock::{ProjectLock, is_window};
+use quadratura_io::project::read_project;
 
 /// The time between attempts to take the lock; short compared with one photo.
 const AGAIN: Duration = Duration::from_millis(20);

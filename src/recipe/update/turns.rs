@@ -7,16 +7,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::document::Stack;
-use crate::error::{Error, Result};
-use crate::io::paint_store::PaintStore;
-use crate::io::stack_store::StackStore;
-use crate::io::stamp::Stamp;
-use crate::recipe::fill::FillInputs;
-use crate::recipe::inputs::Inputs;
-use crate::recipe::open::Opened;
-use crate::scene::Photo;
-use crate::task::Task;
+use crate::fill::FillInputs;
+use crate::inputs::Inputs;
+use crate::open::Opened;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Photo;
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_store::StackStore;
+use quadratura_io::stamp::Stamp;
 
 /// The project that an update works on, as its owner knows it: a command reads it from disk, the window has it in
 /// memory.
@@ -41,7 +41,7 @@ pub trait UpdateSource: Sync {
 }
 
 /// The turns of one pass over the photos, all with the same state of the project.
-pub(crate) struct Turns<'a> {
+pub struct Turns<'a> {
     source: &'a dyn UpdateSource,
     /// The state of the project from which everything is made.
     opened: &'a Arc<Opened>,
@@ -90,7 +90,7 @@ impl<'a> Turns<'a> {
     ///
     /// # Errors
     /// The errors of [`UpdateSource`].
-    pub(crate) fn begin(&self, task: &Task) -> Result<Option<Box<dyn Any>>> {
+    pub fn begin(&self, task: &Task) -> Result<Option<Box<dyn Any>>> {
         if self.begun.swap(true, Ordering::Relaxed) {
             std::thread::sleep(GAP);
         }
@@ -155,7 +155,7 @@ impl<'a> Turns<'a> {
     }
 
     /// Notes that this pass itself has changed the stack of `photo`.
-    pub(crate) fn committed(&self, photo: &str) {
+    pub fn committed(&self, photo: &str) {
         let at = self.opened.site.photo_named(photo).expect("the photo is one of the site's").index();
         self.stamp().stacks[at] = stack_stamp(self.store, photo);
     }

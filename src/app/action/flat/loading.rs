@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::slot::{ResultRequest, want};
-use crate::app::state::State;
-use crate::app::state::flat::levels::levels_of;
-use crate::app::state::flat::loading::{LayerPicture, PeelKey, PeeledPicture};
-use crate::app::state::flat::version::LayersVersion;
-use crate::app::work::Work;
-use crate::recipe::layer_view::layer_view;
-use crate::recipe::peel::{PhotoLayers, photo_picture};
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::flat::levels::levels_of;
+use crate::state::flat::loading::{LayerPicture, PeelKey, PeeledPicture};
+use crate::state::flat::version::LayersVersion;
+use crate::work::Work;
+use quadratura_base::scene::PhotoId;
+use quadratura_recipe::layer_view::layer_view;
+use quadratura_recipe::peel::{PhotoLayers, photo_picture};
 
 /// Starts the jobs for a photo whose results do not exist yet: the photo itself, its layers, and the photo with layers
 /// hidden.

@@ -7,19 +7,19 @@ pub mod slot;
 use glam::DVec2;
 
 use self::loading::{want_image_layer, want_photo};
-use crate::app::state::State;
-use crate::app::state::ask::FlatAsk;
-use crate::app::state::flat::layer_views::LayerViews;
-use crate::app::state::flat::picked::Picked;
-use crate::app::state::flat::placement::PlacedView;
-use crate::app::state::flat::version::LayersVersion;
-use crate::app::state::panes::Pane;
-use crate::app::state::selection::Selection;
-use crate::app::work::Work;
-use crate::document::ImageLayer;
-use crate::geometry::PixelRect;
-use crate::layers::LayerIndex;
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::ask::FlatAsk;
+use crate::state::flat::layer_views::LayerViews;
+use crate::state::flat::picked::Picked;
+use crate::state::flat::placement::PlacedView;
+use crate::state::flat::version::LayersVersion;
+use crate::state::panes::Pane;
+use crate::state::selection::Selection;
+use crate::work::Work;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::ImageLayer;
+use quadratura_layers::LayerIndex;
 
 /// Applies an ask about the flat views.
 pub fn apply(state: &mut State, work: &mut Work, ask: FlatAsk) {

@@ -1,13 +1,13 @@
 //! Starts the jobs that make results for a view.
 
-use crate::app::state::State;
-use crate::app::state::flat::slot::{Due, ResultSlot};
-use crate::app::state::notes::Note;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::error::{Error, Result};
-use crate::task::Task;
+use crate::state::State;
+use crate::state::flat::slot::{Due, ResultSlot};
+use crate::state::notes::Note;
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// A request for a result.
 pub struct ResultRequest<K, V> {

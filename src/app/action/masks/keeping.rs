@@ -2,24 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk};
-use crate::app::state::masking::keeping::{MaskWork, Waiting};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::document::{Masks, Project};
-use crate::error::Result;
-use crate::geometry::Spans;
-use crate::io::mask_store::MaskStore;
-use crate::recipe::masks::object::{ObjectMasks, from_object};
-use crate::recipe::masks::{MaskEdit, edited};
-use crate::recipe::named::index_of_photo;
-use crate::recipe::open::{Opened, whole_model};
-use crate::recipe::trees::mask::tree_masks;
-use crate::recipe::trees::{PlantParts, SiteTrees, site_trees};
-use crate::recipe::views::up;
-use crate::task::Task;
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk};
+use crate::state::masking::keeping::{MaskWork, Waiting};
+use crate::state::notes::{Note, Weight};
+use crate::state::running::JobKind;
+use crate::work::Work;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::Spans;
+use quadratura_base::task::Task;
+use quadratura_document::{Masks, Project};
+use quadratura_io::mask_store::MaskStore;
+use quadratura_recipe::masks::object::{ObjectMasks, from_object};
+use quadratura_recipe::masks::{MaskEdit, edited};
+use quadratura_recipe::named::index_of_photo;
+use quadratura_recipe::open::{Opened, whole_model};
+use quadratura_recipe::trees::mask::tree_masks;
+use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
+use quadratura_recipe::views::up;
 
 /// The result of a change: the masks, and the pixels of the new ones.
 struct EditedMasks {

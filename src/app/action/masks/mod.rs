@@ -11,16 +11,16 @@ use self::keeping::{keep_masks, queue_mask};
 use self::reading::want_masks;
 use self::repairing::{tell_masks, tell_problems};
 use self::suggesting::{accept_suggestions, look_for_transients, want_suggestions};
-use crate::app::action::opening::chooser::choose;
-use crate::app::state::State;
-use crate::app::state::ask::MaskAsk;
-use crate::app::state::masking::keeping::MaskWork;
-use crate::app::state::masking::tool::MaskTool;
-use crate::app::state::opening::Purpose;
-use crate::app::state::panes::Pane;
-use crate::app::state::space::brush::DrawnStroke;
-use crate::app::work::Work;
-use crate::document::stroke::Stroke;
+use crate::action::opening::chooser::choose;
+use crate::state::State;
+use crate::state::ask::MaskAsk;
+use crate::state::masking::keeping::MaskWork;
+use crate::state::masking::tool::MaskTool;
+use crate::state::opening::Purpose;
+use crate::state::panes::Pane;
+use crate::state::space::brush::DrawnStroke;
+use crate::work::Work;
+use quadratura_document::stroke::Stroke;
 
 /// Applies an ask about masks.
 pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
@@ -97,7 +97,7 @@ fn mask_object(state: &mut State, work: &mut Work) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::work::waker::Waker;
+    use crate::work::waker::Waker;
 
     #[test]
     fn a_switch_of_the_photo_shows_the_photo_before_it_switches_anything_off() {

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk};
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::geometry::Spans;
-use crate::io::mask_store::MaskStore;
-use crate::recipe::open::UnusableMask;
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk};
+use crate::state::running::JobKind;
+use crate::work::Work;
+use quadratura_base::geometry::Spans;
+use quadratura_base::scene::PhotoId;
+use quadratura_io::mask_store::MaskStore;
+use quadratura_recipe::open::UnusableMask;
 
 impl State {
     fn masks_read(

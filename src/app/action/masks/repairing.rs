@@ -4,18 +4,18 @@
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-use crate::app::state::State;
-use crate::app::state::masking::origin_words;
-use crate::app::state::notes::{Note, Remedy, Weight, ago};
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::document::Project;
-use crate::document::masks::{Mask, MaskChange};
-use crate::io::mask_file::read_mask;
-use crate::io::mask_store::MaskStore;
-use crate::recipe::open::{Opened, UnusableMask};
-use crate::scene::Photo;
+use crate::state::State;
+use crate::state::masking::origin_words;
+use crate::state::notes::{Note, Remedy, Weight, ago};
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_base::scene::Photo;
+use quadratura_document::Project;
+use quadratura_document::masks::{Mask, MaskChange};
+use quadratura_io::mask_file::read_mask;
+use quadratura_io::mask_store::MaskStore;
+use quadratura_recipe::open::{Opened, UnusableMask};
 
 impl State {
     /// Replaces a mask by another one, or removes it, as a step of the history.

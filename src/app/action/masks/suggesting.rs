@@ -4,20 +4,20 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::keeping::queue_mask;
-use crate::app::state::State;
-use crate::app::state::masking::keeping::MaskWork;
-use crate::app::state::masking::suggested::{NOTHING, SearchOutcome, ShownSuggestion};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::panes::Pane;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::error::Result;
-use crate::recipe::budget::default_memory;
-use crate::recipe::masks::suggest::{
+use crate::state::State;
+use crate::state::masking::keeping::MaskWork;
+use crate::state::masking::suggested::{NOTHING, SearchOutcome, ShownSuggestion};
+use crate::state::notes::{Note, Weight};
+use crate::state::panes::Pane;
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_recipe::budget::default_memory;
+use quadratura_recipe::masks::suggest::{
     MARGIN_PX, MaskSuggestion, UNSEEN, dismiss, pixels, suggest, suggestions,
 };
-use crate::task::Task;
 
 impl State {
     fn transients_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<ShownSuggestion>) {

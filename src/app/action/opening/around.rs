@@ -2,12 +2,12 @@
 //! files.
 
 use super::on_disk::watch_disk;
-use crate::app::action::check::check_project;
-use crate::app::state::State;
-use crate::app::state::opening::relinking::Relinking;
-use crate::app::work::Work;
-use crate::document::names::file_name_of_photo;
-use crate::recipe::relink::{missing_photos, parts_of};
+use crate::action::check::check_project;
+use crate::state::State;
+use crate::state::opening::relinking::Relinking;
+use crate::work::Work;
+use quadratura_document::names::file_name_of_photo;
+use quadratura_recipe::relink::{missing_photos, parts_of};
 
 impl State {
     /// Shows which files of the open project are missing.

@@ -3,20 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use super::open::if_wanted;
-use crate::app::action::build::{close_project, opened};
-use crate::app::state::State;
-use crate::app::state::ask::ProjectAsk;
-use crate::app::state::opening::looking::Looking;
-use crate::app::state::opening::place::typed_path;
-use crate::app::state::running::JobKind;
-use crate::app::state::session::Session;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::error::{Error, Result};
-use crate::geometry::Similarity;
-use crate::layers::Options;
-use crate::recipe::create::{self, NewProject};
-use crate::recipe::discover::{Candidates, SitePart, SiteParts, find_site, part_at};
+use crate::action::build::{close_project, opened};
+use crate::state::State;
+use crate::state::ask::ProjectAsk;
+use crate::state::opening::looking::Looking;
+use crate::state::opening::place::typed_path;
+use crate::state::running::JobKind;
+use crate::state::session::Session;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::Similarity;
+use quadratura_layers::Options;
+use quadratura_recipe::create::{self, NewProject};
+use quadratura_recipe::discover::{Candidates, SitePart, SiteParts, find_site, part_at};
 
 impl State {
     /// Fills in the result of a search; `known` is a part that was given.

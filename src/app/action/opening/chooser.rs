@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use super::assistant::start_assistant;
 use super::copying::place_of_copy;
 use super::relinking::copy_photo;
-use crate::app::action::life::open_project;
-use crate::app::action::masks::repairing::bring_mask;
-use crate::app::state::State;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::opening::Purpose;
-use crate::app::work::Work;
-use crate::app::work::chooser::Chosen;
-use crate::recipe::sample::folder_in;
+use crate::action::life::open_project;
+use crate::action::masks::repairing::bring_mask;
+use crate::state::State;
+use crate::state::notes::{Note, Weight};
+use crate::state::opening::Purpose;
+use crate::work::Work;
+use crate::work::chooser::Chosen;
+use quadratura_recipe::sample::folder_in;
 
 /// Opens a file dialog.
 pub fn choose(work: &mut Work, purpose: Purpose) {

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::app::state::State;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::numbers::{counted, grouped};
-use crate::app::state::opening::place::PathField;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::io::project::check_is_empty;
-use crate::recipe::copy::copy_project;
+use crate::state::State;
+use crate::state::notes::{Note, Weight};
+use crate::state::numbers::{counted, grouped};
+use crate::state::opening::place::PathField;
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_io::project::check_is_empty;
+use quadratura_recipe::copy::copy_project;
 
 /// Shows the dialog, with a free folder beside the project.
 pub fn ask_for_copy(state: &mut State) {

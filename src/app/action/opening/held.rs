@@ -1,11 +1,11 @@
 //! Waits for a project that is open elsewhere, and opens it as soon as it is free.
 
-use crate::app::state::State;
-use crate::app::state::ask::ProjectAsk;
-use crate::app::state::opening::held::LOOKS_EVERY_S;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::io::lock::ProjectLock;
+use crate::state::State;
+use crate::state::ask::ProjectAsk;
+use crate::state::opening::held::LOOKS_EVERY_S;
+use crate::state::running::JobKind;
+use crate::work::Work;
+use quadratura_io::lock::ProjectLock;
 
 /// Opens the project when its lock is free.
 pub fn watch_held(state: &mut State, work: &mut Work) {

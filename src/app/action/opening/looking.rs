@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use crate::app::state::State;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::recipe::discover::look_at;
+use crate::state::State;
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_recipe::discover::look_at;
 
 /// Starts a check of the paths when one is due.
 pub fn keep_looking(state: &mut State, work: &mut Work) {

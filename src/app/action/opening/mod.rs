@@ -23,15 +23,15 @@ use self::on_disk::take_changes;
 use self::open::{cancel_dialogs, project_at};
 use self::relinking::relink_parts;
 use self::sample::{ask_for_sample, open_sample};
-use crate::app::action::build::opened;
-use crate::app::action::life::{happens, offer_recovery, open_project};
-use crate::app::action::round_trip::import_dropped;
-use crate::app::state::State;
-use crate::app::state::life::{Goal, LifeEvent};
-use crate::app::state::opening::DialogRequest;
-use crate::app::state::session::Session;
-use crate::app::work::Work;
-use crate::io::recovery::UnsavedChanges;
+use crate::action::build::opened;
+use crate::action::life::{happens, offer_recovery, open_project};
+use crate::action::round_trip::import_dropped;
+use crate::state::State;
+use crate::state::life::{Goal, LifeEvent};
+use crate::state::opening::DialogRequest;
+use crate::state::session::Session;
+use crate::work::Work;
+use quadratura_io::recovery::UnsavedChanges;
 
 /// Runs the periodic checks of the dialogs; called once a frame, before drawing.
 pub fn watch_opening(state: &mut State, work: &mut Work) {

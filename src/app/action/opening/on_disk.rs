@@ -1,9 +1,9 @@
 //! Watches the files of the site on disk, and offers to read them again when they have changed. Plants are read again at once.
 
-use crate::app::state::State;
-use crate::app::state::notes::{Remedy, changed, plants_changed};
-use crate::app::work::Work;
-use crate::app::work::on_disk::{FoundOnDisk, OnDisk};
+use crate::state::State;
+use crate::state::notes::{Remedy, changed, plants_changed};
+use crate::work::Work;
+use crate::work::on_disk::{FoundOnDisk, OnDisk};
 
 /// Starts watching the files that the site was read from.
 pub fn watch_disk(state: &mut State, work: &mut Work) {

@@ -2,21 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::app::action::build::close_project;
-use crate::app::state::State;
-use crate::app::state::ask::ProjectAsk;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::opening::held::Held;
-use crate::app::state::opening::relinking::Relinking;
-use crate::app::state::running::JobKind;
-use crate::app::state::session::Session;
-use crate::app::work::Work;
-use crate::app::work::jobs::{Arrival, arrival};
-use crate::error::{Error, Result};
-use crate::io::lock::ProjectLock;
-use crate::io::project::{PROJECT_FILE, read_project};
-use crate::recipe::discover::SitePart;
-use crate::recipe::relink::{gone, parts_of};
+use crate::action::build::close_project;
+use crate::state::State;
+use crate::state::ask::ProjectAsk;
+use crate::state::notes::{Note, Weight};
+use crate::state::opening::held::Held;
+use crate::state::opening::relinking::Relinking;
+use crate::state::running::JobKind;
+use crate::state::session::Session;
+use crate::work::Work;
+use crate::work::jobs::{Arrival, arrival};
+use quadratura_base::error::{Error, Result};
+use quadratura_io::lock::ProjectLock;
+use quadratura_io::project::{PROJECT_FILE, read_project};
+use quadratura_recipe::discover::SitePart;
+use quadratura_recipe::relink::{gone, parts_of};
 
 /// Opens the project in `folder`, after all questions were answered.
 pub fn open_now(state: &mut State, work: &mut Work, folder: PathBuf) {

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use crate::app::action::life::open_project;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::error::Result;
-use crate::io::lock::ProjectLock;
-use crate::recipe::relink::{bring_photo, relink, relinked};
+use crate::action::life::open_project;
+use crate::state::State;
+use crate::state::ask::{Ask, ProjectAsk};
+use crate::state::running::JobKind;
+use crate::work::Work;
+use quadratura_base::error::Result;
+use quadratura_io::lock::ProjectLock;
+use quadratura_recipe::relink::{bring_photo, relink, relinked};
 
 impl State {
     /// Takes the result of copying the file of a photo; opens the project when none is missing any more.

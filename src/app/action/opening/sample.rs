@@ -1,14 +1,14 @@
 //! Actions of the sample project: suggests a folder for it, writes it there, and opens it.
 
 use super::open::if_wanted;
-use crate::app::state::State;
-use crate::app::state::ask::ProjectAsk;
-use crate::app::state::opening::DialogRequest;
-use crate::app::state::opening::place::PathField;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::error::Error;
-use crate::recipe::sample::{create_sample, has_sample, project_of_sample, suggested_folder};
+use crate::state::State;
+use crate::state::ask::ProjectAsk;
+use crate::state::opening::DialogRequest;
+use crate::state::opening::place::PathField;
+use crate::state::running::JobKind;
+use crate::work::Work;
+use quadratura_base::error::Error;
+use quadratura_recipe::sample::{create_sample, has_sample, project_of_sample, suggested_folder};
 
 /// Shows the dialog, with a folder in the user's home.
 pub fn ask_for_sample(state: &mut State) {

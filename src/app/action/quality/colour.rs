@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use super::surroundings::renew_surroundings;
-use crate::app::state::State;
-use crate::app::state::ask::{BuildAsk, QualityAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::quality::colour::GainInputs;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::painter::Change;
-use crate::document::Project;
-use crate::document::history::Gesture;
-use crate::recipe::colour::{ColourEdit, edited, estimate, factors, usual_exposure};
-use crate::recipe::gains::decided_gains;
+use crate::state::State;
+use crate::state::ask::{BuildAsk, QualityAsk};
+use crate::state::notes::{Note, Weight};
+use crate::state::quality::colour::GainInputs;
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::painter::Change;
+use quadratura_document::Project;
+use quadratura_document::history::Gesture;
+use quadratura_recipe::colour::{ColourEdit, edited, estimate, factors, usual_exposure};
+use quadratura_recipe::gains::decided_gains;
 
 /// The gesture of a slider: each drag ends its own.
 const DRAG: Gesture = Gesture(0xc0_10_0f);

@@ -2,27 +2,27 @@
 
 use std::sync::Arc;
 
-use crate::app::action::build::fill_hidden;
-use crate::app::state::State;
-use crate::app::state::panes::Pane;
-use crate::app::state::quality::filling::{LookoutInputs, Worst};
-use crate::app::state::quality::lookup::ComputedValue;
-use crate::app::state::running::JobKind;
-use crate::app::state::session::{Session, stacks_of};
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::document::{Project, Stack};
-use crate::layers::fill::{FillOptions, Propagation};
-use crate::projection::navigation::Viewpoint;
-use crate::recipe::budget::default_memory;
-use crate::recipe::fill::both_ways::both_ways;
-use crate::recipe::fill::lookouts::LookoutView;
-use crate::recipe::fill::propagation::{PropagationToPhoto, most_disputed_first, painters, with_all};
-use crate::recipe::fill::seen::{SeenEdit, edited};
-use crate::recipe::fill::shares::layer_shares;
-use crate::recipe::fill::worst::hidden_layers_by_visibility;
-use crate::recipe::fill::{FillRequest, stale_fillings, tell};
-use crate::scene::PhotoId;
+use crate::action::build::fill_hidden;
+use crate::state::State;
+use crate::state::panes::Pane;
+use crate::state::quality::filling::{LookoutInputs, Worst};
+use crate::state::quality::lookup::ComputedValue;
+use crate::state::running::JobKind;
+use crate::state::session::{Session, stacks_of};
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::{Project, Stack};
+use quadratura_layers::fill::{FillOptions, Propagation};
+use quadratura_projection::navigation::Viewpoint;
+use quadratura_recipe::budget::default_memory;
+use quadratura_recipe::fill::both_ways::both_ways;
+use quadratura_recipe::fill::lookouts::LookoutView;
+use quadratura_recipe::fill::propagation::{PropagationToPhoto, most_disputed_first, painters, with_all};
+use quadratura_recipe::fill::seen::{SeenEdit, edited};
+use quadratura_recipe::fill::shares::layer_shares;
+use quadratura_recipe::fill::worst::hidden_layers_by_visibility;
+use quadratura_recipe::fill::{FillRequest, stale_fillings, tell};
 
 impl State {
     /// Flies to the viewpoint of a view; the selection is kept.

@@ -10,9 +10,9 @@ use self::filling::{
     want_stale, want_worst,
 };
 use self::surroundings::{renew_surroundings, show_surroundings};
-use crate::app::state::State;
-use crate::app::state::ask::QualityAsk;
-use crate::app::work::Work;
+use crate::state::State;
+use crate::state::ask::QualityAsk;
+use crate::work::Work;
 
 /// Applies an ask about filling and exposures.
 pub fn apply(state: &mut State, work: &mut Work, ask: QualityAsk) {

@@ -3,16 +3,16 @@
 
 use std::sync::Arc;
 
-use crate::app::state::State;
-use crate::app::state::ask::QualityAsk;
-use crate::app::state::quality::colour::GainInputs;
-use crate::app::state::running::JobKind;
-use crate::app::state::session::Session;
-use crate::app::work::Work;
-use crate::app::work::painter::Change;
-use crate::document::paint::{PaintBook, PaintEntry};
-use crate::recipe::surroundings::SiteSurroundings;
-use crate::scene::builder::SURROUNDINGS;
+use crate::state::State;
+use crate::state::ask::QualityAsk;
+use crate::state::quality::colour::GainInputs;
+use crate::state::running::JobKind;
+use crate::state::session::Session;
+use crate::work::Work;
+use crate::work::painter::Change;
+use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_document::paint::{PaintBook, PaintEntry};
+use quadratura_recipe::surroundings::SiteSurroundings;
 
 /// Starts to make the surroundings of the present gains and paint for the 3D view, if a photo shows any.
 pub fn renew_surroundings(state: &mut State, work: &mut Work) {

@@ -1,9 +1,9 @@
 //! System dialogs for the files and folders of the round trip.
 
-use crate::app::state::State;
-use crate::app::state::round_trip::dialogs::DialogPurpose;
-use crate::app::work::Work;
-use crate::app::work::choosing::Choosing;
+use crate::state::State;
+use crate::state::round_trip::dialogs::DialogPurpose;
+use crate::work::Work;
+use crate::work::choosing::Choosing;
 
 /// Opens a system dialog.
 pub fn choose_path(state: &mut State, work: &mut Work, wanted: DialogPurpose) {

@@ -1,14 +1,14 @@
 //! `Edit in …`: opens a photo's stack in the installed image editor, or in the chosen one.
 
-use crate::app::state::State;
-use crate::app::state::ask::RoundTripAsk;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::round_trip::shown_path;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::io::programs::{check_program, start_with};
-use crate::recipe::editing::document_to_edit;
-use crate::recipe::export::{ExportOptions, TreesInSite, layer_name};
+use crate::state::State;
+use crate::state::ask::RoundTripAsk;
+use crate::state::notes::{Note, Weight};
+use crate::state::round_trip::shown_path;
+use crate::state::running::JobKind;
+use crate::work::Work;
+use quadratura_io::programs::{check_program, start_with};
+use quadratura_recipe::editing::document_to_edit;
+use quadratura_recipe::export::{ExportOptions, TreesInSite, layer_name};
 
 /// Opens the selected photo's stack in the image editor. `fresh`: makes a new export even where one exists.
 pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {

@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::app::state::State;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::error::Error;
-use crate::io::programs::show_folder;
-use crate::recipe::colour::even_factors;
-use crate::recipe::export::{ExportOptions, TreesInSite, export, write_provenance};
-use crate::scene::{Photo, PhotoId};
+use crate::state::State;
+use crate::state::notes::{Note, Weight};
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use quadratura_base::error::Error;
+use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_io::programs::show_folder;
+use quadratura_recipe::colour::even_factors;
+use quadratura_recipe::export::{ExportOptions, TreesInSite, export, write_provenance};
 
 /// Shows a folder in the system's file manager.
 pub fn show_folder_of(state: &mut State, folder: &Path) {

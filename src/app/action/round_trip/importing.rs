@@ -6,21 +6,21 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::projecting::project_paint;
-use crate::app::action::quality::surroundings::{is_repainted, renew_surroundings};
-use crate::app::state::State;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::round_trip::report::Way;
-use crate::app::state::running::JobKind;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::app::work::painter::Change;
-use crate::document::paint::PaintBook;
-use crate::error::Error;
-use crate::io::paint_store::PaintStore;
-use crate::recipe::import::before_after::before_and_after;
-use crate::recipe::import::pictures::changed_layers;
-use crate::recipe::import::{ImportOptions, import_once, take_back_one};
-use crate::task::Task;
+use crate::action::quality::surroundings::{is_repainted, renew_surroundings};
+use crate::state::State;
+use crate::state::notes::{Note, Weight};
+use crate::state::round_trip::report::Way;
+use crate::state::running::JobKind;
+use crate::work::Work;
+use crate::work::jobs::arrival;
+use crate::work::painter::Change;
+use quadratura_base::error::Error;
+use quadratura_base::task::Task;
+use quadratura_document::paint::PaintBook;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_recipe::import::before_after::before_and_after;
+use quadratura_recipe::import::pictures::changed_layers;
+use quadratura_recipe::import::{ImportOptions, import_once, take_back_one};
 
 /// The longer side of a picture before or after, in pixels: the width of the panel in a large window.
 const PICTURE: u32 = 512;

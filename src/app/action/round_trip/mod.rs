@@ -19,11 +19,11 @@ use self::importing::{
 use self::projecting::{show_fillings, show_projected};
 use self::taking_back::take_back_last;
 use self::watching::{take_saved, watch_for_saves};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, RoundTripAsk};
-use crate::app::work::Work;
-use crate::io::documents::is_document;
-use crate::io::programs::image_editors;
+use crate::state::State;
+use crate::state::ask::{Ask, RoundTripAsk};
+use crate::work::Work;
+use quadratura_io::documents::is_document;
+use quadratura_io::programs::image_editors;
 
 /// Applies an ask about the round trip.
 pub fn apply(state: &mut State, work: &mut Work, ask: RoundTripAsk) {

@@ -4,19 +4,19 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, RoundTripAsk};
-use crate::app::state::notes::Note;
-use crate::app::state::round_trip::Projected;
-use crate::app::state::running::JobKind;
-use crate::app::state::session::{PhotoStatus, stacks_of};
-use crate::app::work::Work;
-use crate::app::work::painter::Change;
-use crate::document::paint::PaintBook;
-use crate::error::Error;
-use crate::io::paint_store::PaintStore;
-use crate::recipe::fill::projected::{PaintProjection, nearest_first};
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::ask::{Ask, RoundTripAsk};
+use crate::state::notes::Note;
+use crate::state::round_trip::Projected;
+use crate::state::running::JobKind;
+use crate::state::session::{PhotoStatus, stacks_of};
+use crate::work::Work;
+use crate::work::painter::Change;
+use quadratura_base::error::Error;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::paint::PaintBook;
+use quadratura_io::paint_store::PaintStore;
+use quadratura_recipe::fill::projected::{PaintProjection, nearest_first};
 
 /// The number of photos to which new paint is projected before the first picture: nearly all of what a view shows of
 /// a point comes from its three or four nearest photos.
@@ -37,7 +37,7 @@ impl State {
         notes: Vec<Note>,
     ) -> Vec<Ask> {
         notes.into_iter().for_each(|note| self.tell(note));
-        let is_of = |session: &&mut crate::app::state::session::Session| {
+        let is_of = |session: &&mut crate::state::session::Session| {
             session.folder == folder && session.opened.site.photos.len() == photos.len()
         };
         let Some(session) = self.session.as_mut().filter(is_of) else { return Vec::new() };

@@ -1,9 +1,9 @@
 //! Undoing of the last import.
 
 use super::importing::take_back_import;
-use crate::app::action::decide::undo_step;
-use crate::app::state::State;
-use crate::app::work::Work;
+use crate::action::decide::undo_step;
+use crate::state::State;
+use crate::work::Work;
 
 /// Undoes the last import: by undo where it is the last step, otherwise without the history.
 pub fn take_back_last(state: &mut State, work: &mut Work) {

@@ -1,13 +1,13 @@
 //! The watch on saved documents: it begins with a project, and each save is imported.
 
 use super::importing::read_history;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::round_trip::report::Way;
-use crate::app::work::Work;
-use crate::app::work::live_project::LiveProject;
-use crate::app::work::watching::{News, Watching};
-use crate::recipe::editing;
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::round_trip::report::Way;
+use crate::work::Work;
+use crate::work::live_project::LiveProject;
+use crate::work::watching::{News, Watching};
+use quadratura_recipe::editing;
 
 /// Starts the watch after a project was opened: documents saved in the meantime are imported.
 pub fn begin_round_trip(state: &mut State, work: &mut Work) {

@@ -5,19 +5,19 @@ use std::sync::Arc;
 
 use tempfile::TempDir;
 
-use crate::app::action::build::opened;
-use crate::app::action::{apply, go_on, take_in};
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::session::Session;
-use crate::app::work::Work;
-use crate::app::work::waker::Waker;
-use crate::document::Project;
-use crate::io::project::{read_project, write_project};
-use crate::io::recovery::read_unsaved;
-use crate::recipe::open::Opened;
-use crate::scene::synthetic::closed_form::stairs;
-use crate::task::Task;
+use crate::action::build::opened;
+use crate::action::{apply, go_on, take_in};
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::session::Session;
+use crate::work::Work;
+use crate::work::waker::Waker;
+use quadratura_base::scene::synthetic::closed_form::stairs;
+use quadratura_base::task::Task;
+use quadratura_document::Project;
+use quadratura_io::project::{read_project, write_project};
+use quadratura_io::recovery::read_unsaved;
+use quadratura_recipe::open::Opened;
 
 /// The photos of the project.
 pub const PHOTOS: [&str; 3] = ["a.jpg", "b.jpg", "c.jpg"];
@@ -117,8 +117,10 @@ fn site_of(project: Project) -> Opened {
     let scene = stairs();
     let mut site = scene.site();
     let photo = site.photos.remove(0);
-    site.photos =
-        PHOTOS.iter().map(|name| crate::scene::Photo { name: (*name).into(), ..photo.clone() }).collect();
+    site.photos = PHOTOS
+        .iter()
+        .map(|name| quadratura_base::scene::Photo { name: (*name).into(), ..photo.clone() })
+        .collect();
     Opened {
         project,
         site,

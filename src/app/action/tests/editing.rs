@@ -1,14 +1,14 @@
 //! Tests of edits, and of the updates that follow from them.
 
 use super::bench::TestBench;
-use crate::app::state::ask::{BuildAsk, DecideAsk};
-use crate::app::state::notes::{Remedy, Weight};
-use crate::app::state::pending::Invalidation;
-use crate::app::state::running::JobKind;
-use crate::geometry::Similarity;
-use crate::recipe::decide::LayerEdit;
+use crate::state::ask::{BuildAsk, DecideAsk};
+use crate::state::notes::{Remedy, Weight};
+use crate::state::pending::Invalidation;
+use crate::state::running::JobKind;
+use quadratura_base::geometry::Similarity;
+use quadratura_recipe::decide::LayerEdit;
 
-fn edit(bench: &mut TestBench, change: impl FnOnce(&mut crate::document::Project)) {
+fn edit(bench: &mut TestBench, change: impl FnOnce(&mut quadratura_document::Project)) {
     let mut project = bench.project();
     change(&mut project);
     bench.ask(DecideAsk::Edit("edit".into(), Box::new(project), None));

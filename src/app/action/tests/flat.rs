@@ -3,17 +3,17 @@
 use glam::{DVec2, Vec2};
 
 use super::bench::TestBench;
-use crate::app::action::flat::slot::{ResultRequest, want};
-use crate::app::state::ask::{FlatAsk, SelectAsk, SpaceAsk, WindowAsk};
-use crate::app::state::flat::levels::{Levels, levels_of};
-use crate::app::state::flat::placement::ScreenRect;
-use crate::app::state::panes::Pane;
-use crate::app::state::selection::Selection;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::layers::LayerIndex;
-use crate::projection::Picture;
-use crate::scene::{FaceId, PhotoId};
+use crate::action::flat::slot::{ResultRequest, want};
+use crate::state::ask::{FlatAsk, SelectAsk, SpaceAsk, WindowAsk};
+use crate::state::flat::levels::{Levels, levels_of};
+use crate::state::flat::placement::ScreenRect;
+use crate::state::panes::Pane;
+use crate::state::selection::Selection;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::{FaceId, PhotoId};
+use quadratura_layers::LayerIndex;
+use quadratura_projection::Picture;
 
 const VIEW: ScreenRect = ScreenRect { min: Vec2::ZERO, max: Vec2::new(424.0, 324.0) };
 

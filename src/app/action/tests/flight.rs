@@ -1,14 +1,14 @@
 //! Tests of bookmarks, of the flight, and of the dialog for pictures and videos.
 
 use super::bench::TestBench;
-use crate::app::state::ask::{DecideAsk, FlightAsk, SpaceAsk};
-use crate::app::state::flight::export::{Export, Rendering};
-use crate::app::state::running::JobKind;
-use crate::app::state::space::memory::SpaceMemory;
-use crate::document::bookmark::BookmarkIndex;
-use crate::document::camera_path::KeyframeIndex;
-use crate::projection::navigation::Viewpoint;
-use crate::recipe::render::PictureFormat;
+use crate::state::ask::{DecideAsk, FlightAsk, SpaceAsk};
+use crate::state::flight::export::{Export, Rendering};
+use crate::state::running::JobKind;
+use crate::state::space::memory::SpaceMemory;
+use quadratura_document::bookmark::BookmarkIndex;
+use quadratura_document::camera_path::KeyframeIndex;
+use quadratura_projection::navigation::Viewpoint;
+use quadratura_recipe::render::PictureFormat;
 
 /// The time after which every flight of the view has ended, in seconds.
 const LANDED_S: f64 = 2.0;

@@ -2,16 +2,16 @@
 
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
-use crate::app::state::ask::{DecideAsk, Flag, SelectAsk, WindowAsk};
-use crate::app::state::first_steps::FirstStep;
-use crate::app::state::next_steps::{NextStep, SiteStep};
-use crate::app::state::panels::Tab;
-use crate::app::state::panes::Pane;
-use crate::app::state::selection::Selection;
-use crate::layers::LayerIndex;
-use crate::recipe::decide::EXCLUDED;
-use crate::recipe::untextured::FaceTexture;
-use crate::scene::{FaceId, ObjectId, PhotoId};
+use crate::state::ask::{DecideAsk, Flag, SelectAsk, WindowAsk};
+use crate::state::first_steps::FirstStep;
+use crate::state::next_steps::{NextStep, SiteStep};
+use crate::state::panels::Tab;
+use crate::state::panes::Pane;
+use crate::state::selection::Selection;
+use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
+use quadratura_layers::LayerIndex;
+use quadratura_recipe::decide::EXCLUDED;
+use quadratura_recipe::untextured::FaceTexture;
 
 const FACE: FaceId = FaceId(0);
 const OBJECT: ObjectId = ObjectId(0);
@@ -112,7 +112,7 @@ fn what_to_do_next_begins_with_building_and_goes_on_to_filling_painting_and_mask
     let steps = bench.state.next_steps(photo);
     let [NextStep::Fill, NextStep::Paint(areas), NextStep::Mask] = &steps[..] else { panic!("{steps:?}") };
     assert!(areas.count > 0 && areas.largest.len() <= 3, "{areas:?}");
-    let hidden = |layer: &crate::document::ImageLayer| layer.texels_used - layer.texels_visible;
+    let hidden = |layer: &quadratura_document::ImageLayer| layer.texels_used - layer.texels_visible;
     let stack = bench.session().stack_of(photo).unwrap();
     let most = stack.layers_of_faces().map(hidden).max().unwrap();
     assert_eq!(hidden(&stack.image_layers[areas.largest[0].0.index()]), most, "the largest comes first");

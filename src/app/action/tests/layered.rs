@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::bench::TestBench;
-use crate::app::state::session::{BUILT, PhotoStatus};
-use crate::document::Stack;
-use crate::layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
-use crate::recipe::assemble::assemble;
-use crate::scene::{Photo, Site};
-use crate::task::Task;
+use crate::state::session::{BUILT, PhotoStatus};
+use quadratura_base::scene::{Photo, Site};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
+use quadratura_recipe::assemble::assemble;
 
 /// Makes a bench with an open project, all photos of which have layers.
 pub fn layered() -> TestBench {

@@ -1,20 +1,20 @@
 //! Tests of saving, autosaving, leaving, closing, opening and recovering projects.
 
 use super::bench::{TestBench, project};
-use crate::app::action::end::end;
-use crate::app::action::life::{happens, offer_recovery};
-use crate::app::action::saving::keep_now;
-use crate::app::state::ask::{DecideAsk, ProjectAsk};
-use crate::app::state::life::{Goal, LifeEvent, Phase};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::JobKind;
-use crate::app::state::space::brush::DrawnStroke;
-use crate::app::state::space::brush::tests::a_stroke;
-use crate::document::Project;
-use crate::document::history::Gesture;
-use crate::io::lock::ProjectLock;
-use crate::io::project::write_project;
-use crate::io::recovery::{read_unsaved, write_unsaved};
+use crate::action::end::end;
+use crate::action::life::{happens, offer_recovery};
+use crate::action::saving::keep_now;
+use crate::state::ask::{DecideAsk, ProjectAsk};
+use crate::state::life::{Goal, LifeEvent, Phase};
+use crate::state::notes::{Note, Weight};
+use crate::state::running::JobKind;
+use crate::state::space::brush::DrawnStroke;
+use crate::state::space::brush::tests::a_stroke;
+use quadratura_document::Project;
+use quadratura_document::history::Gesture;
+use quadratura_io::lock::ProjectLock;
+use quadratura_io::project::write_project;
+use quadratura_io::recovery::{read_unsaved, write_unsaved};
 
 /// Returns the project with this margin, by which tests recognise it.
 fn with_margin(bench: &TestBench, margin: u32) -> Box<Project> {

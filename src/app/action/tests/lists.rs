@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
-use crate::app::state::ask::{Ask, DecideAsk, Flag, SelectAsk, WindowAsk};
-use crate::app::state::lists::ListsState;
-use crate::app::state::lists::row::ListRow;
-use crate::app::state::lists::rows::{ListedSite, rows};
-use crate::app::state::selection::Selection;
-use crate::layers::{Faces, LayerIndex};
-use crate::recipe::decide::LayerEdit;
-use crate::recipe::layer_table::Column;
-use crate::scene::{FaceIndex, ObjectId, PhotoId};
+use crate::state::ask::{Ask, DecideAsk, Flag, SelectAsk, WindowAsk};
+use crate::state::lists::ListsState;
+use crate::state::lists::row::ListRow;
+use crate::state::lists::rows::{ListedSite, rows};
+use crate::state::selection::Selection;
+use quadratura_base::scene::{FaceIndex, ObjectId, PhotoId};
+use quadratura_layers::{Faces, LayerIndex};
+use quadratura_recipe::decide::LayerEdit;
+use quadratura_recipe::layer_table::Column;
 
 /// Returns the rows of the lists as they are.
 fn listed(bench: &TestBench) -> Vec<ListRow> {

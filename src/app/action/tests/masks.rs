@@ -3,20 +3,20 @@
 use std::sync::Arc;
 
 use super::bench::{PHOTOS, TestBench};
-use crate::app::state::ask::{DecideAsk, MaskAsk, SelectAsk};
-use crate::app::state::masking::keeping::MaskWork;
-use crate::app::state::masking::stroke::Stroke;
-use crate::app::state::masking::suggested::ShownSuggestion;
-use crate::app::state::masking::tool::MaskTool;
-use crate::app::state::notes::Remedy;
-use crate::app::state::selection::Selection;
-use crate::document::masks::{Mask, MaskOrigin};
-use crate::geometry::{PixelRect, Spans};
-use crate::io::mask_store::MaskStore;
-use crate::recipe::masks::MaskEdit;
-use crate::recipe::masks::suggest::MaskSuggestion;
-use crate::recipe::open::UnusableMask;
-use crate::scene::{ObjectId, PhotoId};
+use crate::state::ask::{DecideAsk, MaskAsk, SelectAsk};
+use crate::state::masking::keeping::MaskWork;
+use crate::state::masking::stroke::Stroke;
+use crate::state::masking::suggested::ShownSuggestion;
+use crate::state::masking::tool::MaskTool;
+use crate::state::notes::Remedy;
+use crate::state::selection::Selection;
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::scene::{ObjectId, PhotoId};
+use quadratura_document::masks::{Mask, MaskOrigin};
+use quadratura_io::mask_store::MaskStore;
+use quadratura_recipe::masks::MaskEdit;
+use quadratura_recipe::masks::suggest::MaskSuggestion;
+use quadratura_recipe::open::UnusableMask;
 
 fn block(x: i32, w: u32) -> Spans {
     Spans::of_pixels(PixelRect { x, y: 0, w, h: 2 }, |_, _| true)
@@ -265,7 +265,7 @@ fn suggestions_of_earlier_runs_are_read_once() {
 
 #[test]
 fn the_outcome_of_a_search_is_told_until_it_was_seen() {
-    use crate::app::state::masking::suggested::SearchOutcome;
+    use crate::state::masking::suggested::SearchOutcome;
 
     let mut bench = TestBench::new();
     assert_eq!(bench.state.outcome_in(PhotoId(0)), None);

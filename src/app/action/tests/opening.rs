@@ -3,17 +3,17 @@
 use std::path::PathBuf;
 
 use super::bench::{TestBench, project};
-use crate::app::action::build::close_project;
-use crate::app::action::opening::chooser::{take_choice, without_dialog};
-use crate::app::action::opening::{take_dropped, watch_opening};
-use crate::app::state::ask::ProjectAsk;
-use crate::app::state::opening::assistant::Assistant;
-use crate::app::state::opening::relinking::Relinking;
-use crate::app::state::opening::{DialogRequest, PathKind, Purpose};
-use crate::app::state::running::JobKind;
-use crate::io::lock::ProjectLock;
-use crate::io::project::write_project;
-use crate::recipe::discover::{SitePart, SiteParts};
+use crate::action::build::close_project;
+use crate::action::opening::chooser::{take_choice, without_dialog};
+use crate::action::opening::{take_dropped, watch_opening};
+use crate::state::ask::ProjectAsk;
+use crate::state::opening::assistant::Assistant;
+use crate::state::opening::relinking::Relinking;
+use crate::state::opening::{DialogRequest, PathKind, Purpose};
+use crate::state::running::JobKind;
+use quadratura_io::lock::ProjectLock;
+use quadratura_io::project::write_project;
+use quadratura_recipe::discover::{SitePart, SiteParts};
 
 fn dialog(bench: &mut TestBench, request: DialogRequest) {
     bench.ask(ProjectAsk::Dialog(request));

@@ -1,12 +1,12 @@
 //! Tests of fillings and exposures: the facts that panels ask for, and the decisions.
 
 use super::bench::{PHOTOS, TestBench};
-use crate::app::state::ask::{DecideAsk, FlightAsk, QualityAsk};
-use crate::layers::fill::{FillOptions, Invent};
-use crate::recipe::colour::ColourEdit;
-use crate::recipe::fill::lookouts::Viewpoints;
-use crate::recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
-use crate::scene::PhotoId;
+use crate::state::ask::{DecideAsk, FlightAsk, QualityAsk};
+use quadratura_base::scene::PhotoId;
+use quadratura_layers::fill::{FillOptions, Invent};
+use quadratura_recipe::colour::ColourEdit;
+use quadratura_recipe::fill::lookouts::Viewpoints;
+use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 
 /// Asks until no job runs any more; returns in how many of three frames a job was started.
 fn starts(bench: &mut TestBench, ask: fn() -> QualityAsk) -> usize {

@@ -6,17 +6,17 @@ use std::time::Duration;
 
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
-use crate::app::action::take_in;
-use crate::app::state::ask::{Flag, RoundTripAsk, WindowAsk};
-use crate::app::state::panels::Tab;
-use crate::app::state::round_trip::image_editor::EditorChoice;
-use crate::app::state::round_trip::report::Way;
-use crate::document::paint::{PaintBook, PaintImport};
-use crate::error::Error;
-use crate::io::programs::ImageEditor;
-use crate::recipe::export::Exported;
-use crate::recipe::import::Imported;
-use crate::recipe::import::report::FileReport;
+use crate::action::take_in;
+use crate::state::ask::{Flag, RoundTripAsk, WindowAsk};
+use crate::state::panels::Tab;
+use crate::state::round_trip::image_editor::EditorChoice;
+use crate::state::round_trip::report::Way;
+use quadratura_base::error::Error;
+use quadratura_document::paint::{PaintBook, PaintImport};
+use quadratura_io::programs::ImageEditor;
+use quadratura_recipe::export::Exported;
+use quadratura_recipe::import::Imported;
+use quadratura_recipe::import::report::FileReport;
 
 fn file(bench: &TestBench) -> FileReport {
     FileReport {
@@ -203,11 +203,11 @@ fn the_watch_begins_with_the_folder_of_documents_and_ends_with_the_project() {
     let mut bench = TestBench::new();
     bench.ask(RoundTripAsk::WatchForSaves);
     assert!(bench.work.watching.is_none() && bench.state.editing_folder().is_none());
-    std::fs::create_dir_all(crate::recipe::editing::folder(bench.folder())).unwrap();
+    std::fs::create_dir_all(quadratura_recipe::editing::folder(bench.folder())).unwrap();
     assert!(bench.state.editing_folder().is_some());
     bench.ask(RoundTripAsk::WatchForSaves);
     assert!(bench.work.watching.is_some());
-    crate::app::action::build::close_project(&mut bench.state, &mut bench.work);
+    crate::action::build::close_project(&mut bench.state, &mut bench.work);
     take_in(&mut bench.state, &mut bench.work);
     assert!(bench.work.watching.is_none());
 }

@@ -3,22 +3,22 @@
 use glam::DVec2;
 
 use super::bench::TestBench;
-use crate::app::command::images;
-use crate::app::state::ask::{Flag, ImagesAsk, SelectAsk, SpaceAsk, WindowAsk};
-use crate::app::state::panes::Pane;
-use crate::app::state::round_trip::dialogs::DialogPurpose;
-use crate::app::state::save_image::ImageFormat;
-use crate::app::state::selection::Selection;
-use crate::app::state::space::Drawn;
-use crate::app::state::space::images::DrawnFrom;
-use crate::app::state::space::memory::SpaceMemory;
-use crate::app::state::space::picking::{Sight, ball_of, faces_of};
-use crate::app::state::space::picture::{PaintedPicture, Request};
-use crate::layers::LayerIndex;
-use crate::projection::Picture;
-use crate::projection::navigation::Viewpoint;
-use crate::recipe::ldi::live::LiveStatus;
-use crate::scene::{FaceId, ObjectId, PhotoId};
+use crate::command::images;
+use crate::state::ask::{Flag, ImagesAsk, SelectAsk, SpaceAsk, WindowAsk};
+use crate::state::panes::Pane;
+use crate::state::round_trip::dialogs::DialogPurpose;
+use crate::state::save_image::ImageFormat;
+use crate::state::selection::Selection;
+use crate::state::space::Drawn;
+use crate::state::space::images::DrawnFrom;
+use crate::state::space::memory::SpaceMemory;
+use crate::state::space::picking::{Sight, ball_of, faces_of};
+use crate::state::space::picture::{PaintedPicture, Request};
+use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
+use quadratura_layers::LayerIndex;
+use quadratura_projection::Picture;
+use quadratura_projection::navigation::Viewpoint;
+use quadratura_recipe::ldi::live::LiveStatus;
 
 /// The time after which every flight of the view has ended, in seconds.
 const LANDED_S: f64 = 2.0;

@@ -3,15 +3,15 @@
 use glam::{DVec2, DVec3};
 
 use super::bench::{PHOTOS, TestBench};
-use crate::app::state::ask::{DecideAsk, SelectAsk, SpaceAsk, TreeAsk};
-use crate::app::state::selection::Selection;
-use crate::app::state::space::picking::Sight;
-use crate::app::state::trees::hand::Hold;
-use crate::document::masks::MaskOrigin;
-use crate::document::trees::{PlantSource, TreeIndex, TreeLight, TreeSpecies};
-use crate::document::{Project, Trees};
-use crate::recipe::trees::edit::{TreeChange, placed};
-use crate::scene::PhotoId;
+use crate::state::ask::{DecideAsk, SelectAsk, SpaceAsk, TreeAsk};
+use crate::state::selection::Selection;
+use crate::state::space::picking::Sight;
+use crate::state::trees::hand::Hold;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::masks::MaskOrigin;
+use quadratura_document::trees::{PlantSource, TreeIndex, TreeLight, TreeSpecies};
+use quadratura_document::{Project, Trees};
+use quadratura_recipe::trees::edit::{TreeChange, placed};
 
 /// A leaf two units high and wide that faces along y.
 const LEAF: &str = "material leaf reflected .1 .3 .1 through .1 .4 0 leaf\n\
@@ -142,7 +142,7 @@ fn a_drag_of_a_number_is_one_step_and_a_copy_stands_beside_its_tree() {
     bench.settle();
     let tree = bench.project().trees.placed[0].clone();
     for (height, goes_on) in [(2.0, true), (3.0, true), (4.0, false)] {
-        let tree = Box::new(crate::document::trees::PlacedTree { height: Some(height), ..tree.clone() });
+        let tree = Box::new(quadratura_document::trees::PlacedTree { height: Some(height), ..tree.clone() });
         bench.ask(TreeAsk::Set { name: "a".into(), tree, what: "height", goes_on });
     }
     assert_eq!((bench.project().trees.placed[0].height, bench.undoes()), (Some(4.0), Some("height of a")));

@@ -5,18 +5,18 @@ use std::path::Path;
 
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
-use crate::app::action::known::{leave_known, remember_opened};
-use crate::app::state::ask::{BuildAsk, DecideAsk, Flag, MaskAsk, WindowAsk};
-use crate::app::state::masking::keeping::MaskWork;
-use crate::app::state::running::{Job, JobId, JobKind};
-use crate::app::state::session::PhotoStatus;
-use crate::app::state::updating::Updating;
-use crate::app::work::known::KnownFile;
-use crate::document::decisions::PhotoDecisions;
-use crate::document::{CameraPath, Project};
-use crate::recipe::update::UpdateSource;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use crate::action::known::{leave_known, remember_opened};
+use crate::state::ask::{BuildAsk, DecideAsk, Flag, MaskAsk, WindowAsk};
+use crate::state::masking::keeping::MaskWork;
+use crate::state::running::{Job, JobId, JobKind};
+use crate::state::session::PhotoStatus;
+use crate::state::updating::Updating;
+use crate::work::known::KnownFile;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_document::decisions::PhotoDecisions;
+use quadratura_document::{CameraPath, Project};
+use quadratura_recipe::update::UpdateSource;
 
 fn updates(bench: &TestBench) -> bool {
     bench.state.running.runs(JobKind::Update)
@@ -52,8 +52,8 @@ fn follow(bench: &mut TestBench) {
 
 #[test]
 fn it_is_on_in_a_new_window_and_remembered() {
-    assert!(crate::app::state::settings::Settings::default().keep_up_to_date);
-    let before: crate::app::state::settings::Settings = serde_json::from_str("{}").unwrap();
+    assert!(crate::state::settings::Settings::default().keep_up_to_date);
+    let before: crate::state::settings::Settings = serde_json::from_str("{}").unwrap();
     assert!(before.keep_up_to_date, "settings of an earlier version");
 }
 
@@ -216,7 +216,7 @@ fn while_the_model_is_not_what_the_decisions_say_nothing_is_made_of_it() {
     let object = bench.session().model().objects[0].name.clone();
     bench.ask(DecideAsk::SwitchObject(object, false));
     assert!(bench.session().is_behind());
-    bench.work.live.publish(None::<&crate::app::state::session::Session>);
+    bench.work.live.publish(None::<&crate::state::session::Session>);
     let right: Result<Box<dyn Any>, _> = bench.work.live.right(&Task::silent());
     assert!(right.is_err() && bench.work.live.project(&Task::silent()).is_err());
     bench.pass(0.0);
@@ -311,8 +311,10 @@ fn layers_that_will_be_one_are_known_before_they_are_built() {
     assert!(bench.state.layers_to_merge(PhotoId(0)).is_empty());
     let stack = bench.session().stack_of(PhotoId(0)).unwrap().clone();
     edit(&mut bench, |project| {
-        let of =
-            layers.iter().flat_map(|layer| crate::recipe::decide::faces_of_layer(&stack, *layer)).collect();
+        let of = layers
+            .iter()
+            .flat_map(|layer| quadratura_recipe::decide::faces_of_layer(&stack, *layer))
+            .collect();
         project.decisions.set(PHOTOS[0], PhotoDecisions { merge: vec![of], ..PhotoDecisions::default() });
     });
     assert_eq!(bench.state.layers_to_merge(PhotoId(0)), std::slice::from_ref(&layers), "at once");

@@ -1,12 +1,12 @@
 //! Tests of the selection, of decisions about it, and of viewpoints.
 
 use super::bench::{PHOTOS, TestBench};
-use crate::app::state::ask::{DecideAsk, FlightAsk, SelectAsk, SpaceAsk, WindowAsk};
-use crate::app::state::panes::Pane;
-use crate::app::state::selection::Selection;
-use crate::layers::LayerIndex;
-use crate::projection::DisplayMode;
-use crate::scene::{FaceId, ObjectId, PhotoId};
+use crate::state::ask::{DecideAsk, FlightAsk, SelectAsk, SpaceAsk, WindowAsk};
+use crate::state::panes::Pane;
+use crate::state::selection::Selection;
+use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
+use quadratura_layers::LayerIndex;
+use quadratura_projection::DisplayMode;
 
 // ---- selection ----
 

@@ -1,11 +1,11 @@
 //! Tests of flags, sizes and colours of the window, and of every command from its table.
 
 use super::bench::TestBench;
-use crate::app::command::{all, file};
-use crate::app::state::State;
-use crate::app::state::ask::{Flag, WindowAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::settings::{Colours, Navigation};
+use crate::command::{all, file};
+use crate::state::State;
+use crate::state::ask::{Flag, WindowAsk};
+use crate::state::notes::{Note, Weight};
+use crate::state::settings::{Colours, Navigation};
 
 // ---- the window ----
 

@@ -3,18 +3,18 @@
 use eframe::egui::{Button, CollapsingHeader, RichText, Ui};
 
 use super::not_there;
-use crate::app::command::layers::{PROPAGATE, TAKE_OFF};
-use crate::app::panel::button;
-use crate::app::panel::counted;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::layers::Faces;
-use crate::recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto, laid_over};
-use crate::recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
-use crate::recipe::survey::face_named;
-use crate::scene::PhotoId;
+use crate::command::layers::{PROPAGATE, TAKE_OFF};
+use crate::panel::button;
+use crate::panel::counted;
+use crate::state::State;
+use crate::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::PhotoId;
+use quadratura_layers::Faces;
+use quadratura_recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto, laid_over};
+use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
+use quadratura_recipe::survey::face_named;
 
 /// The number of listed places: the most disputed ones.
 const MOST: usize = 40;
@@ -194,7 +194,7 @@ fn propagation_message(it: &PropagationToPhoto) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::stack::PropagationEntry;
+    use quadratura_document::stack::PropagationEntry;
 
     #[test]
     fn what_stands_against_paint_is_told_in_words() {

@@ -4,11 +4,11 @@ use std::sync::{Arc, Weak};
 
 use eframe::egui::{Context, Frame, Image, RichText, Sense, TextureHandle, TextureOptions, Ui};
 
-use crate::app::panel::pictures::image;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, QualityAsk};
-use crate::recipe::fill::both_ways::BothWays;
-use crate::recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
+use crate::panel::pictures::image;
+use crate::state::State;
+use crate::state::ask::{Ask, QualityAsk};
+use quadratura_recipe::fill::both_ways::BothWays;
+use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 
 /// The pictures of the question on the device.
 #[derive(Default)]

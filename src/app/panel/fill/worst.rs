@@ -3,15 +3,15 @@
 use eframe::egui::{ComboBox, Grid, Ui};
 
 use super::not_there;
-use crate::app::panel::{counted, name_cell, percent, room_for_names};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, QualityAsk, SelectAsk, SpaceAsk};
-use crate::app::state::quality::filling::Worst;
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::app::widget::elide::beside;
-use crate::recipe::fill::lookouts::{Viewpoints, bookmark_count};
-use crate::recipe::fill::worst::HiddenLayer;
+use crate::panel::{counted, name_cell, percent, room_for_names};
+use crate::state::State;
+use crate::state::ask::{Ask, QualityAsk, SelectAsk, SpaceAsk};
+use crate::state::quality::filling::Worst;
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use crate::widget::elide::beside;
+use quadratura_recipe::fill::lookouts::{Viewpoints, bookmark_count};
+use quadratura_recipe::fill::worst::HiddenLayer;
 
 /// The number of listed layers: the areas of the others are hardly visible.
 const WORST: usize = 24;

@@ -6,7 +6,7 @@ use eframe::egui::{
 };
 
 use super::placement::PlacedPicture;
-use crate::projection::hatching::{PixelMask, stripes};
+use quadratura_projection::hatching::{PixelMask, stripes};
 
 /// The smallest distance between stripes, in points.
 const PITCH: f64 = 8.0;

@@ -10,11 +10,11 @@ use self::hatch::Checkerboard;
 use self::placement::{PlacedPicture, on_screen, screen_rect};
 use self::tiled::TiledPictures;
 use super::button_ui;
-use crate::app::command::flat;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::flat::placement::Placement;
-use crate::geometry::PixelRect;
+use crate::command::flat;
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::flat::placement::Placement;
+use quadratura_base::geometry::PixelRect;
 
 /// The zoom factor of one point of wheel movement (a step of a wheel is about 40 points in egui).
 const ZOOM_PER_POINT: f64 = 1.0045;

@@ -3,9 +3,9 @@
 use eframe::egui::{Pos2, Rect, Vec2, pos2, vec2};
 use glam::DVec2;
 
-use crate::app::state::flat::placement::{Placement, ScreenRect};
-use crate::geometry::PixelRect;
-use crate::geometry::grid::Grid;
+use crate::state::flat::placement::{Placement, ScreenRect};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::geometry::grid::Grid;
 
 /// Converts a rectangle of the toolkit.
 pub fn screen_rect(rect: Rect) -> ScreenRect {
@@ -103,7 +103,7 @@ impl PlacedPicture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::state::flat::placement::LARGEST;
+    use crate::state::flat::placement::LARGEST;
 
     const VIEW: Rect = Rect { min: pos2(100.0, 50.0), max: pos2(900.0, 650.0) };
     const BOUNDS: PixelRect = PixelRect { x: -20, y: 40, w: 3000, h: 2000 };
@@ -149,7 +149,7 @@ mod tests {
             assert!(seen.on_screen(grid.whole()).contains_rect(VIEW));
             let (x, y) = seen.pixel(VIEW.center());
             let block = PixelRect { x: x - 10, y: y - 20, w: 40, h: 30 };
-            let cells = grid.cells(&crate::geometry::Spans::of_pixels(block, |_, _| true)).bounds();
+            let cells = grid.cells(&quadratura_base::geometry::Spans::of_pixels(block, |_, _| true)).bounds();
             let (shown, exact) = (seen.on_screen(cells), seen.rect_of(block).intersect(VIEW));
             // The tolerance is a screen pixel, or a pixel of the picture where those are larger.
             let near = (1.0 / density).max(1.01 * zoom as f32 / density);

@@ -9,10 +9,10 @@ use eframe::egui::{
 use glam::DVec2;
 
 use super::placement::PlacedPicture;
-use crate::app::state::flat::levels::{Levels, TILE_SIDE as SIDE};
-use crate::geometry::PixelRect;
-use crate::projection::Picture;
-use crate::scene::light::bytes_of_light_times;
+use crate::state::flat::levels::{Levels, TILE_SIDE as SIDE};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::light::bytes_of_light_times;
+use quadratura_projection::Picture;
 
 /// The most tiles made in a frame; the others show a smaller picture until their turn.
 const MOST_A_FRAME: usize = 4;
@@ -212,9 +212,9 @@ fn tile_size(picture: &Picture, column: u32, row: u32) -> (u32, u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::panel::flat::placement::{on_screen, screen_rect};
-    use crate::app::state::flat::levels::levels_of;
-    use crate::app::state::flat::placement::Placement;
+    use crate::panel::flat::placement::{on_screen, screen_rect};
+    use crate::state::flat::levels::levels_of;
+    use crate::state::flat::placement::Placement;
 
     fn levels(width: u32, height: u32) -> Levels {
         levels_of(Picture { width, height, rgba: vec![255; 4 * width as usize * height as usize] })

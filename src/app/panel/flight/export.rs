@@ -2,11 +2,11 @@
 
 use eframe::egui::{Button, Context, DragValue, RichText, TextEdit, Ui, vec2};
 
-use crate::app::state::ask::{Ask, FlightAsk, RoundTripAsk};
-use crate::app::state::flight::export::{Export, Rendering};
-use crate::app::state::round_trip::dialogs::DialogPurpose;
-use crate::app::widget::dialog::{Dialog, Keys};
-use crate::recipe::render::PictureFormat;
+use crate::state::ask::{Ask, FlightAsk, RoundTripAsk};
+use crate::state::flight::export::{Export, Rendering};
+use crate::state::round_trip::dialogs::DialogPurpose;
+use crate::widget::dialog::{Dialog, Keys};
+use quadratura_recipe::render::PictureFormat;
 
 /// The width of the folder's path, in points.
 const FOLDER: f32 = 280.0;

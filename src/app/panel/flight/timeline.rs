@@ -5,16 +5,16 @@ use eframe::egui::{
     WidgetInfo, pos2, vec2,
 };
 
-use crate::app::command;
-use crate::app::panel::menu::{KEYFRAME, context_ui};
-use crate::app::panel::{button, named};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk, FlightAsk};
-use crate::app::widget::look::selected as selected_colours;
-use crate::document::bookmark::BookmarkIndex;
-use crate::document::camera_path::{KeyframeIndex, PathSpeed};
-use crate::document::history::Gesture;
-use crate::document::{CameraPath, Project};
+use crate::command;
+use crate::panel::menu::{KEYFRAME, context_ui};
+use crate::panel::{button, named};
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk, FlightAsk};
+use crate::widget::look::selected as selected_colours;
+use quadratura_document::bookmark::BookmarkIndex;
+use quadratura_document::camera_path::{KeyframeIndex, PathSpeed};
+use quadratura_document::history::Gesture;
+use quadratura_document::{CameraPath, Project};
 
 /// The shortest timeline, and the time beyond the last keyframe, in seconds.
 const LEAST_S: f64 = 6.0;

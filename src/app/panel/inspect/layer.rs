@@ -4,19 +4,19 @@ use eframe::egui::{Button, Key, TextEdit, Ui};
 
 use super::next::hidden_words;
 use super::{LIST, details_ui};
-use crate::app::command::{Command, edit, flat, paint};
-use crate::app::panel::layer::shown::shown_ui;
-use crate::app::panel::{button, counted, grouped, long_list, percent, rows, title};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk, QualityAsk, SelectAsk};
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::document::decisions::overlap;
-use crate::document::{Element, ImageLayer, Stack};
-use crate::layers::{Faces, LayerIndex};
-use crate::recipe::decide::{decided, faces_of_layer};
-use crate::recipe::layer_table::LayerFigures;
-use crate::scene::{FaceIndex, ObjectId, PhotoId};
+use crate::command::{Command, edit, flat, paint};
+use crate::panel::layer::shown::shown_ui;
+use crate::panel::{button, counted, grouped, long_list, percent, rows, title};
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk, QualityAsk, SelectAsk};
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::{FaceIndex, ObjectId, PhotoId};
+use quadratura_document::decisions::overlap;
+use quadratura_document::{Element, ImageLayer, Stack};
+use quadratura_layers::{Faces, LayerIndex};
+use quadratura_recipe::decide::{decided, faces_of_layer};
+use quadratura_recipe::layer_table::LayerFigures;
 
 /// Draws the page of the selected image layers of a photo; `layer` was selected last.
 pub fn layer_page(ui: &mut Ui, state: &State, (photo, layer): (PhotoId, LayerIndex), asks: &mut Vec<Ask>) {
@@ -187,7 +187,7 @@ fn rename(it: &ImageLayer, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks:
 fn decisions(session: &Session, photo: PhotoId, of: &[Faces], ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = &session.opened.site.photo(photo).name;
     let all = decided(&session.history.present().decisions.of(name));
-    let about = |decided: &crate::recipe::decide::ListedDecision| {
+    let about = |decided: &quadratura_recipe::decide::ListedDecision| {
         decided.of.iter().any(|faces| of.iter().any(|held| overlap(faces, held)))
     };
     let all: Vec<_> = all.into_iter().filter(about).collect();

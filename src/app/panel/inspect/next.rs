@@ -2,15 +2,15 @@
 
 use eframe::egui::{Button, Ui};
 
-use crate::app::command::{Command, first_keys, layers, mask, paint};
-use crate::app::panel::{button, counted};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
-use crate::app::state::next_steps::{HiddenAreas, NextStep, SiteAreas, SiteStep};
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::recipe::layer_table::LayerFigures;
-use crate::scene::{ObjectId, PhotoId};
+use crate::command::{Command, first_keys, layers, mask, paint};
+use crate::panel::{button, counted};
+use crate::state::State;
+use crate::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::state::next_steps::{HiddenAreas, NextStep, SiteAreas, SiteStep};
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::{ObjectId, PhotoId};
+use quadratura_recipe::layer_table::LayerFigures;
 
 /// Draws a photo's state in a line, and below it what to do next.
 pub fn next_ui(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {

@@ -4,18 +4,18 @@ use eframe::egui::{Align, Button, Layout, RichText, Ui};
 
 use super::LIST;
 use super::next::site_steps_ui;
-use crate::app::command::edit;
-use crate::app::panel::masks::object_mask_ui;
-use crate::app::panel::{button, counted, link_ui, long_list, rows, small_button, title};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::layers::Faces;
-use crate::recipe::decide::{EXCLUDED, FaceInPhoto, FaceInPhotos, LayerEdit};
-use crate::recipe::survey::face_named;
-use crate::recipe::untextured::{FaceTexture, words as reason_words};
-use crate::scene::{FaceId, ObjectId, PhotoId};
+use crate::command::edit;
+use crate::panel::masks::object_mask_ui;
+use crate::panel::{button, counted, link_ui, long_list, rows, small_button, title};
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk, SelectAsk};
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
+use quadratura_layers::Faces;
+use quadratura_recipe::decide::{EXCLUDED, FaceInPhoto, FaceInPhotos, LayerEdit};
+use quadratura_recipe::survey::face_named;
+use quadratura_recipe::untextured::{FaceTexture, words as reason_words};
 
 /// Draws the page of an object.
 pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<Ask>) {

@@ -2,13 +2,13 @@
 
 use eframe::egui::{ComboBox, DragValue, Grid, Key, Response, TextEdit, Ui};
 
-use crate::app::command::{trees, view};
-use crate::app::panel::{button, grouped, link_ui, named, rows, small_button, title};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk, SelectAsk, TreeAsk};
-use crate::app::state::selection::Selection;
-use crate::document::trees::{PlacedTree, TreeIndex};
-use crate::recipe::trees::mask::masks_of;
+use crate::command::{trees, view};
+use crate::panel::{button, grouped, link_ui, named, rows, small_button, title};
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk, SelectAsk, TreeAsk};
+use crate::state::selection::Selection;
+use quadratura_document::trees::{PlacedTree, TreeIndex};
+use quadratura_recipe::trees::mask::masks_of;
 
 /// The species that need not be added before.
 pub const BUILT_IN: [&str; 2] = ["maple", "oak"];

@@ -4,14 +4,14 @@ use eframe::egui::{DragValue, Grid, Label, RichText, Ui};
 use glam::DVec3;
 
 use super::tree::goes_on;
-use crate::app::command::trees;
-use crate::app::panel::{button, grouped, named, rows, small_button, title};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk, MaskAsk, TreeAsk};
-use crate::app::state::numbers::counted;
-use crate::app::state::trees::light::{SunAngles, shown_strength, sun_angles, sun_direction, with_strength};
-use crate::document::trees::{LightStrength, TreeLight, Trees};
-use crate::recipe::trees::light::{LightSupport, clear_day, is_needed};
+use crate::command::trees;
+use crate::panel::{button, grouped, named, rows, small_button, title};
+use crate::state::State;
+use crate::state::ask::{Ask, DecideAsk, MaskAsk, TreeAsk};
+use crate::state::numbers::counted;
+use crate::state::trees::light::{SunAngles, shown_strength, sun_angles, sun_direction, with_strength};
+use quadratura_document::trees::{LightStrength, TreeLight, Trees};
+use quadratura_recipe::trees::light::{LightSupport, clear_day, is_needed};
 
 /// The largest margin of masks, in pixels.
 const MOST_MARGIN: u32 = 512;

@@ -9,12 +9,12 @@ use eframe::egui::{CentralPanel, Panel, Rect, Role, Sense, Spinner, Stroke, Stro
 use super::flat::hatch::hatch;
 use super::flat::placement::{PlacedPicture, screen_rect};
 use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, FlatAsk};
-use crate::app::state::flat::layer::{LayerKey, LayerPane};
-use crate::app::widget::behind::behind_ui;
-use crate::app::widget::focus::{FocusKind, mark};
-use crate::geometry::PixelRect;
+use crate::state::State;
+use crate::state::ask::{Ask, FlatAsk};
+use crate::state::flat::layer::{LayerKey, LayerPane};
+use crate::widget::behind::behind_ui;
+use crate::widget::focus::{FocusKind, mark};
+use quadratura_base::geometry::PixelRect;
 
 /// Draws the view and handles its input.
 pub fn layer_ui(

@@ -2,12 +2,12 @@
 
 use eframe::egui::{DragValue, Ui};
 
-use crate::app::panel::named;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, FlatAsk};
-use crate::document::ImageLayer;
-use crate::layers::LayerIndex;
-use crate::scene::PhotoId;
+use crate::panel::named;
+use crate::state::State;
+use crate::state::ask::{Ask, FlatAsk};
+use quadratura_base::scene::PhotoId;
+use quadratura_document::ImageLayer;
+use quadratura_layers::LayerIndex;
 
 /// Draws the controls of a layer of a photo.
 pub fn shown_ui(

@@ -2,14 +2,14 @@
 
 use eframe::egui::{Color32, Sense, Ui, vec2};
 
-use crate::app::command::{Command, flat};
-use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
-use crate::app::panel::flat::scale_ui;
-use crate::app::panel::{grouped, percent, switch_ui, toggle_ui};
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::flat::layer::{Aspect, LayerKey, LayerPane};
-use crate::document::ImageLayer;
+use crate::command::{Command, flat};
+use crate::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::panel::flat::scale_ui;
+use crate::panel::{grouped, percent, switch_ui, toggle_ui};
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::flat::layer::{Aspect, LayerKey, LayerPane};
+use quadratura_document::ImageLayer;
 
 /// The parts of the bar above, the most needed first.
 const PARTS: &[BarPart<LayerPane>] = &[

@@ -4,8 +4,8 @@
 use eframe::egui::{EventFilter, Key, Modifiers, Ui};
 
 use super::Outliner;
-use crate::app::state::lists::cursor::along;
-use crate::app::state::lists::row::ListRow;
+use crate::state::lists::cursor::along;
+use crate::state::lists::row::ListRow;
 
 /// The arrow keys belong to the list as long as it has the focus.
 const ARROWS: EventFilter =

@@ -13,11 +13,11 @@ mod trees;
 
 use eframe::egui::{Context, Id, Ui};
 
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::lists::ListsState;
-use crate::app::state::lists::row::ListRow;
-use crate::app::state::lists::rows::ListedSite;
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::lists::ListsState;
+use crate::state::lists::row::ListRow;
+use crate::state::lists::rows::ListedSite;
 
 /// The height of a row, in points: a line of text, large enough to be clicked.
 const ROW: f32 = 23.0;

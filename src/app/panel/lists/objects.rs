@@ -4,14 +4,14 @@ use eframe::egui::{Button, RichText, Role, Ui, WidgetInfo};
 
 use super::row::{DrawnRow, RowText, text_in};
 use super::{Outliner, ROW};
-use crate::app::command::edit::ALL_ON;
-use crate::app::command::view::FRAME;
-use crate::app::panel::menu::{SURFACE, context_ui};
-use crate::app::state::ask::{Ask, DecideAsk, SelectAsk, SpaceAsk};
-use crate::app::state::lists::row::ListRow;
-use crate::app::state::numbers::grouped;
-use crate::app::widget::elide::beside;
-use crate::scene::{FaceIndex, ObjectId};
+use crate::command::edit::ALL_ON;
+use crate::command::view::FRAME;
+use crate::panel::menu::{SURFACE, context_ui};
+use crate::state::ask::{Ask, DecideAsk, SelectAsk, SpaceAsk};
+use crate::state::lists::row::ListRow;
+use crate::state::numbers::grouped;
+use crate::widget::elide::beside;
+use quadratura_base::scene::{FaceIndex, ObjectId};
 
 /// The tooltip of an object's eye.
 const EYE: &str = "Shows or hides the object in the 3D view. It remains in the model.";
@@ -123,7 +123,7 @@ impl Outliner<'_> {
     pub(super) fn activate(&mut self, row: ListRow) {
         match row {
             ListRow::Layer(_) => {
-                let show = crate::app::command::flat::SHOW_LAYER.asked(self.state);
+                let show = crate::command::flat::SHOW_LAYER.asked(self.state);
                 self.asks.extend(
                     self.site
                         .selection(row)

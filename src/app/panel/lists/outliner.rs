@@ -4,12 +4,12 @@ use eframe::egui::{Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2
 
 use super::layers::wanted_figures;
 use super::{Outliner, ROW};
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::lists::ListsState;
-use crate::app::state::lists::row::ListRow;
-use crate::app::state::lists::rows::{ListedSite, rows};
-use crate::app::widget::focus::{FocusKind, mark};
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::lists::ListsState;
+use crate::state::lists::row::ListRow;
+use crate::state::lists::rows::{ListedSite, rows};
+use crate::widget::focus::{FocusKind, mark};
 
 /// The number of rows above which the list has a search field.
 const SEARCHED: usize = 12;

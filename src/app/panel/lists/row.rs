@@ -6,9 +6,9 @@ use eframe::egui::{
 };
 
 use super::{Outliner, ROW};
-use crate::app::state::lists::row::ListRow;
-use crate::app::widget::elide::elided;
-use crate::app::widget::look::{focus_stroke, selected as selected_colours};
+use crate::state::lists::row::ListRow;
+use crate::widget::elide::elided;
+use crate::widget::look::{focus_stroke, selected as selected_colours};
 
 /// The indentation of a level, in points.
 const STEP: f32 = 14.0;

@@ -6,11 +6,11 @@ use eframe::egui::{
 
 use super::Outliner;
 use super::row::{DrawnRow, styled_text_in, text_in};
-use crate::app::state::ask::{Ask, WindowAsk};
-use crate::app::state::lists::row::ListRow;
-use crate::document::ImageLayer;
-use crate::layers::LayerIndex;
-use crate::recipe::layer_table::{Column, LayerFigures};
+use crate::state::ask::{Ask, WindowAsk};
+use crate::state::lists::row::ListRow;
+use quadratura_document::ImageLayer;
+use quadratura_layers::LayerIndex;
+use quadratura_recipe::layer_table::{Column, LayerFigures};
 
 /// The smallest width of a name, in points.
 const NAME: f32 = 86.0;

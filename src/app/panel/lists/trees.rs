@@ -4,13 +4,13 @@ use eframe::egui::{Align, Ui};
 
 use super::Outliner;
 use super::row::{RowText, text_in};
-use crate::app::command::view::FRAME;
-use crate::app::panel::menu::{TREE, context_ui};
-use crate::app::state::ask::{Ask, SelectAsk, TreeAsk};
-use crate::app::state::lists::row::ListRow;
-use crate::app::state::numbers::grouped;
-use crate::app::state::selection::Selection;
-use crate::document::trees::TreeIndex;
+use crate::command::view::FRAME;
+use crate::panel::menu::{TREE, context_ui};
+use crate::state::ask::{Ask, SelectAsk, TreeAsk};
+use crate::state::lists::row::ListRow;
+use crate::state::numbers::grouped;
+use crate::state::selection::Selection;
+use quadratura_document::trees::TreeIndex;
 
 /// The tooltip of the eye of a tree or a species.
 const EYE: &str = "Shows or hides it in the 3D view. It remains in the project.";

@@ -3,13 +3,13 @@
 use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
 use super::place::{is_entered, line, part_found, part_line, typed_ui, wrong, wrongs};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, BuildAsk};
-use crate::app::state::opening::assistant::Assistant;
-use crate::app::state::opening::{DialogRequest, Purpose};
-use crate::app::state::running::JobKind;
-use crate::app::widget::dialog::{Dialog, Keys, scrolled};
-use crate::recipe::discover::{DiscoveryReport, SitePart};
+use crate::state::State;
+use crate::state::ask::{Ask, BuildAsk};
+use crate::state::opening::assistant::Assistant;
+use crate::state::opening::{DialogRequest, Purpose};
+use crate::state::running::JobKind;
+use crate::widget::dialog::{Dialog, Keys, scrolled};
+use quadratura_recipe::discover::{DiscoveryReport, SitePart};
 
 /// The width of the dialog, in points.
 const WIDTH: f32 = 680.0;

@@ -3,11 +3,11 @@
 use eframe::egui::{Button, Context, RichText};
 
 use super::place::{line, wrongs};
-use crate::app::command::file::SAVE_COPY;
-use crate::app::state::State;
-use crate::app::state::opening::place::PathField;
-use crate::app::state::opening::{DialogRequest, Purpose};
-use crate::app::widget::dialog::Dialog;
+use crate::command::file::SAVE_COPY;
+use crate::state::State;
+use crate::state::opening::place::PathField;
+use crate::state::opening::{DialogRequest, Purpose};
+use crate::widget::dialog::Dialog;
 
 /// Draws the dialog that asks for the folder of a copy.
 pub fn copy_ui(state: &State, field: &mut PathField, context: &Context, requests: &mut Vec<DialogRequest>) {

@@ -2,10 +2,10 @@
 
 use eframe::egui::{Context, Spinner};
 
-use crate::app::state::State;
-use crate::app::state::opening::DialogRequest;
-use crate::app::widget::dialog::Dialog;
-use crate::io::lock::holder_message;
+use crate::state::State;
+use crate::state::opening::DialogRequest;
+use crate::widget::dialog::Dialog;
+use quadratura_io::lock::holder_message;
 
 /// Draws the dialog.
 pub fn held_ui(state: &State, context: &Context, requests: &mut Vec<DialogRequest>) {

@@ -16,9 +16,9 @@ use self::held::held_ui;
 use self::relinking::relinking_ui;
 use self::sample::sample_ui;
 use self::typing::typing_ui;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::opening::OpeningDialogs;
+use crate::state::State;
+use crate::state::ask::{Ask, ProjectAsk};
+use crate::state::opening::OpeningDialogs;
 
 /// Draws the open dialogs; `dialogs` is what is typed in them.
 pub fn opening_ui(state: &State, dialogs: &mut OpeningDialogs, context: &Context, asks: &mut Vec<Ask>) {

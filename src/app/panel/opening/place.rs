@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use eframe::egui::{Key, Response, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo};
 
-use crate::app::state::numbers::counted;
-use crate::app::state::opening::place::PathField;
-use crate::app::state::opening::{DialogRequest, PathKind, Purpose};
-use crate::recipe::discover::{DiscoveryReport, SitePart};
+use crate::state::numbers::counted;
+use crate::state::opening::place::PathField;
+use crate::state::opening::{DialogRequest, PathKind, Purpose};
+use quadratura_recipe::discover::{DiscoveryReport, SitePart};
 
 /// Draws a text field for a path; returns whether Enter was pressed in it.
 pub fn typed_ui(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> bool {

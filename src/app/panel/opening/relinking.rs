@@ -3,11 +3,11 @@
 use eframe::egui::{Button, Context, RichText, ScrollArea, Ui};
 
 use super::place::{part_found, part_line, wrongs};
-use crate::app::state::State;
-use crate::app::state::opening::relinking::Relinking;
-use crate::app::state::opening::{DialogRequest, Purpose};
-use crate::app::state::running::JobKind;
-use crate::app::widget::dialog::{Dialog, Keys, scrolled};
+use crate::state::State;
+use crate::state::opening::relinking::Relinking;
+use crate::state::opening::{DialogRequest, Purpose};
+use crate::state::running::JobKind;
+use crate::widget::dialog::{Dialog, Keys, scrolled};
 
 /// Draws the dialog.
 pub fn relinking_ui(

@@ -3,11 +3,11 @@
 use eframe::egui::{Button, Context, RichText, Spinner};
 
 use super::place::{line, wrongs};
-use crate::app::state::State;
-use crate::app::state::opening::place::PathField;
-use crate::app::state::opening::{DialogRequest, Purpose};
-use crate::app::state::running::JobKind;
-use crate::app::widget::dialog::Dialog;
+use crate::state::State;
+use crate::state::opening::place::PathField;
+use crate::state::opening::{DialogRequest, Purpose};
+use crate::state::running::JobKind;
+use crate::widget::dialog::Dialog;
 
 /// Draws the dialog that asks for the folder of the sample project.
 pub fn sample_ui(state: &State, field: &mut PathField, context: &Context, requests: &mut Vec<DialogRequest>) {

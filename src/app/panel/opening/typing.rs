@@ -3,9 +3,9 @@
 use eframe::egui::{Context, RichText};
 
 use super::place::line;
-use crate::app::state::opening::DialogRequest;
-use crate::app::state::opening::place::typed_path;
-use crate::app::widget::dialog::Dialog;
+use crate::state::opening::DialogRequest;
+use crate::state::opening::place::typed_path;
+use crate::widget::dialog::Dialog;
 
 /// Draws the dialog for typing the path of a project, where there is no file dialog.
 pub fn typing_ui(typed: &mut String, context: &Context, requests: &mut Vec<DialogRequest>) {

@@ -3,16 +3,16 @@
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Stroke, StrokeKind, Ui};
 
-use crate::app::panel::flat::placement::PlacedPicture;
-use crate::app::state::State;
-use crate::app::state::flat::photo::PhotoPane;
-use crate::app::state::flat::picked::Picked;
-use crate::app::state::flat::version::LayersVersion;
-use crate::app::state::selection::Selection;
-use crate::document::Stack;
-use crate::layers::LayerIndex;
-use crate::recipe::peel::{PeelShape, Peeling, PhotoLayers};
-use crate::scene::PhotoId;
+use crate::panel::flat::placement::PlacedPicture;
+use crate::state::State;
+use crate::state::flat::photo::PhotoPane;
+use crate::state::flat::picked::Picked;
+use crate::state::flat::version::LayersVersion;
+use crate::state::selection::Selection;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
+use quadratura_layers::LayerIndex;
+use quadratura_recipe::peel::{PeelShape, Peeling, PhotoLayers};
 
 /// The colour of the selection.
 const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);

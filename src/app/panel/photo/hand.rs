@@ -2,16 +2,16 @@
 
 use eframe::egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Response, Ui};
 
-use crate::app::panel::flat::placement::{PlacedPicture, on_screen};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk};
-use crate::app::state::flat::placement::ScreenRect;
-use crate::app::state::masking::Masking;
-use crate::app::state::masking::stroke::Stroke;
-use crate::app::state::masking::tool::MaskTool;
-use crate::app::widget::dialog;
-use crate::geometry::PixelRect;
-use crate::scene::PhotoId;
+use crate::panel::flat::placement::{PlacedPicture, on_screen};
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk};
+use crate::state::flat::placement::ScreenRect;
+use crate::state::masking::Masking;
+use crate::state::masking::stroke::Stroke;
+use crate::state::masking::tool::MaskTool;
+use crate::widget::dialog;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::PhotoId;
 
 /// Returns whether the left button draws now; otherwise it pans the photo. The other buttons always pan.
 pub fn draws(state: &State, ui: &Ui) -> bool {

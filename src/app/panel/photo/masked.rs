@@ -6,16 +6,16 @@ use std::sync::Arc;
 use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Shape, Stroke as Line, Ui, vec2};
 use glam::DVec2;
 
-use crate::app::panel::flat::placement::PlacedPicture;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk};
-use crate::app::state::masking::stroke::Stroke;
-use crate::app::state::masking::suggested::ShownSuggestion;
-use crate::app::state::masking::tool::MaskTool;
-use crate::document::stroke::BrushMode;
-use crate::geometry::Spans;
-use crate::geometry::grid::{Grid, boxes, rim};
-use crate::scene::PhotoId;
+use crate::panel::flat::placement::PlacedPicture;
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk};
+use crate::state::masking::stroke::Stroke;
+use crate::state::masking::suggested::ShownSuggestion;
+use crate::state::masking::tool::MaskTool;
+use quadratura_base::geometry::Spans;
+use quadratura_base::geometry::grid::{Grid, boxes, rim};
+use quadratura_base::scene::PhotoId;
+use quadratura_document::stroke::BrushMode;
 
 /// The colour of masks, which is rare on facades.
 const MASKED: Color32 = Color32::from_rgb(0xff, 0x28, 0xc8);

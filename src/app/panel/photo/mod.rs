@@ -18,15 +18,15 @@ use self::picture::{SelectedHidden, picture_ui};
 use super::flat::placement::screen_rect;
 use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use super::pictures;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, FlatAsk};
-use crate::app::state::flat::photo::PhotoPane;
-use crate::app::state::masking::stroke::Stroke;
-use crate::app::state::panels::PanelSizes;
-use crate::app::widget::focus::{FocusKind, mark};
-use crate::app::widget::sized::{PanelEdge, sized_panel};
-use crate::geometry::PixelRect;
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::ask::{Ask, FlatAsk};
+use crate::state::flat::photo::PhotoPane;
+use crate::state::masking::stroke::Stroke;
+use crate::state::panels::PanelSizes;
+use crate::widget::focus::{FocusKind, mark};
+use crate::widget::sized::{PanelEdge, sized_panel};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::PhotoId;
 
 /// The view width from which a list is beside the photo, in points.
 const WIDE: f32 = 700.0;

@@ -2,11 +2,11 @@
 
 use eframe::egui::{Frame, Pos2, Rect, Ui, UiBuilder};
 
-use crate::app::command::{Command, layers};
-use crate::app::panel::button;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk};
-use crate::scene::PhotoId;
+use crate::command::{Command, layers};
+use crate::panel::button;
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk};
+use quadratura_base::scene::PhotoId;
 
 /// The distance from the view's lower edge to the top of the line, in points.
 const OVER: f32 = 64.0;

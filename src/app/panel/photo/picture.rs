@@ -3,19 +3,19 @@
 use eframe::egui::{Color32, Rect, Ui, pos2};
 
 use super::PhotoTextures;
-use crate::app::panel::flat::hatch::hatch;
-use crate::app::panel::flat::placement::PlacedPicture;
-use crate::app::panel::flat::tiled::AS_IT_IS;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, QualityAsk};
-use crate::app::state::flat::photo::PhotoPane;
-use crate::app::state::flat::picked::Picked;
-use crate::app::state::flat::version::LayersVersion;
-use crate::app::state::selection::Selection;
-use crate::app::widget::behind::behind_ui;
-use crate::geometry::PixelRect;
-use crate::projection::hatching::PixelMask;
-use crate::scene::PhotoId;
+use crate::panel::flat::hatch::hatch;
+use crate::panel::flat::placement::PlacedPicture;
+use crate::panel::flat::tiled::AS_IT_IS;
+use crate::state::State;
+use crate::state::ask::{Ask, QualityAsk};
+use crate::state::flat::photo::PhotoPane;
+use crate::state::flat::picked::Picked;
+use crate::state::flat::version::LayersVersion;
+use crate::state::selection::Selection;
+use crate::widget::behind::behind_ui;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::hatching::PixelMask;
 
 /// The areas of the selection that are hidden in the photo, as they were found last.
 pub struct SelectedHidden {

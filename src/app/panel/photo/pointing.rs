@@ -3,16 +3,16 @@
 use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, vec2};
 
 use super::strip::hint;
-use crate::app::panel::flat::placement::PlacedPicture;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
-use crate::app::state::flat::photo::PhotoPane;
-use crate::app::state::flat::picked::face_of;
-use crate::app::state::flat::version::LayersVersion;
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::recipe::peel::{PeelHit, PeelShape, PhotoLayers};
-use crate::scene::PhotoId;
+use crate::panel::flat::placement::PlacedPicture;
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk, SelectAsk};
+use crate::state::flat::photo::PhotoPane;
+use crate::state::flat::picked::face_of;
+use crate::state::flat::version::LayersVersion;
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::PhotoId;
+use quadratura_recipe::peel::{PeelHit, PeelShape, PhotoLayers};
 
 /// Finds the shape under the pointer; a click selects it.
 pub fn point(

@@ -3,17 +3,17 @@
 use eframe::egui::{Button, ComboBox, RichText, ScrollArea, Ui};
 use glam::{DVec2, DVec3};
 
-use crate::app::panel::{link_ui, named};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, SelectAsk};
-use crate::app::state::flat::photo::PhotoPane;
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::app::widget::look::selection_look;
-use crate::document::stack::{Untextured, UntexturedReason};
-use crate::recipe::survey::face_named;
-use crate::recipe::untextured::{REASONS, untextured, words};
-use crate::scene::{Model, PhotoId};
+use crate::panel::{link_ui, named};
+use crate::state::State;
+use crate::state::ask::{Ask, SelectAsk};
+use crate::state::flat::photo::PhotoPane;
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use crate::widget::look::selection_look;
+use quadratura_base::scene::{Model, PhotoId};
+use quadratura_document::stack::{Untextured, UntexturedReason};
+use quadratura_recipe::survey::face_named;
+use quadratura_recipe::untextured::{REASONS, untextured, words};
 
 /// Returns the faces without texture from a photo whose layers are built.
 fn listed(session: &Session, photo: PhotoId) -> Option<Vec<Untextured>> {
@@ -125,8 +125,8 @@ fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::FaceIndex;
-    use crate::scene::synthetic::Modeller;
+    use quadratura_base::scene::FaceIndex;
+    use quadratura_base::scene::synthetic::Modeller;
 
     #[test]
     fn hidden_faces_come_before_degenerate_ones_and_large_ones_before_small_ones() {

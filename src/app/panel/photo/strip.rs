@@ -2,14 +2,14 @@
 
 use eframe::egui::{Button, ComboBox, Slider, SliderClamping, Ui};
 
-use crate::app::command::{Command, keys_text, mask};
-use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
-use crate::app::panel::{button, named, switch_ui};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, MaskAsk};
-use crate::app::state::masking::RADII_PX;
-use crate::app::state::masking::tool::MaskTool;
-use crate::document::stroke::BrushMode;
+use crate::command::{Command, keys_text, mask};
+use crate::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::panel::{button, named, switch_ui};
+use crate::state::State;
+use crate::state::ask::{Ask, MaskAsk};
+use crate::state::masking::RADII_PX;
+use crate::state::masking::tool::MaskTool;
+use quadratura_document::stroke::BrushMode;
 
 /// The width of the brush's slider, in points: all tools fit a window of usual size.
 const SLIDER: f32 = 60.0;

@@ -3,14 +3,14 @@
 use eframe::egui::{Color32, RichText, Sense, Slider, Spinner, Ui, Vec2};
 
 use super::drawing::colour_of_depth;
-use crate::app::command::flat;
-use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
-use crate::app::panel::flat::scale_ui;
-use crate::app::panel::{named, switch_ui};
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::flat::photo::PhotoPane;
-use crate::scene::PhotoId;
+use crate::command::flat;
+use crate::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::panel::flat::scale_ui;
+use crate::panel::{named, switch_ui};
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::flat::photo::PhotoPane;
+use quadratura_base::scene::PhotoId;
 
 /// The size of the progress indicator, in points.
 const SPINNER: f32 = 14.0;

@@ -9,20 +9,20 @@ use glam::{DVec2, DVec3};
 
 use super::overlay::seen_from;
 use super::px_of;
-use crate::app::panel::bar::{BarPart, BarPosition};
-use crate::app::panel::named;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, WindowAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::panes::{KeyOwner, Pane};
-use crate::app::state::space::brush::{DrawnStroke, RADII_PX};
-use crate::app::state::space::memory::SpaceMemory;
-use crate::app::state::space::picking::Sight;
-use crate::app::widget::dialog;
-use crate::document::stroke::{BrushMode, StrokeSample};
-use crate::projection::navigation::Viewpoint;
-use crate::scene::FaceId;
-use crate::scene::impostor::Facing;
+use crate::panel::bar::{BarPart, BarPosition};
+use crate::panel::named;
+use crate::state::State;
+use crate::state::ask::{Ask, WindowAsk};
+use crate::state::notes::{Note, Weight};
+use crate::state::panes::{KeyOwner, Pane};
+use crate::state::space::brush::{DrawnStroke, RADII_PX};
+use crate::state::space::memory::SpaceMemory;
+use crate::state::space::picking::Sight;
+use crate::widget::dialog;
+use quadratura_base::scene::FaceId;
+use quadratura_base::scene::impostor::Facing;
+use quadratura_document::stroke::{BrushMode, StrokeSample};
+use quadratura_projection::navigation::Viewpoint;
 
 /// The parts of the brush's bar.
 pub const TOOLS: &[BarPart<SpaceMemory>] = &[

@@ -8,16 +8,16 @@ use glam::{DVec2, DVec3};
 
 use super::overlay::SELECTED;
 use super::px_of;
-use crate::app::panel::photo::drawing::colour_of_depth;
-use crate::app::panel::pictures::image;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
-use crate::app::state::flat::version::LayersVersion;
-use crate::app::state::selection::Selection;
-use crate::app::state::space::memory::SpaceMemory;
-use crate::projection::exploded::Stand;
-use crate::projection::navigation::Viewpoint;
-use crate::recipe::exploded::layer_textures::LayerThumbnail;
+use crate::panel::photo::drawing::colour_of_depth;
+use crate::panel::pictures::image;
+use crate::state::State;
+use crate::state::ask::{Ask, SelectAsk, SpaceAsk};
+use crate::state::flat::version::LayersVersion;
+use crate::state::selection::Selection;
+use crate::state::space::memory::SpaceMemory;
+use quadratura_projection::exploded::Stand;
+use quadratura_projection::navigation::Viewpoint;
+use quadratura_recipe::exploded::layer_textures::LayerThumbnail;
 
 /// The duration of the opening animation, in seconds.
 const OPENS_S: f32 = 0.7;
@@ -169,7 +169,7 @@ impl ExplodedCanvas {
     /// Draws lines from the photo's camera through the corners of the photo to the last layer.
     fn rays(&self, last: u32, stroke: Stroke) {
         let (w, h) = (self.stand.camera.width, self.stand.camera.height);
-        let corners = self.stand.corners(last, crate::geometry::PixelRect { x: 0, y: 0, w, h });
+        let corners = self.stand.corners(last, quadratura_base::geometry::PixelRect { x: 0, y: 0, w, h });
         let eye = self.stand.pose.center_in_world();
         corners.into_iter().for_each(|corner| self.line(eye, corner, stroke));
     }

@@ -2,13 +2,13 @@
 
 use eframe::egui::{Grid, RichText, TextStyle, Ui};
 
-use crate::app::command::{Command, file, layers, paint};
-use crate::app::panel::button;
-use crate::app::panel::help::mouse;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::first_steps::FirstStep;
-use crate::app::widget::look::good;
+use crate::command::{Command, file, layers, paint};
+use crate::panel::button;
+use crate::panel::help::mouse;
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::first_steps::FirstStep;
+use crate::widget::look::good;
 
 /// The number of lines of the help that are shown.
 const FIRST: usize = 5;

@@ -2,11 +2,11 @@
 
 use eframe::egui::{Slider, Ui};
 
-use crate::app::panel::bar::{BarPart, BarPosition};
-use crate::app::panel::named;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::space::memory::SpaceMemory;
+use crate::panel::bar::{BarPart, BarPosition};
+use crate::panel::named;
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::space::memory::SpaceMemory;
 
 /// The parts of the bar.
 pub const TOOLS: &[BarPart<SpaceMemory>] = &[BarPart::Tool(hidden_layers)];

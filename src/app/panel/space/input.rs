@@ -4,14 +4,14 @@ use eframe::egui::{InputState, Key, PointerButton, Rect, Response, Ui, Vec2};
 use glam::{DVec2, DVec3};
 
 use super::px_of;
-use crate::app::state::State;
-use crate::app::state::panes::{KeyOwner, Pane};
-use crate::app::state::session::Session;
-use crate::app::state::settings::Navigation;
-use crate::app::state::space::memory::SpaceMemory;
-use crate::app::state::space::picking::Sight;
-use crate::app::widget::dialog;
-use crate::projection::navigation::Viewpoint;
+use crate::state::State;
+use crate::state::panes::{KeyOwner, Pane};
+use crate::state::session::Session;
+use crate::state::settings::Navigation;
+use crate::state::space::memory::SpaceMemory;
+use crate::state::space::picking::Sight;
+use crate::widget::dialog;
+use quadratura_projection::navigation::Viewpoint;
 
 /// The rotation of a drag across the view's height: half a turn.
 const TURN_RAD_PER_HEIGHT: f64 = std::f64::consts::PI;

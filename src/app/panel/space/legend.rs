@@ -3,12 +3,12 @@
 use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Color32, Label, Rect, ScrollArea, Sense, TextStyle, Ui, Vec2, pos2, vec2};
 
-use crate::app::command;
-use crate::app::panel::{small_button, text_width};
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::projection::DisplayMode;
-use crate::projection::legend::{ColourRamp, Legend, colour_at, legend};
+use crate::command;
+use crate::panel::{small_button, text_width};
+use crate::state::State;
+use crate::state::ask::Ask;
+use quadratura_projection::DisplayMode;
+use quadratura_projection::legend::{ColourRamp, Legend, colour_at, legend};
 
 /// The size of a colour sample, in points.
 const FIELD: Vec2 = vec2(16.0, 12.0);

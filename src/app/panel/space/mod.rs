@@ -19,14 +19,14 @@ use eframe::egui::{
 use glam::DVec2;
 
 use self::exploded::LayerTextures;
-use crate::app::panel::pictures::PhotoTextures;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, SpaceAsk};
-use crate::app::state::space::Drawn;
-use crate::app::state::space::memory::SpaceMemory;
-use crate::app::widget::behind::behind_ui;
-use crate::app::widget::focus::{FocusKind, mark};
-use crate::projection::Picture;
+use crate::panel::pictures::PhotoTextures;
+use crate::state::State;
+use crate::state::ask::{Ask, SpaceAsk};
+use crate::state::space::Drawn;
+use crate::state::space::memory::SpaceMemory;
+use crate::widget::behind::behind_ui;
+use crate::widget::focus::{FocusKind, mark};
+use quadratura_projection::Picture;
 
 /// The textures of the 3D view.
 #[derive(Default)]

@@ -9,16 +9,16 @@ use eframe::egui::{
 };
 use glam::DVec3;
 
-use crate::app::panel::pictures::PhotoTextures;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, FlatAsk};
-use crate::app::state::session::Session;
-use crate::app::state::space::memory::SpaceMemory;
-use crate::app::state::space::picking::faces_of;
-use crate::app::widget::dialog;
-use crate::projection::navigation::Viewpoint;
-use crate::scene::impostor::{Facing, Impostor};
-use crate::scene::{FaceId, ObjectId, Photo};
+use crate::panel::pictures::PhotoTextures;
+use crate::state::State;
+use crate::state::ask::{Ask, FlatAsk};
+use crate::state::session::Session;
+use crate::state::space::memory::SpaceMemory;
+use crate::state::space::picking::faces_of;
+use crate::widget::dialog;
+use quadratura_base::scene::impostor::{Facing, Impostor};
+use quadratura_base::scene::{FaceId, ObjectId, Photo};
+use quadratura_projection::navigation::Viewpoint;
 
 /// Half the width of the wipe line for the pointer, and the width of its handle, in points.
 const WIPE_HANDLE: f32 = 7.0;

@@ -4,14 +4,14 @@ use eframe::egui::{Rect, Response, Ui};
 
 use super::overlay::seen_from;
 use super::px_of;
-use crate::app::command::view;
-use crate::app::panel::menu::{SURFACE, TREE, context_ui};
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, SelectAsk};
-use crate::app::state::selection::Selection;
-use crate::app::state::space::memory::SpaceMemory;
-use crate::app::state::space::picking::Sight;
-use crate::document::trees::TreeIndex;
+use crate::command::view;
+use crate::panel::menu::{SURFACE, TREE, context_ui};
+use crate::state::State;
+use crate::state::ask::{Ask, SelectAsk};
+use crate::state::selection::Selection;
+use crate::state::space::memory::SpaceMemory;
+use crate::state::space::picking::Sight;
+use quadratura_document::trees::TreeIndex;
 
 /// Handles the pointer: hovering shows the name, a click selects the object and another one its face, a double click
 /// frames it.

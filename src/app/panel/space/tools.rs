@@ -5,16 +5,16 @@ use eframe::egui::{
 };
 
 use super::{brush, hint, images, legend, trees};
-use crate::app::command;
-use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
-use crate::app::panel::named;
-use crate::app::state::State;
-use crate::app::state::ask::Ask;
-use crate::app::state::running::JobKind;
-use crate::app::state::space::exploded::MOST_APART;
-use crate::app::state::space::memory::SpaceMemory;
-use crate::projection::{Blend, Mode};
-use crate::scene::PhotoId;
+use crate::command;
+use crate::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::panel::named;
+use crate::state::State;
+use crate::state::ask::Ask;
+use crate::state::running::JobKind;
+use crate::state::space::exploded::MOST_APART;
+use crate::state::space::memory::SpaceMemory;
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::{Blend, Mode};
 
 /// The height of the photo's bar with its distance from the parts above, in points.
 const PHOTO_BAR: f32 = 48.0;

@@ -7,19 +7,19 @@ use glam::DVec3;
 
 use super::overlay::{HOVERED, SELECTED, WorldCanvas, seen_from};
 use super::px_of;
-use crate::app::panel::bar::{BarPart, BarPosition};
-use crate::app::panel::inspect::tree::species_choice;
-use crate::app::panel::named;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, TreeAsk, WindowAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::panes::{KeyOwner, Pane};
-use crate::app::state::selection::Selection;
-use crate::app::state::space::memory::SpaceMemory;
-use crate::app::state::trees::hand::Hold;
-use crate::app::widget::dialog;
-use crate::document::trees::PlacedTree;
-use crate::foliage::level_axes;
+use crate::panel::bar::{BarPart, BarPosition};
+use crate::panel::inspect::tree::species_choice;
+use crate::panel::named;
+use crate::state::State;
+use crate::state::ask::{Ask, TreeAsk, WindowAsk};
+use crate::state::notes::{Note, Weight};
+use crate::state::panes::{KeyOwner, Pane};
+use crate::state::selection::Selection;
+use crate::state::space::memory::SpaceMemory;
+use crate::state::trees::hand::Hold;
+use crate::widget::dialog;
+use quadratura_document::trees::PlacedTree;
+use quadratura_foliage::level_axes;
 
 /// The parts of the tool's bar.
 pub const TOOLS: &[BarPart<SpaceMemory>] = &[BarPart::Tool(species), BarPart::Tool(hint)];

@@ -2,10 +2,10 @@
 
 use super::placement::PlacedView;
 use super::version::LayersVersion;
-use crate::app::state::selection::Selection;
-use crate::layers::LayerIndex;
-use crate::recipe::layer_view::LayerViewContent;
-use crate::scene::PhotoId;
+use crate::state::selection::Selection;
+use quadratura_base::scene::PhotoId;
+use quadratura_layers::LayerIndex;
+use quadratura_recipe::layer_view::LayerViewContent;
 
 /// The aspect of a layer that is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

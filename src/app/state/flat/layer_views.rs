@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::document::{ImageLayer, Stack};
-use crate::recipe::peel::Opacities;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::{ImageLayer, Stack};
+use quadratura_recipe::peel::Opacities;
 
 /// The eyes, solo layers and opacities of all photos' image layers.
 #[derive(Debug, Clone, Default)]

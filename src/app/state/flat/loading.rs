@@ -7,11 +7,11 @@ use super::layer::LayerKey;
 use super::levels::Levels;
 use super::slot::ResultSlot;
 use super::version::LayersVersion;
-use crate::app::state::session::Session;
-use crate::projection::hatching::PixelMask;
-use crate::recipe::layer_view::LegendEntries;
-use crate::recipe::peel::{Peeling, PhotoLayers};
-use crate::scene::PhotoId;
+use crate::state::session::Session;
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::hatching::PixelMask;
+use quadratura_recipe::layer_view::LegendEntries;
+use quadratura_recipe::peel::{Peeling, PhotoLayers};
 
 /// The number of photos kept in memory: the current one and the previous one.
 const MOST_PHOTOS: usize = 2;

@@ -4,9 +4,9 @@ use glam::DVec2;
 
 use super::placement::{PlacedView, ScreenRect};
 use super::version::LayersVersion;
-use crate::document::stack::UntexturedReason;
-use crate::recipe::peel::{PeelHit, PeelShape, PhotoLayers};
-use crate::scene::{FaceId, PhotoId};
+use quadratura_base::scene::{FaceId, PhotoId};
+use quadratura_document::stack::UntexturedReason;
+use quadratura_recipe::peel::{PeelHit, PeelShape, PhotoLayers};
 
 /// State of the photo view that lasts from frame to frame.
 #[derive(Clone, Default)]

@@ -1,10 +1,10 @@
 //! The part of the selection that concerns one photo.
 
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::layers::LayerIndex;
-use crate::recipe::peel::PeelShape;
-use crate::scene::{FaceId, FaceIndex, ObjectId, PhotoId};
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::{FaceId, FaceIndex, ObjectId, PhotoId};
+use quadratura_layers::LayerIndex;
+use quadratura_recipe::peel::PeelShape;
 
 /// The part of a selection that concerns one photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

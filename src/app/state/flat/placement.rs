@@ -2,7 +2,7 @@
 
 use glam::{DVec2, Vec2};
 
-use crate::geometry::PixelRect;
+use quadratura_base::geometry::PixelRect;
 
 /// The largest scale, in points per pixel: single pixels are visible long before.
 pub const LARGEST: f64 = 64.0;

@@ -4,11 +4,11 @@ use super::Switches;
 use super::layer::{Aspect, LayerKey, LayerPane};
 use super::photo::Pointed;
 use super::version::LayersVersion;
-use crate::app::state::State;
-use crate::document::ImageLayer;
-use crate::recipe::layer_view::LayerViewContent;
-use crate::recipe::peel::Peeling;
-use crate::scene::PhotoId;
+use crate::state::State;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::ImageLayer;
+use quadratura_recipe::layer_view::LayerViewContent;
+use quadratura_recipe::peel::Peeling;
 
 impl State {
     /// Returns the layer that the view of an image layer shows, if it exists.

@@ -1,7 +1,7 @@
 //! Results that jobs make for a view: the key that is requested, the job that runs, and the last few results.
 
-use crate::app::state::running::JobId;
-use crate::error::{Error, Result};
+use crate::state::running::JobId;
+use quadratura_base::error::{Error, Result};
 
 /// The results for the last few keys, and the job that makes the next one.
 pub struct ResultSlot<K, V> {

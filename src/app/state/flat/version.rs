@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use crate::app::state::session::Session;
-use crate::document::Stack;
-use crate::io::paint_store::PaintStore;
-use crate::scene::PhotoId;
+use crate::state::session::Session;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
+use quadratura_io::paint_store::PaintStore;
 
 /// A version of a photo's layers: a stack, with the paint at that time.
 #[derive(Debug, Clone)]

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::io::film::{EXTENSIONS, kind_of};
-use crate::recipe::render::PictureFormat;
+use quadratura_io::film::{EXTENSIONS, kind_of};
+use quadratura_recipe::render::PictureFormat;
 
 /// What is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,11 +1,11 @@
 //! Methods of the whole state for bookmarks and the flight: keeping views, keyframes, and playing.
 
-use crate::app::state::State;
-use crate::document::bookmark::BookmarkIndex;
-use crate::document::camera_path::KeyframeIndex;
-use crate::document::{Bookmark, CameraPath, Project};
-use crate::projection::flight::{Flight, FrameLens};
-use crate::projection::navigation::Viewpoint;
+use crate::state::State;
+use quadratura_document::bookmark::BookmarkIndex;
+use quadratura_document::camera_path::KeyframeIndex;
+use quadratura_document::{Bookmark, CameraPath, Project};
+use quadratura_projection::flight::{Flight, FrameLens};
+use quadratura_projection::navigation::Viewpoint;
 
 /// The time between the last keyframe and one that is added at the end, in seconds.
 const LEG_S: f64 = 2.0;

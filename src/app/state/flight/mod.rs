@@ -5,9 +5,9 @@ mod flying;
 mod views;
 
 use self::export::Export;
-use crate::document::CameraPath;
-use crate::document::camera_path::KeyframeIndex;
-use crate::projection::flight::Flight;
+use quadratura_document::CameraPath;
+use quadratura_document::camera_path::KeyframeIndex;
+use quadratura_projection::flight::Flight;
 
 /// The state of the panel of flights.
 #[derive(Default)]

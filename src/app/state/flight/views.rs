@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::export::{Export, Rendering, free_name};
-use crate::app::state::State;
-use crate::app::state::notes::{Note, Weight};
-use crate::geometry::{Pinhole, Pose};
-use crate::io::film;
-use crate::recipe::render::PictureFormat;
-use crate::recipe::views::RequestedView;
+use crate::state::State;
+use crate::state::notes::{Note, Weight};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_io::film;
+use quadratura_recipe::render::PictureFormat;
+use quadratura_recipe::views::RequestedView;
 
 impl State {
     /// Opens the dialog for a picture of the view.

@@ -1,7 +1,7 @@
 //! The confidence of the listed layers.
 
-use crate::app::state::State;
-use crate::recipe::fill::shares::LayerShares;
+use crate::state::State;
+use quadratura_recipe::fill::shares::LayerShares;
 
 impl State {
     /// Returns the confidence of the filling of each layer of the selected photo, 0 to 1, where it is known.

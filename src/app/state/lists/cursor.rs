@@ -3,9 +3,9 @@
 use super::ListsState;
 use super::row::ListRow;
 use super::rows::ListedSite;
-use crate::app::state::ask::{Ask, SelectAsk};
-use crate::app::state::selection::Selection;
-use crate::layers::LayerIndex;
+use crate::state::ask::{Ask, SelectAsk};
+use crate::state::selection::Selection;
+use quadratura_layers::LayerIndex;
 
 impl ListsState {
     /// Returns the place of the cursor among the rows.
@@ -116,8 +116,8 @@ pub fn along(rows: &[ListRow], here: Option<usize>, down: bool) -> Option<usize>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::FaceIndex;
-    use crate::scene::ObjectId;
+    use quadratura_base::scene::FaceIndex;
+    use quadratura_base::scene::ObjectId;
 
     const ROWS: [ListRow; 6] = [
         ListRow::Layers,

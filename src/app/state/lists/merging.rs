@@ -2,12 +2,12 @@
 //! layers are built.
 
 use super::PendingMerge;
-use crate::app::state::State;
-use crate::app::state::running::JobKind;
-use crate::document::Stack;
-use crate::layers::{Faces, LayerIndex};
-use crate::recipe::decide::{LayerEdit, MergeCost, faces_of_layer};
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::running::JobKind;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
+use quadratura_layers::{Faces, LayerIndex};
+use quadratura_recipe::decide::{LayerEdit, MergeCost, faces_of_layer};
 
 impl State {
     /// Returns the cost of the image layer that several layers of a photo would merge into; none for fewer than two.

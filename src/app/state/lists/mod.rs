@@ -14,9 +14,9 @@ use std::collections::BTreeSet;
 use self::removing::PendingRemoval;
 use self::row::ListRow;
 use super::selection::Selection;
-use crate::layers::LayerIndex;
-use crate::recipe::decide::{LayerEdit, MergeCost};
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
+use quadratura_layers::LayerIndex;
+use quadratura_recipe::decide::{LayerEdit, MergeCost};
 
 /// The state of the lists: open rows, the filter, the cursor.
 #[derive(Default)]
@@ -90,7 +90,7 @@ impl ListsState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::ObjectId;
+    use quadratura_base::scene::ObjectId;
 
     #[test]
     fn a_row_that_is_turned_twice_is_as_it_was_at_first() {

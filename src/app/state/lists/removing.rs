@@ -1,9 +1,9 @@
 //! The removal of an object from the model waits for confirmation.
 
-use crate::app::state::State;
-use crate::app::state::session::Session;
-use crate::document::Stack;
-use crate::document::stack::Element;
+use crate::state::State;
+use crate::state::session::Session;
+use quadratura_document::Stack;
+use quadratura_document::stack::Element;
 
 /// The removal of an object that waits for confirmation, with its consequences.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl PendingRemoval {
         let photos = || session.opened.site.photos.iter().zip(&session.photos);
         let names = |is_listed: &dyn Fn(&Stack) -> bool| -> Vec<String> {
             let of_stack =
-                |(photo, status): (&crate::scene::Photo, &crate::app::state::session::PhotoStatus)| {
+                |(photo, status): (&quadratura_base::scene::Photo, &crate::state::session::PhotoStatus)| {
                     status.stack.as_ref().filter(|stack| is_listed(stack)).map(|_| photo.name.clone())
                 };
             photos().filter_map(of_stack).collect()

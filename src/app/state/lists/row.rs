@@ -1,8 +1,8 @@
 //! The rows of the lists.
 
-use crate::document::trees::TreeIndex;
-use crate::layers::LayerIndex;
-use crate::scene::{FaceIndex, ObjectId};
+use quadratura_base::scene::{FaceIndex, ObjectId};
+use quadratura_document::trees::TreeIndex;
+use quadratura_layers::LayerIndex;
 
 /// A row. Object indices refer to the whole model, including excluded objects, so that they are stable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

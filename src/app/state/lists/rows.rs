@@ -2,14 +2,14 @@
 
 use super::ListsState;
 use super::row::ListRow;
-use crate::app::state::State;
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::document::Stack;
-use crate::document::trees::{PlacedTree, TreeIndex, Trees};
-use crate::layers::LayerIndex;
-use crate::recipe::layer_table::sorted;
-use crate::scene::{FaceId, FaceIndex, Model, ObjectId, PhotoId};
+use crate::state::State;
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::{FaceId, FaceIndex, Model, ObjectId, PhotoId};
+use quadratura_document::Stack;
+use quadratura_document::trees::{PlacedTree, TreeIndex, Trees};
+use quadratura_layers::LayerIndex;
+use quadratura_recipe::layer_table::sorted;
 
 /// The data that the lists show.
 pub struct ListedSite<'a> {
@@ -114,7 +114,7 @@ impl<'a> ListedSite<'a> {
 /// Returns, by index in the whole model, the object of the same name in a partial model.
 fn places(whole: &Model, part: &Model) -> Vec<Option<ObjectId>> {
     let mut rest = (0u32..).zip(&part.objects).peekable();
-    let of = |object: &crate::scene::Object| {
+    let of = |object: &quadratura_base::scene::Object| {
         let (id, _) = rest.next_if(|(_, used)| used.name == object.name)?;
         Some(ObjectId(id))
     };
@@ -233,8 +233,8 @@ impl ListsState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recipe::trees::edit::{TreeChange, placed};
-    use crate::scene::synthetic::closed_form;
+    use quadratura_base::scene::synthetic::closed_form;
+    use quadratura_recipe::trees::edit::{TreeChange, placed};
 
     #[test]
     fn an_object_is_found_by_its_name_where_others_are_switched_off() {

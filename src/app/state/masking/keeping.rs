@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::app::state::running::JobId;
-use crate::geometry::Spans;
-use crate::recipe::masks::MaskEdit;
+use crate::state::running::JobId;
+use quadratura_base::geometry::Spans;
+use quadratura_recipe::masks::MaskEdit;
 
 /// The queue of mask edits.
 #[derive(Default)]
@@ -75,8 +75,8 @@ impl Keeping {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::masks::MaskOrigin;
-    use crate::geometry::PixelRect;
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_document::masks::MaskOrigin;
 
     #[test]
     fn what_waits_is_shown_as_if_it_were_done_in_its_photo_alone() {

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::keeping::Keeping;
-use crate::app::state::running::JobId;
-use crate::document::Masks;
-use crate::document::masks::Mask;
-use crate::geometry::Spans;
+use crate::state::running::JobId;
+use quadratura_base::geometry::Spans;
+use quadratura_document::Masks;
+use quadratura_document::masks::Mask;
 
 /// The number of cached files beyond which files of no current mask are dropped: a few hundred kilobytes each.
 const MOST: usize = 200;
@@ -69,10 +69,10 @@ impl Known {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::state::masking::keeping::{MaskWork, Waiting};
-    use crate::document::masks::MaskOrigin;
-    use crate::geometry::PixelRect;
-    use crate::recipe::masks::MaskEdit;
+    use crate::state::masking::keeping::{MaskWork, Waiting};
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_document::masks::MaskOrigin;
+    use quadratura_recipe::masks::MaskEdit;
 
     fn block(x: i32, w: u32) -> Spans {
         Spans::of_pixels(PixelRect { x, y: 0, w, h: 1 }, |_, _| true)

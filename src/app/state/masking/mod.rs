@@ -16,7 +16,7 @@ use self::known::Known;
 use self::stroke::Stroke;
 use self::suggested::Suggested;
 use self::tool::MaskTool;
-use crate::document::masks::MaskOrigin;
+use quadratura_document::masks::MaskOrigin;
 
 /// The first radius of the brush, as a share of the photo's longer side: about the width of a person at some distance.
 const FIRST_RADIUS: f64 = 1.0 / 60.0;
@@ -118,7 +118,7 @@ pub fn origin_words(from: &MaskOrigin) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::PhotoId;
+    use quadratura_base::scene::PhotoId;
 
     #[test]
     fn a_tool_that_is_taken_up_shows_masks_and_ends_the_stroke_of_another() {

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::suggested::{NOTHING, ShownSuggestion};
-use crate::app::state::State;
-use crate::app::state::notes::Remedy;
-use crate::app::state::selection::Selection;
-use crate::document::Stack;
-use crate::document::masks::Mask;
-use crate::geometry::Spans;
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::notes::Remedy;
+use crate::state::selection::Selection;
+use quadratura_base::geometry::Spans;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
+use quadratura_document::masks::Mask;
 
 impl State {
     /// Returns the token of the selected image layer, if it is one of this photo with a matte: the matte brush means that one.

@@ -6,12 +6,12 @@ use glam::{DVec2, Vec2};
 
 use super::keeping::MaskWork;
 use super::tool::MaskTool;
-use crate::document::masks::MaskOrigin;
-use crate::document::stroke::{Brush, STROKE_VERSION, Stroke as MatteStroke, StrokeSample, StrokeView};
-use crate::geometry::drawn::{brushed, enclosed};
-use crate::geometry::{PixelRect, Spans};
-use crate::recipe::masks::MaskEdit;
-use crate::scene::{Photo, PhotoId};
+use quadratura_base::geometry::drawn::{brushed, enclosed};
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_document::masks::MaskOrigin;
+use quadratura_document::stroke::{Brush, STROKE_VERSION, Stroke as MatteStroke, StrokeSample, StrokeView};
+use quadratura_recipe::masks::MaskEdit;
 
 /// The smallest distance between points of a stroke, in points of the screen; smaller details do not matter.
 const NEAR: f32 = 1.5;
@@ -107,7 +107,7 @@ impl Stroke {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::stroke::BrushMode;
+    use quadratura_document::stroke::BrushMode;
 
     const PHOTO: PixelRect = PixelRect { x: 0, y: 0, w: 100, h: 80 };
 
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn the_matte_brush_makes_a_stroke_in_the_view_of_the_photo_and_no_mask() {
-        let scene = crate::scene::synthetic::closed_form::two_quads();
+        let scene = quadratura_base::scene::synthetic::closed_form::two_quads();
         let photo = scene.photo();
         let line = [(20.0, 40.0), (60.0, 40.0)];
         let made = drawn(MaskTool::Matte(BrushMode::Solve), false, &line).of_matte(&photo, Some("t1".into()));

@@ -3,12 +3,12 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use crate::app::state::running::JobId;
-use crate::document::masks::MaskOrigin;
-use crate::geometry::Spans;
-use crate::recipe::masks::MaskEdit;
-use crate::recipe::masks::suggest::MaskSuggestion;
-use crate::scene::PhotoId;
+use crate::state::running::JobId;
+use quadratura_base::geometry::Spans;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::masks::MaskOrigin;
+use quadratura_recipe::masks::MaskEdit;
+use quadratura_recipe::masks::suggest::MaskSuggestion;
 
 /// The outcome of a search that found nothing.
 pub const NOTHING: &str = "No transient objects were found.";

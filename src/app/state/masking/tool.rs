@@ -1,6 +1,6 @@
 //! The tools that draw in the photo view: masks, and mattes.
 
-use crate::document::stroke::BrushMode;
+use quadratura_document::stroke::BrushMode;
 
 /// A tool that draws in the photo view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! The paths of a dialog, which are checked on disk while the user types: when the next check is due, and the last one.
 
-use crate::recipe::discover::{DiscoveryReport, SiteParts};
+use quadratura_recipe::discover::{DiscoveryReport, SiteParts};
 
 /// The time without typing after which a path is checked, in seconds.
 const TYPED_S: f64 = 0.35;
@@ -105,8 +105,11 @@ mod tests {
         let mut looking = Looking::default();
         looking.want(SiteParts::default(), 0.0);
         looking.begin(0.0);
-        let look =
-            crate::recipe::discover::look_at(&SiteParts::default(), None, &crate::task::Task::silent());
+        let look = quadratura_recipe::discover::look_at(
+            &SiteParts::default(),
+            None,
+            &quadratura_base::task::Task::silent(),
+        );
         looking.found(look.unwrap(), 1.0);
         assert!(looking.now().is_some());
         assert!(is_due_in(&looking, false, 0.0, 1.0 / SHARE));
@@ -114,8 +117,11 @@ mod tests {
 
     #[test]
     fn the_result_for_earlier_paths_is_not_that_of_the_current_ones() {
-        let look =
-            crate::recipe::discover::look_at(&SiteParts::default(), None, &crate::task::Task::silent());
+        let look = quadratura_recipe::discover::look_at(
+            &SiteParts::default(),
+            None,
+            &quadratura_base::task::Task::silent(),
+        );
         let mut looking = Looking::default();
         looking.want(parts("a"), 0.0);
         looking.begin(0.0);

@@ -13,8 +13,8 @@ use self::held::Held;
 use self::looking::Looking;
 use self::place::PathField;
 use self::relinking::Relinking;
-use crate::recipe::discover::{SitePart, SiteParts};
-use crate::recipe::open::UnusableMask;
+use quadratura_recipe::discover::{SitePart, SiteParts};
+use quadratura_recipe::open::UnusableMask;
 
 /// The state of opening, creating and leaving projects.
 #[derive(Default)]

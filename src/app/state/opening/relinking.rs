@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::place::PathField;
-use crate::recipe::discover::{SitePart, SiteParts};
-use crate::recipe::relink::guess;
+use quadratura_recipe::discover::{SitePart, SiteParts};
+use quadratura_recipe::relink::guess;
 
 /// The missing parts of a project, and their possible new paths.
 #[derive(Debug, Clone)]

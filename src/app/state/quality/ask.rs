@@ -1,11 +1,11 @@
 //! Requests about fillings, paint in other photos, and exposures.
 
-use crate::layers::fill::FillOptions;
-use crate::recipe::colour::ColourEdit;
-use crate::recipe::fill::lookouts::Viewpoints;
-use crate::recipe::fill::seen::SeenEdit;
-use crate::recipe::surroundings::SiteSurroundings;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
+use quadratura_layers::fill::FillOptions;
+use quadratura_recipe::colour::ColourEdit;
+use quadratura_recipe::fill::lookouts::Viewpoints;
+use quadratura_recipe::fill::seen::SeenEdit;
+use quadratura_recipe::surroundings::SiteSurroundings;
 
 /// Asks about filling and exposures.
 pub enum QualityAsk {

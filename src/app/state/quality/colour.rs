@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::app::state::running::{JobId, Running};
-use crate::document::ColourDecisions;
-use crate::projection::exposure::Estimate;
+use crate::state::running::{JobId, Running};
+use quadratura_document::ColourDecisions;
+use quadratura_projection::exposure::Estimate;
 
 /// The state of exposures: the estimate, and the decision in progress.
 #[derive(Default)]

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::lookup::ComputedValue;
-use crate::document::{Bookmark, CameraPath, Project};
-use crate::layers::fill::FillOptions;
-use crate::recipe::fill::both_ways::BothWays;
-use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
-use crate::recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto};
-use crate::recipe::fill::shares::LayerShares;
-use crate::recipe::fill::worst::HiddenLayer;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::{Bookmark, CameraPath, Project};
+use quadratura_layers::fill::FillOptions;
+use quadratura_recipe::fill::both_ways::BothWays;
+use quadratura_recipe::fill::lookouts::{LookoutView, Viewpoints};
+use quadratura_recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto};
+use quadratura_recipe::fill::shares::LayerShares;
+use quadratura_recipe::fill::worst::HiddenLayer;
 
 /// The cached facts about fillings.
 #[derive(Default)]

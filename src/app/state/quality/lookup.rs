@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::app::state::running::{JobId, Running};
+use crate::state::running::{JobId, Running};
 
 /// A value that was computed, or is being computed by a job.
 pub struct ComputedValue<T> {

@@ -1,11 +1,11 @@
 //! Questions about fillings and exposures, which the whole state answers.
 
-use crate::app::state::State;
-use crate::app::state::session::Session;
-use crate::document::ColourDecisions;
-use crate::recipe::colour::{ColourReport, report_from_estimate};
-use crate::recipe::fill::lookouts::Viewpoints;
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::session::Session;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::ColourDecisions;
+use quadratura_recipe::colour::{ColourReport, report_from_estimate};
+use quadratura_recipe::fill::lookouts::Viewpoints;
 
 impl State {
     /// Returns the decisions about colour.

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::dialogs::{DialogPurpose, ExportDialog, ImportDialog};
-use crate::app::state::State;
-use crate::document::export_record::ExportFormat;
+use crate::state::State;
+use quadratura_document::export_record::ExportFormat;
 
 impl State {
     /// Opens the import dialog.

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use crate::document::export_record::ExportFormat;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::export_record::ExportFormat;
 
 /// The open dialogs, as they are being edited.
 #[derive(Debug, Clone, Default, PartialEq)]

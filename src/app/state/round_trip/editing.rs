@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use crate::app::state::State;
-use crate::app::state::selection::Selection;
-use crate::document::ImageLayer;
-use crate::io::programs::{ImageEditor, image_editors};
-use crate::recipe::editing::folder as folder_of_documents;
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::selection::Selection;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::ImageLayer;
+use quadratura_io::programs::{ImageEditor, image_editors};
+use quadratura_recipe::editing::folder as folder_of_documents;
 
 impl State {
     /// Returns the installed image editors; they are looked up once.

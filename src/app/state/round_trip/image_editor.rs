@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::export_record::ExportFormat;
-use crate::io::programs::ImageEditor;
+use quadratura_document::export_record::ExportFormat;
+use quadratura_io::programs::ImageEditor;
 
 /// The choice of the image editor, stored from run to run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -14,10 +14,10 @@ use std::sync::Arc;
 
 use self::dialogs::RoundTripDialogs;
 use self::report::{ImportQuestion, Report};
-use crate::document::paint::{PaintBook, PaintImport};
-use crate::io::programs::ImageEditor;
-use crate::recipe::fill::projected::ProjectedPaint;
-use crate::scene::PhotoId;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::paint::{PaintBook, PaintImport};
+use quadratura_io::programs::ImageEditor;
+use quadratura_recipe::fill::projected::ProjectedPaint;
 
 /// The state of exports and imports.
 #[derive(Default)]
@@ -80,7 +80,7 @@ pub fn shown_path(project: &Path, file: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::state::State;
+    use crate::state::State;
 
     #[test]
     fn another_project_forgets_imports_and_dialogs_but_not_which_programs_are_installed() {

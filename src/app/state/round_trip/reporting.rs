@@ -6,17 +6,17 @@ use std::time::Duration;
 
 use super::report::{ImportQuestion, Report, Way};
 use super::shown_path;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, RoundTripAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::numbers::{counted, grouped};
-use crate::app::state::panels::Tab;
-use crate::document::paint::{PaintBook, PaintImport};
-use crate::projection::Picture;
-use crate::recipe::export::Exported;
-use crate::recipe::import::Imported;
-use crate::recipe::import::pictures::ChangedLayer;
-use crate::recipe::import::report::LayerState;
+use crate::state::State;
+use crate::state::ask::{Ask, RoundTripAsk};
+use crate::state::notes::{Note, Weight};
+use crate::state::numbers::{counted, grouped};
+use crate::state::panels::Tab;
+use quadratura_document::paint::{PaintBook, PaintImport};
+use quadratura_projection::Picture;
+use quadratura_recipe::export::Exported;
+use quadratura_recipe::import::Imported;
+use quadratura_recipe::import::pictures::ChangedLayer;
+use quadratura_recipe::import::report::LayerState;
 
 impl State {
     /// Handles an import that has ended: reports its result, and updates all views.

@@ -4,16 +4,16 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, RoundTripAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::numbers::{counted, grouped};
-use crate::app::state::running::JobKind;
-use crate::app::state::space::brush::{DrawnStroke, UnseenStroke};
-use crate::document::stroke::{BrushMode, Stroke};
-use crate::error::{Error, Result};
-use crate::recipe::stroke::StrokeReport;
-use crate::recipe::stroke::coverage::StrokeCoverage;
+use crate::state::State;
+use crate::state::ask::{Ask, RoundTripAsk};
+use crate::state::notes::{Note, Weight};
+use crate::state::numbers::{counted, grouped};
+use crate::state::running::JobKind;
+use crate::state::space::brush::{DrawnStroke, UnseenStroke};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::stroke::{BrushMode, Stroke};
+use quadratura_recipe::stroke::StrokeReport;
+use quadratura_recipe::stroke::coverage::StrokeCoverage;
 
 /// The share of a stroke's pixels that may stay unpainted without a message: along its rim the texels of a photo never
 /// fit those of the view.
@@ -121,7 +121,7 @@ fn left_out(coverage: &StrokeCoverage) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recipe::stroke::StrokedLayer;
+    use quadratura_recipe::stroke::StrokedLayer;
 
     fn coverage(painted: u64, coarse: u64, hidden: u64, outside: u64) -> StrokeCoverage {
         StrokeCoverage { pixels: painted + coarse + hidden + outside, painted, coarse, hidden, outside }
@@ -155,7 +155,7 @@ mod tests {
             objects: vec!["facade".into()],
             ..StrokeReport::default()
         };
-        let stroke = crate::app::state::space::brush::tests::a_stroke();
+        let stroke = crate::state::space::brush::tests::a_stroke();
         assert_eq!(name_of(&stroke, &report), "brush stroke: colour on facade, 2 photos");
         report.objects.push("door".into());
         assert_eq!(name_of(&stroke, &report), "brush stroke: colour on facade and 1 more, 2 photos");

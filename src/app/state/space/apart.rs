@@ -5,17 +5,17 @@ use glam::DVec3;
 use super::FIELD_RAD;
 use super::exploded::Panes3D;
 use super::picking::Sight;
-use crate::app::state::State;
-use crate::app::state::flat::version::LayersVersion;
-use crate::app::state::panes::Pane;
-use crate::app::state::session::Session;
-use crate::document::Stack;
-use crate::layers::LayerIndex;
-use crate::projection::exploded::Stand;
-use crate::projection::flight::FrameLens;
-use crate::projection::navigation::Viewpoint;
-use crate::recipe::peel::Opacities;
-use crate::scene::PhotoId;
+use crate::state::State;
+use crate::state::flat::version::LayersVersion;
+use crate::state::panes::Pane;
+use crate::state::session::Session;
+use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::exploded::Stand;
+use quadratura_projection::flight::FrameLens;
+use quadratura_projection::navigation::Viewpoint;
+use quadratura_recipe::peel::Opacities;
 
 /// The height of layer pictures, as a share of the site's radius, so that navigation feels the same as in the site.
 const HEIGHT_SHARE: f64 = 0.8;

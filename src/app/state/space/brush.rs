@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use crate::document::stroke::{Brush, BrushMode, STROKE_VERSION, Stroke, StrokeSample, StrokeView};
-use crate::projection::navigation::Viewpoint;
+use quadratura_document::stroke::{Brush, BrushMode, STROKE_VERSION, Stroke, StrokeSample, StrokeView};
+use quadratura_projection::navigation::Viewpoint;
 
 /// The factor by which a key resizes the brush.
 pub const STEP: f64 = 1.25;
@@ -169,7 +169,7 @@ impl SpaceBrush {
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
 
     fn begin(brush: &mut SpaceBrush) -> bool {
         let pose = look_at(DVec3::new(0.0, -5.0, 0.0), DVec3::ZERO);

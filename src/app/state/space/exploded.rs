@@ -1,11 +1,11 @@
 //! The exploded view: a photo's image layers pulled apart in space, with the one under the pointer and their spacing.
 
-use crate::app::state::flat::slot::ResultSlot;
-use crate::app::state::flat::version::LayersVersion;
-use crate::layers::LayerIndex;
-use crate::projection::navigation::Viewpoint;
-use crate::recipe::exploded::layer_textures::LayerThumbnail;
-use crate::scene::PhotoId;
+use crate::state::flat::slot::ResultSlot;
+use crate::state::flat::version::LayersVersion;
+use quadratura_base::scene::PhotoId;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::navigation::Viewpoint;
+use quadratura_recipe::exploded::layer_textures::LayerThumbnail;
 
 /// The default spacing: the distance of the last layer behind the nearest one, as a multiple of the nearest one's
 /// distance. It is independent of the number of layers, so that all are visible.

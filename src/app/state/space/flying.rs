@@ -4,13 +4,13 @@ use glam::DVec3;
 
 use super::FIELD_RAD;
 use super::picking::{ball_of, faces_of};
-use crate::app::state::State;
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::projection::best_view::BestView;
-use crate::projection::flight::FrameLens;
-use crate::projection::navigation::{SceneFrame, Viewpoint};
-use crate::scene::{FaceId, PhotoId};
+use crate::state::State;
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::{FaceId, PhotoId};
+use quadratura_projection::best_view::BestView;
+use quadratura_projection::flight::FrameLens;
+use quadratura_projection::navigation::{SceneFrame, Viewpoint};
 
 impl State {
     /// Flies to a free viewpoint.

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::app::state::State;
-use crate::scene::PhotoId;
+use crate::state::State;
+use quadratura_base::scene::PhotoId;
 
 impl State {
     /// Returns what the status bar says of layered depth images; nothing while the view is not drawn from them.

@@ -4,11 +4,11 @@ use glam::DVec2;
 
 use super::brush::SpaceBrush;
 use super::picking::Sight;
-use crate::app::state::State;
-use crate::layers::LayerIndex;
-use crate::projection::navigation::Viewpoint;
-use crate::recipe::render::Appearance;
-use crate::scene::{FaceId, PhotoId};
+use crate::state::State;
+use quadratura_base::scene::{FaceId, PhotoId};
+use quadratura_layers::LayerIndex;
+use quadratura_projection::navigation::Viewpoint;
+use quadratura_recipe::render::Appearance;
 
 /// The values of the 3D view that change while it is drawn: a copy, which is put back afterwards.
 #[derive(Debug, Clone)]

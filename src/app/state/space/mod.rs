@@ -24,13 +24,13 @@ use self::picture::{NewestPicture, PaintedPicture, Request};
 use self::travel::Travel;
 use self::visibility::Visibility;
 use super::session::Session;
-use crate::projection::flight::FrameLens;
-use crate::projection::hidden::HiddenFaces;
-use crate::projection::navigation::Viewpoint;
-use crate::projection::{DisplayMode, Quality, Shot};
-use crate::recipe::ldi::live::LiveOptions;
-use crate::recipe::render::Appearance;
-use crate::scene::{FaceId, PhotoId};
+use quadratura_base::scene::{FaceId, PhotoId};
+use quadratura_projection::flight::FrameLens;
+use quadratura_projection::hidden::HiddenFaces;
+use quadratura_projection::navigation::Viewpoint;
+use quadratura_projection::{DisplayMode, Quality, Shot};
+use quadratura_recipe::ldi::live::LiveOptions;
+use quadratura_recipe::render::Appearance;
 
 /// The time without a change after which the view is drawn in final quality, in seconds.
 const RESTS_S: f64 = 0.25;
@@ -112,7 +112,7 @@ impl Default for Space {
     fn default() -> Self {
         use glam::DVec3;
         let scene_frame =
-            crate::projection::navigation::SceneFrame { up: DVec3::Z, center: DVec3::ZERO, radius: 1.0 };
+            quadratura_projection::navigation::SceneFrame { up: DVec3::Z, center: DVec3::ZERO, radius: 1.0 };
         Self::at(Viewpoint::overview(&scene_frame, FrameLens::with_field_of_view(FIELD_RAD)))
     }
 }

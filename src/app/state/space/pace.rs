@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::projection::{Quality, Shot};
+use quadratura_projection::{Quality, Shot};
 
 /// The target time of a moving picture, in seconds: 20 a second look continuous.
 const WANTED_S: f64 = 0.05;
@@ -48,8 +48,8 @@ impl DrawingPace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pose;
-    use crate::scene::synthetic::centred;
+    use quadratura_base::geometry::Pose;
+    use quadratura_base::scene::synthetic::centred;
 
     #[test]
     fn pictures_become_smaller_when_they_are_slow_and_larger_when_they_are_quick() {

@@ -6,14 +6,14 @@ use glam::DVec3;
 
 use super::picture::NewestPicture;
 pub use super::sight::Sight;
-use crate::app::state::State;
-use crate::app::state::selection::Selection;
-use crate::app::state::session::Session;
-use crate::document::trees::TreeIndex;
-use crate::layers::LayerIndex;
-use crate::projection::hidden::{Culling, HiddenFaces};
-use crate::projection::{TREE, shown_face};
-use crate::scene::{FaceId, Model, Object, PhotoId};
+use crate::state::State;
+use crate::state::selection::Selection;
+use crate::state::session::Session;
+use quadratura_base::scene::{FaceId, Model, Object, PhotoId};
+use quadratura_document::trees::TreeIndex;
+use quadratura_layers::LayerIndex;
+use quadratura_projection::hidden::{Culling, HiddenFaces};
+use quadratura_projection::{TREE, shown_face};
 
 /// The number of parts of a tree's height at which its distance from a ray is looked at.
 const PARTS: u32 = 16;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::images::DrawnFrom;
-use crate::projection::flight::FrameLens;
-use crate::projection::surface::Surface;
-use crate::projection::{DisplayMode, Picture, Shot};
-use crate::recipe::ldi::live::LiveStatus;
+use quadratura_projection::flight::FrameLens;
+use quadratura_projection::surface::Surface;
+use quadratura_projection::{DisplayMode, Picture, Shot};
+use quadratura_recipe::ldi::live::LiveStatus;
 
 /// A request for a picture.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::*;
-use crate::projection::Picture;
-use crate::projection::surface::Surface;
-use crate::scene::PhotoId;
-use crate::scene::synthetic::closed_form::stairs;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::synthetic::closed_form::stairs;
+use quadratura_projection::Picture;
+use quadratura_projection::surface::Surface;
 
 const AT_REST: Drawn = Drawn { background: [1, 2, 3], moves: false };
 const MOVING: Drawn = Drawn { background: [1, 2, 3], moves: true };
@@ -214,7 +214,7 @@ fn a_reason_why_nothing_is_drawn_is_new_once() {
     assert!(space.due(AT_REST, 5.0, false).0.is_some(), "the picture is requested again");
 }
 
-fn small(mut shot: crate::projection::Shot) -> crate::projection::Shot {
+fn small(mut shot: quadratura_projection::Shot) -> quadratura_projection::Shot {
     (shot.camera.width, shot.camera.height) = (2, 1);
     shot
 }

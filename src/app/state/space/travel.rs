@@ -1,10 +1,10 @@
 //! Flights of the 3D view from one viewpoint to another.
 
 use super::Space;
-use crate::app::state::session::Session;
-use crate::projection::flight::{Flight, FrameLens};
-use crate::projection::navigation::Viewpoint;
-use crate::scene::PhotoId;
+use crate::state::session::Session;
+use quadratura_base::scene::PhotoId;
+use quadratura_projection::flight::{Flight, FrameLens};
+use quadratura_projection::navigation::Viewpoint;
 
 /// The duration of a flight between viewpoints, in seconds: long enough to follow, short enough not to wait.
 const FLIGHT_S: f64 = 0.6;

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::app::state::State;
-use crate::projection::hidden::HiddenFaces;
-use crate::scene::FaceId;
+use crate::state::State;
+use quadratura_base::scene::FaceId;
+use quadratura_projection::hidden::HiddenFaces;
 
 /// How surfaces that no photo covers are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

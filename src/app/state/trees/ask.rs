@@ -1,8 +1,8 @@
 //! Requests about trees.
 
 use super::hand::Hold;
-use crate::app::state::space::sight::Sight;
-use crate::document::trees::{PlacedTree, TreeLight};
+use crate::state::space::sight::Sight;
+use quadratura_document::trees::{PlacedTree, TreeLight};
 
 /// Asks about trees.
 pub enum TreeAsk {

@@ -1,8 +1,8 @@
 //! What the plants of species cost and how large they are, found once.
 
-use crate::app::state::running::{JobId, Running};
-use crate::document::trees::{TreeSpecies, Trees};
-use crate::recipe::trees::list::SpeciesFigures;
+use crate::state::running::{JobId, Running};
+use quadratura_document::trees::{TreeSpecies, Trees};
+use quadratura_recipe::trees::list::SpeciesFigures;
 
 /// The figures of a species, or why its plant cannot be read.
 pub type Figures = Result<SpeciesFigures, String>;

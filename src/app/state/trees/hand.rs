@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use crate::app::state::space::sight::Sight;
-use crate::document::Project;
-use crate::document::trees::PlacedTree;
+use crate::state::space::sight::Sight;
+use quadratura_document::Project;
+use quadratura_document::trees::PlacedTree;
 
 /// The distance in pixels below which a press moves nothing: a click only selects.
 const LEAST_PX: f64 = 3.0;
@@ -129,9 +129,9 @@ impl HeldTree {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::navigation::Viewpoint;
-    use crate::recipe::trees::edit::{TreeChange, placed};
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
+    use quadratura_projection::navigation::Viewpoint;
+    use quadratura_recipe::trees::edit::{TreeChange, placed};
 
     const SIZE_PX: [u32; 2] = [640, 480];
 

@@ -1,7 +1,7 @@
 //! Which species have images, from which the 3D view draws them; they are made once.
 
-use crate::app::state::running::{JobId, Running};
-use crate::document::trees::{TreeSpecies, Trees};
+use crate::state::running::{JobId, Running};
+use quadratura_document::trees::{TreeSpecies, Trees};
 
 /// The species whose images were made, or could not be.
 #[derive(Debug, Default)]
@@ -51,7 +51,7 @@ impl MadeImages {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recipe::trees::edit::{TreeChange, placed};
+    use quadratura_recipe::trees::edit::{TreeChange, placed};
 
     #[test]
     fn images_are_missing_of_placed_species_until_they_are_made() {

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::app::state::running::{JobId, Running};
-use crate::document::colour::ColourDecisions;
-use crate::document::trees::{LightStrength, Strength, TreeLight, Trees};
-use crate::document::{Masks, Project};
-use crate::foliage::{Light, level_axes};
-use crate::recipe::trees::light::{LightEstimate, estimated_trees, is_needed};
+use crate::state::running::{JobId, Running};
+use quadratura_document::colour::ColourDecisions;
+use quadratura_document::trees::{LightStrength, Strength, TreeLight, Trees};
+use quadratura_document::{Masks, Project};
+use quadratura_foliage::{Light, level_axes};
+use quadratura_recipe::trees::light::{LightEstimate, estimated_trees, is_needed};
 
 /// Where the sun is, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -125,9 +125,9 @@ pub fn shown_strength(LightStrength { sun, sky, ground }: &LightStrength) -> Lig
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::masks::{Mask, MaskOrigin, MaskedTree};
-    use crate::recipe::trees::edit::{TreeChange, placed};
-    use crate::recipe::trees::light::{LightSupport, clear_day};
+    use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
+    use quadratura_recipe::trees::edit::{TreeChange, placed};
+    use quadratura_recipe::trees::light::{LightSupport, clear_day};
 
     #[test]
     fn angles_of_the_sun_and_its_direction_are_the_same_thing_whatever_is_up() {

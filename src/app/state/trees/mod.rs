@@ -14,8 +14,8 @@ use self::figures::KnownFigures;
 use self::hand::TreeHand;
 use self::images::MadeImages;
 use self::light::KnownLight;
-use crate::document::Project;
-use crate::recipe::trees::light::{LightEstimate, is_needed};
+use quadratura_document::Project;
+use quadratura_recipe::trees::light::{LightEstimate, is_needed};
 
 /// The trees in the window.
 #[derive(Default)]
@@ -83,7 +83,7 @@ impl ShownTrees {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::trees::{Grown, PlantSource, TreeSpecies};
+    use quadratura_document::trees::{Grown, PlantSource, TreeSpecies};
 
     #[test]
     fn trees_are_shown_again_when_files_of_plants_have_changed() {

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use crate::app::state::State;
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::selection::Selection;
-use crate::document::history::Gesture;
-use crate::document::trees::{PlacedTree, TreeIndex, Trees};
-use crate::document::{Masks, Project};
-use crate::error::Result;
-use crate::recipe::masks::{ClearedMasks, cleared};
-use crate::recipe::trees::list::SpeciesFigures;
+use crate::state::State;
+use crate::state::notes::{Note, Weight};
+use crate::state::selection::Selection;
+use quadratura_base::error::Result;
+use quadratura_document::history::Gesture;
+use quadratura_document::trees::{PlacedTree, TreeIndex, Trees};
+use quadratura_document::{Masks, Project};
+use quadratura_recipe::masks::{ClearedMasks, cleared};
+use quadratura_recipe::trees::list::SpeciesFigures;
 
 /// The gesture of a drag or a slider: each ends its own.
 const DRAG: Gesture = Gesture(0x7e_e5);

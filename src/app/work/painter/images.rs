@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::Shared;
-use crate::app::state::space::picture::Request;
-use crate::app::work::priority::lower_own_priority;
-use crate::error::{Error, Result};
-use crate::projection::Picture;
-use crate::recipe::ldi::live::{LiveInputs, LivePicture, LiveStatus, LiveView, WarpOn};
-use crate::recipe::open::Opened;
-use crate::recipe::preview::Preview;
-use crate::task::Task;
+use crate::state::space::picture::Request;
+use crate::work::priority::lower_own_priority;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_projection::Picture;
+use quadratura_recipe::ldi::live::{LiveInputs, LivePicture, LiveStatus, LiveView, WarpOn};
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::preview::Preview;
 
 /// The layered depth images of a painter.
 pub struct PainterImages {

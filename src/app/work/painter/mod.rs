@@ -23,22 +23,22 @@ pub use self::orders::Orders;
 use self::images::PainterImages;
 use self::orders::{Order, OrderInProgress};
 use super::waker::Waker;
-use crate::app::state::space::picture::{PaintedPicture, Request};
-use crate::app::state::trees::ShownTrees;
-use crate::document::Stack;
-use crate::document::paint::PaintBook;
-use crate::error::{Error, Result};
-use crate::gpu::Gpu;
-use crate::projection::surface::Surface;
-use crate::projection::{Gains, Picture, Renders, shown_face};
-use crate::raster::over::on_opaque;
-use crate::recipe::fill::projected::ProjectedPaint;
-use crate::recipe::ldi::live::WarpOn;
-use crate::recipe::open::Opened;
-use crate::recipe::preview::Preview;
-use crate::recipe::surroundings::SiteSurroundings;
-use crate::scene::{Model, PhotoId};
-use crate::task::Task;
+use crate::state::space::picture::{PaintedPicture, Request};
+use crate::state::trees::ShownTrees;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::raster::over::on_opaque;
+use quadratura_base::scene::{Model, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_document::Stack;
+use quadratura_document::paint::PaintBook;
+use quadratura_gpu::Gpu;
+use quadratura_projection::surface::Surface;
+use quadratura_projection::{Gains, Picture, Renders, shown_face};
+use quadratura_recipe::fill::projected::ProjectedPaint;
+use quadratura_recipe::ldi::live::WarpOn;
+use quadratura_recipe::open::Opened;
+use quadratura_recipe::preview::Preview;
+use quadratura_recipe::surroundings::SiteSurroundings;
 
 /// A change that later pictures show; the renderer is not made again for it.
 pub enum Change {
@@ -370,7 +370,7 @@ fn next(shared: &Shared, bench: &mut OrderInProgress, last: Option<&Request>) ->
 
 /// Computes the grey of each untextured face: lighter the more it turns to the viewpoint.
 fn shades(model: &Model, viewpoint: DVec3) -> Vec<u8> {
-    let shade = |face: &crate::scene::Face| {
+    let shade = |face: &quadratura_base::scene::Face| {
         let towards = (viewpoint - face.plane.point).normalize_or_zero();
         (80.0 + 90.0 * face.plane.normal.dot(towards).abs()) as u8
     };

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
 
 use super::{Shared, failed};
-use crate::error::{Error, Result};
-use crate::projection::{LinearPicture, Renders, Shot, Sliced};
-use crate::recipe::preview::Preview;
-use crate::recipe::render::DrawnPicture;
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_projection::{LinearPicture, Renders, Shot, Sliced};
+use quadratura_recipe::preview::Preview;
+use quadratura_recipe::render::DrawnPicture;
 
 /// An ordered picture that a job waits for.
 pub struct Order {
@@ -28,7 +28,7 @@ impl Orders {
     /// Orders the picture of a shot and waits for it; a shot in linear light comes with its depths.
     ///
     /// # Errors
-    /// The errors of [`crate::projection::Renders::picture`]; [`Error::Request`] when the 3D view ended in the
+    /// The errors of [`quadratura_projection::Renders::picture`]; [`Error::Request`] when the 3D view ended in the
     /// meantime.
     pub fn picture(&self, shot: Shot, task: &Task) -> Result<DrawnPicture> {
         let (reply, receive) = channel();

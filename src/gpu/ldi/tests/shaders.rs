@@ -5,10 +5,10 @@ use std::mem::offset_of;
 use naga::TypeInner;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-use crate::gpu::Gpu;
-use crate::gpu::ldi::view::{ViewUniform, WORKGROUP};
-use crate::gpu::ldi::{GpuWarp, level, pixel, resolve, show, slots, wide_pixel};
-use crate::ldi::warp::moves::SurfaceMove;
+use crate::Gpu;
+use crate::ldi::view::{ViewUniform, WORKGROUP};
+use crate::ldi::{GpuWarp, level, pixel, resolve, show, slots, wide_pixel};
+use quadratura_ldi::warp::moves::SurfaceMove;
 
 /// Returns every pass as it is compiled, with what the device has to have for it.
 fn passes() -> Vec<(String, Capabilities)> {

@@ -3,13 +3,13 @@
 use glam::DVec3;
 
 use super::{GpuWarp, SPLATS, of_splat, on_adapter, on_processor, picture, uploaded};
-use crate::ldi::tests::stretching::{floor, from_above};
-use crate::ldi::tests::{of_model, step_aside, with_level};
-use crate::ldi::transfer::{Positions, Transfer};
-use crate::ldi::warp::DrawingOrder;
-use crate::ldi::{DepthPixel, Ldi, Level, Splat, SplatKind, WarpOptions};
-use crate::projection::Shot;
-use crate::scene::synthetic::{Rng, camera_is_world, centred, random};
+use quadratura_base::scene::synthetic::{Rng, camera_is_world, centred, random};
+use quadratura_ldi::synthetic::{floor, from_above};
+use quadratura_ldi::synthetic::{of_model, step_aside, with_level};
+use quadratura_ldi::transfer::{Positions, Transfer};
+use quadratura_ldi::warp::DrawingOrder;
+use quadratura_ldi::{DepthPixel, Ldi, Level, Splat, SplatKind, WarpOptions};
+use quadratura_projection::Shot;
 
 /// The difference of stored values up to which pixels are the same.
 const STEPS: u8 = 2;
@@ -221,7 +221,7 @@ fn of_layers(layers: &[(f32, [u8; 4])]) -> Ldi {
     let camera = centred(40, 30, 40.0);
     let surfaces: Vec<_> = layers
         .iter()
-        .map(|(inverse_depth, _)| crate::ldi::LdiSurface {
+        .map(|(inverse_depth, _)| quadratura_ldi::LdiSurface {
             nu: DVec3::new(0.0, 0.0, f64::from(*inverse_depth)),
             object: "pane".into(),
             face: None,
@@ -250,7 +250,11 @@ fn of_two_surfaces_at_nearly_the_same_depth_the_nearer_one_is_shown_as_far_as_it
         // Between the pixels of the image, where four of its pixels share each pixel of the picture.
         for offset in [0.0, 0.5] {
             let camera = ldi.camera;
-            let moved = crate::geometry::Pinhole { cx: camera.cx + offset, cy: camera.cy + offset, ..camera };
+            let moved = quadratura_base::geometry::Pinhole {
+                cx: camera.cx + offset,
+                cy: camera.cy + offset,
+                ..camera
+            };
             let options = WarpOptions { level: Some(0), ..WarpOptions::default() };
             let on_device = uploaded(&gpu, ldi.clone());
             let shot = Shot::new(moved, camera_is_world());
@@ -268,7 +272,8 @@ fn what_is_far_away_and_of_slight_weights_does_not_vanish() {
     let ldi = of_layers(&[(0.5, [100, 150, 200, 255])]);
     let on_device = uploaded(&gpu, ldi.clone());
     // From 200 times the distance, where the weights are less than two units of the sums.
-    let away = crate::geometry::Pose { translation: DVec3::new(0.0, 0.0, 400.0), ..camera_is_world() };
+    let away =
+        quadratura_base::geometry::Pose { translation: DVec3::new(0.0, 0.0, 400.0), ..camera_is_world() };
     let shot = Shot::new(centred(3, 3, 40.0), away);
     let options = WarpOptions { level: Some(0), ..WarpOptions::default() };
     let expected = on_processor(&ldi, &shot, &options).picture.pixels()[4];

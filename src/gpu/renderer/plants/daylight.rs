@@ -5,11 +5,11 @@ use glam::{DAffine3, DMat3, DVec3};
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ShaderStages, TextureFormat, TextureView};
 
 use super::flake::rows_of;
-use crate::foliage::directions::{DIRECTIONS, Serving, serving};
-use crate::foliage::{Light, Openness};
-use crate::gpu::bindings::{self, BindingKind};
-use crate::gpu::device::Gpu;
-use crate::projection::Shot;
+use crate::bindings::{self, BindingKind};
+use crate::device::Gpu;
+use quadratura_foliage::directions::{DIRECTIONS, Serving, serving};
+use quadratura_foliage::{Light, Openness};
+use quadratura_projection::Shot;
 
 /// The WGSL source that is put before passes that light trees.
 pub const SOURCE: &str = include_str!("../../../../shaders/daylight.wgsl");

@@ -7,10 +7,10 @@ use glam::{DAffine3, Vec2, Vec3, Vec4, Vec4Swizzles};
 use wgpu::{Buffer, BufferUsages};
 
 use super::extent::extent;
-use crate::foliage::{ImageInView, MBuffer, MSample, Plant, PlantImages, depth_from_stored};
-use crate::geometry::PixelRect;
-use crate::gpu::bindings;
-use crate::gpu::device::Gpu;
+use crate::bindings;
+use crate::device::Gpu;
+use quadratura_base::geometry::PixelRect;
+use quadratura_foliage::{ImageInView, MBuffer, MSample, Plant, PlantImages, depth_from_stored};
 
 /// The WGSL source that is put before the passes over images.
 const SOURCE: &str = include_str!("../../../../shaders/flake.wgsl");
@@ -244,7 +244,7 @@ fn leave_out_finest(images: &mut PlantImages, room: u64) {
     };
     while all(images) > room {
         let finest = |of: &Option<_>| {
-            of.as_ref().map_or(0, |of: &crate::foliage::ObjectImages| samples(&of.copies[0].views))
+            of.as_ref().map_or(0, |of: &quadratura_foliage::ObjectImages| samples(&of.copies[0].views))
         };
         let Some(largest) = images.objects.iter_mut().max_by_key(|of| finest(of)) else { return };
         if let Some(of) = largest {
@@ -285,10 +285,10 @@ fn add_samples(to: (&mut Vec<[u32; WORDS]>, &mut Vec<Block>), view: &MBuffer, si
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foliage::{BakeOptions, bake};
-    use crate::gpu::renderer::plants::tests::oak;
-    use crate::scene::synthetic::Rng;
-    use crate::task::Task;
+    use crate::renderer::plants::tests::oak;
+    use quadratura_base::scene::synthetic::Rng;
+    use quadratura_base::task::Task;
+    use quadratura_foliage::{BakeOptions, bake};
 
     #[test]
     fn the_finest_copies_are_left_out_until_samples_fit_and_then_whole_sub_objects() {
@@ -362,7 +362,7 @@ mod tests {
         let sample = MSample {
             depth: 0xABCD,
             colour: [1, 2, 255],
-            normal: crate::foliage::NormalCode(0x8123),
+            normal: quadratura_foliage::NormalCode(0x8123),
             mask: 0xF00F,
         };
         let mut counts = vec![0; 12];

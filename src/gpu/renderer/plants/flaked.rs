@@ -8,10 +8,10 @@ use super::daylight::CrownWords;
 use super::flake::{self, SpeciesImages};
 use super::flakes::{Band, Flakes};
 use super::{TreeProgram, daylight, tree_pipeline};
-use crate::gpu::bindings::{self, BindingKind};
-use crate::gpu::device::Gpu;
-use crate::gpu::renderer::project::SURFACES;
-use crate::gpu::renderer::table::GrowingBuffer;
+use crate::bindings::{self, BindingKind};
+use crate::device::Gpu;
+use crate::renderer::project::SURFACES;
+use crate::renderer::table::GrowingBuffer;
 
 const FLAKED: &str = include_str!("../../../../shaders/flaked.wgsl");
 

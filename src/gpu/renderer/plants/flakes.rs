@@ -11,12 +11,12 @@ use super::flake::{self, BLOCK, Block, FlakeImageWords, FlakeRowsWords, SpeciesI
 use super::hidden::{Hidden, Tiles, tiles};
 use super::slices::Slices;
 use super::{door, flakes_narrow, flakes_wide};
-use crate::error::Result;
-use crate::gpu::bindings::{self, BindingKind};
-use crate::gpu::device::Gpu;
-use crate::gpu::readback;
-use crate::gpu::renderer::project::SURFACES;
-use crate::gpu::renderer::table::GrowingBuffer;
+use crate::bindings::{self, BindingKind};
+use crate::device::Gpu;
+use crate::readback;
+use crate::renderer::project::SURFACES;
+use crate::renderer::table::GrowingBuffer;
+use quadratura_base::error::Result;
 
 const FLAKES: &str = include_str!("../../../../shaders/flakes.wgsl");
 

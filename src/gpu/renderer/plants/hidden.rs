@@ -11,9 +11,9 @@ use wgpu::{
 
 use super::extent::extent;
 use super::flake::{self, SpeciesImages};
-use crate::gpu::bindings::{self, BindingKind};
-use crate::gpu::device::Gpu;
-use crate::gpu::renderer::project::SURFACES;
+use crate::bindings::{self, BindingKind};
+use crate::device::Gpu;
+use crate::renderer::project::SURFACES;
 
 const HIDDEN: &str = include_str!("../../../../shaders/hidden.wgsl");
 

@@ -1,6 +1,6 @@
 //! Paint on the polygons of a plant: found at their corners, and between them mixed by the device.
 
-use crate::foliage::{Change, Mesh, PaintAt};
+use quadratura_foliage::{Change, Mesh, PaintAt};
 
 /// A mesh with the paint on it.
 pub struct Painted {

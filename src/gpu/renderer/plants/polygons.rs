@@ -13,9 +13,9 @@ use super::hidden::Tiles;
 use super::species::{InstanceWords, LevelInBuffers, MeshBuffers};
 use super::stock::Stock;
 use super::{Cuts, TreeProgram};
-use crate::foliage::{Ball, Plant, PolygonsInView, TreeCost};
-use crate::gpu::device::Gpu;
-use crate::gpu::renderer::table::GrowingBuffer;
+use crate::device::Gpu;
+use crate::renderer::table::GrowingBuffer;
+use quadratura_foliage::{Ball, Plant, PolygonsInView, TreeCost};
 
 /// The most batches.
 const MOST_BATCHES: u32 = 6;

@@ -7,9 +7,9 @@ use glam::{DAffine3, DVec3, DVec4, Vec3};
 use half::f16;
 use wgpu::{BindingResource, TextureView};
 
-use crate::foliage::{RATIO_CELLS, RatioImage, RatioInView, RatiosInView, Tree, Wood};
-use crate::gpu::device::Gpu;
-use crate::projection::Shot;
+use crate::device::Gpu;
+use quadratura_foliage::{RATIO_CELLS, RatioImage, RatioInView, RatiosInView, Tree, Wood};
+use quadratura_projection::Shot;
 
 /// A ratio image in a view, in the layout of the shader (`Ratio`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

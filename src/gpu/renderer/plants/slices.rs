@@ -2,9 +2,9 @@
 
 use wgpu::{CommandEncoder, PollType};
 
-use crate::error::{Error, Result};
-use crate::gpu::device::Gpu;
-use crate::task::Task;
+use crate::device::Gpu;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// Commands that are handed to the device in slices of a bounded cost. The device has done one before the next is handed over. What
 /// costs less than one slice is waited for only where [`Self::hand_over`] is called.

@@ -12,10 +12,10 @@ use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages};
 use super::daylight::CrownTextures;
 use super::flake::{SpeciesImages, rows_of};
 use super::painted::Painted;
-use crate::error::{Error, Result};
-use crate::foliage::{Door, Material, Mesh, Pixels, Plant, Use, WoodSpecies, Wrap};
-use crate::gpu::bindings;
-use crate::gpu::device::Gpu;
+use crate::bindings;
+use crate::device::Gpu;
+use quadratura_base::error::{Error, Result};
+use quadratura_foliage::{Door, Material, Mesh, Pixels, Plant, Use, WoodSpecies, Wrap};
 
 /// The largest number of instances of sub-objects of a species that are drawn as polygons, 56 bytes each.
 const MOST_INSTANCES: u64 = 4_000_000;

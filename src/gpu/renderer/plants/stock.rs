@@ -12,13 +12,13 @@ use super::ratio::{RatioCells, RatioWords, have_same_ratios};
 use super::species::{SpeciesBuffers, material_layout};
 use super::sunlit::SunlitCells;
 use super::{Cuts, Key, PlacementWords, TreeProgram, daylight, pipeline, trees_layout};
-use crate::error::Result;
-use crate::foliage::{InView, View, WalkOptions, Wood, WoodSpecies, in_view};
-use crate::gpu::bindings::{self, BindingKind};
-use crate::gpu::device::Gpu;
-use crate::gpu::renderer::target::FLAT_LINEAR;
-use crate::projection::legend::{self, colour_of_number, linear};
-use crate::projection::{DisplayMode, Shot, TREE};
+use crate::bindings::{self, BindingKind};
+use crate::device::Gpu;
+use crate::renderer::target::FLAT_LINEAR;
+use quadratura_base::error::Result;
+use quadratura_foliage::{InView, View, WalkOptions, Wood, WoodSpecies, in_view};
+use quadratura_projection::legend::{self, colour_of_number, linear};
+use quadratura_projection::{DisplayMode, Shot, TREE};
 
 /// Trees and species on the device.
 #[derive(Debug)]
@@ -44,7 +44,7 @@ impl Stock {
     /// Uploads the trees of a site whose model has this many faces.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a plant without images that has too many instances.
+    /// [`quadratura_base::Error::Request`] for a plant without images that has too many instances.
     pub fn new(gpu: &Gpu, wood: Arc<Wood>, faces: usize) -> Result<Self> {
         let shot = bindings::layout(gpu, "frame", ShaderStages::VERTEX_FRAGMENT, &[BindingKind::Uniform]);
         let layouts = [shot, trees_layout(gpu), material_layout(gpu), daylight::layout(gpu)];

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use super::daylight::volume;
-use crate::foliage::{SUNLIT_CELLS, Sunlit, Wood};
-use crate::gpu::device::Gpu;
+use crate::device::Gpu;
+use quadratura_foliage::{SUNLIT_CELLS, Sunlit, Wood};
 
 /// Blocks of cells in a row, and rows in a layer, as in the shader (`SUNLIT_ACROSS`).
 const ACROSS: usize = 16;
@@ -69,7 +69,7 @@ impl SunlitCells {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::renderer::plants::daylight::SOURCE;
+    use crate::renderer::plants::daylight::SOURCE;
 
     #[test]
     fn the_shader_knows_how_blocks_lie() {

@@ -11,24 +11,24 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use crate::foliage::{
+use crate::left_out::on_adapter;
+use crate::{Gpu, Renderer, TextureOptions, TileStore};
+use quadratura_base::scene::light::linear_of_srgb;
+use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_base::task::Task;
+use quadratura_foliage::{
     BakeOptions, FlakeOptions, Light, LightCorrection, Openness, PaintField, Plant, PlantImages, Shades,
     SlabFrame, Species, SunShade, Sunlit, Tree, View, Wood, WoodSpecies, bake, draw, draw_flakes,
     draw_shaded, finest_copy, grow, painted, painted_slabs, similarity, slab_pictures,
 };
-use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
-use crate::left_out::on_adapter;
-use crate::projection::relief::Relief;
-use crate::projection::{
+use quadratura_projection::relief::Relief;
+use quadratura_projection::{
     DisplayMode, Gains, Picture, Quality, Renders, Shot, Sources, TREE, TreeMethod, shown_face,
 };
-use crate::scene::light::linear_of_srgb;
-use crate::scene::synthetic::{Modeller, centred, look_at};
-use crate::scene::{FaceId, Model};
-use crate::task::Task;
 
 pub(super) fn oak() -> Plant {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/oak.json");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/oak.json");
     let species: Species = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
     grow(&species).unwrap()
 }

@@ -18,13 +18,13 @@ use super::ratio::RatioWords;
 use super::slices::Slices;
 use super::stock::Stock;
 use super::{PlacementWords, TreeProgram};
-use crate::error::Result;
-use crate::foliage::{Ball, ImageInView, InView, Tree, TreeCost, TreePace, WalkOptions, sees};
-use crate::geometry::{Pinhole, PixelRect};
-use crate::gpu::bindings;
-use crate::gpu::device::Gpu;
-use crate::gpu::renderer::table::GrowingBuffer;
-use crate::projection::{Quality, Shot, TreeMethod};
+use crate::bindings;
+use crate::device::Gpu;
+use crate::renderer::table::GrowingBuffer;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, PixelRect};
+use quadratura_foliage::{Ball, ImageInView, InView, Tree, TreeCost, TreePace, WalkOptions, sees};
+use quadratura_projection::{Quality, Shot, TreeMethod};
 
 /// The trees of a view on the device.
 #[derive(Debug)]
@@ -38,24 +38,24 @@ pub struct PlantsView {
     placements: GrowingBuffer,
     /// The trees that are drawn as polygons alone.
     whole: Vec<usize>,
-    pub(in crate::gpu::renderer) polygons: Polygons,
-    pub(in crate::gpu::renderer) flakes: Flakes,
+    pub(in crate::renderer) polygons: Polygons,
+    pub(in crate::renderer) flakes: Flakes,
     flaked: Flaked,
     /// Whether images are in view.
     has_images: bool,
     /// The pixels in which their samples may be.
-    pub(in crate::gpu::renderer) rect: PixelRect,
+    pub(in crate::renderer) rect: PixelRect,
     /// How fine they are in pictures that follow each other, and the time that trees may take in this one.
-    pub(in crate::gpu::renderer) pace: Cell<TreePace>,
+    pub(in crate::renderer) pace: Cell<TreePace>,
     within: Option<Duration>,
     /// The finest images of previews.
-    pub(in crate::gpu::renderer) finest: WalkOptions,
+    pub(in crate::renderer) finest: WalkOptions,
     /// When images serve in the view.
-    pub(in crate::gpu::renderer) options: WalkOptions,
+    pub(in crate::renderer) options: WalkOptions,
     /// The picture that the tables are of, and its samples a pixel; `None` where that holds no more.
     of: Option<(Shot, u32)>,
     /// Whether the nearest samples of these tables were found.
-    pub(in crate::gpu::renderer) is_found: Cell<bool>,
+    pub(in crate::renderer) is_found: Cell<bool>,
     cost: TreeCost,
     /// How long it took to find and write what is in view.
     listed: Duration,
@@ -138,7 +138,7 @@ impl PlantsView {
     /// the photos' common exposure to the view's. Returns whether some of them may be in view.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a plant that has too many instances to be drawn as polygons.
+    /// [`quadratura_base::Error::Request`] for a plant that has too many instances to be drawn as polygons.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,

@@ -2,10 +2,10 @@
 
 use wgpu::{Extent3d, Texture, TextureUsages, TextureView};
 
-use crate::foliage::{MOST_SUN_VIEWS, SunView};
-use crate::gpu::device::Gpu;
-use crate::gpu::drawing::DEPTH;
-use crate::projection::TreeMethod;
+use crate::device::Gpu;
+use crate::drawing::DEPTH;
+use quadratura_foliage::{MOST_SUN_VIEWS, SunView};
+use quadratura_projection::TreeMethod;
 
 /// While the view moves, a map serves if its pixels are at most this factor larger than those of a new one.
 const COARSER: f64 = 1.5;
@@ -93,8 +93,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::foliage::{Ball, SunScene, sun_views};
-    use crate::scene::synthetic::{centred, look_at};
+    use quadratura_base::scene::synthetic::{centred, look_at};
+    use quadratura_foliage::{Ball, SunScene, sun_views};
 
     #[test]
     fn a_layer_serves_a_moving_view_that_it_holds_and_is_fine_enough_for_and_another_view_only_where_it_is_the_same()

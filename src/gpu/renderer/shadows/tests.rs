@@ -4,26 +4,26 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use crate::error::{Error, Result};
-use crate::foliage::tests::{bushy, plant_of};
-use crate::foliage::{CastShadows, Light, Material, Plant, Tree, Wood, WoodSpecies, left_in_shadow};
-use crate::geometry::PixelRect;
-use crate::gpu::renderer::tests::cancelled_before_drawing;
-use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::left_out::on_adapter;
-use crate::projection::pyramid::PyramidOptions;
-use crate::projection::relief::Relief;
-use crate::projection::surface::Surface;
-use crate::projection::twin::ReferenceRenderer;
-use crate::projection::{
+use crate::renderer::tests::cancelled_before_drawing;
+use crate::{Gpu, Renderer, TextureOptions, TileStore};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Model;
+use quadratura_base::scene::light::linear_of_srgb;
+use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
+use quadratura_base::task::Task;
+use quadratura_foliage::synthetic::{bushy, plant_of};
+use quadratura_foliage::{CastShadows, Light, Material, Plant, Tree, Wood, WoodSpecies, left_in_shadow};
+use quadratura_projection::one_photo;
+use quadratura_projection::pyramid::PyramidOptions;
+use quadratura_projection::relief::Relief;
+use quadratura_projection::surface::Surface;
+use quadratura_projection::twin::ReferenceRenderer;
+use quadratura_projection::{
     Gains, LayerTextureId, LayerTexturePixels, Picture, Quality, Renders, Shot, Sources, TREE, Texels,
     TreeMethod,
 };
-use crate::scene::Model;
-use crate::scene::light::linear_of_srgb;
-use crate::scene::synthetic::{Modeller, centred, look_at};
-use crate::task::Task;
-use crate::testing::one_photo;
 
 /// The side of the photo, in pixels.
 const SIDE: u32 = 64;

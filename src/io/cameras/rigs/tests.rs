@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat};
 
 use super::super::{Cameras, read_cameras};
 use super::*;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 const CAMERAS: &str = "1 PINHOLE 640 480 500 510 320 240\n2 PINHOLE 640 480 400 410 320 240\n3 PINHOLE 640 480 300 310 320 240\n";
 
@@ -216,7 +216,7 @@ fn a_binary_file_that_is_cut_is_refused_with_the_place() {
     }
 }
 
-/// `QUADRATURA_MUTATIONS=10000 cargo test --release --lib mutated_rigs` reads as many.
+/// `QUADRATURA_MUTATIONS=10000 cargo test --release -p quadratura-io --lib mutated_rigs` reads as many.
 #[test]
 fn mutated_rigs_and_frames_are_read_or_refused_and_never_a_fault() {
     let count = std::env::var("QUADRATURA_MUTATIONS").ok().and_then(|count| count.parse().ok());

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tempfile::TempDir;
 
-use crate::document::export_record::ExportFormat;
-use crate::error::{Error, Result};
-use crate::io::atomic::{mark_in_use, sync_folder};
-use crate::io::layered::document::{Layer, LayeredDocument};
-use crate::io::layered::format::LayeredFormat;
-use crate::io::layered::png::write_rgba;
+use crate::atomic::{mark_in_use, sync_folder};
+use crate::layered::document::{Layer, LayeredDocument};
+use crate::layered::format::LayeredFormat;
+use crate::layered::png::write_rgba;
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::ExportFormat;
 
 /// The entry in the table of formats.
 pub const FORMAT: LayeredFormat = LayeredFormat {

@@ -10,18 +10,16 @@ use std::path::{Component, Path, PathBuf};
 use serde::Deserialize;
 
 use super::{GUIDES, TREE_GUIDE_FILE, order_of_guide};
-use crate::document::export_record::ExportFormat;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::io::hash::hash_file;
-use crate::io::json::read_json;
-use crate::io::layered::bytes::SAVE_AGAIN;
-use crate::io::layered::document::{LEFTOVERS, TREE_GUIDE, guide_name};
-use crate::io::layered::place::{is_canvas, not_a_canvas, rect_at, tidy_name};
-use crate::io::layered::png_edited::{self, PngHead};
-use crate::io::layered::{
-    BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster, StoredColours,
-};
+use crate::hash::hash_file;
+use crate::json::read_json;
+use crate::layered::bytes::SAVE_AGAIN;
+use crate::layered::document::{LEFTOVERS, TREE_GUIDE, guide_name};
+use crate::layered::place::{is_canvas, not_a_canvas, rect_at, tidy_name};
+use crate::layered::png_edited::{self, PngHead};
+use crate::layered::{BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster, StoredColours};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_document::export_record::ExportFormat;
 
 /// Name of the file that describes the folder.
 pub const STACK_FILE: &str = "stack.json";

@@ -16,15 +16,15 @@ use rayon::prelude::*;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use crate::document::export_record::ExportFormat;
-use crate::error::{Error, Result};
-use crate::io::layered::FormatFit;
-use crate::io::layered::batches::batches;
-use crate::io::layered::document::{Layer, LayerNode, LayeredDocument};
-use crate::io::layered::format::{FileFormat, LayeredFormat, Variant};
-use crate::io::layered::png::write_rgba;
-use crate::io::layered::psd::resources::escaped;
-use crate::io::layered::raster::Raster;
+use crate::layered::FormatFit;
+use crate::layered::batches::batches;
+use crate::layered::document::{Layer, LayerNode, LayeredDocument};
+use crate::layered::format::{FileFormat, LayeredFormat, Variant};
+use crate::layered::png::write_rgba;
+use crate::layered::psd::resources::escaped;
+use crate::layered::raster::Raster;
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::ExportFormat;
 
 /// The entry in the table of formats.
 pub const FORMAT: LayeredFormat = LayeredFormat {
@@ -58,7 +58,7 @@ pub fn write(out: impl Write + Seek, path: &Path, document: &LayeredDocument) ->
     let mut archive = Archive { zip: ZipWriter::new(out).set_auto_large_file(), path };
     archive.add("mimetype", b"image/openraster")?;
     archive.add("stack.xml", stack_xml(document).as_bytes())?;
-    archive.add(crate::io::layered::KEY_FILE, document.key.as_bytes())?;
+    archive.add(crate::layered::KEY_FILE, document.key.as_bytes())?;
     let layers: Vec<(usize, &Layer)> = document.layers().enumerate().collect();
     for batch in batches(&layers, |(_, layer)| document.bytes_of(layer)) {
         let encoded: Vec<_> = batch

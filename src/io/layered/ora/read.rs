@@ -9,13 +9,13 @@ use zip::ZipArchive;
 use zip::read::ZipFile;
 
 use super::stack_xml::{OraImage, parse};
-use crate::document::export_record::ExportFormat;
-use crate::error::{Error, Result};
-use crate::io::hash::Hashing;
-use crate::io::layered::bytes::{FileBytes, FileReader, SAVE_AGAIN};
-use crate::io::layered::place::rect_at;
-use crate::io::layered::png_edited::{self, PngHead};
-use crate::io::layered::{Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, StoredColours};
+use crate::hash::Hashing;
+use crate::layered::bytes::{FileBytes, FileReader, SAVE_AGAIN};
+use crate::layered::place::rect_at;
+use crate::layered::png_edited::{self, PngHead};
+use crate::layered::{Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, StoredColours};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::ExportFormat;
 
 /// The signature of a ZIP archive.
 pub const SIGNATURE: &[u8] = b"PK\x03\x04";
@@ -208,7 +208,7 @@ impl OraArchive {
         hash.map_err(|found| self.wrong(name, found))
     }
 
-    fn raster(&mut self, name: &str, head: &PngHead, depth: Depth) -> Result<crate::io::layered::Raster> {
+    fn raster(&mut self, name: &str, head: &PngHead, depth: Depth) -> Result<crate::layered::Raster> {
         let content = self.content(name, u64::MAX)?;
         let length = content.len() as u64;
         png_edited::raster(Cursor::new(&content), length, head, depth)

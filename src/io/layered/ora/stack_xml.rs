@@ -2,9 +2,9 @@
 
 use roxmltree::{Document, Node};
 
-use crate::io::layered::BlendMode;
-use crate::io::layered::groups::{GroupProperties, OpenGroups};
-use crate::io::layered::place::{is_canvas, not_a_canvas, tidy_name};
+use crate::layered::BlendMode;
+use crate::layered::groups::{GroupProperties, OpenGroups};
+use crate::layered::place::{is_canvas, not_a_canvas, tidy_name};
 
 /// The content of `stack.xml`.
 #[derive(Debug)]

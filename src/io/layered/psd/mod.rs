@@ -24,8 +24,8 @@ use super::batches::batches;
 use super::format::{FileFormat, LayeredFormat, Variant};
 use super::sink::{FileSink, FormatFit};
 use super::{Depth, LayeredDocument};
-use crate::document::export_record::ExportFormat;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::ExportFormat;
 
 /// The variant of the format, which decides the width of lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

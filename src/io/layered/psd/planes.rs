@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::PsdVariant;
 use super::packbits::{longest_code, pack_row};
-use crate::io::layered::raster::Raster;
-use crate::scene::Samples;
+use crate::layered::raster::Raster;
+use quadratura_base::scene::Samples;
 
 /// Number of rows that one thread compresses at a time.
 const BAND: u32 = 64;

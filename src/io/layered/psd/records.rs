@@ -4,8 +4,8 @@
 //! name; both have four empty channels.
 
 use super::PsdVariant;
-use crate::geometry::PixelRect;
-use crate::io::layered::{Group, Layer, LayerNode, LayeredDocument, Tag};
+use crate::layered::{Group, Layer, LayerNode, LayeredDocument, Tag};
+use quadratura_base::geometry::PixelRect;
 
 /// The channels of a pixel in the order in which a layer stores them.
 pub const CHANNELS: [usize; 4] = [3, 0, 1, 2];

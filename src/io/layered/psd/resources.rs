@@ -1,7 +1,7 @@
 //! Writes the properties of the whole document in a PSD: size, resolution, colour profile, key.
 
 use super::PsdVariant;
-use crate::io::layered::LayeredDocument;
+use crate::layered::LayeredDocument;
 
 /// The number of the colour mode RGB.
 const COLOUR_MODE_RGB: u16 = 3;
@@ -79,7 +79,7 @@ fn xmp(document: &LayeredDocument) -> String {
 }
 
 /// Escapes text for XML; control characters, which XML does not allow, become spaces.
-pub(in crate::io::layered) fn escaped(text: &str) -> String {
+pub(in crate::layered) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

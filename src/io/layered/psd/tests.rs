@@ -6,9 +6,9 @@ use std::sync::Arc;
 use ag_psd::psd::{Layer as ReadLayer, Psd as ReadPsd, ReadOptions};
 
 use super::*;
-use crate::geometry::PixelRect;
-use crate::io::layered::{Group, Layer, LayerNode, PixelSource, Raster, Tag};
-use crate::scene::Samples;
+use crate::layered::{Group, Layer, LayerNode, PixelSource, Raster, Tag};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Samples;
 
 /// Returns pixels that mix long runs, noise and transparency, different for each `seed`.
 fn pattern(w: u32, h: u32, seed: u32, depth: Depth) -> Raster {

@@ -1,6 +1,6 @@
 //! The list of layers and groups in an XCF, from top to bottom.
 
-use crate::io::layered::{Group, Layer, LayerNode, LayeredDocument};
+use crate::layered::{Group, Layer, LayerNode, LayeredDocument};
 
 /// An entry of the list.
 pub enum XcfItem<'d, 'a> {

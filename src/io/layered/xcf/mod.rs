@@ -23,8 +23,8 @@ use super::batches::batches;
 use super::format::{FileFormat, LayeredFormat, Variant};
 use super::sink::{FileSink, FormatFit};
 use super::{Depth, LayeredDocument, Raster};
-use crate::document::export_record::ExportFormat;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
+use quadratura_document::export_record::ExportFormat;
 
 /// The version of the format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

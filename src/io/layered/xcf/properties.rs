@@ -1,8 +1,8 @@
 //! Writes the properties of the image and of layers in an XCF: numbered, in lists.
 
 use super::items::XcfItem;
-use crate::io::layered::psd::resources::escaped;
-use crate::io::layered::{Layer, LayeredDocument, Tag};
+use crate::layered::psd::resources::escaped;
+use crate::layered::{Layer, LayeredDocument, Tag};
 
 /// The tag of [`parasite::METADATA`] that holds the document key, as in a PSD.
 pub const KEY_TAG: &str = "Xmp.dc.identifier";

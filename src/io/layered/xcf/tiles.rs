@@ -6,8 +6,8 @@
 
 use rayon::prelude::*;
 
-use crate::io::layered::Raster;
-use crate::scene::Samples;
+use crate::layered::Raster;
+use quadratura_base::scene::Samples;
 
 /// The side of a tile in pixels; tiles at the right and bottom edge may be smaller.
 pub const TILE: u32 = 64;

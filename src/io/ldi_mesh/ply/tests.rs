@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec3};
 
 use super::*;
-use crate::geometry::{Pinhole, Pose};
-use crate::ldi::{DepthPixel, LdiKind, LdiReport, LdiSurface, Splat};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_ldi::{DepthPixel, LdiKind, LdiReport, LdiSurface, Splat};
 
 /// A point as another program reads it.
 #[derive(Debug, Clone, PartialEq)]

@@ -10,7 +10,7 @@ use gltf::json::{self, Root};
 use super::super::limits::check_count;
 use super::extensions::Extensions;
 use super::frames::NodeFrames;
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// A file's JSON and the bytes of its buffers.
 pub struct Source<'a> {

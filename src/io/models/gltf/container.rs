@@ -10,9 +10,9 @@ use serde::de::IgnoredAny;
 use serde_json::Value;
 
 use super::super::limits::{LARGEST_FILE, check_file_size};
-use crate::error::{Error, Result};
-use crate::io::named_file::{NamedFile, NamedFiles};
-use crate::scene::alike::difference;
+use crate::named_file::{NamedFile, NamedFiles};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::alike::difference;
 
 /// Maximum number of values in the JSON part: a list of empty braces takes a hundred times its text once
 /// parsed.

@@ -11,7 +11,7 @@ use gltf::json::Root;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// Extensions that compress geometry.
 const COMPRESSED: [&str; 5] = [

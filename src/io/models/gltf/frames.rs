@@ -5,7 +5,7 @@ use gltf::json::accessor::ComponentType;
 use serde::Deserialize;
 
 use super::accessor::Source;
-use crate::error::Result;
+use quadratura_base::error::Result;
 
 /// The largest number of instances of all nodes together.
 pub const MOST_INSTANCES: usize = 1_000_000;
@@ -120,7 +120,7 @@ impl Frame {
 /// no place of their own.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the JSON path, where accessors cannot be read, differ in their counts, are too long or
+/// [`quadratura_base::Error::Input`] with the JSON path, where accessors cannot be read, differ in their counts, are too long or
 /// give a transform that is not finite.
 pub fn instances(source: &Source, node: usize) -> Result<Option<Vec<DAffine3>>> {
     let extensions = source.frames.nodes.get(node).and_then(|frame| frame.extensions.as_ref());

@@ -11,9 +11,9 @@ use serde::Deserialize;
 
 use super::super::limits::{check_count, check_position};
 use super::accessor::Source;
-use crate::error::Result;
-use crate::geometry::polygon::{join_all, join_coplanar};
-use crate::scene::builder::says_billboard;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::polygon::{join_all, join_coplanar};
+use quadratura_base::scene::builder::says_billboard;
 
 /// The polygons of a mesh in its own coordinates.
 #[derive(Default)]
@@ -44,7 +44,7 @@ impl Extras {
 /// Reads a mesh. What is left out is added to `notes`, each kind once.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the JSON path.
+/// [`quadratura_base::Error::Input`] with the JSON path.
 pub(super) fn polygons(source: &Source, mesh: usize, notes: &mut BTreeSet<String>) -> Result<Polygons> {
     let place = format!("meshes[{mesh}]");
     let Some(described) = source.root.meshes.get(mesh) else {
@@ -152,7 +152,7 @@ pub struct Surface {
 /// Reads the triangles of a primitive; `None`, with a note, where it has none.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the JSON path.
+/// [`quadratura_base::Error::Input`] with the JSON path.
 pub fn surface(
     source: &Source,
     place: &str,

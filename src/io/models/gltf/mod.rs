@@ -27,25 +27,25 @@ use rustc_hash::FxHashMap;
 use serde::de::DeserializeOwned;
 
 use super::limits::{check_count, check_position};
-use crate::error::Result;
-use crate::scene::builder::says_billboard;
-use crate::scene::{ModelBuilder, ObjectId};
-use crate::task::Task;
 use extensions::Extensions;
 use mesh::{Extras, Polygons};
+use quadratura_base::error::Result;
+use quadratura_base::scene::builder::says_billboard;
+use quadratura_base::scene::{ModelBuilder, ObjectId};
+use quadratura_base::task::Task;
 use scene::PlacedMesh;
 
-pub(in crate::io) use accessor::Source;
-pub(in crate::io) use container::resource;
-pub(in crate::io) use frames::instances;
-pub(in crate::io) use mesh::surface;
-pub(in crate::io) use scene::{SceneNode, scene_nodes};
+pub(crate) use accessor::Source;
+pub(crate) use container::resource;
+pub(crate) use frames::instances;
+pub(crate) use mesh::surface;
+pub(crate) use scene::{SceneNode, scene_nodes};
 
 /// Reads a glTF or GLB file from its `bytes`; `path` is named in errors, and buffers are searched relative to
 /// it.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with line and column or with a JSON path; [`crate::Error::Io`]; [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Input`] with line and column or with a JSON path; [`quadratura_base::Error::Io`]; [`quadratura_base::Error::Cancelled`].
 pub fn read(path: &Path, bytes: &[u8], task: &Task, notes: &mut Vec<String>) -> Result<ModelBuilder> {
     let source = Source::open(path, bytes)?;
     notes.extend(container::respelled(path, &source.root.buffers));
@@ -78,9 +78,9 @@ impl<'a> Source<'a> {
 ///
 /// # Errors
 /// [`Error::Input`] with line and column.
-pub(in crate::io) fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
+pub(crate) fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
     let remedy = "check that it is a glTF 2.0 file, or export the model again";
-    crate::io::foreign_json::parse_foreign_json(path, json, remedy)
+    crate::foreign_json::parse_foreign_json(path, json, remedy)
 }
 
 /// Refuses buffers that are not in the file because what is in them is compressed elsewhere.

@@ -8,7 +8,7 @@ use rustc_hash::FxHashSet;
 
 use super::accessor::Source;
 use super::frames::{MOST_INSTANCES, instances};
-use crate::error::Result;
+use quadratura_base::error::Result;
 
 /// A node of the scene.
 pub struct SceneNode {
@@ -44,7 +44,7 @@ impl PlacedMesh {
 /// them, and the coarser copies of nodes in levels of detail; `notes` name them.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the JSON path when nodes are missing, shared or their own ancestors, or when
+/// [`quadratura_base::Error::Input`] with the JSON path when nodes are missing, shared or their own ancestors, or when
 /// a transform is not affine.
 pub fn scene_nodes(source: &Source, notes: &mut BTreeSet<String>) -> Result<Vec<SceneNode>> {
     let coarser: FxHashSet<usize> =

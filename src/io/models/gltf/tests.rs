@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::*;
-use crate::scene::Model;
+use quadratura_base::scene::Model;
 
 fn read_bytes(bytes: &[u8]) -> Result<(Model, Vec<String>)> {
     let path = Path::new("site.gltf");

@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::io::mutated::mutations;
-use crate::scene::Model;
+use crate::mutated::mutations;
+use quadratura_base::scene::Model;
 
 fn read_text(text: impl AsRef<[u8]>) -> Result<(Model, Vec<String>)> {
     let (path, text) = (Path::new("site.obj"), text.as_ref());
@@ -33,7 +33,7 @@ fn objects_come_from_o_and_groups_inside_are_sub_objects() {
     let text = format!("{SQUARE}o house\nf 1 2 3\ng roof\nf 1 3 4\no tree\nf 1 2 4\no house\nf 2 3 4\n");
     let model = model(text);
     assert_eq!(objects(&model), [("house", 2), ("house/roof", 1), ("tree", 1)]);
-    assert_eq!(model.face_name(crate::scene::FaceId(3)), "house[1]");
+    assert_eq!(model.face_name(quadratura_base::scene::FaceId(3)), "house[1]");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::io::{Read, Seek};
 
 use super::directory::{Directory, Fault};
-use crate::io::photo::CMYK;
+use crate::photo::CMYK;
 
 /// How the samples of a pixel are colours.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -13,7 +13,7 @@ use image::{ColorType, ImageDecoder, ImageError, ImageFormat, ImageResult, Limit
 use self::chunks::{Sample, samples};
 use self::directory::{Directory, Fault};
 use self::layout::{Alpha, Colours, DAMAGED, Layout};
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 mod chunks;
 mod directory;

@@ -7,10 +7,10 @@ use super::super::maps::{is_singular, is_within_numbers};
 use super::super::notes::Notes;
 use super::super::remedies::COARSER;
 use super::meshes::Meshes;
-use crate::error::{Error, Result};
-use crate::foliage::{Draft, DraftUse, MOST_CORNERS, MOST_USES};
-use crate::io::models::gltf::{SceneNode, instances};
-use crate::task::Task;
+use crate::models::gltf::{SceneNode, instances};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_foliage::{Draft, DraftUse, MOST_CORNERS, MOST_USES};
 
 /// The stage that is reported for reading nodes.
 const STAGE: &str = "read plant";
@@ -54,7 +54,7 @@ impl<'a> Graph<'a> {
     /// node without a parent, if there is one and it is not moved, else one called `name` that uses all of them.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with the JSON path; [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Input`] with the JSON path; [`quadratura_base::Error::Cancelled`].
     pub fn build(
         mut self,
         nodes: &[SceneNode],

@@ -11,9 +11,9 @@ use serde::Deserialize;
 use super::super::is_called_leaf;
 use super::super::notes::Notes;
 use super::pictures::{Pictures, mean};
-use crate::error::Result;
-use crate::foliage::{Material, Pixels, Wrap};
-use crate::io::models::gltf::{Source, parse};
+use crate::models::gltf::{Source, parse};
+use quadratura_base::error::Result;
+use quadratura_foliage::{Material, Pixels, Wrap};
 
 /// The alpha below which there is nothing, where the file does not say.
 const CUTOUT: f32 = 0.5;
@@ -77,7 +77,7 @@ impl<'a> Materials<'a> {
     /// Prepares the materials of a file.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with line and column, where extensions are damaged.
+    /// [`quadratura_base::Error::Input`] with line and column, where extensions are damaged.
     pub fn new(source: &'a Source<'a>) -> Result<Self> {
         let more = parse(source.path, source.json)?;
         Ok(Self { source, more, pictures: Pictures::new(source), known: FxHashMap::default() })
@@ -87,7 +87,7 @@ impl<'a> Materials<'a> {
     /// what is cut out.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with the JSON path; [`crate::Error::Io`] for pictures.
+    /// [`quadratura_base::Error::Input`] with the JSON path; [`quadratura_base::Error::Io`] for pictures.
     pub fn surface(&mut self, material: Option<usize>, notes: &mut Notes) -> Result<Option<Surface>> {
         if let Some(known) = self.known.get(&material) {
             return Ok(known.clone());

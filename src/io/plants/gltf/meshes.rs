@@ -10,9 +10,9 @@ use rustc_hash::FxHashMap;
 
 use super::super::notes::Notes;
 use super::materials::{Materials, Surface};
-use crate::error::Result;
-use crate::foliage::{Corner, Primitive, Shape, TriangleList};
-use crate::io::models::gltf::{Source, surface};
+use crate::models::gltf::{Source, surface};
+use quadratura_base::error::Result;
+use quadratura_foliage::{Corner, Primitive, Shape, TriangleList};
 
 /// Reads meshes, each once.
 pub struct Meshes<'a> {
@@ -26,7 +26,7 @@ impl<'a> Meshes<'a> {
     /// Prepares the meshes of a file.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with line and column, where materials are damaged.
+    /// [`quadratura_base::Error::Input`] with line and column, where materials are damaged.
     pub fn new(source: &'a Source<'a>) -> Result<Self> {
         Ok(Self { source, materials: Materials::new(source)?, known: FxHashMap::default() })
     }
@@ -34,7 +34,7 @@ impl<'a> Meshes<'a> {
     /// Returns the primitives of a mesh.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with the JSON path; [`crate::Error::Io`] for pictures.
+    /// [`quadratura_base::Error::Input`] with the JSON path; [`quadratura_base::Error::Io`] for pictures.
     pub fn primitives(&mut self, mesh: usize, notes: &mut Notes) -> Result<Vec<Primitive>> {
         if let Some(known) = self.known.get(&mesh) {
             return Ok(known.clone());

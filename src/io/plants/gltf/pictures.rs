@@ -6,11 +6,11 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::super::pictures::{LONGEST_SIDE, pixels_of};
-use crate::error::{Error, Result};
-use crate::foliage::Pixels;
-use crate::io::models::gltf::{Source, resource};
-use crate::io::photo::decode_picture;
-use crate::scene::light::LINEAR_FROM_BYTE;
+use crate::models::gltf::{Source, resource};
+use crate::photo::decode_picture;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::light::LINEAR_FROM_BYTE;
+use quadratura_foliage::Pixels;
 
 /// Reads pictures, each once.
 pub struct Pictures<'a> {

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use super::super::tokens::quoted;
 use super::source::{Condition, Frame, Kind, Source};
-use crate::error::Result;
+use quadratura_base::error::Result;
 
 impl Source<'_> {
     /// Obeys a line that began with `#`.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub(super) fn directive(&mut self, line: &str) -> Result<()> {
         let (name, rest) = split(line);
         match name {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::super::tokens::{LARGEST_NUMBER, quoted};
 use super::words::Words;
-use crate::error::Result;
+use quadratura_base::error::Result;
 
 /// The deepest expression, counting parentheses and powers.
 const DEEPEST: usize = 64;
@@ -31,7 +31,7 @@ impl Words<'_> {
     /// `define NAME number`.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub fn define(&mut self) -> Result<()> {
         let name = self.word("the name of `define`")?;
         if !name.starts_with(|c: char| c.is_alphabetic() || c == '_') {
@@ -45,7 +45,7 @@ impl Words<'_> {
     /// Reads an expression after its parenthesis, with the closing one.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub(super) fn expression(&mut self) -> Result<f64> {
         let value = self.sum(0)?;
         self.close()?;

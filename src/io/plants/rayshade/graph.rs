@@ -8,8 +8,8 @@ use rustc_hash::FxHashMap;
 use super::super::remedies::COARSER;
 use super::objects::{Object, ObjectId};
 use super::surfaces::{SurfaceId, Surfaces};
-use crate::error::{Error, Result};
-use crate::foliage::{Draft, DraftUse, MOST_CORNERS, MOST_USES, Primitive};
+use quadratura_base::error::{Error, Result};
+use quadratura_foliage::{Draft, DraftUse, MOST_CORNERS, MOST_USES, Primitive};
 
 /// An object, and the surface of what has none in it.
 type Kind = (ObjectId, Option<SurfaceId>);

@@ -2,7 +2,7 @@
 
 use super::super::tokens::quoted;
 use super::statements::Statements;
-use crate::error::Result;
+use quadratura_base::error::Result;
 
 /// Primitives that are left out: their notes, and true where a file is named.
 const LEFT_OUT: [(&str, &str, bool); 4] = [
@@ -91,7 +91,7 @@ impl Statements<'_> {
     /// Passes over a statement that has no effect, and notes one that is unknown.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub(super) fn pass_over(&mut self, word: &str) -> Result<()> {
         match PASSED_OVER.iter().find(|(known, _)| *known == word) {
             Some((_, true)) => drop(self.words.next()?),

@@ -30,9 +30,9 @@ use self::statements::Statements;
 use self::words::Words;
 use super::pictures::Folder;
 use super::remedies::Wrong;
-use crate::error::{Error, Result};
-use crate::foliage::{Plant, assemble};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_foliage::{Plant, assemble};
 
 /// Reads the plant of a Rayshade file with all that it includes: z is up, and the unit is a metre. What is left out is
 /// noted.

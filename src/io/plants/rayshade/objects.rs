@@ -10,9 +10,9 @@ use super::shapes::{moved, unit_sphere};
 use super::statements::Statements;
 use super::surfaces::SurfaceId;
 use super::textures::Picture;
-use crate::error::Result;
-use crate::foliage::{MOST_CORNERS, MOST_LEVELS, MOST_USES, Shape};
-use crate::geometry::polygon::newell_normal;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::polygon::newell_normal;
+use quadratura_foliage::{MOST_CORNERS, MOST_LEVELS, MOST_USES, Shape};
 
 /// An object of the file, counting from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -124,7 +124,7 @@ impl Statements<'_> {
     /// Reads what a word places, with its transforms and textures; `None` where the word places nothing.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub(super) fn instance(&mut self, word: &str, depth: usize) -> Result<Option<Instance>> {
         let line = self.words.place().clone();
         let mut surface = None;

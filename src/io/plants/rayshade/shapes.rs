@@ -6,8 +6,8 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::super::tokens::LARGEST_NUMBER;
 use super::words::Words;
-use crate::error::Result;
-use crate::foliage::{Corner, CurvePoint, Limb, Shape, TriangleList};
+use quadratura_base::error::Result;
+use quadratura_foliage::{Corner, CurvePoint, Limb, Shape, TriangleList};
 
 /// The sides of cylinders and cones, and the corners of discs, which close them.
 const SIDES: u32 = 8;
@@ -28,7 +28,7 @@ impl Words<'_> {
     /// Reads the numbers of a primitive other than a sphere; nothing for one without area.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub fn shapes(&mut self, keyword: &str) -> Result<Vec<Shape>> {
         match keyword {
             "triangle" => self.triangle(),
@@ -139,7 +139,7 @@ impl Words<'_> {
     /// Reads a sphere. Returns the map from the sphere of [`unit_sphere`]; none where it has no radius.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub fn sphere(&mut self) -> Result<Option<DAffine3>> {
         let radius = self.radius("the radius of `sphere`")?;
         let middle = self.point("the middle of `sphere`")?;

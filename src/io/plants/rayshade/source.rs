@@ -9,9 +9,9 @@ use rustc_hash::FxHashMap;
 use super::super::pictures::Folder;
 use super::super::remedies::{FILE, Wrong};
 use super::lexing::{Lexeme, lexeme};
-use crate::error::{Error, Result};
-use crate::foliage::MOST_LEVELS;
-use crate::io::text::lines_of;
+use crate::text::lines_of;
+use quadratura_base::error::{Error, Result};
+use quadratura_foliage::MOST_LEVELS;
 
 /// The largest size of all files of a plant together in bytes, counting each time that one is included.
 const LARGEST: u64 = 1 << 30;

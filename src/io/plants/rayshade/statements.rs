@@ -7,8 +7,8 @@ use super::objects::{Object, ObjectId};
 use super::surfaces::{SurfaceId, Surfaces};
 use super::textures::Pictures;
 use super::words::Words;
-use crate::error::Result;
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
 
 /// The reader of a plant.
 pub struct Statements<'a> {
@@ -49,7 +49,7 @@ impl<'a> Statements<'a> {
     /// Reads the file, whose objects outside of definitions make the one that is returned.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line; [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Input`] with file and line; [`quadratura_base::Error::Cancelled`].
     pub fn read(&mut self, name: String) -> Result<Object> {
         let mut root = Object::new(name);
         while let Some(word) = self.words.next()? {

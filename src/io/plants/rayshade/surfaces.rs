@@ -9,8 +9,8 @@ use super::super::tokens::quoted;
 use super::keywords::begins_statement;
 use super::statements::Statements;
 use super::textures::{Picture, PictureId};
-use crate::error::Result;
-use crate::foliage::{Material, Wrap};
+use quadratura_base::error::Result;
+use quadratura_foliage::{Material, Wrap};
 
 /// A surface of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -101,7 +101,7 @@ impl Statements<'_> {
     /// `surface NAME ...`.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub(super) fn surface(&mut self) -> Result<()> {
         let name = self.words.word("the name of `surface`")?;
         let written = self.written()?;
@@ -116,7 +116,7 @@ impl Statements<'_> {
     /// `applysurf ...`: the surface of what follows in the same list.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub(super) fn applysurf(&mut self) -> Result<()> {
         self.current = self.optional_surface()?;
         Ok(())
@@ -125,7 +125,7 @@ impl Statements<'_> {
     /// Reads a surface, if one is next: a name or attributes. `None` where there is none, or only the usual one.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line, where a name is unknown.
+    /// [`quadratura_base::Error::Input`] with file and line, where a name is unknown.
     pub(super) fn optional_surface(&mut self) -> Result<Option<SurfaceId>> {
         let Written { base, more } = self.written()?;
         Ok(more.map(|attributes| self.surfaces.spelt(attributes)).or(base))

@@ -7,8 +7,8 @@ use rustc_hash::FxHashMap;
 use super::super::pictures::PictureFault;
 use super::keywords::begins_statement;
 use super::statements::Statements;
-use crate::error::Result;
-use crate::foliage::Pixels;
+use quadratura_base::error::Result;
+use quadratura_foliage::Pixels;
 
 /// A picture of the plant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -43,7 +43,7 @@ impl Statements<'_> {
     /// effect; only triangles take pictures.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line; the errors about the picture.
+    /// [`quadratura_base::Error::Input`] with file and line; the errors about the picture.
     pub(super) fn textures(&mut self, is_triangle: bool) -> Result<Option<Picture>> {
         let mut picture = None;
         while self.words.take("texture")? {

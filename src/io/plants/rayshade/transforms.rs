@@ -4,13 +4,13 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::super::maps::is_within_numbers;
 use super::words::Words;
-use crate::error::Result;
+use quadratura_base::error::Result;
 
 impl Words<'_> {
     /// Reads the transforms that follow. Returns all of them together.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and line.
+    /// [`quadratura_base::Error::Input`] with file and line.
     pub fn transforms(&mut self) -> Result<DAffine3> {
         let mut map = DAffine3::IDENTITY;
         while let Some(next) = self.transform()? {

@@ -9,7 +9,7 @@ use super::super::pictures::Folder;
 use super::super::remedies::{COMPLETE, NUMBER, Wrong};
 use super::super::tokens::{LARGEST_NUMBER, quoted};
 use super::source::{Place, Source, Word};
-use crate::error::{Error, Result};
+use quadratura_base::error::{Error, Result};
 
 /// The words of a plant, some of which are known before they are taken.
 pub struct Words<'a> {

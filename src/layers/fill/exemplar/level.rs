@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::search::MatchField;
 use super::{Cell, ExemplarImage, REACH};
-use crate::geometry::PixelRect;
-use crate::raster::halving::{self, OddSide};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::halving::{self, OddSide};
 
 /// One grid of the pyramid.
 pub struct ExemplarLevel {

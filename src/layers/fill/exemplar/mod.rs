@@ -20,8 +20,8 @@ use glam::DVec2;
 use self::level::{ExemplarLevel, levels};
 use self::search::MatchField;
 use super::push_pull::WeightedGrid;
-use crate::geometry::PixelRect;
-use crate::raster::bilinear::Clamped;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::bilinear::Clamped;
 
 /// The state of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

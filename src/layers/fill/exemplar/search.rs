@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::REACH;
 use super::level::ExemplarLevel;
 use super::random::{number, within};
-use crate::raster::halving::OddSide;
-use crate::raster::robust::of_rank;
+use quadratura_base::raster::halving::OddSide;
+use quadratura_base::raster::robust::of_rank;
 
 /// The centre of the most similar known patch found so far, for each patch that holds an unknown cell.
 pub struct MatchField {

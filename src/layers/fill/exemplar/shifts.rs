@@ -4,8 +4,8 @@
 use super::level::ExemplarLevel;
 use super::random::{number, within};
 use super::{REACH, TURNS};
-use crate::geometry::PixelRect;
-use crate::raster::Image;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
 use rayon::prelude::*;
 
 /// The number of shifts kept; the peaks of the histogram fall off quickly.

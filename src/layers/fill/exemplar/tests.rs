@@ -1,7 +1,7 @@
 //! Tests on images whose missing part is known.
 
 use super::*;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 /// Returns a cell of a facade: plaster with a little noise, a window with a dark frame every 24 by 32 cells.
 fn facade(x: usize, y: usize, rng: &mut Rng) -> [f32; 3] {

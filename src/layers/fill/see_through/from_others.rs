@@ -6,23 +6,23 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::{MattedRegion, MattesOfSurface};
-use crate::error::Result;
-use crate::layers::fill::donor::{Donor, Donors};
-use crate::layers::fill::photo::in_255ths;
-use crate::layers::fill::queries::{Asking, centre};
-use crate::layers::fill::ranked_donors::AGREEMENT_ALONE;
-use crate::layers::fill::region::Region;
-use crate::layers::fill::{FillContext, FillOrigin, FilledRegion, FilledTexel, MOST_CONFIDENCE, SurfaceId};
-use crate::layers::matte::Matte;
-use crate::projection::exposure::optics::squared_radius;
-use crate::scene::PhotoId;
-use crate::scene::light::linear_of_srgb;
+use crate::fill::donor::{Donor, Donors};
+use crate::fill::photo::in_255ths;
+use crate::fill::queries::{Asking, centre};
+use crate::fill::ranked_donors::AGREEMENT_ALONE;
+use crate::fill::region::Region;
+use crate::fill::{FillContext, FillOrigin, FilledRegion, FilledTexel, MOST_CONFIDENCE, SurfaceId};
+use crate::matte::Matte;
+use quadratura_base::error::Result;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::light::linear_of_srgb;
+use quadratura_projection::exposure::optics::squared_radius;
 
 /// Takes the hidden texels of see-through surfaces from the mattes of other photos, each from the photo that sees it from
 /// the most similar direction. `mattes` are those of the surfaces of these regions.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn fill_see_through(
     context: &FillContext,
     photo: PhotoId,

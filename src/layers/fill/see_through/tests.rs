@@ -1,11 +1,11 @@
 //! Tests of see-through layers laid over what is behind them.
 
 use super::*;
-use crate::layers::content::PixelSpan;
-use crate::layers::fill::HiddenSpan;
-use crate::raster::Image;
-use crate::scene::Samples;
-use crate::scene::synthetic::Rng;
+use crate::content::PixelSpan;
+use crate::fill::HiddenSpan;
+use quadratura_base::raster::Image;
+use quadratura_base::scene::Samples;
+use quadratura_base::scene::synthetic::Rng;
 
 const OWN: PhotoId = PhotoId(3);
 const OTHER: FillOrigin = FillOrigin::Photo(PhotoId(1));

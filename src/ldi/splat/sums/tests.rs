@@ -1,7 +1,7 @@
 //! Tests of slots.
 
 use super::*;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 /// Four slots at once are what they are one by one, also where they hold neighbouring faces, or not at all.
 #[test]

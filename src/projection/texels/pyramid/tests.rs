@@ -1,7 +1,7 @@
 //! Tests of pyramids against plain means over the photo's own texels.
 
 use super::*;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 /// Makes a layer texture in which half of the needed texels have content: blots of random colours with holes between
 /// them.

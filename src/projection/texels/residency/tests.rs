@@ -1,9 +1,9 @@
 //! Tests of page tables against their definition, over random sequences of views.
 
 use super::*;
-use crate::projection::pyramid::tests::random_texture;
-use crate::projection::pyramid::{PyramidOptions, pyramid};
-use crate::scene::synthetic::Rng;
+use crate::pyramid::tests::random_texture;
+use crate::pyramid::{PyramidOptions, pyramid};
+use quadratura_base::scene::synthetic::Rng;
 
 const SIZES: [[u32; 2]; 6] = [[512, 256], [128, 128], [64, 512], [32, 16], [256, 256], [1, 2]];
 

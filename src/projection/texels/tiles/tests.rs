@@ -1,10 +1,10 @@
 //! Tests of tiles against the levels that they are cut from.
 
 use super::*;
-use crate::projection::LayerTexturePixels;
-use crate::projection::pyramid::tests::random_texture;
-use crate::projection::pyramid::{PyramidOptions, pyramid};
-use crate::scene::synthetic::Rng;
+use crate::LayerTexturePixels;
+use crate::pyramid::tests::random_texture;
+use crate::pyramid::{PyramidOptions, pyramid};
+use quadratura_base::scene::synthetic::Rng;
 
 const RECT: PixelRect = PixelRect { x: 5, y: -9, w: 256, h: 128 };
 

@@ -5,22 +5,22 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{MatteBasis, Piece};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::layers::LayerIndex;
-use crate::layers::fill::region::{Region, Regions};
-use crate::layers::fill::{
+use crate::fill::surroundings::SurroundingsFiller;
+use crate::open::Opened;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::raster::Image;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::light::linear_of_srgb;
+use quadratura_base::task::Task;
+use quadratura_layers::LayerIndex;
+use quadratura_layers::fill::region::{Region, Regions};
+use quadratura_layers::fill::{
     Donor, FillContext, FilledTexel, MOST_CONFIDENCE, SurfaceId, Surfaces, predicted_colours,
 };
-use crate::layers::matte::{CANDIDATES, Evidence, Predicted, SeenPiece};
-use crate::layers::software::owners;
-use crate::layers::view::View;
-use crate::raster::Image;
-use crate::recipe::fill::surroundings::SurroundingsFiller;
-use crate::recipe::open::Opened;
-use crate::scene::PhotoId;
-use crate::scene::light::linear_of_srgb;
-use crate::task::Task;
+use quadratura_layers::matte::{CANDIDATES, Evidence, Predicted, SeenPiece};
+use quadratura_layers::software::owners;
+use quadratura_layers::view::View;
 
 /// The pixels around see-through surfaces whose colours are taken for those of the background, too.
 const AROUND_PX: u32 = 8;
@@ -126,7 +126,7 @@ fn candidates(
 /// Returns what a photo shows at see-through surfaces and what is expected behind them.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`].
 pub fn evidence(
     basis: &MatteBasis,
     context: &FillContext,

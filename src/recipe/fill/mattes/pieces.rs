@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use crate::geometry::{Pinhole, Pose};
-use crate::layers::fill::{SurfaceId, Surfaces};
-use crate::layers::matte::{FaceGrid, SeenImpostor, SeenPiece};
-use crate::raster::robust::median;
-use crate::scene::impostor::Impostor;
-use crate::scene::{FaceId, Model, ObjectId, Photo};
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::raster::robust::median;
+use quadratura_base::scene::impostor::Impostor;
+use quadratura_base::scene::{FaceId, Model, ObjectId, Photo};
+use quadratura_layers::fill::{SurfaceId, Surfaces};
+use quadratura_layers::matte::{FaceGrid, SeenImpostor, SeenPiece};
 
 /// A see-through surface.
 #[derive(Debug, Clone)]
@@ -100,7 +100,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::synthetic::Modeller;
+    use quadratura_base::scene::synthetic::Modeller;
 
     #[test]
     fn impostors_are_one_piece_and_other_objects_one_a_face() {

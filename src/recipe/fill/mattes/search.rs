@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use super::behind::{Sight, colours, evidence};
 use super::{MatteBasis, Piece};
-use crate::error::{Error, Message, Result};
-use crate::layers::fill::{Donor, FillContext};
-use crate::layers::matte::{
+use crate::fill::surroundings::SurroundingsFiller;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::raster::Image;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_layers::fill::{Donor, FillContext};
+use quadratura_layers::matte::{
     CANDIDATES, ColourModel, Compared, ExpectedPiece, FindOptions, Likely, Matte, PieceSilhouette, SeenPiece,
     find_mattes, object_model,
 };
-use crate::raster::Image;
-use crate::recipe::fill::surroundings::SurroundingsFiller;
-use crate::scene::PhotoId;
-use crate::task::Task;
 
 /// The steps of the logarithm of odds in which photos are kept between the rounds.
 const STEPS: f32 = 16.0;

@@ -7,14 +7,14 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::rows::{drawn_rows, rows_of};
-use crate::error::Result;
-use crate::ldi::Ldi;
-use crate::projection::exposure::ViewExposure;
-use crate::projection::srgb::Srgb;
-use crate::projection::{Picture, Renders, Shot, TreeMethod, shown_face};
-use crate::recipe::ldi::site_view::laid_over;
-use crate::scene::Model;
-use crate::task::Task;
+use crate::ldi::site_view::laid_over;
+use quadratura_base::error::Result;
+use quadratura_base::scene::Model;
+use quadratura_base::task::Task;
+use quadratura_ldi::Ldi;
+use quadratura_projection::exposure::ViewExposure;
+use quadratura_projection::srgb::Srgb;
+use quadratura_projection::{Picture, Renders, Shot, TreeMethod, shown_face};
 
 /// Returns an image without the billboards of a model that turn.
 pub fn without_billboards(ldi: Arc<Ldi>, model: &Model) -> Arc<Ldi> {
@@ -88,10 +88,10 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::geometry::Pinhole;
-    use crate::ldi::tests::of_model;
-    use crate::scene::Object;
-    use crate::scene::synthetic::{Modeller, camera_is_world, centred};
+    use quadratura_base::geometry::Pinhole;
+    use quadratura_base::scene::Object;
+    use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
+    use quadratura_ldi::synthetic::of_model;
 
     const LEAF: [u8; 4] = [0, 200, 0, 255];
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::projection::Picture;
+use quadratura_projection::Picture;
 
 /// How long pictures are mixed: long enough that nothing jumps, too short to look at.
 pub const FADE: Duration = Duration::from_millis(200);

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use super::billboards::without_billboards;
 use super::builder::Workbench;
 use super::request::{BuiltImage, ImageRequest, LiveInputs, Stage};
-use crate::error::{Error, Result};
-use crate::ldi::Ldi;
-use crate::ldi::splat::sums::LEVEL;
-use crate::recipe::ldi::controller::Kept;
-use crate::recipe::ldi::{LdiSite, PhotosOptions, StackLdiOptions};
-use crate::scene::{Model, PhotoId};
-use crate::task::Task;
+use crate::ldi::controller::Kept;
+use crate::ldi::{LdiSite, PhotosOptions, StackLdiOptions};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Model, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_ldi::Ldi;
+use quadratura_ldi::splat::sums::LEVEL;
 
 /// Makes what is requested until the builder is gone; finished images are kept within `memory` bytes. Those of stacks are
 /// read from the project's cache where they are up to date there.

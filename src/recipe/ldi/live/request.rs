@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::error::Result;
-use crate::ldi::Ldi;
-use crate::projection::Gains;
-use crate::projection::relief::Relief;
-use crate::recipe::ldi::StackLdiOptions;
-use crate::recipe::open::Opened;
-use crate::recipe::preview::Preview;
-use crate::scene::PhotoId;
-use crate::task::Task;
+use crate::ldi::StackLdiOptions;
+use crate::open::Opened;
+use crate::preview::Preview;
+use quadratura_base::error::Result;
+use quadratura_base::scene::PhotoId;
+use quadratura_base::task::Task;
+use quadratura_ldi::Ldi;
+use quadratura_projection::Gains;
+use quadratura_projection::relief::Relief;
 
 /// A state of a project from which layered depth images are made.
 pub struct LiveInputs {
@@ -29,7 +29,7 @@ impl LiveInputs {
     /// Takes the state of the project in `folder` that `preview` shows.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Gpu`], [`quadratura_base::Error::Cancelled`].
     pub fn new(folder: PathBuf, opened: Arc<Opened>, preview: &mut Preview, task: &Task) -> Result<Self> {
         let (gains, relief) = preview.estimates_without(&[], task)?;
         Ok(Self { folder, opened, gains, relief })

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use crate::error::Result;
-use crate::projection::exposure::ViewExposure;
-use crate::projection::{Picture, Renders, Shot, Sliced};
-use crate::task::Task;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_projection::exposure::ViewExposure;
+use quadratura_projection::{Picture, Renders, Shot, Sliced};
 
 /// Returns the rows of a picture of some width and height from the first to the last one that is needed, of which the indices of its
 /// pixels tell that; none where no row is.

@@ -11,18 +11,18 @@ use super::making::make_all;
 use super::request::{BuiltImage, ImageRequest, LiveInputs, LiveOptions, Stage};
 use super::rows::{drawn_rows, rows_of};
 use super::warper::{OnDevice, WarpOn, Warper};
-use crate::error::Result;
-use crate::ldi::WarpOptions;
-use crate::ldi::cracks::closed;
-use crate::projection::exposure::{Shares, ViewExposure};
-use crate::projection::{Picture, Quality, Renders, Shot, shown_face};
-use crate::recipe::budget::default_memory;
-use crate::recipe::ldi::StackLdiOptions;
-use crate::recipe::ldi::controller::{add_beside, best_photos, better_photos};
-use crate::recipe::ldi::site_view::{halvings, over};
-use crate::recipe::preview::Preview;
-use crate::scene::{Model, PhotoId};
-use crate::task::Task;
+use crate::budget::default_memory;
+use crate::ldi::StackLdiOptions;
+use crate::ldi::controller::{add_beside, best_photos, better_photos};
+use crate::ldi::site_view::{halvings, over};
+use crate::preview::Preview;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{Model, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_ldi::WarpOptions;
+use quadratura_ldi::cracks::closed;
+use quadratura_projection::exposure::{Shares, ViewExposure};
+use quadratura_projection::{Picture, Quality, Renders, Shot, shown_face};
 
 /// The number of photos of one image.
 const BEST: usize = 3;
@@ -89,7 +89,7 @@ impl LiveView {
     /// which gives that a low priority, and `tell` whenever there is something new to draw.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] when the system cannot start a thread.
+    /// [`quadratura_base::Error::Request`] when the system cannot start a thread.
     pub fn new(
         inputs: LiveInputs,
         on: WarpOn,
@@ -111,7 +111,7 @@ impl LiveView {
     /// than others would.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    /// [`quadratura_base::Error::Gpu`], [`quadratura_base::Error::Cancelled`].
     pub fn picture(
         &mut self,
         preview: &mut Preview,

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::error::{Error, Result};
-use crate::gpu::{Gpu, GpuLdi, GpuWarp};
-use crate::ldi::{Ldi, WarpOptions, warp};
-use crate::projection::{Picture, Shot};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_gpu::{Gpu, GpuLdi, GpuWarp};
+use quadratura_ldi::{Ldi, WarpOptions, warp};
+use quadratura_projection::{Picture, Shot};
 
 /// Where views are drawn from layered depth images.
 #[derive(Debug, Clone)]

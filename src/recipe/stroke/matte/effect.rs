@@ -2,10 +2,10 @@
 
 use glam::DVec2;
 
-use crate::document::stroke::{BrushMode, Stroke};
-use crate::geometry::{PixelRect, Spans};
-use crate::raster::Image;
-use crate::recipe::stroke::dabs::falloff;
+use crate::stroke::dabs::falloff;
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_base::raster::Image;
+use quadratura_document::stroke::{BrushMode, Stroke};
 
 /// The effect of a stroke by pixel, 0 to 1.
 pub struct StrokeEffect(Image<f32>);
@@ -66,8 +66,8 @@ fn share_of_radius(line: &[(DVec2, f64)], point: DVec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::stroke::{Brush, STROKE_VERSION, StrokeSample, StrokeView};
-    use crate::scene::synthetic::closed_form;
+    use quadratura_base::scene::synthetic::closed_form;
+    use quadratura_document::stroke::{Brush, STROKE_VERSION, StrokeSample, StrokeView};
 
     fn effect(mode: BrushMode, hardness: f64, samples: &[([f64; 2], f64)]) -> StrokeEffect {
         let photo = closed_form::two_quads().photo();

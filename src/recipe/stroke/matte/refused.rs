@@ -1,11 +1,11 @@
 //! Why a stroke of the matte brush has nothing to change: each cause by itself, with what to do.
 
-use crate::document::Stack;
-use crate::document::stack::ImageLayer;
-use crate::document::stroke::Stroke;
-use crate::error::{Error, Remedy};
-use crate::geometry::{PixelRect, Spans};
-use crate::recipe::open::Opened;
+use crate::open::Opened;
+use quadratura_base::error::{Error, Remedy};
+use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_document::Stack;
+use quadratura_document::stack::ImageLayer;
+use quadratura_document::stroke::Stroke;
 
 /// The number of layers or objects that an error lists.
 const LISTED: usize = 3;

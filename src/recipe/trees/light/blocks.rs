@@ -5,19 +5,19 @@ use std::path::Path;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::fit::{Block, ground_of_sky};
-use crate::document::masks::{Mask, MaskOrigin, MaskedTree};
-use crate::error::{Error, Result};
-use crate::foliage::{InLights, Light, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights};
-use crate::geometry::{Pinhole, PixelRect, Spans};
-use crate::io::mask_store::MaskStore;
-use crate::io::photo::read_photo;
-use crate::projection::Gains;
-use crate::projection::exposure::optics::squared_radius;
-use crate::recipe::open::Opened;
-use crate::recipe::trees::mask::ModelNearness;
-use crate::scene::light::LINEAR_FROM_BYTE;
-use crate::scene::{Photo, PhotoId, PhotoPixels};
-use crate::task::Task;
+use crate::open::Opened;
+use crate::trees::mask::ModelNearness;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::{Pinhole, PixelRect, Spans};
+use quadratura_base::scene::light::LINEAR_FROM_BYTE;
+use quadratura_base::scene::{Photo, PhotoId, PhotoPixels};
+use quadratura_base::task::Task;
+use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
+use quadratura_foliage::{InLights, Light, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights};
+use quadratura_io::mask_store::MaskStore;
+use quadratura_io::photo::read_photo;
+use quadratura_projection::Gains;
+use quadratura_projection::exposure::optics::squared_radius;
 
 /// The side of a block in pixels of the photo.
 const BLOCK_PX: u32 = 8;

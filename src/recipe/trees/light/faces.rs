@@ -5,15 +5,15 @@ use rayon::prelude::*;
 
 use super::blocks::in_common_exposure;
 use super::fit::{ground_of_sky, luminance, sky_of_sun, strength};
-use crate::document::trees::LightStrength;
-use crate::error::{Error, Result};
-use crate::foliage::{Stature, Wood};
-use crate::io::photo::read_unmasked;
-use crate::projection::Gains;
-use crate::projection::surface::Surface;
-use crate::scene::light::LINEAR_FROM_BYTE;
-use crate::scene::{Photo, PhotoId, PhotoPixels, Site};
-use crate::task::Task;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::light::LINEAR_FROM_BYTE;
+use quadratura_base::scene::{Photo, PhotoId, PhotoPixels, Site};
+use quadratura_base::task::Task;
+use quadratura_document::trees::LightStrength;
+use quadratura_foliage::{Stature, Wood};
+use quadratura_io::photo::read_unmasked;
+use quadratura_projection::Gains;
+use quadratura_projection::surface::Surface;
 
 /// The share of light that a surface reflects which faces the sun: plaster and stone, neither white nor dark.
 const REFLECTED: f64 = 0.4;

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::{DMat2, DVec2, DVec3};
 
-use crate::document::trees::LightStrength;
-use crate::foliage::Light;
+use quadratura_document::trees::LightStrength;
+use quadratura_foliage::Light;
 
 /// A block of pixels of a photo on a tree. All is linear light, R, G, B.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,7 +164,7 @@ fn non_negative(squares: &DMat2, right: DVec2) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use quadratura_base::scene::synthetic::Rng;
 
     /// Blocks of photos in a light; the tree in the photos has its leaves elsewhere, so that a share of each part is another
     /// block's.

@@ -6,13 +6,13 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{LightEstimate, LightSupport, TreeRatios};
-use crate::document::trees::LightStrength;
-use crate::error::{Error, Result};
-use crate::foliage::{RATIO_CELLS, RatioImage, Wood};
-use crate::geometry::PixelRect;
-use crate::io::atomic::write_atomically;
-use crate::io::json::{read_json, to_json};
-use crate::scene::Site;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Site;
+use quadratura_document::trees::LightStrength;
+use quadratura_foliage::{RATIO_CELLS, RatioImage, Wood};
+use quadratura_io::atomic::write_atomically;
+use quadratura_io::json::{read_json, to_json};
 
 /// The version of the file's format and of the method.
 pub const VERSION: u32 = 4;

@@ -22,23 +22,23 @@ use self::fit::{Block, Fit, fit};
 use self::kept::{keep, kept};
 use self::ratios::ratios;
 pub use self::ratios::{TreeRatios, set_ratios};
-use crate::document::masks::{Mask, MaskOrigin, MaskedTree};
-use crate::document::trees::{LightStrength, PlacedTree, Strength, TreeLight};
-use crate::document::{Project, Stack, Trees};
-use crate::error::{Message, Result};
-use crate::foliage::{Light, Tree, Wood};
-use crate::io::hash::hash_bytes;
-use crate::io::plant_images::plant_hash;
-use crate::io::stack_store::StackStore;
-use crate::recipe::budget::default_memory;
-use crate::recipe::gains;
-use crate::recipe::inputs::hash_of_model;
-use crate::recipe::open::Opened;
-use crate::recipe::trees::mask::masks_of;
-use crate::recipe::trees::shine;
-use crate::recipe::trees::sunlight::SunBlockers;
-use crate::scene::{Photo, Site};
-use crate::task::Task;
+use crate::budget::default_memory;
+use crate::gains;
+use crate::inputs::hash_of_model;
+use crate::open::Opened;
+use crate::trees::mask::masks_of;
+use crate::trees::shine;
+use crate::trees::sunlight::SunBlockers;
+use quadratura_base::error::{Message, Result};
+use quadratura_base::scene::{Photo, Site};
+use quadratura_base::task::Task;
+use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
+use quadratura_document::trees::{LightStrength, PlacedTree, Strength, TreeLight};
+use quadratura_document::{Project, Stack, Trees};
+use quadratura_foliage::{Light, Tree, Wood};
+use quadratura_io::hash::hash_bytes;
+use quadratura_io::plant_images::plant_hash;
+use quadratura_io::stack_store::StackStore;
 
 /// An estimate of the light on trees.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -97,7 +97,7 @@ pub enum LightSupport {
 /// photos do not show it, so that light which makes up for it would take it away.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`], and [`crate::Error::Input`] and [`crate::Error::Io`] for masks that cannot be read. A cache that cannot be written is
+/// [`quadratura_base::Error::Cancelled`], and [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for masks that cannot be read. A cache that cannot be written is
 /// noted.
 pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task) -> Result<LightEstimate> {
     let mut wood = wood.without_paint();

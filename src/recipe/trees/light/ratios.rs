@@ -7,9 +7,9 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::blocks::TreeInPhoto;
 use super::fit::FoliageRatios;
 use super::kept::STEPS;
-use crate::document::trees::LightStrength;
-use crate::foliage::{RATIO_CELLS, RatioImage, Tree, Wood};
-use crate::scene::Site;
+use quadratura_base::scene::Site;
+use quadratura_document::trees::LightStrength;
+use quadratura_foliage::{RATIO_CELLS, RatioImage, Tree, Wood};
 
 /// The ratio images of a tree, from the photos that show most of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,15 +116,15 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::foliage::tests::plant_of;
-    use crate::foliage::{Light, Material, WoodSpecies};
-    use crate::geometry::PixelRect;
-    use crate::recipe::trees::light::clear_day;
-    use crate::recipe::trees::light::fit::Block;
-    use crate::recipe::trees::light::kept::{keep, kept};
-    use crate::recipe::trees::light::{LightEstimate, LightSupport};
-    use crate::scene::PhotoId;
-    use crate::scene::synthetic::{Scene, Truth, centred, look_at};
+    use crate::trees::light::clear_day;
+    use crate::trees::light::fit::Block;
+    use crate::trees::light::kept::{keep, kept};
+    use crate::trees::light::{LightEstimate, LightSupport};
+    use quadratura_base::geometry::PixelRect;
+    use quadratura_base::scene::PhotoId;
+    use quadratura_base::scene::synthetic::{Scene, Truth, centred, look_at};
+    use quadratura_foliage::synthetic::plant_of;
+    use quadratura_foliage::{Light, Material, WoodSpecies};
 
     /// A site of a photo, and a tree.
     fn site_and_wood() -> (Site, Wood) {

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::fit::{Block, Fit, fit, ground_of_sky};
-use crate::foliage::{InLights, Light, Plant, Species, View, draw_in_lights, grow};
-use crate::scene::synthetic::{centred, look_at};
-use crate::task::Task;
+use quadratura_base::scene::synthetic::{centred, look_at};
+use quadratura_base::task::Task;
+use quadratura_foliage::{InLights, Light, Plant, Species, View, draw_in_lights, grow};
 
 /// Pixels of the drawing across and down, of 2 x 2 a block.
 const SIDE: usize = 192;

@@ -4,20 +4,20 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::layers::{BACKDROP, canvas, cell, group_name, readable, title, token};
-use crate::document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
-use crate::error::{Error, Result};
-use crate::foliage::{BakeOptions, ImageCopy, PaintedSlab, Plant, SlabFrame, finest_copy, slab_pictures};
-use crate::geometry::PixelRect;
-use crate::io::baselines::Baselines;
-use crate::io::json::to_json;
-use crate::io::layered::composite::lay_over;
-use crate::io::layered::folder::NewFolder;
-use crate::io::layered::folder::read::STACK_FILE;
-use crate::io::layered::{Depth, Group, KEY_FILE, Layer, LayerNode, LayeredDocument, Raster};
-use crate::io::plant_images::mbuffer_bytes;
-use crate::recipe::export::layer_name;
-use crate::scene::Samples;
-use crate::task::Task;
+use crate::export::layer_name;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Samples;
+use quadratura_base::task::Task;
+use quadratura_document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
+use quadratura_foliage::{BakeOptions, ImageCopy, PaintedSlab, Plant, SlabFrame, finest_copy, slab_pictures};
+use quadratura_io::baselines::Baselines;
+use quadratura_io::json::to_json;
+use quadratura_io::layered::composite::lay_over;
+use quadratura_io::layered::folder::NewFolder;
+use quadratura_io::layered::folder::read::STACK_FILE;
+use quadratura_io::layered::{Depth, Group, KEY_FILE, Layer, LayerNode, LayeredDocument, Raster};
+use quadratura_io::plant_images::mbuffer_bytes;
 
 /// The images of a species' sub-object, with which kind of slabs they are made.
 pub const IMAGES: BakeOptions = BakeOptions::SLABS;
@@ -248,7 +248,7 @@ fn lay_beside<'a>(pixels: &mut [[u8; 4]], frame: &SlabFrame, kept: impl Iterator
     for (index, colour) in shown {
         let pixel = &mut pixels[index];
         if pixel[3] == 0 && colour[3] > 0 {
-            *pixel = colour.map(crate::raster::in_8_bits);
+            *pixel = colour.map(quadratura_base::raster::in_8_bits);
         }
     }
 }

@@ -5,25 +5,25 @@ use std::path::Path;
 
 use super::content::TreeContent;
 use super::{fields, part_of, slabs};
-use crate::document::Trees;
-use crate::document::export_record::{
+use crate::export::written::DocumentPlace;
+use crate::export::{ExportReport, STAGE_WRITE, check_place};
+use crate::trees::plant_of;
+use crate::unknown_name::no_such;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_document::Trees;
+use quadratura_document::export_record::{
     ExportFormat, ExportRecord, ExportedFile, ExportedTree, KEY_DIGITS, RECORD_VERSION,
 };
-use crate::document::stack::{StackCamera, StackPhoto};
-use crate::error::{Error, Result};
-use crate::foliage::{PaintedSlab, painted};
-use crate::io::atomic::remove_dead_leftovers;
-use crate::io::baselines::Baselines;
-use crate::io::exports::{ExportStore, WrittenFiles};
-use crate::io::hash::hash_bytes;
-use crate::io::json::to_json;
-use crate::io::plant_images::plant_hash;
-use crate::io::tree_paint::TreePaintStore;
-use crate::recipe::export::written::DocumentPlace;
-use crate::recipe::export::{ExportReport, STAGE_WRITE, check_place};
-use crate::recipe::trees::plant_of;
-use crate::recipe::unknown_name::no_such;
-use crate::task::Task;
+use quadratura_document::stack::{StackCamera, StackPhoto};
+use quadratura_foliage::{PaintedSlab, painted};
+use quadratura_io::atomic::remove_dead_leftovers;
+use quadratura_io::baselines::Baselines;
+use quadratura_io::exports::{ExportStore, WrittenFiles};
+use quadratura_io::hash::hash_bytes;
+use quadratura_io::json::to_json;
+use quadratura_io::plant_images::plant_hash;
+use quadratura_io::tree_paint::TreePaintStore;
 
 /// The folder of a project that has the records of species' exports.
 pub const RECORDS: &str = "exports/trees";

@@ -13,12 +13,12 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::plant_of;
-use crate::document::tree_paint::{TreeCoat, TreePaintBook};
-use crate::document::trees::TreeSpecies;
-use crate::error::{Error, Message, Result};
-use crate::foliage::{PaintField, PaintedPlant, PaintedSlab, Plant, painted};
-use crate::io::tree_paint::TreePaintStore;
-use crate::task::Task;
+use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::task::Task;
+use quadratura_document::tree_paint::{TreeCoat, TreePaintBook};
+use quadratura_document::trees::TreeSpecies;
+use quadratura_foliage::{PaintField, PaintedPlant, PaintedSlab, Plant, painted};
+use quadratura_io::tree_paint::TreePaintStore;
 
 pub use export::{TreeExportOptions, export_species};
 pub use import::{TreeImportOptions, TreeImported, import_tree_paint, tree_import_history, undo_tree_import};

@@ -7,13 +7,13 @@ use glam::{DVec3, Vec2, Vec4};
 use super::super::hidden::{TILE, Tiles};
 use super::hidden::row;
 use super::{oak, renderer};
-use crate::foliage::{Plant, Wood, WoodSpecies};
-use crate::gpu::{Gpu, Renderer};
 use crate::left_out::on_adapter;
-use crate::projection::{Quality, Renders, Shot};
-use crate::scene::Model;
-use crate::scene::synthetic::{Modeller, centred, look_at};
-use crate::task::Task;
+use crate::{Gpu, Renderer};
+use quadratura_base::scene::Model;
+use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
+use quadratura_base::task::Task;
+use quadratura_foliage::{Plant, Wood, WoodSpecies};
+use quadratura_projection::{Quality, Renders, Shot};
 
 /// A view from so near that much is drawn as polygons, along the row.
 fn near(radius: f64, middle: DVec3, quality: Quality) -> Shot {

@@ -8,15 +8,15 @@ use glam::{DAffine3, DVec3};
 
 use super::super::flakes::Flakes;
 use super::{oak, renderer, with_images, wood};
-use crate::foliage::{Plant, Tree, WalkOptions, Wood};
-use crate::geometry::PixelRect;
-use crate::gpu::readback;
-use crate::gpu::{Gpu, Renderer};
 use crate::left_out::on_adapter;
-use crate::projection::{Quality, Renders, Shot};
-use crate::scene::Model;
-use crate::scene::synthetic::{Modeller, centred, look_at};
-use crate::task::Task;
+use crate::readback;
+use crate::{Gpu, Renderer};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Model;
+use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
+use quadratura_base::task::Task;
+use quadratura_foliage::{Plant, Tree, WalkOptions, Wood};
+use quadratura_projection::{Quality, Renders, Shot};
 
 /// A row of oaks, each so many radii behind the one before it and a little aside.
 pub fn row(plant: &Plant, count: u32, apart: f64) -> Wood {

@@ -6,13 +6,13 @@ use std::time::Duration;
 use glam::DVec3;
 
 use super::{measured, oak, renderer, with_images, wood};
-use crate::foliage::{View, WalkOptions, Wood, in_view, jump};
-use crate::gpu::Gpu;
+use crate::Gpu;
 use crate::left_out::on_adapter;
-use crate::projection::{Picture, Quality, Renders, Shot, TREE, TreeMethod};
-use crate::scene::synthetic::{Modeller, centred, look_at};
-use crate::scene::{FaceId, Model};
-use crate::task::Task;
+use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
+use quadratura_base::scene::{FaceId, Model};
+use quadratura_base::task::Task;
+use quadratura_foliage::{View, WalkOptions, Wood, in_view, jump};
+use quadratura_projection::{Picture, Quality, Renders, Shot, TREE, TreeMethod};
 
 /// One oak with images.
 fn one_oak() -> Wood {

@@ -6,16 +6,16 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::super::ratio::have_same_ratios;
 use super::{oak, renderer, with_images, wood};
-use crate::foliage::tests::plant_of;
-use crate::foliage::{Light, Material, RATIO_CELLS, RatioImage, RatiosInView, Wood};
-use crate::geometry::PixelRect;
-use crate::gpu::{Gpu, Renderer};
 use crate::left_out::on_adapter;
-use crate::projection::{Picture, Quality, Renders, Shot};
-use crate::scene::light::linear_of_srgb;
-use crate::scene::synthetic::{centred, look_at};
-use crate::scene::{Model, PhotoId};
-use crate::task::Task;
+use crate::{Gpu, Renderer};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::light::linear_of_srgb;
+use quadratura_base::scene::synthetic::{centred, look_at};
+use quadratura_base::scene::{Model, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_foliage::synthetic::plant_of;
+use quadratura_foliage::{Light, Material, RATIO_CELLS, RatioImage, RatiosInView, Wood};
+use quadratura_projection::{Picture, Quality, Renders, Shot};
 
 /// A ratio image of a photo that looks at the origin: logarithms rise from cell to cell, each channel in its own way.
 fn rising(photo: u32, eye: DVec3) -> RatioImage {

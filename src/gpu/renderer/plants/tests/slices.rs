@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::{oak, renderer, shot, with_images, wood};
-use crate::error::Error;
-use crate::gpu::renderer::tests::cancelled_before_drawing;
-use crate::gpu::{Gpu, Renderer};
 use crate::left_out::on_adapter;
-use crate::projection::{Quality, Renders, Shot, TreeMethod};
-use crate::scene::Model;
-use crate::task::Task;
+use crate::renderer::tests::cancelled_before_drawing;
+use crate::{Gpu, Renderer};
+use quadratura_base::error::Error;
+use quadratura_base::scene::Model;
+use quadratura_base::task::Task;
+use quadratura_projection::{Quality, Renders, Shot, TreeMethod};
 
 /// Pretends that a renderer's device was seen to take these seconds for each sample.
 fn takes(renderer: &mut Renderer, seconds: f64) {

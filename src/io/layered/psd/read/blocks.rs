@@ -1,8 +1,8 @@
 //! Reads the additional blocks of layers in a PSD: a key, a length, and content that only some readers know.
 
 use super::{PsdVariant, names};
-use crate::error::Result;
-use crate::io::layered::bytes::Cursor;
+use crate::layered::bytes::Cursor;
+use quadratura_base::error::Result;
 
 /// An additional block.
 pub struct PsdBlock<'f> {
@@ -20,7 +20,7 @@ const WIDE: [&[u8; 4]; 13] = [
 /// bytes), so up to three zeros are skipped.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when something else follows.
+/// [`quadratura_base::Error::Input`] when something else follows.
 pub fn next_block<'f>(cursor: &mut Cursor<'f>, kind: PsdVariant) -> Result<Option<PsdBlock<'f>>> {
     const HEADER: u64 = 12;
     let mut padding = 0;
@@ -82,7 +82,7 @@ impl BlockProperties {
     /// Reads one block.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] when it is shorter than its kind requires.
+    /// [`quadratura_base::Error::Input`] when it is shorter than its kind requires.
     pub fn take(&mut self, block: &mut PsdBlock) -> Result<()> {
         let content = &mut block.content;
         match &block.key {

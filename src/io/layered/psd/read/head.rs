@@ -1,10 +1,10 @@
 //! Reads the parts of a PSD before the layers: size, colour mode, colour profile, document key.
 
 use super::{PsdVariant, SIGNATURE};
-use crate::error::{Error, Result};
-use crate::io::layered::Depth;
-use crate::io::layered::bytes::{Cursor, FileBytes};
-use crate::io::layered::place::{is_canvas, not_a_canvas};
+use crate::layered::Depth;
+use crate::layered::bytes::{Cursor, FileBytes};
+use crate::layered::place::{is_canvas, not_a_canvas};
+use quadratura_base::error::{Error, Result};
 
 /// The header and the resources that are needed.
 #[derive(Debug)]

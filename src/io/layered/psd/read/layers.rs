@@ -10,12 +10,12 @@ use super::masks::{MASK, edited_mask};
 use super::names::blend_name;
 use super::planes::{Coding, hash_of_code, read_plane};
 use super::records::{ChannelPosition, Record};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layered::bytes::FileBytes;
-use crate::io::layered::groups::{GroupProperties, OpenGroups};
-use crate::io::layered::{BlendMode, Depth, EditedLayer, Lazy, Raster, StoredColours};
-use crate::scene::Samples;
+use crate::layered::bytes::FileBytes;
+use crate::layered::groups::{GroupProperties, OpenGroups};
+use crate::layered::{BlendMode, Depth, EditedLayer, Lazy, Raster, StoredColours};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Samples;
 
 const ALPHA: i16 = -1;
 

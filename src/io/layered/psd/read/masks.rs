@@ -3,11 +3,11 @@
 use super::head::PsdHeader;
 use super::planes::{Coding, hash_of_code, read_plane};
 use super::records::{ChannelPosition, Record, read_rect};
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::io::layered::bytes::{Cursor, FileBytes};
-use crate::io::layered::{EditedMask, Grey, Lazy};
-use crate::scene::Samples;
+use crate::layered::bytes::{Cursor, FileBytes};
+use crate::layered::{EditedMask, Grey, Lazy};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Samples;
 use std::sync::Arc;
 
 /// The channel of a mask.
@@ -61,7 +61,7 @@ const SOFTENED: u8 = 16;
 /// the layer has the channel of one. The specification has the other mask last, files have it first.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when it is shorter than it claims.
+/// [`quadratura_base::Error::Input`] when it is shorter than it claims.
 pub fn read_mask(extra: &mut Cursor, layer: PixelRect, has_real_mask: bool) -> Result<Option<MaskRecord>> {
     let length = extra.u32()?;
     let mut content = extra.part(length.into())?;

@@ -2,9 +2,9 @@
 //! complete.
 
 use super::head::PsdHeader;
-use crate::error::Result;
-use crate::io::layered::bytes::Cursor;
-use crate::io::layered::psd::PsdVariant;
+use crate::layered::bytes::Cursor;
+use crate::layered::psd::PsdVariant;
+use quadratura_base::error::Result;
 
 const RAW: u16 = 0;
 const RLE: u16 = 1;

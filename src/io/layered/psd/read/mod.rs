@@ -17,10 +17,10 @@ use std::sync::Arc;
 use self::head::PsdHeader;
 use self::records::{Record, read_records};
 use super::PsdVariant;
-use crate::document::export_record::ExportFormat;
-use crate::error::Result;
-use crate::io::layered::EditedDocument;
-use crate::io::layered::bytes::{Cursor, FileBytes};
+use crate::layered::EditedDocument;
+use crate::layered::bytes::{Cursor, FileBytes};
+use quadratura_base::error::Result;
+use quadratura_document::export_record::ExportFormat;
 
 /// The signature of PSD and PSB.
 pub const SIGNATURE: &[u8] = b"8BPS";
@@ -28,8 +28,8 @@ pub const SIGNATURE: &[u8] = b"8BPS";
 /// Reads the structure of a PSD or PSB, without its pixels.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the position when the file is damaged or of an unsupported kind (neither RGB
-/// nor grey, neither 8 nor 16 bits); [`crate::Error::Io`].
+/// [`quadratura_base::Error::Input`] with the position when the file is damaged or of an unsupported kind (neither RGB
+/// nor grey, neither 8 nor 16 bits); [`quadratura_base::Error::Io`].
 pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut cursor = bytes.cursor(0);
     let head = PsdHeader::read(&mut cursor, bytes)?;

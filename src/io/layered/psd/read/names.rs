@@ -1,13 +1,13 @@
 //! Reads names in a PSD: of layers, in two encodings, and of blend modes.
 
-use crate::error::Result;
-use crate::io::layered::bytes::Cursor;
-use crate::io::layered::place::tidy_name;
+use crate::layered::bytes::Cursor;
+use crate::layered::place::tidy_name;
+use quadratura_base::error::Result;
 
 /// Reads a text in UTF-16 that follows its number of units.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when the block is too short.
+/// [`quadratura_base::Error::Input`] when the block is too short.
 pub fn unicode(content: &mut Cursor) -> Result<String> {
     let bytes = u64::from(content.u32()?) * 2;
     let bytes = content.take(bytes)?;

@@ -4,10 +4,10 @@ use super::blocks::{BlockProperties, next_block};
 use super::head::PsdHeader;
 use super::masks::{MaskRecord, REAL_MASK, read_mask};
 use super::{names, wide};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layered::bytes::Cursor;
-use crate::io::layered::place::rect_at;
+use crate::layered::bytes::Cursor;
+use crate::layered::place::rect_at;
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
 
 /// An entry of the list: a layer, or one of the two ends of a group.
 #[derive(Debug)]
@@ -39,7 +39,7 @@ pub struct ChannelPosition {
 /// Reads the list; `cursor` contains it and the channels behind it.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when the list is damaged, or when the file ends before the channels do.
+/// [`quadratura_base::Error::Input`] when the list is damaged, or when the file ends before the channels do.
 pub fn read_records(cursor: &mut Cursor, head: &PsdHeader) -> Result<Vec<Record>> {
     // A negative count means that the merged picture has an alpha channel.
     let count = cursor.i16()?.unsigned_abs();

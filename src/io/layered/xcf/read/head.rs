@@ -2,9 +2,9 @@
 
 use super::SIGNATURE;
 use super::precision::Precision;
-use crate::error::{Error, Result};
-use crate::io::layered::bytes::{Cursor, FileBytes};
-use crate::io::layered::place::{is_canvas, not_a_canvas};
+use crate::layered::bytes::{Cursor, FileBytes};
+use crate::layered::place::{is_canvas, not_a_canvas};
+use quadratura_base::error::{Error, Result};
 
 /// The newest version that is fully known.
 const NEWEST: u32 = 14;

@@ -7,17 +7,17 @@ use super::head::XcfHeader;
 use super::properties::Properties;
 use super::tiles::{PixelModel, TileTable};
 use super::{modes, pointer, text};
-use crate::error::Result;
-use crate::geometry::PixelRect;
-use crate::io::layered::bytes::FileBytes;
-use crate::io::layered::groups::{GroupContext, GroupProperties};
-use crate::io::layered::place::rect_at;
-use crate::io::layered::{EditedLayer, EditedMask, Lazy};
+use crate::layered::bytes::FileBytes;
+use crate::layered::groups::{GroupContext, GroupProperties};
+use crate::layered::place::rect_at;
+use crate::layered::{EditedLayer, EditedMask, Lazy};
+use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
 
 /// Reads all layers; `places` are their positions from top to bottom, the result is from bottom to top.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when one of them is damaged.
+/// [`quadratura_base::Error::Input`] when one of them is damaged.
 pub fn read_all(
     positions: &[u64],
     head: &XcfHeader,
@@ -105,7 +105,7 @@ impl XcfLayerReader<'_> {
 
     /// Reports filters of a layer, which files have from version 20 on and which GIMP computes anew each
     /// time.
-    fn note_effects(&mut self, cursor: &mut crate::io::layered::bytes::Cursor, name: &str) -> Result<()> {
+    fn note_effects(&mut self, cursor: &mut crate::layered::bytes::Cursor, name: &str) -> Result<()> {
         const SINCE: u32 = 20;
         if self.head.version >= SINCE && pointer(cursor, self.head.wide)? != 0 {
             self.notes.push(format!("layer \"{name}\": its filters are not applied; merge them in GIMP"));

@@ -18,10 +18,10 @@ use std::sync::Arc;
 
 use self::head::XcfHeader;
 use self::properties::Properties;
-use crate::document::export_record::ExportFormat;
-use crate::error::Result;
-use crate::io::layered::EditedDocument;
-use crate::io::layered::bytes::{Cursor, FileBytes};
+use crate::layered::EditedDocument;
+use crate::layered::bytes::{Cursor, FileBytes};
+use quadratura_base::error::Result;
+use quadratura_document::export_record::ExportFormat;
 
 /// The signature of an XCF, which its version follows.
 pub const SIGNATURE: &[u8] = b"gimp xcf ";
@@ -29,8 +29,8 @@ pub const SIGNATURE: &[u8] = b"gimp xcf ";
 /// Reads the structure of an XCF, without its pixels.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the position when the file is damaged, or newer than this reader supports;
-/// [`crate::Error::Io`].
+/// [`quadratura_base::Error::Input`] with the position when the file is damaged, or newer than this reader supports;
+/// [`quadratura_base::Error::Io`].
 pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut cursor = bytes.cursor(0);
     let head = XcfHeader::read(&mut cursor, bytes)?;
@@ -79,5 +79,5 @@ fn text(cursor: &mut Cursor) -> Result<String> {
     let length = cursor.u32()?;
     let bytes = cursor.take(length.into())?;
     let text = String::from_utf8_lossy(&bytes);
-    Ok(crate::io::layered::place::tidy_name(&text))
+    Ok(crate::layered::place::tidy_name(&text))
 }

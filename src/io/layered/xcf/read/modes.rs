@@ -1,6 +1,6 @@
 //! Blend modes by GIMP's numbers.
 
-use crate::io::layered::BlendMode;
+use crate::layered::BlendMode;
 
 const NORMAL_LEGACY: u32 = 0;
 const NORMAL: u32 = 28;

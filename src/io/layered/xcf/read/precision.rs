@@ -4,8 +4,8 @@ use std::sync::LazyLock;
 
 use half::f16;
 
-use crate::io::layered::{Depth, Rounding};
-use crate::scene::light::srgb_from_linear;
+use crate::layered::{Depth, Rounding};
+use quadratura_base::scene::light::srgb_from_linear;
 
 /// The encoding of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,7 +171,7 @@ mod tests {
             let precision = precision(12, number);
             let rounding = precision.rounding().unwrap();
             for value in (0..=255u16).map(|value| value * 257) {
-                let light = crate::scene::light::linear_of_srgb(f64::from(value) / 65535.0);
+                let light = quadratura_base::scene::light::linear_of_srgb(f64::from(value) / 65535.0);
                 let bytes = match number {
                     100 => vec![(light * steps) as u8],
                     200 => ((light * steps) as u16).to_be_bytes().to_vec(),

@@ -2,7 +2,7 @@
 //! with the colours of the former one and no tone curve. The pixels are converted with sRGB's curve, so the
 //! profile gets that curve, too.
 
-use crate::io::layered::srgb::tone_curve;
+use crate::layered::srgb::tone_curve;
 
 /// Offsets in a profile (ICC.1:2010, 7.2 and 7.3).
 const ID: std::ops::Range<usize> = 84..100;
@@ -40,7 +40,7 @@ fn number(profile: &[u8], at: usize) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::layered::srgb::srgb_profile;
+    use crate::layered::srgb::srgb_profile;
 
     /// Where a tag's data lie, and how many they are.
     fn tag(profile: &[u8], name: &[u8; 4]) -> (usize, usize) {

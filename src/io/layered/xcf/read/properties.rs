@@ -1,9 +1,9 @@
 //! Reads the properties of the image, a layer or a mask into one structure.
 
 use super::{pointer, text};
-use crate::error::Result;
-use crate::io::layered::bytes::Cursor;
-use crate::io::layered::xcf::properties::{KEY_TAG, number, parasite};
+use crate::layered::bytes::Cursor;
+use crate::layered::xcf::properties::{KEY_TAG, number, parasite};
+use quadratura_base::error::Result;
 
 /// The properties in a list; missing ones have their defaults.
 #[derive(Debug)]
@@ -71,7 +71,7 @@ impl Properties {
     /// Reads a list to its end.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] when the list is damaged.
+    /// [`quadratura_base::Error::Input`] when the list is damaged.
     pub fn read(cursor: &mut Cursor, wide: bool) -> Result<Self> {
         let mut properties = Self::default();
         loop {

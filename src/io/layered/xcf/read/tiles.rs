@@ -8,12 +8,12 @@ use rayon::prelude::*;
 use super::head::XcfHeader;
 use super::pointer;
 use super::precision::{Precision, SampleKind};
-use crate::error::Result;
-use crate::io::hash::Hashing;
-use crate::io::layered::bytes::FileBytes;
-use crate::io::layered::xcf::tiles::{TILE, unpack};
-use crate::io::layered::{Depth, Grey, Raster, StoredColours};
-use crate::scene::Samples;
+use crate::hash::Hashing;
+use crate::layered::bytes::FileBytes;
+use crate::layered::xcf::tiles::{TILE, unpack};
+use crate::layered::{Depth, Grey, Raster, StoredColours};
+use quadratura_base::error::Result;
+use quadratura_base::scene::Samples;
 
 /// The meaning of the samples of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,7 +89,7 @@ impl TileTable {
     /// Reads the table from the hierarchy at byte `place`, of a drawable of `size`.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] when the drawable has another size, or more tiles than the file can hold.
+    /// [`quadratura_base::Error::Input`] when the drawable has another size, or more tiles than the file can hold.
     pub fn find(
         bytes: &Arc<FileBytes>,
         position: u64,
@@ -166,7 +166,7 @@ impl TileTable {
     /// Reads the pixels of a layer.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with the position of the damaged tile; [`crate::Error::Io`].
+    /// [`quadratura_base::Error::Input`] with the position of the damaged tile; [`quadratura_base::Error::Io`].
     pub fn raster(&self) -> Result<Raster> {
         let samples = match self.precision.depth() {
             Depth::Eight => Samples::U8(self.rgba8()?),

@@ -3,8 +3,8 @@
 use std::fs;
 
 use super::*;
-use crate::io::plants::read_plant;
-use crate::scene::synthetic::Rng;
+use crate::plants::read_plant;
+use quadratura_base::scene::synthetic::Rng;
 
 /// A file with two instances of a triangle with a picture; accessor 1 has their translations, 2 their rotations.
 fn with_instances() -> Glb {
@@ -226,7 +226,7 @@ fn mutated_files_give_a_plant_or_an_error_and_never_a_fault() {
     mutate(20_000);
 }
 
-/// `cargo test --profile quick --lib a_million_mutated_files_of_gltf -- --ignored`.
+/// `cargo test --profile quick -p quadratura-io --lib a_million_mutated_files_of_gltf -- --ignored`.
 #[test]
 #[ignore = "the same a million times, which takes longer than other tests"]
 fn a_million_mutated_files_of_gltf_give_a_plant_or_an_error() {

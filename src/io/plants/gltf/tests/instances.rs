@@ -3,7 +3,7 @@
 use glam::{DAffine3, DQuat};
 
 use super::*;
-use crate::scene::synthetic::Rng;
+use quadratura_base::scene::synthetic::Rng;
 
 #[test]
 fn a_node_is_a_sub_object_and_its_children_are_uses() {

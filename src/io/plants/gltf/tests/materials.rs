@@ -3,7 +3,7 @@
 use image::{Rgba, RgbaImage};
 
 use super::*;
-use crate::foliage::{Material, Wrap};
+use quadratura_foliage::{Material, Wrap};
 
 /// A picture of two pixels: nothing, and green.
 fn half() -> RgbaImage {

@@ -13,8 +13,8 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::*;
-use crate::foliage::{Corner, Shape, SubObject};
-use crate::task::Event;
+use quadratura_base::task::Event;
+use quadratura_foliage::{Corner, Shape, SubObject};
 
 /// A file in the making: its JSON, and the buffer of its binary chunk.
 struct Glb {
@@ -132,7 +132,7 @@ impl Glb {
 /// The corners of a sub-object's only primitive.
 fn corners(object: &SubObject) -> &[Corner] {
     match &object.primitives[..] {
-        [crate::foliage::Primitive { shape: Shape::Triangles(list), .. }] => &list.corners,
+        [quadratura_foliage::Primitive { shape: Shape::Triangles(list), .. }] => &list.corners,
         other => panic!("{other:?}"),
     }
 }

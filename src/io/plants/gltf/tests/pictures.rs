@@ -6,10 +6,10 @@ use glam::{DAffine3, DMat4, DQuat};
 use image::{Rgba, RgbaImage};
 
 use super::*;
-use crate::foliage::{Light, View, draw};
-use crate::io::plants::read_plant;
-use crate::projection::Picture;
-use crate::scene::synthetic::{centred, look_at};
+use crate::plants::read_plant;
+use quadratura_base::scene::synthetic::{centred, look_at};
+use quadratura_foliage::{Light, View, draw};
+use quadratura_projection::Picture;
 
 /// A quad of a leaf as two triangles: position, and place in the picture. Numbers fit into 32 bits.
 const LEAF: [[f32; 5]; 4] =

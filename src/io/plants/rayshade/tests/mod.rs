@@ -12,10 +12,10 @@ use std::sync::{Arc, Mutex};
 use glam::{DAffine3, DVec3};
 
 use super::*;
-use crate::foliage::{Corner, Mesh, Shape, SubObject};
-use crate::io::plants::read_plant;
-use crate::scene::synthetic::Rng;
-use crate::task::Event;
+use crate::plants::read_plant;
+use quadratura_base::scene::synthetic::Rng;
+use quadratura_base::task::Event;
+use quadratura_foliage::{Corner, Mesh, Shape, SubObject};
 
 /// A folder with these files, the first of which is the plant.
 struct Files(tempfile::TempDir, PathBuf);

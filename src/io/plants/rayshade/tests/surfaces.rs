@@ -1,7 +1,7 @@
 //! Surfaces, where they are inherited, and pictures.
 
 use super::*;
-use crate::foliage::Material;
+use quadratura_foliage::Material;
 
 fn materials(text: &str) -> Vec<Material> {
     plant(text).materials().into_iter().map(|material| Material::clone(material)).collect()

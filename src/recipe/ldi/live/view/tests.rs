@@ -6,16 +6,16 @@ use std::time::Duration;
 use glam::DVec3;
 
 use super::*;
-use crate::geometry::{Pinhole, Pose};
-use crate::gpu::Gpu;
-use crate::ldi::tests::{of_model, step_aside};
-use crate::ldi::{DepthPixel, Ldi, LdiKind, LdiReport, Level, Splat};
-use crate::projection::Gains;
-use crate::recipe::ldi::live::builder::Workbench;
-use crate::recipe::open::Opened;
-use crate::scene::synthetic::closed_form::stairs;
-use crate::scene::synthetic::{Rng, centred, random};
-use crate::task::Event;
+use crate::ldi::live::builder::Workbench;
+use crate::open::Opened;
+use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::scene::synthetic::closed_form::stairs;
+use quadratura_base::scene::synthetic::{Rng, centred, random};
+use quadratura_base::task::Event;
+use quadratura_gpu::Gpu;
+use quadratura_ldi::synthetic::{of_model, step_aside};
+use quadratura_ldi::{DepthPixel, Ldi, LdiKind, LdiReport, Level, Splat};
+use quadratura_projection::Gains;
 
 /// The side of the pictures in pixels.
 const SIDE: u32 = 8;
@@ -60,7 +60,7 @@ fn bench_with(on: WarpOn, image: impl Fn(PhotoId, Pinhole, Pose) -> Ldi + Send +
     let mut site = scene.site();
     let photo = site.photos[0].clone();
     let camera = Pinhole { width: SIDE, height: SIDE, fx: 8.0, fy: 8.0, cx: 4.0, cy: 4.0 };
-    site.photos = (0..4).map(|_| crate::scene::Photo { camera, ..photo.clone() }).collect();
+    site.photos = (0..4).map(|_| quadratura_base::scene::Photo { camera, ..photo.clone() }).collect();
     let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
     let opened = Opened {
         project: serde_json::from_str(text).unwrap(),
@@ -191,7 +191,7 @@ fn a_finer_image_is_requested_when_the_view_comes_near_and_a_coarser_one_never()
 fn what_cannot_be_made_is_said_and_not_tried_again_before_the_project_changes() {
     let mut bench = bench();
     bench.draw([0.5, 0.0, 0.0, 0.0], 0);
-    let result = Err(crate::error::Error::Request("there is no stack".into()));
+    let result = Err(quadratura_base::error::Error::Request("there is no stack".into()));
     bench.view.images.take(Made { result, is_draft: false }, bench.now);
     let drawn = bench.draw([0.5, 0.0, 0.0, 0.0], 0);
     assert!(drawn.status.fault.is_some_and(|fault| fault.contains("there is no stack")));

@@ -129,7 +129,7 @@ impl Lens {
 
     /// Returns the derivative of [`Lens::distort`] at `xy` by central differences; columns are d/dx, d/dy.
     #[inline]
-    pub(crate) fn jacobian(&self, xy: DVec2) -> DMat2 {
+    pub fn jacobian(&self, xy: DVec2) -> DMat2 {
         // The step balances truncation (h^2) against cancellation (1e-16 / h): error near 1e-10.
         let h = 1e-5 * xy.length().max(1.0);
         let along = |step: DVec2| (self.distort(xy + step) - self.distort(xy - step)) / (2.0 * h);

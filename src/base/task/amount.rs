@@ -30,7 +30,7 @@ fn counted(stage: &str) -> Option<&'static str> {
 }
 
 /// Returns whether a stage has other stages as its parts; such a stage reports its end.
-pub(crate) fn has_parts(stage: &str) -> bool {
+pub fn has_parts(stage: &str) -> bool {
     matches!(
         stage,
         "build layers" | "export" | "fill" | "import" | "layered depth images" | "render" | "score"
@@ -38,7 +38,7 @@ pub(crate) fn has_parts(stage: &str) -> bool {
 }
 
 /// Says how much of a stage is done: `3 of 9 photos`, or `34 %`.
-pub(crate) fn in_words(stage: &str, done: u64, total: u64) -> String {
+pub fn in_words(stage: &str, done: u64, total: u64) -> String {
     match counted(stage) {
         Some(noun) => format!("{done} of {total} {noun}{}", if total == 1 { "" } else { "s" }),
         None => format!("{} %", (100 * done.min(total)).checked_div(total).unwrap_or(100)),

@@ -4,7 +4,7 @@
 //! [`farmyard`] is a scene of a paper; [`random`] makes any number of scenes from seeds; [`large`] makes heavy ones.
 //!
 //! ```
-//! use quadratura::testing::scene::synthetic::{Truth, closed_form};
+//! use quadratura_base::scene::synthetic::{Truth, closed_form};
 //!
 //! let scene = closed_form::two_quads();
 //! assert_eq!(scene.model.faces.len(), 2);

@@ -3,16 +3,16 @@
 use std::fs::{File, create_dir_all, write};
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
-use crate::io::layered::Raster;
-use crate::io::layered::png::write_rgba;
-use crate::io::stack_store::StackStore;
-use crate::layers::SoftwareRasteriser;
-use crate::recipe::build::{BuildOptions, build};
-use crate::recipe::create::{NewProject, create_project};
-use crate::recipe::open::Opened;
-use crate::scene::Samples;
-use crate::task::Task;
+use crate::build::{BuildOptions, build};
+use crate::create::{NewProject, create_project};
+use crate::open::Opened;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Samples;
+use quadratura_base::task::Task;
+use quadratura_io::layered::Raster;
+use quadratura_io::layered::png::write_rgba;
+use quadratura_io::stack_store::StackStore;
+use quadratura_layers::SoftwareRasteriser;
 
 /// Width and height of the photos in pixels.
 const SIZE: [u32; 2] = [64, 48];

@@ -45,7 +45,7 @@ impl Pinhole {
 
     /// Returns K by rows: `[[fx,0,cx],[0,fy,cy],[0,0,1]]`.
     #[inline]
-    pub(crate) fn matrix_rows(&self) -> [[f64; 3]; 3] {
+    pub fn matrix_rows(&self) -> [[f64; 3]; 3] {
         [[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]]
     }
 }
@@ -80,7 +80,7 @@ impl Pose {
 
     /// Returns R by rows.
     #[inline]
-    pub(crate) fn rotation_rows(&self) -> [[f64; 3]; 3] {
+    pub fn rotation_rows(&self) -> [[f64; 3]; 3] {
         let rows = self.rotation.transpose();
         [rows.x_axis.to_array(), rows.y_axis.to_array(), rows.z_axis.to_array()]
     }

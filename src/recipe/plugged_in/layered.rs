@@ -1,4 +1,4 @@
-//! A format as small as one can be, in the table of tests only: whatever knows layered formats must know it, too.
+//! A layered format as small as one can be: whatever knows layered formats must know it, too. It takes the place of XCF.
 
 #![cfg(test)]
 
@@ -9,19 +9,18 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::bytes::FileBytes;
-use super::document::LayeredDocument;
-use super::edited::{BlendMode, EditedDocument, EditedLayer, Lazy};
-use super::format::{FileFormat, LayeredFormat, Variant};
-use super::{Depth, FormatFit, Raster};
-use crate::document::export_record::ExportFormat;
-use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
-use crate::scene::Samples;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Samples;
+use quadratura_document::export_record::ExportFormat;
+use quadratura_io::layered::document::LayeredDocument;
+use quadratura_io::layered::edited::{BlendMode, EditedDocument, EditedLayer, Lazy};
+use quadratura_io::layered::format::{FileFormat, LayeredFormat, Variant};
+use quadratura_io::layered::{Depth, FileBytes, FormatFit, Raster};
 
 /// The entry of the dummy format in the registry.
 pub const FORMAT: LayeredFormat = LayeredFormat {
-    format: ExportFormat::Dummy,
+    format: ExportFormat::Xcf,
     title: "Dummy",
     name: "dummy",
     about: "A format for tests",
@@ -76,7 +75,7 @@ fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     };
     let layers = head.layers.into_iter().map(layer).collect();
     Ok(EditedDocument {
-        format: ExportFormat::Dummy,
+        format: ExportFormat::Xcf,
         width: head.size[0],
         height: head.size[1],
         depth: Depth::Eight,

@@ -49,7 +49,7 @@ impl ModelBuilder {
     }
 
     /// Returns the number of corners of all outlines added so far.
-    pub(crate) fn corner_count(&self) -> usize {
+    pub fn corner_count(&self) -> usize {
         self.model.ring_vertices.len()
     }
 
@@ -74,7 +74,7 @@ impl ModelBuilder {
     }
 
     /// Gives the objects other names, all different, in the order of their ids.
-    pub(crate) fn name_objects(&mut self, names: Vec<String>) {
+    pub fn name_objects(&mut self, names: Vec<String>) {
         self.by_name = names.iter().cloned().zip((0..).map(ObjectId)).collect();
         for (object, name) in self.model.objects.iter_mut().zip(names) {
             object.billboard |= says_billboard(&name);
@@ -83,7 +83,7 @@ impl ModelBuilder {
     }
 
     /// Returns true when an object has this name.
-    pub(crate) fn has_object(&self, name: &str) -> bool {
+    pub fn has_object(&self, name: &str) -> bool {
         self.by_name.contains_key(name)
     }
 
@@ -164,7 +164,7 @@ impl ModelBuilder {
 
 /// Returns true when a name marks its object as a backdrop, such as a sky behind everything else: it contains "backdrop"
 /// in upper or lower case.
-pub(crate) fn says_backdrop(name: &str) -> bool {
+pub fn says_backdrop(name: &str) -> bool {
     name.to_lowercase().contains("backdrop")
 }
 
@@ -175,13 +175,13 @@ pub fn says_billboard(name: &str) -> bool {
 
 /// The reserved name of what photos show where no face of the model is: sky, hills, far houses. Stacks list it like an
 /// object that has no faces.
-pub(crate) const SURROUNDINGS: &str = "[surroundings]";
+pub const SURROUNDINGS: &str = "[surroundings]";
 
 /// The name of an object of the model that is called as the surroundings are.
 const RENAMED: &str = "[surroundings] (object)";
 
 /// Returns a name for an object of the model.
-pub(crate) fn not_reserved(name: &str) -> &str {
+pub fn not_reserved(name: &str) -> &str {
     if name == SURROUNDINGS { RENAMED } else { name }
 }
 

@@ -28,7 +28,7 @@ impl PixelRect {
 
     /// Makes the rectangle of the one pixel in column `x`, row `y`.
     #[inline]
-    pub(crate) const fn of_pixel(x: i32, y: i32) -> Self {
+    pub const fn of_pixel(x: i32, y: i32) -> Self {
         Self { x, y, w: 1, h: 1 }
     }
 
@@ -71,7 +71,7 @@ impl PixelRect {
     /// Returns true when an image position, in pixels, lies within. The left and the upper edge belong to it, the
     /// others do not.
     #[inline]
-    pub(crate) fn contains_position(&self, px: DVec2) -> bool {
+    pub fn contains_position(&self, px: DVec2) -> bool {
         let low = DVec2::new(f64::from(self.x), f64::from(self.y));
         let high = low + DVec2::new(f64::from(self.w), f64::from(self.h));
         px.cmpge(low).all() && px.cmplt(high).all()
@@ -101,7 +101,7 @@ impl PixelRect {
 
     /// Returns the smallest rectangle that contains both; one without pixels counts as nothing, wherever it lies.
     #[inline]
-    pub(crate) fn hull(&self, other: &Self) -> Self {
+    pub fn hull(&self, other: &Self) -> Self {
         match (self.is_empty(), other.is_empty()) {
             (true, _) => *other,
             (_, true) => *self,

@@ -22,7 +22,7 @@ pub struct FaceIndex(pub u32);
 
 impl FaceIndex {
     /// Returns the index of the face at a position in [`Object::faces`].
-    pub(crate) fn new(position: usize) -> Self {
+    pub fn new(position: usize) -> Self {
         Self(position as u32)
     }
 
@@ -32,7 +32,7 @@ impl FaceIndex {
     }
 
     /// Returns the indices of an object's `count` faces.
-    pub(crate) fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
+    pub fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
         (0..count as u32).map(Self)
     }
 }
@@ -49,7 +49,7 @@ pub struct ObjectId(pub u32);
 
 impl ObjectId {
     /// Returns the id of the object at a position in [`Model::objects`].
-    pub(crate) fn new(position: usize) -> Self {
+    pub fn new(position: usize) -> Self {
         Self(position as u32)
     }
 
@@ -69,11 +69,11 @@ pub struct Object {
     /// Whether the object is a billboard, a flat stand-in for foliage and the like that is visible from both sides.
     pub billboard: bool,
     /// The rectangle that takes the place of its faces, where the object turns towards cameras.
-    pub(crate) impostor: Option<Impostor>,
+    pub impostor: Option<Impostor>,
     /// Whether one may see through its faces in places: impostors, and objects that were declared so.
-    pub(crate) see_through: bool,
+    pub see_through: bool,
     /// Whether the first face has been replaced by that rectangle ([`Model::turn_towards`]).
-    pub(crate) turned: bool,
+    pub turned: bool,
 }
 
 impl Object {
@@ -83,7 +83,7 @@ impl Object {
     }
 
     /// Returns whether photos show at its faces also what is behind them, and so something else from each viewpoint.
-    pub(crate) fn shows_what_is_behind(&self) -> bool {
+    pub fn shows_what_is_behind(&self) -> bool {
         self.billboard || self.see_through
     }
 }
@@ -134,17 +134,17 @@ impl Model {
     }
 
     /// Returns the object with this name.
-    pub(crate) fn object_named(&self, name: &str) -> Option<ObjectId> {
+    pub fn object_named(&self, name: &str) -> Option<ObjectId> {
         self.objects.iter().position(|object| object.name == name).map(ObjectId::new)
     }
 
     /// Returns the object with this name, or else the only one whose name means the same in another spelling ([`alike`]).
-    pub(crate) fn object_like(&self, name: &str) -> Option<ObjectId> {
+    pub fn object_like(&self, name: &str) -> Option<ObjectId> {
         alike::find(name, self.objects.iter().map(|object| &object.name)).one().map(ObjectId::new)
     }
 
     /// Returns the face that files and users call `object[index]`.
-    pub(crate) fn face_named(&self, object: &str, index: FaceIndex) -> Option<FaceId> {
+    pub fn face_named(&self, object: &str, index: FaceIndex) -> Option<FaceId> {
         self.object(self.object_named(object)?).face(index)
     }
 

@@ -15,7 +15,7 @@ pub struct PhotoId(pub u32);
 
 impl PhotoId {
     /// Returns the id of the photo at a position.
-    pub(crate) fn new(position: usize) -> Self {
+    pub fn new(position: usize) -> Self {
         Self(position as u32)
     }
 
@@ -25,7 +25,7 @@ impl PhotoId {
     }
 
     /// Returns the ids of `count` photos.
-    pub(crate) fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
+    pub fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
         (0..count as u32).map(Self)
     }
 }
@@ -95,14 +95,12 @@ impl Site {
     }
 
     /// Returns the ids of all photos, in order.
-    pub(crate) fn photo_ids(
-        &self,
-    ) -> impl ExactSizeIterator<Item = PhotoId> + DoubleEndedIterator + Clone + use<> {
+    pub fn photo_ids(&self) -> impl ExactSizeIterator<Item = PhotoId> + DoubleEndedIterator + Clone + use<> {
         PhotoId::all(self.photos.len())
     }
 
     /// Returns all photos with their ids, in order.
-    pub(crate) fn numbered_photos(&self) -> impl ExactSizeIterator<Item = (PhotoId, &Photo)> + Clone {
+    pub fn numbered_photos(&self) -> impl ExactSizeIterator<Item = (PhotoId, &Photo)> + Clone {
         self.photo_ids().zip(&self.photos)
     }
 

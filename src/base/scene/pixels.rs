@@ -32,7 +32,7 @@ impl Samples {
     }
 
     /// Returns the samples as PNG stores them: of 16 bits the higher byte first.
-    pub(crate) fn big_endian(&self) -> Cow<'_, [u8]> {
+    pub fn big_endian(&self) -> Cow<'_, [u8]> {
         match self {
             Self::U8(samples) => Cow::Borrowed(samples),
             Self::U16(samples) => samples.iter().flat_map(|sample| sample.to_be_bytes()).collect(),

@@ -186,7 +186,7 @@ fn weights(fraction: f64) -> [f32; 6] {
 }
 
 /// Evaluates the Lanczos kernel with three lobes; distances are below 3.
-pub(crate) fn lanczos3(distance: f64) -> f64 {
+pub fn lanczos3(distance: f64) -> f64 {
     // Exactly zero at whole distances, so that a position on a pixel's centre gives that pixel.
     if distance.fract() == 0.0 {
         return if distance == 0.0 { 1.0 } else { 0.0 };

@@ -1,8 +1,8 @@
 //! A model whose faces one photo shows.
 
-use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::projection::{Domain, LayerTexture, LayerTextureId, Projector, Server, Sources};
-use crate::scene::PhotoId;
+use crate::{Domain, LayerTexture, LayerTextureId, Projector, Server, Sources};
+use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_base::scene::PhotoId;
 
 /// Returns the sources of a model with this number of faces, each of which a single photo serves from either side: from one layer texture,
 /// which is as large as the photo.

@@ -23,7 +23,7 @@ const LEAST_SIDE: f64 = 1e-6;
 const OFF_PLANE: f64 = 0.02;
 
 /// The distance of a camera from the axis, in half widths, below which it has no side of its own.
-pub(crate) const ON_AXIS: f64 = 1e-3;
+pub const ON_AXIS: f64 = 1e-3;
 
 /// A billboard that turns. All positions are in world coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,17 @@
+//! The packages below this one as its tests, benchmarks and examples see them, a tiny site to try the library on, and a model that
+//! one photo shows.
+//! Names and signatures here may change in any version.
+
+#[cfg(feature = "gui")]
+pub use quadratura_app as app;
+pub use quadratura_base::{geometry, raster, scene};
+pub use quadratura_document as document;
+pub use quadratura_foliage as foliage;
+pub use quadratura_gpu as gpu;
+pub use quadratura_io as io;
+pub use quadratura_layers as layers;
+pub use quadratura_ldi as ldi;
+pub use quadratura_projection as projection;
+pub use quadratura_projection::one_photo;
+pub use quadratura_recipe as recipe;
+pub use quadratura_recipe::tiny_site::{tiny_project, tiny_site, tiny_stacks};
