@@ -16,9 +16,9 @@ use quadratura::testing::ldi::{
     Combining, DepthPixel, Frame, Ldi, LdiKind, LdiReport, LdiSurface, Level, Source, Splat, SplatKind,
     WarpOptions, combine, warp,
 };
-use quadratura::testing::projection::Shot;
 use quadratura::testing::scene::FaceId;
 use quadratura::testing::scene::synthetic::{centred, farmyard};
+use quadratura::testing::view::Shot;
 
 /// The frame: 2.66 million layered depth pixels.
 const FRAME: [u32; 2] = [2000, 1330];

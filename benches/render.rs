@@ -13,11 +13,12 @@ use quadratura::testing::geometry::{Pinhole, PixelRect};
 use quadratura::testing::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::{
-    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Mode, Projector, Quality, Renders,
-    Server, Shot, Sources, Texels,
+    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Renders, Server, Sources,
+    Texels,
 };
 use quadratura::testing::scene::synthetic::{Rng, centred, large, look_at};
 use quadratura::testing::scene::{Model, PhotoId};
+use quadratura::testing::view::{Mode, Quality, Shot};
 
 /// Photos of the town are this large; their layer textures cover them.
 const PHOTO: [u32; 2] = [1024, 512];

@@ -24,7 +24,7 @@ use quadratura::testing::document::export_record::ExportFormat;
 use quadratura::testing::geometry::Pinhole;
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::io::stack_store::StackStore;
-use quadratura::testing::projection::{Picture, Renders, Shot};
+use quadratura::testing::projection::Renders;
 use quadratura::testing::recipe::editing::{document_to_edit, folder as editing_folder};
 use quadratura::testing::recipe::export::ExportOptions;
 use quadratura::testing::recipe::fill::projected::{PaintProjection, nearest_first};
@@ -33,6 +33,7 @@ use quadratura::testing::recipe::import::Imported;
 use quadratura::testing::recipe::open::{Opened, open};
 use quadratura::testing::recipe::preview::{self, Preview, PreviewOptions};
 use quadratura::testing::recipe::watch::{WatchOptions, watch};
+use quadratura::testing::view::{Picture, Shot};
 use zip::write::SimpleFileOptions;
 use zip::{ZipArchive, ZipWriter};
 

@@ -191,7 +191,7 @@ fn on_relief(drawn: Drawn, p: vec3f) -> vec3f {
     return p + ray * (height_at(drawn, near) / slope);
 }
 
-// Looks up the agreement of an image layer's texel at a photo position (AgreementGrid::at of projection/agreement.rs).
+// Looks up the agreement of an image layer's texel at a photo position (AgreementGrid::at of view/agreement.rs).
 fn agreement_at(layer_texture: u32, px: vec2f) -> f32 {
     if !AGREEMENT {
         return 1.0;
@@ -271,7 +271,7 @@ fn anisotropic(place: TexturePlacement, matte: u32, photo: Photo, at: vec2f, px:
 }
 
 // Removes offset and falloff of the photo's camera from light (Optics::undone of
-// projection/exposure/optics.rs).
+// view/optics.rs).
 fn undone(texel: Texel, photo: Photo, px: vec2f) -> vec3f {
     if !UNDOES_OPTICS {
         return texel.light;
@@ -291,7 +291,7 @@ fn kept_white(stored: Texel, exposed: vec3f) -> vec3f {
     return exposed + smoothstep(WHITE_FROM, WHITE_CERTAIN, darkest) * max(stored.light - exposed, vec3f(0.0));
 }
 
-// The factor by which the view's lens darkens a pixel (ViewLens::factor of projection/exposure/optics.rs).
+// The factor by which the view's lens darkens a pixel (ViewLens::factor of view/optics.rs).
 fn lens_at(px: vec2f) -> f32 {
     if !UNDOES_OPTICS {
         return 1.0;

@@ -1,4 +1,4 @@
-// The weights of photos. CPU reference: projection/weights.rs.
+// The weights of photos. CPU reference: view/weights.rs.
 
 const LEAST_ANGLE: f32 = 1e-6;
 const OTHER_SIDE: f32 = 1000.0;

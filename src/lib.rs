@@ -91,13 +91,14 @@
 //!
 //! The program is a workspace of packages, one in each folder of `src`, named `quadratura-base`, `quadratura-projection` and so on.
 //! They are listed bottom to top. Each may use only the packages above it in this table, which `tests/architecture.rs`
-//! verifies in their manifests; `foliage`, `ldi` and `layers` do not use each other, nor do `io` and `gpu`. The public modules above only
+//! verifies in their manifests; `projection`, `foliage` and `ldi` do not use each other, nor do `io` and `gpu`. The public modules above only
 //! name items of them.
 //!
 //! | package | contents |
 //! |---|---|
 //! | `base` | errors and progress; mathematics; pixels on a grid; photos, model and site: the photographed scene |
-//! | `projection` | novel views: sheared frusta, the image layers that serve a face, blend weights |
+//! | `view` | what is asked of a novel view and what it gives back; weights of photos, legends, metrics, flights |
+//! | `projection` | novel views of layers: sheared frusta, the image layers that serve a face, exposure, relief |
 //! | `foliage` | plants: graphs of sub-objects, their generator, and pictures of all their polygons |
 //! | `ldi` | layered depth images: layout, order, splats, warp |
 //! | `layers` | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |

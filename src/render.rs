@@ -94,13 +94,9 @@ pub use quadratura_base::scene::PhotoId;
 #[doc(inline)]
 pub use quadratura_gpu::TextureOptions;
 #[doc(inline)]
-pub use quadratura_projection::metrics::{ImageMetrics, ImagePair};
+pub use quadratura_projection::Renders;
 #[doc(inline)]
 pub use quadratura_projection::twin::ReferenceRenderer;
-#[doc(inline)]
-pub use quadratura_projection::{
-    Blend, DisplayMode, Exposure, LinearPicture, Mode, Picture, Quality, Renders, Shot,
-};
 #[doc(inline)]
 pub use quadratura_recipe::preview::{Preview, PreviewOptions, open as open_preview, open_reference};
 #[doc(inline)]
@@ -115,3 +111,7 @@ pub use quadratura_recipe::score::{
 };
 #[doc(inline)]
 pub use quadratura_recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
+#[doc(inline)]
+pub use quadratura_view::metrics::{ImageMetrics, ImagePair};
+#[doc(inline)]
+pub use quadratura_view::{Blend, DisplayMode, Exposure, LinearPicture, Mode, Picture, Quality, Shot};

@@ -15,3 +15,4 @@ pub use quadratura_projection as projection;
 pub use quadratura_projection::one_photo;
 pub use quadratura_recipe as recipe;
 pub use quadratura_recipe::tiny_site::{tiny_project, tiny_site, tiny_stacks};
+pub use quadratura_view as view;

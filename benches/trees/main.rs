@@ -19,11 +19,10 @@ use quadratura::testing::foliage::{
 };
 use quadratura::testing::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::projection::{
-    Gains, LayerTextureId, LayerTexturePixels, Picture, Quality, Renders, Shot, Sources, Texels, TreeMethod,
-};
+use quadratura::testing::projection::{Gains, LayerTextureId, LayerTexturePixels, Renders, Sources, Texels};
 use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{centred, look_at};
+use quadratura::testing::view::{Picture, Quality, Shot, TreeMethod};
 
 /// Columns and rows of the pictures.
 const SIZE: [u32; 2] = [960, 540];

@@ -10,11 +10,10 @@ use quadratura::testing::foliage::{BakeOptions, Placing, Plant, PlantImages, Woo
 use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::one_photo;
-use quadratura::testing::projection::{
-    LayerTextureId, LayerTexturePixels, Quality, Renders, Shot, Sources, Texels,
-};
+use quadratura::testing::projection::{LayerTextureId, LayerTexturePixels, Renders, Sources, Texels};
 use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{Modeller, centred, look_at};
+use quadratura::testing::view::{Quality, Shot};
 
 use super::{FOCAL, SIZE, baked, few, grown, is_wanted, maple_species, renderer_of, species, timed, wood};
 

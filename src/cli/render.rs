@@ -21,8 +21,7 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_io::writable::check_file;
 use quadratura_layers::sky_model::{Daylight, SkyKind};
 use quadratura_ldi::Shown;
-use quadratura_projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
-use quadratura_projection::{DisplayMode, Exposure, Renders};
+use quadratura_projection::Renders;
 use quadratura_recipe::colour::{colour_report, usual_exposure};
 use quadratura_recipe::exploded::exploded;
 use quadratura_recipe::ldi::viewer::Viewer;
@@ -33,6 +32,8 @@ use quadratura_recipe::render::{
 };
 use quadratura_recipe::views::{RequestedView, RequestedViews, Size, ViewRequest};
 use quadratura_recipe::written_exposure::written_exposures;
+use quadratura_view::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
+use quadratura_view::{DisplayMode, Exposure};
 
 /// Maximum number of pictures in the table; `--json` has all.
 const MOST_ROWS: usize = 40;

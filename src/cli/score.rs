@@ -11,8 +11,6 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_gpu::Gpu;
 use quadratura_io::writable::check_folder;
-use quadratura_projection::metrics::ImageMetrics;
-use quadratura_projection::{DisplayMode, Exposure};
 use quadratura_recipe::check::unexplained::{Unexplained, unexplained};
 use quadratura_recipe::ldi::StackLdiOptions;
 use quadratura_recipe::ldi::viewer::Viewer;
@@ -23,6 +21,8 @@ use quadratura_recipe::score::{
     MeanScore, ObjectScore, Question, ScoreOptions, ScoreReport, held_out, leave_one_out, score,
 };
 use quadratura_recipe::views::Size;
+use quadratura_view::metrics::ImageMetrics;
+use quadratura_view::{DisplayMode, Exposure};
 
 /// The default scale: half the photo's size, which reduces the effect of camera noise.
 const USUAL_SCALE: f64 = 0.5;

@@ -9,8 +9,6 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_gpu::Storage;
 use quadratura_io::cameras::accepted;
-use quadratura_projection::hidden::HiddenFaces;
-use quadratura_projection::{Blend, DisplayMode, Exposure, Mode, Quality, TreeMethod, Unseen};
 use quadratura_recipe::colour::reference;
 use quadratura_recipe::ldi::StackLdiOptions;
 use quadratura_recipe::named::index_of_photo;
@@ -19,6 +17,8 @@ use quadratura_recipe::preview::PreviewOptions;
 use quadratura_recipe::render::Appearance;
 use quadratura_recipe::trees::PlantParts;
 use quadratura_recipe::views::{Size, ViewSource};
+use quadratura_view::hidden::HiddenFaces;
+use quadratura_view::{Blend, DisplayMode, Exposure, Mode, Quality, TreeMethod, Unseen};
 
 /// The value of `--cameras` that stands for the project's photos.
 pub const PHOTOS: &str = "photos";

@@ -4,8 +4,8 @@ use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use quadratura_base::geometry::Pose;
-use quadratura_projection::flight::FrameLens;
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::flight::FrameLens;
+use quadratura_view::navigation::Viewpoint;
 
 /// The index of a bookmark in the project.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

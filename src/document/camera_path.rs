@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use quadratura_base::geometry::{Pinhole, Pose};
-use quadratura_projection::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
+use quadratura_view::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
 
 /// The version of the format that this program writes, and the only one that it reads.
 pub const PATH_VERSION: u32 = 1;

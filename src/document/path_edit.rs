@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::camera_path::{CameraPath, KeyframeIndex, PATH_VERSION, PathKeyframe, PathSpeed};
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::navigation::Viewpoint;
 
 /// The least time between two keyframes in seconds; closer ones replace each other.
 pub const LEAST_APART_S: f64 = 0.01;

@@ -17,7 +17,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::light::srgb_from_linear;
 use quadratura_base::task::Task;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The largest number of triangles of all instances that is drawn.
 pub const MOST_TRIANGLES: u64 = 1_000_000_000_000;

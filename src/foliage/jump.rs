@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::similarity::over_sky;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// How much more a plant's pictures change from one frame to the next than the truth does, in steps of 8 bits: of the means of blocks of 8 x 8
 /// pixels over a plain sky, in gamma. A jump of many pixels to and fro, as of leaves that move, has a small mean in each block; one of the

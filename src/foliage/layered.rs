@@ -19,7 +19,7 @@ use super::walk::{Drawn, Part, WalkOptions, walk};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
 const BAND: u32 = 64;

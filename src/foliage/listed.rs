@@ -14,7 +14,7 @@ use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::light::srgb_from_linear;
 use quadratura_base::task::Task;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The stage that is reported for drawing the rows of a picture.
 const STAGE: &str = "draw plant";

@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3, Vec3};
 
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::PhotoId;
-use quadratura_projection::Blend;
-use quadratura_projection::weights::{LEAST_ANGLE, angle_at, weights};
+use quadratura_view::Blend;
+use quadratura_view::weights::{LEAST_ANGLE, angle_at, weights};
 
 /// The number of cells of a ratio image, across and down.
 pub const RATIO_CELLS: usize = 16;

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
-use quadratura_projection::Picture;
-use quadratura_projection::metrics::{ImagePair, structural_similarity};
+use quadratura_view::Picture;
+use quadratura_view::metrics::{ImagePair, structural_similarity};
 
 /// A picture of a plant beside the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

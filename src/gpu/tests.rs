@@ -88,7 +88,7 @@ fn every_shader_has_a_rust_file_of_the_same_name() {
         let name = name.file_name().expect("a file has a name");
         // The Rust file beside `weights` is its CPU reference; its pass is `project`. Names of shaders of layered depth images
         // begin with the name of their folder.
-        let rooms = ["src/gpu", "src/gpu/renderer", "src/gpu/renderer/plants", "src/projection"];
+        let rooms = ["src/gpu", "src/gpu/renderer", "src/gpu/renderer/plants", "src/view"];
         let of_ldi = name.to_str().and_then(|name| name.strip_prefix("ldi_"));
         let found = rooms.iter().any(|room| root.join(room).join(name).exists())
             || of_ldi.is_some_and(|name| root.join("src/gpu/ldi").join(name).exists());

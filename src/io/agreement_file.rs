@@ -12,7 +12,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Spans;
 use quadratura_base::scene::FaceId;
 use quadratura_layers::agreement::{PhotoEvidence, Thing};
-use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
+use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 3;

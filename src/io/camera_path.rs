@@ -10,7 +10,7 @@ use super::foreign_json::{first_no_number, parse_foreign_json};
 use super::json::{in_words, read_limited, to_json};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::camera_path::CameraPath;
-use quadratura_projection::flight::Flight;
+use quadratura_view::flight::Flight;
 
 const LARGEST_PATH: u64 = 16 << 20;
 const REMEDY: &str = "correct it; docs/formats.md describes camera paths";

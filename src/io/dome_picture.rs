@@ -18,7 +18,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Image;
 use quadratura_base::scene::light::linear_of_srgb;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::srgb::Srgb;
 
 /// What to do about a picture of another shape.
 const REMEDY: &str =

@@ -9,7 +9,7 @@ use image::codecs::jpeg::JpegEncoder;
 use super::atomic::write_atomically;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{PhotoPixels, Samples};
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// How lines are drawn: with a dark seam on both sides, which keeps them readable on a light background.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -17,7 +17,7 @@ use super::atomic::write_atomically;
 use super::hash::hash_bytes;
 use super::picture_png::{MADE_BY, MOST_BYTES, WrittenPicture, place};
 use quadratura_base::error::{Error, Result};
-use quadratura_projection::LinearPicture;
+use quadratura_view::LinearPicture;
 
 /// The extension of the files.
 pub const EXTENSION: &str = "exr";

@@ -15,9 +15,9 @@ use serde::{Deserialize, Serialize};
 use super::atomic::write_atomically;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::FaceId;
-use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
 use quadratura_projection::dome::{BRIGHTEST, Dome, SIDES};
 use quadratura_projection::exposure::surroundings::{GRID, SurroundingsFactors};
+use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 2;

@@ -11,7 +11,7 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 use super::atomic::write_atomically_with;
 use quadratura_base::error::{Error, Result};
 use quadratura_document::names::file_name_of_photo;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// Keyword of the text chunk that holds the photo's stamp.
 const MADE_OF: &str = "quadratura-photo";

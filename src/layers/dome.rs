@@ -9,7 +9,7 @@ use quadratura_base::error::Result;
 use quadratura_base::raster::robust::quantile;
 use quadratura_base::task::Task;
 use quadratura_projection::dome::{CubeMap, Dome, SIDES};
-use quadratura_projection::weights::border;
+use quadratura_view::weights::border;
 
 /// The distance from what is not surroundings, in reduced pixels, over which the weight of a photo rises: beside
 /// outlines photos show what the model lacks.

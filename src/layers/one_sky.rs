@@ -380,7 +380,7 @@ mod tests {
 
     use super::*;
     use quadratura_base::geometry::{Pinhole, Pose};
-    use quadratura_projection::exposure::Optics;
+    use quadratura_view::optics::Optics;
 
     const CAMERA: Pinhole = Pinhole { width: 120, height: 80, fx: 90.0, fy: 90.0, cx: 60.0, cy: 40.0 };
 

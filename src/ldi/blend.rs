@@ -2,7 +2,7 @@
 //!
 //! Each image is warped into sums of its own. Then the surfaces that the images show at a pixel are put into the order of
 //! their depths; those at one depth are one surface, whose colour is the mean of the images by the weights that their
-//! cameras have there ([`quadratura_projection::weights`]): by the angle between the rays to the view and to the camera, and by
+//! cameras have there ([`quadratura_view::weights`]): by the angle between the rays to the view and to the camera, and by
 //! the resolution that the camera lacks. What a camera did not see itself, but has filled in, counts only where no camera saw
 //! it. No order between the images is needed.
 //!
@@ -19,13 +19,13 @@ use super::warp::{BAND, Plan, WarpOptions, light_of_bytes};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::task::Task;
-use quadratura_projection::agreement::AgreementGrid;
-use quadratura_projection::exposure::optics::{squared_radius, squared_tangent};
-use quadratura_projection::exposure::{Optics, ViewLens};
-use quadratura_projection::srgb::Srgb;
-use quadratura_projection::weights::BORDER_SHARE;
-use quadratura_projection::weights::{Claim, angle_at, border_ramp, weights};
-use quadratura_projection::{Picture, Shot};
+use quadratura_view::agreement::AgreementGrid;
+use quadratura_view::optics::{Optics, ViewLens};
+use quadratura_view::optics::{squared_radius, squared_tangent};
+use quadratura_view::srgb::Srgb;
+use quadratura_view::weights::BORDER_SHARE;
+use quadratura_view::weights::{Claim, angle_at, border_ramp, weights};
+use quadratura_view::{Picture, Shot};
 
 /// The penalty, in radians, of what was filled in: whatever a camera saw comes first, because angles are at most pi.
 const FILLED_IN: f64 = 1000.0;

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The widest crack that is closed, in pixels of the picture.
 const WIDEST: i32 = 3;

@@ -12,7 +12,7 @@ use super::warp::{WarpOptions, last_drawn, level_of};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::task::Task;
-use quadratura_projection::{Picture, Shot};
+use quadratura_view::{Picture, Shot};
 
 /// The share by which the inverse depth of a depth pixel may differ from that at a rim to be of the same surface: on
 /// slanted surfaces depth changes across a gap.

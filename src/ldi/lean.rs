@@ -10,7 +10,7 @@ use super::warp::{WarpOptions, warp};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::task::Task;
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// A window through which an image is seen: the view keeps its direction, and things at the distance of the pivot keep their
 /// place when the viewpoint moves aside.

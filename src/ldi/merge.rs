@@ -8,7 +8,7 @@
 use glam::DVec3;
 
 use super::layout::{DepthPixel, LdiSurface};
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::srgb::Srgb;
 
 /// A sample of a surface in a pixel of the reference camera.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -11,8 +11,8 @@ use super::transfer::Transfer;
 use super::warp::{WarpOptions, Warped, common_level, warp_set};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_projection::Shot;
-use quadratura_projection::legend::{DENSITY, DENSITY_OCTAVES, Legend, Origin, colour_at, colour_of_number};
+use quadratura_view::Shot;
+use quadratura_view::legend::{DENSITY, DENSITY_OCTAVES, Legend, Origin, colour_at, colour_of_number};
 
 /// The largest number of layers in a legend; deeper ones are rare, and have colours of their own, too.
 const MOST_LISTED: u32 = 10;

@@ -9,7 +9,7 @@ use crate::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, LdiSurface, L
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
-use quadratura_projection::{Quality, Shot};
+use quadratura_view::{Quality, Shot};
 
 /// Returns a layered depth image with these depth pixels and surfaces.
 pub fn with_level(level: Level, pose: Pose, surfaces: Vec<LdiSurface>) -> Ldi {

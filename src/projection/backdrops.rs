@@ -73,7 +73,7 @@ fn is_ground(points: &[DVec3], up: DVec3) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::navigation::SceneFrame;
+    use quadratura_view::navigation::SceneFrame;
 
     fn boxed(center: DVec3, half: DVec3) -> Vec<DVec3> {
         (0..8)

@@ -3,11 +3,11 @@
 
 use glam::DVec3;
 
-use super::navigation::Viewpoint;
 use super::surface::Surface;
 use quadratura_base::geometry::Pose;
 use quadratura_base::geometry::triangle::area_vector;
 use quadratura_base::scene::{FaceId, Model};
+use quadratura_view::navigation::Viewpoint;
 
 /// The largest number of points that are looked at, and of photos whose directions are tried.
 const MOST_POINTS: usize = 96;
@@ -121,9 +121,9 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::flight::FrameLens;
     use quadratura_base::scene::ObjectId;
     use quadratura_base::scene::synthetic::Modeller;
+    use quadratura_view::flight::FrameLens;
 
     const UP: DVec3 = DVec3::Z;
 

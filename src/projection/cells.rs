@@ -12,14 +12,14 @@ use rayon::prelude::*;
 
 use self::bounds::{angles, angles_apart, borders, projected_ball};
 use super::relief::LEAST_FACING;
-use super::shot::{MOST_TAPS, Mode, Quality, Shot};
 use super::sources::{Server, Sources};
 use super::surroundings::{self, SurroundingsCells};
 use super::turned::{MIRRORED, PhotoOnFace};
-use super::weights::{LEAST_ANGLE, OTHER_SIDE};
 use quadratura_base::geometry::clip::clipped_to_box;
 use quadratura_base::geometry::{Pinhole, PixelRect, Plane, Pose};
 use quadratura_base::scene::{Face, FaceId, Model};
+use quadratura_view::shot::{MOST_TAPS, Mode, Quality, Shot};
+use quadratura_view::weights::{LEAST_ANGLE, OTHER_SIDE};
 
 /// Sides of the blocks that are examined before single cells, in cells, from coarse to fine: a server that
 /// cannot contribute in a block is not examined again in its cells.

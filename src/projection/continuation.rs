@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::srgb::Srgb;
 use quadratura_base::geometry::polygon::PlaneFrame;
 use quadratura_base::scene::{FaceId, Model, ObjectId, PhotoId};
+use quadratura_view::srgb::Srgb;
 
 /// The largest number of cells along the longer side of a face, and of all faces together.
 const MOST_ACROSS: f64 = 24.0;

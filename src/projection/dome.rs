@@ -5,11 +5,11 @@ use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::sources::{COVERED, Domain, HalfPlane, LayerTexture, LayerTextureId, LayerTexturePixels, Server};
-use super::srgb::Srgb;
 use super::{Projector, Sources};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::raster::robust::quantile;
 use quadratura_base::scene::PhotoId;
+use quadratura_view::srgb::Srgb;
 
 /// The number of sides.
 pub const SIDES: usize = 6;
@@ -381,8 +381,8 @@ impl Sources {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::weights::border;
     use quadratura_base::scene::synthetic::Rng;
+    use quadratura_view::weights::border;
 
     fn directions(rng: &mut Rng, count: usize) -> Vec<DVec3> {
         let mut at = || rng.between(-1.0, 1.0);

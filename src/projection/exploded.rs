@@ -4,9 +4,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::flight::FrameLens;
-use super::navigation::Viewpoint;
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
+use quadratura_view::flight::FrameLens;
+use quadratura_view::navigation::Viewpoint;
 
 /// The arrangement of a photo's layer textures in space.
 #[derive(Debug, Clone, Copy, PartialEq)]

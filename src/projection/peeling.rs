@@ -6,10 +6,10 @@
 
 use std::sync::Arc;
 
-use super::{Picture, Shot};
 use quadratura_base::error::Result;
 use quadratura_base::scene::{FaceId, Model};
 use quadratura_base::task::Task;
+use quadratura_view::{Picture, Shot};
 
 /// The surfaces that layers are peeled off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

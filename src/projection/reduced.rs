@@ -1,8 +1,8 @@
 //! Images halved repeatedly, for display at small sizes.
 
-use super::Picture;
-use super::texels::srgb::Srgb;
 use quadratura_base::raster::halving::{OddSide, halved};
+use quadratura_view::Picture;
+use quadratura_view::srgb::Srgb;
 
 /// Halves an image repeatedly, the first half first, down to the first that fits into a square of `least_px`.
 /// A pixel is the mean, in linear light and weighted by alpha, of the (at most) four that it stands for; odd

@@ -9,10 +9,11 @@ use super::exposure::ViewExposure;
 use super::peeling::Peels;
 use super::relief::Relief;
 use super::surface::Surface;
-use super::{Gains, LayerTextureId, LinearPicture, Picture, Shot, Sliced, Sources, Texels};
+use super::{Gains, LayerTextureId, Sliced, Sources, Texels};
 use quadratura_base::error::Result;
 use quadratura_base::scene::{FaceId, Model};
 use quadratura_base::task::Task;
+use quadratura_view::{LinearPicture, Picture, Shot};
 
 /// The bit of the numbers of [`Renders::faces`] that marks a tree; the others are its index then.
 pub const TREE: u32 = 1 << 31;

@@ -14,18 +14,19 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::agreement::{Agreement, AgreementGrid};
-use super::hidden::{Culling, HiddenFaces};
+use super::agreement::Agreement;
 use super::sources::{
     FILLED, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Server, Sources, Texels,
 };
 use super::surface::{RayHit, Surface};
-use super::{DisplayMode, Shot};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::clip::clipped_to_box;
 use quadratura_base::geometry::{PixelRect, Plane};
 use quadratura_base::raster::robust::median;
 use quadratura_base::scene::{Face, FaceId, Model, PhotoId};
+use quadratura_view::agreement::AgreementGrid;
+use quadratura_view::hidden::{Culling, HiddenFaces};
+use quadratura_view::{DisplayMode, Shot};
 
 /// The width of a skirt, as a share of the longer side of photos: coarse outlines are about as far off.
 pub const BAND: f64 = 0.0075;

@@ -7,9 +7,9 @@ use std::ops::Range;
 
 use super::exposure::ViewExposure;
 use super::reducer::{Reducer, Values};
-use super::shot::MOST_SAMPLES;
-use super::{LinearPicture, Picture, Shot};
 use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
+use quadratura_view::shot::MOST_SAMPLES;
+use quadratura_view::{LinearPicture, Picture, Shot};
 
 /// The time that a slice should take, in seconds: a window that waits for it misses at most one frame.
 const WANTED_S: f64 = 0.01;

@@ -7,11 +7,11 @@ use std::ops::Range;
 
 use glam::DVec2;
 
-use super::Shot;
-use super::hidden::HiddenFaces;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::{FaceId, Model, PhotoId};
+use quadratura_view::Shot;
+use quadratura_view::hidden::HiddenFaces;
 
 /// The index of an image layer in [`Sources::layer_textures`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -52,7 +52,7 @@ pub struct Server {
     /// True when the photo sees the face from behind, and textures that side of it.
     pub back: bool,
     /// True when the face is pinned to this photo: the photo takes precedence to the extent of its confidence
-    /// at each point ([`super::weights::shares`]).
+    /// at each point ([`quadratura_view::weights::shares`]).
     pub pinned: bool,
     /// The part of the face that the layer texture textures.
     pub domain: Domain,

@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use super::Sources;
-use super::hidden::{Culling, HiddenFaces};
 use super::sides::{BackSides, Side};
 use quadratura_base::geometry::bvh::Bvh;
 use quadratura_base::scene::impostor::{Facing, Impostor};
 use quadratura_base::scene::{FaceId, Model};
+use quadratura_view::hidden::{Culling, HiddenFaces};
 
 /// The model's triangles in a bounding volume hierarchy, each with its face.
 #[derive(Debug)]

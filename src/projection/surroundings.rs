@@ -7,11 +7,11 @@ use rayon::prelude::*;
 
 use super::cells::ServerCandidate;
 use super::dome::PENALTY;
-use super::shot::{MOST_TAPS, Shot};
 use super::sources::Sources;
-use super::weights::{Claim, LEAST_ANGLE, octaves_missing};
 use quadratura_base::geometry::{Pinhole, PixelRect};
 use quadratura_base::scene::PhotoId;
+use quadratura_view::shot::{MOST_TAPS, Shot};
+use quadratura_view::weights::{Claim, LEAST_ANGLE, octaves_missing};
 
 /// The cells of the surroundings: those of the whole view, in row order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,9 +144,10 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::{Domain, LayerTexture, LayerTextureId, Projector, Quality, Server};
+    use crate::{Domain, LayerTexture, LayerTextureId, Projector, Server};
     use quadratura_base::geometry::Pose;
     use quadratura_base::scene::PhotoId;
+    use quadratura_view::Quality;
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 100, fx: 100.0, fy: 120.0, cx: 90.0, cy: 60.0 };
 

@@ -3,11 +3,12 @@
 
 use glam::DVec3;
 
+use super::Projector;
 use super::sources::Server;
-use super::{Blend, Projector, Shot};
 use quadratura_base::geometry::Pose;
 use quadratura_base::scene::impostor::{Facing, Impostor, Turn};
 use quadratura_base::scene::{FaceId, Model};
+use quadratura_view::{Blend, Shot};
 
 /// The angle, in radians, that is added where an impostor shows the mirror image of a photo: a photo from behind is worth
 /// as much as one from the side by this angle.

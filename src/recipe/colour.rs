@@ -17,10 +17,9 @@ use quadratura_base::task::Task;
 use quadratura_document::colour::REST;
 use quadratura_document::{ColourDecisions, Stack};
 use quadratura_io::stack_store::StackStore;
-use quadratura_projection::Exposure;
-use quadratura_projection::exposure::{
-    Estimate, ExposureRule, GroupSupport, Lead, LightGroups, Optics, RuleScore,
-};
+use quadratura_projection::exposure::{Estimate, ExposureRule, GroupSupport, Lead, LightGroups, RuleScore};
+use quadratura_view::Exposure;
+use quadratura_view::optics::Optics;
 
 /// A decision about colour. Photos may be given by abbreviated names ([`index_of_photo`]).
 #[derive(Debug, Clone, PartialEq)]

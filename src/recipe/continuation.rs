@@ -12,9 +12,9 @@ use quadratura_base::scene::{Model, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_projection::Gains;
 use quadratura_projection::continuation::{Continuation, SeenPoint};
-use quadratura_projection::hidden::{Culling, HiddenFaces};
-use quadratura_projection::srgb::Srgb;
 use quadratura_projection::surface::Surface;
+use quadratura_view::hidden::{Culling, HiddenFaces};
+use quadratura_view::srgb::Srgb;
 
 /// The longer side of the pictures from which colours are taken, which lists of photos and the ground of the surroundings use, too.
 const SMALL_PX: u32 = 160;

@@ -8,7 +8,7 @@ use glam::DVec3;
 use quadratura_base::raster::robust::median;
 use quadratura_base::scene::builder::says_backdrop;
 use quadratura_base::scene::{Object, Site};
-use quadratura_projection::hidden::HiddenFaces;
+use quadratura_view::hidden::HiddenFaces;
 
 /// The least distance of a backdrop from the middle of the cameras, as a multiple of the largest distance of one of them: the skies
 /// around castle and entry have 3.7 and 6.3. A row of houses across the street is nearer, and stays where it is.

@@ -36,9 +36,9 @@ use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::LayerIndex;
 use quadratura_projection::dome::Dome;
-use quadratura_projection::legend::Origin;
 use quadratura_projection::sources::{BLEED, COVERED, FILLED};
 use quadratura_projection::{LayerTextureId, LayerTexturePixels, Texels};
+use quadratura_view::legend::Origin;
 
 /// The files of each layer texture. Layer textures are numbered as in [`quadratura_projection::Sources::layer_textures`]:
 /// photo by photo, image layers as in the stack.

@@ -15,9 +15,9 @@ use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
 use quadratura_io::layered::Raster;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::LayerIndex;
-use quadratura_projection::Picture;
 use quadratura_projection::hatching::PixelMask;
-use quadratura_projection::legend::{CONFIDENCE, Origin, colour_at};
+use quadratura_view::Picture;
+use quadratura_view::legend::{CONFIDENCE, Origin, colour_at};
 
 /// The content of a layer's view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! The legend of a diagnostic view, drawn into its picture.
 
 use quadratura_base::raster::text::{ADVANCE, LINE, each_pixel, width};
-use quadratura_projection::Picture;
-use quadratura_projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at};
+use quadratura_view::Picture;
+use quadratura_view::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at};
 
 /// The height of a picture for each step of the scale of letters: about 50 lines of text fit into any picture.
 const PX_PER_SCALE: u32 = 500;
@@ -163,8 +163,8 @@ impl Scaled<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quadratura_projection::DisplayMode;
-    use quadratura_projection::legend::{Origin, legend};
+    use quadratura_view::DisplayMode;
+    use quadratura_view::legend::{Origin, legend};
 
     fn drawn(legend: &Legend, width: u32, height: u32) -> Picture {
         let mut picture = Picture { width, height, rgba: vec![0; (4 * width * height) as usize] };
@@ -183,9 +183,7 @@ mod tests {
         assert!(Origin::ALL.iter().all(|origin| has(&picture, origin.colour())) && has(&picture, INK));
         assert!(picture.rgba[..4 * 400 * 160].iter().all(|value| *value == 0), "above the legend");
         let ramp = drawn(&legend(DisplayMode::Density, &[], &[]).unwrap(), 400, 300);
-        assert!(
-            [0.0, 1.0].iter().all(|end| has(&ramp, colour_at(quadratura_projection::legend::DENSITY, *end)))
-        );
+        assert!([0.0, 1.0].iter().all(|end| has(&ramp, colour_at(quadratura_view::legend::DENSITY, *end))));
     }
 
     #[test]

@@ -3,8 +3,8 @@
 
 use quadratura_base::error::Result;
 use quadratura_document::stack::origins;
-use quadratura_projection::legend::Origin;
 use quadratura_projection::{LayerTextureId, LayerTexturePixels, Texels};
+use quadratura_view::legend::Origin;
 
 use super::layer_textures::LayerTextureFiles;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use quadratura_base::error::Result;
 use quadratura_io::picture_exr::{self, write_exr};
 use quadratura_io::picture_png::{self, WrittenPicture, write_picture, write_picture_16};
-use quadratura_projection::{LinearPicture, Picture};
+use quadratura_view::{LinearPicture, Picture};
 
 /// The format of pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

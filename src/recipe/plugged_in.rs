@@ -41,9 +41,8 @@ use quadratura_projection::agreement::Agreement;
 use quadratura_projection::continuation::Continuation;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::surface::Surface;
-use quadratura_projection::{
-    DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sources, Texels,
-};
+use quadratura_projection::{Gains, LayerTextureId, Renders, SiteContent, SiteRenderer, Sources, Texels};
+use quadratura_view::{DisplayMode, Picture, Shot};
 
 /// A folder with two photos, their dummy cameras and a model.
 fn site() -> tempfile::TempDir {

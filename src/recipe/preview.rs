@@ -2,11 +2,13 @@
 
 mod estimates;
 mod in_use;
+mod options;
 mod renders;
 mod stacks;
 mod trees;
 mod unseen;
 
+pub use self::options::PreviewOptions;
 pub use self::stacks::ReadStacks;
 pub use self::trees::PlantedRenderer;
 
@@ -28,13 +30,12 @@ use super::relief::SiteRelief;
 use super::sources::sources;
 use super::surroundings::{SiteSurroundings, SurroundingsEvidence};
 use super::survey::{StackState, Survey};
-use super::trees::PlantParts;
 use quadratura_base::error::{Message, Result};
 use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::paint::PaintBook;
 use quadratura_document::{Decisions, Stack};
-use quadratura_gpu::{Gpu, Renderer, TextureOptions};
+use quadratura_gpu::{Gpu, Renderer};
 use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::agreement::PhotoEvidence;
@@ -43,44 +44,8 @@ use quadratura_projection::pyramid::PyramidOptions;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::surface::Surface;
 use quadratura_projection::twin::ReferenceRenderer;
-use quadratura_projection::{DisplayMode, Gains, LayerTextureId, Shot, SiteContent, Sources};
-
-/// Options for showing a project.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PreviewOptions {
-    /// The texture memory.
-    pub textures: TextureOptions,
-    /// Whether exposures are matched.
-    pub gains: bool,
-    /// Whether surfaces are shown with the depth detail estimated from the photos.
-    pub relief: bool,
-    /// Whether photos count less where others contradict them. They are compared on the relief, which is estimated for this
-    /// even where it is not shown.
-    pub agreement: bool,
-    /// Whether fillings of hidden texels are shown.
-    pub filled: bool,
-    /// What is wanted of the plants of trees.
-    pub tree_parts: PlantParts,
-    /// Whether photos without a stack, and with one that is out of date, are not noted: the caller shows them.
-    pub without_stack_notes: bool,
-    /// Whether a plain sky takes the place of all that photos show around the model.
-    pub modelled_sky: bool,
-}
-
-impl Default for PreviewOptions {
-    fn default() -> Self {
-        Self {
-            textures: TextureOptions::default(),
-            gains: true,
-            relief: true,
-            agreement: true,
-            filled: true,
-            tree_parts: PlantParts::default(),
-            without_stack_notes: false,
-            modelled_sky: false,
-        }
-    }
-}
+use quadratura_projection::{Gains, LayerTextureId, SiteContent, Sources};
+use quadratura_view::{DisplayMode, Shot};
 
 /// A project's renderer. Photos that a shot excludes do not contribute to gains, relief and agreement either.
 pub struct Preview {

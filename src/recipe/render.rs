@@ -15,9 +15,9 @@ use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_io::film::{Film, VideoFormat};
 use quadratura_io::picture_png::{WrittenPicture, make_folder};
-use quadratura_projection::hidden::HiddenFaces;
-use quadratura_projection::legend::Legend;
-use quadratura_projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot, TreeMethod, Unseen};
+use quadratura_view::hidden::HiddenFaces;
+use quadratura_view::legend::Legend;
+use quadratura_view::{Blend, DisplayMode, Exposure, Picture, Quality, Shot, TreeMethod, Unseen};
 
 /// The stage that is reported for drawing one view.
 pub const STAGE_DRAW: &str = "picture";
@@ -60,8 +60,8 @@ pub struct Appearance {
 
 impl Appearance {
     /// Returns the faces that rays skip, as pictures do.
-    pub fn culling(&self) -> quadratura_projection::hidden::Culling<'_> {
-        quadratura_projection::hidden::Culling { backs: !self.without_backs, hidden: &self.hidden }
+    pub fn culling(&self) -> quadratura_view::hidden::Culling<'_> {
+        quadratura_view::hidden::Culling { backs: !self.without_backs, hidden: &self.hidden }
     }
 
     /// Returns the shot of a camera.
@@ -317,7 +317,7 @@ mod tests {
 
     use super::*;
     use quadratura_base::scene::synthetic::centred;
-    use quadratura_projection::LinearPicture;
+    use quadratura_view::LinearPicture;
 
     /// Returns each view in one grey level, which counts the views; the `broken`th cannot be drawn.
     fn shades(broken: Option<u8>) -> impl FnMut(&RequestedView, &Task) -> Result<DrawnPicture> {

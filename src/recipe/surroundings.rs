@@ -35,12 +35,12 @@ use quadratura_layers::agreement::thin::lower_thin;
 use quadratura_layers::dome::{DomeContent, dome};
 use quadratura_layers::one_sky::one_sky;
 use quadratura_layers::sky_model::Daylight;
-use quadratura_projection::agreement::PhotoAgreement;
 use quadratura_projection::dome::{Dome, side_for};
 use quadratura_projection::exposure::SurroundingsGains;
 use quadratura_projection::exposure::surroundings::SurroundingsFactors;
-use quadratura_projection::srgb::Srgb;
 use quadratura_projection::{Gains, LayerTextureId, Sources, Texels};
+use quadratura_view::agreement::PhotoAgreement;
+use quadratura_view::srgb::Srgb;
 
 /// A counter of changes in how the same surroundings are compared and blended.
 const VERSION: u32 = 5;

@@ -7,7 +7,7 @@ use quadratura_base::raster::in_8_bits;
 use quadratura_base::scene::{Photo, PhotoPixels};
 use quadratura_io::photo::{picture_size, read_photo};
 use quadratura_io::thumbnails::{ThumbnailStamp, Thumbnails};
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The number of pixels sampled along each side of the area of a thumbnail's pixel; more make no visible difference
 /// at this size.

@@ -17,9 +17,9 @@ use quadratura_document::names::{file_name_of_photo, picture_names};
 use quadratura_io::camera_path::{ReadPath, read_camera_path};
 use quadratura_io::cameras::{is_camera_file, read_cameras};
 use quadratura_io::photo_list::read_photo_list;
-use quadratura_projection::flight::Flight;
 use quadratura_projection::framing::{resized, scaled};
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::flight::Flight;
+use quadratura_view::navigation::Viewpoint;
 
 /// The time between two photos of a flight through photos, in seconds.
 const SECONDS_A_LEG: f64 = 2.0;

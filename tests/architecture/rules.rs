@@ -10,8 +10,9 @@ pub const FACADE: &[&str] =
 /// each other.
 pub const FLOORS: &[&[&str]] = &[
     &["base"],
-    &["projection"],
-    &["foliage", "ldi", "layers"],
+    &["view"],
+    &["projection", "foliage", "ldi"],
+    &["layers"],
     &["document"],
     &["io", "gpu"],
     &["recipe"],

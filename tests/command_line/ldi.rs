@@ -4,7 +4,7 @@ use std::fs;
 
 use super::common::adapter;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
-use quadratura::testing::projection::legend::Origin;
+use quadratura::testing::view::legend::Origin;
 
 #[test]
 fn a_file_shows_its_own_photo_and_other_views_without_the_project() {

@@ -4,7 +4,7 @@ use image::Rgba;
 
 use super::site::{Site, stderr_of, stdout_of};
 use quadratura::testing::ldi::holes::Hole;
-use quadratura::testing::projection::legend::{Origin, colour_of_number};
+use quadratura::testing::view::legend::{Origin, colour_of_number};
 
 /// What is shown, and the title of its legend.
 const QUANTITIES: [(&str, &str); 4] = [

@@ -12,11 +12,11 @@ use quadratura::testing::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, Til
 use quadratura::testing::io::photo::read_photo;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;
-use quadratura::testing::projection::agreement::{Agreement, ContradictedPixel, PhotoAgreement};
+use quadratura::testing::projection::agreement::Agreement;
 use quadratura::testing::projection::dome::{CubeMap, Dome};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::twin::ReferenceRenderer;
-use quadratura::testing::projection::{Gains, Server, Shot, SiteContent, SiteRenderer, Sources, Texels};
+use quadratura::testing::projection::{Gains, Server, SiteContent, SiteRenderer, Sources, Texels};
 use quadratura::testing::recipe::build::{BuildOptions, build};
 use quadratura::testing::recipe::gains::photo_gains;
 use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
@@ -24,6 +24,8 @@ use quadratura::testing::recipe::sources::sources;
 use quadratura::testing::scene::PhotoId;
 use quadratura::testing::scene::synthetic::Rng;
 use quadratura::testing::scene::{FaceId, Object, PhotoPixels, Site};
+use quadratura::testing::view::Shot;
+use quadratura::testing::view::agreement::{ContradictedPixel, PhotoAgreement};
 use tempfile::TempDir;
 
 use crate::common;

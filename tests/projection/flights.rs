@@ -1,10 +1,10 @@
 //! Flights over a site, of which no two are alike.
 
 use glam::{DQuat, DVec3};
-use quadratura::testing::projection::Shot;
-use quadratura::testing::projection::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
 use quadratura::testing::scene::Photo;
 use quadratura::testing::scene::synthetic::Rng;
+use quadratura::testing::view::Shot;
+use quadratura::testing::view::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
 
 use crate::bench::Bench;
 

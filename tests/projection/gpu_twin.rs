@@ -8,14 +8,16 @@ use quadratura::task::Task;
 use quadratura::testing::geometry::Pose;
 use quadratura::testing::geometry::polygon::PlaneFrame;
 use quadratura::testing::gpu::Renderer;
+use quadratura::testing::projection::Renders;
+use quadratura::testing::projection::exposure::SurroundingsGains;
 use quadratura::testing::projection::exposure::surroundings::{GRID, SurroundingsFactors};
-use quadratura::testing::projection::exposure::{Optics, SurroundingsGains};
 use quadratura::testing::projection::framing::scaled;
 use quadratura::testing::projection::relief::{FaceRelief, Relief};
 use quadratura::testing::projection::twin::ReferenceRenderer;
-use quadratura::testing::projection::{Exposure, Mode, Picture, Quality, Renders, Shot};
 use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{Rng, centred, look_at};
+use quadratura::testing::view::optics::Optics;
+use quadratura::testing::view::{Exposure, Mode, Picture, Quality, Shot};
 
 use crate::bench::{Bench, apart};
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::{DQuat, DVec2, DVec3};
 use quadratura::task::Task;
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::projection::{Exposure, Mode, Shot};
 use quadratura::testing::scene::impostor::{Facing, Impostor};
 use quadratura::testing::scene::synthetic::{Rng, Scene, centred, look_at, random};
 use quadratura::testing::scene::{FaceId, Object};
+use quadratura::testing::view::{Exposure, Mode, Shot};
 
 use crate::bench::Bench;
 use crate::mattes::put_mattes;

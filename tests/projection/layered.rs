@@ -6,14 +6,14 @@ use glam::DVec2;
 use quadratura::Result;
 use quadratura::task::Task;
 use quadratura::testing::geometry::PixelRect;
-use quadratura::testing::projection::hidden::Culling;
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::projection::{
-    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Quality, Renders, Server, Shot, Sources,
-    Texels,
+    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Renders, Server, Sources, Texels,
 };
 use quadratura::testing::scene::FaceId;
+use quadratura::testing::view::hidden::Culling;
+use quadratura::testing::view::{Quality, Shot};
 use rayon::prelude::*;
 
 use crate::bench::{Bench, apart, renderer_of};

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use quadratura::task::Task;
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::projection::{Quality, Renders, Shot, shown_face};
+use quadratura::testing::projection::{Renders, shown_face};
+use quadratura::testing::view::{Quality, Shot};
 
 use crate::bench::{Bench, apart};
 

@@ -6,18 +6,17 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use quadratura::error::Result;
 use quadratura::task::Task;
-use quadratura::testing::projection::hidden::{Culling, HiddenFaces};
-use quadratura::testing::projection::legend::{MATTE, colour_at, colour_of_number};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::sources::{COVERED, FILLED};
 use quadratura::testing::projection::surface::Surface;
-use quadratura::testing::projection::{
-    DisplayMode, LayerTextureId, LayerTexturePixels, Mode, Picture, Quality, Renders, Shot, Sources, Texels,
-};
+use quadratura::testing::projection::{LayerTextureId, LayerTexturePixels, Renders, Sources, Texels};
 use quadratura::testing::scene::impostor::Facing;
 use quadratura::testing::scene::light::{linear_of_srgb, srgb_from_linear};
 use quadratura::testing::scene::synthetic::{Modeller, Rng, Scene, random};
 use quadratura::testing::scene::{FaceId, Model, Object, PhotoId, Site};
+use quadratura::testing::view::hidden::{Culling, HiddenFaces};
+use quadratura::testing::view::legend::{MATTE, colour_at, colour_of_number};
+use quadratura::testing::view::{DisplayMode, Mode, Picture, Quality, Shot};
 
 use crate::bench::{Bench, renderer_of};
 use crate::impostors::turning;

@@ -3,8 +3,9 @@
 use glam::DVec2;
 use quadratura::task::Task;
 use quadratura::testing::gpu::Renderer;
+use quadratura::testing::projection::Renders;
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::projection::{Mode, Picture, Quality, Renders};
+use quadratura::testing::view::{Mode, Picture, Quality};
 
 use crate::bench::{Bench, apart};
 

@@ -13,11 +13,12 @@ use quadratura::task::Task;
 use quadratura::testing::geometry::polygon::PlaneFrame;
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::gpu::Renderer;
-use quadratura::testing::projection::hidden::Culling;
+use quadratura::testing::projection::Renders;
 use quadratura::testing::projection::surface::Surface;
-use quadratura::testing::projection::{Exposure, Renders, Shot};
 use quadratura::testing::scene::synthetic::Rng;
 use quadratura::testing::scene::{FaceId, Model};
+use quadratura::testing::view::hidden::Culling;
+use quadratura::testing::view::{Exposure, Shot};
 
 /// Pixels on a side. Those around the border are drawn to be neighbours only.
 pub const SIDE: u32 = 27;

@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 
 use glam::{DVec2, DVec3};
 use quadratura::task::Task;
-use quadratura::testing::projection::hidden::{Culling, HiddenFaces};
+use quadratura::testing::projection::Renders;
 use quadratura::testing::projection::peeling::{Peeled, PeeledLayer, Peels};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::surface::Surface;
-use quadratura::testing::projection::{Quality, Renders, Shot};
 use quadratura::testing::scene::FaceId;
 use quadratura::testing::scene::synthetic::{Rng, Scene, random};
+use quadratura::testing::view::hidden::{Culling, HiddenFaces};
+use quadratura::testing::view::{Quality, Shot};
 
 use crate::bench::apart;
 use crate::random_scenes::{bench, view};

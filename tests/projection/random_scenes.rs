@@ -5,12 +5,11 @@ use std::sync::Arc;
 use quadratura::task::Task;
 use quadratura::testing::geometry::Pinhole;
 use quadratura::testing::projection::exposure::{LightGroups, Meter, SurfaceGains};
-use quadratura::testing::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::projection::{
-    DisplayMode, LayerTextureId, Mode, Quality, Renders, Shot, SiteRenderer,
-};
+use quadratura::testing::projection::{LayerTextureId, Renders, SiteRenderer};
 use quadratura::testing::scene::synthetic::{Rng, Scene, look_at, random};
+use quadratura::testing::view::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
+use quadratura::testing::view::{DisplayMode, Mode, Quality, Shot};
 
 use crate::bench::{Bench, apart};
 use crate::gpu_twin::{Difference, difference, hills};

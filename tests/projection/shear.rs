@@ -10,12 +10,13 @@ use quadratura::testing::geometry::{Pinhole, PixelRect};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::twin::ReferenceRenderer;
 use quadratura::testing::projection::{
-    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Renders, Server, Shot,
-    Sources, Texels,
+    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Renders, Server, Sources,
+    Texels,
 };
 use quadratura::testing::scene::light::linear_of_srgb;
 use quadratura::testing::scene::synthetic::{Modeller, Rng, look_at};
 use quadratura::testing::scene::{PhotoId, Site};
+use quadratura::testing::view::Shot;
 
 use crate::bench::renderer_of;
 use crate::common;

@@ -8,10 +8,10 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::io::layered::Raster;
 use quadratura::testing::io::layered::png::write_rgba;
-use quadratura::testing::projection::hidden::Culling;
 use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::scene::synthetic::{Rng, Scene};
 use quadratura::testing::scene::{FaceId, Photo, Samples, Site};
+use quadratura::testing::view::hidden::Culling;
 use rayon::prelude::*;
 
 /// How photos of a scene are taken.

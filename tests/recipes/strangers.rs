@@ -14,7 +14,7 @@ use quadratura::testing::layers::Options;
 use quadratura::testing::layers::agreement::PhotoEvidence;
 use quadratura::testing::projection::framing::scaled;
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::projection::{Gains, Picture, Renders, Shot};
+use quadratura::testing::projection::{Gains, Renders};
 use quadratura::testing::recipe::agreement::SiteAgreement;
 use quadratura::testing::recipe::build::{BuildOptions, build};
 use quadratura::testing::recipe::create::{NewProject, create_project};
@@ -23,6 +23,7 @@ use quadratura::testing::recipe::masks::suggest::{MARGIN_PX, Suggestions, accept
 use quadratura::testing::recipe::open::Opened;
 use quadratura::testing::recipe::preview::{self, PreviewOptions};
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::view::{Picture, Shot};
 
 /// Photo, where the feet are in its pixels, height in pixels, coat.
 const PEOPLE: [(&str, [i32; 2], i32, [u8; 3]); 3] = [

@@ -6,10 +6,11 @@ use quadratura::testing::document::paint::PaintBook;
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::layers::Faces;
-use quadratura::testing::projection::{Picture, Renders, Shot};
+use quadratura::testing::projection::Renders;
 use quadratura::testing::recipe::import::take_back;
 use quadratura::testing::recipe::open::{Opened, open};
 use quadratura::testing::recipe::preview::{self, Preview, PreviewOptions};
+use quadratura::testing::view::{Picture, Shot};
 
 use super::paper::Paper;
 use super::site::Site;

@@ -12,8 +12,8 @@ use quadratura::testing::app::command::KeysIn;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::panes::{KeyOwner, Pane};
 use quadratura::testing::io::project::read_project;
-use quadratura::testing::projection::DisplayMode;
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::view::DisplayMode;
 
 /// A window with the piazza, nothing built.
 fn opened(folder: &Path) -> Harness<'static, Editor> {

@@ -15,12 +15,13 @@ use quadratura::testing::app::selection::Selection;
 use quadratura::testing::app::sight::Sight;
 use quadratura::testing::document::trees::{PlantSource, TreeSpecies};
 use quadratura::testing::gpu::Gpu;
-use quadratura::testing::projection::{DisplayMode, Quality, Renders, Shot};
+use quadratura::testing::projection::Renders;
 use quadratura::testing::recipe::colour::ColourEdit;
 use quadratura::testing::recipe::open::open;
 use quadratura::testing::recipe::preview::{self, PreviewOptions};
 use quadratura::testing::recipe::render::Appearance;
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::view::{DisplayMode, Quality, Shot};
 
 use crate::common;
 use crate::harness::{appears, built_photos, opened, wait};
@@ -105,9 +106,9 @@ fn session_hit(editor: &Editor, eye: glam::DVec3, ray: glam::DVec3, backs: bool)
         .first_visible(
             eye,
             ray,
-            quadratura::testing::projection::hidden::Culling {
+            quadratura::testing::view::hidden::Culling {
                 backs,
-                ..quadratura::testing::projection::hidden::Culling::nothing()
+                ..quadratura::testing::view::hidden::Culling::nothing()
             },
         )
         .map(|hit| hit.t)
@@ -217,7 +218,7 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
         assert_alike(found.as_raw(), &expected.rgba, &format!("{:?}", look.display));
         if look.display == DisplayMode::Provenance {
             // One photo, nothing filled, nothing painted: all of the model is the photo itself. Around it is the dome.
-            let [r, g, b] = quadratura::testing::projection::legend::Origin::Photo.colour();
+            let [r, g, b] = quadratura::testing::view::legend::Origin::Photo.colour();
             let near = |pixel: &&[u8; 4]| {
                 pixel[3] < 255 || pixel.iter().zip([r, g, b]).all(|(a, b)| a.abs_diff(b) <= 2)
             };
@@ -242,7 +243,7 @@ fn the_view_is_drawn_from_a_layered_depth_image_and_the_photo_is_saved_as_one_an
     appears(&mut harness, "01_church · depth complexity");
     let of_image = harness.state().space.picture().unwrap().image.clone();
     // Through the photo's own camera both show the photo, but for the resolution: means differ by no more than 3 of 255.
-    let mean = |picture: &quadratura::testing::projection::Picture, c: usize| {
+    let mean = |picture: &quadratura::testing::view::Picture, c: usize| {
         let sum: u64 = picture.pixels().iter().map(|pixel| u64::from(pixel[c])).sum();
         sum as f64 / picture.pixels().len() as f64
     };

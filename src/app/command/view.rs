@@ -8,7 +8,7 @@ use crate::state::ask::{Ask, BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
 use crate::state::panes::{KeyOwner, Pane};
 use crate::state::space::brush::STEP;
 use crate::state::space::visibility::Uncovered;
-use quadratura_projection::DisplayMode;
+use quadratura_view::DisplayMode;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[

@@ -16,9 +16,9 @@ use crate::state::running::JobKind;
 use crate::widget::dialog::escaped;
 use quadratura_base::geometry::Similarity;
 use quadratura_base::scene::PhotoId;
-use quadratura_projection::Picture;
 use quadratura_recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use quadratura_recipe::check::{AlignmentSuggestion, FaceReport, Names, PhotoReport, Verdict};
+use quadratura_view::Picture;
 
 /// The greatest height of an overlay, in points: the findings about faces below it stay visible.
 const HIGHEST: f32 = 330.0;

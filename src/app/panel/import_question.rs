@@ -10,7 +10,7 @@ use crate::state::State;
 use crate::state::ask::{Ask, RoundTripAsk};
 use crate::state::round_trip::report::ImportQuestion;
 use crate::state::round_trip::shown_path;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The pictures of the question on the device.
 #[derive(Default)]

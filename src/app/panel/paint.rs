@@ -18,11 +18,11 @@ use crate::state::round_trip::report::Report;
 use crate::state::round_trip::shown_path;
 use crate::state::selection::Selection;
 use quadratura_document::paint::PaintImport;
-use quadratura_projection::Picture;
 use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 use quadratura_recipe::import::elsewhere::PaintElsewhere;
 use quadratura_recipe::import::pictures::ChangedLayer;
 use quadratura_recipe::import::report::{FileReport, LayerReport, LayerState};
+use quadratura_view::Picture;
 
 /// The pictures of the last import's changes on the device.
 #[derive(Default)]

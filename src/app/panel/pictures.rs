@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 
 use quadratura_base::scene::PhotoId;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The pictures of one project's photos, as textures.
 #[derive(Default)]

@@ -40,12 +40,12 @@ use quadratura_document::paint::PaintBook;
 use quadratura_document::stroke::Stroke;
 use quadratura_io::recovery::UnsavedChanges;
 use quadratura_layers::{LayerIndex, Options};
-use quadratura_projection::DisplayMode;
 use quadratura_recipe::decide::LayerEdit;
 use quadratura_recipe::discover::SiteParts;
 use quadratura_recipe::fill::lookouts::LookoutView;
 use quadratura_recipe::layer_table::Column;
 use quadratura_recipe::open::UnusableMask;
+use quadratura_view::DisplayMode;
 
 /// A request for a change, by subject.
 pub enum Ask {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use quadratura_base::geometry::Similarity;
 use quadratura_base::scene::PhotoId;
-use quadratura_projection::Picture;
 use quadratura_recipe::check::{CheckReport, Verdict};
+use quadratura_view::Picture;
 
 /// The results of checks, and the state of their window.
 #[derive(Default)]

@@ -20,13 +20,13 @@ use quadratura_io::recovery::{UnsavedChanges, read_unsaved};
 use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
 use quadratura_projection::backdrops::without_backdrops;
-use quadratura_projection::navigation::{SceneFrame, Viewpoint};
 use quadratura_projection::surface::Surface;
 use quadratura_recipe::layer_table::LayerFigures;
 use quadratura_recipe::open::{Opened, open_site};
 use quadratura_recipe::site_stamp::SiteStamp;
 use quadratura_recipe::survey::{StackState, Survey};
 use quadratura_recipe::views::up;
+use quadratura_view::navigation::{SceneFrame, Viewpoint};
 
 /// The longest time between frames of a video: a video without one for longer was killed.
 const FILM_RESTS: Duration = Duration::from_secs(60);

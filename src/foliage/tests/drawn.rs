@@ -12,7 +12,7 @@ use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
 use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 fn sun(towards_sun: DVec3) -> Light {
     let none = Vec3::ZERO;

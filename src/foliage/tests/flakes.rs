@@ -10,7 +10,7 @@ use crate::{
 };
 use quadratura_base::scene::synthetic::Rng;
 use quadratura_base::task::Task;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 const SLABS: BakeOptions = BakeOptions { side: 96, least_side: 96, most_side: 96, ..BakeOptions::SLABS };
 

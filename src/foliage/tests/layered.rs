@@ -12,7 +12,7 @@ use crate::{
 };
 use quadratura_base::scene::synthetic::{Rng, centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 const MAPLE: &str = include_str!("../../../examples/maple.json");
 pub const SMALL: BakeOptions = BakeOptions { side: 96, least_side: 96, most_side: 96, ..BakeOptions::LAYERS };

@@ -8,7 +8,7 @@ use crate::{
 };
 use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The view at a share of a spiral towards a plant: two turns, from 30 radii away to 3.
 fn on_spiral(plant: &Plant, share: f64) -> View {

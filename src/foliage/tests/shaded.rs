@@ -11,7 +11,7 @@ use crate::{
 };
 use quadratura_base::scene::light::linear_of_srgb;
 use quadratura_base::task::Task;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// A wide square at z = 0 below a square of half its side at z = 1.
 fn table() -> Plant {

@@ -46,7 +46,7 @@ use quadratura_base::task::Task;
 use quadratura_ldi::stretch::LONGEST;
 use quadratura_ldi::warp::moves::Moves;
 use quadratura_ldi::{Ldi, Spacing, SplatKind, WarpOptions, Warped};
-use quadratura_projection::{Picture, Shot};
+use quadratura_view::{Picture, Shot};
 
 /// The passes by which a kind of splat is drawn: over depth pixels, one after the other, then over the picture's pixels.
 #[derive(Debug)]

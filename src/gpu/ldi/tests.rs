@@ -15,7 +15,7 @@ use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
 use quadratura_base::task::Task;
 use quadratura_ldi::synthetic::{of_model, with_level};
 use quadratura_ldi::{Ldi, Level, Spacing, SplatKind, WarpOptions, Warped, warp};
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// The kinds of splats that the GPU draws.
 const SPLATS: [SplatKind; 2] = [SplatKind::Pixel, SplatKind::Sums];

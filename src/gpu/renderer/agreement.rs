@@ -13,7 +13,8 @@ use super::packing::Packing;
 use crate::bindings;
 use crate::device::Gpu;
 use quadratura_projection::LayerTextureId;
-use quadratura_projection::agreement::{Agreement, AgreementGrid};
+use quadratura_projection::agreement::Agreement;
+use quadratura_view::agreement::AgreementGrid;
 
 /// The grid of one image layer in the layout of the shader (`AgreementPlace`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

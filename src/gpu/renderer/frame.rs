@@ -4,9 +4,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::surfaces::split;
+use quadratura_projection::Sources;
 use quadratura_projection::cells::Cells;
-use quadratura_projection::exposure::ViewLens;
-use quadratura_projection::{Shot, Sources, Unseen};
+use quadratura_view::optics::ViewLens;
+use quadratura_view::{Shot, Unseen};
 
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f32 = 1e-4;

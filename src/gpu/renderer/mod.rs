@@ -56,15 +56,14 @@ use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_projection::agreement::Agreement;
 use quadratura_projection::cells::{Cells, TexelBounds, cells};
-use quadratura_projection::exposure::{Optics, Shares, ViewExposure, visible_shares};
-use quadratura_projection::legend;
+use quadratura_projection::exposure::{Shares, ViewExposure, visible_shares};
 use quadratura_projection::relief::Relief;
 use quadratura_projection::skirts::Skirts;
 use quadratura_projection::surface::Surface;
-use quadratura_projection::{
-    DisplayMode, Gains, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources, Texels,
-    TreeMethod, Unseen,
-};
+use quadratura_projection::{Gains, Renders, SiteContent, SiteRenderer, Sliced, Sources, Texels};
+use quadratura_view::legend;
+use quadratura_view::optics::Optics;
+use quadratura_view::{DisplayMode, Picture, Shot, TreeMethod, Unseen};
 
 /// The number of cells across an image, whatever its size in pixels: the angle that a cell spans determines
 /// the length of its list of candidates. Cells smaller than [`LEAST_CELL_PX`] cost more to prepare than they

@@ -19,9 +19,10 @@ use crate::drawing::DEPTH;
 use quadratura_base::error::Result;
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
-use quadratura_projection::exposure::{ViewExposure, ViewLens};
+use quadratura_projection::exposure::ViewExposure;
 use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
-use quadratura_projection::{Picture, Shot};
+use quadratura_view::optics::ViewLens;
+use quadratura_view::{Picture, Shot};
 
 /// A pass by which a layer is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

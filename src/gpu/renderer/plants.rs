@@ -38,7 +38,7 @@ use crate::device::Gpu;
 use crate::drawing::DEPTH;
 use quadratura_base::error::Result;
 use quadratura_foliage::Wood;
-use quadratura_projection::{DisplayMode, Shot, TreeMethod};
+use quadratura_view::{DisplayMode, Shot, TreeMethod};
 
 pub(super) const PLANTS: &str = include_str!("../../../shaders/plants.wgsl");
 

@@ -5,13 +5,13 @@ use std::fmt::Write;
 use wgpu::TextureFormat;
 
 use super::target::{COLOR, FACES, LINEAR};
-use quadratura_projection::legend::{
+use quadratura_projection::turned::MOST_ON_IMPOSTORS;
+use quadratura_view::legend::{
     AGREEMENT, CONFIDENCE, CONTINUED, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES,
     MATTE, linear,
 };
-use quadratura_projection::shot::MOST_TAPS;
-use quadratura_projection::turned::MOST_ON_IMPOSTORS;
-use quadratura_projection::{Blend, DisplayMode, Mode, Quality, Shot};
+use quadratura_view::shot::MOST_TAPS;
+use quadratura_view::{Blend, DisplayMode, Mode, Quality, Shot};
 
 /// A program of the renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -311,7 +311,7 @@ fn mixed(display: DisplayMode, k: u32) -> String {
 }
 
 /// The WGSL of `palette`, the identifying colour of a number, see
-/// [`quadratura_projection::legend::colour_of_number`].
+/// [`quadratura_view::legend::colour_of_number`].
 const PALETTE: &str = "fn palette(number: u32) -> vec3f {\n\
      let hue = fract(f32(number) * 0.4607);\n\
      let wheel = abs(fract(vec3f(hue) + vec3f(0.0, 0.6666667, 0.3333333)) * 6.0 - 3.0) - 1.0;\n\
@@ -337,7 +337,7 @@ fn ramp_of(display: DisplayMode) -> Option<ColourRamp> {
     }
 }
 
-/// Generates `ramp`, the colour at a share of a ramp, see [`quadratura_projection::legend::colour_at`].
+/// Generates `ramp`, the colour at a share of a ramp, see [`quadratura_view::legend::colour_at`].
 fn ramp(stops: ColourRamp) -> String {
     let stop = |colour: [u8; 3]| {
         let [r, g, b] = linear(colour);

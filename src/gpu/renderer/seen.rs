@@ -11,8 +11,10 @@ use quadratura_base::error::Result;
 use quadratura_base::scene::{FaceId, Model};
 use quadratura_base::task::Task;
 use quadratura_projection::cells::Cells;
-use quadratura_projection::exposure::{Optics, ViewExposure};
-use quadratura_projection::{Quality, Renders, Shot, shown_face};
+use quadratura_projection::exposure::ViewExposure;
+use quadratura_projection::{Renders, shown_face};
+use quadratura_view::optics::Optics;
+use quadratura_view::{Quality, Shot};
 
 /// Returns the view whose faces are those that a view shows: there is one a pixel, so that trees need not be finer than in previews.
 pub(super) fn of_seen(shot: &Shot) -> Shot {

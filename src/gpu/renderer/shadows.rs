@@ -32,9 +32,10 @@ use quadratura_base::task::Task;
 use quadratura_foliage::{
     Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, TreePace, WalkOptions, sun_views,
 };
+use quadratura_projection::Sources;
 use quadratura_projection::cells::Cells;
-use quadratura_projection::exposure::ViewLens;
-use quadratura_projection::{DisplayMode, Quality, Shot, Sources, TreeMethod};
+use quadratura_view::optics::ViewLens;
+use quadratura_view::{DisplayMode, Quality, Shot, TreeMethod};
 
 /// The WGSL source that is put before *project* where trees cast shadows.
 pub const SOURCE: &str = include_str!("../../../shaders/shadows.wgsl");

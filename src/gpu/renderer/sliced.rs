@@ -7,7 +7,8 @@ use super::target::{self, Target};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_projection::exposure::{resolution, visible_shares};
-use quadratura_projection::{Picture, Renders, Shot, Sliced};
+use quadratura_projection::{Renders, Sliced};
+use quadratura_view::{Picture, Shot};
 
 impl Renderer {
     pub(super) fn begun(&mut self, shot: &Shot) -> Result<Sliced> {

@@ -12,13 +12,15 @@ use crate::device::Gpu;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::{FaceId, Model, PhotoId};
 use quadratura_projection::cells::Cells;
-use quadratura_projection::exposure::optics::squared_radius;
-use quadratura_projection::exposure::{LightGroups, Optics, SurfaceFactors, ViewExposure};
+use quadratura_projection::exposure::{LightGroups, SurfaceFactors, ViewExposure};
 use quadratura_projection::frustum::uv_from_rebased;
 use quadratura_projection::sources::Projector;
 use quadratura_projection::tiles::TextureShape;
-use quadratura_projection::weights::BORDER_SHARE;
-use quadratura_projection::{Domain, Server, Shot, Sources};
+use quadratura_projection::{Domain, Server, Sources};
+use quadratura_view::Shot;
+use quadratura_view::optics::Optics;
+use quadratura_view::optics::squared_radius;
+use quadratura_view::weights::BORDER_SHARE;
 
 /// A photo in the layout of the shader (`Photo`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

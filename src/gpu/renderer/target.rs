@@ -12,7 +12,7 @@ use crate::drawing::DEPTH;
 use crate::readback;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
-use quadratura_projection::{LinearPicture, Picture, Shot};
+use quadratura_view::{LinearPicture, Picture, Shot};
 
 /// The format of images: written in linear light, stored as sRGB.
 pub const COLOR: TextureFormat = TextureFormat::Rgba8UnormSrgb;
@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn the_flat_grey_is_that_of_the_legend() {
-        use quadratura_projection::legend::UNCOVERED;
+        use quadratura_view::legend::UNCOVERED;
         assert!((linear_of_srgb(f64::from(UNCOVERED[0]) / 255.0) - FLAT_LINEAR).abs() < 1e-6);
     }
 }

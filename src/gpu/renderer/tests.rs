@@ -33,11 +33,11 @@ use quadratura_foliage::RATIO_CELLS;
 use quadratura_projection::continuation::{Continuation, SeenPoint};
 use quadratura_projection::relief::{LEAST_FACING, Relief};
 use quadratura_projection::turned::MIRRORED;
-use quadratura_projection::weights::{LEAST_ANGLE, OTHER_SIDE};
 use quadratura_projection::{
-    Blend, DisplayMode, Gains, LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot,
-    SiteRenderer, Sources, Texels, Unseen,
+    Gains, LayerTextureId, LayerTexturePixels, Renders, SiteRenderer, Sources, Texels,
 };
+use quadratura_view::weights::{LEAST_ANGLE, OTHER_SIDE};
+use quadratura_view::{Blend, DisplayMode, Mode, Quality, Shot, Unseen};
 
 const DISPLAY_MODES: [DisplayMode; 12] = [
     DisplayMode::Colour,

@@ -16,9 +16,9 @@ use quadratura_base::scene::synthetic::Rng;
 use quadratura_base::task::{Event, Task};
 use quadratura_projection::pyramid::{Pyramid, PyramidOptions, pyramid};
 use quadratura_projection::residency::{NOTHING, SLOT_BITS, TextureRecord, TileRequest};
-use quadratura_projection::srgb::Srgb;
 use quadratura_projection::tiles;
 use quadratura_projection::{LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Sources, Texels};
+use quadratura_view::srgb::Srgb;
 
 /// A compute shader that does one lookup per thread.
 const LOOK: &str = "

@@ -18,7 +18,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pinhole;
 use quadratura_ldi::lean::{SafeRegion, Window};
 use quadratura_ldi::segments::Segments;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 pub use self::place::{PagePlace, place_of_page};
 

@@ -12,12 +12,12 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::raster::steps::steps_inside;
 use quadratura_base::scene::FaceId;
 use quadratura_base::task::Task;
-use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
-use quadratura_projection::exposure::Optics;
-use quadratura_projection::exposure::optics::squared_radius;
 use quadratura_projection::exposure::surroundings::SurroundingsFactors;
 use quadratura_projection::exposure::white::clipped;
 use quadratura_projection::surroundings::pixels_per_angle;
+use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
+use quadratura_view::optics::Optics;
+use quadratura_view::optics::squared_radius;
 
 /// The distance from what is not surroundings, in reduced pixels, within which a photo has no vote: outlines are
 /// wrong by some pixels.

@@ -24,7 +24,7 @@ pub use votes::{Votes, undecided_share, votes};
 use rayon::prelude::*;
 
 use quadratura_base::scene::FaceId;
-use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
+use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
 
 /// What the other photos say of one photo.
 #[derive(Debug, Clone, PartialEq, Default)]

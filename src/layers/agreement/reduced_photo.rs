@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use super::tints::TintLevels;
 use crate::fill::{Donor, SurfaceId, Surfaces};
-use quadratura_projection::exposure::optics::squared_radius;
-use quadratura_projection::exposure::{LightGroups, Optics};
+use quadratura_projection::exposure::LightGroups;
 use quadratura_projection::relief::Relief;
+use quadratura_view::optics::Optics;
+use quadratura_view::optics::squared_radius;
 
 /// The sine of the least angle, about two degrees, under which a surface is compared. The ground of a square is seen under
 /// three degrees from its far side, where people stand.

@@ -16,9 +16,10 @@ use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::scene::{FaceId, Model, PhotoId, PhotoPixels, Samples};
 use quadratura_base::task::Task;
 use quadratura_projection::Projector;
-use quadratura_projection::agreement::ContradictedPixel;
-use quadratura_projection::exposure::{LightGroups, Optics};
+use quadratura_projection::exposure::LightGroups;
 use quadratura_projection::relief::Relief;
+use quadratura_view::agreement::ContradictedPixel;
+use quadratura_view::optics::Optics;
 
 const SIZE: [u32; 2] = [240, 160];
 /// The middle and the radius of the thing, in world units on the wall's plane.

@@ -12,7 +12,7 @@ use crate::fill::SurfaceId;
 use quadratura_base::error::Result;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
-use quadratura_projection::weights::pixels_per_unit;
+use quadratura_view::weights::pixels_per_unit;
 
 /// The largest number of photos that a photo is compared with, the nearest ones.
 pub(super) const MOST_VOTES: usize = 24;

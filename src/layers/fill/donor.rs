@@ -19,8 +19,8 @@ use quadratura_base::raster::{Image, in_8_bits};
 use quadratura_base::scene::impostor::{Facing, Turn};
 use quadratura_base::scene::{Model, PhotoId, PhotoPixels};
 use quadratura_projection::Projector;
-use quadratura_projection::agreement::PhotoAgreement;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::agreement::PhotoAgreement;
+use quadratura_view::srgb::Srgb;
 
 /// A source of donor photos: files, or images made by a test.
 pub trait Donors: Sync {

@@ -8,7 +8,7 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Image;
 use quadratura_base::raster::bilinear::BilinearCorner;
 use quadratura_base::raster::halving::OddSide;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::srgb::Srgb;
 
 /// The least alpha at which soft paint provides a colour: below half its opacity, the photo underneath
 /// contributes more.

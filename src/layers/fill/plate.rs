@@ -23,7 +23,7 @@ use quadratura_base::geometry::polygon::PlaneFrame;
 use quadratura_base::raster::bilinear::Clamped;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
-use quadratura_projection::weights::pixels_per_unit;
+use quadratura_view::weights::pixels_per_unit;
 
 /// The largest number of cells of a plate; larger surfaces get larger cells. Synthesised texture needs no
 /// finer ones, and synthesising half a million cells takes about a second.

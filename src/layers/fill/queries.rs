@@ -21,9 +21,9 @@ use quadratura_base::geometry::{PixelRect, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::light::srgb_from_linear;
 use quadratura_base::task::Task;
-use quadratura_projection::exposure::optics::squared_radius;
-use quadratura_projection::srgb::Srgb;
-use quadratura_projection::weights::pixels_per_unit;
+use quadratura_view::optics::squared_radius;
+use quadratura_view::srgb::Srgb;
+use quadratura_view::weights::pixels_per_unit;
 
 /// The largest angle, in radians, between the directions from which a billboard is seen by the photo and by
 /// its donors: ten degrees. The background seen through foliage shifts with the direction.

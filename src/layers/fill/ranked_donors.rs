@@ -11,10 +11,11 @@ use super::{FillOrigin, MOST_CONFIDENCE};
 use quadratura_base::geometry::{Plane, Pose};
 use quadratura_base::raster::robust;
 use quadratura_base::scene::PhotoId;
-use quadratura_projection::exposure::Optics;
-use quadratura_projection::exposure::optics::squared_radius;
-use quadratura_projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
-use quadratura_projection::{Blend, Gains};
+use quadratura_projection::Gains;
+use quadratura_view::Blend;
+use quadratura_view::optics::Optics;
+use quadratura_view::optics::squared_radius;
+use quadratura_view::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
 
 /// The largest number of photos that are sampled for a point. From the sixth on, further photos hardly change
 /// the median; the rest is a reserve because some of the best may be occluded at the point.
@@ -51,7 +52,7 @@ pub struct ColourQuery<'a> {
     /// True when the back of the surface is queried.
     pub back: bool,
     /// The viewpoint in world coordinates. Penalties contain the angle between the rays to it and to the
-    /// photo's camera (see `projection::weights`).
+    /// photo's camera (see `view::weights`).
     pub viewpoint: DVec3,
     /// The largest angle between the ray of a photo and that of the viewpoint, in radians; photos beyond it
     /// are not sampled.

@@ -16,16 +16,17 @@ use quadratura_base::raster::Image;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::light::srgb_from_linear;
 use quadratura_base::task::Task;
-use quadratura_projection::agreement::AgreementGrid;
+use quadratura_projection::Projector;
 use quadratura_projection::dome::DomeSampler;
-use quadratura_projection::exposure::Optics;
-use quadratura_projection::exposure::optics::squared_radius;
 use quadratura_projection::exposure::surroundings::SurroundingsFactors;
-use quadratura_projection::srgb::Srgb;
 use quadratura_projection::surroundings::pixels_per_angle;
 use quadratura_projection::twin::sample::{Footprint, Lookup};
-use quadratura_projection::weights::{Claim, border, octaves_missing};
-use quadratura_projection::{Blend, Projector};
+use quadratura_view::Blend;
+use quadratura_view::agreement::AgreementGrid;
+use quadratura_view::optics::Optics;
+use quadratura_view::optics::squared_radius;
+use quadratura_view::srgb::Srgb;
+use quadratura_view::weights::{Claim, border, octaves_missing};
 
 /// The confidence of a photo's surroundings, beside their outline, below which they give nothing: there other
 /// things are mixed in.

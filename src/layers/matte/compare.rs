@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::colour_model::{ColourModel, log_colour};
 use quadratura_base::raster::Image;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::srgb::Srgb;
 
 /// The largest number of see-through objects in front of each other that are told apart.
 pub const CANDIDATES: usize = 3;

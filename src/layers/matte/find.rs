@@ -10,7 +10,7 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Image;
 use quadratura_base::task::Task;
 use quadratura_projection::sources::LEAST_MATTE;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::srgb::Srgb;
 
 /// What is known of a photo's pixels at see-through objects, all for one rectangle in photo pixels.
 pub struct Likely<'a> {

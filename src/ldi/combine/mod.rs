@@ -28,7 +28,7 @@ use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::light::bytes_of_light_times;
 use quadratura_base::task::Task;
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// About how many samples are collected before they are merged: some 60 MiB, or [`LEAST_ROWS`] and a strip for each thread where these
 /// have more.

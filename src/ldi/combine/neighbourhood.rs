@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DVec2, Vec4};
 
 use crate::layout::Level;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::srgb::Srgb;
 
 /// The share by which the inverse depth of a neighbour may differ from that of the plane to be on it.
 const SAME_SURFACE: f64 = 0.03;

@@ -15,7 +15,7 @@ use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
 use crate::layout::DepthPixelOrigin;
 use crate::stretch::{CLOSED, LONGEST, Parallelogram};
 use crate::transfer::Positions;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::srgb::Srgb;
 
 /// The largest half side of a square splat in pixels: what is magnified more lets through what is behind it.
 pub const LARGEST: f32 = 8.0;

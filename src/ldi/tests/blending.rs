@@ -7,8 +7,8 @@ use crate::{BlendSource, DepthPixelOrigin, Ldi, SplatKind, WarpOptions, warp, wa
 use quadratura_base::geometry::Pose;
 use quadratura_base::scene::synthetic::{Rng, random};
 use quadratura_base::task::Task;
-use quadratura_projection::exposure::{Optics, ViewLens};
-use quadratura_projection::{Picture, Shot};
+use quadratura_view::optics::{Optics, ViewLens};
+use quadratura_view::{Picture, Shot};
 
 fn plain(ldi: &Ldi) -> BlendSource<'_> {
     BlendSource { ldi, exposure: [0.0; 3], optics: Optics::default(), agreement: None }

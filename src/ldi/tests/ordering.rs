@@ -11,7 +11,7 @@ use crate::{DepthPixelOrigin, Ldi, Level, Splat};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::{Rng, centred, closed_form, look_at, random};
 use quadratura_base::task::Task;
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// A frame whose pixel centres can be epipoles in all nine places.
 const WIDE: u32 = 48;

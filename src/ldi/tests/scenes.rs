@@ -9,7 +9,7 @@ use quadratura_base::geometry::Pose;
 use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
 use quadratura_base::scene::synthetic::{Modeller, Scene, Truth, camera_is_world, centred, closed_form};
 use quadratura_base::task::Task;
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// A scene with the cameras that look at it, and what is told of it.
 struct Moves {

@@ -14,7 +14,7 @@ use quadratura_base::geometry::Pose;
 use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_projection::{Picture, Shot};
+use quadratura_view::{Picture, Shot};
 
 const SPLATS: [SplatKind; 3] = [SplatKind::Pixel, SplatKind::Over, SplatKind::Sums];
 
@@ -166,7 +166,7 @@ fn two_of_one_wall() -> [Ldi; 2] {
         let pose = Pose { rotation: DMat3::from_rotation_y(-0.2 * x), translation: DVec3::new(-x, 0.0, 0.0) };
         let colour = |_: usize, _: DVec3| {
             // The wall has a linear light of 0.2 at the first one's exposure.
-            let srgb = quadratura_projection::srgb::Srgb::tables();
+            let srgb = quadratura_view::srgb::Srgb::tables();
             let byte = srgb.encoded((0.2 * f64::exp(gain)) as f32);
             [byte, byte, byte, 255]
         };

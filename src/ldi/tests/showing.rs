@@ -8,8 +8,8 @@ use crate::{DepthPixelOrigin, Ldi, Shown, Splat, SplatKind, WarpOptions, warp_sh
 use quadratura_base::geometry::Pose;
 use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
 use quadratura_base::task::Task;
-use quadratura_projection::Shot;
-use quadratura_projection::legend::{DENSITY, Legend, Origin, colour_of_number};
+use quadratura_view::Shot;
+use quadratura_view::legend::{DENSITY, Legend, Origin, colour_of_number};
 
 const PIXELS: WarpOptions = WarpOptions {
     splat: SplatKind::Pixel,

@@ -11,7 +11,7 @@ use crate::{LdiSurface, SplatKind, WarpOptions};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::{Modeller, Rng, camera_is_world, centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// Returns a Jacobian whose singular values are these, mirrored or not.
 fn with_sides(rng: &mut Rng, [long, short]: [f64; 2]) -> DMat2 {

@@ -8,7 +8,7 @@ use crate::{Ldi, SplatKind, WarpOptions};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::{Modeller, Rng, camera_is_world, centred, closed_form, random};
 use quadratura_base::task::Task;
-use quadratura_projection::{Picture, Quality, Shot};
+use quadratura_view::{Picture, Quality, Shot};
 
 const SPLATS: [SplatKind; 3] = [SplatKind::Pixel, SplatKind::Over, SplatKind::Sums];
 

@@ -30,7 +30,7 @@ use super::transfer::{RowTransfer, Transfer};
 use quadratura_base::error::Result;
 use quadratura_base::scene::light::LINEAR_FROM_BYTE;
 use quadratura_base::task::Task;
-use quadratura_projection::{Picture, Quality, Shot};
+use quadratura_view::{Picture, Quality, Shot};
 
 /// The rows of a band.
 pub const BAND: u32 = 64;

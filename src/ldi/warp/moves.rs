@@ -10,7 +10,7 @@ use crate::layout::Ldi;
 use crate::spacing::{Factors, Spacing};
 use crate::stretch::{Jacobian, PlaneMap, Stretch};
 use crate::transfer::{RUN, RowTransfer};
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// The factor of surfaces that are not drawn, because the view shows the side that the reference camera does not see.
 pub const NOT_DRAWN: f32 = -1.0;

@@ -7,7 +7,7 @@ use crate::set::{Arrangement, LdiSet};
 use crate::transfer::Transfer;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// Makes a view of layered depth images that belong together, as [`super::warp`] makes one of a single image.
 ///

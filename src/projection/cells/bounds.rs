@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use crate::weights::{BORDER_SHARE, angle_at, border_ramp};
 use quadratura_base::geometry::Pinhole;
+use quadratura_view::weights::{BORDER_SHARE, angle_at, border_ramp};
 
 /// Bounds the angle under which `a` and `b` appear from points of a ball. At a point with distances x and y
 /// from them the angle changes by at most |a - b| / (x y) per unit of movement, because its level sets are
@@ -51,7 +51,7 @@ pub fn projected_ball(middle: DVec3, radius: f64, camera: &Pinhole) -> (DVec2, D
     (DVec2::new(x0, y0), DVec2::new(x1, y1))
 }
 
-/// Bounds [`crate::weights::border`] over a box in photo pixels.
+/// Bounds [`quadratura_view::weights::border`] over a box in photo pixels.
 pub fn borders(camera: &Pinhole, low: DVec2, high: DVec2) -> Range<f64> {
     let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
     let ramp = BORDER_SHARE * size.min_element();

@@ -3,12 +3,13 @@
 use glam::{DVec2, DVec3, dvec3};
 
 use super::{Cells, TexelBounds, Unknown, cells};
-use crate::shot::{Blend, Mode, Shot};
 use crate::sources::{Domain, LayerTexture, LayerTextureId, Projector, Server, Sources};
-use crate::weights::{self, Claim, angle_at, border, octaves_missing, pixels_per_unit};
 use quadratura_base::geometry::{PixelRect, Plane};
 use quadratura_base::scene::synthetic::{Rng, centred, look_at, random};
 use quadratura_base::scene::{Model, PhotoId};
+use quadratura_view::shot::{Blend, Mode, Shot};
+use quadratura_view::weights;
+use quadratura_view::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
 
 /// A source of bounds in which each photo has one confidence and one agreement everywhere.
 struct Even;

@@ -11,10 +11,11 @@ use serde::{Deserialize, Serialize};
 
 use super::rule::penalties_of;
 use super::{PatchColour, PointPatch, Ratio, SharedPoint, solve_in_groups};
-use crate::weights::weights;
-use crate::{Blend, Projector};
+use crate::Projector;
 use quadratura_base::raster::robust::upper_median;
 use quadratura_base::scene::PhotoId;
+use quadratura_view::Blend;
+use quadratura_view::weights::weights;
 
 /// The fewest comparisons from which the scatter of two photos' ratios is known.
 const FEWEST_RATIOS: u32 = 12;

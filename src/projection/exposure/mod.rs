@@ -43,7 +43,7 @@ pub use light::SiteLight;
 pub use measured::MeasuredColours;
 pub use meter::Meter;
 pub use near::{Shares, ViewExposure};
-pub use optics::{Optics, ViewLens, solve_optics};
+pub use optics::solve_optics;
 pub use points::{
     PointPatch, RayVisibility, SharedPoint, SpreadPoint, Visibility, shared_points, spread_points,
 };
@@ -67,6 +67,7 @@ use self::points::typical_distance;
 use self::solve::median_residual;
 use super::Projector;
 use quadratura_base::scene::PhotoId;
+use quadratura_view::optics::Optics;
 
 /// The photos' gains, their optics, and the model of exposure metering.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -3,10 +3,12 @@
 
 use glam::DVec3;
 
-use super::{Gains, LightGroups, Meter, Optics, SurfaceFactors, SurroundingsExposure, ViewLens};
-use crate::{Exposure, Projector, Shot};
+use super::{Gains, LightGroups, Meter, SurfaceFactors, SurroundingsExposure};
+use crate::Projector;
 use quadratura_base::geometry::Pose;
 use quadratura_base::scene::PhotoId;
+use quadratura_view::optics::{Optics, ViewLens};
+use quadratura_view::{Exposure, Shot};
 
 /// The distance between a view and a photo, in radians, at which the common exposure weighs as much as the
 /// photo's own.

@@ -8,12 +8,12 @@ use rayon::prelude::*;
 use super::{ExposureOptions, JoinedFaces};
 use crate::Projector;
 use crate::surface::Surface;
-use crate::weights::pixels_per_unit;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Plane;
 use quadratura_base::raster::robust::upper_median;
 use quadratura_base::scene::{FaceId, Model, PhotoId};
 use quadratura_base::task::Task;
+use quadratura_view::weights::pixels_per_unit;
 
 /// A surface point with the photos that show it, in the photos' order.
 #[derive(Debug, Clone, PartialEq)]

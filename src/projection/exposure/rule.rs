@@ -13,16 +13,17 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::measured::MeasuredColours;
-use super::optics::{squared_radius, squared_tangent};
 use super::{
     Estimate, ExposureOptions, LightGroups, MeanColour, PatchColour, PointPatch, Shares, SurfaceFactors,
     SurfaceGains, fitted, kept_white,
 };
-use crate::weights::{Claim, border, octaves_missing, weights};
-use crate::{Blend, Exposure, Projector};
+use crate::Projector;
 use quadratura_base::raster::robust::quantile;
 use quadratura_base::scene::light::srgb_from_linear;
 use quadratura_base::scene::{FaceId, PhotoId};
+use quadratura_view::optics::{squared_radius, squared_tangent};
+use quadratura_view::weights::{Claim, border, octaves_missing, weights};
+use quadratura_view::{Blend, Exposure};
 
 /// A rule for the exposure of views.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]

@@ -6,16 +6,19 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::Shares;
+use crate::Sources;
 use crate::cells::{Cells, ServerCandidate, Unknown, cells};
 use crate::relief::{FaceRelief, Relief};
 use crate::surface::{RayHit, Surface};
 use crate::turned::{MIRRORED, PhotoOnFace, blend_on};
-use crate::weights::{Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares};
-use crate::{Shot, Sources};
 use quadratura_base::geometry::polygon::fit_plane;
 use quadratura_base::geometry::{Pinhole, Plane};
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{Model, PhotoId};
+use quadratura_view::Shot;
+use quadratura_view::weights::{
+    Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
+};
 
 /// The number of rays per image, across and down: enough that a single ray at an edge changes the sum by an
 /// imperceptible thousandth.

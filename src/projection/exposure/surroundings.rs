@@ -10,9 +10,10 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::{Gains, Shares};
-use crate::{Projector, Shot};
+use crate::Projector;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::PhotoId;
+use quadratura_view::Shot;
 
 /// The number of cells of a photo's grid along both sides.
 pub const GRID: usize = 32;

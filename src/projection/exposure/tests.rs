@@ -6,11 +6,12 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
-use crate::{Exposure, Shot};
 use quadratura_base::geometry::Pose;
 use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
 use quadratura_base::task::Task;
+use quadratura_view::optics::{ViewLens, squared_radius, squared_tangent};
+use quadratura_view::{Exposure, Shot};
 
 mod light;
 mod whole;
@@ -130,7 +131,7 @@ impl Shoot {
         let shadow = if self.later.is_empty() || (p.x + 0.4 * p.y < 1.0) == is_later { 0.0 } else { SHADOW };
         let sun = self.sunny * p.y.atan2(p.x).sin() + shadow;
         let Optics { falloff: [a, b], offset } = self.optics[photo.index()];
-        let r2 = optics::squared_radius(&self.photos[photo.index()].camera, px);
+        let r2 = squared_radius(&self.photos[photo.index()].camera, px);
         let lens = a * r2 + b * r2 * r2;
         let mean = [0, 1, 2].map(|c| pattern(1.0 + c as f64) * (sun + gain[c] + lens + noise).exp() + offset);
         Some(MeanColour { mean, usable: true })
@@ -409,8 +410,8 @@ fn views_keep_a_vignetting_that_predicts_photos_and_no_other() {
     shot.exposure = Exposure::Of(PhotoId(4));
     let exposed = dark.gains.exposed(&shot, &shoot.photos, || unreachable!("the photo is named"));
     for px in [DVec2::ZERO, DVec2::new(300.0, 200.0), DVec2::new(470.0, 20.0)] {
-        let own = dark.gains.optics[4].log_light(optics::squared_radius(&shot.camera, px)).exp();
-        let found = exposed.lens.factor(optics::squared_tangent(&shot.camera, px));
+        let own = dark.gains.optics[4].log_light(squared_radius(&shot.camera, px)).exp();
+        let found = exposed.lens.factor(squared_tangent(&shot.camera, px));
         assert!((own - found).abs() < 1e-12, "{own} {found}");
     }
     // A wider view is no darker than the photos' corners.

@@ -9,10 +9,10 @@ use super::options::ReliefOptions;
 use super::plot::Plot;
 use super::smooth::Volume;
 use super::sweep_view::SweepView;
-use crate::weights::pixels_per_unit;
 use quadratura_base::error::Result;
 use quadratura_base::raster::robust::median;
 use quadratura_base::scene::{FaceId, Model};
+use quadratura_view::weights::pixels_per_unit;
 
 /// The number of texels of the compared details per side of a cell: enough that a cell contains some texture,
 /// and not finer than one height can bring into register.

@@ -6,11 +6,11 @@ use glam::Vec4;
 
 use super::confidence::ConfidenceRamp;
 use super::halving::{Light, Rows};
-use super::srgb::Srgb;
 use super::tiles::{GUTTER, TextureShape};
 use crate::LayerTexturePixels;
 use crate::sources::{BLEED, COVERED, FILLED};
 use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_view::srgb::Srgb;
 
 /// Options of a pyramid.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

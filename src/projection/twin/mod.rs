@@ -27,16 +27,17 @@ pub use self::probe::{ProbedPoint, ProbedTexel};
 use self::sample::Lookup;
 use super::agreement::Agreement;
 use super::exposure::{ViewExposure, shares_of_view};
-use super::hidden::{Culling, HiddenFaces};
 use super::pyramid::PyramidOptions;
 use super::relief::Relief;
 use super::skirts::{Skirts, met};
 use super::surface::{RayHit, Surface};
-use super::{DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, Sources, Texels};
+use super::{Gains, LayerTextureId, Renders, Sources, Texels};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::light::srgb_from_linear;
 use quadratura_base::scene::{FaceId, Model};
 use quadratura_base::task::Task;
+use quadratura_view::hidden::{Culling, HiddenFaces};
+use quadratura_view::{DisplayMode, Picture, Shot};
 
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f64 = 1e-4;

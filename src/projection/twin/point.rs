@@ -4,18 +4,19 @@ use glam::{DVec2, DVec3};
 
 use super::ReferenceRenderer;
 use super::sample::Footprint;
-use crate::exposure::optics::{squared_radius, squared_tangent};
 use crate::exposure::{ViewExposure, kept_white};
 use crate::surface::RayHit;
 use crate::turned::{MIRRORED, PhotoOnFace, blend_on};
-use crate::weights::{
-    Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
-};
-use crate::{LayerTextureId, Mode, Projector, Quality, Server, Shot};
+use crate::{LayerTextureId, Projector, Server};
 use quadratura_base::geometry::polygon::fit_plane;
 use quadratura_base::geometry::{Pinhole, Plane, Pose};
 use quadratura_base::scene::FaceId;
 use quadratura_base::scene::impostor::Facing;
+use quadratura_view::optics::{squared_radius, squared_tangent};
+use quadratura_view::weights::{
+    Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
+};
+use quadratura_view::{Mode, Quality, Shot};
 
 /// The confidence below which a texel does not contribute: half a step of 8 bits.
 pub(super) const LEAST_CONFIDENCE: f64 = 0.002;

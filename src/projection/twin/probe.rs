@@ -8,16 +8,17 @@ use rayon::prelude::*;
 use super::point::{HitPoint, ShownTexel};
 use super::{ReferenceRenderer, TOLERANCE};
 use crate::exposure::ViewExposure;
-use crate::exposure::optics::{squared_radius, squared_tangent};
-use crate::hidden::HiddenFaces;
 use crate::sources::LEAST_MATTE;
 use crate::surface::RayHit;
 use crate::turned::PhotoOnFace;
-use crate::{LayerTextureId, Shot, Sources};
+use crate::{LayerTextureId, Sources};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Plane, Pose};
 use quadratura_base::scene::{FaceId, Model, PhotoId};
 use quadratura_base::task::Task;
+use quadratura_view::Shot;
+use quadratura_view::hidden::HiddenFaces;
+use quadratura_view::optics::{squared_radius, squared_tangent};
 
 /// A point of the surface that a view shows at a position of its picture.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,10 +5,10 @@ use glam::DVec2;
 
 use crate::LayerTexturePixels;
 use crate::pyramid::{Pyramid, PyramidOptions, matte_pyramid, pyramid};
-use crate::shot::MOST_TAPS;
 use crate::tiles::{Occupancy, TILE};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::light::LINEAR_FROM_BYTE;
+use quadratura_view::shot::MOST_TAPS;
 
 /// The distance from a texel's centre, as a share of its width, within which the texel is taken without
 /// interpolation; the shares in between are stretched accordingly (`DEAD` of `shaders/texels.wgsl`).

@@ -5,13 +5,14 @@ use glam::{DVec2, DVec3};
 use super::ReferenceRenderer;
 use super::point::{LEAST_CONFIDENCE, image_step};
 use super::sample::Footprint;
-use crate::exposure::optics::{squared_radius, squared_tangent};
+use crate::Server;
 use crate::exposure::{ViewExposure, kept_white};
 use crate::surroundings::{claim, pixels_per_angle};
-use crate::weights::{border, weights};
-use crate::{Quality, Server, Shot};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
+use quadratura_view::optics::{squared_radius, squared_tangent};
+use quadratura_view::weights::{border, weights};
+use quadratura_view::{Quality, Shot};
 
 /// What a photo shows in a direction.
 struct Shown {

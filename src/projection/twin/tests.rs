@@ -58,7 +58,7 @@ fn in_its_own_camera_a_photo_is_itself_but_for_its_outermost_pixels() {
     let pose = look_at(DVec3::new(0.7, -5.0, 0.3), DVec3::new(0.1, 0.0, 0.0));
     let mut twin = twin(vec![pose, look_at(DVec3::new(-2.0, -5.0, 0.0), DVec3::ZERO)]);
     let camera = twin.sources.photos[0].camera;
-    for mode in crate::Mode::ALL {
+    for mode in quadratura_view::Mode::ALL {
         let mut shot = Shot::new(camera, pose);
         shot.blend.mode = mode;
         let picture = twin.picture(&shot, &Task::silent()).unwrap();

@@ -5,7 +5,7 @@ use glam::DVec2;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::bilinear::BilinearCorner;
 use quadratura_base::raster::over::premultiplied;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::srgb::Srgb;
 
 /// A picture of premultiplied RGBA in linear light, row by row from the top.
 #[derive(Debug, Clone)]

@@ -8,8 +8,8 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_layers::LayerIndex;
-use quadratura_projection::Picture;
 use quadratura_projection::reduced::halves;
+use quadratura_view::Picture;
 
 /// The sRGB colour of needed and hidden pixels.
 const HIDDEN: [u8; 3] = [0xf2, 0x8c, 0x38];

@@ -14,8 +14,8 @@ use quadratura_base::raster::over::premultiplied;
 use quadratura_base::task::Task;
 use quadratura_document::{ImageLayer, Stack};
 use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
-use quadratura_projection::Picture;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::Picture;
+use quadratura_view::srgb::Srgb;
 
 pub use drawing::draw;
 

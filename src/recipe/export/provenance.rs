@@ -20,7 +20,7 @@ use quadratura_io::json::to_json;
 use quadratura_io::layer_reader::{read_grey, read_layer};
 use quadratura_io::picture_png::{make_folder, write_picture};
 use quadratura_io::stack_store::StackStore;
-use quadratura_projection::legend::Origin;
+use quadratura_view::legend::Origin;
 
 /// The contents of `legend.json`.
 #[derive(Debug, Serialize)]
@@ -146,7 +146,7 @@ fn kind(origin: &str) -> Option<Origin> {
     })
 }
 
-/// Returns the colour of an index in the list of sources: that of views (`projection/legend.rs`), but each photo has a
+/// Returns the colour of an index in the list of sources: that of views (`view/legend.rs`), but each photo has a
 /// shade of its own.
 fn colour(index: usize, fill: &StackFill) -> [u8; 3] {
     let kind = fill.origins.get(index).and_then(|origin| kind(origin));

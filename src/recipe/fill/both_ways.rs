@@ -12,7 +12,7 @@ use quadratura_base::task::Task;
 use quadratura_io::layered::Raster;
 use quadratura_io::photo::read_unmasked;
 use quadratura_layers::fill::FilledRegion;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The part of a photo where paint of other photos would change most.
 #[derive(Debug, Clone, PartialEq)]

@@ -12,7 +12,7 @@ use quadratura_io::photo::read_unmasked;
 use quadratura_layers::agreement::PhotoEvidence;
 use quadratura_layers::fill::{Donor, DonorContent, Donors, Surfaces};
 use quadratura_projection::Projector;
-use quadratura_projection::agreement::PhotoAgreement;
+use quadratura_view::agreement::PhotoAgreement;
 
 /// A cache of decoded photos.
 pub(super) struct PhotoDonors<'a> {

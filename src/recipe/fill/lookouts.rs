@@ -85,7 +85,7 @@ fn views_kept(kept: &[Bookmark], flight: Option<&CameraPath>, up: DVec3) -> Vec<
 mod tests {
     use super::*;
     use quadratura_base::scene::synthetic::{centred, closed_form, look_at};
-    use quadratura_projection::navigation::Viewpoint;
+    use quadratura_view::navigation::Viewpoint;
 
     #[test]
     fn kept_views_and_keyframes_come_before_the_photos_cameras() {

@@ -38,8 +38,8 @@ use quadratura_layers::fill::{
     Donor, Donors, FillContext, FillOptions, FilledRegion, SurfaceId, Surfaces, propagate_paint,
 };
 use quadratura_projection::relief::Relief;
-use quadratura_projection::weights::angle_at;
 use quadratura_projection::{Gains, Projector};
+use quadratura_view::weights::angle_at;
 
 /// The distance in pixels by which projected paint may lie beside where its rectangle's grid of points lies: relief
 /// displaces single points between those of the grid.

@@ -14,7 +14,7 @@ use quadratura_io::baselines::Baselines;
 use quadratura_io::exports::ExportStore;
 use quadratura_io::layered::{Depth, Raster};
 use quadratura_io::paint_store::PaintStore;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// Returns pictures of at most `longest` pixels in width and height of a layered file's image layers, as they were
 /// exported and as they are in the file. Layers that cannot be read are missing in them.

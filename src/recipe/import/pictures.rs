@@ -14,7 +14,7 @@ use quadratura_io::layered::Raster;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::LayerIndex;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// An image layer that an import changes.
 #[derive(Debug, Clone, PartialEq)]

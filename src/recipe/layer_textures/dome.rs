@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::LayerTextureFiles;
 use quadratura_base::geometry::PixelRect;
 use quadratura_projection::dome::{Dome, SIDES};
-use quadratura_projection::legend::Origin;
 use quadratura_projection::{LayerTextureId, LayerTexturePixels};
+use quadratura_view::legend::Origin;
 
 /// How well a direction is known from where on photos show it.
 pub const KNOWN: f32 = 0.5;

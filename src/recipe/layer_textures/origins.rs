@@ -8,7 +8,7 @@ use quadratura_base::raster::Image;
 use quadratura_document::paint::PaintColour;
 use quadratura_io::layer_reader::{read_grey, read_layer};
 use quadratura_projection::LayerTextureId;
-use quadratura_projection::legend::Origin;
+use quadratura_view::legend::Origin;
 
 impl LayerTextureFiles {
     /// Returns the sources of a layer texture's texels in the part `rect` of it (photo pixels), row by row; their

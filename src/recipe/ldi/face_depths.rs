@@ -11,7 +11,8 @@ use quadratura_base::scene::{FaceId, Model};
 use quadratura_ldi::Blended;
 use quadratura_ldi::cracks::Shows;
 use quadratura_projection::relief::Relief;
-use quadratura_projection::{Shot, shown_face};
+use quadratura_projection::shown_face;
+use quadratura_view::Shot;
 
 /// The share of a face's inverse depth below which a pixel shows something behind the face, and of the pixel's below which the face
 /// is behind it. 0.95 predicted the fountain's held-out photos 0.02 dB worse, and those of castle and piazza no better.
@@ -98,8 +99,8 @@ mod tests {
     use quadratura_base::geometry::polygon::PlaneFrame;
     use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
     use quadratura_ldi::BlendedSurface;
-    use quadratura_projection::Picture;
     use quadratura_projection::relief::FaceRelief;
+    use quadratura_view::Picture;
 
     /// Returns a view of seven pixels in a row, the last of which is empty. Of the others the fifth is filled in.
     fn blended(inverse_depths: [f32; 7]) -> Blended {

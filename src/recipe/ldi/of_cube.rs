@@ -141,7 +141,7 @@ mod tests {
     use quadratura_base::scene::synthetic::centred;
     use quadratura_io::ldi_file::read_ldi_set;
     use quadratura_ldi::{WarpOptions, warp_set};
-    use quadratura_projection::Shot;
+    use quadratura_view::Shot;
 
     #[test]
     fn sides_are_twice_the_focal_length_in_whole_steps() {

@@ -16,10 +16,10 @@ use quadratura_io::hash::Hashing;
 use quadratura_ldi::layout::LONGEST_SIDE;
 use quadratura_ldi::merge::Merging;
 use quadratura_ldi::{Combining, Frame, Ldi, LdiKind, Source, combine};
-use quadratura_projection::Shot;
 use quadratura_projection::exposure::{Shares, shares_of_view};
 use quadratura_projection::relief::Relief;
 use quadratura_projection::surface::Surface;
+use quadratura_view::Shot;
 
 /// How photos are combined into one layered depth image.
 #[derive(Debug, Clone, PartialEq)]

@@ -27,10 +27,10 @@ use quadratura_io::hash::Hashing;
 use quadratura_layers::view::{Item, View};
 use quadratura_ldi::finish::{Counts, Unfinished};
 use quadratura_ldi::{DepthPixelOrigin, Frame, Ldi, LdiKind};
-use quadratura_projection::agreement::AgreementGrid;
 use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
 use quadratura_projection::relief::Relief;
-use quadratura_projection::{Exposure, Shot};
+use quadratura_view::agreement::AgreementGrid;
+use quadratura_view::{Exposure, Shot};
 
 /// The least alpha of a depth pixel of a skirt.
 const LEAST_ALPHA: u8 = 3;

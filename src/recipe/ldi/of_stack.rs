@@ -27,8 +27,8 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_ldi::finish::{Counts, Unfinished};
 use quadratura_ldi::layout::LONGEST_SIDE;
 use quadratura_ldi::{Ldi, LdiKind};
-use quadratura_projection::agreement::AgreementGrid;
 use quadratura_projection::relief::Relief;
+use quadratura_view::agreement::AgreementGrid;
 
 /// What the layered depth image of a photo is made of.
 pub struct StackSource<'a> {

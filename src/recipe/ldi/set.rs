@@ -19,7 +19,7 @@ use quadratura_ldi::{Arrangement, Ldi, LdiReport};
 use quadratura_projection::Projector;
 use quadratura_projection::exposure::{ExposureOptions, RayVisibility, SpreadPoint, spread_points};
 use quadratura_projection::surface::Surface;
-use quadratura_projection::weights::pixels_per_unit;
+use quadratura_view::weights::pixels_per_unit;
 
 /// The share of the points that is enough.
 const ENOUGH: f64 = 0.99;

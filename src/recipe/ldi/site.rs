@@ -24,8 +24,8 @@ use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
 use quadratura_ldi::Ldi;
 use quadratura_projection::Gains;
-use quadratura_projection::agreement::{AgreementGrid, PhotoAgreement};
 use quadratura_projection::relief::Relief;
+use quadratura_view::agreement::{AgreementGrid, PhotoAgreement};
 
 /// A project whose stacks become layered depth images.
 pub struct LdiSite<'a> {

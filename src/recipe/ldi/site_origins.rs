@@ -4,9 +4,9 @@
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_ldi::DepthPixelOrigin;
-use quadratura_projection::legend::Origin;
 use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels};
-use quadratura_projection::{Blend, DisplayMode, Mode, Shot};
+use quadratura_view::legend::Origin;
+use quadratura_view::{Blend, DisplayMode, Mode, Shot};
 
 use super::cover::Found;
 

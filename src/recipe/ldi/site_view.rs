@@ -20,10 +20,12 @@ use quadratura_ldi::{
     BlendSource, Blended, BlendedSurface, Ldi, Shown, Spacing, SplatKind, WarpOptions, coloured, warp,
     warp_blended,
 };
-use quadratura_projection::agreement::AgreementGrid;
-use quadratura_projection::exposure::{Optics, ViewExposure, ViewLens};
-use quadratura_projection::srgb::Srgb;
-use quadratura_projection::{DisplayMode, Picture, Quality, Renders, Shot, shown_face};
+use quadratura_projection::exposure::ViewExposure;
+use quadratura_projection::{Renders, shown_face};
+use quadratura_view::agreement::AgreementGrid;
+use quadratura_view::optics::{Optics, ViewLens};
+use quadratura_view::srgb::Srgb;
+use quadratura_view::{DisplayMode, Picture, Quality, Shot};
 
 /// What views are made from.
 #[derive(Debug, Clone, PartialEq)]

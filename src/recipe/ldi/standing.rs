@@ -16,9 +16,9 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_layers::dome::{BLACK, STRAY};
 use quadratura_layers::fill::push_pull::WeightedGrid;
 use quadratura_ldi::DepthPixelOrigin;
-use quadratura_projection::agreement::AgreementGrid;
 use quadratura_projection::skirts::{is_far_away, rises_above_outline};
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::agreement::AgreementGrid;
+use quadratura_view::srgb::Srgb;
 
 /// The largest distance from a face, in pixels, at which a pixel is beside it: outlines are rounded to pixels, and pixels mix the face
 /// with what is behind it.
@@ -274,7 +274,7 @@ fn connected(marked: &[bool], width: usize, mut open: VecDeque<usize>) -> Vec<bo
 mod tests {
     use super::*;
     use quadratura_base::scene::FaceId;
-    use quadratura_projection::agreement::{ContradictedPixel, PhotoAgreement};
+    use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
 
     const SKY: [u8; 4] = [90, 130, 180, 255];
     const STONE: [u8; 4] = [150, 130, 100, 255];

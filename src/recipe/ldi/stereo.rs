@@ -5,7 +5,7 @@ use glam::DVec3;
 use quadratura_base::geometry::Pose;
 use quadratura_ldi::transfer::Transfer;
 use quadratura_ldi::{Ldi, LdiSet};
-use quadratura_projection::{Picture, Shot};
+use quadratura_view::{Picture, Shot};
 
 /// The largest distance between the eyes that is comfortable, as a share of the depth of what is near.
 pub const COMFORTABLE: f64 = 1.0 / 20.0;
@@ -68,7 +68,7 @@ mod tests {
     use quadratura_base::task::Task;
     use quadratura_ldi::levels::pyramid;
     use quadratura_ldi::{DepthPixel, LdiKind, LdiReport, Level, Splat, SplatKind, WarpOptions};
-    use quadratura_projection::Quality;
+    use quadratura_view::Quality;
 
     /// Nine tenths of the frame are 20 units away, the left part 2.
     fn wall_with_a_post() -> Ldi {

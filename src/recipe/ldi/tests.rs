@@ -9,7 +9,7 @@ use quadratura_base::task::Task;
 use quadratura_layers::View;
 use quadratura_ldi::warp;
 use quadratura_ldi::{Ldi, SplatKind, WarpOptions};
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 fn first_photo() -> PhotoId {
     PhotoId::new(0)

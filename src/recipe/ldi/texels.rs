@@ -12,7 +12,7 @@ use quadratura_document::Stack;
 use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
 use quadratura_layers::LayerIndex;
 use quadratura_ldi::DepthPixelOrigin;
-use quadratura_projection::legend::Origin;
+use quadratura_view::legend::Origin;
 
 /// Flag: a surface of the layer covers the pixel.
 const COVERED: u8 = 1;

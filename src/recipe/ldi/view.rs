@@ -11,7 +11,7 @@ use quadratura_base::scene::{Model, Photo, Site};
 use quadratura_base::task::Task;
 use quadratura_ldi::cube::{FACE, axis};
 use quadratura_ldi::{Arrangement, Ldi, LdiSet, Shown, WarpOptions, warp_set, warp_shown};
-use quadratura_projection::{Picture, Quality, Shot};
+use quadratura_view::{Picture, Quality, Shot};
 
 /// The share of depth pixels from which on a picture is noted as taken from too near.
 const MOST_TOO_NEAR: f64 = 0.01;

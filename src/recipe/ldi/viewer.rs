@@ -7,7 +7,8 @@ use crate::open::Opened;
 use crate::preview::Preview;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_projection::{Picture, Renders, Shot, Sliced};
+use quadratura_projection::{Renders, Sliced};
+use quadratura_view::{Picture, Shot};
 
 /// A renderer of a project's views, with the model or from layered depth images.
 pub enum Viewer<'a> {

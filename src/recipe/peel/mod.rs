@@ -26,9 +26,9 @@ use quadratura_document::Stack;
 use quadratura_io::photo::read_photo;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::LayerIndex;
-use quadratura_projection::Picture;
 use quadratura_projection::hatching::PixelMask;
-use quadratura_projection::srgb::Srgb;
+use quadratura_view::Picture;
+use quadratura_view::srgb::Srgb;
 
 /// The colour of needed pixels without content: dark, so that hatching is visible on it.
 const HIDDEN: [u8; 4] = [0x3a, 0x2e, 0x24, 0xff];

@@ -14,9 +14,10 @@ use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_layers::agreement::PhotoEvidence;
-use quadratura_projection::agreement::{Agreement, PhotoAgreement};
+use quadratura_projection::agreement::Agreement;
 use quadratura_projection::exposure::SurroundingsGains;
 use quadratura_projection::{Gains, LayerTextureId, Sources};
+use quadratura_view::agreement::PhotoAgreement;
 
 /// Adds the dome to the sources of a site that has surroundings.
 pub(super) fn with_dome(sources: Sources, surroundings: &SiteSurroundings) -> Sources {

@@ -7,11 +7,13 @@ use super::estimates::shown_gains;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{Model, Photo, PhotoId};
 use quadratura_base::task::Task;
-use quadratura_projection::agreement::AgreementGrid;
-use quadratura_projection::exposure::{Optics, Shares, ViewExposure, shares_of_view};
+use quadratura_projection::Gains;
+use quadratura_projection::exposure::{Shares, ViewExposure, shares_of_view};
 use quadratura_projection::peeling::Peels;
 use quadratura_projection::relief::Relief;
-use quadratura_projection::{Gains, Shot};
+use quadratura_view::Shot;
+use quadratura_view::agreement::AgreementGrid;
+use quadratura_view::optics::Optics;
 
 impl Preview {
     /// Returns the gains and, where surfaces are shown with it, the relief that pictures without these photos are made with.

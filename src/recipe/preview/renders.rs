@@ -3,7 +3,8 @@
 use super::Preview;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_projection::{Picture, Renders, Shot, Sliced};
+use quadratura_projection::{Renders, Sliced};
+use quadratura_view::{Picture, Shot};
 
 impl Renders for Preview {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {

@@ -9,7 +9,8 @@ use crate::layer_textures::KNOWN;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_projection::framing::scaled;
-use quadratura_projection::{DisplayMode, LayerTextureId, Quality, Renders, Shot, Unseen};
+use quadratura_projection::{LayerTextureId, Renders};
+use quadratura_view::{DisplayMode, Quality, Shot, Unseen};
 
 /// The longer side of the picture by which it is found how much of a view continues, in pixels.
 const SHARE_PX: f64 = 192.0;

@@ -6,7 +6,8 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
 use quadratura_layers::fill::options::matches_pattern;
-use quadratura_projection::{Renders, Shot, TREE, shown_face};
+use quadratura_projection::{Renders, TREE, shown_face};
+use quadratura_view::Shot;
 
 /// Which objects, and whether the background, are compared.
 pub(super) struct ComparedObjects {

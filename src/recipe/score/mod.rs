@@ -28,7 +28,7 @@ use quadratura_base::task::Task;
 use quadratura_document::names::picture_names;
 use quadratura_io::picture_png::make_folder;
 use quadratura_projection::Renders;
-use quadratura_projection::metrics::ErrorSum;
+use quadratura_view::metrics::ErrorSum;
 
 /// The stage that is reported for predicting one photo.
 pub const STAGE_DRAW: &str = "predict";

@@ -8,8 +8,9 @@ use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
 use quadratura_io::photo::read_unmasked;
 use quadratura_io::reference::{Reference, reference};
-use quadratura_projection::metrics::{ErrorSum, ImageMetrics, ImagePair};
-use quadratura_projection::{DisplayMode, Exposure, Picture, Renders, Shot};
+use quadratura_projection::Renders;
+use quadratura_view::metrics::{ErrorSum, ImageMetrics, ImagePair};
+use quadratura_view::{DisplayMode, Exposure, Picture, Shot};
 
 /// The inputs that all photos of a score share.
 pub(super) struct Scorer<'a> {

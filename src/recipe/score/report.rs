@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use quadratura_base::error::Error;
-use quadratura_projection::metrics::{ErrorSum, ImageMetrics};
+use quadratura_view::metrics::{ErrorSum, ImageMetrics};
 
 /// The complete report.
 #[derive(Debug, Default, Serialize)]

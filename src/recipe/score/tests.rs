@@ -7,7 +7,7 @@ use super::*;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::synthetic::closed_form::two_quads;
 use quadratura_base::scene::{Photo, Site};
-use quadratura_projection::{Picture, Shot};
+use quadratura_view::{Picture, Shot};
 
 /// A renderer that draws every shot in one grey level except the top row; the left half shows the first face, the
 /// right half no face.
@@ -83,7 +83,7 @@ fn covered_pixels_and_holes_are_counted_apart() {
     assert!((view.coverage - (rows - 1.0) / rows).abs() < 1e-12);
     let covered = view.covered.unwrap();
     assert!((covered.psnr - db(10.0)).abs() < 1e-9, "{covered:?}");
-    assert_eq!(covered.psnr_fitted, quadratura_projection::metrics::HIGHEST_DB, "an offset of ten");
+    assert_eq!(covered.psnr_fitted, quadratura_view::metrics::HIGHEST_DB, "an offset of ten");
     let mean_squared = (10.0 * 10.0 * (rows - 1.0) + 100.0 * 100.0) / rows;
     assert!((view.with_holes.psnr - db(mean_squared.sqrt())).abs() < 1e-9, "{view:?}");
     assert_eq!(report.mean.unwrap().with_holes.psnr, view.with_holes.psnr);

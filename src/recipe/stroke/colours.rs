@@ -14,9 +14,9 @@ use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
 use quadratura_base::task::Task;
 use quadratura_document::stroke::{BrushMode, Stroke};
 use quadratura_layers::fill::push_pull::WeightedGrid;
-use quadratura_projection::Shot;
 use quadratura_projection::exposure::ViewExposure;
 use quadratura_projection::twin::ReferenceRenderer;
+use quadratura_view::Shot;
 
 /// The largest factor by which the source is sampled more finely than the view's pixels, where texels are finer.
 const FINEST: f64 = 8.0;

@@ -8,8 +8,8 @@ use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
 use quadratura_document::stroke::{Stroke, StrokeSample};
-use quadratura_projection::Shot;
 use quadratura_projection::twin::{ProbedPoint, ReferenceRenderer};
+use quadratura_view::Shot;
 
 /// The number of dabs per radius along the stroke. A straight stroke of hard dabs is then narrower between two of them
 /// by less than a hundredth of its width.

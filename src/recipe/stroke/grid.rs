@@ -7,9 +7,10 @@ use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Image;
 use quadratura_base::task::Task;
+use quadratura_projection::LayerTextureId;
 use quadratura_projection::exposure::ViewExposure;
 use quadratura_projection::twin::{ProbedPoint, ProbedTexel, ReferenceRenderer};
-use quadratura_projection::{LayerTextureId, Shot};
+use quadratura_view::Shot;
 
 /// The pixels of a view around a stroke.
 pub struct ViewGrid {

@@ -46,9 +46,9 @@ use quadratura_document::stroke::{BrushMode, Stroke};
 use quadratura_io::layered::Depth;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
-use quadratura_projection::Shot;
 use quadratura_projection::exposure::ViewExposure;
 use quadratura_projection::twin::{ProbedPoint, ProbedTexel, ReferenceRenderer};
+use quadratura_view::Shot;
 
 /// The stage that is reported.
 pub const STAGE: &str = "stroke";

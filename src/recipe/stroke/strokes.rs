@@ -15,8 +15,9 @@ use quadratura_base::geometry::polygon::fit_plane;
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{FaceId, PhotoId, Site};
 use quadratura_document::paint::{PaintEntry, PaintPatch, PaintedView};
+use quadratura_projection::LayerTextureId;
 use quadratura_projection::twin::{ProbedPoint, ReferenceRenderer};
-use quadratura_projection::{LayerTextureId, Shot};
+use quadratura_view::Shot;
 
 /// The effect of a brush that paints from which it replaces the paint of other photos. Paint of strokes has no opacity
 /// of its own that could be reduced: it is mixed with what was below it. An eraser therefore removes all paint that it

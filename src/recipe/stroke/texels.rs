@@ -14,7 +14,8 @@ use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_document::Stack;
 use quadratura_layers::LayerIndex;
 use quadratura_projection::twin::{ProbedPoint, ReferenceRenderer};
-use quadratura_projection::{LayerTextureId, Projector, Shot};
+use quadratura_projection::{LayerTextureId, Projector};
+use quadratura_view::Shot;
 
 /// A pixel of an image layer under the brush.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -17,7 +17,7 @@ use quadratura_foliage::{
     Caster, FlakeOptions, ImageCost, Jump, LayeredOptions, Light, Openness, Plant, PlantImages, Shades,
     Shadow, Similarity, SunShade, View, draw, draw_flakes, draw_layered, draw_shaded, jump, similarity,
 };
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The number of views around a plant.
 const AROUND: u32 = 8;

@@ -5,8 +5,9 @@ use quadratura::task::Task;
 use quadratura::testing::document::paint::PaintColour;
 use quadratura::testing::layers::Options;
 use quadratura::testing::layers::fill::FillOptions;
-use quadratura::testing::projection::{Renders, Shot};
+use quadratura::testing::projection::Renders;
 use quadratura::testing::recipe::preview::{PreviewOptions, open_reference};
+use quadratura::testing::view::Shot;
 
 use super::bench::Bench;
 use super::propagated::paint;

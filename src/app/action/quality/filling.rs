@@ -14,7 +14,6 @@ use crate::work::jobs::arrival;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::{Project, Stack};
 use quadratura_layers::fill::{FillOptions, Propagation};
-use quadratura_projection::navigation::Viewpoint;
 use quadratura_recipe::budget::default_memory;
 use quadratura_recipe::fill::both_ways::both_ways;
 use quadratura_recipe::fill::lookouts::LookoutView;
@@ -23,6 +22,7 @@ use quadratura_recipe::fill::seen::{SeenEdit, edited};
 use quadratura_recipe::fill::shares::layer_shares;
 use quadratura_recipe::fill::worst::hidden_layers_by_visibility;
 use quadratura_recipe::fill::{FillRequest, stale_fillings, tell};
+use quadratura_view::navigation::Viewpoint;
 
 impl State {
     /// Flies to the viewpoint of a view; the selection is kept.

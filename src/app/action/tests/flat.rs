@@ -13,7 +13,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_layers::LayerIndex;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 const VIEW: ScreenRect = ScreenRect { min: Vec2::ZERO, max: Vec2::new(424.0, 324.0) };
 

@@ -16,9 +16,9 @@ use crate::state::space::picking::{Sight, ball_of, faces_of};
 use crate::state::space::picture::{PaintedPicture, Request};
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::LayerIndex;
-use quadratura_projection::Picture;
-use quadratura_projection::navigation::Viewpoint;
 use quadratura_recipe::ldi::live::LiveStatus;
+use quadratura_view::Picture;
+use quadratura_view::navigation::Viewpoint;
 
 /// The time after which every flight of the view has ended, in seconds.
 const LANDED_S: f64 = 2.0;

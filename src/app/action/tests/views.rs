@@ -6,7 +6,7 @@ use crate::state::panes::Pane;
 use crate::state::selection::Selection;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::LayerIndex;
-use quadratura_projection::DisplayMode;
+use quadratura_view::DisplayMode;
 
 // ---- selection ----
 

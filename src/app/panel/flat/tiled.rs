@@ -12,7 +12,7 @@ use super::placement::PlacedPicture;
 use crate::state::flat::levels::{Levels, TILE_SIDE as SIDE};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::light::bytes_of_light_times;
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The most tiles made in a frame; the others show a smaller picture until their turn.
 const MOST_A_FRAME: usize = 4;

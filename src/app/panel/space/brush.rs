@@ -22,7 +22,7 @@ use crate::widget::dialog;
 use quadratura_base::scene::FaceId;
 use quadratura_base::scene::impostor::Facing;
 use quadratura_document::stroke::{BrushMode, StrokeSample};
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::navigation::Viewpoint;
 
 /// The parts of the brush's bar.
 pub const TOOLS: &[BarPart<SpaceMemory>] = &[

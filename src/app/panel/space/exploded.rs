@@ -16,8 +16,8 @@ use crate::state::flat::version::LayersVersion;
 use crate::state::selection::Selection;
 use crate::state::space::memory::SpaceMemory;
 use quadratura_projection::exploded::Stand;
-use quadratura_projection::navigation::Viewpoint;
 use quadratura_recipe::exploded::layer_textures::LayerThumbnail;
+use quadratura_view::navigation::Viewpoint;
 
 /// The duration of the opening animation, in seconds.
 const OPENS_S: f32 = 0.7;

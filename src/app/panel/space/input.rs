@@ -11,7 +11,7 @@ use crate::state::settings::Navigation;
 use crate::state::space::memory::SpaceMemory;
 use crate::state::space::picking::Sight;
 use crate::widget::dialog;
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::navigation::Viewpoint;
 
 /// The rotation of a drag across the view's height: half a turn.
 const TURN_RAD_PER_HEIGHT: f64 = std::f64::consts::PI;

@@ -7,8 +7,8 @@ use crate::command;
 use crate::panel::{small_button, text_width};
 use crate::state::State;
 use crate::state::ask::Ask;
-use quadratura_projection::DisplayMode;
-use quadratura_projection::legend::{ColourRamp, Legend, colour_at, legend};
+use quadratura_view::DisplayMode;
+use quadratura_view::legend::{ColourRamp, Legend, colour_at, legend};
 
 /// The size of a colour sample, in points.
 const FIELD: Vec2 = vec2(16.0, 12.0);

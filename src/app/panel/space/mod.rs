@@ -26,7 +26,7 @@ use crate::state::space::Drawn;
 use crate::state::space::memory::SpaceMemory;
 use crate::widget::behind::behind_ui;
 use crate::widget::focus::{FocusKind, mark};
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// The textures of the 3D view.
 #[derive(Default)]

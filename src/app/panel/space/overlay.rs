@@ -18,7 +18,7 @@ use crate::state::space::picking::faces_of;
 use crate::widget::dialog;
 use quadratura_base::scene::impostor::{Facing, Impostor};
 use quadratura_base::scene::{FaceId, ObjectId, Photo};
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::navigation::Viewpoint;
 
 /// Half the width of the wipe line for the pointer, and the width of its handle, in points.
 const WIPE_HANDLE: f32 = 7.0;

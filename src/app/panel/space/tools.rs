@@ -14,7 +14,7 @@ use crate::state::running::JobKind;
 use crate::state::space::exploded::MOST_APART;
 use crate::state::space::memory::SpaceMemory;
 use quadratura_base::scene::PhotoId;
-use quadratura_projection::{Blend, Mode};
+use quadratura_view::{Blend, Mode};
 
 /// The height of the photo's bar with its distance from the parts above, in points.
 const PHOTO_BAR: f32 = 48.0;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use quadratura_projection::Picture;
 use quadratura_projection::reduced::halves;
+use quadratura_view::Picture;
 
 /// The side of a tile, in pixels: every device has textures of this size, and one is made in a fraction of a
 /// millisecond.

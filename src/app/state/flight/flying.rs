@@ -4,8 +4,8 @@ use crate::state::State;
 use quadratura_document::bookmark::BookmarkIndex;
 use quadratura_document::camera_path::KeyframeIndex;
 use quadratura_document::{Bookmark, CameraPath, Project};
-use quadratura_projection::flight::{Flight, FrameLens};
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::flight::{Flight, FrameLens};
+use quadratura_view::navigation::Viewpoint;
 
 /// The time between the last keyframe and one that is added at the end, in seconds.
 const LEG_S: f64 = 2.0;

@@ -7,7 +7,7 @@ mod views;
 use self::export::Export;
 use quadratura_document::CameraPath;
 use quadratura_document::camera_path::KeyframeIndex;
-use quadratura_projection::flight::Flight;
+use quadratura_view::flight::Flight;
 
 /// The state of the panel of flights.
 #[derive(Default)]

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use quadratura_projection::Picture;
 use quadratura_recipe::import::Imported;
 use quadratura_recipe::import::pictures::ChangedLayer;
+use quadratura_view::Picture;
 
 /// The origin of an import.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,11 +12,11 @@ use crate::state::notes::{Note, Weight};
 use crate::state::numbers::{counted, grouped};
 use crate::state::panels::Tab;
 use quadratura_document::paint::{PaintBook, PaintImport};
-use quadratura_projection::Picture;
 use quadratura_recipe::export::Exported;
 use quadratura_recipe::import::Imported;
 use quadratura_recipe::import::pictures::ChangedLayer;
 use quadratura_recipe::import::report::LayerState;
+use quadratura_view::Picture;
 
 impl State {
     /// Handles an import that has ended: reports its result, and updates all views.

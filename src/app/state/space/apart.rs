@@ -13,9 +13,9 @@ use quadratura_base::scene::PhotoId;
 use quadratura_document::Stack;
 use quadratura_layers::LayerIndex;
 use quadratura_projection::exploded::Stand;
-use quadratura_projection::flight::FrameLens;
-use quadratura_projection::navigation::Viewpoint;
 use quadratura_recipe::peel::Opacities;
+use quadratura_view::flight::FrameLens;
+use quadratura_view::navigation::Viewpoint;
 
 /// The height of layer pictures, as a share of the site's radius, so that navigation feels the same as in the site.
 const HEIGHT_SHARE: f64 = 0.8;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use quadratura_document::stroke::{Brush, BrushMode, STROKE_VERSION, Stroke, StrokeSample, StrokeView};
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::navigation::Viewpoint;
 
 /// The factor by which a key resizes the brush.
 pub const STEP: f64 = 1.25;

@@ -9,8 +9,8 @@ use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_projection::best_view::BestView;
-use quadratura_projection::flight::FrameLens;
-use quadratura_projection::navigation::{SceneFrame, Viewpoint};
+use quadratura_view::flight::FrameLens;
+use quadratura_view::navigation::{SceneFrame, Viewpoint};
 
 impl State {
     /// Flies to a free viewpoint.

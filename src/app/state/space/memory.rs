@@ -7,8 +7,8 @@ use super::picking::Sight;
 use crate::state::State;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_layers::LayerIndex;
-use quadratura_projection::navigation::Viewpoint;
 use quadratura_recipe::render::Appearance;
+use quadratura_view::navigation::Viewpoint;
 
 /// The values of the 3D view that change while it is drawn: a copy, which is put back afterwards.
 #[derive(Debug, Clone)]

@@ -25,12 +25,12 @@ use self::travel::Travel;
 use self::visibility::Visibility;
 use super::session::Session;
 use quadratura_base::scene::{FaceId, PhotoId};
-use quadratura_projection::flight::FrameLens;
-use quadratura_projection::hidden::HiddenFaces;
-use quadratura_projection::navigation::Viewpoint;
-use quadratura_projection::{DisplayMode, Quality, Shot};
 use quadratura_recipe::ldi::live::LiveOptions;
 use quadratura_recipe::render::Appearance;
+use quadratura_view::flight::FrameLens;
+use quadratura_view::hidden::HiddenFaces;
+use quadratura_view::navigation::Viewpoint;
+use quadratura_view::{DisplayMode, Quality, Shot};
 
 /// The time without a change after which the view is drawn in final quality, in seconds.
 const RESTS_S: f64 = 0.25;
@@ -112,7 +112,7 @@ impl Default for Space {
     fn default() -> Self {
         use glam::DVec3;
         let scene_frame =
-            quadratura_projection::navigation::SceneFrame { up: DVec3::Z, center: DVec3::ZERO, radius: 1.0 };
+            quadratura_view::navigation::SceneFrame { up: DVec3::Z, center: DVec3::ZERO, radius: 1.0 };
         Self::at(Viewpoint::overview(&scene_frame, FrameLens::with_field_of_view(FIELD_RAD)))
     }
 }

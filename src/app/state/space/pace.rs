@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use quadratura_projection::{Quality, Shot};
+use quadratura_view::{Quality, Shot};
 
 /// The target time of a moving picture, in seconds: 20 a second look continuous.
 const WANTED_S: f64 = 0.05;

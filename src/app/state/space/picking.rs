@@ -12,8 +12,8 @@ use crate::state::session::Session;
 use quadratura_base::scene::{FaceId, Model, Object, PhotoId};
 use quadratura_document::trees::TreeIndex;
 use quadratura_layers::LayerIndex;
-use quadratura_projection::hidden::{Culling, HiddenFaces};
 use quadratura_projection::{TREE, shown_face};
+use quadratura_view::hidden::{Culling, HiddenFaces};
 
 /// The number of parts of a tree's height at which its distance from a ray is looked at.
 const PARTS: u32 = 16;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::images::DrawnFrom;
-use quadratura_projection::flight::FrameLens;
 use quadratura_projection::surface::Surface;
-use quadratura_projection::{DisplayMode, Picture, Shot};
 use quadratura_recipe::ldi::live::LiveStatus;
+use quadratura_view::flight::FrameLens;
+use quadratura_view::{DisplayMode, Picture, Shot};
 
 /// A request for a picture.
 #[derive(Debug, Clone, PartialEq)]

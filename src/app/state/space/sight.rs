@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::navigation::Viewpoint;
 
 /// The place of the pointer in the 3D view, and where it looks from.
 #[derive(Debug, Clone, Copy)]

@@ -6,8 +6,8 @@ use std::time::Duration;
 use super::*;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::synthetic::closed_form::stairs;
-use quadratura_projection::Picture;
 use quadratura_projection::surface::Surface;
+use quadratura_view::Picture;
 
 const AT_REST: Drawn = Drawn { background: [1, 2, 3], moves: false };
 const MOVING: Drawn = Drawn { background: [1, 2, 3], moves: true };
@@ -214,7 +214,7 @@ fn a_reason_why_nothing_is_drawn_is_new_once() {
     assert!(space.due(AT_REST, 5.0, false).0.is_some(), "the picture is requested again");
 }
 
-fn small(mut shot: quadratura_projection::Shot) -> quadratura_projection::Shot {
+fn small(mut shot: quadratura_view::Shot) -> quadratura_view::Shot {
     (shot.camera.width, shot.camera.height) = (2, 1);
     shot
 }

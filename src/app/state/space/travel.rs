@@ -3,8 +3,8 @@
 use super::Space;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
-use quadratura_projection::flight::{Flight, FrameLens};
-use quadratura_projection::navigation::Viewpoint;
+use quadratura_view::flight::{Flight, FrameLens};
+use quadratura_view::navigation::Viewpoint;
 
 /// The duration of a flight between viewpoints, in seconds: long enough to follow, short enough not to wait.
 const FLIGHT_S: f64 = 0.6;

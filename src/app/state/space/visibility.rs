@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::state::State;
 use quadratura_base::scene::FaceId;
-use quadratura_projection::hidden::HiddenFaces;
+use quadratura_view::hidden::HiddenFaces;
 
 /// How surfaces that no photo covers are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -33,12 +33,13 @@ use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
 use quadratura_gpu::Gpu;
 use quadratura_projection::surface::Surface;
-use quadratura_projection::{Gains, Picture, Renders, shown_face};
+use quadratura_projection::{Gains, Renders, shown_face};
 use quadratura_recipe::fill::projected::ProjectedPaint;
 use quadratura_recipe::ldi::live::WarpOn;
 use quadratura_recipe::open::Opened;
 use quadratura_recipe::preview::Preview;
 use quadratura_recipe::surroundings::SiteSurroundings;
+use quadratura_view::Picture;
 
 /// A change that later pictures show; the renderer is not made again for it.
 pub enum Change {

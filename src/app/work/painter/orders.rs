@@ -9,9 +9,10 @@ use std::sync::mpsc::{Sender, channel};
 use super::{Shared, failed};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_projection::{LinearPicture, Renders, Shot, Sliced};
+use quadratura_projection::{Renders, Sliced};
 use quadratura_recipe::preview::Preview;
 use quadratura_recipe::render::DrawnPicture;
+use quadratura_view::{LinearPicture, Shot};
 
 /// An ordered picture that a job waits for.
 pub struct Order {

@@ -9,7 +9,7 @@ use quadratura_ldi::synthetic::{of_model, step_aside, with_level};
 use quadratura_ldi::transfer::{Positions, Transfer};
 use quadratura_ldi::warp::DrawingOrder;
 use quadratura_ldi::{DepthPixel, Ldi, Level, Splat, SplatKind, WarpOptions};
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// The difference of stored values up to which pixels are the same.
 const STEPS: u8 = 2;

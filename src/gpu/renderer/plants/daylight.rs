@@ -9,7 +9,7 @@ use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
 use quadratura_foliage::directions::{DIRECTIONS, Serving, serving};
 use quadratura_foliage::{Light, Openness};
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// The WGSL source that is put before passes that light trees.
 pub const SOURCE: &str = include_str!("../../../../shaders/daylight.wgsl");

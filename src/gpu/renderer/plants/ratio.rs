@@ -9,7 +9,7 @@ use wgpu::{BindingResource, TextureView};
 
 use crate::device::Gpu;
 use quadratura_foliage::{RATIO_CELLS, RatioImage, RatioInView, RatiosInView, Tree, Wood};
-use quadratura_projection::Shot;
+use quadratura_view::Shot;
 
 /// A ratio image in a view, in the layout of the shader (`Ratio`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

@@ -17,8 +17,10 @@ use crate::device::Gpu;
 use crate::renderer::target::FLAT_LINEAR;
 use quadratura_base::error::Result;
 use quadratura_foliage::{InView, View, WalkOptions, Wood, WoodSpecies, in_view};
-use quadratura_projection::legend::{self, colour_of_number, linear};
-use quadratura_projection::{DisplayMode, Shot, TREE};
+use quadratura_projection::TREE;
+use quadratura_view::legend;
+use quadratura_view::legend::{colour_of_number, linear};
+use quadratura_view::{DisplayMode, Shot};
 
 /// Trees and species on the device.
 #[derive(Debug)]

@@ -23,9 +23,8 @@ use quadratura_foliage::{
     draw_shaded, finest_copy, grow, painted, painted_slabs, similarity, slab_pictures,
 };
 use quadratura_projection::relief::Relief;
-use quadratura_projection::{
-    DisplayMode, Gains, Picture, Quality, Renders, Shot, Sources, TREE, TreeMethod, shown_face,
-};
+use quadratura_projection::{Gains, Renders, Sources, TREE, shown_face};
+use quadratura_view::{DisplayMode, Picture, Quality, Shot, TreeMethod};
 
 pub(super) fn oak() -> Plant {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/oak.json");

@@ -24,7 +24,7 @@ use crate::renderer::table::GrowingBuffer;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, PixelRect};
 use quadratura_foliage::{Ball, ImageInView, InView, Tree, TreeCost, TreePace, WalkOptions, sees};
-use quadratura_projection::{Quality, Shot, TreeMethod};
+use quadratura_view::{Quality, Shot, TreeMethod};
 
 /// The trees of a view on the device.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ use wgpu::{Extent3d, Texture, TextureUsages, TextureView};
 use crate::device::Gpu;
 use crate::drawing::DEPTH;
 use quadratura_foliage::{MOST_SUN_VIEWS, SunView};
-use quadratura_projection::TreeMethod;
+use quadratura_view::TreeMethod;
 
 /// While the view moves, a map serves if its pixels are at most this factor larger than those of a new one.
 const COARSER: f64 = 1.5;

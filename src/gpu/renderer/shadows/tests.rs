@@ -20,10 +20,8 @@ use quadratura_projection::pyramid::PyramidOptions;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::surface::Surface;
 use quadratura_projection::twin::ReferenceRenderer;
-use quadratura_projection::{
-    Gains, LayerTextureId, LayerTexturePixels, Picture, Quality, Renders, Shot, Sources, TREE, Texels,
-    TreeMethod,
-};
+use quadratura_projection::{Gains, LayerTextureId, LayerTexturePixels, Renders, Sources, TREE, Texels};
+use quadratura_view::{Picture, Quality, Shot, TreeMethod};
 
 /// The side of the photo, in pixels.
 const SIDE: u32 = 64;

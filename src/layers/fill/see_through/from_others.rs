@@ -16,7 +16,7 @@ use crate::matte::Matte;
 use quadratura_base::error::Result;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::light::linear_of_srgb;
-use quadratura_projection::exposure::optics::squared_radius;
+use quadratura_view::optics::squared_radius;
 
 /// Takes the hidden texels of see-through surfaces from the mattes of other photos, each from the photo that sees it from
 /// the most similar direction. `mattes` are those of the surfaces of these regions.

@@ -13,8 +13,9 @@ use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
 use quadratura_ldi::Ldi;
 use quadratura_projection::exposure::ViewExposure;
-use quadratura_projection::srgb::Srgb;
-use quadratura_projection::{Picture, Renders, Shot, TreeMethod, shown_face};
+use quadratura_projection::{Renders, shown_face};
+use quadratura_view::srgb::Srgb;
+use quadratura_view::{Picture, Shot, TreeMethod};
 
 /// Returns an image without the billboards of a model that turn.
 pub fn without_billboards(ldi: Arc<Ldi>, model: &Model) -> Arc<Ldi> {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// How long pictures are mixed: long enough that nothing jumps, too short to look at.
 pub const FADE: Duration = Duration::from_millis(200);

@@ -5,7 +5,8 @@ use std::ops::Range;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_projection::exposure::ViewExposure;
-use quadratura_projection::{Picture, Renders, Shot, Sliced};
+use quadratura_projection::{Renders, Sliced};
+use quadratura_view::{Picture, Shot};
 
 /// Returns the rows of a picture of some width and height from the first to the last one that is needed, of which the indices of its
 /// pixels tell that; none where no row is.

@@ -22,7 +22,8 @@ use quadratura_base::task::Task;
 use quadratura_ldi::WarpOptions;
 use quadratura_ldi::cracks::closed;
 use quadratura_projection::exposure::{Shares, ViewExposure};
-use quadratura_projection::{Picture, Quality, Renders, Shot, shown_face};
+use quadratura_projection::{Renders, shown_face};
+use quadratura_view::{Picture, Quality, Shot};
 
 /// The number of photos of one image.
 const BEST: usize = 3;

@@ -6,7 +6,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_gpu::{Gpu, GpuLdi, GpuWarp};
 use quadratura_ldi::{Ldi, WarpOptions, warp};
-use quadratura_projection::{Picture, Shot};
+use quadratura_view::{Picture, Shot};
 
 /// Where views are drawn from layered depth images.
 #[derive(Debug, Clone)]

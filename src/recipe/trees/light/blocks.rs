@@ -17,7 +17,7 @@ use quadratura_foliage::{InLights, Light, Shades, SunShade, Tree, View, Wood, Wo
 use quadratura_io::mask_store::MaskStore;
 use quadratura_io::photo::read_photo;
 use quadratura_projection::Gains;
-use quadratura_projection::exposure::optics::squared_radius;
+use quadratura_view::optics::squared_radius;
 
 /// The side of a block in pixels of the photo.
 const BLOCK_PX: u32 = 8;

@@ -13,7 +13,8 @@ use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::task::Task;
 use quadratura_foliage::{Plant, Wood, WoodSpecies};
-use quadratura_projection::{Quality, Renders, Shot};
+use quadratura_projection::Renders;
+use quadratura_view::{Quality, Shot};
 
 /// A view from so near that much is drawn as polygons, along the row.
 fn near(radius: f64, middle: DVec3, quality: Quality) -> Shot {

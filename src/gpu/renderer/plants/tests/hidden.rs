@@ -16,7 +16,8 @@ use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::task::Task;
 use quadratura_foliage::{Plant, Tree, WalkOptions, Wood};
-use quadratura_projection::{Quality, Renders, Shot};
+use quadratura_projection::Renders;
+use quadratura_view::{Quality, Shot};
 
 /// A row of oaks, each so many radii behind the one before it and a little aside.
 pub fn row(plant: &Plant, count: u32, apart: f64) -> Wood {

@@ -12,7 +12,8 @@ use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::scene::{FaceId, Model};
 use quadratura_base::task::Task;
 use quadratura_foliage::{View, WalkOptions, Wood, in_view, jump};
-use quadratura_projection::{Picture, Quality, Renders, Shot, TREE, TreeMethod};
+use quadratura_projection::{Renders, TREE};
+use quadratura_view::{Picture, Quality, Shot, TreeMethod};
 
 /// One oak with images.
 fn one_oak() -> Wood {

@@ -15,7 +15,8 @@ use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_foliage::synthetic::plant_of;
 use quadratura_foliage::{Light, Material, RATIO_CELLS, RatioImage, RatiosInView, Wood};
-use quadratura_projection::{Picture, Quality, Renders, Shot};
+use quadratura_projection::Renders;
+use quadratura_view::{Picture, Quality, Shot};
 
 /// A ratio image of a photo that looks at the origin: logarithms rise from cell to cell, each channel in its own way.
 fn rising(photo: u32, eye: DVec3) -> RatioImage {

@@ -9,7 +9,8 @@ use crate::{Gpu, Renderer};
 use quadratura_base::error::Error;
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
-use quadratura_projection::{Quality, Renders, Shot, TreeMethod};
+use quadratura_projection::Renders;
+use quadratura_view::{Quality, Shot, TreeMethod};
 
 /// Pretends that a renderer's device was seen to take these seconds for each sample.
 fn takes(renderer: &mut Renderer, seconds: f64) {

@@ -9,7 +9,7 @@ use super::*;
 use crate::plants::read_plant;
 use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_foliage::{Light, View, draw};
-use quadratura_projection::Picture;
+use quadratura_view::Picture;
 
 /// A quad of a leaf as two triangles: position, and place in the picture. Numbers fit into 32 bits.
 const LEAF: [[f32; 5]; 4] =

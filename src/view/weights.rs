@@ -31,7 +31,7 @@ pub struct Claim {
     pub border: f64,
     /// The confidence of the filtered texel, 0 to 1.
     pub confidence: f64,
-    /// How far other photos confirm the texel, above 0 to 1 ([`super::agreement`]).
+    /// How far other photos confirm the texel, above 0 to 1 (`agreement`).
     pub agreement: f64,
 }
 

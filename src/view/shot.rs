@@ -65,7 +65,7 @@ pub struct Blend {
     pub photos: u32,
     /// The weight of the resolution penalty, in radians per octave of missing resolution.
     pub lambda: f64,
-    /// True when photos count less where others contradict them ([`super::agreement`]).
+    /// True when photos count less where others contradict them (`agreement`).
     pub agreement: bool,
     /// True when contradicted texels count less in their photo's own camera, too, so that it shows what the others show
     /// there. It has no effect without [`Self::agreement`].
@@ -141,7 +141,7 @@ pub enum DisplayMode {
     Density,
     /// The largest confidence among the contributing photos.
     Confidence,
-    /// How far other photos confirm the photo that would be best if agreement did not count ([`super::agreement`]).
+    /// How far other photos confirm the photo that would be best if agreement did not count (`agreement`).
     Agreement,
     /// An identifying colour per image layer, that of the best photo.
     Layer,
@@ -174,7 +174,7 @@ pub enum Unseen {
     /// Surfaces are left empty, the surroundings continue: for work on the photos.
     #[default]
     Marked,
-    /// Surfaces continue, too ([`super::continuation`]): for final pictures.
+    /// Surfaces continue, too (`continuation`): for final pictures.
     Continued,
     /// Nothing: surfaces and surroundings are left empty.
     Empty,
@@ -183,7 +183,7 @@ pub enum Unseen {
 /// The exposure of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Exposure {
-    /// As the site's rule says, which is decided by leaving photos out ([`super::exposure::ExposureRule`]).
+    /// As the site's rule says, which is decided by leaving photos out (`exposure::ExposureRule`).
     #[default]
     Decided,
     /// The blend of the photos' gains by their part in the view; a photo's own camera has the photo's
@@ -197,7 +197,7 @@ pub enum Exposure {
     /// The exposure of one photo, for any camera.
     Of(PhotoId),
     /// The exposure that the view's camera wrote down, as a natural logarithm, where those of the photos suit views
-    /// ([`super::exposure::CameraExposures`]); otherwise as the site's rule says.
+    /// (`exposure::CameraExposures`); otherwise as the site's rule says.
     AsTaken(f64),
     /// The photos unchanged, with their different exposures.
     Raw,
@@ -220,7 +220,7 @@ pub struct Shot {
     pub exposure: Exposure,
     /// True when surfaces are displayed with their relief, false when flat as modelled.
     pub relief: bool,
-    /// True when the back sides of faces ([`super::sides`]) are visible like all others, false when they are
+    /// True when the back sides of faces (`sides`) are visible like all others, false when they are
     /// culled.
     pub backs: bool,
     /// Photos that must not take part, such as those that are to be predicted.
@@ -234,7 +234,7 @@ pub struct Shot {
     pub trees_within: Option<Duration>,
     /// True when the photos' surroundings are drawn where no face is, false when nothing is.
     pub surroundings: bool,
-    /// True when the image is drawn in linear light, with more than 8 bits a channel, for [`super::Renders::linear_picture`].
+    /// True when the image is drawn in linear light, with more than 8 bits a channel, for `Renders::linear_picture`.
     pub linear: bool,
     /// True when the image is drawn as finely as the photos show what is in it, and reduced: a pixel is the mean of what the
     /// photos show in it. Renderers with one sample per pixel ignore it.

@@ -41,7 +41,7 @@ impl Culling<'_> {
 /// The faces that a ray or a picture skips.
 #[derive(Debug, Clone, Copy)]
 pub struct Culling<'a> {
-    /// True when back sides of faces ([`super::sides`]) are visible like all others.
+    /// True when back sides of faces (`sides`) are visible like all others.
     pub backs: bool,
     /// The faces that are left out.
     pub hidden: &'a HiddenFaces,
