@@ -54,7 +54,7 @@
 #[doc(inline)]
 pub use quadratura_document::Project;
 #[doc(inline)]
-pub use quadratura_io::lock::ProjectLock;
+pub use quadratura_files::lock::ProjectLock;
 #[doc(inline)]
 pub use quadratura_io::project::{change_project, read_project, write_project};
 #[doc(inline)]

@@ -6,6 +6,7 @@
 pub use quadratura_app as app;
 pub use quadratura_base::{geometry, raster, scene};
 pub use quadratura_document as document;
+pub use quadratura_files as files;
 pub use quadratura_foliage as foliage;
 pub use quadratura_gpu as gpu;
 pub use quadratura_io as io;

@@ -14,9 +14,9 @@ use crate::words::{command_for_project, error_text};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
+use quadratura_files::writable::check_folder;
 use quadratura_gpu::{Gpu, GpuRasteriser};
 use quadratura_io::project::write_project;
-use quadratura_io::writable::check_folder;
 use quadratura_recipe::check::fix::realigned;
 use quadratura_recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use quadratura_recipe::check::{

@@ -5,7 +5,7 @@ use std::panic::PanicHookInfo;
 
 #[cfg(feature = "gui")]
 use quadratura_app::crash::is_of_display;
-use quadratura_io::guarded::is_decoding;
+use quadratura_files::guarded::is_decoding;
 
 /// Replaces the message of a panic by one that says what to do. With `RUST_BACKTRACE` set the standard
 /// message follows.

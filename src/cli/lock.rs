@@ -6,7 +6,7 @@ use std::time::Duration;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
-use quadratura_io::lock::{ProjectLock, is_update};
+use quadratura_files::lock::{ProjectLock, is_update};
 use quadratura_io::project::read_project;
 
 /// The time between attempts while `update` works on a photo; shorter than the gap that it leaves between photos.

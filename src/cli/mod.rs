@@ -17,9 +17,9 @@ use serde_json::{Value, json};
 use self::words::{about_project, error_text, worded};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_io::atomic::{is_stream, write_atomically};
-use quadratura_io::lock::introduce;
-use quadratura_io::writable::check_file;
+use quadratura_files::atomic::{is_stream, write_atomically};
+use quadratura_files::lock::introduce;
+use quadratura_files::writable::check_file;
 
 pub mod args;
 mod build;

@@ -7,10 +7,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::atomic::write_atomically;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Spans;
 use quadratura_base::scene::FaceId;
+use quadratura_files::atomic::write_atomically;
 use quadratura_layers::agreement::{PhotoEvidence, Thing};
 use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
 

@@ -6,12 +6,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::atomic::{link_atomically, write_atomically};
-use super::hash::{hash_bytes, hash_file};
 use super::layered::Raster;
 use super::layered::png::{read_rgba, write_rgba};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::export_record::Baseline;
+use quadratura_files::atomic::{link_atomically, write_atomically};
+use quadratura_files::hash::{hash_bytes, hash_file};
 
 /// The folder `exports/pixels/`.
 #[derive(Debug, Clone)]
@@ -95,7 +95,7 @@ impl Baselines {
         if !self.folder.is_dir() {
             return Ok(());
         }
-        super::atomic::remove_leftovers(&self.folder)?;
+        quadratura_files::atomic::remove_leftovers(&self.folder)?;
         for entry in fs::read_dir(&self.folder).map_err(Error::io(&self.folder, "read the folder"))? {
             let path = entry.map_err(Error::io(&self.folder, "read the folder"))?.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

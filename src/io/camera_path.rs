@@ -5,11 +5,11 @@ use std::path::Path;
 use glam::DVec3;
 use serde_json::Value;
 
-use super::atomic::write_atomically;
-use super::foreign_json::{first_no_number, parse_foreign_json};
-use super::json::{in_words, read_limited, to_json};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::camera_path::CameraPath;
+use quadratura_files::atomic::write_atomically;
+use quadratura_files::foreign_json::{first_no_number, parse_foreign_json};
+use quadratura_files::json::{in_words, read_limited, to_json};
 use quadratura_view::flight::Flight;
 
 const LARGEST_PATH: u64 = 16 << 20;

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use super::layered::KEY_FILE;
 use super::layered::format::extensions;
 use super::project::PROJECT_FILE;
-use super::stamp::Stamp;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::stamp::Stamp;
 
 /// Sub-folders are searched down to this depth; exports are never nested that deeply.
 const DEEPEST: usize = 16;

@@ -6,12 +6,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::atomic::write_atomically;
 use super::baselines::Baselines;
-use super::hash::hash_file;
-use super::json::{read_json, to_json};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::export_record::{ExportRecord, ExportedFile, RECORD_VERSION};
+use quadratura_files::atomic::write_atomically;
+use quadratura_files::hash::hash_file;
+use quadratura_files::json::{read_json, to_json};
 
 /// The pixels of this many exports of each photo are kept. Each is linked from a stack as long as the stack
 /// exists; files that were exported earlier have to be exported again before they can be painted on.
@@ -161,7 +161,7 @@ mod tests {
     fn record(key: &str, photo: &str, files: &[(&str, &str)]) -> ExportRecord {
         let file = |&(name, content): &(&str, &str)| ExportedFile {
             name: name.into(),
-            hash: crate::hash::hash_bytes(content.as_bytes()),
+            hash: quadratura_files::hash::hash_bytes(content.as_bytes()),
         };
         ExportRecord {
             version: RECORD_VERSION,

@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::atomic::{remove_leftovers, write_atomically};
-use super::json::{read_json, to_json};
 use super::paint_store::{PaintStore, UNFINISHED};
 use super::project::{below, relative_to};
-use super::stamp::Stamp;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::{remove_leftovers, write_atomically};
+use quadratura_files::json::{read_json, to_json};
+use quadratura_files::stamp::Stamp;
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 1;

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::atomic::write_atomically;
-use super::json::to_json;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::write_atomically;
+use quadratura_files::json::to_json;
 
 /// The number of recent projects that are kept.
 const MOST_RECENT: usize = 12;

@@ -13,12 +13,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::atomic::{remove_leftovers, write_atomically};
-use super::hash::{hash_bytes, hash_file};
 use super::mask_file::{mask_png, read_mask};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Spans;
 use quadratura_document::names::file_name_of_photo;
+use quadratura_files::atomic::{remove_leftovers, write_atomically};
+use quadratura_files::hash::{hash_bytes, hash_file};
 
 /// Number of hexadecimal digits of the hash in a file's name.
 const DIGITS: usize = 12;

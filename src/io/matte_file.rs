@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 use serde::{Deserialize, Serialize};
 
-use super::atomic::write_atomically;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Image;
 use quadratura_document::names::file_name_of_photo;
+use quadratura_files::atomic::write_atomically;
 use quadratura_layers::matte::{Known, Matte};
 
 /// The version that this program writes; it reads no other.

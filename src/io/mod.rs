@@ -2,8 +2,6 @@
 //! format has a file or a folder of its own.
 
 pub mod agreement_file;
-pub mod atomic;
-pub mod base64;
 pub mod baselines;
 pub mod camera_path;
 pub mod cameras;
@@ -13,14 +11,8 @@ pub mod documents;
 pub mod dome_picture;
 pub mod exports;
 pub mod film;
-pub mod foreign_json;
-pub mod free_path;
-pub mod guarded;
-pub mod hash;
 pub mod import_ledger;
 mod in_use;
-pub mod inbox;
-pub mod json;
 pub mod known_projects;
 pub mod layer_png;
 pub mod layer_reader;
@@ -29,14 +21,12 @@ pub mod ldi_file;
 pub mod ldi_layers;
 pub mod ldi_mesh;
 pub mod ldi_page;
-pub mod lock;
 pub mod mask_file;
 pub mod mask_store;
 pub mod matte_file;
 pub mod models;
 #[cfg(test)]
 mod mutated;
-pub mod named_file;
 pub mod overlay;
 pub mod paint_store;
 pub mod photo;
@@ -53,15 +43,12 @@ pub mod relief_file;
 pub mod stack_files;
 pub mod stack_readers;
 pub mod stack_store;
-pub mod stamp;
 pub mod stroke_file;
 pub mod surroundings_file;
-pub mod text;
 pub mod thumbnails;
 pub mod tree_list;
 pub mod tree_paint;
 pub mod watch;
-pub mod writable;
 
 #[cfg(test)]
 #[path = "../../tests/common/left_out.rs"]

@@ -6,9 +6,9 @@ use glam::DVec2;
 use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
 
-use super::atomic::write_atomically;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{PhotoPixels, Samples};
+use quadratura_files::atomic::write_atomically;
 use quadratura_view::Picture;
 
 /// How lines are drawn: with a dark seam on both sides, which keeps them readable on a light background.

@@ -19,10 +19,7 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::atomic::{remove_leftovers, write_atomically, write_atomically_with};
-use super::hash::{hash_bytes, hash_file};
 use super::in_use::{self, one_name};
-use super::json::{read_json, to_json};
 use super::layered::Raster;
 use super::layered::png::{read_rgba_as_stored, write_rgba};
 use super::project::below;
@@ -31,6 +28,9 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::Samples;
 use quadratura_document::names::file_name_of_photo;
 use quadratura_document::paint::{PAINT_VERSION, PaintBook, PaintEntry, PaintPatch};
+use quadratura_files::atomic::{remove_leftovers, write_atomically, write_atomically_with};
+use quadratura_files::hash::{hash_bytes, hash_file};
+use quadratura_files::json::{read_json, to_json};
 
 const BOOK: &str = "paint.json";
 /// Name of the file that lists the files of an unfinished import, one per line, as the book would name them.

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::text::{lines_of, not_utf16};
 use quadratura_base::error::{Error, Result};
+use quadratura_files::text::{lines_of, not_utf16};
 
 const LARGEST_LIST: u64 = 16 << 20;
 

@@ -13,10 +13,10 @@ use exr::prelude::{
     LayerAttributes, LineOrder, MetaData, SmallVec, Text, Vec2, WritableImage, f16,
 };
 
-use super::atomic::write_atomically;
-use super::hash::hash_bytes;
 use super::picture_png::{MADE_BY, MOST_BYTES, WrittenPicture, place};
 use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::write_atomically;
+use quadratura_files::hash::hash_bytes;
 use quadratura_view::LinearPicture;
 
 /// The extension of the files.

@@ -5,13 +5,13 @@ use std::sync::{Mutex, PoisonError};
 
 use serde::Deserialize;
 
-use super::atomic::write_atomically;
-use super::json::{read_json, to_json};
-use super::lock::LOCK_FILE;
-use super::named_file::NamedFiles;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_document::project::PROJECT_VERSION;
 use quadratura_document::{Bookmark, CameraPath, Project};
+use quadratura_files::atomic::write_atomically;
+use quadratura_files::json::{read_json, to_json};
+use quadratura_files::lock::LOCK_FILE;
+use quadratura_files::named_file::NamedFiles;
 
 /// The name of the project's file in the project folder.
 pub const PROJECT_FILE: &str = "project.json";

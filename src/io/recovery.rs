@@ -8,13 +8,13 @@ use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
-use super::atomic::{sync_folder, write_atomically};
-use super::hash::hash_file;
-use super::json::{read_json, to_json};
 pub use super::project::UNSAVED_FILE;
 use super::project::{PROJECT_FILE, judged};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::Project;
+use quadratura_files::atomic::{sync_folder, write_atomically};
+use quadratura_files::hash::hash_file;
+use quadratura_files::json::{read_json, to_json};
 
 const LARGEST: u64 = 16 << 20;
 const REMEDY: &str = "remove the file if you do not need the unsaved changes";

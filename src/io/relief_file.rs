@@ -8,9 +8,9 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::atomic::write_atomically;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::polygon::PlaneFrame;
+use quadratura_files::atomic::write_atomically;
 use quadratura_projection::relief::{FaceRelief, Relief};
 
 /// The version that this program writes; it reads no other.

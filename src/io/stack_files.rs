@@ -8,9 +8,9 @@ use std::time::UNIX_EPOCH;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::hash::{hash_bytes, hash_file};
-use super::json::{read_json, to_json};
 use quadratura_base::error::{Error, Result};
+use quadratura_files::hash::{hash_bytes, hash_file};
+use quadratura_files::json::{read_json, to_json};
 
 /// The name of the record in the folder that it describes.
 pub const RECORD: &str = "files.json";

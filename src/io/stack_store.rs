@@ -22,11 +22,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::atomic::{remove_leftovers, sync_folder, write_atomically};
-use super::hash::{hash_bytes, hash_file};
 use super::in_use::{self, one_name};
-use super::inbox::{copy_to_inbox, move_to_inbox};
-use super::json::{read_json, to_json};
 use super::stack_files::{FileState, FileTimes, RECORD, StackFiles, is_version, names_in};
 use super::stack_readers::{are_read, are_read_by_others};
 use quadratura_base::error::{Error, Remedy, Result};
@@ -34,6 +30,10 @@ use quadratura_document::names::{file_name_of_photo, photo_of_file_name};
 use quadratura_document::stack::LayerFill;
 use quadratura_document::stack::STACK_VERSION;
 use quadratura_document::{FilesInUse, ImageLayer, Stack};
+use quadratura_files::atomic::{remove_leftovers, sync_folder, write_atomically};
+use quadratura_files::hash::{hash_bytes, hash_file};
+use quadratura_files::inbox::{copy_to_inbox, move_to_inbox};
+use quadratura_files::json::{read_json, to_json};
 
 const STACK_FILE: &str = "stack.json";
 const UNFINISHED: &str = "+new-";
@@ -44,7 +44,7 @@ const REMEDY: (&str, Remedy, &str) = ("run ", Remedy::Build, " to make it again"
 pub const DESKTOP_FILES: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 
 /// The stacks of a project on disk. Reading needs no lock; writers must hold the project's lock
-/// ([`super::lock::ProjectLock`]).
+/// ([`quadratura_files::lock::ProjectLock`]).
 #[derive(Debug, Clone)]
 pub struct StackStore {
     project: PathBuf,

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::json::read_json;
 use quadratura_base::error::{Error, Result};
 use quadratura_document::stroke::Stroke;
+use quadratura_files::json::read_json;
 
 const LARGEST_STROKE: u64 = 64 << 20;
 const REMEDY: &str = "correct it; docs/formats.md describes brush strokes";

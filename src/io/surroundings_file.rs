@@ -12,9 +12,9 @@ use std::path::Path;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 use serde::{Deserialize, Serialize};
 
-use super::atomic::write_atomically;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::FaceId;
+use quadratura_files::atomic::write_atomically;
 use quadratura_projection::dome::{BRIGHTEST, Dome, SIDES};
 use quadratura_projection::exposure::surroundings::{GRID, SurroundingsFactors};
 use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};

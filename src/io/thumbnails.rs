@@ -8,9 +8,9 @@ use std::time::UNIX_EPOCH;
 
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 
-use super::atomic::write_atomically_with;
 use quadratura_base::error::{Error, Result};
 use quadratura_document::names::file_name_of_photo;
+use quadratura_files::atomic::write_atomically_with;
 use quadratura_view::Picture;
 
 /// Keyword of the text chunk that holds the photo's stamp.

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use csv::{ReaderBuilder, Trim};
 
-use crate::text::{line_ends, lines_of, not_utf16};
 use quadratura_base::error::{Error, Result};
+use quadratura_files::text::{line_ends, lines_of, not_utf16};
 
 /// The largest list that is read, in bytes: some million trees.
 const LARGEST_LIST: u64 = 256 << 20;

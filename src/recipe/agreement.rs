@@ -15,8 +15,8 @@ use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
 use quadratura_base::task::Task;
 use quadratura_document::{Decisions, Stack};
+use quadratura_files::hash::hash_bytes;
 use quadratura_io::agreement_file::{read_agreement, write_agreement};
-use quadratura_io::hash::hash_bytes;
 use quadratura_io::photo::read_unmasked;
 use quadratura_io::reference::reference;
 use quadratura_layers::agreement::{

@@ -8,8 +8,8 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::trees::PlantSource;
-use quadratura_io::atomic::create_folder_with;
-use quadratura_io::lock::LOCK_FILE;
+use quadratura_files::atomic::create_folder_with;
+use quadratura_files::lock::LOCK_FILE;
 use quadratura_io::project::{PROJECT_FILE, UNSAVED_FILE, below, check_is_empty, relative_to, write_project};
 
 /// The entries of a project's folder that a copy does not have: what is made anew, and what belongs to the open project.

@@ -19,10 +19,10 @@ use quadratura_base::raster::bilinear::Clamped;
 use quadratura_base::scene::{Photo, Site};
 use quadratura_base::task::Task;
 use quadratura_document::{Project, Stack, SurroundingsPicture};
+use quadratura_files::writable::check_beside;
 use quadratura_io::dome_picture::{is_writable, read_dome_picture, recorded_middle, write_dome_picture};
 use quadratura_io::project::{relative_to, resolved};
 use quadratura_io::stack_store::StackStore;
-use quadratura_io::writable::check_beside;
 use quadratura_projection::dome::{CubeMap, Dome, DomeFrame};
 
 /// The number of samples along both sides of a texel of the dome: pictures may be several times as fine.

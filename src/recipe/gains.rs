@@ -13,9 +13,9 @@ use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::{ColourDecisions, Stack};
-use quadratura_io::atomic::write_atomically;
-use quadratura_io::hash::hash_bytes;
-use quadratura_io::json::{read_json, to_json};
+use quadratura_files::atomic::write_atomically;
+use quadratura_files::hash::hash_bytes;
+use quadratura_files::json::{read_json, to_json};
 use quadratura_io::photo::read_unmasked;
 use quadratura_projection::exposure::patch::patch_colour;
 use quadratura_projection::exposure::{

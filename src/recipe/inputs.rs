@@ -10,7 +10,7 @@ use quadratura_base::scene::builder::says_backdrop;
 use quadratura_base::scene::impostor::Impostor;
 use quadratura_base::scene::{Model, Photo};
 use quadratura_document::Decisions;
-use quadratura_io::hash::hash_file;
+use quadratura_files::hash::hash_file;
 use quadratura_layers::{BoxShape, Method, ObjectOptions, Options};
 
 /// A counter of changes in what a build makes from the same inputs.

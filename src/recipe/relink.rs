@@ -8,7 +8,7 @@ use super::discover::{SitePart, SiteParts};
 use super::open::Opened;
 use quadratura_base::error::{Error, Result};
 use quadratura_document::Project;
-use quadratura_io::atomic::write_atomically_with;
+use quadratura_files::atomic::write_atomically_with;
 use quadratura_io::cameras::check_exists;
 use quadratura_io::project::{read_project, relative_to, write_project};
 

@@ -8,7 +8,7 @@ use super::discover::first_folder;
 use super::open::Opened;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_io::atomic::{create_folder_with, write_atomically};
+use quadratura_files::atomic::{create_folder_with, write_atomically};
 use quadratura_io::project::PROJECT_FILE;
 use quadratura_io::project::check_is_empty;
 

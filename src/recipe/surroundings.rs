@@ -25,7 +25,7 @@ use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_document::paint::{PaintBook, PaintEntry};
-use quadratura_io::hash::hash_bytes;
+use quadratura_files::hash::hash_bytes;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_io::surroundings_file::{ComparedSurroundings, read_surroundings, write_surroundings};

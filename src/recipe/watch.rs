@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 use super::import::{ImportOptions, Imported, LayerCache, import};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
+use quadratura_files::hash::hash_file;
+use quadratura_files::lock::ProjectLock;
+use quadratura_files::stamp::Stamp;
 use quadratura_io::documents::documents;
 use quadratura_io::exports::ExportStore;
-use quadratura_io::hash::hash_file;
 use quadratura_io::import_ledger::ImportLedger;
-use quadratura_io::lock::ProjectLock;
-use quadratura_io::stamp::Stamp;
 use quadratura_io::watch::FolderWatch;
 
 /// The time for which a file has to stay unchanged, and be readable to its end, to be complete. Most editors rename

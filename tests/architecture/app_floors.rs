@@ -165,7 +165,7 @@ fn an_arrow_up_in_the_window_is_found_and_one_down_is_fine() {
     assert_eq!(file("app/command/file.rs", "use super::super::panel::counted;"), 1);
     assert_eq!(file("app/work/jobs.rs", "use crate::panel::x; use super::waker::Waker;"), 1);
     assert_eq!(file("app/panel/menu.rs", "use super::row; use crate::{state::State, widget::dialog};"), 0);
-    assert_eq!(file("app/action/mod.rs", "use super::work::Work; use quadratura_io::lock;"), 0);
+    assert_eq!(file("app/action/mod.rs", "use super::work::Work; use quadratura::testing::files::lock;"), 0);
     assert_eq!(file("app/shell/editor.rs", "use crate::{action::apply, work::Work, panel};"), 0);
 }
 
@@ -174,7 +174,7 @@ fn files_that_import_each_other_are_a_circle() {
     let sources = [
         Source::new("app/a.rs", "use super::b::B;"),
         Source::new("app/b/mod.rs", "use self::c::C;"),
-        Source::new("app/b/c.rs", "use crate::a::A; use quadratura_io::lock;"),
+        Source::new("app/b/c.rs", "use crate::a::A; use quadratura::testing::files::lock;"),
         Source::new("app/d.rs", "use super::a::A;"),
     ];
     assert_eq!(largest_circle(&sources), ["app/a.rs", "app/b/c.rs", "app/b/mod.rs"]);

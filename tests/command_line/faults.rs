@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use quadratura::testing::io::lock::ProjectLock;
+use quadratura::testing::files::lock::ProjectLock;
 
 use super::common::adapter;
 use super::site::{PHOTOS, Site, json_of, stderr_of, stdout_of, whole_stacks};

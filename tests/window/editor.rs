@@ -16,7 +16,7 @@ use quadratura::testing::app::command;
 use quadratura::testing::app::command::words::worded;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
-use quadratura::testing::io::lock::ProjectLock;
+use quadratura::testing::files::lock::ProjectLock;
 use quadratura::testing::io::project::read_project;
 use quadratura::testing::layers::LayerIndex;
 use quadratura::testing::scene::PhotoId;

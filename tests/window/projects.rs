@@ -15,8 +15,8 @@ use quadratura::testing::app::ask::{DecideAsk, ProjectAsk};
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::running::JobKind;
 use quadratura::testing::document::Project;
+use quadratura::testing::files::lock::ProjectLock;
 use quadratura::testing::geometry::Similarity;
-use quadratura::testing::io::lock::ProjectLock;
 use quadratura::testing::io::project::read_project;
 
 #[derive(Debug)]

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use super::waker::Waker;
 use quadratura_base::error::Result;
 use quadratura_document::Project;
-use quadratura_io::lock::ProjectLock;
+use quadratura_files::lock::ProjectLock;
 use quadratura_io::recovery::{UNSAVED_FILE, forget_unsaved, write_unsaved};
 
 /// The autosave of one project.

@@ -8,8 +8,8 @@ use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use quadratura_io::atomic::write_atomically;
-use quadratura_io::guarded::is_decoding;
+use quadratura_files::atomic::write_atomically;
+use quadratura_files::guarded::is_decoding;
 
 thread_local! {
     /// The last panic of this thread, and the path of its report.

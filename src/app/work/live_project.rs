@@ -12,7 +12,7 @@ use crate::state::session::Session;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
-use quadratura_io::lock::ProjectLock;
+use quadratura_files::lock::ProjectLock;
 use quadratura_recipe::open::Opened;
 use quadratura_recipe::site_stamp::SiteStamp;
 use quadratura_recipe::update::UpdateSource;

@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 
 use crate::view_args::{parse_fps, parse_scale, parse_size};
 use quadratura_base::error::Result;
+use quadratura_files::writable::{check_file, check_folder};
 use quadratura_io::film;
-use quadratura_io::writable::{check_file, check_folder};
 use quadratura_recipe::render::PictureFormat;
 
 /// Where pictures are written, how large they are, and whether they become a video.

@@ -9,8 +9,8 @@ use crate::table::Table;
 use crate::words::worded;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
+use quadratura_files::writable::check_folder;
 use quadratura_io::project::read_project;
-use quadratura_io::writable::check_folder;
 use quadratura_recipe::trees::baked::{BakeRequest, BakedSpecies, baked};
 
 /// Runs `tree bake`: makes the images of species that have none, or of all.

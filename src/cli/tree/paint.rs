@@ -14,8 +14,8 @@ use crate::words::{command_for_project, error_text};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_document::tree_paint::TreeImport;
+use quadratura_files::writable::check_folder;
 use quadratura_io::project::below;
-use quadratura_io::writable::check_folder;
 use quadratura_recipe::import::report::FileReport;
 use quadratura_recipe::trees::paint::{
     TreeExportOptions, TreeImportOptions, TreeImported, export_species, import_tree_paint,

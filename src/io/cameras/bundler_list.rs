@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use super::format::ReconstructionFiles;
 use super::lines::LineReader;
 use super::locate::beginning;
-use crate::text::lines_of;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::alike;
 use quadratura_base::task::Task;
+use quadratura_files::text::lines_of;
 
 /// The endings of files that may be lists.
 const ENDINGS: [&str; 3] = ["txt", "lst", "list"];

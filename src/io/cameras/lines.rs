@@ -5,9 +5,9 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use crate::text::{BYTE_ORDER_MARK, Lines, not_utf16};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
+use quadratura_files::text::{BYTE_ORDER_MARK, Lines, not_utf16};
 
 /// The longest line in bytes: a photo with over a million keypoints. A file without line ends must
 /// not fill the memory.

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::format::{CameraFormat, FormatId, ReconstructionFiles, formats};
 use super::photo_name::short;
-use crate::text::{lines_of, not_utf16};
 use quadratura_base::error::{Error, Result};
+use quadratura_files::text::{lines_of, not_utf16};
 
 /// A reconstruction that was found.
 pub(super) struct Located {

@@ -7,11 +7,11 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::guarded::guarded;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pinhole, Pose};
 use quadratura_base::scene::SparsePoint;
 use quadratura_base::task::Task;
+use quadratura_files::guarded::guarded;
 
 mod assembly;
 mod binary;

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::Objection;
 use super::photo_paths::PhotoPath;
-use crate::named_file::NamedFiles;
 use crate::photo::{Match, PhotoFolder, picture_size};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
+use quadratura_files::named_file::NamedFiles;
 
 /// The source of sizes.
 #[derive(Debug, Clone, Copy)]

@@ -17,11 +17,11 @@ use super::locate::{beginning, has_name, recognised};
 use super::photo_paths::photo_paths;
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
 use super::transforms_lens::{Fields, camera};
-use crate::foreign_json::{no_number, parse_foreign_json, text_of};
-use crate::text::{BYTE_ORDER_MARK, SAVE_AS_UTF8, not_utf16};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pose;
 use quadratura_base::task::Task;
+use quadratura_files::foreign_json::{no_number, parse_foreign_json, text_of};
+use quadratura_files::text::{BYTE_ORDER_MARK, SAVE_AS_UTF8, not_utf16};
 
 /// The format.
 pub(super) struct Transforms;

@@ -8,16 +8,16 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::cameras::{Cameras, read_cameras};
-use crate::foreign_json::{no_number, read_foreign_json};
-use crate::json::in_words;
 use crate::ldi_file::{LdiCamera, wrong_camera};
-use crate::named_file::NamedFiles;
 use crate::photo::picture_size;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::SparsePoint;
 use quadratura_base::scene::alike;
 use quadratura_base::task::Task;
+use quadratura_files::foreign_json::{no_number, read_foreign_json};
+use quadratura_files::json::in_words;
+use quadratura_files::named_file::NamedFiles;
 use quadratura_ldi::layout::LONGEST_SIDE;
 
 /// The only version of the list.

@@ -16,8 +16,8 @@ use std::path::Path;
 
 pub use self::list::{DepthEntry, DepthKind, DepthList, read_list};
 use self::source::Source;
-use crate::guarded::guarded;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::guarded::guarded;
 
 /// The numbers of a depth image, as its file has them.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use super::VideoFormat;
-use crate::atomic::AtomicFile;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::AtomicFile;
 
 /// Encoder options for each kind of file: small, and playable everywhere.
 const ENCODERS: [(&str, &[&str]); 4] = [

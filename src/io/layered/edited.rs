@@ -10,12 +10,12 @@ use super::depth::Depth;
 use super::grey::Grey;
 use super::raster::Raster;
 use super::read::SAVE_AGAIN;
-use crate::guarded::{file_being_decoded, guarded};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::in_8_bits;
 use quadratura_base::scene::light::linear_of_srgb;
 use quadratura_document::export_record::ExportFormat;
+use quadratura_files::guarded::{file_being_decoded, guarded};
 
 /// The content of a layered file.
 #[derive(Debug)]

@@ -8,8 +8,8 @@ use super::edited::EditedDocument;
 use super::format::{file_names, formats};
 use super::{KEY_FILE, folder};
 use crate::documents::is_document;
-use crate::guarded::guarded;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::guarded::guarded;
 
 /// Reads a layered image: a PSD or PSB, an XCF, an OpenRaster file, or an exported folder (or the
 /// `stack.json` in it). Pixels stay in the file until they are requested; if the file is rewritten meanwhile,

@@ -10,8 +10,8 @@ use super::fault::{Checked, Fault, ensure};
 use super::header::LdiHeader;
 use super::set_header::SET_FORMAT;
 use super::short_hash;
-use crate::json::parse_json;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::json::parse_json;
 
 /// The size of the longest first line, with its line feed, in bytes.
 pub(super) const LONGEST_LINE: usize = 16 << 20;

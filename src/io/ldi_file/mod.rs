@@ -31,9 +31,9 @@ pub use self::read::{
 pub use self::set::{LdiFile, PackedSet, read_ldi_set};
 pub use self::set_header::{MOST_IMAGES, SET_FORMAT, SET_VERSION};
 pub use self::write::write_ldi;
-use super::hash::hash_bytes;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
+use quadratura_files::hash::hash_bytes;
 
 /// The number of hexadecimal digits of a hash in the file.
 pub const HASH_DIGITS: usize = 16;

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::NEAREST;
-use crate::hash::hash_bytes;
-use crate::json::to_json;
 use crate::ldi_file::{LdiCamera, SurfaceEntry};
 use quadratura_base::geometry::PixelRect;
+use quadratura_files::hash::hash_bytes;
+use quadratura_files::json::to_json;
 use quadratura_ldi::{Ldi, LdiReport};
 
 /// What `format` says.

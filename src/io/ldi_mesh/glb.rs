@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
-use crate::atomic::write_atomically_with;
-use crate::free_path::{FreePath, free_path};
-use crate::hash::hash_bytes;
 use crate::ldi_page::pictures::{jpeg, rgba_png};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_files::atomic::write_atomically_with;
+use quadratura_files::free_path::{FreePath, free_path};
+use quadratura_files::hash::hash_bytes;
 use quadratura_ldi::segments::{Atlas, Piece, Segments, Vertex};
 
 #[cfg(test)]

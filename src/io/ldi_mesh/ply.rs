@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::atomic::AtomicFile;
-use crate::free_path::free_path;
-use crate::hash::Hashing;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::AtomicFile;
+use quadratura_files::free_path::free_path;
+use quadratura_files::hash::Hashing;
 use quadratura_ldi::spacing::normal_of;
 use quadratura_ldi::{Ldi, Level};
 

@@ -13,9 +13,9 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use self::pictures::{jpeg, rims, small_jpeg};
-use super::base64::to_base64;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pinhole;
+use quadratura_files::base64::to_base64;
 use quadratura_ldi::lean::{SafeRegion, Window};
 use quadratura_ldi::segments::Segments;
 use quadratura_view::Picture;

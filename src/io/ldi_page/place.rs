@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::atomic::create_folder_with;
-use crate::free_path::{FreePath, free_path};
-use crate::hash::hash_bytes;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::create_folder_with;
+use quadratura_files::free_path::{FreePath, free_path};
+use quadratura_files::hash::hash_bytes;
 
 /// The file that lists the others with their hashes.
 pub(super) const MANIFEST: &str = "quadratura-page.json";

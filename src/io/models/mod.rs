@@ -12,10 +12,10 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-use crate::guarded::guarded;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{Model, ModelBuilder};
 use quadratura_base::task::Task;
+use quadratura_files::guarded::guarded;
 
 pub(crate) use limits::check_file_size;
 pub use limits::{LARGEST_FILE, MOST_CORNERS};

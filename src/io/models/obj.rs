@@ -27,11 +27,11 @@ use glam::DVec3;
 
 use self::names::Names;
 use super::limits::{check_count, check_position};
-use crate::text::{BYTE_ORDER_MARK, Lines, is_no_number, not_utf16};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::builder::says_billboard;
 use quadratura_base::scene::{ModelBuilder, ObjectId};
 use quadratura_base::task::Task;
+use quadratura_files::text::{BYTE_ORDER_MARK, Lines, is_no_number, not_utf16};
 
 /// Maximum length of a line with its continuations in bytes: a face of a million corners.
 const LONGEST_LINE: usize = 8 << 20;

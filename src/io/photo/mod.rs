@@ -11,9 +11,9 @@ use std::path::Path;
 use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use crate::guarded::guarded;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{CameraExposure, PhotoPixels, Samples};
+use quadratura_files::guarded::guarded;
 
 mod exif;
 mod folder;

@@ -11,13 +11,13 @@ use std::path::Path;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info};
 
 use super::read_photo;
-use crate::atomic::write_atomically_with;
-use crate::hash::{hash_bytes, hash_file};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Undistortion;
 use quadratura_base::scene::PhotoPixels;
 use quadratura_base::scene::resample::undistorted;
 use quadratura_base::task::Task;
+use quadratura_files::atomic::write_atomically_with;
+use quadratura_files::hash::{hash_bytes, hash_file};
 
 /// The method's name and version; it changes when the same photo and lens would give other pixels.
 const METHOD: &str = "lanczos3 1";

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use crate::hash::Hashing;
+use quadratura_files::hash::Hashing;
 use quadratura_foliage::{Corner, Material, PaintAt, PaintField, PaintPoint, Plant, Shape, Wrap};
 
 /// Is changed when the same plant gives other images.

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::REMEDY;
 use super::deflated::{Fault, deflated, first_line, inflated};
-use crate::atomic::write_atomically;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::write_atomically;
 use quadratura_foliage::{MBuffer, MSample, NormalCode};
 
 /// The value of `format`.

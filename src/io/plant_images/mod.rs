@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 pub use self::inputs::{images_hash, plant_hash};
 pub use self::mbuffer::{mbuffer_bytes, parse_mbuffer, read_mbuffer, write_mbuffer};
 pub use self::openness::{read_openness, write_openness};
-use super::atomic::{replace_folder_with, write_atomically};
-use super::json::{read_json, to_json};
 use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::{replace_folder_with, write_atomically};
+use quadratura_files::json::{read_json, to_json};
 use quadratura_foliage::{
     BakeOptions, Directions, ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages,
 };

@@ -7,8 +7,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::deflated::{Fault, deflated, first_line, inflated};
-use crate::atomic::write_atomically;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::write_atomically;
 use quadratura_foliage::Openness;
 use quadratura_foliage::directions::DIRECTIONS;
 

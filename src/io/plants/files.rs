@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::stamp::Stamp;
+use quadratura_files::stamp::Stamp;
 
 /// The endings of the files that plants refer to: other sub-objects, vertex data, included files and pictures.
 const ENDINGS: [&str; 12] =

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::remedies::{CORRECT, NUMBER};
-use crate::json::{parse_json, read_json};
 use quadratura_base::error::{Error, Result};
+use quadratura_files::json::{parse_json, read_json};
 use quadratura_foliage::{Plant, Species, grow};
 
 /// The largest file of a species in bytes.

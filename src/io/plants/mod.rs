@@ -26,9 +26,9 @@ use self::generated::{built_in, grown};
 use self::gltf::read_gltf;
 use self::keyword::read_keyword;
 use self::rayshade::read_rayshade;
-use crate::guarded::guarded;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
+use quadratura_files::guarded::guarded;
 use quadratura_foliage::Plant;
 
 /// Reads or grows a plant: a `.plant`, `.gltf`, `.glb` or `.ray` file, a species (`.json`), or `maple` or `oak` where no file has

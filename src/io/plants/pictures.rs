@@ -7,12 +7,12 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::tokens::quoted;
-use crate::named_file::{NamedFile, NamedFiles};
 use crate::photo::{picture_size, read_photo};
-use crate::text::decoded;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoPixels;
 use quadratura_base::scene::alike::difference;
+use quadratura_files::named_file::{NamedFile, NamedFiles};
+use quadratura_files::text::decoded;
 use quadratura_foliage::Pixels;
 
 /// The largest side of a picture in pixels.

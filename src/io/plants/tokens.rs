@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::remedies::{COMPLETE, NUMBER, Wrong};
-use crate::text::lines_of;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::text::lines_of;
 
 /// Numbers beyond this are refused.
 pub const LARGEST_NUMBER: f64 = 1e15;

@@ -14,12 +14,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use self::points::{REMEDY, coat_bytes, parse_coat};
-use super::atomic::{remove_leftovers, write_atomically};
-use super::hash::{hash_bytes, hash_file};
-use super::json::{read_json, to_json};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::names::file_name_of_photo;
 use quadratura_document::tree_paint::{TREE_PAINT_VERSION, TreePaintBook};
+use quadratura_files::atomic::{remove_leftovers, write_atomically};
+use quadratura_files::hash::{hash_bytes, hash_file};
+use quadratura_files::json::{read_json, to_json};
 use quadratura_foliage::PaintedSlab;
 
 const BOOK: &str = "trees.json";

@@ -20,7 +20,7 @@ use super::compose::StackContent;
 use super::names::{TREE_GUIDE, guide_name, layer_name};
 use quadratura_base::error::Result;
 use quadratura_document::ImageLayer;
-use quadratura_io::json::to_json;
+use quadratura_files::json::to_json;
 use quadratura_io::layered::document::LEFTOVERS;
 use quadratura_io::layered::folder::read::LEFTOVERS_FILE;
 use quadratura_io::layered::folder::{NewFolder, TREE_GUIDE_FILE, guide_file};

@@ -32,7 +32,7 @@ use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;
 use quadratura_document::Decisions;
 use quadratura_document::export_record::ExportFormat;
-use quadratura_io::atomic::remove_dead_leftovers;
+use quadratura_files::atomic::remove_dead_leftovers;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::exports::{ExportStore, WrittenFiles};
 use quadratura_io::paint_store::PaintStore;

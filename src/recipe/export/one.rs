@@ -23,10 +23,10 @@ use quadratura_document::export_record::{
 };
 use quadratura_document::paint::PaintBook;
 use quadratura_document::{ImageLayer, Stack};
+use quadratura_files::hash::hash_bytes;
+use quadratura_files::json::to_json;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::exports::{ExportStore, WrittenFiles};
-use quadratura_io::hash::hash_bytes;
-use quadratura_io::json::to_json;
 use quadratura_io::layered::Raster;
 use quadratura_io::layered::folder::NewFolder;
 use quadratura_io::paint_store::PaintStore;

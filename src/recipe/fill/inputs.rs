@@ -15,7 +15,7 @@ use quadratura_base::scene::builder::SURROUNDINGS;
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_document::paint::{PaintBook, PaintEntry};
 use quadratura_document::{Decisions, PhotoDecisions, Stack};
-use quadratura_io::hash::hash_bytes;
+use quadratura_files::hash::hash_bytes;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::Faces;

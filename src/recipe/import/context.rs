@@ -12,9 +12,9 @@ use super::{ImportOptions, LayerCache};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
+use quadratura_files::hash::hash_bytes;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::colour::Conversion;
-use quadratura_io::hash::hash_bytes;
 use quadratura_io::layered::{Depth, EditedDocument, Turn};
 
 /// The inputs for reading any file of an import.

@@ -14,7 +14,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_document::export_record::{ExportRecord, ExportedLayer, HelperLayer, RecordedIndex};
 use quadratura_document::paint::{PaintPatch, PaintedLayer};
-use quadratura_io::hash::hash_bytes;
+use quadratura_files::hash::hash_bytes;
 use quadratura_io::layered::turn::TURNS;
 use quadratura_io::layered::{Depth, EditedLayer, Raster, Rounding, Turn};
 

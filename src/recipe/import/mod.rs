@@ -47,6 +47,7 @@ use quadratura_base::task::Task;
 use quadratura_document::export_record::ExportRecord;
 use quadratura_document::masks::MaskChange;
 use quadratura_document::paint::{PaintBook, PaintImport, PaintedDocument, PaintedView};
+use quadratura_files::stamp::Stamp;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::documents::{documents, is_exported_folder};
 use quadratura_io::exports::ExportStore;
@@ -56,7 +57,6 @@ use quadratura_io::layered::format::file_names;
 use quadratura_io::layered::read_layered;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::project::{change_project, read_project, relative_to};
-use quadratura_io::stamp::Stamp;
 
 /// Options of [`import`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
-use quadratura_io::hash::Hashing;
+use quadratura_files::hash::Hashing;
 use quadratura_io::layered::{EditedLayer, EditedMask};
 
 /// The cache, kept by callers that import repeatedly. Its entries never become invalid, because their keys cover

@@ -289,6 +289,6 @@ impl<'a> PaintSession<'a> {
 
 /// Returns a short id of a photo with its camera.
 pub fn view_id(view: &PaintedView) -> String {
-    let text = quadratura_io::json::to_json(view);
-    quadratura_io::hash::hash_bytes(&text)[..12].to_owned()
+    let text = quadratura_files::json::to_json(view);
+    quadratura_files::hash::hash_bytes(&text)[..12].to_owned()
 }

@@ -8,7 +8,7 @@ use crate::open::Opened;
 use quadratura_base::scene::builder::SURROUNDINGS;
 use quadratura_document::Stack;
 use quadratura_document::paint::{PaintBook, PaintEntry};
-use quadratura_io::hash::Hashing;
+use quadratura_files::hash::Hashing;
 use quadratura_projection::relief::ReliefOptions;
 
 /// A counter of changes in what is made from the same inputs.

@@ -12,7 +12,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_base::task::Task;
-use quadratura_io::hash::Hashing;
+use quadratura_files::hash::Hashing;
 use quadratura_ldi::layout::LONGEST_SIDE;
 use quadratura_ldi::merge::Merging;
 use quadratura_ldi::{Combining, Frame, Ldi, LdiKind, Source, combine};

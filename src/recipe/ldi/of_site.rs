@@ -23,7 +23,7 @@ use quadratura_base::geometry::{InverseDepth, Pinhole, PixelRect, Pose};
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
-use quadratura_io::hash::Hashing;
+use quadratura_files::hash::Hashing;
 use quadratura_layers::view::{Item, View};
 use quadratura_ldi::finish::{Counts, Unfinished};
 use quadratura_ldi::{DepthPixelOrigin, Frame, Ldi, LdiKind};

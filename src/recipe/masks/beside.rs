@@ -15,8 +15,8 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::masks::MaskOrigin;
 use quadratura_document::names::without_extension;
+use quadratura_files::named_file::{NamedFile, NamedFiles};
 use quadratura_io::cameras::CameraPhoto;
-use quadratura_io::named_file::{NamedFile, NamedFiles};
 use quadratura_io::project::resolved;
 
 /// The endings of mask files.

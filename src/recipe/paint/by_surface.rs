@@ -10,7 +10,7 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_document::Stack;
 use quadratura_document::paint::PaintPatch;
 use quadratura_document::stack::{FilledPaint, SurfaceName};
-use quadratura_io::hash::hash_bytes;
+use quadratura_files::hash::hash_bytes;
 
 impl PhotoPaint {
     /// Returns the surfaces of the stack that have paint, sorted, without paint outside of all outlines.

@@ -12,8 +12,8 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::masks::{MaskOrigin, MaskedTree};
 use quadratura_document::trees::PlacedTree;
+use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::{Tree, View as PlantView, Wood, silhouette};
-use quadratura_io::hash::hash_bytes;
 use quadratura_layers::View;
 use quadratura_layers::software::owners;
 

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use quadratura_document::Trees;
 use quadratura_document::trees::PlantSource;
+use quadratura_files::stamp::Stamp;
 use quadratura_io::plants::plant_stamp;
 use quadratura_io::project::resolved;
-use quadratura_io::stamp::Stamp;
 
 /// The state of the files of a project's plants.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

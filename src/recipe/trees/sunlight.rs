@@ -10,9 +10,9 @@ use quadratura_base::error::Result;
 use quadratura_base::scene::Model;
 use quadratura_base::scene::builder::says_backdrop;
 use quadratura_base::task::Task;
+use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::directions::{Serving, serving};
 use quadratura_foliage::{Openness, Sunlit, Tree, Wood};
-use quadratura_io::hash::hash_bytes;
 use quadratura_projection::surface::Surface;
 
 /// The faces of a model that keep the sun away: not those of backdrops, nor what one sees through. What was found of trees is kept

@@ -10,7 +10,7 @@ use crate::open::{Opened, open_site};
 use crate::site_stamp::SiteStamp;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_io::lock::{ProjectLock, is_window};
+use quadratura_files::lock::{ProjectLock, is_window};
 use quadratura_io::project::read_project;
 
 /// The time between attempts to take the lock; short compared with one photo.

@@ -14,9 +14,9 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
+use quadratura_files::stamp::Stamp;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
-use quadratura_io::stamp::Stamp;
 
 /// The project that an update works on, as its owner knows it: a command reads it from disk, the window has it in
 /// memory.

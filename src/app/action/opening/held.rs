@@ -5,7 +5,7 @@ use crate::state::ask::ProjectAsk;
 use crate::state::opening::held::LOOKS_EVERY_S;
 use crate::state::running::JobKind;
 use crate::work::Work;
-use quadratura_io::lock::ProjectLock;
+use quadratura_files::lock::ProjectLock;
 
 /// Opens the project when its lock is free.
 pub fn watch_held(state: &mut State, work: &mut Work) {

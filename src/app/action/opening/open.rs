@@ -13,7 +13,7 @@ use crate::state::session::Session;
 use crate::work::Work;
 use crate::work::jobs::{Arrival, arrival};
 use quadratura_base::error::{Error, Result};
-use quadratura_io::lock::ProjectLock;
+use quadratura_files::lock::ProjectLock;
 use quadratura_io::project::{PROJECT_FILE, read_project};
 use quadratura_recipe::discover::SitePart;
 use quadratura_recipe::relink::{gone, parts_of};

@@ -8,7 +8,7 @@ use crate::state::ask::{Ask, ProjectAsk};
 use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_base::error::Result;
-use quadratura_io::lock::ProjectLock;
+use quadratura_files::lock::ProjectLock;
 use quadratura_recipe::relink::{bring_photo, relink, relinked};
 
 impl State {

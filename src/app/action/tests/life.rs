@@ -12,7 +12,7 @@ use crate::state::space::brush::DrawnStroke;
 use crate::state::space::brush::tests::a_stroke;
 use quadratura_document::Project;
 use quadratura_document::history::Gesture;
-use quadratura_io::lock::ProjectLock;
+use quadratura_files::lock::ProjectLock;
 use quadratura_io::project::write_project;
 use quadratura_io::recovery::{read_unsaved, write_unsaved};
 

@@ -11,7 +11,7 @@ use crate::state::opening::assistant::Assistant;
 use crate::state::opening::relinking::Relinking;
 use crate::state::opening::{DialogRequest, PathKind, Purpose};
 use crate::state::running::JobKind;
-use quadratura_io::lock::ProjectLock;
+use quadratura_files::lock::ProjectLock;
 use quadratura_io::project::write_project;
 use quadratura_recipe::discover::{SitePart, SiteParts};
 

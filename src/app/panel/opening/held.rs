@@ -5,7 +5,7 @@ use eframe::egui::{Context, Spinner};
 use crate::state::State;
 use crate::state::opening::DialogRequest;
 use crate::widget::dialog::Dialog;
-use quadratura_io::lock::holder_message;
+use quadratura_files::lock::holder_message;
 
 /// Draws the dialog.
 pub fn held_ui(state: &State, context: &Context, requests: &mut Vec<DialogRequest>) {

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tempfile::TempDir;
 
-use crate::atomic::{mark_in_use, sync_folder};
 use crate::layered::document::{Layer, LayeredDocument};
 use crate::layered::format::LayeredFormat;
 use crate::layered::png::write_rgba;
 use quadratura_base::error::{Error, Result};
 use quadratura_document::export_record::ExportFormat;
+use quadratura_files::atomic::{mark_in_use, sync_folder};
 
 /// The entry in the table of formats.
 pub const FORMAT: LayeredFormat = LayeredFormat {

@@ -10,8 +10,6 @@ use std::path::{Component, Path, PathBuf};
 use serde::Deserialize;
 
 use super::{GUIDES, TREE_GUIDE_FILE, order_of_guide};
-use crate::hash::hash_file;
-use crate::json::read_json;
 use crate::layered::bytes::SAVE_AGAIN;
 use crate::layered::document::{LEFTOVERS, TREE_GUIDE, guide_name};
 use crate::layered::place::{is_canvas, not_a_canvas, rect_at, tidy_name};
@@ -20,6 +18,8 @@ use crate::layered::{BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, La
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_document::export_record::ExportFormat;
+use quadratura_files::hash::hash_file;
+use quadratura_files::json::read_json;
 
 /// Name of the file that describes the folder.
 pub const STACK_FILE: &str = "stack.json";

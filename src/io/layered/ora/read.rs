@@ -9,13 +9,13 @@ use zip::ZipArchive;
 use zip::read::ZipFile;
 
 use super::stack_xml::{OraImage, parse};
-use crate::hash::Hashing;
 use crate::layered::bytes::{FileBytes, FileReader, SAVE_AGAIN};
 use crate::layered::place::rect_at;
 use crate::layered::png_edited::{self, PngHead};
 use crate::layered::{Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, StoredColours};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::export_record::ExportFormat;
+use quadratura_files::hash::Hashing;
 
 /// The signature of a ZIP archive.
 pub const SIGNATURE: &[u8] = b"PK\x03\x04";

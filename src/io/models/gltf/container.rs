@@ -10,9 +10,9 @@ use serde::de::IgnoredAny;
 use serde_json::Value;
 
 use super::super::limits::{LARGEST_FILE, check_file_size};
-use crate::named_file::{NamedFile, NamedFiles};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::alike::difference;
+use quadratura_files::named_file::{NamedFile, NamedFiles};
 
 /// Maximum number of values in the JSON part: a list of empty braces takes a hundred times its text once
 /// parsed.

@@ -80,7 +80,7 @@ impl<'a> Source<'a> {
 /// [`Error::Input`] with line and column.
 pub(crate) fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
     let remedy = "check that it is a glTF 2.0 file, or export the model again";
-    crate::foreign_json::parse_foreign_json(path, json, remedy)
+    quadratura_files::foreign_json::parse_foreign_json(path, json, remedy)
 }
 
 /// Refuses buffers that are not in the file because what is in them is compressed elsewhere.

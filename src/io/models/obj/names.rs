@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use rustc_hash::FxHashMap;
 
-use crate::text::Guess;
 use quadratura_base::scene::builder::not_reserved;
 use quadratura_base::scene::{ModelBuilder, ObjectId};
+use quadratura_files::text::Guess;
 
 /// The names of a file, in the order in which objects began.
 #[derive(Default)]

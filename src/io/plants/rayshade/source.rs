@@ -9,8 +9,8 @@ use rustc_hash::FxHashMap;
 use super::super::pictures::Folder;
 use super::super::remedies::{FILE, Wrong};
 use super::lexing::{Lexeme, lexeme};
-use crate::text::lines_of;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::text::lines_of;
 use quadratura_foliage::MOST_LEVELS;
 
 /// The largest size of all files of a plant together in bytes, counting each time that one is included.

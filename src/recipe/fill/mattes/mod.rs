@@ -25,7 +25,7 @@ use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
-use quadratura_io::hash::hash_bytes;
+use quadratura_files::hash::hash_bytes;
 use quadratura_io::matte_file::{matte_file, read_mattes, write_mattes};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;

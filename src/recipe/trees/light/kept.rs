@@ -10,9 +10,9 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::Site;
 use quadratura_document::trees::LightStrength;
+use quadratura_files::atomic::write_atomically;
+use quadratura_files::json::{read_json, to_json};
 use quadratura_foliage::{RATIO_CELLS, RatioImage, Wood};
-use quadratura_io::atomic::write_atomically;
-use quadratura_io::json::{read_json, to_json};
 
 /// The version of the file's format and of the method.
 pub const VERSION: u32 = 4;

@@ -35,8 +35,8 @@ use quadratura_base::task::Task;
 use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
 use quadratura_document::trees::{LightStrength, PlacedTree, Strength, TreeLight};
 use quadratura_document::{Project, Stack, Trees};
+use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::{Light, Tree, Wood};
-use quadratura_io::hash::hash_bytes;
 use quadratura_io::plant_images::plant_hash;
 use quadratura_io::stack_store::StackStore;
 

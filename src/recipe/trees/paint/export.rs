@@ -16,12 +16,12 @@ use quadratura_document::export_record::{
     ExportFormat, ExportRecord, ExportedFile, ExportedTree, KEY_DIGITS, RECORD_VERSION,
 };
 use quadratura_document::stack::{StackCamera, StackPhoto};
+use quadratura_files::atomic::remove_dead_leftovers;
+use quadratura_files::hash::hash_bytes;
+use quadratura_files::json::to_json;
 use quadratura_foliage::{PaintedSlab, painted};
-use quadratura_io::atomic::remove_dead_leftovers;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::exports::{ExportStore, WrittenFiles};
-use quadratura_io::hash::hash_bytes;
-use quadratura_io::json::to_json;
 use quadratura_io::plant_images::plant_hash;
 use quadratura_io::tree_paint::TreePaintStore;
 

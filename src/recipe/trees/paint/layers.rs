@@ -1,8 +1,8 @@
 //! The layers of a species' file: where they are on the canvas, and what they are called.
 
 use quadratura_base::geometry::PixelRect;
+use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::DIRECTION_NAMES;
-use quadratura_io::hash::hash_bytes;
 
 /// The name of the locked layer behind the six views.
 pub const BACKDROP: &str = "background - do not paint here";

@@ -6,13 +6,13 @@ use flate2::read::ZlibDecoder;
 
 use super::PsdVariant;
 use super::records::ChannelPosition;
-use crate::hash::Hashing;
 use crate::layered::Depth;
 use crate::layered::bytes::FileBytes;
 use crate::layered::inflate::can_inflate_to;
 use crate::layered::psd::packbits::{shortest_code, unpack_row};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Samples;
+use quadratura_files::hash::Hashing;
 
 /// The properties that all channels of a document share.
 #[derive(Debug, Clone, Copy)]

@@ -8,12 +8,12 @@ use rayon::prelude::*;
 use super::head::XcfHeader;
 use super::pointer;
 use super::precision::{Precision, SampleKind};
-use crate::hash::Hashing;
 use crate::layered::bytes::FileBytes;
 use crate::layered::xcf::tiles::{TILE, unpack};
 use crate::layered::{Depth, Grey, Raster, StoredColours};
 use quadratura_base::error::Result;
 use quadratura_base::scene::Samples;
+use quadratura_files::hash::Hashing;
 
 /// The meaning of the samples of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -45,7 +45,7 @@ pub fn read_json<T: DeserializeOwned>(file: &Path, limit: u64, remedy: impl Into
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] when it is too large.
-pub(super) fn read_limited(file: &Path, limit: u64, remedy: Message) -> Result<Vec<u8>> {
+pub fn read_limited(file: &Path, limit: u64, remedy: Message) -> Result<Vec<u8>> {
     let size = fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
     if size > limit {
         let found = format!("{size} bytes, but such a file has at most {limit}");

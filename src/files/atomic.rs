@@ -146,7 +146,7 @@ pub fn write_atomically_with(
 ///
 /// # Errors
 /// An error of the system; `target` is as it was.
-pub(super) fn link_atomically(from: &Path, target: &Path) -> std::io::Result<()> {
+pub fn link_atomically(from: &Path, target: &Path) -> std::io::Result<()> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(UNFINISHED).suffix(".tmp");
     let linked = builder.make_in(folder_of(target), |beside| super::inbox::link_or_copy(from, beside))?;
@@ -170,7 +170,7 @@ pub fn create_folder_with<T>(folder: &Path, write: impl FnOnce(&Path) -> Result<
 ///
 /// # Errors
 /// As [`create_folder_with`]; the old folder stays.
-pub(crate) fn replace_folder_with<T>(folder: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+pub fn replace_folder_with<T>(folder: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
     put_folder_with(folder, write, |old, beside| fs::rename(old, beside.join(OLD)))
 }
 
@@ -248,7 +248,7 @@ const YOUNG: Duration = Duration::from_secs(1);
 const RESTS: Duration = Duration::from_secs(3600);
 
 /// Marks an unfinished file or folder as in use until its handle is closed, also by the end of the program.
-pub(crate) fn mark_in_use(file: &File) {
+pub fn mark_in_use(file: &File) {
     // Elsewhere a lock would keep other handles from writing. Without a mark, only the age counts.
     if cfg!(unix) {
         let _ = file.try_lock();

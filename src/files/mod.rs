@@ -1,0 +1,16 @@
+//! What every reader and writer of files needs: files that are replaced in one step, JSON with line and column of a fault, text in
+//! any encoding, hashes, the lock of a project, paths that are free.
+
+pub mod atomic;
+pub mod base64;
+pub mod foreign_json;
+pub mod free_path;
+pub mod guarded;
+pub mod hash;
+pub mod inbox;
+pub mod json;
+pub mod lock;
+pub mod named_file;
+pub mod stamp;
+pub mod text;
+pub mod writable;
