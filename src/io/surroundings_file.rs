@@ -14,10 +14,9 @@ use serde::{Deserialize, Serialize};
 
 use super::atomic::write_atomically;
 use crate::error::{Error, Result};
-use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
+use crate::projection::agreement::{ContradictedPixel, NO_FACE, PhotoAgreement};
 use crate::projection::dome::{BRIGHTEST, Dome, SIDES};
 use crate::projection::exposure::surroundings::{GRID, SurroundingsFactors};
-use crate::scene::FaceId;
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 2;
@@ -30,9 +29,6 @@ const FACTORS: usize = (1 + GRID * GRID) * 3 * size_of::<f32>();
 
 /// The largest logarithm of a factor: larger ones are damage.
 const LARGEST: f32 = 10.0;
-
-/// Stands for the face of pixels that show none.
-const NO_FACE: FaceId = FaceId(u32::MAX);
 
 /// What photos tell about their surroundings.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -124,6 +124,19 @@ impl Bench {
     /// Lets photos contradict each other in this many discs of each photo: from nearly nothing in the middle of a disc
     /// to full agreement at its rim.
     pub fn contradict(&mut self, discs: u32, rng: &mut Rng) {
+        let evidence = self.discs(discs, rng);
+        self.agreement = Agreement::new(&evidence.iter().collect::<Vec<_>>(), &self.sources);
+    }
+
+    /// Lets photos show the sky, not their faces, in this many discs of each photo, likewise.
+    pub fn end_within(&mut self, discs: u32, rng: &mut Rng) {
+        let evidence = self.discs(discs, rng);
+        let agreement = Agreement::new(&[], &self.sources);
+        self.agreement = agreement.with_outlines(&evidence.iter().collect::<Vec<_>>(), &self.sources);
+    }
+
+    /// Returns values of each photo's pixels: from nearly nothing in the middle of each of these many discs on a face to 1 at its rim.
+    fn discs(&self, discs: u32, rng: &mut Rng) -> Vec<PhotoAgreement> {
         let (mut evidence, sources) = (Vec::new(), &self.sources);
         for (photo, id) in sources.photos.iter().zip((0..).map(PhotoId)) {
             let serves = |face: &FaceId| sources.servers_of(*face).iter().any(|server| server.photo == id);
@@ -150,7 +163,7 @@ impl Bench {
                 ..PhotoAgreement::default()
             });
         }
-        self.agreement = Agreement::new(&evidence.iter().collect::<Vec<_>>(), sources);
+        evidence
     }
 
     /// Lets what the photos' surroundings show in this many discs of each photo stand on outlines, and draws skirts.

@@ -171,6 +171,33 @@ fn the_gpu_and_its_twin_weight_photos_that_contradict_each_other_alike() {
 }
 
 #[test]
+fn the_gpu_and_its_twin_see_through_what_is_sky_within_outlines_alike() {
+    let scenes = || (71..=73).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
+    let end = |bench: &mut Bench, rng: &mut Rng| {
+        bench.pin(0.2, rng);
+        bench.end_within(12, rng);
+    };
+    compare(scenes(), end, |_| Relief::default(), "outlines");
+    let (scene, mut rng) = (random::boxes(71, 8), Rng::new(2));
+    let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
+    bench.end_within(12, &mut rng);
+    let mut gpu = bench.renderer(&Relief::default());
+    let mut changed = |shot: &Shot| {
+        let mut without = shot.clone();
+        without.blend.agreement = false;
+        let [with, without] = [shot, &without].map(|shot| gpu.picture(shot, &Task::silent()).unwrap().rgba);
+        with.chunks(4).zip(without.chunks(4)).filter(|(a, b)| apart(a, b) > 3 || a[3] != b[3]).count()
+    };
+    let shot = view(&scene, &mut rng);
+    assert!(changed(&shot) > 200, "one sees the surroundings");
+    let plain = Shot { surroundings: false, ..shot.clone() };
+    assert!(changed(&plain) > 200, "or nothing");
+    // The own camera of a photo shows the photo as it is.
+    let Projector { camera, pose, .. } = bench.sources.photos[0].clone();
+    assert_eq!(changed(&Shot { camera, pose, ..shot }), 0);
+}
+
+#[test]
 fn the_gpu_and_its_twin_show_what_stands_on_outlines_alike() {
     let scenes = || (61..=63).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
     // The outlines of skirts are none of faces, and *final* pictures have several samples there, the twin has one.

@@ -159,7 +159,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags half_width
         foot_high pad0 foot_low pad1 axis pad2);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
-    assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
+    assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain left
         axis falloff leaning group sky sky_share);
     assert_alike!(&module, "FaceGrids", FaceGridsWords: relief continued);
     assert_alike!(&module, "FaceGrid", FaceGridWords: across across_high up up_high across_low up_low corner size pad0);

@@ -9,14 +9,13 @@ use super::tints::TintLevels;
 use super::votes::{MOST_VOTES, Votes, agrees, largest_set};
 use crate::error::Result;
 use crate::geometry::{Pinhole, Pose};
-use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
+use crate::projection::agreement::{ContradictedPixel, NO_FACE, PhotoAgreement};
 use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
 use crate::projection::exposure::surroundings::SurroundingsFactors;
 use crate::projection::exposure::white::clipped;
 use crate::projection::surroundings::pixels_per_angle;
 use crate::raster::steps::steps_inside;
-use crate::scene::FaceId;
 use crate::task::Task;
 
 /// The distance from what is not surroundings, in reduced pixels, within which a photo has no vote: outlines are
@@ -28,9 +27,6 @@ const SMOOTHING: i32 = 2;
 
 /// The least distance of two cameras, against the scale of the votes, from which one confirms what the other shows.
 pub(super) const AFAR: f64 = 0.25;
-
-/// Stands for the face of pixels that show none.
-const NO_FACE: FaceId = FaceId(u32::MAX);
 
 /// The surroundings that a reduced photo shows.
 pub struct DirectionPhoto {

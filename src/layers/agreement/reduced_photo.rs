@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::tints::TintLevels;
 use crate::layers::fill::{Donor, SurfaceId, Surfaces};
+use crate::projection::agreement::PhotoAgreement;
 use crate::projection::exposure::optics::squared_radius;
 use crate::projection::exposure::{LightGroups, Optics};
 use crate::projection::relief::Relief;
@@ -17,6 +18,8 @@ const GRAZING: f64 = 0.03;
 pub struct ReducedPhoto {
     /// The photo's camera, and the surface that each pixel shows.
     pub donor: Donor,
+    /// How much of each pixel shows its face ([`super::outlines()`]).
+    pub outlines: PhotoAgreement,
     /// The colours in the common exposure.
     pub(super) tints: TintLevels,
 }
@@ -24,9 +27,9 @@ pub struct ReducedPhoto {
 impl ReducedPhoto {
     /// Builds the colours of a donor that was made from the reduced photo. `gain` is the photo's exposure relative to the
     /// common one (natural logarithms).
-    pub fn new(donor: Donor, gain: [f64; 3], optics: &Optics) -> Self {
+    pub fn new(donor: Donor, outlines: PhotoAgreement, gain: [f64; 3], optics: &Optics) -> Self {
         let tints = tints(&donor, gain, optics);
-        Self { donor, tints }
+        Self { donor, outlines, tints }
     }
 
     /// Replaces the exposure with which the photo is compared, given as in [`Self::new`].
