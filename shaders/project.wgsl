@@ -107,6 +107,9 @@ const LEAST_FACING: f32 = 0.1;
 // The least matte at which something of a see-through surface is there (projection/sources.rs).
 const LEAST_MATTE: f32 = 0.03125;
 
+// The matte from which on nothing is seen through a surface: half a step of 8 bits less than 1.
+const WHOLE: f32 = 0.998;
+
 // The darkest channel of stored linear light from where on a colour begins to count as clipped, and where it is for certain.
 const WHITE_FROM: f32 = 0.88;
 const WHITE_CERTAIN: f32 = 0.97;
@@ -500,7 +503,7 @@ fn shown(drawn: Drawn) -> vec4f {
             let color = outline * display_color(light, candidate, octaves, agreement);
             if PINS && !other_side && (candidate.y & FLAG_PINNED) != 0u {
                 pinned += vec4f(color * trust, trust);
-                pinned_cover += texel.matte * trust;
+                pinned_cover += outline * texel.matte * trust;
                 pinned_share = max(pinned_share, trust);
             } else {
                 best = join(best, q, shade(color, outline * texel.matte));
@@ -528,9 +531,9 @@ fn shown(drawn: Drawn) -> vec4f {
         matte = 1.0;
     }
     color = darkened(color, drawn, on_plane, depth);
-    if OUTLINES && matte < 1.0 && frame.surroundings_columns > 0u {
+    if OUTLINES && matte < WHOLE && frame.surroundings_columns > 0u {
         let around = around_at(drawn.position.xy);
-        color += (1.0 - matte) * around.rgb;
+        color += (1.0 - matte) * min(around.rgb, vec3f(1.0));
         matte += (1.0 - matte) * around.a;
     }
     return finished(color, matte, served, most_confident, drawn.cells.x);

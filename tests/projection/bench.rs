@@ -22,6 +22,7 @@ use quadratura::testing::recipe::gains::photo_gains;
 use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
 use quadratura::testing::recipe::sources::sources;
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::scene::light::{linear_of_srgb, srgb_from_linear};
 use quadratura::testing::scene::synthetic::Rng;
 use quadratura::testing::scene::{FaceId, Object, PhotoPixels, Site};
 use tempfile::TempDir;
@@ -278,4 +279,16 @@ fn stacks(site: &Site, folder: &Path, rasteriser: &GpuRasteriser) -> Vec<Option<
 /// The largest difference of two pixels in R, G, B.
 pub fn apart(a: &[u8], b: &[u8]) -> u8 {
     a.iter().zip(b).take(3).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+/// The steps of 8 bits by which two pixels differ, laid over the grey of what is not textured: what is nearly transparent has
+/// no colour to speak of.
+pub fn apart_over_grey(a: &[u8], b: &[u8]) -> f64 {
+    let over = |pixel: &[u8], c: usize| {
+        let (alpha, grey) = (f64::from(pixel[3]) / 255.0, linear_of_srgb(128.0 / 255.0));
+        let light = alpha * linear_of_srgb(f64::from(pixel[c]) / 255.0) + (1.0 - alpha) * grey;
+        255.0 * srgb_from_linear(light)
+    };
+    let colour = (0..3).map(|c| (over(a, c) - over(b, c)).abs()).fold(0.0, f64::max);
+    colour.max(f64::from(a[3].abs_diff(b[3])))
 }

@@ -8,8 +8,9 @@ use quadratura::testing::projection::exposure::{LightGroups, Meter, SurfaceGains
 use quadratura::testing::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::{
-    DisplayMode, LayerTextureId, Mode, Quality, Renders, Shot, SiteRenderer,
+    DisplayMode, LayerTextureId, Mode, Projector, Quality, Renders, Shot, SiteRenderer,
 };
+use quadratura::testing::scene::PhotoId;
 use quadratura::testing::scene::synthetic::{Rng, Scene, look_at, random};
 
 use crate::bench::{Bench, apart};
@@ -177,7 +178,8 @@ fn the_gpu_and_its_twin_see_through_what_is_sky_within_outlines_alike() {
         bench.pin(0.2, rng);
         bench.end_within(12, rng);
     };
-    compare(scenes(), end, |_| Relief::default(), "outlines");
+    // Alpha that the twin rounds to 255 may be 254 on the GPU: there one sees half a step of 8 bits through the surface.
+    compare_within(5e-3, scenes(), end, |_| Relief::default(), "outlines");
     let (scene, mut rng) = (random::boxes(71, 8), Rng::new(2));
     let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
     bench.end_within(12, &mut rng);
@@ -192,9 +194,11 @@ fn the_gpu_and_its_twin_see_through_what_is_sky_within_outlines_alike() {
     assert!(changed(&shot) > 200, "one sees the surroundings");
     let plain = Shot { surroundings: false, ..shot.clone() };
     assert!(changed(&plain) > 200, "or nothing");
-    // The own camera of a photo shows the photo as it is.
+    // The own camera of a photo shows the photo as it is, but where two faces share a sample: there the later one is laid over the other.
     let Projector { camera, pose, .. } = bench.sources.photos[0].clone();
-    assert_eq!(changed(&Shot { camera, pose, ..shot }), 0);
+    let without = (1..bench.sources.photos.len()).map(|at| PhotoId(at as u32)).collect();
+    let own = Shot { camera, pose, without, ..shot };
+    assert!(changed(&own) < (camera.width * camera.height / 1000) as usize);
 }
 
 #[test]

@@ -41,6 +41,9 @@ use crate::task::Task;
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f64 = 1e-4;
 
+/// The alpha from which on nothing is seen through a surface: half a step of 8 bits less than 1 (`shaders/project.wgsl`).
+const WHOLE: f64 = 0.998;
+
 /// The colour and alpha of a pixel without texture.
 const FLAT: [u8; 4] = [128, 128, 128, 0];
 
@@ -153,7 +156,7 @@ impl ReferenceRenderer {
     fn colour_of(&self, shot: &Shot, sight: &Sight, exposure: &ViewExposure) -> [f64; 4] {
         let shown = |hit: &RayHit| HitPoint::new(self, shot, sight.px, *hit)?.shown(exposure);
         let of_owner = sight.owner.as_ref().map(shown);
-        let is_open = of_owner.is_none_or(|shown| shown.is_some_and(|shown| shown.alpha < 1.0));
+        let is_open = of_owner.is_none_or(|shown| shown.is_some_and(|shown| shown.alpha < WHOLE));
         let around =
             if is_open && shot.surroundings { self.surroundings_at(shot, sight.px, exposure) } else { None };
         let clipped = |light: f64| light.clamp(0.0, 1.0);
