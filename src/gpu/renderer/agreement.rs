@@ -165,7 +165,9 @@ mod tests {
         after.outlines[2].as_mut().unwrap().spare([(0, 0)].into_iter());
         assert!(texture.renew(&gpu, &after, &[LayerTextureId(2)]));
         assert_eq!(texture.agreement, after);
-        for (other, changed) in [(agreement(41), LayerTextureId(0)), (before, LayerTextureId(1))] {
+        let mut more = before.clone();
+        more.of_texture[1] = before.of_texture[0].clone();
+        for (other, changed) in [(agreement(41), LayerTextureId(0)), (more, LayerTextureId(1))] {
             assert!(!texture.renew(&gpu, &other, &[changed]), "{changed:?}");
             assert_eq!(texture.agreement, after, "nothing has changed");
         }

@@ -65,6 +65,7 @@ fn picture(mode: Mode, photos: u32, display: DisplayMode, quality: Quality) -> P
         impostors: false,
         agreement: false,
         mattes: false,
+        outlines: false,
         see_through: false,
         numbers: false,
         shadows: false,
@@ -83,8 +84,14 @@ fn programs() -> Vec<Program> {
         }
     }
     let quality = Quality::Final;
-    let everything =
-        Content { undoes_optics: true, pins: true, impostors: true, contradicted: true, mattes: true };
+    let everything = Content {
+        undoes_optics: true,
+        pins: true,
+        impostors: true,
+        contradicted: true,
+        mattes: true,
+        outlines: true,
+    };
     for display in DISPLAY_MODES {
         let program = Program::new(&Shot { quality, display, ..shot(70, 3) }, &everything);
         programs.extend([program, program.of_see_through()]);
