@@ -317,7 +317,7 @@ mod tests {
         let seen = Dome::from_light(&CubeMap::from_directions(56, value));
         let [r, g, b] = Daylight::estimated(Some(&seen), DVec3::Z, DVec3::Y).light(DVec3::Y);
         let (low, high) = (r.min(g).min(b), r.max(g).max(b));
-        // A tenth of light is 8 of 255 in sRGB here; a white balance of its own for each channel made it a third.
+        // A tenth of light is 8 of 255 in sRGB here.
         assert!(high < 1.1 * low, "{r} {g} {b}");
     }
 
