@@ -3,7 +3,7 @@
 // text), gpu/renderer/tables.rs (tables).
 //
 // Generated before this text: the constants MODE and BEST, DEBEVEC, LUMIGRAPH, SMOOTH, ANISOTROPIC,
-// MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS, IMPOSTORS, AGREEMENT, MATTES, SEE_THROUGH, CUT_OUT and UNSERVED; `Shade`, a
+// MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS, IMPOSTORS, AGREEMENT, MATTES, OUTLINES, SEE_THROUGH, CUT_OUT and UNSERVED; `Shade`, a
 // colour, for see-through surfaces one that is multiplied by its matte, with the matte, with `shade`; `struct Best`, which keeps the
 // k best penalties with their shades and the next penalty, with `no_best`, `is_any`, `next_of`, `join`, `fewer`,
 // `blended` and `covered`; and the functions of the display mode, `mixed`, `mixed_with`, `display_color` and `finished`, with
@@ -21,8 +21,9 @@ struct Photo {
     size: vec2f,
     per_border: f32,
     offset: f32,
-    // The exposure factor on the photo's linear colours.
-    gain: vec4f,
+    // The exposure factor on the photo's linear colours, and how far the view has left the photo's own camera, 0 to 1.
+    gain: vec3f,
+    left: f32,
     // The principal point, and the coefficients of the falloff, the logarithm of the light: for the squared
     // distance in pixels, and for its square.
     axis: vec2f,
@@ -85,7 +86,8 @@ struct FaceGrid {
     pad0: vec2f,
 }
 
-// The agreement of image layers with other photos, packed into one texture.
+// The agreement of image layers with other photos, and what of their texels shows their faces rather than the sky within outlines,
+// packed into one texture. Places of all agreements precede those of all outlines.
 @group(0) @binding(8) var agreements: texture_2d<f32>;
 @group(0) @binding(9) var<storage, read> agreement_places: array<AgreementPlace>;
 
@@ -104,6 +106,9 @@ const LEAST_FACING: f32 = 0.1;
 
 // The least matte at which something of a see-through surface is there (projection/sources.rs).
 const LEAST_MATTE: f32 = 0.03125;
+
+// The matte from which on nothing is seen through a surface: half a step of 8 bits less than 1.
+const WHOLE: f32 = 0.998;
 
 // The darkest channel of stored linear light from where on a colour begins to count as clipped, and where it is for certain.
 const WHITE_FROM: f32 = 0.88;
@@ -196,7 +201,18 @@ fn agreement_at(layer_texture: u32, px: vec2f) -> f32 {
     if !AGREEMENT {
         return 1.0;
     }
-    let place = agreement_places[layer_texture];
+    return value_at(agreement_places[layer_texture], px);
+}
+
+// Looks up how much of an image layer's texel at a photo position shows its face, as far as the view has left the photo's camera.
+fn outline_at(layer_texture: u32, px: vec2f, left: f32) -> f32 {
+    if !OUTLINES {
+        return 1.0;
+    }
+    return mix(1.0, value_at(agreement_places[arrayLength(&agreement_places) / 2u + layer_texture], px), left);
+}
+
+fn value_at(place: AgreementPlace, px: vec2f) -> f32 {
     if place.size.x == 0.0 {
         return 1.0;
     }
@@ -481,15 +497,16 @@ fn shown(drawn: Drawn) -> vec4f {
             q *= photo.leaning;
             served += select(1.0, MIRROR_SERVES, other_side && apart == MIRRORED);
             most_confident = max(most_confident, texel.confidence);
-            let exposed = undone(texel, photo, px) * (lens * photo.gain.rgb) * light_on(drawn.cells.x, photo.group);
+            let exposed = undone(texel, photo, px) * (lens * photo.gain) * light_on(drawn.cells.x, photo.group);
             let light = kept_white(texel, exposed);
-            let color = display_color(light, candidate, octaves, agreement);
+            let outline = outline_at(candidate.z, px, photo.left);
+            let color = outline * display_color(light, candidate, octaves, agreement);
             if PINS && !other_side && (candidate.y & FLAG_PINNED) != 0u {
                 pinned += vec4f(color * trust, trust);
-                pinned_cover += texel.matte * trust;
+                pinned_cover += outline * texel.matte * trust;
                 pinned_share = max(pinned_share, trust);
             } else {
-                best = join(best, q, shade(color, texel.matte));
+                best = join(best, q, shade(color, outline * texel.matte));
             }
         }
     }
@@ -511,7 +528,13 @@ fn shown(drawn: Drawn) -> vec4f {
         let continued = continued_at(drawn.cells.x, on_plane);
         color = continued.rgb * lens;
         served = continued.a;
+        matte = 1.0;
     }
     color = darkened(color, drawn, on_plane, depth);
+    if OUTLINES && matte < WHOLE && frame.surroundings_columns > 0u {
+        let around = around_at(drawn.position.xy);
+        color += (1.0 - matte) * min(around.rgb, vec3f(1.0));
+        matte += (1.0 - matte) * around.a;
+    }
     return finished(color, matte, served, most_confident, drawn.cells.x);
 }

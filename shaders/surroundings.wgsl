@@ -34,15 +34,20 @@ fn behind(@builtin(vertex_index) index: u32) -> Behind {
     return Behind(vec4f(at, 0.0, 1.0));
 }
 
-// The surroundings, where no face is: at infinite depth, so that a direction decides. The dome is one more server,
-// everywhere. CPU reference: projection/surroundings.rs.
+// The surroundings, where no face is.
 @fragment
 fn surroundings(behind: Behind) -> @location(0) vec4f {
-    let ray = ray_through(behind.position.xy);
+    return around_at(behind.position.xy);
+}
+
+// What the photos show of the surroundings in a pixel: at infinite depth, so that a direction decides. The dome is one more server,
+// everywhere. CPU reference: projection/surroundings.rs.
+fn around_at(position: vec2f) -> vec4f {
+    let ray = ray_through(position);
     let ray_x = frame.right / frame.focal_x;
     let ray_y = frame.down / frame.focal_y;
-    let lens = lens_at(behind.position.xy);
-    let cell = vec2u(behind.position.xy) / frame.cell_px;
+    let lens = lens_at(position);
+    let cell = vec2u(position) / frame.cell_px;
     let range = frame.surroundings_first + cell.y * frame.surroundings_columns + cell.x;
     var best = no_best();
     var most_confident = 0.0;
@@ -93,11 +98,11 @@ fn surroundings(behind: Behind) -> @location(0) vec4f {
             q *= photo.leaning;
             served += 1.0;
             most_confident = max(most_confident, texel.confidence);
-            let exposed = undone(texel, photo, px) * (lens * photo.gain.rgb);
+            let exposed = undone(texel, photo, px) * (lens * photo.gain);
             let light = mix(kept_white(texel, exposed), exposed * to_one_sky(photo, px, is_dome), photo.sky_share);
             let color = display_color(light, candidate, octaves, agreement);
             best = join(best, q, shade(color, 1.0));
         }
     }
-    return finished(mixed(best, across_stripe(behind.position.xy)), 1.0, served, most_confident, 0u);
+    return finished(mixed(best, across_stripe(position)), 1.0, served, most_confident, 0u);
 }

@@ -1,7 +1,7 @@
 //! Reads and writes `cache/agreement.bin`: how far a site's photos confirm each other, derived (see `docs/formats.md`).
 //!
-//! One line of JSON describes the file; after a line feed follow the contradicted pixels of all photos, and those beside
-//! them, photo after photo, 9 bytes each: column and row (16 bits), the face (32 bits), and the agreement (8 bits), little-endian.
+//! One line of JSON describes the file; after a line feed follow the contradicted pixels of all photos, those beside
+//! them, and in the same way what is sky within outlines, photo after photo, 9 bytes each: column and row (16 bits), the face (32 bits), and the agreement (8 bits), little-endian.
 
 use std::path::Path;
 
@@ -12,10 +12,10 @@ use quadratura_base::geometry::Spans;
 use quadratura_base::scene::FaceId;
 use quadratura_files::atomic::write_atomically;
 use quadratura_layers::agreement::{PhotoEvidence, Thing};
-use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
+use quadratura_view::agreement::{ContradictedPixel, NO_FACE, PhotoAgreement};
 
 /// The version that this program writes; it reads no other.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// The number of bytes of a pixel.
 const PIXEL: usize = 9;
@@ -36,6 +36,8 @@ struct PhotoEntry {
     contradicted: usize,
     /// The number of pixels beside them.
     beside: usize,
+    /// The same of its outlines.
+    outlines: [usize; 2],
     /// See [`PhotoEvidence::undecided`].
     undecided: f64,
     things: Vec<ThingEntry>,
@@ -59,9 +61,8 @@ pub fn write_agreement(file: &Path, photos: &[PhotoEvidence], inputs: &str) -> R
         Header { version: VERSION, inputs: inputs.to_owned(), photos: photos.iter().map(entry).collect() };
     let mut bytes = serde_json::to_vec(&header).expect("plain data is JSON");
     bytes.push(b'\n');
-    for pixel in
-        photos.iter().flat_map(|photo| photo.agreement.contradicted.iter().chain(&photo.agreement.beside))
-    {
+    let both = |photo: &'_ PhotoEvidence| [photo.agreement.clone(), photo.outlines.clone()];
+    for pixel in photos.iter().flat_map(both).flat_map(|of| [of.contradicted, of.beside].concat()) {
         bytes.extend(pixel.at.iter().flat_map(|at| at.to_le_bytes()));
         bytes.extend(pixel.face.0.to_le_bytes());
         bytes.push(pixel.agreement);
@@ -82,28 +83,33 @@ pub fn read_agreement(file: &Path, inputs: &str, faces: usize) -> Option<Vec<Pho
         return None;
     }
     let (mut pixels, rest) = bytes[line + 1..].as_chunks::<PIXEL>();
-    let mut counts = header.photos.iter().flat_map(|photo| [photo.contradicted, photo.beside]);
+    let mut counts = header
+        .photos
+        .iter()
+        .flat_map(|photo| [photo.contradicted, photo.beside, photo.outlines[0], photo.outlines[1]]);
     let counted = counts.try_fold(0usize, usize::checked_add);
     if counted != Some(pixels.len()) || !rest.is_empty() {
         return None;
     }
     let mut photos = Vec::with_capacity(header.photos.len());
-    for PhotoEntry { size, contradicted, beside, undecided, things } in header.photos {
-        let [contradicted, beside] = [contradicted, beside].map(|count| {
-            let own;
-            (own, pixels) = pixels.split_at(count);
-            own.iter().map(pixel).collect::<Vec<ContradictedPixel>>()
-        });
+    for PhotoEntry { size, contradicted, beside, outlines, undecided, things } in header.photos {
         let is_sound = |pixel: &ContradictedPixel| {
             let inside = (0..2).all(|i| u32::from(pixel.at[i]) < size[i]);
-            inside && (pixel.face.0 as usize) < faces && pixel.agreement > 0
+            let is_face = (pixel.face.0 as usize) < faces || pixel.face == NO_FACE;
+            inside && is_face && pixel.agreement > 0
         };
-        if !contradicted.iter().chain(&beside).all(is_sound) {
-            return None;
-        }
-        let agreement = PhotoAgreement { size, contradicted, beside };
+        let mut next = |counts: [usize; 2]| {
+            let [contradicted, beside] = counts.map(|count| {
+                let own;
+                (own, pixels) = pixels.split_at(count);
+                own.iter().map(pixel).collect::<Vec<ContradictedPixel>>()
+            });
+            let are_sound = contradicted.iter().chain(&beside).all(is_sound);
+            are_sound.then_some(PhotoAgreement { size, contradicted, beside })
+        };
+        let (agreement, outlines) = (next([contradicted, beside])?, next(outlines)?);
         let things = things.into_iter().map(|entry| thing(entry, size)).collect::<Option<_>>()?;
-        photos.push(PhotoEvidence { agreement, things, undecided });
+        photos.push(PhotoEvidence { agreement, outlines, things, undecided });
     }
     Some(photos)
 }
@@ -119,6 +125,7 @@ fn entry(photo: &PhotoEvidence) -> PhotoEntry {
         size: photo.agreement.size,
         contradicted: photo.agreement.contradicted.len(),
         beside: photo.agreement.beside.len(),
+        outlines: [photo.outlines.contradicted.len(), photo.outlines.beside.len()],
         undecided: photo.undecided,
         things: photo.things.iter().map(thing).collect(),
     }
@@ -164,8 +171,10 @@ mod tests {
         let pixels = Spans::of_pixels(PixelRect { x: 2, y: 3, w: 5, h: 4 }, |x, y| (x + y) % 3 > 0);
         let contradicted = vec![pixel(2, 3), pixel(8, 399)];
         let agreement = PhotoAgreement { size: [9, 400], contradicted, beside: vec![pixel(7, 398)] };
+        let outlines =
+            PhotoAgreement { size: [9, 400], contradicted: vec![pixel(5, 7)], beside: vec![pixel(6, 7)] };
         let things = vec![Thing { pixels, distance: 0.75, likelihood: 0.5, is_light: false }];
-        vec![PhotoEvidence::default(), PhotoEvidence { agreement, things, undecided: 0.25 }]
+        vec![PhotoEvidence::default(), PhotoEvidence { agreement, outlines, things, undecided: 0.25 }]
     }
 
     #[test]

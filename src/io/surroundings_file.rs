@@ -13,11 +13,10 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 use serde::{Deserialize, Serialize};
 
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::FaceId;
 use quadratura_files::atomic::write_atomically;
 use quadratura_projection::dome::{BRIGHTEST, Dome, SIDES};
 use quadratura_projection::exposure::surroundings::{GRID, SurroundingsFactors};
-use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
+use quadratura_view::agreement::{ContradictedPixel, NO_FACE, PhotoAgreement};
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 2;
@@ -30,9 +29,6 @@ const FACTORS: usize = (1 + GRID * GRID) * 3 * size_of::<f32>();
 
 /// The largest logarithm of a factor: larger ones are damage.
 const LARGEST: f32 = 10.0;
-
-/// Stands for the face of pixels that show none.
-const NO_FACE: FaceId = FaceId(u32::MAX);
 
 /// What photos tell about their surroundings.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -30,6 +30,10 @@ const SPREADS: f32 = 0.5;
 /// The sine of the angle below the horizon from which on the unknown has the ground's colour: 30 degrees.
 const BELOW: f64 = 0.5;
 
+/// The sine of the angle below the horizon from which on what photos show of the ground is continued: the ground does not colour the
+/// sky above it.
+const GROUND: f64 = 0.15;
+
 /// Every so many cells are looked at to find how the sky changes upwards.
 const LOOKED_AT: usize = 7;
 
@@ -108,7 +112,9 @@ impl DomeContent<'_> {
         map.values.par_iter_mut().zip(known).enumerate().for_each(|(at, (light, known))| {
             let below = (-direction(at).normalize().dot(self.up) / BELOW).clamp(0.0, 1.0) as f32;
             let share = below * below * (3.0 - 2.0 * below) * (1.0 - known);
-            *light = [0, 1, 2].map(|c| light[c] + (ground[c] - light[c]) * share);
+            // By ratios: a bright ground begins as gradually below a night.
+            let log = |light: f32| light.max(DARKEST).ln();
+            *light = [0, 1, 2].map(|c| (log(light[c]) + (log(ground[c]) - log(light[c])) * share).exp());
         });
     }
 }
@@ -151,8 +157,23 @@ fn continued(map: CubeMap<Weighted>, up: DVec3) -> CubeMap<[f32; 3]> {
         let expected = gradient.at(direction(at));
         ([0, 1, 2].map(|c| light[c].max(DARKEST).ln() - expected[c]), *weight)
     };
-    let values = map.values.par_iter().enumerate().map(apart).collect();
+    let values: Vec<Weighted> = map.values.par_iter().enumerate().map(apart).collect();
+    let height = |at: usize| direction(at).normalize().dot(up);
+    let above =
+        |(at, (log, weight)): (usize, &Weighted)| (*log, if height(at) > 0.0 { *weight } else { 0.0 });
+    let of_sky: Vec<Weighted> = values.iter().enumerate().map(above).collect();
+    let has_sky = of_sky.iter().any(|(_, weight)| *weight > 0.0);
+    let sky = has_sky.then(|| filled(&CubeMap { side: map.side, values: of_sky }));
     let mut filled = filled(&CubeMap { side: map.side, values });
+    if let Some(sky) = sky {
+        filled.values.par_iter_mut().zip(&sky.values).zip(&map.values).enumerate().for_each(
+            |(at, ((log, sky), (_, weight)))| {
+                let below = (-height(at) / GROUND).clamp(0.0, 1.0) as f32;
+                let share = (below * below * (3.0 - 2.0 * below)).max(*weight);
+                *log = [0, 1, 2].map(|c| sky[c] + (log[c] - sky[c]) * share);
+            },
+        );
+    }
     filled.values.par_iter_mut().zip(&map.values).enumerate().for_each(|(at, (log, (light, weight)))| {
         let expected = gradient.at(direction(at));
         let whole = [0, 1, 2].map(|c| (log[c] + expected[c]).exp());
@@ -301,6 +322,26 @@ mod tests {
         assert!(r > 0.26 && b < 0.2, "straight down: {r} {b}");
         let [r, _, b] = dome.light(DVec3::NEG_Y);
         assert!(r < 0.25 && b > 0.4, "straight up: {r} {b}");
+    }
+
+    #[test]
+    fn what_lies_below_the_horizon_does_not_colour_the_sky_above() {
+        let (sky, ground) = ([0.4, 0.5, 0.7], [0.2, 0.1, 0.02]);
+        let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
+        // The right half of the photo shows the ground alone: a house hides the sky.
+        let shown = (0..80 * 80).map(|at| match (at / 80 >= 41, at % 80 >= 40) {
+            (true, _) => Some(ground),
+            (false, is_hidden) => (!is_hidden).then_some(sky),
+        });
+        let dome = made(&[DirectionPhoto::new(CAMERA, pose, shown.collect())], None).unwrap();
+        for direction in
+            [DVec3::new(0.5, -0.1, 1.0), DVec3::new(1.0, -0.2, 0.3), DVec3::new(1.0, -0.05, -1.0)]
+        {
+            let [r, _, b] = dome.light(direction);
+            assert!((r / sky[0]).ln().abs() < 0.05 && (b / sky[2]).ln().abs() < 0.05, "{direction}: {r} {b}");
+        }
+        let [r, _, b] = dome.light(DVec3::new(0.5, 0.3, 1.0));
+        assert!(r > 2.0 * b, "and below it the ground goes on: {r} {b}");
     }
 
     #[test]

@@ -29,6 +29,10 @@ const OVERCAST: [f64; 3] = [0.0, 1.0, 2.0];
 /// The share of the error of an overcast sky below which a clear one is believed, which fits better in any case, having more unknowns.
 const CLEARLY: f64 = 0.8;
 
+/// How far a channel of a clear sky may be from the model's white balance, as a natural logarithm, and the largest saturation.
+const UNBALANCED: f64 = 0.05;
+const MOST_SATURATED: f64 = 1.3;
+
 /// The least light that enters a logarithm: black in 8 bits.
 const DARKEST: f32 = 1e-4;
 
@@ -65,6 +69,8 @@ pub struct Daylight {
     up: DVec3,
     /// The factors from the model's light to the photos', R, G, B, as natural logarithms.
     scale: [f64; 3],
+    /// The photos' saturation as a share of the model's: cameras show skies paler.
+    saturation: f64,
 }
 
 impl Daylight {
@@ -81,7 +87,7 @@ impl Daylight {
         let (elevation, turbidity) = USUAL;
         let usual = |scale| {
             let kind = SkyKind::Clear { towards_sun: sun(elevation, 180.0), turbidity };
-            Self { kind, is_estimated: false, up, scale }
+            Self { kind, is_estimated: false, up, scale, saturation: 1.0 }
         };
         if samples.len() < LEAST_SEEN {
             let plain = usual([0.0; 3]);
@@ -93,7 +99,9 @@ impl Daylight {
             .flat_map(|azimuth| ELEVATIONS.map(|elevation| sun(elevation, azimuth)))
             .flat_map(|towards_sun| TURBIDITIES.map(|turbidity| SkyKind::Clear { towards_sun, turbidity }));
         let best = |kinds: Vec<SkyKind>| {
-            let fit = |kind| Self { kind, is_estimated: true, up, scale: [0.0; 3] }.fitted(&samples);
+            let fit = |kind| {
+                Self { kind, is_estimated: true, up, scale: [0.0; 3], saturation: 1.0 }.fitted(&samples)
+            };
             let fits: Vec<(f64, Self)> = kinds.into_par_iter().map(fit).collect();
             // Of equals the first is taken, whatever the number of threads.
             fits.into_iter().reduce(|best, other| if other.0 < best.0 { other } else { best })
@@ -113,20 +121,41 @@ impl Daylight {
         towards_sun.dot(self.up).clamp(-1.0, 1.0).asin()
     }
 
-    /// Returns the mean squared error of the logarithms, and the daylight with the scale for which it is least.
+    /// Returns the mean squared error of the logarithms, and the daylight with the brightness, saturation and white balance for which it
+    /// is least. White balance is held near that of photos, since the colours of a clear sky lie on a line: any other balance would
+    /// tinge what photos do not show, such as the horizon.
     fn fitted(self, samples: &[(DVec3, [f32; 3])]) -> (f64, Self) {
+        let most = match self.kind {
+            SkyKind::Clear { .. } => UNBALANCED,
+            SkyKind::Overcast { .. } => f64::INFINITY,
+        };
         let count = samples.len() as f64;
-        let apart: Vec<[f64; 3]> = samples
+        let logs = |light: [f64; 3]| {
+            let logs = light.map(|light| light.max(f64::from(DARKEST)).ln());
+            let mean = logs.iter().sum::<f64>() / 3.0;
+            (mean, logs.map(|log| log - mean))
+        };
+        let pairs: Vec<_> = samples
             .iter()
-            .map(|(direction, light)| {
-                let model = self.light(*direction);
-                [0, 1, 2]
-                    .map(|c| f64::from(light[c].max(DARKEST)).ln() - model[c].max(f64::MIN_POSITIVE).ln())
-            })
+            .map(|(direction, light)| (logs(light.map(f64::from)), logs(self.light(*direction))))
             .collect();
-        let scale = [0, 1, 2].map(|c| apart.iter().map(|apart| apart[c]).sum::<f64>() / count);
-        let error = |apart: &[f64; 3]| (0..3).map(|c| (apart[c] - scale[c]).powi(2)).sum::<f64>();
-        (apart.iter().map(error).sum::<f64>() / count, Self { scale, ..self })
+        let brightness = pairs.iter().map(|(seen, model)| seen.0 - model.0).sum::<f64>() / count;
+        let products = |of: fn(&[f64; 3], &[f64; 3], usize) -> f64| {
+            pairs.iter().flat_map(|(seen, model)| (0..3).map(move |c| of(&seen.1, &model.1, c))).sum::<f64>()
+        };
+        let squares = products(|_, model, c| model[c] * model[c]);
+        let along = products(|seen, model, c| seen[c] * model[c]);
+        let saturation = if squares > 0.0 { (along / squares).clamp(0.0, MOST_SATURATED) } else { 1.0 };
+        let balance = [0, 1, 2].map(|c| {
+            let apart = pairs.iter().map(|(seen, model)| seen.1[c] - saturation * model.1[c]).sum::<f64>();
+            (apart / count).clamp(-most, most)
+        });
+        let error = |(seen, model): &((f64, [f64; 3]), (f64, [f64; 3]))| {
+            let brighter = seen.0 - model.0 - brightness;
+            (0..3).map(|c| (brighter + seen.1[c] - saturation * model.1[c] - balance[c]).powi(2)).sum::<f64>()
+        };
+        let scale = balance.map(|balance| brightness + balance);
+        (pairs.iter().map(error).sum::<f64>() / count, Self { scale, saturation, ..self })
     }
 
     /// Returns the light in a direction (world) above the horizon, linear R, G, B, in the common exposure.
@@ -155,7 +184,9 @@ impl Daylight {
         let to_rgb = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
         let rgb = to_rgb.map(|[a, b, c]| a * big_x + b * luminance + c * big_z);
         // Saturated blues lie outside of what screens show.
-        [0, 1, 2].map(|c| rgb[c].max(0.01 * luminance) * self.scale[c].exp())
+        let logs = [0, 1, 2].map(|c| rgb[c].max(0.01 * luminance).ln());
+        let mean = logs.iter().sum::<f64>() / 3.0;
+        [0, 1, 2].map(|c| (mean + self.saturation * (logs[c] - mean) + self.scale[c]).exp())
     }
 
     /// Makes the dome of this sky; below the level horizon it goes over to the ground's light.
@@ -227,7 +258,7 @@ mod tests {
     fn sky(elevation: f64, turbidity: f64) -> Daylight {
         let sun = DVec3::new(-elevation.to_radians().cos(), 0.0, elevation.to_radians().sin());
         let kind = SkyKind::Clear { towards_sun: sun, turbidity };
-        Daylight { kind, is_estimated: true, up: DVec3::Z, scale: [-3.0; 3] }
+        Daylight { kind, is_estimated: true, up: DVec3::Z, scale: [-3.0; 3], saturation: 1.0 }
     }
 
     fn sun_of(sky: &Daylight) -> DVec3 {
@@ -274,6 +305,20 @@ mod tests {
         let dome = found.dome(None, 56);
         let (expected, [r, g, b]) = (truth.light(DVec3::Z), dome.light(DVec3::Z));
         assert!([r, g, b].iter().zip(expected).all(|(a, b)| (f64::from(*a) / b).ln().abs() < 0.2));
+    }
+
+    #[test]
+    fn the_horizon_below_a_pale_sky_has_no_tinge() {
+        let truth = Daylight { saturation: 0.5, ..sky(70.0, 2.5) };
+        let value = |direction: DVec3| {
+            let is_seen = (0.3..0.7).contains(&(direction.z / direction.length()));
+            (truth.light(direction).map(|light| light as f32), if is_seen { 1.0 } else { 0.0 })
+        };
+        let seen = Dome::from_light(&CubeMap::from_directions(56, value));
+        let [r, g, b] = Daylight::estimated(Some(&seen), DVec3::Z, DVec3::Y).light(DVec3::Y);
+        let (low, high) = (r.min(g).min(b), r.max(g).max(b));
+        // A tenth of light is 8 of 255 in sRGB here.
+        assert!(high < 1.1 * low, "{r} {g} {b}");
     }
 
     #[test]

@@ -179,9 +179,10 @@ impl Skirts {
     /// Returns the texels of all layer textures, given those of the sources' own, and the agreement of photos.
     pub fn texels(&self, own: Arc<dyn Texels>, agreement: &Agreement) -> Arc<dyn Texels> {
         let standing = self.surroundings.iter().map(|of| agreement.of(*of).cloned()).collect();
+        let outlines = self.surroundings.iter().map(|of| agreement.outline_of(*of).cloned()).collect();
         let rect = |id: &LayerTextureId| self.sources.layer_texture(*id).rect;
         let of = self.surroundings.iter().map(|id| (*id, rect(id))).collect();
-        Arc::new(SkirtTexels { own, own_textures: self.own_textures, of, standing })
+        Arc::new(SkirtTexels { own, own_textures: self.own_textures, of, standing, outlines })
     }
 
     /// Returns true when a face is a skirt.
@@ -371,6 +372,8 @@ struct SkirtTexels {
     /// for `None`.
     of: Vec<(LayerTextureId, PixelRect)>,
     standing: Vec<Option<AgreementGrid>>,
+    /// How much of their pixels is something else than sky, likewise.
+    outlines: Vec<Option<AgreementGrid>>,
 }
 
 impl Texels for SkirtTexels {
@@ -384,7 +387,11 @@ impl Texels for SkirtTexels {
             let rect = PixelRect { w: 1, h: 1, ..place };
             return Ok(LayerTexturePixels { rect, rgba: vec![0; 4], needed: vec![0], matte: Some(vec![0]) });
         };
-        let (rect, grid) = (pixels.rect, self.standing[at].as_ref());
+        let rect = pixels.rect;
+        let value = |grids: &[Option<AgreementGrid>], x: i32, y: i32| {
+            let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            grids[at].as_ref().map_or(1.0, |grid| grid.at(px))
+        };
         let (texels, _) = pixels.rgba.as_chunks_mut::<4>();
         let mut matte = vec![0; texels.len()];
         let places = rect.pixels().zip(texels).zip(&pixels.needed).zip(&mut matte);
@@ -397,9 +404,8 @@ impl Texels for SkirtTexels {
                 continue;
             }
             texel[3] = u8::MAX;
-            let agreement =
-                grid.map_or(1.0, |grid| grid.at(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)));
-            *matte = (255.0 * standing(agreement)).round() as u8;
+            let stands = standing(value(&self.standing, x, y));
+            *matte = (255.0 * stands * value(&self.outlines, x, y)).round() as u8;
         }
         Ok(LayerTexturePixels { matte: Some(matte), ..pixels })
     }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::budget::Budget;
+use super::far_backdrops::FarBackdrops;
 use super::gains;
 use super::inputs::Inputs;
 use super::open::Opened;
@@ -20,16 +21,17 @@ use quadratura_io::agreement_file::{read_agreement, write_agreement};
 use quadratura_io::photo::read_unmasked;
 use quadratura_io::reference::reference;
 use quadratura_layers::agreement::{
-    AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, photo_agreement,
-    things, undecided_share, votes,
+    AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, outlines,
+    photo_agreement, things, undecided_share, votes,
 };
 use quadratura_layers::fill::{Donor, DonorContent, Surfaces};
 use quadratura_projection::framing::scaled;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::{Gains, Projector};
+use quadratura_view::hidden::HiddenFaces;
 
 /// A counter of changes in how the same photos are compared, or in the relief on which they are.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// The share of a photo's compared pixels with as many votes against them as for them from which on that is told: the
 /// photos differ as a whole, and nobody can know which of them are right.
@@ -69,6 +71,8 @@ pub struct SiteAgreement {
     /// The photos prepared for comparison, once they were needed, with the gains that they were prepared with.
     reduced: Option<(Gains, Vec<Option<ReducedPhoto>>)>,
     surfaces: Surfaces,
+    /// The faces that views show as surroundings.
+    far: HiddenFaces,
 }
 
 impl SiteAgreement {
@@ -95,8 +99,9 @@ impl SiteAgreement {
         let hash = hash_bytes(format!("{} {} {options:?}", inputs.hash, inputs.tolerance).as_bytes());
         let faces = site.model.faces.len();
         let surfaces = Surfaces::from_model(&site.model);
+        let far = FarBackdrops::new(site).faces(site);
         let mut opened =
-            Self { site: site.clone(), inputs, options, whole: Arc::default(), reduced: None, surfaces };
+            Self { site: site.clone(), inputs, options, whole: Arc::default(), reduced: None, surfaces, far };
         let fits = |found: &Vec<PhotoEvidence>| found.len() == site.photos.len() && opened.has_sizes(found);
         if let Some(evidence) = read_agreement(&file, &hash, faces).filter(fits) {
             opened.whole = evidence.into();
@@ -192,7 +197,8 @@ impl SiteAgreement {
             let agreement = photo_agreement(photo, &votes, &regions, reduction, &self.options);
             let undecided = undecided_share(&votes);
             let things = things(&all, id, left_out, &votes, &self.options);
-            found.push(PhotoEvidence { agreement, things, undecided });
+            let outlines = photo.outlines.clone();
+            found.push(PhotoEvidence { agreement, outlines, things, undecided });
         }
         task.step("compare photos", count, count)?;
         Ok(found)
@@ -221,7 +227,9 @@ impl SiteAgreement {
                 let (model, tolerance) = (&self.site.model, self.inputs.tolerance);
                 let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
                 let donor = Donor::new(&projector, &content, model, &self.surfaces, tolerance);
-                Ok(Some(ReducedPhoto::new(donor, gains.of_photo[id.index()], &gains.optics[id.index()])))
+                let outlines = outlines(&donor, &pixels, |face| self.far.contains(face));
+                let (gain, optics) = (gains.of_photo[id.index()], &gains.optics[id.index()]);
+                Ok(Some(ReducedPhoto::new(donor, outlines, gain, optics)))
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             // What reads the photo for its own sake says why it cannot.

@@ -43,7 +43,7 @@ use quadratura_view::agreement::PhotoAgreement;
 use quadratura_view::srgb::Srgb;
 
 /// A counter of changes in how the same surroundings are compared and blended.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// The longer side of the reduced photos that are compared and blended.
 const LONGEST_PX: u32 = 1024;

@@ -18,6 +18,9 @@ const BLOCK: u32 = 8;
 /// against it have a lead of more than one.
 const OUTVOTED: u8 = 128;
 
+/// Stands for the face of pixels that show none.
+pub const NO_FACE: FaceId = FaceId(u32::MAX);
+
 /// A pixel of a reduced photo that other photos contradict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ContradictedPixel {

@@ -22,6 +22,7 @@ use quadratura::testing::recipe::gains::photo_gains;
 use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
 use quadratura::testing::recipe::sources::sources;
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::scene::light::{linear_of_srgb, srgb_from_linear};
 use quadratura::testing::scene::synthetic::Rng;
 use quadratura::testing::scene::{FaceId, Object, PhotoPixels, Site};
 use quadratura::testing::view::Shot;
@@ -126,6 +127,19 @@ impl Bench {
     /// Lets photos contradict each other in this many discs of each photo: from nearly nothing in the middle of a disc
     /// to full agreement at its rim.
     pub fn contradict(&mut self, discs: u32, rng: &mut Rng) {
+        let evidence = self.discs(discs, rng);
+        self.agreement = Agreement::new(&evidence.iter().collect::<Vec<_>>(), &self.sources);
+    }
+
+    /// Lets photos show the sky, not their faces, in this many discs of each photo, likewise.
+    pub fn end_within(&mut self, discs: u32, rng: &mut Rng) {
+        let evidence = self.discs(discs, rng);
+        let agreement = Agreement::new(&[], &self.sources);
+        self.agreement = agreement.with_outlines(&evidence.iter().collect::<Vec<_>>(), &self.sources);
+    }
+
+    /// Returns values of each photo's pixels: from nearly nothing in the middle of each of these many discs on a face to 1 at its rim.
+    fn discs(&self, discs: u32, rng: &mut Rng) -> Vec<PhotoAgreement> {
         let (mut evidence, sources) = (Vec::new(), &self.sources);
         for (photo, id) in sources.photos.iter().zip((0..).map(PhotoId)) {
             let serves = |face: &FaceId| sources.servers_of(*face).iter().any(|server| server.photo == id);
@@ -152,7 +166,7 @@ impl Bench {
                 ..PhotoAgreement::default()
             });
         }
-        self.agreement = Agreement::new(&evidence.iter().collect::<Vec<_>>(), sources);
+        evidence
     }
 
     /// Lets what the photos' surroundings show in this many discs of each photo stand on outlines, and draws skirts.
@@ -267,4 +281,16 @@ fn stacks(site: &Site, folder: &Path, rasteriser: &GpuRasteriser) -> Vec<Option<
 /// The largest difference of two pixels in R, G, B.
 pub fn apart(a: &[u8], b: &[u8]) -> u8 {
     a.iter().zip(b).take(3).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+/// The steps of 8 bits by which two pixels differ, laid over the grey of what is not textured: what is nearly transparent has
+/// no colour to speak of.
+pub fn apart_over_grey(a: &[u8], b: &[u8]) -> f64 {
+    let over = |pixel: &[u8], c: usize| {
+        let (alpha, grey) = (f64::from(pixel[3]) / 255.0, linear_of_srgb(128.0 / 255.0));
+        let light = alpha * linear_of_srgb(f64::from(pixel[c]) / 255.0) + (1.0 - alpha) * grey;
+        255.0 * srgb_from_linear(light)
+    };
+    let colour = (0..3).map(|c| (over(a, c) - over(b, c)).abs()).fold(0.0, f64::max);
+    colour.max(f64::from(a[3].abs_diff(b[3])))
 }

@@ -19,7 +19,7 @@ use quadratura::testing::scene::synthetic::{Rng, centred, look_at};
 use quadratura::testing::view::optics::Optics;
 use quadratura::testing::view::{Exposure, Mode, Picture, Quality, Shot};
 
-use crate::bench::{Bench, apart};
+use crate::bench::{Bench, apart, apart_over_grey};
 
 /// A step beside a photo, closer than the photos' own pixels, so that every lookup is at level 0.
 fn close_up(bench: &Bench, photo: usize, target_px: [f64; 2]) -> Shot {
@@ -102,9 +102,15 @@ pub fn difference(gpu: &mut Renderer, twin: &mut ReferenceRenderer, shot: &Shot)
         difference.display += f64::from(u8::from(b[3] > 0));
         difference.surroundings += f64::from(u8::from(b[3] > 0 && faces[i] == 0));
         // What is not textured is grey in both; its colour is no part of the picture.
-        let apart = if b[3] > 0 { apart(a, b) } else { 0 };
-        difference.far += f64::from(u8::from(a[3] != b[3] || apart > STEPS));
-        difference.sum += f64::from(apart);
+        // What one sees through in part is rounded twice.
+        let (apart, alpha_steps) = match b[3] {
+            0 => (0.0, 0),
+            u8::MAX => (f64::from(apart(a, b)), 0),
+            _ => (apart_over_grey(a, b), 1),
+        };
+        let is_far = a[3].abs_diff(b[3]) > alpha_steps || apart > f64::from(STEPS);
+        difference.far += f64::from(u8::from(is_far));
+        difference.sum += apart;
     }
     difference
 }

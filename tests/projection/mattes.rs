@@ -18,7 +18,7 @@ use quadratura::testing::view::hidden::{Culling, HiddenFaces};
 use quadratura::testing::view::legend::{MATTE, colour_at, colour_of_number};
 use quadratura::testing::view::{DisplayMode, Mode, Picture, Quality, Shot};
 
-use crate::bench::{Bench, renderer_of};
+use crate::bench::{Bench, apart_over_grey as apart, renderer_of};
 use crate::impostors::turning;
 use crate::random_scenes::{bench, view};
 
@@ -138,18 +138,6 @@ fn stacks(bench: &Bench, shot: &Shot) -> Vec<Vec<FaceId>> {
     let (width, height) = (shot.camera.width, shot.camera.height);
     let at = |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
     (0..width * height).map(|i| faces_in(bench, &surface, shot, at(i))).collect()
-}
-
-/// The steps of 8 bits by which two pixels differ, laid over the grey of what is not textured: what is nearly transparent has
-/// no colour to speak of.
-fn apart(a: &[u8; 4], b: &[u8; 4]) -> f64 {
-    let over = |pixel: &[u8; 4], c: usize| {
-        let (alpha, grey) = (f64::from(pixel[3]) / 255.0, linear_of_srgb(128.0 / 255.0));
-        let light = alpha * linear_of_srgb(f64::from(pixel[c]) / 255.0) + (1.0 - alpha) * grey;
-        255.0 * srgb_from_linear(light)
-    };
-    let colour = (0..3).map(|c| (over(a, c) - over(b, c)).abs()).fold(0.0, f64::max);
-    colour.max(f64::from(a[3].abs_diff(b[3])))
 }
 
 /// How far pictures are from their twins.

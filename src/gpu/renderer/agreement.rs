@@ -1,5 +1,5 @@
-//! The photos' agreement on the device: the grids of all image layers packed into one texture, and the position of each
-//! (`AgreementPlace` of `shaders/project.wgsl`).
+//! The photos' agreement and their outlines on the device: the grids of all image layers packed into one texture, and the position of
+//! each (`AgreementPlace` of `shaders/project.wgsl`).
 
 use std::collections::BTreeMap;
 
@@ -29,16 +29,25 @@ pub struct PlaceWords {
 /// The longest side of the texture: 64 MiB in all.
 const LONGEST_SIDE: u32 = 8192;
 
+/// A grid: the image layer, and whether it is that of its outlines.
+type GridKey = (LayerTextureId, bool);
+
+/// Returns the grid of an image layer.
+fn grid(agreement: &Agreement, (id, is_outline): GridKey) -> Option<&AgreementGrid> {
+    let grids = if is_outline { &agreement.outlines } else { &agreement.of_texture };
+    grids.get(id.0 as usize)?.as_ref()
+}
+
 /// The agreement's texture and table.
 #[derive(Debug)]
 pub struct AgreementTexture {
     /// The agreement of each cell, 0 to 1.
     pub texture: TextureView,
     /// The first cell of each grid in the texture.
-    corners: BTreeMap<LayerTextureId, [u32; 2]>,
+    corners: BTreeMap<GridKey, [u32; 2]>,
     /// How often the numbers of columns and rows were halved, so that all grids fit into the texture.
     halvings: u32,
-    /// The table of [`PlaceWords`], one per image layer.
+    /// The table of [`PlaceWords`], one per image layer for its agreement, then one per image layer for its outlines.
     pub places: Buffer,
     /// The same on the CPU, for bounds of penalties.
     pub agreement: Agreement,
@@ -48,11 +57,15 @@ impl AgreementTexture {
     /// Uploads the agreement of `layer_textures` image layers. Grids that exceed the device's textures together are all
     /// made coarser: hundreds of photos still agree or not, less sharply.
     pub fn new(gpu: &Gpu, mut agreement: Agreement, layer_textures: usize) -> Self {
-        let ids = || (0..layer_textures as u32).map(LayerTextureId);
+        let keys = || {
+            [false, true].into_iter().flat_map(|is_outline| {
+                (0..layer_textures as u32).map(move |id| (LayerTextureId(id), is_outline))
+            })
+        };
         let longest = gpu.device.limits().max_texture_dimension_2d.min(LONGEST_SIDE);
         let mut halvings = 0;
         let packing = loop {
-            let grids = ids().filter_map(|id| Some((id, agreement.of(id)?.size)));
+            let grids = keys().filter_map(|key| Some((key, grid(&agreement, key)?.size)));
             let packing = Packing::new(grids, longest);
             if packing.is_complete {
                 break packing;
@@ -61,35 +74,37 @@ impl AgreementTexture {
             halvings += 1;
         };
         let mut cells = vec![u8::MAX; packing.cells()];
-        let mut places = vec![PlaceWords::zeroed(); layer_textures.max(1)];
-        let mut packed = vec![None; agreement.of_texture.len()];
-        for &(id, corner) in &packing.positions {
-            let Some(grid) = agreement.of_texture[id.0 as usize].take() else { continue };
-            places[id.0 as usize] = words(&grid, corner);
+        let layers = layer_textures.max(1);
+        let mut places = vec![PlaceWords::zeroed(); 2 * layers];
+        for &((id, is_outline), corner) in &packing.positions {
+            let Some(grid) = grid(&agreement, (id, is_outline)) else { continue };
+            places[usize::from(is_outline) * layers + id.0 as usize] = words(grid, corner);
             packing.copy(&mut cells, &grid.values, corner, grid.size[0]);
-            packed[id.0 as usize] = Some(grid);
         }
         Self {
             texture: packing.texture(gpu, "agreement", TextureFormat::R8Unorm, &cells),
             places: bindings::filled(gpu, "agreement places", &places, BufferUsages::STORAGE),
             corners: packing.positions.iter().copied().collect(),
             halvings,
-            agreement: Agreement { of_texture: packed },
+            agreement,
         }
     }
 
     /// Uploads the grids of these image layers again, where only the values of cells have changed; returns false, with nothing
     /// changed, where grids are others.
     pub fn renew(&mut self, gpu: &Gpu, agreement: &Agreement, changed: &[LayerTextureId]) -> bool {
-        let same = |id: &LayerTextureId| -> Option<(LayerTextureId, [u32; 2], AgreementGrid)> {
-            let mut grid = agreement.of(*id)?.clone();
-            (0..self.halvings).for_each(|_| grid = grid.halved());
-            let before = self.agreement.of(*id)?;
-            let is_same = (before.corner, before.size) == (grid.corner, grid.size);
-            is_same.then_some((*id, *self.corners.get(id)?, grid))
+        let same = |key: GridKey| -> Option<(GridKey, [u32; 2], AgreementGrid)> {
+            let mut present = grid(agreement, key)?.clone();
+            (0..self.halvings).for_each(|_| present = present.halved());
+            let before = grid(&self.agreement, key)?;
+            let is_same = (before.corner, before.size) == (present.corner, present.size);
+            is_same.then_some((key, *self.corners.get(&key)?, present))
         };
-        let Some(grids) = changed.iter().map(same).collect::<Option<Vec<_>>>() else { return false };
-        for (id, [x, y], grid) in grids {
+        let of_layer = |id: &LayerTextureId| [(*id, false), (*id, true)];
+        let is_any = |key: &GridKey| grid(agreement, *key).is_some() || grid(&self.agreement, *key).is_some();
+        let keys = changed.iter().flat_map(of_layer).filter(is_any);
+        let Some(grids) = keys.map(same).collect::<Option<Vec<_>>>() else { return false };
+        for ((id, is_outline), [x, y], grid) in grids {
             let [width, height] = grid.size;
             let texture = self.texture.texture();
             let origin = Origin3d { x, y, z: 0 };
@@ -98,7 +113,8 @@ impl AgreementTexture {
                 TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width), rows_per_image: None };
             let size = Extent3d { width, height, depth_or_array_layers: 1 };
             gpu.queue.write_texture(target, &grid.values, layout, size);
-            self.agreement.of_texture[id.0 as usize] = Some(grid);
+            let Agreement { of_texture, outlines } = &mut self.agreement;
+            (if is_outline { outlines } else { of_texture })[id.0 as usize] = Some(grid);
         }
         true
     }
@@ -138,7 +154,7 @@ mod tests {
     fn agreement(wide: u16) -> Agreement {
         let cells = BTreeMap::from([((0, 0), 51), ((3, wide), 51)]);
         let grid = AgreementGrid::new(DVec2::splat(0.5), &cells);
-        Agreement { of_texture: vec![grid.clone(), None, grid] }
+        Agreement { of_texture: vec![grid.clone(), None, grid.clone()], outlines: vec![None, None, grid] }
     }
 
     #[test]
@@ -147,9 +163,12 @@ mod tests {
         let mut texture = AgreementTexture::new(&gpu, before.clone(), 3);
         let mut after = before.clone();
         after.of_texture[2].as_mut().unwrap().spare([(0, 0)].into_iter());
+        after.outlines[2].as_mut().unwrap().spare([(0, 0)].into_iter());
         assert!(texture.renew(&gpu, &after, &[LayerTextureId(2)]));
         assert_eq!(texture.agreement, after);
-        for (other, changed) in [(agreement(41), LayerTextureId(0)), (before, LayerTextureId(1))] {
+        let mut more = before.clone();
+        more.of_texture[1] = before.of_texture[0].clone();
+        for (other, changed) in [(agreement(41), LayerTextureId(0)), (more, LayerTextureId(1))] {
             assert!(!texture.renew(&gpu, &other, &[changed]), "{changed:?}");
             assert_eq!(texture.agreement, after, "nothing has changed");
         }

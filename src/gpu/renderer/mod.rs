@@ -371,9 +371,10 @@ impl Renderer {
 
     /// Returns what the programs of a view must do.
     fn content(&self, undoes_optics: bool) -> Content {
-        let contradicted = !self.agreement.agreement.is_full();
+        let agreement = &self.agreement.agreement;
+        let (contradicted, outlines) = (!agreement.is_full(), agreement.has_outlines());
         let (pins, impostors, mattes) = (self.pins, self.model.has_impostors(), self.mattes);
-        Content { undoes_optics, pins, impostors, contradicted, mattes }
+        Content { undoes_optics, pins, impostors, contradicted, mattes, outlines }
     }
 
     /// Draws a view with a program, and its see-through faces with another one.

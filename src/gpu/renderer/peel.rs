@@ -217,7 +217,7 @@ impl Peels for Renderer {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let (prepared, target, peeled, programs) = gpu.guarded("preparing layers", || {
             let prepared = self.prepare_layers(shot, task)?;
-            let program = Program::new(shot, &self.content(prepared.undoes_optics));
+            let program = Program::new(shot, &self.content(prepared.undoes_optics)).without_outlines();
             let programs = [program, program.of_see_through()];
             self.passes.make_peeling(&gpu, programs);
             let peeled = depth_texture(&gpu, width, height);

@@ -39,6 +39,8 @@ pub enum Program {
         agreement: bool,
         /// True when some layer texture has a matte.
         mattes: bool,
+        /// True when one sees through texels that show the sky within the outlines of the model.
+        outlines: bool,
         /// True when it draws the skirts and see-through faces, blended over what is behind them; false when it draws all others.
         see_through: bool,
         /// True when it draws the numbers of see-through faces where something of them is there, instead of colours.
@@ -63,12 +65,14 @@ pub struct Content {
     pub contradicted: bool,
     /// Whether some layer texture has a matte.
     pub mattes: bool,
+    /// Whether some photo shows the sky within the outlines of the model.
+    pub outlines: bool,
 }
 
 impl Program {
     /// Returns the program that draws a view's image.
     pub fn new(shot: &Shot, content: &Content) -> Self {
-        let Content { undoes_optics, pins, impostors, contradicted, mattes } = *content;
+        let Content { undoes_optics, pins, impostors, contradicted, mattes, outlines } = *content;
         let single = match shot.display {
             DisplayMode::BestPhoto
             | DisplayMode::Group
@@ -86,6 +90,7 @@ impl Program {
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
         let agreement = contradicted && (shot.blend.agreement || shot.display == DisplayMode::Agreement);
+        let outlines = outlines && shot.blend.agreement && shot.display == DisplayMode::Colour;
         let Shot { display, quality, linear, .. } = *shot;
         let (see_through, numbers, shadows) = (false, false, false);
         Self::Picture {
@@ -98,6 +103,7 @@ impl Program {
             impostors,
             agreement,
             mattes,
+            outlines,
             see_through,
             numbers,
             shadows,
@@ -119,8 +125,16 @@ impl Program {
     /// Returns the program that draws the skirts and see-through faces of the same image, which have mattes; that of all faces
     /// where it draws faces.
     pub fn of_see_through(mut self) -> Self {
-        if let Self::Picture { see_through, mattes, .. } = &mut self {
-            (*see_through, *mattes) = (true, true);
+        if let Self::Picture { see_through, mattes, outlines, .. } = &mut self {
+            (*see_through, *mattes, *outlines) = (true, true, false);
+        }
+        self
+    }
+
+    /// Returns the program of the same image with all texels as they are: nothing is behind the layers that are peeled off.
+    pub fn without_outlines(mut self) -> Self {
+        if let Self::Picture { outlines, .. } = &mut self {
+            *outlines = false;
         }
         self
     }
@@ -147,9 +161,14 @@ impl Program {
         matches!(self, Self::Picture { shadows: true, .. })
     }
 
-    /// Returns true when the program lays the colours of see-through faces over what is behind them.
-    pub fn blends(self) -> bool {
+    /// Returns true when the program draws skirts and see-through faces.
+    pub fn is_of_see_through(self) -> bool {
         matches!(self, Self::Picture { see_through: true, numbers: false, .. })
+    }
+
+    /// Returns true when the program lays its colours over what is behind them.
+    pub fn blends(self) -> bool {
+        self.is_of_see_through() || matches!(self, Self::Picture { outlines: true, .. })
     }
 
     /// Returns true when colours are filtered as stored, in sRGB.
@@ -170,6 +189,7 @@ pub fn generated(program: Program) -> String {
         impostors,
         agreement,
         mattes,
+        outlines,
         see_through,
         numbers: _,
         shadows: _,
@@ -186,7 +206,7 @@ pub fn generated(program: Program) -> String {
          const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\nconst PINS = {pins};\n\
          const IMPOSTORS = {impostors};\n\
          const AGREEMENT = {agreement};\nconst AGREEMENT_WEIGHS = {};\n\
-         const MATTES = {mattes};\nconst SEE_THROUGH = {see_through};\nconst CUT_OUT = {};\nconst CONTINUES = {};\n",
+         const MATTES = {mattes};\nconst OUTLINES = {outlines};\nconst SEE_THROUGH = {see_through};\nconst CUT_OUT = {};\nconst CONTINUES = {};\n",
         mode as u32,
         quality.is_anisotropic(),
         // Counts and the largest confidence are over all contributing photos, not over the best.
@@ -210,19 +230,19 @@ pub fn generated(program: Program) -> String {
         !see_through && matches!(display, DisplayMode::Colour | DisplayMode::Provenance),
     );
     text.push_str(&continued_color(display));
-    text.push_str(shades(see_through));
+    text.push_str(shades(see_through || outlines));
     text.push_str(&slots(photos));
     text.push_str(&mixed(display, photos));
     text.push_str(&ramp_of(display).map_or(String::new(), ramp));
     text.push_str(&display_color(display));
-    text.push_str(&finished(display, see_through));
+    text.push_str(&finished(display, see_through, outlines));
     text
 }
 
-/// Generates `Shade`, what of a photo is blended: a colour; on see-through faces also the matte, whose blend is `covered`.
+/// Generates `Shade`, what of a photo is blended: a colour; where one sees through, also the matte, whose blend is `covered`.
 /// It precedes the functions of [`slots`].
-fn shades(see_through: bool) -> &'static str {
-    if see_through {
+fn shades(with_mattes: bool) -> &'static str {
+    if with_mattes {
         "alias Shade = vec4f;\n\
          fn shade(color: vec3f, matte: f32) -> Shade { return vec4f(color, matte); }\n\
          fn color_of(shade: Shade) -> vec3f { return shade.rgb; }\n\
@@ -388,9 +408,11 @@ fn continued_color(display: DisplayMode) -> String {
 }
 
 /// Generates `finished`, which converts the blended colour to the pixel's.
-fn finished(display: DisplayMode, see_through: bool) -> String {
+fn finished(display: DisplayMode, see_through: bool, outlines: bool) -> String {
     let color = match display {
-        DisplayMode::Colour if see_through => "select(vec4f(0.0), vec4f(color, matte), served > 0.0)".into(),
+        DisplayMode::Colour if see_through || outlines => {
+            "select(vec4f(0.0), vec4f(color, matte), served > 0.0)".into()
+        }
         // The colours of sources are multiplied by the matte like all texels; they are shown where it is 1/2 or more.
         DisplayMode::Provenance if see_through => "vec4f(color / matte, 1.0)".into(),
         DisplayMode::Item => "vec4f(palette(face), 1.0)".into(),

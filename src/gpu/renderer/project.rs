@@ -217,7 +217,7 @@ impl Passes {
                 drawing.draw(0..3, 0..1);
             }
             // Skirts show colours alone.
-            let first = if pass.program_of_see_through.blends() { 0 } else { skirts };
+            let first = if pass.program_of_see_through.is_of_see_through() { 0 } else { skirts };
             if !clears && skirts + count > first {
                 drawing.set_pipeline(&self.programs[&pass.program_of_see_through]);
                 drawing.set_vertex_buffer(0, corners.slice());

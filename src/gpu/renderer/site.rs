@@ -98,7 +98,9 @@ impl SiteRenderer for Renderer {
         })?;
         let before = std::mem::replace(&mut self.agreement, present);
         let (before, present) = (&before.agreement, &self.agreement.agreement);
-        let changed = self.skirts.textures_of(|of| before.of(of) != present.of(of));
+        let grids =
+            |agreement: &'_ Agreement, of| (agreement.of(of).cloned(), agreement.outline_of(of).cloned());
+        let changed = self.skirts.textures_of(|of| grids(before, of) != grids(present, of));
         self.renew_skirts(&changed)
     }
 

@@ -34,7 +34,8 @@ pub struct PhotoWords {
     pub size: [f32; 2],
     pub per_border: f32,
     pub offset: f32,
-    pub gain: [f32; 4],
+    pub gain: [f32; 3],
+    pub left: f32,
     pub axis: [f32; 2],
     pub falloff: [f32; 2],
     pub leaning: f32,
@@ -113,6 +114,7 @@ impl Tables {
                 leaning: exposure.leaning_of(id) as f32,
                 group: groups.of(id) as u32,
                 sky: sky.place(id),
+                left: exposure.surroundings.left(id) as f32,
                 sky_share: if sky.holds(id) { exposure.surroundings.share(id) as f32 } else { 0.0 },
                 ..photo_words(sources.photo(id), gain, &optics, shot.viewpoint())
             }
@@ -172,7 +174,8 @@ fn photo_words(photo: &Projector, gain: [f32; 3], optics: &Optics, viewpoint: DV
         size: [width as f32, height as f32],
         per_border: (1.0 / (BORDER_SHARE * width.min(height))) as f32,
         offset: optics.offset as f32,
-        gain: [gain[0], gain[1], gain[2], 1.0],
+        gain,
+        left: 0.0,
         axis: [camera.cx as f32, camera.cy as f32],
         falloff: [(falloff[0] * per_px2) as f32, (falloff[1] * per_px2 * per_px2) as f32],
         leaning: 1.0,

@@ -65,6 +65,7 @@ fn picture(mode: Mode, photos: u32, display: DisplayMode, quality: Quality) -> P
         impostors: false,
         agreement: false,
         mattes: false,
+        outlines: false,
         see_through: false,
         numbers: false,
         shadows: false,
@@ -83,8 +84,14 @@ fn programs() -> Vec<Program> {
         }
     }
     let quality = Quality::Final;
-    let everything =
-        Content { undoes_optics: true, pins: true, impostors: true, contradicted: true, mattes: true };
+    let everything = Content {
+        undoes_optics: true,
+        pins: true,
+        impostors: true,
+        contradicted: true,
+        mattes: true,
+        outlines: true,
+    };
     for display in DISPLAY_MODES {
         let program = Program::new(&Shot { quality, display, ..shot(70, 3) }, &everything);
         programs.extend([program, program.of_see_through()]);
@@ -159,7 +166,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags half_width
         foot_high pad0 foot_low pad1 axis pad2);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
-    assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
+    assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain left
         axis falloff leaning group sky sky_share);
     assert_alike!(&module, "FaceGrids", FaceGridsWords: relief continued);
     assert_alike!(&module, "FaceGrid", FaceGridWords: across across_high up up_high across_low up_low corner size pad0);

@@ -10,12 +10,11 @@ use super::votes::{MOST_VOTES, Votes, agrees, largest_set};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::raster::steps::steps_inside;
-use quadratura_base::scene::FaceId;
 use quadratura_base::task::Task;
 use quadratura_projection::exposure::surroundings::SurroundingsFactors;
 use quadratura_projection::exposure::white::clipped;
 use quadratura_projection::surroundings::pixels_per_angle;
-use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
+use quadratura_view::agreement::{ContradictedPixel, NO_FACE, PhotoAgreement};
 use quadratura_view::optics::Optics;
 use quadratura_view::optics::squared_radius;
 
@@ -28,9 +27,6 @@ const SMOOTHING: i32 = 2;
 
 /// The least distance of two cameras, against the scale of the votes, from which one confirms what the other shows.
 pub(super) const AFAR: f64 = 0.25;
-
-/// Stands for the face of pixels that show none.
-const NO_FACE: FaceId = FaceId(u32::MAX);
 
 /// The surroundings that a reduced photo shows.
 pub struct DirectionPhoto {

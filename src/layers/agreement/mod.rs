@@ -8,6 +8,7 @@
 mod connected;
 pub mod directions;
 pub mod far_colours;
+mod outline;
 mod parallax;
 pub mod reduced_photo;
 pub mod regions;
@@ -16,6 +17,7 @@ pub mod things;
 mod tints;
 pub mod votes;
 
+pub use outline::outlines;
 pub use reduced_photo::{ReducedPhoto, ReducedPhotos};
 pub use regions::{ContradictedRegion, contradicted_regions};
 pub use things::{Thing, things};
@@ -23,6 +25,7 @@ pub use votes::{Votes, undecided_share, votes};
 
 use rayon::prelude::*;
 
+use crate::fill::Donor;
 use quadratura_base::scene::FaceId;
 use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
 
@@ -31,6 +34,8 @@ use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
 pub struct PhotoEvidence {
     /// The agreement of the photo's pixels.
     pub agreement: PhotoAgreement,
+    /// How much of each pixel shows its face rather than the sky within the outlines of the model ([`outlines()`]).
+    pub outlines: PhotoAgreement,
     /// The things that it alone shows, from the top, and the light that it alone has.
     pub things: Vec<Thing>,
     /// The share of the pixels that other photos show, too, of which as many photos contradict what this one shows as
@@ -108,7 +113,7 @@ pub fn photo_agreement(
         Some(ContradictedPixel { at: [x as u16, y as u16], face, agreement })
     };
     let contradicted = (0..).zip(&values).filter_map(pixel).collect();
-    PhotoAgreement { size: [width, height], contradicted, beside: beside(photo, &values) }
+    PhotoAgreement { size: [width, height], contradicted, beside: beside(&photo.donor, &values) }
 }
 
 /// Returns the agreement of each pixel by votes, as the mean over its neighbourhood on the same face: single pixels are
@@ -132,9 +137,9 @@ fn smoothed(photo: &ReducedPhoto, votes: &[Votes], radius: u32) -> Vec<f32> {
 }
 
 /// Extends the agreement of each face by one pixel past its outline: the mean of the neighbouring pixels that show it.
-fn beside(photo: &ReducedPhoto, values: &[f32]) -> Vec<ContradictedPixel> {
-    let (width, height) = (photo.donor.camera.width, photo.donor.camera.height);
-    let face = |x: u32, y: u32| photo.donor.owner(x, y).map(|item| photo.donor.seen(item).face);
+fn beside(donor: &Donor, values: &[f32]) -> Vec<ContradictedPixel> {
+    let (width, height) = (donor.camera.width, donor.camera.height);
+    let face = |x: u32, y: u32| donor.owner(x, y).map(|item| donor.seen(item).face);
     let value = |x: u32, y: u32| values[(y * width + x) as usize];
     let around = |x: u32, y: u32| {
         let rows = y.saturating_sub(1)..(y + 2).min(height);

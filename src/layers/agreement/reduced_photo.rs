@@ -7,6 +7,7 @@ use super::tints::TintLevels;
 use crate::fill::{Donor, SurfaceId, Surfaces};
 use quadratura_projection::exposure::LightGroups;
 use quadratura_projection::relief::Relief;
+use quadratura_view::agreement::PhotoAgreement;
 use quadratura_view::optics::Optics;
 use quadratura_view::optics::squared_radius;
 
@@ -18,6 +19,8 @@ const GRAZING: f64 = 0.03;
 pub struct ReducedPhoto {
     /// The photo's camera, and the surface that each pixel shows.
     pub donor: Donor,
+    /// How much of each pixel shows its face ([`super::outlines()`]).
+    pub outlines: PhotoAgreement,
     /// The colours in the common exposure.
     pub(super) tints: TintLevels,
 }
@@ -25,9 +28,9 @@ pub struct ReducedPhoto {
 impl ReducedPhoto {
     /// Builds the colours of a donor that was made from the reduced photo. `gain` is the photo's exposure relative to the
     /// common one (natural logarithms).
-    pub fn new(donor: Donor, gain: [f64; 3], optics: &Optics) -> Self {
+    pub fn new(donor: Donor, outlines: PhotoAgreement, gain: [f64; 3], optics: &Optics) -> Self {
         let tints = tints(&donor, gain, optics);
-        Self { donor, tints }
+        Self { donor, outlines, tints }
     }
 
     /// Replaces the exposure with which the photo is compared, given as in [`Self::new`].

@@ -65,7 +65,8 @@ fn reduced(
     let samples = Samples::U8(samples);
     let pixels = PhotoPixels { width: SIZE[0], height: SIZE[1], channels: 3, samples, icc: None };
     let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
-    ReducedPhoto::new(Donor::new(projector, &content, model, surfaces, 1e-4), [0.0; 3], &Optics::default())
+    let donor = Donor::new(projector, &content, model, surfaces, 1e-4);
+    ReducedPhoto::new(donor, PhotoAgreement::default(), [0.0; 3], &Optics::default())
 }
 
 /// A grey that varies slowly over the wall's plane, and a red thing.
@@ -104,7 +105,7 @@ fn compared_in_groups(
         let pixels = pixels(&projector, shows_it.then_some(thing));
         let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
         let donor = Donor::new(&projector, &content, &model, &surfaces, 1e-4);
-        Some(ReducedPhoto::new(donor, [0.0; 3], &Optics::default()))
+        Some(ReducedPhoto::new(donor, PhotoAgreement::default(), [0.0; 3], &Optics::default()))
     };
     let photos: Vec<_> = xs.iter().zip(things).map(photo).collect();
     let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, groups, relief: &Relief::default() };

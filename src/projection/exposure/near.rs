@@ -71,6 +71,7 @@ impl Gains {
         let around = &self.surroundings;
         let surroundings = match self.exposure(shot) {
             Exposure::Raw => SurroundingsExposure {
+                left: around.left(shot, photos),
                 dome_white: f64::from(around.dome_white),
                 ..SurroundingsExposure::default()
             },

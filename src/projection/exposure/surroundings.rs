@@ -82,6 +82,8 @@ impl Default for SurroundingsGains {
 /// What a view does with the surroundings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurroundingsExposure {
+    /// How far the view has left each photo's own camera, 0 to 1.
+    pub left: Vec<f64>,
     /// How far each photo's factors are in effect, 0 to 1; empty where there are none.
     pub shares: Vec<f64>,
     /// The factor that brings the common sky to that of the photos near the view, as far as it is one for whole photos.
@@ -92,11 +94,16 @@ pub struct SurroundingsExposure {
 
 impl Default for SurroundingsExposure {
     fn default() -> Self {
-        Self { shares: Vec::new(), of_sky: [1.0; 3], dome_white: 1.0 }
+        Self { left: Vec::new(), shares: Vec::new(), of_sky: [1.0; 3], dome_white: 1.0 }
     }
 }
 
 impl SurroundingsExposure {
+    /// Returns how far the view has left a photo's own camera; not at all for the dome, whose ids follow the photos'.
+    pub fn left(&self, photo: PhotoId) -> f64 {
+        self.left.get(photo.index()).copied().unwrap_or(0.0)
+    }
+
     /// Returns how far a photo's factors are in effect; fully for the dome, whose ids follow the photos', since it is the common sky.
     pub fn share(&self, photo: PhotoId) -> f64 {
         self.shares.get(photo.index()).copied().unwrap_or(if self.shares.is_empty() { 0.0 } else { 1.0 })
@@ -114,11 +121,10 @@ impl SurroundingsGains {
 
     /// Computes what a view does with the surroundings of these photos, whose skies it has with these shares.
     pub fn exposed(&self, shot: &Shot, photos: &[Projector], skies: &Shares) -> SurroundingsExposure {
-        let share = |(projector, factors): (&Projector, &Option<SurroundingsFactors>)| match factors {
-            Some(_) => left(shot, projector, self.scale),
-            None => 0.0,
-        };
-        let shares = photos.iter().zip(&self.of_photo).map(share).collect();
+        let left = self.left(shot, photos);
+        let share =
+            |(left, factors): (&f64, &Option<SurroundingsFactors>)| factors.as_ref().map_or(0.0, |_| *left);
+        let shares = left.iter().zip(&self.of_photo).map(share).collect();
         // A sky that changed while photos were taken is that of the photos nearby, as exposures are.
         let own = |c: usize| {
             let offsets = self.of_photo.iter().zip(&skies.of_photo);
@@ -127,7 +133,12 @@ impl SurroundingsGains {
             })
         };
         let of_sky = [0, 1, 2].map(|c| own(c).sum::<f64>().exp());
-        SurroundingsExposure { shares, of_sky, dome_white: f64::from(self.dome_white) }
+        SurroundingsExposure { left, shares, of_sky, dome_white: f64::from(self.dome_white) }
+    }
+
+    /// Returns how far a view has left the own camera of each photo, 0 to 1.
+    pub fn left(&self, shot: &Shot, photos: &[Projector]) -> Vec<f64> {
+        photos.iter().map(|photo| left(shot, photo, self.scale)).collect()
     }
 }
 

@@ -150,7 +150,7 @@ fn what_counts_less_in_the_surroundings_is_what_a_skirt_shows_and_what_was_fille
     wall(&mut m, 0.0, 2.0);
     let skirts = skirts(m.finish());
     let cells: BTreeMap<(u16, u16), u8> = (0..16).map(|y| ((y, 5), 3)).collect();
-    let mut agreement = Agreement { of_texture: vec![None; 4] };
+    let mut agreement = Agreement { of_texture: vec![None; 4], ..Agreement::default() };
     agreement.of_texture[3] = AgreementGrid::new(DVec2::splat(0.25), &cells);
     let texels = skirts.texels(Arc::new(Rows), &agreement);
     let textures: Vec<LayerTextureId> = skirts.textures().collect();

@@ -42,6 +42,9 @@ use quadratura_view::{DisplayMode, Picture, Shot};
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f64 = 1e-4;
 
+/// The alpha from which on nothing is seen through a surface: half a step of 8 bits less than 1 (`shaders/project.wgsl`).
+const WHOLE: f64 = 0.998;
+
 /// The colour and alpha of a pixel without texture.
 const FLAT: [u8; 4] = [128, 128, 128, 0];
 
@@ -118,6 +121,11 @@ impl ReferenceRenderer {
         if shot.blend.agreement { self.agreement.at(layer_texture, px) } else { 1.0 }
     }
 
+    /// Returns how much of a layer texture's texel at a photo position shows its face, likewise.
+    fn outline(&self, shot: &Shot, layer_texture: LayerTextureId, px: DVec2) -> f64 {
+        if shot.blend.agreement { self.agreement.outline_at(layer_texture, px) } else { 1.0 }
+    }
+
     /// Casts the ray of each pixel's centre, row by row from the top: which face owns it, of those that the view does not
     /// leave out.
     fn owners(&self, shot: &Shot, hidden: &HiddenFaces) -> Vec<Option<RayHit>> {
@@ -147,18 +155,15 @@ impl ReferenceRenderer {
 
     /// Computes the colour of a pixel: linear light times alpha, and alpha.
     fn colour_of(&self, shot: &Shot, sight: &Sight, exposure: &ViewExposure) -> [f64; 4] {
-        let behind = match &sight.owner {
-            Some(hit) => HitPoint::new(self, shot, sight.px, *hit)
-                .and_then(|point| point.shown(exposure))
-                .map(|shown| shown.colour),
-            None if shot.surroundings => self.surroundings_at(shot, sight.px, exposure),
-            None => None,
-        };
+        let shown = |hit: &RayHit| HitPoint::new(self, shot, sight.px, *hit)?.shown(exposure);
+        let of_owner = sight.owner.as_ref().map(shown);
+        let is_open = of_owner.is_none_or(|shown| shown.is_some_and(|shown| shown.alpha < WHOLE));
+        let around =
+            if is_open && shot.surroundings { self.surroundings_at(shot, sight.px, exposure) } else { None };
         let clipped = |light: f64| light.clamp(0.0, 1.0);
-        let mut colour = behind.map_or([0.0; 4], |[r, g, b]| [r, g, b, 1.0].map(clipped));
-        for hit in &sight.through {
-            let point = HitPoint::new(self, shot, sight.px, *hit);
-            let Some(shown) = point.and_then(|point| point.shown(exposure)) else { continue };
+        let mut colour = around.map_or([0.0; 4], |[r, g, b]| [r, g, b, 1.0].map(clipped));
+        let through = sight.through.iter().filter_map(shown);
+        for shown in of_owner.flatten().into_iter().chain(through) {
             let [r, g, b] = shown.colour.map(|light| clipped(light * shown.alpha));
             let over = [r, g, b, shown.alpha];
             colour = std::array::from_fn(|c| over[c] + (1.0 - shown.alpha) * colour[c]);
@@ -200,7 +205,7 @@ impl ReferenceRenderer {
     }
 
     /// Computes the colours of surface points in a view, in linear light times alpha, and alpha, which is below 1 on
-    /// see-through faces alone; `None` where no photo shows the point. Visibility of the points in the view is not tested,
+    /// see-through faces, and where photos show the sky within outlines; `None` where no photo shows the point. Visibility of the points in the view is not tested,
     /// and nothing is laid over what is behind.
     ///
     /// # Errors
@@ -257,7 +262,9 @@ impl Renders for ReferenceRenderer {
         let sights = self.sights(shot);
         let hits = sights.iter().flat_map(|sight| sight.owner.iter().chain(&sight.through));
         self.load(&hits.map(|hit| hit.face).collect(), task)?;
-        if shot.surroundings && sights.iter().any(|sight| sight.owner.is_none()) {
+        if shot.surroundings
+            && (self.agreement.has_outlines() || sights.iter().any(|sight| sight.owner.is_none()))
+        {
             self.load_surroundings(task)?;
         }
         task.go_on()?;

@@ -32,6 +32,8 @@ struct Contribution {
     undone: [f64; 3],
     /// The matte: 1 on faces that are not see-through.
     matte: f64,
+    /// How much of the texel shows the face, not the sky within the outlines of the model.
+    outline: f64,
 }
 
 /// What the photos show at a point.
@@ -39,7 +41,7 @@ struct Contribution {
 pub struct ShownTexel {
     /// The blended colour, in linear light and in the view's exposure; black where nothing is there.
     pub colour: [f64; 3],
-    /// How much of the point the surface covers: 1 on faces that are not see-through.
+    /// How much of the point the surface covers: 1 on faces that are not see-through, but for the sky within outlines.
     pub alpha: f64,
     /// The layer texture with the largest weight.
     pub strongest: LayerTextureId,
@@ -122,10 +124,11 @@ impl<'a> HitPoint<'a> {
             let factor = [0, 1, 2].map(|c| lens * factor[c] * on_face[c]);
             of_servers.0.push(exposure.leaning_of(server.photo) * contribution.penalty);
             of_servers.1.push(contribution.pinned);
-            let Contribution { stored, undone, matte, .. } = contribution;
+            let Contribution { stored, undone, matte, outline, .. } = contribution;
+            let shows = 1.0 + exposure.surroundings.left(server.photo) * (outline - 1.0);
             let exposed = kept_white(stored, [0, 1, 2].map(|c| undone[c] * factor[c]));
-            of_servers.2.push(exposed.map(|light| light * matte));
-            mattes.push(contribution.matte);
+            of_servers.2.push(exposed.map(|light| light * matte * shows));
+            mattes.push(matte * shows);
             textures.push(server.layer_texture);
         }
         let (penalties, pinned, colours) = of_servers;
@@ -194,7 +197,10 @@ impl<'a> HitPoint<'a> {
         let stored = texel.colour.map(|light| if texel.matte > 0.0 { light / texel.matte } else { 0.0 });
         let undone = optics.undone(stored, squared_radius(&photo.camera, px));
         let sees_through = self.twin.see_through.contains(&self.face) || self.twin.skirts.holds(self.face);
-        let matte = if sees_through { texel.matte } else { 1.0 };
+        let (matte, outline) = match sees_through {
+            true => (texel.matte, 1.0),
+            false => (1.0, self.twin.outline(self.shot, server.layer_texture, px)),
+        };
         let (confidence, border) = (texel.confidence, border(&photo.camera, px));
         if confidence <= LEAST_CONFIDENCE || border <= 0.0 {
             return None;
@@ -206,7 +212,7 @@ impl<'a> HitPoint<'a> {
         let penalty = claim.penalty(&self.shot.blend);
         debug_assert!(self.shot.blend.mode == Mode::Debevec || penalty >= LEAST_ANGLE);
         let pinned = (server.pinned && !other_side).then(|| claim.trust());
-        Some(Contribution { penalty, pinned, stored, undone, matte })
+        Some(Contribution { penalty, pinned, stored, undone, matte, outline })
     }
 
     /// Returns how the point on the plane, `depth` in front of the view, moves in world coordinates for a

@@ -39,7 +39,7 @@ impl<'a> SurroundingsFiller<'a> {
     pub fn new(surroundings: &'a SiteSurroundings, gains: &'a Gains, memory: u64) -> Self {
         let (files, sources) = (surroundings.files(), surroundings.sources());
         let evidence = surroundings.whole();
-        let none = Agreement { of_texture: vec![None; sources.layer_textures.len()] };
+        let none = Agreement::new(&[], sources);
         let mut agreement = none.with_surroundings(&evidence.agreement, sources);
         files.spare_paint(&mut agreement);
         let dome = evidence.dome.as_ref().map(|dome| dome.sampler());

@@ -98,7 +98,10 @@ impl LayerAgreement {
         files: &LayerTextureFiles,
     ) -> Self {
         let photos: Vec<&PhotoAgreement> = evidence.iter().map(|photo| &photo.agreement).collect();
-        let of_photos = Agreement::new(&photos, sources).with_surroundings(&around.agreement, sources);
+        let outlines: Vec<&PhotoAgreement> = evidence.iter().map(|photo| &photo.outlines).collect();
+        let of_photos = Agreement::new(&photos, sources)
+            .with_surroundings(&around.agreement, sources)
+            .with_outlines(&outlines, sources);
         let mut present = of_photos.clone();
         files.spare_paint(&mut present);
         Self { of_photos, present }
@@ -106,10 +109,15 @@ impl LayerAgreement {
 
     /// Takes the present paint on these layer textures into account; returns those whose values may have changed.
     pub fn repaint(&mut self, changed: &[LayerTextureId], files: &LayerTextureFiles) -> Vec<LayerTextureId> {
+        let of_photos = &self.of_photos;
+        let grids = |id: LayerTextureId| {
+            [&of_photos.of_texture, &of_photos.outlines].map(|grids| grids[id.0 as usize].clone())
+        };
         let contradicted: Vec<LayerTextureId> =
-            changed.iter().copied().filter(|id| self.of_photos.of(*id).is_some()).collect();
+            changed.iter().copied().filter(|id| grids(*id).iter().any(Option::is_some)).collect();
         for &id in &contradicted {
-            self.present.of_texture[id.0 as usize] = self.of_photos.of(id).cloned();
+            let at = id.0 as usize;
+            [self.present.of_texture[at], self.present.outlines[at]] = grids(id);
             files.spare_paint_on(id, &mut self.present);
         }
         contradicted
