@@ -130,29 +130,32 @@ impl Daylight {
             SkyKind::Overcast { .. } => f64::INFINITY,
         };
         let count = samples.len() as f64;
-        let logs = |light: [f64; 3]| {
-            let logs = light.map(|light| light.max(f64::from(DARKEST)).ln());
-            let mean = logs.iter().sum::<f64>() / 3.0;
-            (mean, logs.map(|log| log - mean))
-        };
-        let pairs: Vec<_> = samples
+        let pairs: Vec<(Tone, Tone)> = samples
             .iter()
-            .map(|(direction, light)| (logs(light.map(f64::from)), logs(self.light(*direction))))
+            .map(|(direction, light)| {
+                (Tone::of(light.map(|light| f64::from(light.max(DARKEST)))), Tone::of(self.light(*direction)))
+            })
             .collect();
-        let brightness = pairs.iter().map(|(seen, model)| seen.0 - model.0).sum::<f64>() / count;
+        let brightness =
+            pairs.iter().map(|(seen, model)| seen.brightness - model.brightness).sum::<f64>() / count;
         let products = |of: fn(&[f64; 3], &[f64; 3], usize) -> f64| {
-            pairs.iter().flat_map(|(seen, model)| (0..3).map(move |c| of(&seen.1, &model.1, c))).sum::<f64>()
+            pairs
+                .iter()
+                .flat_map(|(seen, model)| (0..3).map(move |c| of(&seen.colour, &model.colour, c)))
+                .sum::<f64>()
         };
         let squares = products(|_, model, c| model[c] * model[c]);
         let along = products(|seen, model, c| seen[c] * model[c]);
         let saturation = if squares > 0.0 { (along / squares).clamp(0.0, MOST_SATURATED) } else { 1.0 };
         let balance = [0, 1, 2].map(|c| {
-            let apart = pairs.iter().map(|(seen, model)| seen.1[c] - saturation * model.1[c]).sum::<f64>();
+            let apart = |(seen, model): &(Tone, Tone)| seen.colour[c] - saturation * model.colour[c];
+            let apart = pairs.iter().map(apart).sum::<f64>();
             (apart / count).clamp(-most, most)
         });
-        let error = |(seen, model): &((f64, [f64; 3]), (f64, [f64; 3]))| {
-            let brighter = seen.0 - model.0 - brightness;
-            (0..3).map(|c| (brighter + seen.1[c] - saturation * model.1[c] - balance[c]).powi(2)).sum::<f64>()
+        let error = |(seen, model): &(Tone, Tone)| {
+            let brighter = seen.brightness - model.brightness - brightness;
+            let apart = |c: usize| brighter + seen.colour[c] - saturation * model.colour[c] - balance[c];
+            (0..3).map(|c| apart(c).powi(2)).sum::<f64>()
         };
         let scale = balance.map(|balance| brightness + balance);
         (pairs.iter().map(error).sum::<f64>() / count, Self { scale, saturation, ..self })
@@ -184,9 +187,8 @@ impl Daylight {
         let to_rgb = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
         let rgb = to_rgb.map(|[a, b, c]| a * big_x + b * luminance + c * big_z);
         // Saturated blues lie outside of what screens show.
-        let logs = [0, 1, 2].map(|c| rgb[c].max(0.01 * luminance).ln());
-        let mean = logs.iter().sum::<f64>() / 3.0;
-        [0, 1, 2].map(|c| (mean + self.saturation * (logs[c] - mean) + self.scale[c]).exp())
+        let Tone { brightness, colour } = Tone::of(rgb.map(|light| light.max(0.01 * luminance)));
+        [0, 1, 2].map(|c| (brightness + self.saturation * colour[c] + self.scale[c]).exp())
     }
 
     /// Makes the dome of this sky; below the level horizon it goes over to the ground's light.
@@ -201,6 +203,20 @@ impl Daylight {
             ([0, 1, 2].map(|c| sky[c] + (ground[c] - sky[c]) * share), 1.0)
         };
         Dome::from_light(&CubeMap::from_directions(side, value))
+    }
+}
+
+/// Light in logarithms: its mean, and how its channels differ from that.
+struct Tone {
+    brightness: f64,
+    colour: [f64; 3],
+}
+
+impl Tone {
+    fn of(light: [f64; 3]) -> Self {
+        let logs = light.map(|light| light.max(f64::MIN_POSITIVE).ln());
+        let brightness = logs.iter().sum::<f64>() / 3.0;
+        Self { brightness, colour: logs.map(|log| log - brightness) }
     }
 }
 
