@@ -28,7 +28,7 @@ const LEAST_CONTRAST: f64 = 0.15;
 const LEAST_CLEARNESS: f64 = 4.0;
 
 /// The distance of a pixel's colour from that of the sky, as a share of the contrast, up to which the pixel is sky, and from which on
-/// it is none. Light trims and copper in the sun are a third as far from the sky as their wall.
+/// it is none. With wider limits, light trims and copper in the sun were taken for sky.
 const SKY: [f64; 2] = [0.15, 0.4];
 
 /// The distance from the outline, in pixels, within which the sky begins from which pixels within it are reached.
