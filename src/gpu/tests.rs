@@ -86,9 +86,9 @@ fn every_shader_has_a_rust_file_of_the_same_name() {
     for shader in std::fs::read_dir(root.join("shaders")).expect("the folder is there") {
         let name = shader.expect("it can be listed").path().with_extension("rs");
         let name = name.file_name().expect("a file has a name");
-        // The Rust file beside `weights` is its CPU reference; its pass is `project`. Names of shaders of layered depth images
+        // The Rust files beside `weights` and `surroundings` are their CPU references; their pass is `project`. Names of shaders of layered depth images
         // begin with the name of their folder.
-        let rooms = ["src/gpu", "src/gpu/renderer", "src/gpu/renderer/plants", "src/view"];
+        let rooms = ["src/gpu", "src/gpu/renderer", "src/gpu/renderer/plants", "src/projection", "src/view"];
         let of_ldi = name.to_str().and_then(|name| name.strip_prefix("ldi_"));
         let found = rooms.iter().any(|room| root.join(room).join(name).exists())
             || of_ldi.is_some_and(|name| root.join("src/gpu/ldi").join(name).exists());
