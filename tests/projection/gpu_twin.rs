@@ -102,11 +102,11 @@ pub fn difference(gpu: &mut Renderer, twin: &mut ReferenceRenderer, shot: &Shot)
         difference.display += f64::from(u8::from(b[3] > 0));
         difference.surroundings += f64::from(u8::from(b[3] > 0 && faces[i] == 0));
         // What is not textured is grey in both; its colour is no part of the picture.
-        // What one sees through in part is rounded twice.
+        // What one sees through in part has an alpha from lookups of 8 bits, too.
         let (apart, alpha_steps) = match b[3] {
             0 => (0.0, 0),
             u8::MAX => (f64::from(apart(a, b)), 0),
-            _ => (apart_over_grey(a, b), 1),
+            _ => (apart_over_grey(a, b), STEPS),
         };
         let is_far = a[3].abs_diff(b[3]) > alpha_steps || apart > f64::from(STEPS);
         difference.far += f64::from(u8::from(is_far));
