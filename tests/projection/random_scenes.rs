@@ -177,8 +177,9 @@ fn the_gpu_and_its_twin_see_through_what_is_sky_within_outlines_alike() {
         bench.pin(0.2, rng);
         bench.end_within(12, rng);
     };
-    // Alpha that the twin rounds to 255 may be 254 on the GPU: there one sees half a step of 8 bits through the surface.
-    compare_within(5e-3, scenes(), end, |_| Relief::default(), "outlines");
+    // Shares of sky come from lookups of 8 bits and become alpha, so more pixels are a step too far off than elsewhere: 3 in a thousand,
+    // or 8 on processors without SSSE3. A wrong share would be off by tens of steps within all discs.
+    compare_within(2e-2, scenes(), end, |_| Relief::default(), "outlines");
     let (scene, mut rng) = (random::boxes(71, 8), Rng::new(2));
     let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
     bench.end_within(12, &mut rng);
