@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::beside;
 use super::connected::around;
 use crate::fill::Donor;
+use quadratura_base::raster::steps::steps_inside;
 use quadratura_base::scene::{FaceId, PhotoPixels};
 use quadratura_projection::skirts::BAND;
 use quadratura_view::agreement::{ContradictedPixel, NO_FACE, PhotoAgreement};
@@ -79,8 +80,9 @@ pub fn outlines(donor: &Donor, pixels: &PhotoPixels, is_far: impl Fn(FaceId) -> 
 /// Colours are sRGB, 0 to 1.
 fn sky_along(size: [usize; 2], shows: &[Shows], colours: &[[f32; 3]]) -> Vec<(usize, f32)> {
     let band = (BAND * size[0].max(size[1]) as f64).ceil() as u16;
-    let of = |what: Shows| shows.iter().map(|shows| *shows == what).collect::<Vec<bool>>();
-    let (within, beyond) = (steps_to(&of(Shows::Around), size, band), steps_to(&of(Shows::Face), size, band));
+    let steps_to =
+        |what: Shows| steps_inside(&shows.iter().map(|shows| *shows != what).collect::<Vec<bool>>(), size);
+    let (within, beyond) = (steps_to(Shows::Around), steps_to(Shows::Face));
     let is_sky = |at: usize| shows[at] == Shows::Around && beyond[at] >= band;
     let is_face = |at: usize| shows[at] == Shows::Face && within[at] >= band;
     let (skies, faces) = (Sums::new(size, colours, is_sky), Sums::new(size, colours, is_face));
@@ -119,23 +121,6 @@ fn sky_along(size: [usize; 2], shows: &[Shows], colours: &[[f32; 3]]) -> Vec<(us
     }
     let is_found = |at: &usize| shares[*at] > 0.0 && (reached[*at] || is_around(*at));
     (0..shows.len()).filter(is_found).map(|at| (at, shares[at])).collect()
-}
-
-/// Returns the distance of each pixel from the nearest of a set, in steps to one of eight neighbours; `most` from there on.
-fn steps_to(set: &[bool], size: [usize; 2], most: u16) -> Vec<u16> {
-    let mut steps: Vec<u16> = set.iter().map(|is_in| if *is_in { 0 } else { most }).collect();
-    let mut edge: Vec<usize> = (0..set.len()).filter(|at| set[*at]).collect();
-    for distance in 1..most {
-        let mut next = Vec::new();
-        for beside in edge.iter().flat_map(|at| around(size, *at, 1)) {
-            if steps[beside] > distance {
-                steps[beside] = distance;
-                next.push(beside);
-            }
-        }
-        edge = next;
-    }
-    steps
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -233,12 +218,5 @@ mod tests {
         let found = sky_along(SIZE, &shows, &colours);
         assert!(found.iter().all(|(at, share)| at / 400 < 40 && *share == 1.0), "nothing connects them");
         assert_eq!(found.len(), 2 * 400, "beyond the outline the sky is told from what stands on it");
-    }
-
-    #[test]
-    fn steps_are_counted_up_to_the_most() {
-        let mut set = vec![false; 7 * 3];
-        set[7 + 1] = true;
-        assert_eq!(steps_to(&set, [7, 3], 4)[7..14], [1, 0, 1, 2, 3, 4, 4]);
     }
 }
