@@ -91,7 +91,7 @@
 //!
 //! The program is a workspace of packages, one in each folder of `src`, named `quadratura-base`, `quadratura-projection` and so on.
 //! They are listed bottom to top. Each may use only the packages above it in this table, which `tests/architecture.rs`
-//! verifies in their manifests; `files` and `view` do not use each other, nor do `projection`, `foliage` and `ldi`, nor `io` and `gpu`. The public modules above only
+//! verifies in their manifests; `files` and `view` do not use each other, nor do `projection`, `foliage` and `ldi`, nor `recipe` and `gpu`. The public modules above only
 //! name items of them.
 //!
 //! | package | contents |
@@ -104,8 +104,9 @@
 //! | `ldi` | layered depth images: layout, order, splats, warp |
 //! | `layers` | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
 //! | `document` | what is saved: the authored project and the derived stacks |
-//! | `io`, `gpu` | files; GPU passes |
-//! | `recipe` | whole tasks: open, sort, cluster, extract, fill, save, without a user interface |
+//! | `io` | files |
+//! | `recipe` | whole tasks: open, sort, cluster, extract, fill, save, without a user interface and without a device |
+//! | `gpu` | GPU passes: what `layers` and `ldi` ask of a device |
 //! | `app` | the editor window: it shows and asks, and computes nothing itself |
 //! | `cli` | the command line: parse, interpret, run |
 

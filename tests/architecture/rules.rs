@@ -14,8 +14,8 @@ pub const FLOORS: &[&[&str]] = &[
     &["projection", "foliage", "ldi"],
     &["layers"],
     &["document"],
-    &["io", "gpu"],
-    &["recipe"],
+    &["io"],
+    &["recipe", "gpu"],
     &["app"],
     &["cli"],
 ];
