@@ -6,9 +6,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::REMEDY;
-use super::deflated::{Fault, deflated, first_line, inflated};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::write_atomically;
+use quadratura_files::deflated::{Fault, deflated, first_line, inflated};
 use quadratura_foliage::{MBuffer, MSample, NormalCode};
 
 /// The value of `format`.

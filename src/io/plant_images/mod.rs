@@ -1,7 +1,6 @@
 //! Reads and writes the images of a plant: a folder with `images.json`, which lists them, and a file for each view; and how open its
 //! crown is.
 
-pub mod deflated;
 mod inputs;
 mod mbuffer;
 mod openness;

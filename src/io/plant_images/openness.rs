@@ -6,9 +6,9 @@ use std::path::Path;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::deflated::{Fault, deflated, first_line, inflated};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::write_atomically;
+use quadratura_files::deflated::{Fault, deflated, first_line, inflated};
 use quadratura_foliage::Openness;
 use quadratura_foliage::directions::DIRECTIONS;
 
