@@ -10,7 +10,7 @@ use crate::view_args::{QualityArg, parse_scale};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_io::cameras::accepted;
-use quadratura_io::ldi_file::{MOST_IMAGES, Packing};
+use quadratura_ldi::file::{MOST_IMAGES, Packing};
 use quadratura_ldi::merge::Merging;
 use quadratura_ldi::{Combining, Shown, SplatKind};
 use quadratura_recipe::ldi::export::MeshOptions;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::cameras::{Cameras, read_cameras};
-use crate::ldi_file::{LdiCamera, wrong_camera};
+use quadratura_ldi::file::{LdiCamera, wrong_camera};
 use crate::photo::picture_size;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::{Pinhole, Pose};

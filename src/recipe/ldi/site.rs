@@ -18,7 +18,7 @@ use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
-use quadratura_io::ldi_file::{LdiHeader, has_whole_length, read_ldi, read_ldi_header, read_ldi_level};
+use quadratura_ldi::file::{LdiHeader, has_whole_length, read_ldi, read_ldi_header, read_ldi_level};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;

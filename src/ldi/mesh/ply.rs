@@ -14,8 +14,8 @@ use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::AtomicFile;
 use quadratura_files::free_path::free_path;
 use quadratura_files::hash::Hashing;
-use quadratura_ldi::spacing::normal_of;
-use quadratura_ldi::{Ldi, Level};
+use crate::spacing::normal_of;
+use crate::{Ldi, Level};
 
 /// The bytes of a point.
 const POINT: usize = 3 * 8 + 4 + 3 * 4 + 2 + 2;
@@ -122,7 +122,7 @@ fn write(file: &mut File, ldi: &Ldi, points: u64) -> std::io::Result<u64> {
 }
 
 /// Returns the unit normal of a surface in the world, towards the camera; 0 for what is infinitely far away.
-fn world_normal(ldi: &Ldi, surface: &quadratura_ldi::LdiSurface) -> DVec3 {
+fn world_normal(ldi: &Ldi, surface: &crate::LdiSurface) -> DVec3 {
     match surface.nu == DVec3::ZERO {
         true => DVec3::ZERO,
         false => ldi.pose.rotation.transpose() * normal_of(surface, &ldi.camera),

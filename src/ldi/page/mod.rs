@@ -16,8 +16,8 @@ use self::pictures::{jpeg, rims, small_jpeg};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pinhole;
 use quadratura_files::base64::to_base64;
-use quadratura_ldi::lean::{SafeRegion, Window};
-use quadratura_ldi::segments::Segments;
+use crate::lean::{SafeRegion, Window};
+use crate::segments::Segments;
 use quadratura_view::Picture;
 
 pub use self::place::{PagePlace, place_of_page};
@@ -150,7 +150,7 @@ fn escaped(text: &str) -> String {
 /// Returns the script with the data of the photo.
 fn data(page: &Page<'_>) -> String {
     let uri = |kind: &str, bytes: &[u8]| format!("data:image/{kind};base64,{}", to_base64(bytes));
-    let atlas = |atlas: &quadratura_ldi::segments::Atlas| {
+    let atlas = |atlas: &crate::segments::Atlas| {
         let quality =
             if atlas.first { page.quality } else { page.quality.saturating_sub(HIDDEN_LOWER).max(1) };
         json!({

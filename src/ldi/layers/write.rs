@@ -9,13 +9,13 @@ use rayon::prelude::*;
 use super::json::{DepthError, FORMAT, LayerEntry, LayersFile, MAPPING, VERSION};
 use super::pictures::HELD;
 use super::{JSON, MOST_LAYERS, NEAREST, Picture, WrittenLayers};
-use crate::ldi_file::{LdiCamera, SurfaceEntry};
+use crate::file::{LdiCamera, SurfaceEntry};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::{create_folder_with, replace_folder_with, write_atomically};
 use quadratura_files::free_path::free_path;
 use quadratura_files::hash::{hash_bytes, hash_file};
 use quadratura_files::png_error::io_error;
-use quadratura_ldi::{Ldi, Level};
+use crate::{Ldi, Level};
 
 /// Writes the first level of a layered depth image as a folder of pictures, whole or not at all. Where the folder's name is
 /// taken by anything but an unchanged folder of this program, it gets the next free one: `NAME-2` and so on. The bytes depend

@@ -2,7 +2,7 @@
 //!
 //! The axes are glTF's: y up, the camera at the origin, looking along -z; lengths are world units. What is infinitely far is on
 //! a sphere around the camera ([`Mesh::sky`]). glTF has no textures that are divided per pixel; the segments' cells are small
-//! enough ([`quadratura_ldi::segments::SegmentOptions::undivided`]).
+//! enough ([`crate::segments::SegmentOptions::undivided`]).
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
-use crate::ldi_page::pictures::{jpeg, rgba_png};
+use crate::page::pictures::{jpeg, rgba_png};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_files::atomic::write_atomically_with;
 use quadratura_files::free_path::{FreePath, free_path};
 use quadratura_files::hash::hash_bytes;
-use quadratura_ldi::segments::{Atlas, Piece, Segments, Vertex};
+use crate::segments::{Atlas, Piece, Segments, Vertex};
 
 #[cfg(test)]
 mod tests;

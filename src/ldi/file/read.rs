@@ -16,8 +16,8 @@ use super::streams::{self, Shape};
 use super::{Packing, open_plain, short_hash};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_ldi::levels::{half_camera, pyramid, surfaces_at};
-use quadratura_ldi::{Ldi, LdiKind, LdiSurface, Level};
+use crate::levels::{half_camera, pyramid, surfaces_at};
+use crate::{Ldi, LdiKind, LdiSurface, Level};
 
 /// The remedy for a file that is damaged.
 pub(super) const AGAIN: &str = "make it again with `quadratura ldi build`, or get an intact copy";

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::piece::Places;
-use quadratura_ldi::{LdiSurface, Splat};
+use crate::{LdiSurface, Splat};
 
 /// The planes of the surfaces, at the resolution of a level.
 #[derive(Debug, Clone, Copy)]

@@ -12,9 +12,9 @@ use super::tests::{PACKINGS, random, same};
 use super::*;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_ldi::cube::cube_cameras;
-use quadratura_ldi::levels::pyramid;
-use quadratura_ldi::{Arrangement, Ldi, LdiSet, Level};
+use crate::cube::cube_cameras;
+use crate::levels::pyramid;
+use crate::{Arrangement, Ldi, LdiSet, Level};
 
 /// Returns six faces with random content.
 fn faces(side: u32) -> Vec<Ldi> {

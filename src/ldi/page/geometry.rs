@@ -5,7 +5,7 @@
 //! and rows of the frame to get texels; the number of corners; their column, row and inverse depth in steps, each less that
 //! of the corner before; the number of triangles; their corners, each less the one before.
 
-use quadratura_ldi::segments::{Piece, Segments};
+use crate::segments::{Piece, Segments};
 
 /// Inverse depths of a segment are whole numbers of steps, from 0 to this: exact to a part in a million of its range.
 const STEPS: f64 = (1 << 20) as f64;

@@ -10,7 +10,7 @@ use super::Packing;
 use super::line::ALIGNMENT;
 use super::piece::{Piece, Places, stream_sizes};
 use super::prediction::{self, Planes};
-use quadratura_ldi::Splat;
+use crate::Splat;
 
 /// The level of deflate: 9 makes the file of a photo 3 % smaller and takes six times as long.
 const COMPRESSION: u32 = 6;

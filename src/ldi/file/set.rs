@@ -13,8 +13,8 @@ use super::write::{Content, write_all};
 use super::{Packing, open_plain};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_ldi::cube::{Face, flaw};
-use quadratura_ldi::{Arrangement, Ldi, LdiSet};
+use crate::cube::{Face, flaw};
+use crate::{Arrangement, Ldi, LdiSet};
 
 /// A file of one layered depth image or of several, whose first line was read. The images are read one by one, so that not all
 /// need be in memory.

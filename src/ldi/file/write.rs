@@ -14,9 +14,9 @@ use super::prediction::Planes;
 use super::{Packing, short_hash, streams};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::write_atomically_with;
-use quadratura_ldi::layout::LONGEST_SIDE;
-use quadratura_ldi::levels::half_camera;
-use quadratura_ldi::{Ldi, LdiSurface, Level};
+use crate::layout::LONGEST_SIDE;
+use crate::levels::half_camera;
+use crate::{Ldi, LdiSurface, Level};
 
 /// A chunk as it is written, with what the first line says of it.
 type WrittenChunk = (ChunkEntry, Vec<u8>);

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::{Page, PagePlace, place_of_page, write_page};
 use quadratura_base::geometry::Pinhole;
-use quadratura_ldi::lean::{DIRECTIONS, SafeRegion, Window};
-use quadratura_ldi::segments::{Atlas, Piece, Segments, Vertex};
+use crate::lean::{DIRECTIONS, SafeRegion, Window};
+use crate::segments::{Atlas, Piece, Segments, Vertex};
 use quadratura_view::Picture;
 
 const CAMERA: Pinhole = Pinhole { width: 16, height: 8, fx: 10.0, fy: 10.0, cx: 8.0, cy: 4.0 };
@@ -90,8 +90,8 @@ fn nothing_of_others_is_overwritten_and_an_unchanged_page_is_replaced() {
 #[test]
 fn points_at_the_pivot_keep_their_place_when_the_viewpoint_moves_aside() {
     let window = Window { pivot: 2.0, zoom: 1.5, seen: CAMERA.rect() };
-    let ldi = quadratura_ldi::Ldi {
-        kind: quadratura_ldi::LdiKind::Depth,
+    let ldi = crate::Ldi {
+        kind: crate::LdiKind::Depth,
         inputs: String::new(),
         camera: CAMERA,
         pose: quadratura_base::geometry::Pose {
@@ -103,7 +103,7 @@ fn points_at_the_pivot_keep_their_place_when_the_viewpoint_moves_aside() {
         surfaces: Vec::new(),
         sources: Vec::new(),
         levels: Vec::new(),
-        report: quadratura_ldi::LdiReport::default(),
+        report: crate::LdiReport::default(),
     };
     let position = |offset: DVec3| {
         let shot = window.shot(&ldi, offset, [32, 16]);

@@ -4,7 +4,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder, RgbImage};
 
-use quadratura_ldi::segments::Atlas;
+use crate::segments::Atlas;
 
 /// Returns RGB pixels, 8 bits each, rows from the top, as a JPEG of a quality from 1 to 100.
 pub fn jpeg(rgb: &[u8], [width, height]: [u32; 2], quality: u8) -> Vec<u8> {

@@ -62,7 +62,7 @@ fn open_plain(path: &Path) -> Result<File> {
 }
 
 /// Returns what is wrong with a camera: its frame's size, K, R or t; `None` where nothing is.
-pub(super) fn wrong_camera(camera: &LdiCamera) -> Option<String> {
+pub fn wrong_camera(camera: &LdiCamera) -> Option<String> {
     check::check_camera(camera).err().map(|fault| fault.found)
 }
 

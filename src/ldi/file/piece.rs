@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::header::CHUNK_ROWS;
-use quadratura_ldi::layout::LARGEST_INVERSE_DEPTH;
-use quadratura_ldi::{Level, Splat};
+use crate::layout::LARGEST_INVERSE_DEPTH;
+use crate::{Level, Splat};
 
 /// The bytes of a depth pixel in each stream after the first.
 const SIZES: [u64; 4] = [4, 4, 2, 1];

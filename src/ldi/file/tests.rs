@@ -11,8 +11,8 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::FaceIndex;
 use quadratura_base::task::Task;
-use quadratura_ldi::levels::pyramid;
-use quadratura_ldi::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
+use crate::levels::pyramid;
+use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 
 /// Seeded pseudo-random numbers (SplitMix64).
 struct Rng(u64);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::fault::{Checked, Fault, ensure};
 use super::line::ALIGNMENT;
-use quadratura_ldi::Arrangement;
+use crate::Arrangement;
 
 /// What `format` says.
 pub const SET_FORMAT: &str = "quadratura-ldi-set";

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::NEAREST;
-use crate::ldi_file::{LdiCamera, SurfaceEntry};
+use crate::file::{LdiCamera, SurfaceEntry};
 use quadratura_base::geometry::PixelRect;
 use quadratura_files::hash::hash_bytes;
 use quadratura_files::json::to_json;
-use quadratura_ldi::{Ldi, LdiReport};
+use crate::{Ldi, LdiReport};
 
 /// What `format` says.
 pub const FORMAT: &str = "quadratura-ldi-layers";
@@ -32,7 +32,7 @@ pub struct LayersFile {
     pub version: u32,
     /// See [`Ldi::inputs`].
     pub inputs: String,
-    /// The name of an [`quadratura_ldi::LdiKind`].
+    /// The name of an [`crate::LdiKind`].
     pub kind: String,
     /// The reference camera with the frame's size, which all pictures have.
     pub camera: LdiCamera,

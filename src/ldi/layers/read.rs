@@ -5,13 +5,13 @@ use std::path::Path;
 use super::json::{FORMAT, LayersFile, VERSION};
 use super::pictures::{HELD, REMEDY};
 use super::{JSON, MOST_LAYERS, NEAREST, Picture};
-use crate::ldi_file::{SurfaceEntry, wrong_content, wrong_photo_rect};
+use crate::file::{SurfaceEntry, wrong_content, wrong_photo_rect};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::json::read_json;
-use quadratura_ldi::layout::LARGEST_INVERSE_DEPTH;
-use quadratura_ldi::levels::pyramid;
-use quadratura_ldi::{DepthPixel, Ldi, LdiKind, Level, Splat};
+use crate::layout::LARGEST_INVERSE_DEPTH;
+use crate::levels::pyramid;
+use crate::{DepthPixel, Ldi, LdiKind, Level, Splat};
 
 /// The largest `ldi.json` in bytes: 65535 surfaces with long names.
 const LARGEST_JSON: u64 = 64 << 20;

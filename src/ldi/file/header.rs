@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::Packing;
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::FaceIndex;
-use quadratura_ldi::{Ldi, LdiReport, LdiSurface};
+use crate::{Ldi, LdiReport, LdiSurface};
 
 /// What `format` says.
 pub const FORMAT: &str = "quadratura-ldi";
@@ -29,7 +29,7 @@ pub struct LdiHeader {
     pub version: u32,
     /// The hash of everything that it was made of; empty for depth images from elsewhere.
     pub inputs: String,
-    /// What it was made from: the name of an [`quadratura_ldi::LdiKind`].
+    /// What it was made from: the name of an [`crate::LdiKind`].
     pub kind: String,
     /// The reference camera.
     pub camera: LdiCamera,
@@ -122,7 +122,7 @@ impl LdiHeader {
     /// Makes the first line of a layered depth image whose levels have these chunks.
     pub(super) fn of(ldi: &Ldi, packing: Packing, chunks: Vec<Vec<ChunkEntry>>) -> Self {
         let bytes = chunks.iter().flatten().map(|chunk| chunk.bytes).sum();
-        let level = |(level, chunks): (&quadratura_ldi::Level, Vec<ChunkEntry>)| LevelEntry {
+        let level = |(level, chunks): (&crate::Level, Vec<ChunkEntry>)| LevelEntry {
             width: level.camera.width,
             height: level.camera.height,
             depth_pixels: level.len() as u64,

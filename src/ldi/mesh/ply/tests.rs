@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::*;
 use quadratura_base::geometry::{Pinhole, Pose};
-use quadratura_ldi::{DepthPixel, LdiKind, LdiReport, LdiSurface, Splat};
+use crate::{DepthPixel, LdiKind, LdiReport, LdiSurface, Splat};
 
 /// A point as another program reads it.
 #[derive(Debug, Clone, PartialEq)]

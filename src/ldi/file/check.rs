@@ -9,9 +9,9 @@ use super::header::{
 use super::line::ALIGNMENT;
 use super::{HASH_DIGITS, Packing, piece};
 use quadratura_base::geometry::{Pinhole, PixelRect};
-use quadratura_ldi::LdiKind;
-use quadratura_ldi::layout::{LARGEST_INVERSE_DEPTH, LONGEST_SIDE, MOST_SURFACES};
-use quadratura_ldi::levels::half_camera;
+use crate::LdiKind;
+use crate::layout::{LARGEST_INVERSE_DEPTH, LONGEST_SIDE, MOST_SURFACES};
+use crate::levels::half_camera;
 
 /// The largest ratio of deflate: 258 bytes can take two bits, so 1032 bytes take a byte.
 const LARGEST_DEFLATE_RATIO: u64 = 1032;
