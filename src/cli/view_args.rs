@@ -8,7 +8,7 @@ use super::args::{AsArgs, PictureArgs, PictureFormatArg, whole};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_gpu::Storage;
-use quadratura_io::cameras::accepted;
+use quadratura_import::cameras::accepted;
 use quadratura_recipe::colour::reference;
 use quadratura_recipe::ldi::StackLdiOptions;
 use quadratura_recipe::named::index_of_photo;

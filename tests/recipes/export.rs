@@ -13,7 +13,7 @@ use quadratura::testing::document::{Decisions, Stack};
 use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::io::exports::ExportStore;
 use quadratura::testing::io::layered::{Depth, EditedLayer, Raster, composite, read_layered};
-use quadratura::testing::io::photo::read_photo;
+use quadratura::testing::import::photo::read_photo;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Faces;
 use quadratura::testing::recipe::export::{ExportOptions, ExportReport, Exported, StackContent, export};

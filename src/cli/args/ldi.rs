@@ -9,7 +9,7 @@ use super::{PhotoArgs, PictureArgs};
 use crate::view_args::{QualityArg, parse_scale};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
-use quadratura_io::cameras::accepted;
+use quadratura_import::cameras::accepted;
 use quadratura_ldi::file::{MOST_IMAGES, Packing};
 use quadratura_ldi::merge::Merging;
 use quadratura_ldi::{Combining, Shown, SplatKind};

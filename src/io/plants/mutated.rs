@@ -8,7 +8,7 @@ use std::fs;
 
 use super::tests::{Files, TRIANGLE};
 use super::*;
-use crate::mutated::{mutated, mutations};
+use crate::mutations::{mutated, mutations};
 use quadratura_base::scene::synthetic::Rng;
 
 /// Reads mutations of a text as a file of this name. Some must be plants, and some not.

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::tokens::quoted;
-use crate::photo::{picture_size, read_photo};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoPixels;
 use quadratura_base::scene::alike::difference;
 use quadratura_files::named_file::{NamedFile, NamedFiles};
 use quadratura_files::text::decoded;
 use quadratura_foliage::Pixels;
+use quadratura_import::photo::{picture_size, read_photo};
 
 /// The largest side of a picture in pixels.
 pub const LONGEST_SIDE: u32 = 16_384;

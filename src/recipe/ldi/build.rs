@@ -16,10 +16,10 @@ use quadratura_base::task::Task;
 use quadratura_document::names::file_name_of_photo;
 use quadratura_files::free_path::{FreePath, free_path};
 use quadratura_files::writable::{check_beside, check_folder};
+use quadratura_io::picture_png::make_folder;
 use quadratura_ldi::file::{
     LdiFile, LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi,
 };
-use quadratura_io::picture_png::make_folder;
 use quadratura_ldi::{Arrangement, Ldi, LdiKind, LdiReport};
 
 /// A request for layered depth images.

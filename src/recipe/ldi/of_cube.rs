@@ -14,8 +14,8 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
-use quadratura_ldi::file::Packing;
 use quadratura_ldi::cube::{FACE, FACE_NAMES, cube_cameras, upright};
+use quadratura_ldi::file::Packing;
 use quadratura_ldi::layout::LONGEST_SIDE;
 use quadratura_ldi::{Arrangement, Frame};
 

@@ -7,10 +7,10 @@ use super::super::maps::{is_singular, is_within_numbers};
 use super::super::notes::Notes;
 use super::super::remedies::COARSER;
 use super::meshes::Meshes;
-use crate::models::gltf::{SceneNode, instances};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_foliage::{Draft, DraftUse, MOST_CORNERS, MOST_USES};
+use quadratura_import::models::gltf::{SceneNode, instances};
 
 /// The stage that is reported for reading nodes.
 const STAGE: &str = "read plant";

@@ -11,9 +11,9 @@ use serde::Deserialize;
 use super::super::is_called_leaf;
 use super::super::notes::Notes;
 use super::pictures::{Pictures, mean};
-use crate::models::gltf::{Source, parse};
 use quadratura_base::error::Result;
 use quadratura_foliage::{Material, Pixels, Wrap};
+use quadratura_import::models::gltf::{Source, parse};
 
 /// The alpha below which there is nothing, where the file does not say.
 const CUTOUT: f32 = 0.5;

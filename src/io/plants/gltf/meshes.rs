@@ -10,9 +10,9 @@ use rustc_hash::FxHashMap;
 
 use super::super::notes::Notes;
 use super::materials::{Materials, Surface};
-use crate::models::gltf::{Source, surface};
 use quadratura_base::error::Result;
 use quadratura_foliage::{Corner, Primitive, Shape, TriangleList};
+use quadratura_import::models::gltf::{Source, surface};
 
 /// Reads meshes, each once.
 pub struct Meshes<'a> {

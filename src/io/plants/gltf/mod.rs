@@ -20,11 +20,11 @@ use self::graph::Graph;
 use self::meshes::Meshes;
 use super::notes::Notes;
 use super::remedies::Wrong;
-use crate::models::check_file_size;
-use crate::models::gltf::{Source, scene_nodes};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_foliage::{Plant, assemble};
+use quadratura_import::models::check_file_size;
+use quadratura_import::models::gltf::{Source, scene_nodes};
 
 /// Reads the plant of a glTF or GLB file: y is up, and the unit is a metre. What is left out is noted.
 ///

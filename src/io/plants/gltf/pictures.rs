@@ -6,11 +6,11 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::super::pictures::{LONGEST_SIDE, pixels_of};
-use crate::models::gltf::{Source, resource};
-use crate::photo::decode_picture;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::light::LINEAR_FROM_BYTE;
 use quadratura_foliage::Pixels;
+use quadratura_import::models::gltf::{Source, resource};
+use quadratura_import::photo::decode_picture;
 
 /// Reads pictures, each once.
 pub struct Pictures<'a> {

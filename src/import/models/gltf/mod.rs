@@ -35,11 +35,11 @@ use quadratura_base::scene::{ModelBuilder, ObjectId};
 use quadratura_base::task::Task;
 use scene::PlacedMesh;
 
-pub(crate) use accessor::Source;
-pub(crate) use container::resource;
-pub(crate) use frames::instances;
-pub(crate) use mesh::surface;
-pub(crate) use scene::{SceneNode, scene_nodes};
+pub use accessor::Source;
+pub use container::resource;
+pub use frames::instances;
+pub use mesh::surface;
+pub use scene::{SceneNode, scene_nodes};
 
 /// Reads a glTF or GLB file from its `bytes`; `path` is named in errors, and buffers are searched relative to
 /// it.
@@ -78,7 +78,7 @@ impl<'a> Source<'a> {
 ///
 /// # Errors
 /// [`Error::Input`] with line and column.
-pub(crate) fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
+pub(super) fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
     let remedy = "check that it is a glTF 2.0 file, or export the model again";
     quadratura_files::foreign_json::parse_foreign_json(path, json, remedy)
 }

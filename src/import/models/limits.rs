@@ -20,7 +20,7 @@ const LARGEST_COORDINATE: f64 = 1e15;
 ///
 /// # Errors
 /// [`Error::Input`] when the file is too large.
-pub(crate) fn check_file_size(path: &Path, bytes: u64) -> Result<()> {
+pub fn check_file_size(path: &Path, bytes: u64) -> Result<()> {
     if bytes > LARGEST_FILE {
         let found = format!("{bytes} bytes, but at most {LARGEST_FILE} are read");
         return Err(Error::input(path, "", found, COARSER));

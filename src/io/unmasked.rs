@@ -1,10 +1,10 @@
 //! Reads the unmasked pixels of a photo.
 
-use super::read_photo;
 use crate::mask_file::read_mask;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Spans;
 use quadratura_base::scene::{Photo, PhotoPixels};
+use quadratura_import::photo::read_photo;
 
 /// Reads the pixels of a photo; masked pixels are not valid. Everything that is derived from a photo starts
 /// with this function; only a view of the photo itself reads the file directly.

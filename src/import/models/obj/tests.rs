@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::mutated::mutations;
+use crate::mutations::mutations;
 use quadratura_base::scene::Model;
 
 fn read_text(text: impl AsRef<[u8]>) -> Result<(Model, Vec<String>)> {

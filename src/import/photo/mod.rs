@@ -23,7 +23,6 @@ mod parameters;
 mod pinhole;
 mod tiff;
 mod turn;
-mod unmasked;
 
 #[cfg(test)]
 mod tests;
@@ -32,7 +31,6 @@ pub use folder::{Match, PhotoFolder};
 pub use kind::{EXTENSIONS, is_picture_ending};
 use kind::{Kind, kind_of, lying_ending, refusal};
 pub use pinhole::make_pinhole_image;
-pub use unmasked::{masked_pixels, read_unmasked};
 
 /// The note about inks, which no decoder converts as their profile says.
 const CMYK: &str = "its CMYK colours are converted without their profile; save it as RGB for exact colours";
@@ -153,7 +151,7 @@ pub fn picture_size(path: &Path) -> Result<[u32; 2]> {
 }
 
 /// Returns true where a file's content is a photo in a format that is read, whatever its name is.
-pub(super) fn is_photo(path: &Path) -> bool {
+pub fn is_photo(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = File::open(path).and_then(|file| file.take(kind::START as u64).read_to_end(&mut start));
     read.is_ok() && matches!(kind_of(path, &start), Kind::Photo(_))

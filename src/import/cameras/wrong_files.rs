@@ -12,7 +12,7 @@ use super::pose::CV_FROM_GL;
 use super::tests::mutate;
 use super::three_formats::{Taken, bundler, read, scene, transforms, with_photos, written};
 use super::*;
-use crate::mutated::mutations;
+use crate::mutations::mutations;
 use quadratura_base::scene::synthetic::Rng;
 
 #[test]

@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::mutated::mutations;
+use crate::mutations::mutations;
 
 const CAMERAS: &str =
     "# comment\n1 PINHOLE 640 480 500 510 320 240\n2 OPENCV 640 480 500 510 320 240 .1 .2 .3 .4\n";

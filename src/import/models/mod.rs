@@ -17,8 +17,7 @@ use quadratura_base::scene::{Model, ModelBuilder};
 use quadratura_base::task::Task;
 use quadratura_files::guarded::guarded;
 
-pub(crate) use limits::check_file_size;
-pub use limits::{LARGEST_FILE, MOST_CORNERS};
+pub use limits::{LARGEST_FILE, MOST_CORNERS, check_file_size};
 
 /// Reads a model: OBJ by the extension `.obj`, glTF and GLB by theirs or by how the file begins. Returns the
 /// model in the file's own coordinates, and notes for the user about what is wrong with it or was left out. A
