@@ -92,6 +92,7 @@ pub use quadratura_base::scene::{
 pub use quadratura_import::models::read_model;
 #[doc(inline)]
 pub use quadratura_import::photo::read_photo;
+#[doc(inline)]
 pub use quadratura_io::unmasked::read_unmasked;
 #[doc(inline)]
 pub use quadratura_recipe::check::{

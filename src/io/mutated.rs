@@ -8,10 +8,10 @@ use crate::camera_path::read_camera_path;
 use crate::depth_image::read_list;
 use crate::mutations::{mutated, mutations};
 use crate::photo_list::read_photo_list;
-use crate::tree_list::read_tree_list;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::synthetic::Rng;
 use quadratura_base::task::Task;
+use quadratura_foliage::files::list::read_tree_list;
 
 /// Reads mutations of a text. Errors say what to do.
 fn check(text: &str, words: &[&str], read: impl Fn(&Path) -> Result<()>) {

@@ -1,7 +1,7 @@
 //! Mutations of text files, for tests that reading them gives a result or an error, and never a fault. Unit tests of several
 //! packages below `src/` share this file.
 //!
-//! `QUADRATURA_MUTATIONS=1000000 cargo test --release -p quadratura-io --lib mutated` reads as many of each format.
+//! `QUADRATURA_MUTATIONS=1000000 cargo test --release -p quadratura-io --lib mutated`, for example, reads as many of each format.
 
 use quadratura_base::scene::synthetic::Rng;
 

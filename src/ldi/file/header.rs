@@ -178,7 +178,7 @@ impl SurfaceEntry {
 
 impl LdiCamera {
     /// Makes the camera of its parts.
-    pub(crate) fn of(camera: &Pinhole, pose: &Pose) -> Self {
+    pub fn of(camera: &Pinhole, pose: &Pose) -> Self {
         let Pinhole { width, height, fx, fy, cx, cy } = *camera;
         Self {
             K: [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],

@@ -216,7 +216,7 @@ fn a_binary_file_that_is_cut_is_refused_with_the_place() {
     }
 }
 
-/// `QUADRATURA_MUTATIONS=10000 cargo test --release -p quadratura-io --lib mutated_rigs` reads as many.
+/// `QUADRATURA_MUTATIONS=10000 cargo test --release -p quadratura-import --lib mutated_rigs` reads as many.
 #[test]
 fn mutated_rigs_and_frames_are_read_or_refused_and_never_a_fault() {
     let count = std::env::var("QUADRATURA_MUTATIONS").ok().and_then(|count| count.parse().ok());

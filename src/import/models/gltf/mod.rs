@@ -78,7 +78,7 @@ impl<'a> Source<'a> {
 ///
 /// # Errors
 /// [`Error::Input`] with line and column.
-pub(super) fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
+pub fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
     let remedy = "check that it is a glTF 2.0 file, or export the model again";
     quadratura_files::foreign_json::parse_foreign_json(path, json, remedy)
 }

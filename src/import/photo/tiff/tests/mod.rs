@@ -277,7 +277,7 @@ fn orientation_and_profile_are_those_of_the_tags_in_both_sizes_of_offsets() {
     }
 }
 
-/// `QUADRATURA_MUTATIONS=10000 cargo test --release -p quadratura-io --lib mutated_tiffs` reads as many.
+/// `QUADRATURA_MUTATIONS=10000 cargo test --release -p quadratura-import --lib mutated_tiffs` reads as many.
 #[test]
 fn mutated_tiffs_give_a_photo_or_an_error_and_never_a_fault() {
     let count = std::env::var("QUADRATURA_MUTATIONS").ok().and_then(|count| count.parse().ok());
