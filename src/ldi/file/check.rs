@@ -3,15 +3,17 @@
 use glam::DMat3;
 
 use super::fault::{Checked, Fault, ensure};
+use super::hash::HASH_DIGITS;
 use super::header::{
-    CHUNK_ROWS, ChunkEntry, FORMAT, LdiCamera, LdiHeader, LevelEntry, STREAMS, SurfaceEntry, VERSION,
+    ALIGNMENT, CHUNK_ROWS, ChunkEntry, FORMAT, LdiCamera, LdiHeader, LevelEntry, STREAMS, SurfaceEntry,
+    VERSION,
 };
-use super::line::ALIGNMENT;
-use super::{HASH_DIGITS, Packing, piece};
-use quadratura_base::geometry::{Pinhole, PixelRect};
+use super::packing::Packing;
+use super::piece;
 use crate::LdiKind;
 use crate::layout::{LARGEST_INVERSE_DEPTH, LONGEST_SIDE, MOST_SURFACES};
 use crate::levels::half_camera;
+use quadratura_base::geometry::{Pinhole, PixelRect};
 
 /// The largest ratio of deflate: 258 bytes can take two bits, so 1032 bytes take a byte.
 const LARGEST_DEFLATE_RATIO: u64 = 1032;

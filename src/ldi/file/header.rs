@@ -3,10 +3,10 @@
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::Packing;
+use super::packing::Packing;
+use crate::{Ldi, LdiReport, LdiSurface};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::FaceIndex;
-use crate::{Ldi, LdiReport, LdiSurface};
 
 /// What `format` says.
 pub const FORMAT: &str = "quadratura-ldi";
@@ -16,6 +16,9 @@ pub const VERSION: u32 = 1;
 
 /// The number of rows of a chunk; the last one of a level may have fewer.
 pub const CHUNK_ROWS: u32 = 64;
+
+/// The chunks start at a multiple of this many bytes, and so does each of their streams.
+pub(super) const ALIGNMENT: usize = 8;
 
 /// The streams of a chunk, in their order.
 pub const STREAMS: [&str; 5] = ["counts", "inverse_depths", "colours", "surfaces", "splats"];

@@ -7,17 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use super::check::{check, check_format};
 use super::fault::{Checked, Fault, ensure};
-use super::header::LdiHeader;
+use super::hash::short_hash;
+use super::header::{ALIGNMENT, LdiHeader};
 use super::set_header::SET_FORMAT;
-use super::short_hash;
 use quadratura_base::error::{Error, Result};
 use quadratura_files::json::parse_json;
 
 /// The size of the longest first line, with its line feed, in bytes.
 pub(super) const LONGEST_LINE: usize = 16 << 20;
-
-/// The chunks start at a multiple of this many bytes, and so does each of their streams.
-pub(super) const ALIGNMENT: usize = 8;
 
 /// What every version of the format says.
 #[derive(Deserialize)]

@@ -6,8 +6,10 @@
 
 mod check;
 mod fault;
+mod hash;
 mod header;
 mod line;
+mod packing;
 mod piece;
 mod prediction;
 mod read;
@@ -16,50 +18,19 @@ mod set_header;
 mod streams;
 mod write;
 
-use std::fs::File;
-use std::path::Path;
-
-use serde::{Deserialize, Serialize};
-
+pub use self::hash::HASH_DIGITS;
 pub use self::header::{
     CHUNK_ROWS, ChunkEntry, FORMAT, LdiCamera, LdiHeader, LevelEntry, ReportEntry, STREAMS, SurfaceEntry,
     VERSION,
 };
+pub use self::packing::Packing;
 pub use self::read::{
     WholeRows, has_whole_length, read_ldi, read_ldi_header, read_ldi_level, read_whole_rows,
 };
 pub use self::set::{LdiFile, PackedSet, read_ldi_set};
 pub use self::set_header::{MOST_IMAGES, SET_FORMAT, SET_VERSION};
 pub use self::write::write_ldi;
-use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
-use quadratura_files::hash::hash_bytes;
-
-/// The number of hexadecimal digits of a hash in the file.
-pub const HASH_DIGITS: usize = 16;
-
-/// How the streams of a file are packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Packing {
-    /// As they are: fast, for the cache.
-    None,
-    /// Predicted, then deflated: small, to hand on.
-    Deflate,
-}
-
-/// Opens a file. What is no plain file, as a pipe, is refused: opening it may wait for ever.
-///
-/// # Errors
-/// [`Error::Io`], [`Error::Input`].
-fn open_plain(path: &Path) -> Result<File> {
-    let metadata = std::fs::metadata(path).map_err(Error::io(path, "open it"))?;
-    if !metadata.is_file() {
-        let found = if metadata.is_dir() { "it is a folder" } else { "it is no plain file" };
-        return Err(Error::input(path, "", found, "give a file that `quadratura ldi build` wrote"));
-    }
-    File::open(path).map_err(Error::io(path, "open it"))
-}
 
 /// Returns what is wrong with a camera: its frame's size, K, R or t; `None` where nothing is.
 pub fn wrong_camera(camera: &LdiCamera) -> Option<String> {
@@ -79,13 +50,6 @@ pub(super) fn wrong_content(
 /// Returns what is wrong with where a photo lies in the frame; `None` where nothing is.
 pub(super) fn wrong_photo_rect(rect: Option<&PixelRect>, camera: &LdiCamera) -> Option<String> {
     check::check_photo_rect(rect, camera).err().map(|fault| fault.found)
-}
-
-/// Returns the first [`HASH_DIGITS`] digits of the BLAKE3 of bytes.
-pub(super) fn short_hash(bytes: &[u8]) -> String {
-    let mut hash = hash_bytes(bytes);
-    hash.truncate(HASH_DIGITS);
-    hash
 }
 
 #[cfg(test)]

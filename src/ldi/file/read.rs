@@ -8,16 +8,17 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::fault::{Checked, Fault};
+use super::hash::short_hash;
 use super::header::{CHUNK_ROWS, ChunkEntry, LdiCamera, LdiHeader, LevelEntry};
 use super::line::read_line;
+use super::packing::Packing;
 use super::piece::Piece;
 use super::prediction::Planes;
 use super::streams::{self, Shape};
-use super::{Packing, open_plain, short_hash};
-use quadratura_base::error::{Error, Result};
-use quadratura_base::task::Task;
 use crate::levels::{half_camera, pyramid, surfaces_at};
 use crate::{Ldi, LdiKind, LdiSurface, Level};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// The remedy for a file that is damaged.
 pub(super) const AGAIN: &str = "make it again with `quadratura ldi build`, or get an intact copy";
@@ -28,6 +29,19 @@ pub(super) const PARTIAL: &str = "make it again with `quadratura ldi build`, get
 
 /// The number of chunks that are in memory as bytes at a time, a few for each thread.
 const CHUNKS_AT_A_TIME: usize = 32;
+
+/// Opens a file. What is no plain file, as a pipe, is refused: opening it may wait for ever.
+///
+/// # Errors
+/// [`Error::Io`], [`Error::Input`].
+pub(super) fn open_plain(path: &Path) -> Result<File> {
+    let metadata = std::fs::metadata(path).map_err(Error::io(path, "open it"))?;
+    if !metadata.is_file() {
+        let found = if metadata.is_dir() { "it is a folder" } else { "it is no plain file" };
+        return Err(Error::input(path, "", found, "give a file that `quadratura ldi build` wrote"));
+    }
+    File::open(path).map_err(Error::io(path, "open it"))
+}
 
 /// How many rows of a file could be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

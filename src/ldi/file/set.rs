@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use super::fault::Fault;
 use super::header::LdiHeader;
 use super::line::{Line, to_line};
-use super::read::{AGAIN, PARTIAL, Reading, WholeRows};
+use super::packing::Packing;
+use super::read::{AGAIN, PARTIAL, Reading, WholeRows, open_plain};
 use super::set_header::{SET_FORMAT, SET_VERSION, SetHeader};
 use super::write::{Content, write_all};
-use super::{Packing, open_plain};
-use quadratura_base::error::{Error, Result};
-use quadratura_base::task::Task;
 use crate::cube::{Face, flaw};
 use crate::{Arrangement, Ldi, LdiSet};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// A file of one layered depth image or of several, whose first line was read. The images are read one by one, so that not all
 /// need be in memory.

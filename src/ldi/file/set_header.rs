@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::fault::{Checked, Fault, ensure};
-use super::line::ALIGNMENT;
+use super::header::ALIGNMENT;
 use crate::Arrangement;
 
 /// What `format` says.

@@ -10,11 +10,11 @@ use tempfile::TempDir;
 
 use super::tests::{PACKINGS, random, same};
 use super::*;
-use quadratura_base::error::{Error, Result};
-use quadratura_base::task::Task;
 use crate::cube::cube_cameras;
 use crate::levels::pyramid;
 use crate::{Arrangement, Ldi, LdiSet, Level};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 
 /// Returns six faces with random content.
 fn faces(side: u32) -> Vec<Ldi> {

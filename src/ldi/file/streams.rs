@@ -6,8 +6,8 @@ use flate2::Compression;
 use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
 
-use super::Packing;
-use super::line::ALIGNMENT;
+use super::header::ALIGNMENT;
+use super::packing::Packing;
 use super::piece::{Piece, Places, stream_sizes};
 use super::prediction::{self, Planes};
 use crate::Splat;

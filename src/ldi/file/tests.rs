@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec3};
 use tempfile::TempDir;
 
+use super::hash::short_hash;
 use super::*;
+use crate::levels::pyramid;
+use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::FaceIndex;
 use quadratura_base::task::Task;
-use crate::levels::pyramid;
-use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 
 /// Seeded pseudo-random numbers (SplitMix64).
 struct Rng(u64);

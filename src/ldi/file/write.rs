@@ -7,16 +7,18 @@ use rayon::prelude::*;
 
 use super::check::check;
 use super::fault::{Checked, Fault, ensure};
+use super::hash::short_hash;
 use super::header::{CHUNK_ROWS, ChunkEntry, LdiHeader};
 use super::line::to_line;
+use super::packing::Packing;
 use super::piece::Piece;
 use super::prediction::Planes;
-use super::{Packing, short_hash, streams};
-use quadratura_base::error::{Error, Result};
-use quadratura_files::atomic::write_atomically_with;
+use super::streams;
 use crate::layout::LONGEST_SIDE;
 use crate::levels::half_camera;
 use crate::{Ldi, LdiSurface, Level};
+use quadratura_base::error::{Error, Result};
+use quadratura_files::atomic::write_atomically_with;
 
 /// A chunk as it is written, with what the first line says of it.
 type WrittenChunk = (ChunkEntry, Vec<u8>);

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::NEAREST;
 use crate::file::{LdiCamera, SurfaceEntry};
+use crate::{Ldi, LdiReport};
 use quadratura_base::geometry::PixelRect;
 use quadratura_files::hash::hash_bytes;
 use quadratura_files::json::to_json;
-use crate::{Ldi, LdiReport};
+
+/// The file that describes the others.
+pub(super) const JSON: &str = "ldi.json";
 
 /// What `format` says.
 pub const FORMAT: &str = "quadratura-ldi-layers";
@@ -19,6 +21,12 @@ pub(super) const VERSION: u32 = 1;
 
 /// How a depth is made of a value; text for people, which readers need not understand.
 pub(super) const MAPPING: &str = "inverse depth = far + (near - far) * value / 65535";
+
+/// The largest number of layers.
+pub(super) const MOST_LAYERS: usize = u8::MAX as usize;
+
+/// The largest value of 16 bits, which stands for the nearest depth pixel.
+pub(super) const NEAREST: f64 = u16::MAX as f64;
 
 /// Errors of at most this, in pixels, are not seen: it is the twentieth of one.
 const EXACT_ENOUGH: f64 = 0.05;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Limits, Transformations};
 
-use super::{Picture, json::LayersFile};
+use super::json::LayersFile;
 use quadratura_base::error::{Error, Result};
 
 /// What the blue of a surface's picture has where there is a depth pixel.
@@ -18,7 +18,27 @@ pub(super) const REMEDY: &str = "save the picture in its size and kind again, or
 /// Bytes that a decoder may take beside the picture: for chunks of text and profiles.
 const SLACK: usize = 64 << 20;
 
+/// A picture of a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Picture {
+    Colours,
+    Depths,
+    Surfaces,
+}
+
 impl Picture {
+    pub const ALL: [Self; 3] = [Self::Colours, Self::Depths, Self::Surfaces];
+
+    /// Returns its name in the folder, for a layer counted from 0.
+    pub fn file_name(self, layer: usize) -> String {
+        let name = match self {
+            Self::Colours => "layer",
+            Self::Depths => "depth",
+            Self::Surfaces => "surface",
+        };
+        format!("{name}-{layer:02}.png")
+    }
+
     /// Returns the kind of samples and the bytes of a pixel.
     fn samples(self) -> (ColorType, BitDepth, usize) {
         match self {

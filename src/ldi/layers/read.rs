@@ -2,16 +2,15 @@
 
 use std::path::Path;
 
-use super::json::{FORMAT, LayersFile, VERSION};
-use super::pictures::{HELD, REMEDY};
-use super::{JSON, MOST_LAYERS, NEAREST, Picture};
+use super::json::{FORMAT, JSON, LayersFile, MOST_LAYERS, NEAREST, VERSION};
+use super::pictures::{HELD, Picture, REMEDY};
 use crate::file::{SurfaceEntry, wrong_content, wrong_photo_rect};
-use quadratura_base::error::{Error, Result};
-use quadratura_base::task::Task;
-use quadratura_files::json::read_json;
 use crate::layout::LARGEST_INVERSE_DEPTH;
 use crate::levels::pyramid;
 use crate::{DepthPixel, Ldi, LdiKind, Level, Splat};
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_files::json::read_json;
 
 /// The largest `ldi.json` in bytes: 65535 surfaces with long names.
 const LARGEST_JSON: u64 = 64 << 20;

@@ -5,13 +5,14 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 
+use super::pictures::Picture;
 use super::*;
+use crate::levels::pyramid;
+use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::FaceIndex;
 use quadratura_base::scene::synthetic::Rng;
 use quadratura_base::task::Task;
-use crate::levels::pyramid;
-use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
 
 /// Returns an image with random content: empty positions, sky, and up to four layers.
 fn random(seed: u64, width: u32, height: u32) -> Ldi {

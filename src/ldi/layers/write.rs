@@ -2,20 +2,36 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::json::{DepthError, FORMAT, LayerEntry, LayersFile, MAPPING, VERSION};
-use super::pictures::HELD;
-use super::{JSON, MOST_LAYERS, NEAREST, Picture, WrittenLayers};
+use super::json::{DepthError, FORMAT, JSON, LayerEntry, LayersFile, MAPPING, MOST_LAYERS, NEAREST, VERSION};
+use super::pictures::{HELD, Picture};
 use crate::file::{LdiCamera, SurfaceEntry};
+use crate::{Ldi, Level};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::{create_folder_with, replace_folder_with, write_atomically};
 use quadratura_files::free_path::free_path;
 use quadratura_files::hash::{hash_bytes, hash_file};
 use quadratura_files::png_error::io_error;
-use crate::{Ldi, Level};
+
+/// A folder that was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WrittenLayers {
+    /// The folder.
+    pub folder: PathBuf,
+    /// What has the folder's name, was changed or made by others, and was therefore kept.
+    pub spared: Vec<PathBuf>,
+    /// The number of layers.
+    pub layers: usize,
+    /// The number of depth pixels.
+    pub depth_pixels: u64,
+    /// The size of all files in bytes.
+    pub bytes: u64,
+    /// The error that 16 bits of depth make.
+    pub error: DepthError,
+}
 
 /// Writes the first level of a layered depth image as a folder of pictures, whole or not at all. Where the folder's name is
 /// taken by anything but an unchanged folder of this program, it gets the next free one: `NAME-2` and so on. The bytes depend

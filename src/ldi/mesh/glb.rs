@@ -11,12 +11,12 @@ use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
 use crate::page::pictures::{jpeg, rgba_png};
+use crate::segments::{Atlas, Piece, Segments, Vertex};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_files::atomic::write_atomically_with;
 use quadratura_files::free_path::{FreePath, free_path};
 use quadratura_files::hash::hash_bytes;
-use crate::segments::{Atlas, Piece, Segments, Vertex};
 
 #[cfg(test)]
 mod tests;

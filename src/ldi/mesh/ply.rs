@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::spacing::normal_of;
+use crate::{Ldi, Level};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::AtomicFile;
 use quadratura_files::free_path::free_path;
 use quadratura_files::hash::Hashing;
-use crate::spacing::normal_of;
-use crate::{Ldi, Level};
 
 /// The bytes of a point.
 const POINT: usize = 3 * 8 + 4 + 3 * 4 + 2 + 2;

@@ -13,11 +13,11 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use self::pictures::{jpeg, rims, small_jpeg};
+use crate::lean::{SafeRegion, Window};
+use crate::segments::Segments;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pinhole;
 use quadratura_files::base64::to_base64;
-use crate::lean::{SafeRegion, Window};
-use crate::segments::Segments;
 use quadratura_view::Picture;
 
 pub use self::place::{PagePlace, place_of_page};

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::{Page, PagePlace, place_of_page, write_page};
-use quadratura_base::geometry::Pinhole;
 use crate::lean::{DIRECTIONS, SafeRegion, Window};
 use crate::segments::{Atlas, Piece, Segments, Vertex};
+use quadratura_base::geometry::Pinhole;
 use quadratura_view::Picture;
 
 const CAMERA: Pinhole = Pinhole { width: 16, height: 8, fx: 10.0, fy: 10.0, cx: 8.0, cy: 4.0 };

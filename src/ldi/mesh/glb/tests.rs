@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec3};
 
 use super::{Mesh, glb, is_unchanged, place_of_glb, write_glb};
-use quadratura_base::geometry::{Pinhole, Pose};
 use crate::segments::{Atlas, Piece, Segments, Vertex};
+use quadratura_base::geometry::{Pinhole, Pose};
 
 const CAMERA: Pinhole = Pinhole { width: 16, height: 8, fx: 10.0, fy: 10.0, cx: 8.0, cy: 4.0 };
 

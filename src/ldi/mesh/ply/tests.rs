@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec3};
 
 use super::*;
-use quadratura_base::geometry::{Pinhole, Pose};
 use crate::{DepthPixel, LdiKind, LdiReport, LdiSurface, Splat};
+use quadratura_base::geometry::{Pinhole, Pose};
 
 /// A point as another program reads it.
 #[derive(Debug, Clone, PartialEq)]
