@@ -5,15 +5,14 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::format::ReconstructionFiles;
+use super::kept::{CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS};
 use super::photo_name::{objection, short};
 use super::photo_paths::PhotoPath;
 use super::pose::is_on_a_map;
+use super::raw::{Objection, Problems, RawCamera, RawImage, RawPhoto};
+use super::reconstruction::ReconstructionFiles;
 use super::rigs::Rigs;
 use super::sizes::SizeSource;
-use super::{
-    CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS, Objection, Problems, RawCamera, RawImage, RawPhoto,
-};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pinhole, Pose};
 use quadratura_base::scene::SparsePoint;

@@ -6,12 +6,12 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
-use super::RawImage;
 use super::assembly::Assembly;
 use super::colmap_model::{ColmapModel, MODELS};
-use super::format::ReconstructionFiles;
 use super::photo_name::LONGEST_NAME;
 use super::pose::pose_of_quaternion;
+use super::raw::RawImage;
+use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 

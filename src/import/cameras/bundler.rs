@@ -12,13 +12,14 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::assembly::Assembly;
 use super::bundler_list::{read_list, with_list};
-use super::format::{CameraFormat, ReconstructionFiles};
+use super::format::CameraFormat;
 use super::lines::LineReader;
-use super::locate::{beginning, has_name, recognised};
 use super::photo_name::short;
 use super::photo_paths::{PhotoPath, photo_paths};
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
-use super::{Objection, RawCamera};
+use super::raw::{Objection, RawCamera};
+use super::recognise::{beginning, has_name, recognised};
+use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pose};
 use quadratura_base::task::Task;

@@ -5,9 +5,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::format::ReconstructionFiles;
 use super::lines::LineReader;
-use super::locate::beginning;
+use super::recognise::beginning;
+use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::alike;
 use quadratura_base::task::Task;

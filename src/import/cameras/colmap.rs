@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::assembly::Assembly;
-use super::format::{CameraFormat, ReconstructionFiles};
+use super::format::CameraFormat;
+use super::reconstruction::ReconstructionFiles;
 use super::rigs::Rigs;
 use super::{binary, text};
 use quadratura_base::error::{Error, Result};

@@ -1,6 +1,6 @@
 //! COLMAP's camera models: their numbers, names and parameters.
 
-use super::{Objection, RawCamera};
+use super::raw::{Objection, RawCamera};
 use quadratura_base::geometry::Lens;
 
 /// One of COLMAP's camera models.

@@ -1,17 +1,14 @@
-//! The interface of camera formats, and the table of the formats that are read.
+//! The interface of camera formats.
 
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::path::Path;
 
 use super::assembly::Assembly;
-use super::bundler::Bundler;
-use super::colmap::Colmap;
-use super::transforms::Transforms;
+use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 
 /// A format of calibrated cameras: the recognition of its files, and their reader. All code that reads cameras uses
-/// [`FORMATS`]; a new format is an implementation of this trait and an entry there.
+/// the table in `formats`; a new format is an implementation of this trait and an entry there.
 pub trait CameraFormat: Sync {
     /// Returns a name of its files for messages and help: `transforms.json of nerfstudio`.
     fn accepted(&self) -> &'static str;
@@ -38,69 +35,4 @@ pub trait CameraFormat: Sync {
     /// Returns an error when the rest of a file cannot be understood. Problems of single cameras, photos and points go
     /// to the assembly.
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()>;
-}
-
-/// All formats. Of several in one folder, the first in this table is read.
-static FORMATS: &[&dyn CameraFormat] = &[&Colmap, &Transforms, &Bundler];
-
-static PLUGGED_IN: OnceLock<&dyn CameraFormat> = OnceLock::new();
-
-/// Adds a format to the end of the table; the first one of a process counts. A test shows by it that a format needs nothing else.
-pub fn plug_in(format: &'static dyn CameraFormat) {
-    let _ = PLUGGED_IN.set(format);
-}
-
-/// The table, with the format that was plugged in.
-pub(super) fn formats() -> impl Iterator<Item = &'static dyn CameraFormat> {
-    FORMATS.iter().chain(PLUGGED_IN.get()).copied()
-}
-
-/// A format of the table. The order is that of the table: of two formats, the smaller one is read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct FormatId(usize);
-
-impl FormatId {
-    /// Returns all formats, in their order.
-    pub(super) fn all() -> impl Iterator<Item = Self> {
-        (0..formats().count()).map(Self)
-    }
-
-    /// Returns the format.
-    pub(super) fn format(self) -> &'static dyn CameraFormat {
-        formats().nth(self.0).expect("numbers are those of the table, which never gets shorter")
-    }
-}
-
-/// The files of one reconstruction; several may be the same.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ReconstructionFiles {
-    /// The file with lenses and sizes.
-    pub cameras: PathBuf,
-    /// The file with the photos' poses.
-    pub images: PathBuf,
-    /// The file with the points.
-    pub points: Option<PathBuf>,
-    /// Other files that are read.
-    pub others: Vec<PathBuf>,
-    /// Notes for the user.
-    pub notes: Vec<String>,
-}
-
-impl ReconstructionFiles {
-    /// Creates the value for a format with a single file.
-    pub fn one(file: &Path) -> Self {
-        let file = file.to_path_buf();
-        Self { cameras: file.clone(), images: file, points: None, others: Vec::new(), notes: Vec::new() }
-    }
-
-    /// Returns all files, without duplicates.
-    pub fn all(self) -> Vec<PathBuf> {
-        let mut all = vec![self.cameras];
-        for file in std::iter::once(self.images).chain(self.points).chain(self.others) {
-            if !all.contains(&file) {
-                all.push(file);
-            }
-        }
-        all
-    }
 }

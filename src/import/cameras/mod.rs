@@ -1,15 +1,12 @@
 //! Calibrated cameras: COLMAP's files, text or binary, `transforms.json`, Bundler's `.out`.
 //!
-//! [`read_cameras`] finds the files and streams them through their format's reader (`format` has the table of formats)
+//! [`read_cameras`] finds the files and streams them through their format's reader (`formats` has the table)
 //! into one place that judges and keeps (`assembly`). What is wrong with one camera, photo or point is
 //! reported and leaves it out; only a file that cannot be understood at all stops the reading.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use quadratura_base::error::{Error, Result};
-use quadratura_base::geometry::{Lens, Pinhole, Pose};
-use quadratura_base::scene::SparsePoint;
 use quadratura_base::task::Task;
 use quadratura_files::guarded::guarded;
 
@@ -20,11 +17,16 @@ mod bundler_list;
 mod colmap;
 mod colmap_model;
 mod format;
+mod formats;
+mod kept;
 mod lines;
 mod locate;
 mod photo_name;
 mod photo_paths;
 mod pose;
+mod raw;
+mod recognise;
+mod reconstruction;
 mod rigs;
 mod sizes;
 mod text;
@@ -39,47 +41,13 @@ mod three_formats;
 mod wrong_files;
 
 pub use assembly::Assembly;
-pub use format::{CameraFormat, ReconstructionFiles, plug_in};
+pub use format::CameraFormat;
+pub use formats::plug_in;
+pub use kept::{CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS};
 pub use locate::{CamerasThere, accepted, cameras_in, extensions, is_camera_file};
+pub use raw::RawCamera;
+pub use reconstruction::ReconstructionFiles;
 use sizes::SizeSource;
-
-/// The largest side of a photo in pixels: what JPEG can hold.
-pub const LARGEST_SIDE: u64 = 65_535;
-/// The most pixels of a photo: beyond any single-shot camera, and still below the memory of a
-/// desk's machine when it is decoded.
-pub const MOST_PIXELS: u64 = 1 << 28;
-
-/// A photo as the cameras know it: before import, with its distortion.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CameraPhoto {
-    /// Unique path below the photo folder, with `/`; it never leads out of that folder.
-    pub name: String,
-    /// Size of the photo as taken; focal lengths and principal point of its distorted image.
-    pub camera: Pinhole,
-    /// The lens distortion.
-    pub lens: Lens,
-    /// World to camera.
-    pub pose: Pose,
-    /// Where the cameras' file names it: `line 7` or `byte 1024`.
-    pub place: String,
-}
-
-/// The cameras that were read, with problems and notes.
-#[derive(Debug, Default)]
-pub struct Cameras {
-    /// The file with the photos' poses.
-    pub file: PathBuf,
-    /// The number of photos that the files list, with those that cannot be used.
-    pub listed: usize,
-    /// In file order.
-    pub photos: Vec<CameraPhoto>,
-    /// In file order; `observations` count through `photos`.
-    pub points: Vec<SparsePoint>,
-    /// The entries that were left out, one error each.
-    pub problems: Vec<Error>,
-    /// The remarks for the user about cameras that were used.
-    pub notes: Vec<String>,
-}
 
 /// The names of the cameras' photos, and the number of points; the photos' sizes are not needed for them.
 #[derive(Debug, Default)]
@@ -148,63 +116,4 @@ pub fn camera_files(path: &Path) -> Vec<PathBuf> {
 /// [`Error::Input`], which names a folder above it with cameras, where there is one.
 pub fn check_exists(path: &Path) -> Result<()> {
     if path.exists() { Ok(()) } else { locate::locate(path).map(|_| ()) }
-}
-
-/// A problem and its remedy.
-type Objection = (String, &'static str);
-
-/// A parsed camera before its checks.
-pub struct RawCamera {
-    /// Width and height in pixels.
-    pub size: [u64; 2],
-    /// Focal lengths along x and y, in pixels.
-    pub focal: [f64; 2],
-    /// The principal point in pixels from the upper left corner.
-    pub centre: [f64; 2],
-    /// The lens distortion.
-    pub lens: Lens,
-}
-
-/// A parsed photo before its checks that refers to its camera and to its points by number.
-struct RawImage<'a> {
-    id: u32,
-    pose: Result<Pose, Objection>,
-    camera: u32,
-    name: &'a str,
-    /// Image position in pixels and point id, of those keypoints that have one.
-    observations: Vec<([f64; 2], u64)>,
-}
-
-/// A parsed photo with its own camera.
-struct RawPhoto<'a> {
-    name: &'a str,
-    camera: Result<(Pinhole, Lens), Objection>,
-    pose: Result<Pose, Objection>,
-}
-
-/// Problems of one reading, kept in number: a hostile file may hold one in every line.
-#[derive(Debug, Default)]
-struct Problems {
-    kept: Vec<Error>,
-    dropped: BTreeMap<PathBuf, usize>,
-}
-
-impl Problems {
-    const MOST: usize = 200;
-
-    fn push(&mut self, file: &Path, problem: Error) {
-        if self.kept.len() < Self::MOST {
-            self.kept.push(problem);
-        } else {
-            *self.dropped.entry(file.to_path_buf()).or_default() += 1;
-        }
-    }
-
-    fn finish(mut self) -> Vec<Error> {
-        for (file, count) in self.dropped {
-            let found = format!("{count} more problems that are not listed");
-            self.kept.push(Error::input(file, "", found, "correct those above first"));
-        }
-        self.kept
-    }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::Objection;
+use super::raw::Objection;
 use quadratura_base::geometry::Pose;
 
 /// The largest difference of the entries of `M^T M` of a rotation from those of the identity: a rotation written with

@@ -10,12 +10,12 @@ use std::str::SplitAsciiWhitespace;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::Objection;
 use super::assembly::Assembly;
 use super::binary::Records;
 use super::lines::LineReader;
 use super::photo_name::short;
 use super::pose::pose_of_quaternion;
+use super::raw::Objection;
 use super::text::parse;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Pose;

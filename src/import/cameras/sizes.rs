@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::Objection;
 use super::photo_paths::PhotoPath;
+use super::raw::Objection;
 use crate::photo::{Match, PhotoFolder, picture_size};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 
+use super::raw::Problems;
 use super::*;
 use crate::mutations::mutations;
+use quadratura_base::geometry::{Lens, Pose};
 
 const CAMERAS: &str =
     "# comment\n1 PINHOLE 640 480 500 510 320 240\n2 OPENCV 640 480 500 510 320 240 .1 .2 .3 .4\n";

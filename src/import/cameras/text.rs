@@ -5,11 +5,11 @@ use std::str::FromStr;
 
 use super::assembly::Assembly;
 use super::colmap_model::{ColmapModel, MODELS};
-use super::format::ReconstructionFiles;
 use super::lines::LineReader;
 use super::photo_name::short;
 use super::pose::pose_of_quaternion;
-use super::{Objection, RawImage};
+use super::raw::{Objection, RawImage};
+use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 

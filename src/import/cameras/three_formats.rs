@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use super::pose::CV_FROM_GL;
 use super::*;
+use quadratura_base::geometry::{Lens, Pinhole, Pose};
 use quadratura_base::scene::synthetic::Rng;
 
 /// A camera as all three formats can have it: square pixels, the principal point in the middle, k1 and k2.

@@ -10,12 +10,13 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DMat4, DVec3};
 use serde_json::{Map, Value};
 
-use super::Objection;
 use super::assembly::Assembly;
-use super::format::{CameraFormat, ReconstructionFiles};
-use super::locate::{beginning, has_name, recognised};
+use super::format::CameraFormat;
 use super::photo_paths::photo_paths;
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
+use super::raw::Objection;
+use super::recognise::{beginning, has_name, recognised};
+use super::reconstruction::ReconstructionFiles;
 use super::transforms_lens::{Fields, camera};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pose;

@@ -3,8 +3,8 @@
 
 use serde_json::{Map, Value};
 
+use super::raw::{Objection, RawCamera};
 use super::transforms::kind;
-use super::{Objection, RawCamera};
 use quadratura_base::geometry::Lens;
 
 /// The fields of a frame, and those of the whole file as their defaults.

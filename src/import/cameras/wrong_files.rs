@@ -13,6 +13,7 @@ use super::tests::mutate;
 use super::three_formats::{Taken, bundler, read, scene, transforms, with_photos, written};
 use super::*;
 use crate::mutations::mutations;
+use quadratura_base::geometry::{Lens, Pose};
 use quadratura_base::scene::synthetic::Rng;
 
 #[test]
