@@ -1,9 +1,5 @@
 //! The words that begin statements, and those that are passed over.
 
-use super::super::tokens::quoted;
-use super::statements::Statements;
-use quadratura_base::error::Result;
-
 /// Primitives that are left out: their notes, and true where a file is named.
 const LEFT_OUT: [(&str, &str, bool); 4] = [
     ("plane", "a plane is left out, because it has no end", false),
@@ -87,24 +83,7 @@ pub fn left_out(word: &str) -> Option<(&'static str, bool)> {
     LEFT_OUT.iter().find(|(known, ..)| *known == word).map(|(_, note, file)| (*note, *file))
 }
 
-impl Statements<'_> {
-    /// Passes over a statement that has no effect, and notes one that is unknown.
-    ///
-    /// # Errors
-    /// [`quadratura_base::Error::Input`] with file and line.
-    pub(super) fn pass_over(&mut self, word: &str) -> Result<()> {
-        match PASSED_OVER.iter().find(|(known, _)| *known == word) {
-            Some((_, true)) => drop(self.words.next()?),
-            Some(_) => {}
-            None => {
-                let place = self.words.place();
-                let place = format!("{}, line {}, {}", place.file.display(), place.line, quoted(word));
-                self.notes.add("an unknown statement is left out", || place);
-            }
-        }
-        while self.words.peek(0)?.is_some_and(|word| !begins_statement(word)) {
-            self.words.next()?;
-        }
-        Ok(())
-    }
+/// Returns whether any word follows a statement that has no effect; `None` for words that begin no such statement.
+pub fn passed_over(word: &str) -> Option<bool> {
+    PASSED_OVER.iter().find(|(known, _)| *known == word).map(|(_, any_word)| *any_word)
 }

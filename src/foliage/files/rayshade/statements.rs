@@ -3,6 +3,8 @@
 use rustc_hash::FxHashMap;
 
 use super::super::notes::Notes;
+use super::super::tokens::quoted;
+use super::keywords::{begins_statement, passed_over};
 use super::objects::{Object, ObjectId};
 use super::surfaces::{SurfaceId, Surfaces};
 use super::textures::Pictures;
@@ -77,6 +79,26 @@ impl<'a> Statements<'a> {
                 None => self.pass_over(word),
             },
         }
+    }
+
+    /// Passes over a statement that has no effect, and notes one that is unknown.
+    ///
+    /// # Errors
+    /// [`quadratura_base::Error::Input`] with file and line.
+    fn pass_over(&mut self, word: &str) -> Result<()> {
+        match passed_over(word) {
+            Some(true) => drop(self.words.next()?),
+            Some(false) => {}
+            None => {
+                let place = self.words.place();
+                let place = format!("{}, line {}, {}", place.file.display(), place.line, quoted(word));
+                self.notes.add("an unknown statement is left out", || place);
+            }
+        }
+        while self.words.peek(0)?.is_some_and(|word| !begins_statement(word)) {
+            self.words.next()?;
+        }
+        Ok(())
     }
 
     /// Notes something at the word that was taken last.
