@@ -8,9 +8,10 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, dvec3};
+use quadratura::render::TextureOptions;
 use quadratura::task::Task;
 use quadratura::testing::geometry::{Pinhole, PixelRect};
-use quadratura::testing::gpu::{Gpu, Renderer, TextureOptions, TileStore};
+use quadratura::testing::gpu::{Gpu, Renderer, TileStore};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::{
     Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Renders, Server, Sources,

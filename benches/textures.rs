@@ -8,9 +8,10 @@ use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadratura::Result;
+use quadratura::render::TextureOptions;
 use quadratura::task::Task;
 use quadratura::testing::geometry::PixelRect;
-use quadratura::testing::gpu::{Gpu, TextureOptions, TileStore};
+use quadratura::testing::gpu::{Gpu, TileStore};
 use quadratura::testing::projection::pyramid::{PyramidOptions, pyramid};
 use quadratura::testing::projection::tiles::{Occupancy, SLOT, TileKey};
 use quadratura::testing::projection::{LayerTexture, LayerTextureId, LayerTexturePixels, Sources, Texels};

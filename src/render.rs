@@ -92,11 +92,9 @@
 #[doc(inline)]
 pub use quadratura_base::scene::PhotoId;
 #[doc(inline)]
-pub use quadratura_gpu::TextureOptions;
-#[doc(inline)]
-pub use quadratura_projection::Renders;
-#[doc(inline)]
 pub use quadratura_projection::twin::ReferenceRenderer;
+#[doc(inline)]
+pub use quadratura_projection::{Renders, TextureOptions};
 #[doc(inline)]
 pub use quadratura_recipe::preview::{Preview, PreviewOptions, open as open_preview, open_reference};
 #[doc(inline)]

@@ -12,12 +12,13 @@ use std::time::{Duration, Instant};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, SamplingMode, criterion_group, criterion_main};
 use glam::{DAffine3, DVec3, Vec3, dvec3};
+use quadratura::render::TextureOptions;
 use quadratura::task::Task;
 use quadratura::testing::foliage::{
     BakeOptions, FlakeOptions, LayeredOptions, Light, Placing, Plant, PlantImages, Species, Tree, View,
     WalkOptions, Wood, WoodSpecies, bake, draw, draw_flakes, draw_layered, grow, in_view, similarity, walk,
 };
-use quadratura::testing::gpu::{Gpu, Renderer, TextureOptions, TileStore};
+use quadratura::testing::gpu::{Gpu, Renderer, TileStore};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::{Gains, LayerTextureId, LayerTexturePixels, Renders, Sources, Texels};
 use quadratura::testing::scene::Model;

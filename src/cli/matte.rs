@@ -15,7 +15,7 @@ use quadratura_base::task::Task;
 use quadratura_layers::matte::{Matte, MatteShares};
 use quadratura_recipe::fill::mattes::{SiteMattes, mattes};
 use quadratura_recipe::fill::photos_to_fill;
-use quadratura_recipe::masks::object::objects_named;
+use quadratura_recipe::named::objects_named;
 use quadratura_recipe::open::{Opened, open_site};
 
 /// The number of photos that are named; of more their number is told.

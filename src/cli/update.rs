@@ -18,9 +18,8 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_recipe::check::unexplained::{Unexplained, unexplained};
 use quadratura_recipe::fill::FillShares;
 use quadratura_recipe::fill::propagation::CoarsePaint;
-use quadratura_recipe::update::{
-    ProjectOnDisk, UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update,
-};
+use quadratura_recipe::turns::UpdateSource;
+use quadratura_recipe::update::{ProjectOnDisk, UpdateEnd, UpdateRequest, UpdatedPhoto, update};
 
 /// Runs `update`: builds and fills the chosen photos that need it. A photo that fails becomes a problem.
 pub fn run(args: &UpdateArgs, task: &Task) -> Result<Outcome> {

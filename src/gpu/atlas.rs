@@ -9,38 +9,9 @@ use super::bindings;
 use super::blocks::compressed;
 use super::device::Gpu;
 use quadratura_base::error::{Error, Result};
+use quadratura_projection::Storage;
 use quadratura_projection::residency::{PAGE_SLOTS, Residency};
 use quadratura_projection::tiles::SLOT;
-
-/// The format of texels in slots.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Storage {
-    /// 4 bytes per texel, uncompressed.
-    #[default]
-    Plain,
-    /// BC7, 1 byte per texel: colours lose a few steps of 255, and loading takes longer.
-    Compressed,
-}
-
-impl Storage {
-    /// Returns the number of bytes of a slot.
-    pub fn slot_bytes(self) -> u64 {
-        let texels = u64::from(SLOT * SLOT);
-        if self == Self::Plain { 4 * texels } else { texels }
-    }
-
-    /// Returns the format by which values are read as stored, in sRGB.
-    fn stored_format(self) -> TextureFormat {
-        self.format().remove_srgb_suffix()
-    }
-
-    fn format(self) -> TextureFormat {
-        match self {
-            Self::Plain => TextureFormat::Rgba8UnormSrgb,
-            Self::Compressed => TextureFormat::Bc7RgbaUnormSrgb,
-        }
-    }
-}
 
 /// The pages of slots, the page tables, and the table of layer textures.
 #[derive(Debug)]
@@ -221,6 +192,18 @@ fn new_slots(old: [u32; 3], new: [u32; 3]) -> Vec<Range<u32>> {
     rows.filter(|row| !is_old(*row)).map(|row| first(row)..first(row) + new[0]).collect()
 }
 
+fn format(storage: Storage) -> TextureFormat {
+    match storage {
+        Storage::Plain => TextureFormat::Rgba8UnormSrgb,
+        Storage::Compressed => TextureFormat::Bc7RgbaUnormSrgb,
+    }
+}
+
+/// Returns the format by which values are read as stored, in sRGB.
+fn stored_format(storage: Storage) -> TextureFormat {
+    format(storage).remove_srgb_suffix()
+}
+
 fn texture(gpu: &Gpu, [columns, rows, pages]: [u32; 3], storage: Storage) -> Texture {
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("atlas"),
@@ -228,15 +211,15 @@ fn texture(gpu: &Gpu, [columns, rows, pages]: [u32; 3], storage: Storage) -> Tex
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: storage.format(),
+        format: format(storage),
         usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST | TextureUsages::COPY_SRC,
-        view_formats: &[storage.stored_format()],
+        view_formats: &[stored_format(storage)],
     })
 }
 
 /// Creates the views in linear light and as stored; both are arrays even where there is one page.
 fn views(texture: &Texture, storage: Storage) -> [TextureView; 2] {
-    [storage.format(), storage.stored_format()].map(|format| {
+    [format(storage), stored_format(storage)].map(|format| {
         texture.create_view(&TextureViewDescriptor {
             format: Some(format),
             dimension: Some(TextureViewDimension::D2Array),

@@ -38,13 +38,12 @@ mod texture_statistics;
 mod tile_store;
 mod workspace;
 
-pub use atlas::Storage;
 pub use device::Gpu;
 pub use ldi::{GpuLdi, GpuWarp};
 pub use rasteriser::GpuRasteriser;
-pub use renderer::Renderer;
+pub use renderer::{Renderer, start_device};
 pub use texture_statistics::TextureStatistics;
-pub use tile_store::{Loaded, TextureOptions, TileStore};
+pub use tile_store::{Loaded, TileStore};
 
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use glam::{DVec2, IVec2};
 use wgpu::{Buffer, SubmissionIndex, TextureView};
 
-use super::atlas::{Atlas, Storage};
+use super::atlas::Atlas;
 use super::device::Gpu;
 use super::pyramids::{Batch, Pyramids};
 use super::texture_statistics::TextureStatistics;
@@ -21,34 +21,12 @@ use quadratura_base::task::Task;
 use quadratura_projection::cells::TexelBounds;
 use quadratura_projection::least_confidence::LeastConfidence;
 use quadratura_projection::mattes::MatteTextures;
-use quadratura_projection::pyramid::{Pyramid, PyramidOptions};
+use quadratura_projection::pyramid::Pyramid;
 use quadratura_projection::residency::{Residency, TileRequest};
 use quadratura_projection::tiles::Occupancy;
-use quadratura_projection::{LayerTextureId, LayerTexturePixels, Server, Sources, Texels};
-
-/// The limits and format of texture memory.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TextureOptions {
-    /// The largest size of texels on the device, in bytes.
-    pub budget_bytes: u64,
-    /// The largest size of decoded layer textures kept in main memory, in bytes.
-    pub cache_bytes: u64,
-    /// Options of levels and confidence.
-    pub pyramid: PyramidOptions,
-    /// The format of texels on the device.
-    pub storage: Storage,
-}
-
-impl Default for TextureOptions {
-    fn default() -> Self {
-        Self {
-            budget_bytes: 4 << 30,
-            cache_bytes: 256 << 20,
-            pyramid: PyramidOptions::default(),
-            storage: Storage::default(),
-        }
-    }
-}
+use quadratura_projection::{
+    LayerTextureId, LayerTexturePixels, Server, Sources, Storage, Texels, TextureOptions,
+};
 
 /// The result of a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -27,6 +27,7 @@ pub mod leftovers;
 pub mod agreement;
 pub mod cluster;
 pub mod content;
+pub mod device;
 pub mod dome;
 pub mod fill;
 pub mod matte;

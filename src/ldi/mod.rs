@@ -7,6 +7,7 @@ pub mod blend;
 pub mod combine;
 pub mod cracks;
 pub mod cube;
+pub mod device;
 pub mod file;
 pub mod finish;
 pub mod holes;

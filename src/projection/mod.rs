@@ -27,6 +27,7 @@ pub mod sources;
 pub mod surface;
 pub mod surroundings;
 mod texels;
+mod texture_memory;
 pub mod turned;
 pub mod twin;
 
@@ -38,3 +39,4 @@ pub use sources::{
     Domain, HalfPlane, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Server, Sources, Texels,
 };
 pub use texels::{confidence, halving, least_confidence, mattes, pyramid, residency, tiles};
+pub use texture_memory::{Storage, TextureOptions};

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::masks::object::objects_named;
-use super::views::up;
+use super::named::objects_named;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Similarity;
 use quadratura_base::scene::impostor::{Impostor, NoImpostor};
+use quadratura_base::scene::up;
 use quadratura_base::scene::{Model, Object, ObjectId, Photo};
 use quadratura_base::task::Task;
 use quadratura_layers::fill::options::matches_pattern;

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use super::layer_pixels::{layer_pixels, unfilled_pixels};
-use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
@@ -11,6 +10,7 @@ use quadratura_base::raster::in_8_bits;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_document::stack::origins;
+use quadratura_document::stack::origins::origin_of;
 use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
 use quadratura_io::layered::Raster;
 use quadratura_io::stack_store::StackStore;

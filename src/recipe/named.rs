@@ -1,12 +1,13 @@
-//! Photos by abbreviated names, as they are typed.
+//! Photos and objects by the names by which they are asked for.
 
 use std::borrow::Cow;
 
 use super::unknown_name::no_such;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::scene::alike::{composed, folded};
-use quadratura_base::scene::{Photo, PhotoId, Site};
+use quadratura_base::scene::{Model, ObjectId, Photo, PhotoId, Site};
 use quadratura_document::names::without_extension;
+use quadratura_layers::fill::options::matches_pattern;
 
 /// Returns the photos that `names` refer to, in the site's order; all photos for an empty list. A name may omit the
 /// folder and the extension where it remains unambiguous.
@@ -115,6 +116,25 @@ fn significant(digits: &str) -> &str {
 fn is_last_word_of(name: &str, file: &str) -> bool {
     let before = file.strip_suffix(name).filter(|_| !name.is_empty());
     before.and_then(|before| before.chars().next_back()).is_some_and(|c| !c.is_alphanumeric())
+}
+
+/// Returns the object with a name, in another spelling where none has exactly this one (`Model::object_like`), or the objects with
+/// names like a pattern ([`matches_pattern`]).
+///
+/// # Errors
+/// Returns [`Error::Request`](quadratura_base::error::Error::Request) when the model has none of that name.
+pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
+    if let Some(object) = model.object_like(pattern) {
+        return Ok(vec![object]);
+    }
+    let all = (0..).map(ObjectId).zip(&model.objects);
+    let meant: Vec<ObjectId> =
+        all.filter(|(_, object)| matches_pattern(&object.name, pattern)).map(|(id, _)| id).collect();
+    if meant.is_empty() {
+        let known = model.objects.iter().map(|object| object.name.as_str());
+        return Err(no_such("object", pattern, known, Some(Remedy::ListObjects)));
+    }
+    Ok(meant)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use super::impostors::{RefusedImpostors, turns};
-use super::masks::object::objects_named;
+use super::named::objects_named;
 use super::see_through::sees_through;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{Model, Object};

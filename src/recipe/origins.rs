@@ -2,23 +2,9 @@
 //! projected like the textures themselves.
 
 use quadratura_base::error::Result;
-use quadratura_document::stack::origins;
 use quadratura_projection::{LayerTextureId, LayerTexturePixels, Texels};
-use quadratura_view::legend::Origin;
 
 use super::layer_textures::LayerTextureFiles;
-
-/// Returns the kind of source that a name of [`origins`] stands for.
-pub fn origin_of(name: &str) -> Origin {
-    match name {
-        origins::NONE => Origin::Photo,
-        origins::PAINTED => Origin::Paint,
-        origins::EXEMPLAR => Origin::Example,
-        origins::DIFFUSED => Origin::Diffused,
-        name if origins::painter(name).is_some() => Origin::Propagated,
-        _ => Origin::OtherPhoto,
-    }
-}
 
 /// Layer textures in the colours of their texels' sources, with the confidence of the textures themselves.
 #[derive(Debug, Clone)]
@@ -33,16 +19,5 @@ impl Texels for LayerTextureOrigins {
             *texel = [r, g, b, texel[3]];
         }
         Ok(pixels)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_of_origins_are_told_apart() {
-        let names = ["[none]", "[painted]", "[painted in a.jpg]", "b.jpg", "[exemplar]", "[diffused]"];
-        assert_eq!(names.map(origin_of), Origin::ALL);
     }
 }

@@ -17,7 +17,7 @@ use super::export::{ExportOptions, export};
 use super::import::pictures::changed_layers;
 use super::import::{ImportOptions, import_once};
 use super::open::Opened;
-use super::preview::{PlantedRenderer, Preview, PreviewOptions, open_reference, open_with};
+use super::preview::{self, Preview, PreviewOptions, open_reference};
 use super::score::{ScoreOptions, held_out, leave_one_out, score};
 use super::site_stamp::SiteStamp;
 use super::surroundings::SiteSurroundings;
@@ -36,12 +36,15 @@ use quadratura_io::layered::read_layered;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_readers::are_read;
 use quadratura_io::stack_store::StackStore;
+use quadratura_layers::device::{PlantedRenderer, SiteDevice};
 use quadratura_layers::{Options, SoftwareRasteriser};
 use quadratura_projection::agreement::Agreement;
 use quadratura_projection::continuation::Continuation;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::surface::Surface;
-use quadratura_projection::{Gains, LayerTextureId, Renders, SiteContent, SiteRenderer, Sources, Texels};
+use quadratura_projection::{
+    Gains, LayerTextureId, Renders, SiteContent, SiteRenderer, Sources, Texels, TextureOptions,
+};
 use quadratura_view::{DisplayMode, Picture, Shot};
 
 /// A folder with two photos, their dummy cameras and a model.
@@ -229,6 +232,16 @@ impl Renders for Plain {
     }
 }
 
+/// Makes such renderers, which note what is asked of them in one list.
+struct PlainDevice(Arc<Mutex<Vec<&'static str>>>);
+
+impl SiteDevice for PlainDevice {
+    fn renderer(&self, site: SiteContent<'_>, _: TextureOptions) -> Result<Box<dyn PlantedRenderer>> {
+        let surface = Arc::new(Surface::from_model(&site.model));
+        Ok(Box::new(Plain { surface, asked: self.0.clone() }))
+    }
+}
+
 impl PlantedRenderer for Plain {
     fn set_trees(&mut self, _: Option<Arc<Wood>>) -> Result<()> {
         self.note("trees");
@@ -297,11 +310,11 @@ fn preview_with(
     asked: &Arc<Mutex<Vec<&'static str>>>,
     gains: bool,
 ) -> Preview {
-    let make = |site: SiteContent<'_>| -> Result<Box<dyn PlantedRenderer>> {
-        Ok(Box::new(Plain { surface: Arc::new(Surface::from_model(&site.model)), asked: asked.clone() }))
-    };
     let options = PreviewOptions { gains, relief: false, agreement: false, ..PreviewOptions::default() };
-    open_with(project, opened, make, &options, &Task::silent()).unwrap()
+    let preview =
+        preview::open(project, opened, &PlainDevice(asked.clone()), &options, &Task::silent()).unwrap();
+    assert_eq!(std::mem::take(&mut *asked.lock().unwrap()), ["trees"]);
+    preview
 }
 
 #[test]

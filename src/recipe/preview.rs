@@ -10,7 +10,6 @@ mod unseen;
 
 pub use self::options::PreviewOptions;
 pub use self::stacks::ReadStacks;
-pub use self::trees::PlantedRenderer;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,11 +20,11 @@ use self::trees::PreviewTrees;
 use super::agreement::SiteAgreement;
 use super::continuation::SiteContinuation;
 use super::far_backdrops::FarBackdrops;
-use super::fill::projected::ProjectedPaint;
 use super::gains::SiteGains;
 use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
 use super::origins::LayerTextureOrigins;
+use super::projected_paint::ProjectedPaint;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::surroundings::{SiteSurroundings, SurroundingsEvidence};
@@ -35,10 +34,10 @@ use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::paint::PaintBook;
 use quadratura_document::{Decisions, Stack};
-use quadratura_gpu::{Gpu, Renderer};
 use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::agreement::PhotoEvidence;
+use quadratura_layers::device::{PlantedRenderer, SiteDevice};
 use quadratura_layers::sky_model::Daylight;
 use quadratura_projection::pyramid::PyramidOptions;
 use quadratura_projection::relief::Relief;
@@ -101,7 +100,7 @@ pub struct Preview {
 pub fn open(
     folder: &Path,
     opened: &Opened,
-    gpu: &Gpu,
+    device: &dyn SiteDevice,
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
@@ -109,7 +108,7 @@ pub fn open(
     let _reader = StackReader::begin(folder);
     let store = StackStore::new(folder);
     let read = task.timed("read stacks", || stacks(opened, &store, options, task))?;
-    open_read(folder, opened, read, gpu, options, task)
+    open_read(folder, opened, read, device, options, task)
 }
 
 /// Makes the renderer of an opened project from stacks that were read before, whatever is on disk now.
@@ -120,46 +119,24 @@ pub fn open_read(
     folder: &Path,
     opened: &Opened,
     read: ReadStacks,
-    gpu: &Gpu,
+    device: &dyn SiteDevice,
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
-    let on_device = |site: SiteContent<'_>| -> Result<Box<dyn PlantedRenderer>> {
-        Ok(Box::new(Renderer::of_site(gpu, site, options.textures)?))
-    };
-    let reader = StackReader::begin(folder);
-    let mut preview = open_stacks(folder, opened, read, reader, on_device, options, task)?;
+    let mut preview = without_trees(folder, opened, read, device, options, task)?;
     preview.plant(opened, task)?;
     Ok(preview)
 }
 
-/// [`open`] with another renderer, which `make` makes of the site without its trees.
-///
-/// # Errors
-/// As [`open`], and those of `make`.
-pub fn open_with(
-    folder: &Path,
-    opened: &Opened,
-    make: impl FnOnce(SiteContent<'_>) -> Result<Box<dyn PlantedRenderer>>,
-    options: &PreviewOptions,
-    task: &Task,
-) -> Result<Preview> {
-    // Stacks that change from now on stay readable as they are.
-    let reader = StackReader::begin(folder);
-    let store = StackStore::new(folder);
-    let read = task.timed("read stacks", || stacks(opened, &store, options, task))?;
-    open_stacks(folder, opened, read, reader, make, options, task)
-}
-
-fn open_stacks(
+fn without_trees(
     folder: &Path,
     opened: &Opened,
     ReadStacks { stacks, mut problems }: ReadStacks,
-    reader: StackReader,
-    make: impl FnOnce(SiteContent<'_>) -> Result<Box<dyn PlantedRenderer>>,
+    device: &dyn SiteDevice,
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
+    let reader = StackReader::begin(folder);
     let (store, site) = (StackStore::new(folder), &opened.site);
     let files = LayerTextureFiles::new(&store, &stacks, options.filled)
         .with_far(&stacks, FarBackdrops::new(site).into())
@@ -185,7 +162,7 @@ fn open_stacks(
         agreement: agreement_of_layers.present.clone(),
         texels,
     };
-    let renderer = make(content)?;
+    let renderer = device.renderer(content, options.textures)?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
     let (without, filled) = (Vec::new(), options.filled);
     let gains_in_use = gains.whole().clone();

@@ -10,17 +10,17 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::budget::{Budget, default_memory};
-use super::dome_picture::{picture_dome, picture_stamp};
+use super::dome_picture::{dome_side, picture_dome, picture_stamp};
 use super::far_backdrops::FarBackdrops;
 use super::gains;
 use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
 use super::sources::sources;
 use super::thumbnail::cached_thumbnail;
-use super::views::up;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::builder::SURROUNDINGS;
+use quadratura_base::scene::up;
 use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
@@ -35,7 +35,7 @@ use quadratura_layers::agreement::thin::lower_thin;
 use quadratura_layers::dome::{DomeContent, dome};
 use quadratura_layers::one_sky::one_sky;
 use quadratura_layers::sky_model::Daylight;
-use quadratura_projection::dome::{Dome, side_for};
+use quadratura_projection::dome::Dome;
 use quadratura_projection::exposure::SurroundingsGains;
 use quadratura_projection::exposure::surroundings::SurroundingsFactors;
 use quadratura_projection::{Gains, LayerTextureId, Sources, Texels};
@@ -437,11 +437,6 @@ fn unite(
         *of_photo = Some(of_photo.take().map_or(found.clone(), |before| before.times(&found)));
     }
     Ok(())
-}
-
-/// Returns the side of a site's dome.
-pub(super) fn dome_side(site: &Site) -> u32 {
-    side_for(site.photos.iter().map(|photo| &photo.camera))
 }
 
 /// Returns the camera of a reduced photo, and how many pixels along both sides one of its pixels stands for.

@@ -2,14 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
-
 use super::named::index_of_photo;
 use super::open::Opened;
 use super::unknown_name::no_such;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
-use quadratura_base::scene::{Photo, PhotoId, Site};
+use quadratura_base::scene::{Photo, PhotoId, Site, up};
 use quadratura_base::task::Task;
 use quadratura_document::Bookmark;
 use quadratura_document::camera_path::{CameraPath, PathFlaw};
@@ -287,20 +285,11 @@ fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>
     Ok(RequestedViews { list: frames.map(view).collect(), path: Some(path), problems: Vec::new() })
 }
 
-/// Returns the mean up direction of the photos: most are taken with a roughly level camera.
-pub fn up(photos: &[Photo]) -> DVec3 {
-    up_of(photos.iter().map(|photo| &photo.pose))
-}
-
-/// Returns the mean up direction of cameras.
-pub fn up_of<'a>(poses: impl Iterator<Item = &'a Pose>) -> DVec3 {
-    let ups = poses.map(|pose| -(pose.rotation.transpose() * DVec3::Y));
-    ups.sum::<DVec3>().try_normalize().unwrap_or(DVec3::Z)
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
+
+    use glam::DVec3;
 
     use super::*;
     use quadratura_base::scene::Model;

@@ -11,11 +11,12 @@ pub const FACADE: &[&str] =
 pub const FLOORS: &[&[&str]] = &[
     &["base"],
     &["files", "view"],
-    &["projection", "import", "ldi"],
-    &["layers", "foliage"],
+    &["import"],
+    &["projection", "foliage", "ldi"],
+    &["layers"],
     &["document"],
-    &["io", "gpu"],
-    &["recipe"],
+    &["io"],
+    &["recipe", "gpu"],
     &["app"],
     &["cli"],
 ];

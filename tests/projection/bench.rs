@@ -5,10 +5,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use quadratura::render::TextureOptions;
 use quadratura::task::Task;
 use quadratura::testing::document::{ColourDecisions, Decisions, Stack};
 use quadratura::testing::geometry::Pinhole;
-use quadratura::testing::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, TileStore};
+use quadratura::testing::gpu::{Gpu, GpuRasteriser, Renderer, TileStore};
 use quadratura::testing::import::photo::read_photo;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;

@@ -118,7 +118,7 @@ fn check(site_at: DVec3) {
         let Case { site, sources, texels, shot } = case(&mut rng, site_at);
         let (gains, flat) = (Gains::none(1), Relief::default());
         let mut renderer = renderer_of(&gpu, &site, &sources, &gains, &flat, &texels);
-        let options = quadratura::testing::gpu::TextureOptions::default().pyramid;
+        let options = quadratura::render::TextureOptions::default().pyramid;
         let mut twin = ReferenceRenderer::new(site.model.clone(), sources, gains, flat, texels, options);
         let found = renderer.picture(&shot, &Task::silent()).unwrap();
         let expected = twin.picture(&shot, &Task::silent()).unwrap();

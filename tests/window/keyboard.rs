@@ -328,10 +328,10 @@ fn the_help_has_documents_and_diagnostics() {
     let mut harness = opened(folder.path());
     assert!(ask(&mut harness, "Documents"));
     harness.get_by_role_and_label(Role::ComboBox, "Document");
-    assert!(is_there(&harness, "Every command is in the menus"));
+    assert!(is_there(&harness, "This guide leads from photos to painted layers"));
     harness.key_press(Key::Escape);
     settle(&mut harness);
-    assert!(!is_there(&harness, "Every command is in the menus"));
+    assert!(!is_there(&harness, "This guide leads from photos to painted layers"));
     assert!(harness.state().diagnostics().contains("9 photos (0 built)"));
     assert!(ask(&mut harness, "Copy diagnostics"));
     assert!(harness.state().notes.list().iter().any(|note| note.text.to_string().contains("copied")));

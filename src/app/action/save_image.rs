@@ -13,6 +13,7 @@ use crate::work::jobs::arrival;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_beside;
+use quadratura_gpu::start_device;
 use quadratura_ldi::file::Packing;
 use quadratura_recipe::ldi::export::{MeshOptions, export_page};
 use quadratura_recipe::ldi::{
@@ -96,7 +97,7 @@ fn save_ldi(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedIma
     let from = from(dialog);
     let (photos, out) = (vec![dialog.photo], Some(dialog.out()));
     let request = BuildRequest { photos, from, out, packing: Packing::Deflate };
-    let (mut built, failed) = build_ldis(&dialog.project, opened, &request, task)?;
+    let (mut built, failed) = build_ldis(&dialog.project, opened, &request, &start_device, task)?;
     match (built.pop(), Error::of_all(failed)) {
         (Some(built), None) => Ok(SavedImage {
             what: "Layered depth image",
@@ -112,7 +113,7 @@ fn save_ldi(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedIma
 fn save_page(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedImage> {
     let from = from(dialog);
     task.step("layered depth image", 0, 2)?;
-    let mut maker = Maker::open(&dialog.project, opened, &from, task)?;
+    let mut maker = Maker::open(&dialog.project, opened, &from, &start_device, task)?;
     let ldi = match &from {
         BuildFrom::Stack(stack) => maker.site.cached_or_made(dialog.photo, stack, task)?,
         other => maker.image_of(&BuildCamera::of_photo(opened, dialog.photo), other, task)?,

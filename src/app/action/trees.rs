@@ -20,6 +20,7 @@ use crate::work::Work;
 use crate::work::jobs::arrival;
 use crate::work::painter::Change;
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::trees::{PlacedTree, TreeLight, TreeSpecies, Trees};
@@ -30,7 +31,6 @@ use quadratura_recipe::trees::light::{LightEstimate, estimated_light, is_needed}
 use quadratura_recipe::trees::list::species_figures;
 use quadratura_recipe::trees::paint::species_plant;
 use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees, species_images};
-use quadratura_recipe::views::up;
 
 /// The width of a crown whose plant is not known yet, as a share of the site's radius.
 const UNKNOWN_SHARE: f64 = 0.05;

@@ -23,7 +23,8 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_layers::Rasteriser;
 use quadratura_recipe::fill::projected::nearest_first;
 use quadratura_recipe::open::Opened;
-use quadratura_recipe::update::{UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
+use quadratura_recipe::turns::UpdateSource;
+use quadratura_recipe::update::{UpdateEnd, UpdateRequest, UpdatedPhoto, update};
 
 /// Publishes the project for updates, and starts or stops the update in the background.
 pub fn keep_up_to_date(state: &mut State, work: &mut Work) {

@@ -10,6 +10,7 @@ use crate::widget::dialog::escaped;
 
 /// The documents: name and text.
 const DOCUMENTS: &[(&str, &str)] = &[
+    ("Guide", include_str!("../../../docs/guide.md")),
     ("The window", include_str!("../../../docs/window.md")),
     ("Painting", include_str!("../../../docs/editing.md")),
     ("Words", include_str!("../../../docs/glossary.md")),

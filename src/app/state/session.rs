@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::pending::PendingUpdates;
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::up;
 use quadratura_base::scene::{Edges, Model, Object, Photo, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_document::history::History;
@@ -25,7 +26,6 @@ use quadratura_recipe::layer_table::LayerFigures;
 use quadratura_recipe::open::{Opened, open_site};
 use quadratura_recipe::site_stamp::SiteStamp;
 use quadratura_recipe::survey::{StackState, Survey};
-use quadratura_recipe::views::up;
 use quadratura_view::navigation::{SceneFrame, Viewpoint};
 
 /// The longest time between frames of a video: a video without one for longer was killed.

@@ -15,7 +15,7 @@ use quadratura_document::Project;
 use quadratura_files::lock::ProjectLock;
 use quadratura_recipe::open::Opened;
 use quadratura_recipe::site_stamp::SiteStamp;
-use quadratura_recipe::update::UpdateSource;
+use quadratura_recipe::turns::UpdateSource;
 
 /// The interval at which an update that waits for imports and masks looks again.
 const AGAIN: Duration = Duration::from_millis(20);

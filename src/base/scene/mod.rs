@@ -14,5 +14,5 @@ pub mod synthetic;
 pub use builder::{FaceFlaw, ModelBuilder};
 pub use edges::Edges;
 pub use model::{Face, FaceId, FaceIndex, Model, Object, ObjectId};
-pub use photo::{CameraExposure, Photo, PhotoId, Site, SparsePoint};
+pub use photo::{CameraExposure, Photo, PhotoId, Site, SparsePoint, up, up_of};
 pub use pixels::{PhotoPixels, Samples};

@@ -109,3 +109,14 @@ impl Site {
         self.photos.iter().position(|photo| photo.name == name).map(PhotoId::new)
     }
 }
+
+/// Returns the mean up direction of the photos: most are taken with a roughly level camera.
+pub fn up(photos: &[Photo]) -> DVec3 {
+    up_of(photos.iter().map(|photo| &photo.pose))
+}
+
+/// Returns the mean up direction of cameras.
+pub fn up_of<'a>(poses: impl Iterator<Item = &'a Pose>) -> DVec3 {
+    let ups = poses.map(|pose| -(pose.rotation.transpose() * DVec3::Y));
+    ups.sum::<DVec3>().try_normalize().unwrap_or(DVec3::Z)
+}

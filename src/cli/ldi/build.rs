@@ -13,6 +13,7 @@ use crate::words::error_text;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
+use quadratura_gpu::start_device;
 use quadratura_ldi::file::Packing;
 use quadratura_recipe::ldi::{
     BuildFrom, BuildRequest, BuiltLdi, DepthRequest, StackLdiOptions, build_ldis, build_of_depth_images,
@@ -89,7 +90,7 @@ fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcom
     let usual = if args.out.is_some() { Packing::Deflate } else { Packing::None };
     let packing = args.packing.map_or(usual, Packing::from);
     let request = BuildRequest { photos, from, out: args.out.clone(), packing };
-    let (built, failed) = build_ldis(project, &opened, &request, task)?;
+    let (built, failed) = build_ldis(project, &opened, &request, &start_device, task)?;
     // What the whole site lacks is what no photo shows.
     if args.from != LdiFrom::Site {
         note_empty(&built, project, task);

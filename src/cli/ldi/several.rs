@@ -13,6 +13,7 @@ use crate::words::error_text;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
+use quadratura_gpu::start_device;
 use quadratura_ldi::file::Packing;
 use quadratura_recipe::ldi::{
     BuildFrom, BuiltSet, CubeRequest, ImageOfSet, SetRequest, build_cube, build_set,
@@ -31,7 +32,7 @@ pub fn run(
     let (built, failed) = match args.set {
         Some(most) => {
             let request = SetRequest { photos, from, most: most as usize, out, packing };
-            build_set(project, opened, &request, task)?
+            build_set(project, opened, &request, &start_device, task)?
         }
         None => {
             let [photo] = photos[..] else {
@@ -39,7 +40,7 @@ pub fn run(
                 return Err(Error::Request(found.into()));
             };
             let request = CubeRequest { photo, from, out, packing };
-            build_cube(project, opened, &request, task)?
+            build_cube(project, opened, &request, &start_device, task)?
         }
     };
     note_spared(&built.spared, &built.file, task);

@@ -10,6 +10,7 @@ use crate::lock::lock_and_read;
 use crate::table::counted;
 use crate::words::command_for_project;
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_document::trees::{Grown, PlantSource, TreeSpecies};
 use quadratura_document::{Masks, Project};
@@ -23,7 +24,6 @@ use quadratura_recipe::trees::edit::{
 use quadratura_recipe::trees::list::doubts;
 use quadratura_recipe::trees::plant_of;
 use quadratura_recipe::trees::street::{Ground, PlacedList, placed_list};
-use quadratura_recipe::views::up;
 
 /// Runs `tree species`: adds, replaces or removes a species.
 pub fn species(args: &TreeSpeciesArgs, task: &Task) -> Result<Outcome> {

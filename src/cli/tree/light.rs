@@ -14,6 +14,7 @@ use crate::table::counted;
 use crate::view_args::OnOff;
 use crate::words::worded;
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::trees::{LightStrength, Strength, TreeLight, Trees};
@@ -23,7 +24,6 @@ use quadratura_recipe::trees::light::{
     LightEstimate, LightSupport, TreeRatios, clear_day, estimated_light, is_needed,
 };
 use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
-use quadratura_recipe::views::up;
 
 /// Runs `tree light`: changes what is asked for, and shows the light with what it is from.
 pub fn run(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {

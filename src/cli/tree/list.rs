@@ -9,6 +9,7 @@ use crate::args::TreeListArgs;
 use crate::table::{Table, counted};
 use crate::words::command_for_project;
 use quadratura_base::error::Result;
+use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_document::trees::{LightStrength, Strength};
 use quadratura_document::{Project, Trees};
@@ -17,7 +18,6 @@ use quadratura_recipe::trees::list::{
     ListedSpecies, doubts, listed_species, listed_trees, outdated_masks, species_problems,
 };
 use quadratura_recipe::trees::paint::listed_paint;
-use quadratura_recipe::views::up;
 
 /// Runs `tree list`.
 pub fn run(args: &TreeListArgs, task: &Task) -> Result<Outcome> {

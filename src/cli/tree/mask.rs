@@ -8,6 +8,7 @@ use crate::lock::lock_and_read;
 use crate::masked::MaskReport;
 use crate::words::{command_for_project, worded};
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_io::project::write_project;
 use quadratura_recipe::masks::{attach, edited};
@@ -15,7 +16,6 @@ use quadratura_recipe::open::open_site;
 use quadratura_recipe::trees::edit::named;
 use quadratura_recipe::trees::mask::tree_masks;
 use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
-use quadratura_recipe::views::up;
 
 /// Runs `tree mask`: masks the real trees in the photos, where trees of the project stand.
 pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {

@@ -144,6 +144,8 @@ fn is_zero(count: &u64) -> bool {
 
 /// Names in [`StackFill::origins`] that are not names of photos. No photo's name has brackets at both ends.
 pub mod origins {
+    use quadratura_view::legend::Origin;
+
     /// No filling.
     pub const NONE: &str = "[none]";
     /// Paint in the photo itself.
@@ -163,5 +165,29 @@ pub mod origins {
     /// Returns the photo that a name for paint in another photo refers to; `None` for other names.
     pub fn painter(origin: &str) -> Option<&str> {
         origin.strip_prefix(PAINTED_IN)?.strip_suffix(']')
+    }
+
+    /// Returns the kind of source that a name stands for.
+    pub fn origin_of(name: &str) -> Origin {
+        match name {
+            NONE => Origin::Photo,
+            PAINTED => Origin::Paint,
+            EXEMPLAR => Origin::Example,
+            DIFFUSED => Origin::Diffused,
+            name if painter(name).is_some() => Origin::Propagated,
+            _ => Origin::OtherPhoto,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::origins::origin_of;
+    use quadratura_view::legend::Origin;
+
+    #[test]
+    fn names_of_origins_are_told_apart() {
+        let names = ["[none]", "[painted]", "[painted in a.jpg]", "b.jpg", "[exemplar]", "[diffused]"];
+        assert_eq!(names.map(origin_of), Origin::ALL);
     }
 }

@@ -14,6 +14,7 @@
 //! Depth pixels come in any order here, and maxima and sums of integers do not depend on it: one device gives the same bytes
 //! each time. What the processor decides by the order of drawing is decided by depth: see [`GpuWarp::picture`].
 
+mod device;
 mod dots;
 mod level;
 mod nearest;

@@ -40,6 +40,7 @@ use plants::{Plants, TreeProgram};
 use program::{Content, Program};
 use project::{Pass, Passes};
 use shadows::Shadows;
+pub use site::start_device;
 use sky::SkyFactors;
 use surfaces::ModelBuffers;
 use table::GrowingBuffer;
@@ -49,7 +50,6 @@ use wanted::wants;
 
 use super::TileStore;
 use super::device::Gpu;
-use super::tile_store::TextureOptions;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{Model, PhotoId};
@@ -60,7 +60,9 @@ use quadratura_projection::exposure::{Shares, ViewExposure, visible_shares};
 use quadratura_projection::relief::Relief;
 use quadratura_projection::skirts::Skirts;
 use quadratura_projection::surface::Surface;
-use quadratura_projection::{Gains, Renders, SiteContent, SiteRenderer, Sliced, Sources, Texels};
+use quadratura_projection::{
+    Gains, Renders, SiteContent, SiteRenderer, Sliced, Sources, Texels, TextureOptions,
+};
 use quadratura_view::legend;
 use quadratura_view::optics::Optics;
 use quadratura_view::{DisplayMode, Picture, Shot, TreeMethod, Unseen};

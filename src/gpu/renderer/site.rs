@@ -9,18 +9,41 @@ use super::sky::SkyFactors;
 use super::surfaces::ModelBuffers;
 use super::tables::Tables;
 use super::{ORIGINS_SHARE, Renderer};
-use crate::TileStore;
-use crate::tile_store::TextureOptions;
+use crate::{Gpu, TileStore};
 use quadratura_base::error::Result;
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::task::Task;
+use quadratura_foliage::Wood;
+use quadratura_layers::device::{PlantedRenderer, SiteDevice};
 use quadratura_projection::agreement::Agreement;
 use quadratura_projection::continuation::Continuation;
 use quadratura_projection::peeling::Peels;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::skirts::Skirts;
 use quadratura_projection::surface::Surface;
-use quadratura_projection::{Gains, LayerTextureId, SiteRenderer, Sources, Texels};
+use quadratura_projection::{
+    Gains, LayerTextureId, SiteContent, SiteRenderer, Sources, Texels, TextureOptions,
+};
+
+/// Starts the device on which sites are drawn.
+///
+/// # Errors
+/// Those of [`Gpu::headless`].
+pub fn start_device() -> Result<Box<dyn SiteDevice>> {
+    Ok(Box::new(Gpu::headless()?))
+}
+
+impl SiteDevice for Gpu {
+    fn renderer(&self, site: SiteContent<'_>, textures: TextureOptions) -> Result<Box<dyn PlantedRenderer>> {
+        Ok(Box::new(Renderer::of_site(self, site, textures)?))
+    }
+}
+
+impl PlantedRenderer for Renderer {
+    fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
+        Self::set_trees(self, wood)
+    }
+}
 
 impl SiteRenderer for Renderer {
     fn surface(&self) -> Arc<Surface> {

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use wgpu::{BufferUsages, ShaderStages};
 
-use super::{Storage, TextureOptions, TileStore};
+use super::TileStore;
 use crate::bindings::BindingKind;
 use crate::device::Gpu;
 use crate::renderer::texels::{self, TexelGroup};
@@ -18,6 +18,7 @@ use quadratura_projection::pyramid::{Pyramid, PyramidOptions, pyramid};
 use quadratura_projection::residency::{NOTHING, SLOT_BITS, TextureRecord, TileRequest};
 use quadratura_projection::tiles;
 use quadratura_projection::{LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Sources, Texels};
+use quadratura_projection::{Storage, TextureOptions};
 use quadratura_view::srgb::Srgb;
 
 /// A compute shader that does one lookup per thread.

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::faces::CheckedSurface;
-use crate::views::up;
 use quadratura_base::raster::robust::quantile;
 use quadratura_base::scene::builder::says_backdrop;
+use quadratura_base::scene::up;
 use quadratura_base::scene::{Model, Object, PhotoId, Site, SparsePoint};
 
 /// A point is explained by a face within this share of its distance from the nearest camera: 40 cm at 20 m, twice the

@@ -237,7 +237,7 @@ pub fn stale_fillings(folder: &Path, opened: &Opened) -> Result<Vec<PhotoId>> {
 /// # Errors
 /// Returns an error when the paint book cannot be read, and of stacks that cannot be compared with the project.
 pub fn photos_to_fill(folder: &Path, opened: &Opened) -> Result<Vec<PhotoId>> {
-    let states = super::states(opened, &StackStore::new(folder))?;
+    let states = super::stacks::states(opened, &StackStore::new(folder))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     let inputs = FillInputs::new(folder, opened, &stacks, &opened.project.fill)?;
     let waits = |state: &StackState| match state {

@@ -3,7 +3,7 @@
 pub mod both_ways;
 mod donors;
 mod hidden;
-mod inputs;
+pub(crate) mod inputs;
 mod kept;
 pub mod lookouts;
 pub mod mattes;
@@ -14,6 +14,7 @@ pub mod propagation;
 mod report;
 mod see_through;
 pub mod seen;
+mod servers;
 pub mod shares;
 mod stacks;
 mod surroundings;
@@ -30,6 +31,7 @@ use self::mattes::{MatteBasis, SiteMattes};
 use self::paint::SitePaint;
 use self::propagation::propagation_entries;
 use self::see_through::{SeeThroughFilling, SurfaceMattes};
+use self::servers::{keeps_pixels, serving};
 use self::stacks::{current, states};
 use self::surroundings::SurroundingsFiller;
 use self::write::write_fill;
@@ -42,9 +44,9 @@ use super::relief::SiteRelief;
 use super::sources::sources;
 use super::surroundings::SiteSurroundings;
 use super::survey::StackState;
-use super::update::{FillCheck, Turns};
+use super::turns::{FillCheck, Turns};
 use quadratura_base::error::{Error, Remedy, Result};
-use quadratura_base::scene::{FaceId, Photo, PhotoId};
+use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_document::stack::PropagationEntry;
@@ -55,7 +57,6 @@ use quadratura_layers::fill::{
     Donors, FillContext, FillOptions, FilledRegion, KeptTexels, RectifiedTextures, Region, SurfaceId,
     Surfaces, fill_photo, propagate_paint,
 };
-use quadratura_projection::Sources;
 
 pub use inputs::{FillInputs, FillState, photos_to_fill, stale_fillings};
 pub use named::check_options;
@@ -251,28 +252,6 @@ fn fill_or_report(
     }
     task.step("fill", photos.len() as u64, photos.len() as u64)?;
     Ok(filled)
-}
-
-/// Returns, for each face, the photos that have it in their working set.
-fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
-    let of_face = |range: &std::ops::Range<u32>| {
-        let servers = &sources.servers[range.start as usize..range.end as usize];
-        let mut photos: Vec<PhotoId> = servers.iter().map(|server| server.photo).collect();
-        photos.dedup();
-        photos
-    };
-    sources.of_face.iter().map(of_face).collect()
-}
-
-/// Returns true when paint of other photos does not replace what a photo shows of a face: the face is pinned to the
-/// photo, whose pixels were chosen, or the photo is excluded from it and textures nothing of it.
-fn keeps_pixels(opened: &Opened, photo: &Photo, face: FaceId) -> bool {
-    let decisions = &opened.project.decisions;
-    let face = opened.site.model.face(face);
-    let object = &opened.site.model.object(face.object).name;
-    let names = opened.site.photos.iter().map(|photo| photo.name.as_str());
-    decisions.of(&photo.name).excludes(object, face.index)
-        || decisions.pinned(names, object, face.index) == Some(&photo.name)
 }
 
 /// What the filling of all photos uses, and extends.

@@ -15,10 +15,11 @@ use super::hidden::{NeededPixels, Shaper};
 use super::kept::PaintChange;
 use super::paint::{SeenBy, SitePaint};
 use super::propagation::{PropagationToPhoto, propagation_entries};
-use super::{keeps_pixels, serving};
+use super::servers::{keeps_pixels, serving};
 use crate::budget::default_memory;
 use crate::gains::{self, photo_gains};
 use crate::open::Opened;
+use crate::projected_paint::{ProjectedPaint, ProjectedTexel};
 use crate::relief::SiteRelief;
 use crate::sources::sources;
 use quadratura_base::error::Result;
@@ -47,30 +48,6 @@ const MARGIN_PX: u32 = 24;
 
 /// The number of points along each side of the grid by which a rectangle is projected.
 const GRID: u32 = 9;
-
-/// Paint on an image layer that the layer's files do not contain yet.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ProjectedPaint {
-    /// The photo.
-    pub photo: PhotoId,
-    /// The image layer in the photo's stack.
-    pub layer: LayerIndex,
-    /// The part of the image layer that changes, in photo pixels.
-    pub rect: PixelRect,
-    /// The texels of `rect`, row by row.
-    pub texels: Vec<ProjectedTexel>,
-}
-
-/// A texel of a layer, as paint of other photos leaves it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ProjectedTexel {
-    /// The texel is as in the files.
-    AsFiled,
-    /// No paint of other photos covers what the photo shows.
-    Bare,
-    /// Paint of another photo: sRGB, and the confidence in 255ths.
-    Paint([u8; 3], u8),
-}
 
 /// The site and its present paint, from which paint is projected.
 pub struct PaintProjection<'a> {

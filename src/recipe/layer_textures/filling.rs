@@ -1,7 +1,7 @@
 //! The filling of a layer texture, read from its files.
 
 use super::FilledFiles;
-use crate::fill::projected::{ProjectedPaint, ProjectedTexel};
+use crate::projected_paint::{ProjectedPaint, ProjectedTexel};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_io::layer_reader::{read_grey, read_layer};

@@ -1,7 +1,7 @@
 //! Paint keeps full agreement, and is of its face throughout, because photos do not overrule a hand.
 
 use super::{FilledFiles, LayerTextureFile, LayerTextureFiles, PaintedStack};
-use crate::fill::projected::ProjectedTexel;
+use crate::projected_paint::ProjectedTexel;
 use quadratura_io::layer_reader::read_layer;
 use quadratura_projection::LayerTextureId;
 use quadratura_projection::agreement::Agreement;

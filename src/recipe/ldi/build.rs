@@ -1,26 +1,22 @@
 //! The command `ldi build`: layered depth images of stacks, into the cache or into a file to keep.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::maker::{BuildCamera, Maker};
+use super::of_depth::{DepthImageOptions, depth_images};
 use super::of_photos::combined_depth_images;
-use super::{DepthImageOptions, LdiSite, PhotosOptions, SiteLdiOptions, StackLdiOptions, depth_images};
+use super::options::{BuildFrom, PhotosOptions, StackLdiOptions};
+use super::place::{cached_file, check_out, free_file};
+use super::site::LdiSite;
 use crate::open::Opened;
-use crate::preview::PreviewOptions;
-use crate::views::RequestedView;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
-use quadratura_document::names::file_name_of_photo;
-use quadratura_files::free_path::{FreePath, free_path};
-use quadratura_files::writable::{check_beside, check_folder};
+use quadratura_files::writable::check_folder;
 use quadratura_io::picture_png::make_folder;
-use quadratura_ldi::file::{
-    LdiFile, LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi,
-};
-use quadratura_ldi::{Arrangement, Ldi, LdiKind, LdiReport};
+use quadratura_layers::device::StartDevice;
+use quadratura_ldi::file::{LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi};
+use quadratura_ldi::{Ldi, LdiReport};
 
 /// A request for layered depth images.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,31 +29,6 @@ pub struct BuildRequest {
     pub out: Option<PathBuf>,
     /// How files are packed.
     pub packing: Packing,
-}
-
-/// What layered depth images are built from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum BuildFrom {
-    /// The stack of each photo.
-    Stack(StackLdiOptions),
-    /// Several photos in the camera of each.
-    Photos {
-        /// How they are combined.
-        options: PhotosOptions,
-        /// How many they are.
-        best: usize,
-        /// The others; empty takes those that show most of what the photo shows.
-        with: Vec<PhotoId>,
-    },
-    /// All that the photos together show, in the camera of each photo.
-    Site {
-        /// How it is made.
-        options: SiteLdiOptions,
-        /// What the renderer shows.
-        preview: PreviewOptions,
-        /// Another view, in whose camera one image is made instead.
-        at: Option<RequestedView>,
-    },
 }
 
 /// A layered depth image that was built.
@@ -90,11 +61,6 @@ pub enum LdiState {
     Missing,
 }
 
-/// Returns the file of a photo's layered depth image in the cache of the project in `folder`.
-pub fn cached_file(folder: &Path, photo: &str) -> PathBuf {
-    folder.join("cache/ldi").join(format!("{}.ldi", file_name_of_photo(photo)))
-}
-
 /// Returns the state of a photo's layered depth image in the cache. One that cannot be read counts as missing: it is made
 /// again.
 pub fn ldi_state(
@@ -113,7 +79,7 @@ pub fn ldi_state(
     }
 }
 
-/// Builds layered depth images. A photo that fails does not stop the others; the second list has the reasons.
+/// Builds layered depth images; a device is started for those of the whole site. A photo that fails does not stop the others; the second list has the reasons.
 ///
 /// # Errors
 /// [`Error::Request`] for one file of several photos, or for none where anything but a stack is in it, [`Error::Io`] when a folder cannot be created, or
@@ -122,6 +88,7 @@ pub fn build_ldis(
     folder: &Path,
     opened: &Opened,
     request: &BuildRequest,
+    start: StartDevice,
     task: &Task,
 ) -> Result<(Vec<BuiltLdi>, Vec<Error>)> {
     let cameras = cameras(opened, request);
@@ -140,7 +107,7 @@ pub fn build_ldis(
         let found = "only layered depth images of stacks are kept in the project's cache; give --out FILE";
         return Err(Error::Request(found.into()));
     }
-    let mut maker = Maker::open(folder, opened, &request.from, task)?;
+    let mut maker = Maker::open(folder, opened, &request.from, start, task)?;
     let (mut built, mut failed) = (Vec::new(), maker.unusable(&request.from));
     let count = cameras.len() as u64;
     for (done, camera) in (0..).zip(&cameras) {
@@ -255,68 +222,4 @@ fn built(photo: &str, file: PathBuf, ldi: &Ldi, kept: bool) -> BuiltLdi {
     let depth_pixels = ldi.levels[0].len() as u64;
     let report = ldi.report.clone();
     BuiltLdi { photo: photo.to_owned(), file, kept, depth_pixels, report, bytes, spared: Vec::new() }
-}
-
-/// Refuses to write where no file can be, before the work and not after it.
-///
-/// # Errors
-/// [`Error::Request`]; those of [`check_beside`].
-pub(super) fn check_out(out: &Path) -> Result<()> {
-    if out.exists() && !out.is_file() {
-        let found = format!("{} is no plain file; give --out the name of a file", out.display());
-        return Err(Error::Request(found));
-    }
-    check_beside(out)
-}
-
-/// Returns the first name that is free or belongs to a whole layered depth image of the same photo, camera and options, and
-/// the files that are kept for that reason: `NAME.ldi`, `NAME-2.ldi` and so on.
-fn free_file(out: &Path, new: &Ldi, task: &Task) -> Result<(PathBuf, Vec<PathBuf>)> {
-    free_file_of(out, Arrangement::Single, &[Identity::of(new)], task)
-}
-
-/// Returns the same for several images in one file.
-pub(super) fn free_file_of(
-    out: &Path,
-    arrangement: Arrangement,
-    images: &[Identity],
-    task: &Task,
-) -> Result<(PathBuf, Vec<PathBuf>)> {
-    check_out(out)?;
-    let is_older = |path: &Path| holds(path, arrangement, images, task).unwrap_or(false);
-    let FreePath { path, spared } = free_path(out, is_older);
-    Ok((path, spared))
-}
-
-/// Returns whether a file is whole and holds older versions of some images, and nothing else.
-fn holds(path: &Path, arrangement: Arrangement, images: &[Identity], task: &Task) -> Result<bool> {
-    let file = LdiFile::open(path)?;
-    if file.arrangement != arrangement || file.count() != images.len() {
-        return Ok(false);
-    }
-    file.check()?;
-    for (index, image) in images.iter().enumerate() {
-        if Identity::of(&file.read(index, task)?) != *image {
-            return Ok(false);
-        }
-    }
-    Ok(true)
-}
-
-/// What an image has in common with older versions of it: photo, camera and options.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Identity {
-    camera: Pinhole,
-    pose: Pose,
-    kind: LdiKind,
-    sources: Vec<String>,
-    options: BTreeMap<String, String>,
-}
-
-impl Identity {
-    /// Returns that of an image.
-    pub fn of(ldi: &Ldi) -> Self {
-        let Ldi { camera, pose, kind, ref sources, ref report, .. } = *ldi;
-        Self { camera, pose, kind, sources: sources.clone(), options: report.options.clone() }
-    }
 }

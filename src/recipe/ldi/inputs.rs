@@ -2,7 +2,7 @@
 
 use std::borrow::Borrow;
 
-use super::StackLdiOptions;
+use super::options::StackLdiOptions;
 use crate::gains;
 use crate::open::Opened;
 use quadratura_base::scene::builder::SURROUNDINGS;

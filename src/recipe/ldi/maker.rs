@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use super::build::BuildFrom;
-use super::site::no_stack;
-use super::{LdiSite, SiteLdiOptions};
+use super::options::{BuildFrom, SiteLdiOptions};
+use super::site::{LdiSite, no_stack};
 use crate::open::Opened;
 use crate::preview::{self, Preview};
 use crate::views::RequestedView;
@@ -12,7 +11,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_base::task::Task;
-use quadratura_gpu::Gpu;
+use quadratura_layers::device::StartDevice;
 use quadratura_ldi::Ldi;
 
 /// The camera in which an image is made.
@@ -59,16 +58,22 @@ pub struct Maker<'a> {
 }
 
 impl<'a> Maker<'a> {
-    /// Opens what images need that are made `from` this.
+    /// Opens what images need that are made `from` this. The device is started where they are made of the whole site.
     ///
     /// # Errors
-    /// Those of [`LdiSite::open`] and [`preview::open`].
-    pub fn open(folder: &Path, opened: &'a Opened, from: &BuildFrom, task: &Task) -> Result<Self> {
+    /// Those of [`LdiSite::open`], of `start` and of [`preview::open`].
+    pub fn open(
+        folder: &Path,
+        opened: &'a Opened,
+        from: &BuildFrom,
+        start: StartDevice,
+        task: &Task,
+    ) -> Result<Self> {
         let site = task.timed("read stacks", || LdiSite::open(folder, opened))?;
         let preview = match from {
             BuildFrom::Site { preview, .. } => {
-                let gpu = task.timed("start the GPU", Gpu::headless)?;
-                Some(preview::open(folder, opened, &gpu, preview, task)?)
+                let device = task.timed("start the GPU", start)?;
+                Some(preview::open(folder, opened, &*device, preview, task)?)
             }
             BuildFrom::Stack(_) | BuildFrom::Photos { .. } => None,
         };
@@ -139,4 +144,10 @@ pub fn first_of(photo: PhotoId, photos: &[PhotoId]) -> Vec<PhotoId> {
         }
     }
     all
+}
+
+/// Stands in for a device where none is needed.
+#[cfg(test)]
+pub(super) fn no_device() -> Result<Box<dyn quadratura_layers::device::SiteDevice>> {
+    Err(Error::Gpu("images of stacks need no device".into()))
 }

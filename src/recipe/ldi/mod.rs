@@ -2,7 +2,7 @@
 //! rendered.
 
 mod build;
-mod controller;
+mod choice;
 mod cover;
 mod depth_fit;
 #[cfg(test)]
@@ -11,6 +11,7 @@ pub mod export;
 mod face_depths;
 mod figures;
 mod inputs;
+mod kept;
 pub mod live;
 mod maker;
 mod nearest;
@@ -19,7 +20,10 @@ mod of_depth;
 mod of_photos;
 mod of_site;
 mod of_stack;
+mod options;
+mod place;
 mod planes;
+mod reference;
 pub mod set;
 mod shapes;
 mod site;
@@ -33,51 +37,17 @@ mod texels;
 pub mod view;
 pub mod viewer;
 
-use std::collections::BTreeMap;
-
 pub use self::build::{
-    BuildFrom, BuildRequest, BuiltLdi, DepthRequest, LdiState, build_ldis, build_of_depth_images,
-    cached_file, ldi_state,
+    BuildRequest, BuiltLdi, DepthRequest, LdiState, build_ldis, build_of_depth_images, ldi_state,
 };
 pub use self::maker::{BuildCamera, Maker};
 pub use self::of_cube::{CubeRequest, build_cube};
 pub use self::of_depth::{DepthImageOptions, depth_images};
-pub use self::of_photos::{PhotosOptions, Reference, ldi_of_photos};
-pub use self::of_site::SiteLdiOptions;
+pub use self::of_photos::ldi_of_photos;
 pub use self::of_stack::ldi_of_stack;
+pub use self::options::{BuildFrom, PhotosOptions, SiteLdiOptions, StackLdiOptions};
+pub use self::place::cached_file;
+pub use self::reference::Reference;
 pub use self::set::{BuiltSet, ImageOfSet, SetRequest, build_set};
 pub use self::site::LdiSite;
 pub use self::stereo::COMFORTABLE;
-use quadratura_ldi::LdiKind;
-
-/// The options of a layered depth image of a stack.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct StackLdiOptions {
-    /// Whether points are moved to the relief that the photos tell; otherwise they lie on the model's faces.
-    pub relief: bool,
-    /// Whether fillings of hidden texels are in it.
-    pub filled: bool,
-    /// Whether what the photo shows where no face is, is in it, infinitely far away.
-    pub surroundings: bool,
-}
-
-impl StackLdiOptions {
-    /// Returns the options by their names on the command line.
-    fn described(&self, from: LdiKind) -> BTreeMap<String, String> {
-        let Self { relief, filled, surroundings } = *self;
-        let background = if surroundings { "surroundings" } else { "none" };
-        let words = [
-            ("from", from.name().to_owned()),
-            ("flat", (!relief).to_string()),
-            ("unfilled", (!filled).to_string()),
-            ("background", background.to_owned()),
-        ];
-        words.map(|(name, value)| (name.to_owned(), value)).into()
-    }
-}
-
-impl Default for StackLdiOptions {
-    fn default() -> Self {
-        Self { relief: true, filled: true, surroundings: true }
-    }
-}

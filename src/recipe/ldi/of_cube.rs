@@ -2,18 +2,19 @@
 
 use std::path::Path;
 
-use super::build::{BuildFrom, check_out};
-use super::controller::OfPhoto;
 use super::maker::{BuildCamera, Maker, first_of};
 use super::of_photos::{combined_into, taken};
+use super::options::{BuildFrom, PhotosOptions, SiteLdiOptions};
+use super::place::check_out;
+use super::reference::OfPhoto;
 use super::set::{BuiltSet, Writing};
-use super::{PhotosOptions, SiteLdiOptions};
 use crate::open::Opened;
-use crate::views::up;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::up;
 use quadratura_base::task::Task;
+use quadratura_layers::device::StartDevice;
 use quadratura_ldi::cube::{FACE, FACE_NAMES, cube_cameras, upright};
 use quadratura_ldi::file::Packing;
 use quadratura_ldi::layout::LONGEST_SIDE;
@@ -35,7 +36,7 @@ pub struct CubeRequest<'a> {
     pub packing: Packing,
 }
 
-/// Builds a cube around the place of a photo. Photos that were named and cannot be used do not stop the others; the second list
+/// Builds a cube around the place of a photo; a device is started for faces of the whole site. Photos that were named and cannot be used do not stop the others; the second list
 /// has the reasons.
 ///
 /// # Errors
@@ -44,10 +45,11 @@ pub fn build_cube(
     folder: &Path,
     opened: &Opened,
     request: &CubeRequest,
+    start: StartDevice,
     task: &Task,
 ) -> Result<(BuiltSet, Vec<Error>)> {
     check_out(request.out)?;
-    let mut maker = Maker::open(folder, opened, &request.from, task)?;
+    let mut maker = Maker::open(folder, opened, &request.from, start, task)?;
     let (photo, scale) = (opened.site.photo(request.photo), scale_of(&request.from)?);
     let cameras = cube_cameras(
         photo.pose.center_in_world(),
@@ -136,6 +138,7 @@ fn face_of(
 mod tests {
     use super::*;
     use crate::ldi::StackLdiOptions;
+    use crate::ldi::maker::no_device;
     use crate::peel::photo_picture;
     use crate::tiny_site::tiny_stacks;
     use quadratura_base::scene::synthetic::centred;
@@ -164,7 +167,7 @@ mod tests {
         let (best, with, packing) = (1, Vec::new(), Packing::Deflate);
         let from = BuildFrom::Photos { options, best, with };
         let request = CubeRequest { photo, from, out: &out, packing };
-        let (built, _) = build_cube(&project, &opened, &request, &Task::silent()).unwrap();
+        let (built, _) = build_cube(&project, &opened, &request, &no_device, &Task::silent()).unwrap();
         assert_eq!((built.images.len(), built.images[4].name.as_str()), (6, "front"));
         let cube = read_ldi_set(&out, &Task::silent()).unwrap();
         let photo = opened.site.photo(photo);

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::StackLdiOptions;
-use super::controller::{OfPhoto, best_photos};
+use super::choice::best_photos;
+use super::options::{PhotosOptions, StackLdiOptions};
+use super::reference::{OfPhoto, Reference};
 use super::site::LdiSite;
 use crate::open::Opened;
 use crate::sources::sources;
@@ -13,108 +14,11 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
-use quadratura_ldi::layout::LONGEST_SIDE;
-use quadratura_ldi::merge::Merging;
-use quadratura_ldi::{Combining, Frame, Ldi, LdiKind, Source, combine};
+use quadratura_ldi::{Frame, Ldi, LdiKind, Source, combine};
 use quadratura_projection::exposure::{Shares, shares_of_view};
 use quadratura_projection::relief::Relief;
 use quadratura_projection::surface::Surface;
 use quadratura_view::Shot;
-
-/// How photos are combined into one layered depth image.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PhotosOptions {
-    /// What is taken from each photo.
-    pub stack: StackLdiOptions,
-    /// Whether what is hidden in each photo is taken, too: all of its stack instead of its depth image.
-    pub hidden: bool,
-    /// The share of its sides by which the photo's frame is grown on each side.
-    pub guard: f64,
-    /// The factor of the reference camera's resolution.
-    pub scale: f64,
-    /// How samples become layers.
-    pub combining: Combining,
-}
-
-impl Default for PhotosOptions {
-    fn default() -> Self {
-        Self {
-            stack: StackLdiOptions::default(),
-            hidden: false,
-            guard: 0.3,
-            scale: 1.0,
-            combining: Combining::default(),
-        }
-    }
-}
-
-impl PhotosOptions {
-    /// The published system: depth images in the order in which they are given, one sample a pixel, no guard band.
-    pub fn published() -> Self {
-        let combining = Combining { published: true, ..Combining::default() };
-        Self { guard: 0.0, combining, ..Self::default() }
-    }
-
-    /// Returns the options by their names on the command line.
-    pub(super) fn described(&self) -> BTreeMap<String, String> {
-        let Self { stack, hidden, guard, scale, combining } = self;
-        let Merging { epsilon, keep, layers, .. } = combining.merging;
-        let mut words = stack.described(LdiKind::Photos);
-        words.extend(
-            [
-                ("hidden", hidden.to_string()),
-                ("guard", guard.to_string()),
-                ("scale", scale.to_string()),
-                ("epsilon", epsilon.to_string()),
-                ("layers", layers.to_string()),
-                ("merge", if keep { "keep" } else { "mean" }.to_owned()),
-                ("published", combining.published.to_string()),
-            ]
-            .map(|(name, value)| (name.to_owned(), value)),
-        );
-        words
-    }
-}
-
-/// The camera of a layered depth image of photos.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reference {
-    /// The camera, before it is scaled and grown.
-    pub camera: Pinhole,
-    /// The pose, world to camera.
-    pub pose: Pose,
-    /// The photo whose camera it is.
-    pub photo: Option<PhotoId>,
-    /// See [`Ldi::gain`].
-    pub gain: [f64; 3],
-}
-
-impl Reference {
-    /// Returns the frame of the layered depth image, with the factor of the resolution and the guard band.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for a frame that is too large.
-    pub(super) fn frame(&self, scale: f64, guard: f64) -> Result<Frame> {
-        let camera = scaled(&self.camera, scale);
-        let frame = Frame::new((camera, self.pose), self.gain, guard, self.photo.is_some());
-        let Pinhole { width, height, .. } = frame.camera;
-        if width.max(height) > LONGEST_SIDE {
-            return Err(Error::Request(format!(
-                "the frame of the layered depth image would have {width} x {height} pixels; its sides have at most \
-                 {LONGEST_SIDE}: give a smaller --ldi-scale or --guard"
-            )));
-        }
-        Ok(frame)
-    }
-}
-
-/// Returns a camera of another resolution.
-fn scaled(camera: &Pinhole, scale: f64) -> Pinhole {
-    let side = |side: u32| (f64::from(side) * scale).round().max(1.0) as u32;
-    let (width, height) = (side(camera.width), side(camera.height));
-    let (x, y) = (f64::from(width) / f64::from(camera.width), f64::from(height) / f64::from(camera.height));
-    Pinhole { width, height, fx: camera.fx * x, fy: camera.fy * y, cx: camera.cx * x, cy: camera.cy * y }
-}
 
 /// Combines photos, whose layered depth images are given in the order of the published rule, into one camera.
 ///

@@ -9,11 +9,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::StackLdiOptions;
 use super::cover::{Found, OnRelief};
 use super::figures::named;
-use super::of_photos::Reference;
+use super::options::{SiteLdiOptions, StackLdiOptions};
 use super::planes::SurfacePlane;
+use super::reference::Reference;
 use super::site::LdiSite;
 use super::site_origins::{find_origins, of_origins};
 use super::standing::Standing;
@@ -34,47 +34,6 @@ use quadratura_view::{Exposure, Shot};
 
 /// The least alpha of a depth pixel of a skirt.
 const LEAST_ALPHA: u8 = 3;
-
-/// How the layered depth image of a site is made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SiteLdiOptions {
-    /// Whether points are moved to the relief that the photos tell; otherwise they lie on the model's faces.
-    pub relief: bool,
-    /// Whether the renderer shows the filling of occluded areas.
-    pub filled: bool,
-    /// Whether the surroundings are in it, infinitely far away, and the skirts before them.
-    pub surroundings: bool,
-    /// The share of its sides by which the reference camera's frame is grown on each side.
-    pub guard: f64,
-    /// The factor of the reference camera's resolution.
-    pub scale: f64,
-    /// The largest number of the model's layers at a pixel, at least 1; beyond it the nearest ones and the farthest one stay.
-    pub layers: usize,
-}
-
-impl Default for SiteLdiOptions {
-    fn default() -> Self {
-        Self { relief: true, filled: true, surroundings: true, guard: 0.3, scale: 1.0, layers: 10 }
-    }
-}
-
-impl SiteLdiOptions {
-    /// Returns the options by their names on the command line.
-    fn described(&self) -> BTreeMap<String, String> {
-        let Self { relief, filled, surroundings, guard, scale, layers } = *self;
-        let background = if surroundings { "surroundings" } else { "none" };
-        let words = [
-            ("from", LdiKind::Site.name().to_owned()),
-            ("flat", (!relief).to_string()),
-            ("unfilled", (!filled).to_string()),
-            ("background", background.to_owned()),
-            ("guard", guard.to_string()),
-            ("scale", scale.to_string()),
-            ("layers", layers.to_string()),
-        ];
-        words.map(|(name, value)| (name.to_owned(), value)).into()
-    }
-}
 
 /// What the layered depth image of a site is made of, besides its renderer.
 pub struct SiteSource<'a> {

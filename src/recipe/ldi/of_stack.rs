@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::StackLdiOptions;
 use super::cover::{Cover, Found, LeftoverPixels, OnRelief};
 use super::figures::named;
+use super::options::StackLdiOptions;
 use super::planes::Planes;
 use super::shapes::Shapes;
 use super::standing::Standing;

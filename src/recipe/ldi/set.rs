@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::build::{BuildFrom, Identity, check_out, free_file_of};
 use super::maker::{BuildCamera, Maker};
-use super::of_photos::Reference;
+use super::options::BuildFrom;
+use super::place::{Identity, check_out, free_file_of};
+use super::reference::Reference;
 use crate::open::Opened;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::geometry::{Pinhole, Plane, Pose};
 use quadratura_base::scene::{Model, Photo, PhotoId};
 use quadratura_base::task::Task;
+use quadratura_layers::device::StartDevice;
 use quadratura_ldi::file::{PackedSet, Packing};
 use quadratura_ldi::set::{Chosen, chosen_for_set};
 use quadratura_ldi::{Arrangement, Ldi, LdiReport};
@@ -82,7 +84,7 @@ pub struct ImageOfSet {
     pub bytes: u64,
 }
 
-/// Builds a set of layered depth images. A photo that fails does not stop the others; the second list has the reasons.
+/// Builds a set of layered depth images; a device is started for those of the whole site. A photo that fails does not stop the others; the second list has the reasons.
 ///
 /// # Errors
 /// [`Error::Request`] where no photo has a stack or none of them shows a surface, the reasons where none of the images can be
@@ -91,10 +93,11 @@ pub fn build_set(
     folder: &Path,
     opened: &Opened,
     request: &SetRequest,
+    start: StartDevice,
     task: &Task,
 ) -> Result<(BuiltSet, Vec<Error>)> {
     check_out(request.out)?;
-    let mut maker = Maker::open(folder, opened, &request.from, task)?;
+    let mut maker = Maker::open(folder, opened, &request.from, start, task)?;
     let candidates: Vec<PhotoId> =
         request.photos.iter().copied().filter(|photo| maker.site.has_stack(*photo)).collect();
     if candidates.is_empty() {
@@ -264,6 +267,7 @@ impl Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ldi::maker::no_device;
     use crate::tiny_site::tiny_stacks;
 
     #[test]
@@ -274,7 +278,7 @@ mod tests {
         let photos = opened.site.photo_ids().collect();
         let from = BuildFrom::Stack(super::super::StackLdiOptions { relief: false, ..Default::default() });
         let request = SetRequest { photos, from, most: 9, out: &out, packing: Packing::Deflate };
-        let (built, failed) = build_set(&project, &opened, &request, &Task::silent()).unwrap();
+        let (built, failed) = build_set(&project, &opened, &request, &no_device, &Task::silent()).unwrap();
         assert!(failed.is_empty() && built.file == out && built.spared.is_empty());
         let adds: Vec<usize> = built.images.iter().map(|image| image.chosen.unwrap().adds).collect();
         assert!(adds.is_sorted_by(|a, b| a >= b) && adds.iter().all(|adds| *adds > 0), "{adds:?}");
@@ -282,10 +286,10 @@ mod tests {
         let read = quadratura_ldi::file::read_ldi_set(&out, &Task::silent()).unwrap();
         assert_eq!(read.images.len(), built.images.len());
         // The same again replaces the file; another choice does not.
-        let (again, _) = build_set(&project, &opened, &request, &Task::silent()).unwrap();
+        let (again, _) = build_set(&project, &opened, &request, &no_device, &Task::silent()).unwrap();
         assert_eq!((&again.file, &again.images), (&out, &built.images));
         let one = SetRequest { photos: vec![PhotoId::new(1)], ..request };
-        let (other, _) = build_set(&project, &opened, &one, &Task::silent()).unwrap();
+        let (other, _) = build_set(&project, &opened, &one, &no_device, &Task::silent()).unwrap();
         assert_eq!((other.images.len(), &other.spared[..]), (1, &[out][..]));
     }
 }

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::StackLdiOptions;
-use super::build::cached_file;
 use super::inputs::inputs;
 use super::of_stack::{StackSource, ldi_of_stack};
+use super::options::StackLdiOptions;
+use super::place::cached_file;
 use crate::budget::default_memory;
 use crate::gains;
 use crate::open::Opened;

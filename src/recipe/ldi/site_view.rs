@@ -3,9 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::controller::{Kept, OfPhoto, best_photos};
+use super::choice::best_photos;
 use super::face_depths::{FaceDepths, shown_by_images};
-use super::of_photos::PhotosOptions;
+use super::kept::Kept;
+use super::options::PhotosOptions;
+use super::reference::OfPhoto;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
 use crate::budget::default_memory;

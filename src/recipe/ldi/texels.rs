@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use crate::layer_pixels::{layer_pixels, shown, unfilled_pixels};
-use crate::origins::origin_of;
 use crate::paint::PhotoPaint;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::in_8_bits;
 use quadratura_document::Stack;
+use quadratura_document::stack::origins::origin_of;
 use quadratura_io::layer_reader::{read_grey, read_layer, read_mask};
 use quadratura_layers::LayerIndex;
 use quadratura_ldi::DepthPixelOrigin;

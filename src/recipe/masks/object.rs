@@ -7,9 +7,9 @@ use std::sync::Arc;
 use crate::budget::default_memory;
 use crate::fill::mattes::{SiteMattes, mattes};
 use crate::impostors::with_impostors;
+use crate::named::objects_named;
 use crate::open::Opened;
 use crate::see_through::with_see_through;
-use crate::unknown_name::no_such;
 use quadratura_base::error::{Error, Message, Remedy, Result};
 use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::impostor::Facing;
@@ -18,28 +18,8 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::masks::{MaskOrigin, MaskedObject};
 use quadratura_layers::View;
-use quadratura_layers::fill::options::matches_pattern;
 use quadratura_layers::matte::Matte;
 use quadratura_layers::software::owners;
-
-/// Returns the object with a name, in another spelling where none has exactly this one (`Model::object_like`), or the objects with
-/// names like a pattern ([`matches_pattern`]).
-///
-/// # Errors
-/// Returns [`Error::Request`](quadratura_base::error::Error::Request) when the model has none of that name.
-pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
-    if let Some(object) = model.object_like(pattern) {
-        return Ok(vec![object]);
-    }
-    let all = (0..).map(ObjectId).zip(&model.objects);
-    let meant: Vec<ObjectId> =
-        all.filter(|(_, object)| matches_pattern(&object.name, pattern)).map(|(id, _)| id).collect();
-    if meant.is_empty() {
-        let known = model.objects.iter().map(|object| object.name.as_str());
-        return Err(no_such("object", pattern, known, Some(Remedy::ListObjects)));
-    }
-    Ok(meant)
-}
 
 /// Finds the pixels at which photos show objects of the complete model.
 pub struct ObjectMasks<'a> {

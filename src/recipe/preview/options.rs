@@ -1,7 +1,7 @@
 //! What is wanted of a project that is opened for rendering.
 
 use crate::trees::PlantParts;
-use quadratura_gpu::TextureOptions;
+use quadratura_projection::TextureOptions;
 
 /// Options for showing a project.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,29 +11,12 @@ use crate::open::Opened;
 use crate::trees::light::{LightEstimate, estimated_light, is_needed};
 use crate::trees::sunlight::SunBlockers;
 use crate::trees::{KnownPlants, PlantParts, SiteTrees, site_trees_with};
-use crate::views::up;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::scene::Model;
+use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_document::Trees;
 use quadratura_foliage::Wood;
-use quadratura_gpu::Renderer;
-use quadratura_projection::SiteRenderer;
-
-/// A renderer of a site and of the trees that stand in it.
-pub trait PlantedRenderer: SiteRenderer {
-    /// Replaces the trees; `None` for none.
-    ///
-    /// # Errors
-    /// [`quadratura_base::Error::Request`] for a plant with too many instances; [`quadratura_base::Error::Gpu`]. The trees before remain.
-    fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()>;
-}
-
-impl PlantedRenderer for Renderer {
-    fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
-        Self::set_trees(self, wood)
-    }
-}
 
 /// What is needed to place other trees.
 pub(super) struct PreviewTrees {
@@ -96,7 +79,7 @@ impl Preview {
     /// What is wrong with them is noted when it is new.
     ///
     /// # Errors
-    /// As [`PlantedRenderer::set_trees`]; [`quadratura_base::Error::Cancelled`].
+    /// As [`quadratura_layers::device::PlantedRenderer::set_trees`]; [`quadratura_base::Error::Cancelled`].
     pub fn set_trees(
         &mut self,
         trees: &Trees,

@@ -1,7 +1,7 @@
 //! The pixels of a photo that a score compares, by the surface that the photo's camera sees there.
 
 use super::ScoreOptions;
-use crate::masks::object::objects_named;
+use crate::named::objects_named;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
-use crate::masks::object::objects_named;
+use crate::named::objects_named;
 use crate::unknown_name::no_such;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Model;

@@ -5,7 +5,6 @@
 //! current only if it would be made from the same inputs then; otherwise the photo is tried again.
 
 mod on_disk;
-mod turns;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -13,8 +12,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 pub use self::on_disk::ProjectOnDisk;
-pub use self::turns::UpdateSource;
-pub(super) use self::turns::{FillCheck, Turns};
 use super::budget::default_memory;
 use super::build::{BuildOptions, Built, STAGE, build, build_in_turn};
 use super::fill::{FillRequest, FilledPhoto, fill_in_turns};
@@ -22,6 +19,7 @@ use super::layer_names::rename;
 use super::named::index_of_photo;
 use super::open::Opened;
 use super::survey::{StackState, Survey};
+use super::turns::{Turns, UpdateSource};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::turns::UpdateSource;
 use crate::open::{Opened, open_site};
 use crate::site_stamp::SiteStamp;
+use crate::turns::UpdateSource;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_files::lock::{ProjectLock, is_window};

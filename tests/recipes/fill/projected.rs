@@ -9,9 +9,10 @@ use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;
 use quadratura::testing::projection::{LayerTextureId, Texels};
-use quadratura::testing::recipe::fill::projected::{PaintProjection, ProjectedPaint, ProjectedTexel};
+use quadratura::testing::recipe::fill::projected::PaintProjection;
 use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
 use quadratura::testing::recipe::open::Opened;
+use quadratura::testing::recipe::projected_paint::{ProjectedPaint, ProjectedTexel};
 use quadratura::testing::scene::PhotoId;
 
 use super::bench::{Bench, difference};

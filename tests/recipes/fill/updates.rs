@@ -13,7 +13,8 @@ use quadratura::testing::layers::{Fragments, Options, Rasteriser, SoftwareRaster
 use quadratura::testing::recipe::fill::stale_fillings;
 use quadratura::testing::recipe::open::Opened;
 use quadratura::testing::recipe::survey::{StackState, Survey};
-use quadratura::testing::recipe::update::{UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
+use quadratura::testing::recipe::turns::UpdateSource;
+use quadratura::testing::recipe::update::{UpdateEnd, UpdateRequest, UpdatedPhoto, update};
 use quadratura::testing::scene::PhotoId;
 use quadratura::{Error, Result};
 

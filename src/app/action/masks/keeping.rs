@@ -10,6 +10,7 @@ use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Spans;
+use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_document::{Masks, Project};
 use quadratura_io::mask_store::MaskStore;
@@ -19,7 +20,6 @@ use quadratura_recipe::named::index_of_photo;
 use quadratura_recipe::open::{Opened, whole_model};
 use quadratura_recipe::trees::mask::tree_masks;
 use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
-use quadratura_recipe::views::up;
 
 /// The result of a change: the masks, and the pixels of the new ones.
 struct EditedMasks {

@@ -16,7 +16,7 @@ use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_document::decisions::PhotoDecisions;
 use quadratura_document::{CameraPath, Project};
-use quadratura_recipe::update::UpdateSource;
+use quadratura_recipe::turns::UpdateSource;
 
 fn updates(bench: &TestBench) -> bool {
     bench.state.running.runs(JobKind::Update)

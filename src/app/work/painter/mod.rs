@@ -34,10 +34,10 @@ use quadratura_document::paint::PaintBook;
 use quadratura_gpu::Gpu;
 use quadratura_projection::surface::Surface;
 use quadratura_projection::{Gains, Renders, shown_face};
-use quadratura_recipe::fill::projected::ProjectedPaint;
 use quadratura_recipe::ldi::live::WarpOn;
 use quadratura_recipe::open::Opened;
 use quadratura_recipe::preview::Preview;
+use quadratura_recipe::projected_paint::ProjectedPaint;
 use quadratura_recipe::surroundings::SiteSurroundings;
 use quadratura_view::Picture;
 
@@ -103,6 +103,12 @@ pub struct Painter {
     thread: Option<JoinHandle<()>>,
 }
 
+/// Returns where layered depth images are drawn faster: on the device, unless it is a software renderer, for which sums by atomic
+/// operations take longer than they take the processor.
+fn warps_on(gpu: &Gpu) -> WarpOn {
+    if gpu.is_software() { WarpOn::Processor } else { WarpOn::Device(Arc::new(gpu.clone())) }
+}
+
 impl Painter {
     /// Moves `preview` to a new thread, with the folder of its project; layered depth images are drawn on the same `gpu` where that
     /// is faster than the processor. The window is woken for every picture. Notes of drawing go to `task`.
@@ -120,7 +126,7 @@ impl Painter {
         let (send, receive) = channel();
         let (theirs, surface) = (shared.clone(), preview.surface());
         let (bench, last) = Default::default();
-        let images = PainterImages::new(folder, opened, theirs.clone(), WarpOn::faster(gpu));
+        let images = PainterImages::new(folder, opened, theirs.clone(), warps_on(gpu));
         let adapter = gpu.adapter_summary();
         // Threads of its own: all others are those of jobs in the background, which have a lower priority.
         let pool = ThreadPoolBuilder::new().thread_name(|_| "painter".into()).build();

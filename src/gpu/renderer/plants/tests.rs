@@ -12,7 +12,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::left_out::on_adapter;
-use crate::{Gpu, Renderer, TextureOptions, TileStore};
+use crate::{Gpu, Renderer, TileStore};
 use quadratura_base::scene::light::linear_of_srgb;
 use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::scene::{FaceId, Model};
@@ -22,6 +22,7 @@ use quadratura_foliage::{
     SlabFrame, Species, SunShade, Sunlit, Tree, View, Wood, WoodSpecies, bake, draw, draw_flakes,
     draw_shaded, finest_copy, grow, painted, painted_slabs, similarity, slab_pictures,
 };
+use quadratura_projection::TextureOptions;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::{Gains, Renders, Sources, TREE, shown_face};
 use quadratura_view::{DisplayMode, Picture, Quality, Shot, TreeMethod};

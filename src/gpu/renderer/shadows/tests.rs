@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::left_out::on_adapter;
 use crate::renderer::tests::cancelled_before_drawing;
-use crate::{Gpu, Renderer, TextureOptions, TileStore};
+use crate::{Gpu, Renderer, TileStore};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::Model;
@@ -15,6 +15,7 @@ use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::task::Task;
 use quadratura_foliage::synthetic::{bushy, plant_of};
 use quadratura_foliage::{CastShadows, Light, Material, Plant, Tree, Wood, WoodSpecies, left_in_shadow};
+use quadratura_projection::TextureOptions;
 use quadratura_projection::one_photo;
 use quadratura_projection::pyramid::PyramidOptions;
 use quadratura_projection::relief::Relief;

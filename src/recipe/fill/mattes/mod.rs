@@ -67,7 +67,7 @@ pub struct MatteBasis<'a> {
 /// [`Error::Missing`] when no photo has a stack, and the errors of [`SiteMattes::open`] and of what it needs.
 pub fn mattes(folder: &Path, opened: &Opened, force: bool, memory: u64, task: &Task) -> Result<SiteMattes> {
     let site = &opened.site;
-    let states = super::states(opened, &StackStore::new(folder))?;
+    let states = super::stacks::states(opened, &StackStore::new(folder))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
@@ -189,7 +189,7 @@ fn make(
     let context = FillContext {
         photos: &basis.sources.photos,
         surfaces,
-        serving: &super::serving(basis.sources),
+        serving: &super::servers::serving(basis.sources),
         painters: &vec![Vec::new(); site.model.faces.len()],
         relief: basis.relief,
         gains: basis.gains,
@@ -215,7 +215,7 @@ fn file_of(basis: &MatteBasis, photo: PhotoId) -> PathBuf {
 /// Returns the hash of everything that mattes are made from.
 fn inputs(basis: &MatteBasis, pieces: &[Piece]) -> String {
     let Opened { project, site, .. } = basis.opened;
-    let serving = super::serving(basis.sources);
+    let serving = super::servers::serving(basis.sources);
     let all = (
         (VERSION, donors_at_once(site, basis.memory).min(MOST_DONORS), project.options.tolerance),
         gains::inputs(site, basis.stacks),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::billboards::without_billboards;
 use super::builder::Workbench;
 use super::request::{BuiltImage, ImageRequest, LiveInputs, Stage};
-use crate::ldi::controller::Kept;
+use crate::ldi::kept::Kept;
 use crate::ldi::{LdiSite, PhotosOptions, StackLdiOptions};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{Model, PhotoId};

@@ -13,7 +13,7 @@ use super::rows::{drawn_rows, rows_of};
 use super::warper::{OnDevice, WarpOn, Warper};
 use crate::budget::default_memory;
 use crate::ldi::StackLdiOptions;
-use crate::ldi::controller::{add_beside, best_photos, better_photos};
+use crate::ldi::choice::{add_beside, best_photos, better_photos};
 use crate::ldi::site_view::{halvings, over};
 use crate::preview::Preview;
 use quadratura_base::error::Result;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_gpu::{Gpu, GpuLdi, GpuWarp};
+use quadratura_ldi::device::{DeviceWarper, UploadedLdi, WarpDevice};
 use quadratura_ldi::{Ldi, WarpOptions, warp};
 use quadratura_view::{Picture, Shot};
 
@@ -14,22 +14,14 @@ pub enum WarpOn {
     /// On the processor.
     Processor,
     /// On a device, as long as that works, then on the processor.
-    Gpu(Box<Gpu>),
-}
-
-impl WarpOn {
-    /// Chooses the faster one: a device, unless it is a software renderer, for which sums by atomic operations take longer than
-    /// they take the processor.
-    pub fn faster(gpu: &Gpu) -> Self {
-        if gpu.is_software() { Self::Processor } else { Self::Gpu(Box::new(gpu.clone())) }
-    }
+    Device(Arc<dyn WarpDevice>),
 }
 
 /// An image that is drawn, with its depth pixels on the device from its first picture there on.
 pub(super) struct OnDevice {
     /// The image.
     pub ldi: Arc<Ldi>,
-    uploaded: Option<GpuLdi>,
+    uploaded: Option<UploadedLdi>,
 }
 
 impl OnDevice {
@@ -50,13 +42,13 @@ pub(super) struct Warper {
     /// The device; none where the processor draws.
     on: WarpOn,
     /// The warp on the device, from the first picture on.
-    gpu: Option<GpuWarp>,
+    prepared: Option<Box<dyn DeviceWarper>>,
 }
 
 impl Warper {
     /// Draws there; the device is prepared for the first picture.
     pub fn new(on: WarpOn) -> Self {
-        Self { on, gpu: None }
+        Self { on, prepared: None }
     }
 
     /// Draws a view of an image. Where the device cannot, because it is lost or too small, this is noted, and this view and all
@@ -71,8 +63,8 @@ impl Warper {
         options: &WarpOptions,
         task: &Task,
     ) -> Result<Picture> {
-        if let WarpOn::Gpu(device) = &self.on {
-            match on_device(device, &mut self.gpu, image, (shot, options), task) {
+        if let WarpOn::Device(device) = &self.on {
+            match on_device(&**device, &mut self.prepared, image, (shot, options), task) {
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
                 Ok(picture) => return Ok(picture),
                 Err(error) => self.leave_device(&error, task),
@@ -83,7 +75,7 @@ impl Warper {
     }
 
     fn leave_device(&mut self, error: &Error, task: &Task) {
-        (self.on, self.gpu) = (WarpOn::Processor, None);
+        (self.on, self.prepared) = (WarpOn::Processor, None);
         task.note(format!(
             "the graphics device cannot draw layered depth images; the processor draws them from now on: {error}"
         ));
@@ -91,19 +83,19 @@ impl Warper {
 }
 
 fn on_device(
-    device: &Gpu,
-    gpu: &mut Option<GpuWarp>,
+    device: &dyn WarpDevice,
+    prepared: &mut Option<Box<dyn DeviceWarper>>,
     image: &mut OnDevice,
     (shot, options): (&Shot, &WarpOptions),
     task: &Task,
 ) -> Result<Picture> {
-    let gpu = match gpu {
-        Some(gpu) => gpu,
-        None => gpu.insert(GpuWarp::new(device)?),
+    let warper = match prepared {
+        Some(warper) => warper,
+        None => prepared.insert(device.warper()?),
     };
     let uploaded = match &mut image.uploaded {
         Some(uploaded) => uploaded,
-        None => image.uploaded.insert(gpu.upload(image.ldi.clone())?),
+        None => image.uploaded.insert(warper.upload(image.ldi.clone())?),
     };
-    Ok(gpu.picture(uploaded, shot, options, task)?.picture)
+    warper.picture(uploaded, shot, options, task)
 }

@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::fill::FillInputs;
-use crate::inputs::Inputs;
-use crate::open::Opened;
+use super::fill::inputs::FillInputs;
+use super::inputs::Inputs;
+use super::open::Opened;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;
@@ -75,7 +75,7 @@ struct Derived {
 
 impl<'a> Turns<'a> {
     /// Starts a pass; call this before the stacks are read from which it works.
-    pub(super) fn new(
+    pub(crate) fn new(
         source: &'a dyn UpdateSource,
         opened: &'a Arc<Opened>,
         store: &'a StackStore,
@@ -161,7 +161,7 @@ impl<'a> Turns<'a> {
     }
 
     /// Returns whether a photo's own flag is set.
-    pub(super) fn is_stopped(&self, photo: &str) -> bool {
+    pub(crate) fn is_stopped(&self, photo: &str) -> bool {
         self.stops.get(photo).is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
