@@ -2,7 +2,8 @@
 //!
 //! A [`Plant`] is what Max 1996 (*Hierarchical Rendering of Trees from Precomputed Multi-Layer Z-Buffers*) makes trees
 //! from: sub-objects that use each other, from leaf to tree. [`Draft`]s become a plant by [`assemble`], which counts and
-//! bounds each sub-object once; [`grow`] makes plants from numbers; [`draw`] draws every polygon of every instance.
+//! bounds each sub-object once; [`grow`] makes plants from numbers; [`draw`] draws every polygon of every instance. [`files`] reads
+//! and writes plants, their images and lists of trees.
 
 mod assemble;
 mod bake;
@@ -17,6 +18,7 @@ mod detail;
 pub mod directions;
 mod door;
 mod drawer;
+pub mod files;
 mod flake;
 mod flakes;
 mod gains;
@@ -58,6 +60,9 @@ mod view;
 mod walk;
 mod wood;
 
+#[cfg(test)]
+#[path = "../../tests/common/mutations.rs"]
+mod mutations;
 #[cfg(test)]
 mod tests;
 

@@ -18,8 +18,8 @@ use quadratura_base::task::Task;
 use quadratura_document::{Decisions, Stack};
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::agreement_file::{read_agreement, write_agreement};
-use quadratura_io::photo::read_unmasked;
 use quadratura_io::reference::reference;
+use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::agreement::{
     AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, outlines,
     photo_agreement, things, undecided_share, votes,

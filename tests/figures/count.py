@@ -443,10 +443,10 @@ def doctests():
 
 
 def commands_in_messages():
-    """Lines of `io` and `recipe` whose string literals tell a user to type a command of the program."""
+    """Lines of the rooms that read and write files, and of `recipe`, whose string literals tell a user to type a command of the program."""
     count = 0
     for source in SOURCES:
-        if source.room not in ("io", "recipe"):
+        if source.room not in ("import", "ldi", "foliage", "io", "recipe"):
             continue
         for line in source.text.splitlines():
             if not re.match(r"\s*//", line) and re.search(r'`quadratura |--[a-z]+(?:-[a-z]+)*`', line):
@@ -564,7 +564,7 @@ def main():
     row("  public items (functions, types, traits, constants)", f"{total}  ({dict(sorted(kinds.items()))})")
     runs, compiles = doctests()
     row("  doctests that run, that are compiled only", f"{runs}, {compiles}")
-    row("  lines of io and recipe that tell to type a command", commands_in_messages())
+    row("  lines of readers, writers and recipe that tell to type a command", commands_in_messages())
     row("  bare indices in public signatures and fields", bare_indices())
 
     out.append("Pictures")

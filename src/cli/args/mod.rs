@@ -54,7 +54,7 @@ use crate::words::error_text;
 pub use number::whole;
 use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
-use quadratura_io::cameras::accepted;
+use quadratura_import::cameras::accepted;
 use quadratura_recipe::budget::default_memory;
 use quadratura_recipe::open::Opened;
 

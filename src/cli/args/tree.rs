@@ -8,7 +8,7 @@ use super::number::{degrees, whole};
 use super::{PhotoArgs, PictureArgs, TreeExportArgs, TreeImportArgs};
 use crate::view_args::OnOff;
 use quadratura_document::trees::UpAxis;
-use quadratura_io::cameras::accepted;
+use quadratura_import::cameras::accepted;
 
 #[derive(Debug, Args)]
 pub struct TreeArgs {

@@ -12,9 +12,9 @@ use crate::table::counted;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_beside;
-use quadratura_io::ldi_layers::write_ldi_layers;
-use quadratura_io::ldi_mesh::write_ply;
 use quadratura_ldi::Ldi;
+use quadratura_ldi::layers::write_ldi_layers;
+use quadratura_ldi::mesh::write_ply;
 use quadratura_ldi::segments::SegmentOptions;
 use quadratura_recipe::ldi::export::{ExportedMesh, MeshOptions, export_glb, export_page};
 

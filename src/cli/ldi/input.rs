@@ -4,8 +4,8 @@ use std::path::Path;
 
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_io::ldi_file::{LdiFile, read_ldi, read_ldi_set};
-use quadratura_io::ldi_layers::{is_ldi_layers, read_ldi_layers};
+use quadratura_ldi::file::{LdiFile, read_ldi, read_ldi_set};
+use quadratura_ldi::layers::{is_ldi_layers, read_ldi_layers};
 use quadratura_ldi::{Arrangement, Ldi, LdiSet};
 
 /// Reads the images of a file, or the image of a folder of layers.

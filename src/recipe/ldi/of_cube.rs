@@ -14,9 +14,9 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::up;
 use quadratura_base::task::Task;
-use quadratura_io::ldi_file::Packing;
 use quadratura_layers::device::StartDevice;
 use quadratura_ldi::cube::{FACE, FACE_NAMES, cube_cameras, upright};
+use quadratura_ldi::file::Packing;
 use quadratura_ldi::layout::LONGEST_SIDE;
 use quadratura_ldi::{Arrangement, Frame};
 
@@ -142,7 +142,7 @@ mod tests {
     use crate::peel::photo_picture;
     use crate::tiny_site::tiny_stacks;
     use quadratura_base::scene::synthetic::centred;
-    use quadratura_io::ldi_file::read_ldi_set;
+    use quadratura_ldi::file::read_ldi_set;
     use quadratura_ldi::{WarpOptions, warp_set};
     use quadratura_view::Shot;
 
