@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
+use super::bands::drawn;
 use super::bounds::Ball;
-use super::brute::drawn;
 use super::drawer::{Canvas, Facet};
 use super::plant::Plant;
 use super::raster::Fragment;

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::bounds::largest_stretch;
 use super::plant::{SubObject, Use};
 use super::primitive::{Primitive, Shape};
+use super::stretch::largest_stretch;
 
 /// The lengths of the leaves of a sub-object with all that it uses, every instance counted: the length of a leaf is the diagonal of
 /// its polygon's box.
