@@ -11,6 +11,7 @@ mod frame;
 mod grids;
 mod packing;
 mod peel;
+mod pipeline;
 mod plants;
 mod program;
 mod project;
