@@ -2,7 +2,6 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::plant::{SubObject, Use};
 use super::primitive::Primitive;
 use super::stretch::largest_stretch;
 
@@ -76,17 +75,17 @@ impl Ball {
 }
 
 impl Bounds {
-    /// Finds the bounds of primitives and of uses of `objects`, whose bounds are known.
-    pub(super) fn of(primitives: &[Primitive], uses: &[Use], objects: &[SubObject]) -> Self {
+    /// Finds the bounds of primitives and of parts, given the maps and the bounds of these.
+    pub(super) fn of<'a>(
+        primitives: &[Primitive],
+        parts: impl Iterator<Item = (&'a DAffine3, &'a Self)> + Clone,
+    ) -> Self {
         let mut space = BoundingBox::NOTHING;
         for primitive in primitives {
             primitive.shape.each_ball(|middle, radius| space.add(middle, radius));
         }
-        let children = || {
-            let parts = uses.iter().map(|of| (&of.parent_from_child, &objects[of.child].bounds));
-            parts.filter(|(_, bounds)| !bounds.space.is_empty())
-        };
-        for (map, bounds) in children() {
+        let parts = parts.filter(|(_, bounds)| !bounds.space.is_empty());
+        for (map, bounds) in parts.clone() {
             space.include(&bounds.mapped_space(map));
         }
         if space.is_empty() {
@@ -97,7 +96,7 @@ impl Bounds {
         for primitive in primitives {
             primitive.shape.each_ball(|at, more| radius = radius.max(middle.distance(at) + more));
         }
-        for (map, bounds) in children() {
+        for (map, bounds) in parts {
             radius = radius.max(bounds.reach(map, middle));
         }
         // Both the balls of the parts and the box hold everything: the smaller one serves.

@@ -4,7 +4,8 @@
 use glam::{DMat3, Vec3};
 
 use super::bands::drawn;
-use super::drawer::{Canvas, Facet};
+use super::drawer::Canvas;
+use super::facet::Facet;
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::shade::{Light, Reach, Surface, shade};

@@ -4,7 +4,8 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::bands::drawn;
 use super::bounds::Ball;
-use super::drawer::{Canvas, Facet};
+use super::drawer::Canvas;
+use super::facet::Facet;
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::view::{Projection, View};

@@ -3,6 +3,19 @@
 //! A [`Plant`] is what Max 1996 (*Hierarchical Rendering of Trees from Precomputed Multi-Layer Z-Buffers*) makes trees
 //! from: sub-objects that use each other, from leaf to tree. [`Draft`]s become a plant by [`assemble`], which counts and
 //! bounds each sub-object once; [`grow`] makes plants from numbers; [`draw`] draws every polygon of every instance.
+//!
+//! | modules | contents |
+//! |---|---|
+//! | `stretch`, `order`, `seed`, `directions`, `normal`, `pixels`, `raster`, `shade`, `ratio`, `species`, `similarity`, `jump` | what knows no plant: maps, numbers and pictures; fragments of triangles; light on a surface; how like two pictures are |
+//! | `primitive`, `curve`, `detail`, `bounds`, `leaves`, `plant`, `mesh`, `view`, `facet`, `mbuffer`, `images`, `paint` | a plant as data: its graph, its triangles, views of it, its images and its paint |
+//! | `assemble`, `leaf_picture`, `grow`, `stature`, `balls`, `synthetic` | plants are put together, grown and measured |
+//! | `clip`, `door`, `drawer`, `bands` | polygons are drawn onto a canvas |
+//! | `depths`, `shadow`, `openness`, `sunlit`, `shades`, `brute` | what keeps light from a plant, and pictures of all its polygons |
+//! | `walk`, `pace`, `listed`, `lighting`, `place`, `reproject`, `planes`, `flake`, `texels`, `layered`, `flakes`, `in_view` | pictures from the images of its sub-objects |
+//! | `gains`, `bake` | these images are made |
+//! | `wood`, `cast`, `sun_views` | the trees of a site, and their shadows |
+//!
+//! A module uses only modules of its own row and of rows above it in this table.
 
 mod assemble;
 mod bake;
@@ -18,6 +31,7 @@ mod detail;
 pub mod directions;
 mod door;
 mod drawer;
+mod facet;
 mod flake;
 mod flakes;
 mod gains;
