@@ -221,8 +221,8 @@ fn a_package_that_uses_one_above_or_beside_it_is_found() {
     let count = |room: &str, manifest: &str| forbidden_rooms(room, manifest).len();
     let above = "[dependencies]\nquadratura-gpu.workspace = true\nglam.workspace = true\n";
     assert_eq!(count("layers", above), 1);
-    assert_eq!(count("io", above), 1, "neighbours");
-    assert_eq!(count("recipe", above), 0);
+    assert_eq!(count("recipe", above), 1, "neighbours");
+    assert_eq!(count("app", above), 0);
     assert_eq!(count("layers", "[dev-dependencies]\nquadratura-recipe = { workspace = true }\n"), 1, "tests");
     assert_eq!(count("layers", "[dependencies]\nquadratura-attic.workspace = true\n"), 1);
     assert_eq!(count("layers", "[dependencies]\n# quadratura-gpu = 1\n\n[lib]\nquadratura-cli = 1\n"), 0);
