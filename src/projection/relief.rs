@@ -8,6 +8,7 @@
 
 mod detail;
 mod estimate;
+mod fingerprint;
 mod options;
 mod plot;
 mod smooth;

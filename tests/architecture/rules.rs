@@ -21,9 +21,6 @@ pub const FLOORS: &[&[&str]] = &[
     &["cli"],
 ];
 
-/// The modules of `base` from the ground up.
-pub const FLOORS_OF_BASE: &[&str] = &["error", "task", "geometry", "raster", "scene"];
-
 /// Packages that one job needs, and the only places below `src/` that name them. Only the manifests of these rooms have them.
 const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("wgpu", &["gpu/"]),
@@ -124,36 +121,6 @@ pub fn dependencies_out_of_place(room: &str, manifest: &str) -> Vec<String> {
         .into_iter()
         .filter(|package| PACKAGES_OF_ONE_JOB.iter().any(|(name, places)| name == package && !has(places)));
     strays.map(|package| format!("src/{room}/Cargo.toml: has no use for the package `{package}`")).collect()
-}
-
-/// Arrows between the modules of `base` that point up.
-pub fn forbidden_arrows(source: &Source) -> Vec<String> {
-    let floor_of = |module: &str| FLOORS_OF_BASE.iter().position(|other| *other == module);
-    let here = source.module_path();
-    let [base, own, ..] = here.as_slice() else { return Vec::new() };
-    if base != "base" {
-        return Vec::new();
-    }
-    let Some(own_floor) = floor_of(own) else {
-        return vec![format!("src/{}: module `{own}` is on no floor of `base`", source.path)];
-    };
-    let mut complaints = Vec::new();
-    for used in source.used_paths() {
-        let module = match used.segments.get(1).map_or("", String::as_str) {
-            "Error" | "Result" => "error",
-            module => module,
-        };
-        if module != own && floor_of(module).is_some_and(|floor| floor >= own_floor) {
-            let path = used.segments.join("::");
-            complaints.push(format!(
-                "src/{}:{}: `{own}` must not use `{path}`: arrows point down to {}",
-                source.path,
-                used.line,
-                FLOORS_OF_BASE[..own_floor].join(", ")
-            ));
-        }
-    }
-    complaints
 }
 
 /// What a public module of the library has besides `pub use` and documentation.

@@ -531,12 +531,15 @@ def main():
         row(f"  {room}", f"{files:>4} {lines:>7}")
     row("  all", f"{sum(f for f, _ in rooms.values()):>4} {sum(l for _, l in rooms.values()):>7}")
 
+    out.append("Circles of files that import each other, by room (the sizes of the largest five)")
+    for room in sorted(rooms):
+        row(f"  {room}", circles(room)[:5] or "none")
+
     out.append("The window")
     methods, blocks = editor_methods()
     row("  public fields of Editor", editor_fields())
     row("  methods of Editor, impl blocks", f"{methods}, {blocks}")
     row("  functions that draw (take a Ui) with &mut Editor", drawing_with_editor())
-    row("  circles of files in app that import each other", circles("app")[:5] or "none")
     row("  functions, unit tests in app", f"{functions_in('src/app/')}, {tests_in('src/app/')}")
     row("  of these: tests of actions, state and life cycle", tests_in("src/app/action/", "src/app/state/", "src/app/work/"))
 
