@@ -19,7 +19,7 @@ mod rules;
 mod source;
 
 use app_floors::{arrows_in_app, files_beside_the_floors, takes_the_editor, toolkit_below};
-use circles::{LARGER_CIRCLES, largest_circle, too_large};
+use circles::{largest_circle, too_large};
 use floors::{Floors, ROOMS_WITH_FLOORS};
 use retired::{retired_in, words_of};
 use rules::{
@@ -197,10 +197,8 @@ fn the_window_has_floors_and_its_arrows_point_down() {
 #[test]
 fn files_of_a_room_import_each_other_in_small_circles_only() {
     let sources = sources();
-    let rooms = FLOORS.concat();
-    let of_room = |room: &&str| too_large(room, &largest_circle(room, &sources), LARGER_CIRCLES);
-    assert_none(rooms.iter().filter_map(of_room).collect());
-    assert!(LARGER_CIRCLES.iter().all(|(room, _)| rooms.contains(room)), "LARGER_CIRCLES lists rooms");
+    let of_room = |room: &&str| too_large(room, &largest_circle(room, &sources));
+    assert_none(FLOORS.concat().iter().filter_map(of_room).collect());
 }
 
 #[test]

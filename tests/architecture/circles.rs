@@ -10,9 +10,6 @@ use super::source::Source;
 /// The largest circle of files of a room that import each other: more cannot be read one after the other.
 pub const LARGEST_CIRCLE: usize = 4;
 
-/// The rooms whose largest circle is larger, and its size. An entry that is no longer true fails, so that it is removed or lowered.
-pub const LARGER_CIRCLES: &[(&str, usize)] = &[("io", 12)];
-
 /// The files of a room that import each other, directly or by others: the largest such circle, sorted; empty where there is none. A file
 /// imports what it names through `crate::`, `super::` or `self::`.
 pub fn largest_circle(room: &str, sources: &[Source]) -> Vec<String> {
@@ -34,25 +31,10 @@ pub fn largest_circle(room: &str, sources: &[Source]) -> Vec<String> {
     names
 }
 
-/// What is wrong with the largest circle of a room, where `listed` are the rooms that may have a larger one.
-pub fn too_large(room: &str, circle: &[String], listed: &[(&str, usize)]) -> Option<String> {
-    let listed = listed.iter().find(|(other, _)| *other == room).map(|(_, size)| *size);
-    let found = circle.len();
-    match listed {
-        None if found > LARGEST_CIRCLE => {
-            Some(format!("src/{room}: {found} files import each other: {}", circle.join(", ")))
-        }
-        Some(_) if found <= LARGEST_CIRCLE => {
-            Some(format!("src/{room}: has no large circle any more: LARGER_CIRCLES does not list it"))
-        }
-        Some(size) if found != size => {
-            let names = circle.join(", ");
-            Some(format!(
-                "src/{room}: LARGER_CIRCLES says {size}, but {found} files import each other: {names}"
-            ))
-        }
-        _ => None,
-    }
+/// What is wrong with the largest circle of a room.
+pub fn too_large(room: &str, circle: &[String]) -> Option<String> {
+    let (found, names) = (circle.len(), circle.join(", "));
+    (found > LARGEST_CIRCLE).then(|| format!("src/{room}: {found} files import each other: {names}"))
 }
 
 #[test]
@@ -73,11 +55,8 @@ fn files_that_import_each_other_are_a_circle_and_what_only_points_into_it_is_in_
 }
 
 #[test]
-fn a_circle_that_is_too_large_is_found_and_so_is_a_list_that_is_no_longer_true() {
+fn a_circle_that_is_too_large_is_found() {
     let circle = |size: usize| -> Vec<String> { (0..size).map(|file| format!("io/{file}.rs")).collect() };
-    let found = |size: usize, listed: &[(&str, usize)]| too_large("io", &circle(size), listed).is_some();
-    assert!(!found(0, &[]) && !found(LARGEST_CIRCLE, &[("recipe", 7)]));
-    assert!(found(LARGEST_CIRCLE + 1, &[("recipe", 5)]));
-    assert!(!found(7, &[("io", 7)]));
-    assert!(found(6, &[("io", 7)]) && found(8, &[("io", 7)]) && found(LARGEST_CIRCLE, &[("io", 4)]));
+    let found = |size: usize| too_large("io", &circle(size)).is_some();
+    assert!(!found(0) && !found(LARGEST_CIRCLE) && found(LARGEST_CIRCLE + 1));
 }
