@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::number::whole;
+use super::one_of::one_of;
 use super::{PhotoArgs, PictureArgs};
-use crate::view_args::{QualityArg, parse_scale};
+use crate::view_args::{QUALITIES, parse_scale};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_io::cameras::accepted;
@@ -17,6 +18,7 @@ use quadratura_recipe::ldi::export::MeshOptions;
 use quadratura_recipe::ldi::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
 use quadratura_recipe::named::index_of_photo;
 use quadratura_recipe::open::Opened;
+use quadratura_view::Quality;
 
 /// The largest number of triangles that may be asked for, more than a program shows.
 const MOST_TRIANGLES: usize = 1_000_000_000;
@@ -85,8 +87,8 @@ pub struct LdiBuildArgs {
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// How files are packed [default: deflate with --out, else none]
-    #[arg(long, value_enum)]
-    pub packing: Option<PackingArg>,
+    #[arg(long, value_parser = one_of(PACKINGS))]
+    pub packing: Option<Packing>,
 }
 
 impl LdiBuildArgs {
@@ -136,11 +138,11 @@ pub struct LdiRenderArgs {
     #[arg(long, value_enum, default_value_t)]
     pub show: LdiShow,
     /// Preview: quick; final: sharp also where surfaces are seen from the side, from up to four times as many depth pixels
-    #[arg(long, value_enum, default_value_t)]
-    pub quality: QualityArg,
+    #[arg(long, value_parser = one_of(QUALITIES), default_value = "final")]
+    pub quality: Quality,
     /// How a depth pixel is drawn
-    #[arg(long, value_enum, default_value_t)]
-    pub splat: SplatArg,
+    #[arg(long, value_parser = one_of(SPLATS), default_value = "sums")]
+    pub splat: SplatKind,
     /// Draw as the published system does (Gortler et al. 1997): --splat over, sized by its table
     #[arg(long, conflicts_with = "splat")]
     pub published: bool,
@@ -412,41 +414,14 @@ pub enum LdiBackground {
 }
 
 /// How files are packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PackingArg {
-    /// As they are in memory: fast
-    None,
-    /// Compressed: small
-    Deflate,
-}
-
-impl From<PackingArg> for Packing {
-    fn from(arg: PackingArg) -> Self {
-        match arg {
-            PackingArg::None => Self::None,
-            PackingArg::Deflate => Self::Deflate,
-        }
-    }
-}
+const PACKINGS: &[(&str, Packing, &str)] = &[
+    ("none", Packing::None, "As they are in memory: fast"),
+    ("deflate", Packing::Deflate, "Compressed: small"),
+];
 
 /// How depth pixels are drawn.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub enum SplatArg {
-    /// As soft squares as large as the gaps between them, summed up
-    #[default]
-    Sums,
-    /// With the published masks, one over the other
-    Over,
-    /// As one pixel each, with gaps
-    Pixel,
-}
-
-impl From<SplatArg> for SplatKind {
-    fn from(arg: SplatArg) -> Self {
-        match arg {
-            SplatArg::Sums => Self::Sums,
-            SplatArg::Over => Self::Over,
-            SplatArg::Pixel => Self::Pixel,
-        }
-    }
-}
+pub const SPLATS: &[(&str, SplatKind, &str)] = &[
+    ("sums", SplatKind::Sums, "As soft squares as large as the gaps between them, summed up"),
+    ("over", SplatKind::Over, "With the published masks, one over the other"),
+    ("pixel", SplatKind::Pixel, "As one pixel each, with gaps"),
+];

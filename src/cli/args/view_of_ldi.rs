@@ -2,7 +2,8 @@
 
 use clap::{Args, ValueEnum};
 
-use super::ldi::{CombinedArgs, LdiFrom, SplatArg, refuse};
+use super::ldi::{CombinedArgs, LdiFrom, SPLATS, refuse};
+use super::one_of::one_of;
 use crate::bytes::parse_bytes;
 use quadratura_base::error::Result;
 use quadratura_ldi::{Spacing, SplatKind};
@@ -24,8 +25,8 @@ pub struct AsArgs {
     #[arg(long, value_enum)]
     pub from: Option<LdiFrom>,
     /// How a depth pixel of one image is drawn; images that are blended are summed [default: sums; with --published over]
-    #[arg(long, value_enum)]
-    pub splat: Option<SplatArg>,
+    #[arg(long, value_parser = one_of(SPLATS))]
+    pub splat: Option<SplatKind>,
     #[command(flatten)]
     pub combined: CombinedArgs,
     /// Memory for images that later views may use again, such as 4G or 800M [default: a quarter of the machine's]
@@ -100,7 +101,7 @@ impl AsArgs {
             stack,
             best: self.combined.best(if source_is_stacks { 5 } else { 3 }),
             with: self.combined.with(opened)?,
-            splat: self.splat.map_or(usual, SplatKind::from),
+            splat: self.splat.unwrap_or(usual),
             memory: self.memory.unwrap_or_else(default_memory),
             spacing: if published { Spacing::Table } else { Spacing::Exact },
             shown: None,

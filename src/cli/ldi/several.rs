@@ -28,7 +28,7 @@ pub fn run(
     task: &Task,
 ) -> Result<Outcome> {
     let out = args.out.as_deref().ok_or_else(|| Error::Usage("give --out FILE".into()))?;
-    let packing = args.packing.map_or(Packing::Deflate, Packing::from);
+    let packing = args.packing.unwrap_or(Packing::Deflate);
     let (built, failed) = match args.set {
         Some(most) => {
             let request = SetRequest { photos, from, most: most as usize, out, packing };
