@@ -58,7 +58,7 @@ pub struct LdiBuildArgs {
     /// Use depth images whose scale contradicts the sparse points
     #[arg(long, requires = "depth_images")]
     pub force: bool,
-    /// What they are made from: each photo's image layers, several photos, or the whole site
+    /// What they are made from: each photo's image layers, or the whole site
     #[arg(long, value_enum, default_value_t)]
     pub from: LdiFrom,
     #[command(flatten)]
@@ -104,7 +104,6 @@ impl LdiBuildArgs {
             (at.is_some(), "--at"),
             (combined.best.is_some(), "--best"),
             (!combined.with.is_empty(), "--with"),
-            (combined.hidden, "--hidden"),
             (*flat, "--flat"),
             (*unfilled, "--unfilled"),
             (*background != LdiBackground::default(), "--background"),
@@ -187,17 +186,13 @@ impl LdiShow {
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Layered depth images of several photos")]
 pub struct CombinedArgs {
-    /// Take this many photos: the reference photo and those that show most of what it shows, or of the view [default: 3; 5
-    /// for views from stacks]
+    /// Take this many photos: those that show most of the view, or, to build images with --published, the reference photo and
+    /// those that show most of what it shows [default: 3; 5 for views from stacks]
     #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=64))]
     pub best: Option<u32>,
-    /// Take these photos; of views of several photos in one image the first one is the reference [default: those that show
-    /// most]
+    /// Take these photos; with --published the first one is the reference [default: those that show most]
     #[arg(long, value_name = "PHOTO,..", value_delimiter = ',', conflicts_with = "best")]
     pub with: Vec<String>,
-    /// Take what is hidden in each photo, too: all image layers with their filling and paint
-    #[arg(long)]
-    pub hidden: bool,
     /// Grow the reference photo's frame on each side by this share of its sides, so that what moves into the picture is
     /// there [default: 0.3]
     #[arg(long, value_name = "SHARE", value_parser = parse_guard)]
@@ -208,26 +203,15 @@ pub struct CombinedArgs {
     /// Maximum layers at a pixel; beyond it the nearest ones and the farthest one stay [default: 10]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=64))]
     pub layers: Option<u32>,
-    /// Samples of one pixel share a layer where their depths differ by no more than this share [default: 0.01]
+    /// Samples of one pixel share a layer where their depths differ by no more than this share; with --published or
+    /// --depth-images [default: 0.01]
     #[arg(long, value_name = "E", value_parser = parse_epsilon)]
     pub epsilon: Option<f64>,
-    /// The colour of a layer that several photos show
-    #[arg(long, value_enum, default_value_t)]
-    pub merge: MergeArg,
-    /// Combine and draw as the published system does (Gortler et al. 1997): one sample a source pixel, in the order of the
-    /// photos, means of stored values, no guard band, its masks sized by its table
-    #[arg(long, conflicts_with_all = ["hidden", "guard", "merge"])]
+    /// Combine depth images of several photos in one camera, and draw them, as the published system does (Gortler et al.
+    /// 1997): one sample a source pixel, in the order of the photos, means of stored values, no guard band, its masks sized by
+    /// its table
+    #[arg(long, conflicts_with_all = ["from", "guard"])]
     pub published: bool,
-}
-
-/// The colour of a layer that several photos show.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub enum MergeArg {
-    /// The mean of all, by their resolution
-    #[default]
-    Mean,
-    /// That of the reference photo where it shows the layer, so that it stays itself
-    Keep,
 }
 
 impl CombinedArgs {
@@ -238,12 +222,11 @@ impl CombinedArgs {
         let merging = Merging {
             epsilon: self.epsilon.unwrap_or(merging.epsilon),
             layers: self.layers.map_or(merging.layers, |layers| layers as usize),
-            keep: self.merge == MergeArg::Keep,
             ..merging
         };
         PhotosOptions {
             stack,
-            hidden: self.hidden,
+            hidden: false,
             guard: self.guard.unwrap_or(usual.guard),
             scale: self.ldi_scale.unwrap_or(usual.scale),
             combining: Combining { merging, ..usual.combining },
@@ -273,7 +256,7 @@ impl CombinedArgs {
             (self.ldi_scale.is_some(), "--ldi-scale"),
             (self.layers.is_some(), "--layers"),
         ];
-        refuse(&given, "--from photos or --from site")?;
+        refuse(&given, "--from site or --published")?;
         self.refuse_of_merging()
     }
 
@@ -282,13 +265,7 @@ impl CombinedArgs {
     /// # Errors
     /// [`quadratura_base::Error::Usage`] that names the arguments.
     pub fn refuse_of_merging(&self) -> Result<()> {
-        let given = [
-            (self.hidden, "--hidden"),
-            (self.epsilon.is_some(), "--epsilon"),
-            (self.merge != MergeArg::default(), "--merge"),
-            (self.published, "--published"),
-        ];
-        refuse(&given, "--from photos")
+        refuse(&[(self.epsilon.is_some(), "--epsilon")], "--published")
     }
 
     /// Refuses `--best` and `--with` where a single photo is meant, or none.
@@ -388,8 +365,6 @@ pub enum LdiFrom {
     /// The image layers of each photo, with what is hidden in it
     #[default]
     Stack,
-    /// Depth images of several photos, warped into the camera of one of them
-    Photos,
     /// All that the photos together show, layer by layer behind one camera
     Site,
 }
@@ -399,7 +374,6 @@ impl LdiFrom {
     pub fn name(self) -> &'static str {
         match self {
             Self::Stack => "stack",
-            Self::Photos => "photos",
             Self::Site => "site",
         }
     }

@@ -115,9 +115,13 @@ fn from(args: &LdiBuildArgs, opened: &Opened, task: &Task) -> Result<BuildFrom> 
         refuse(&[(args.at.is_some(), "--at")], "--from site")?;
     }
     Ok(match args.from {
+        _ if args.combined.published => {
+            let with = args.combined.with(opened)?;
+            BuildFrom::Photos { options: args.combined.options(stack), best: args.combined.best(3), with }
+        }
         LdiFrom::Site => {
             args.combined.refuse_of_merging()?;
-            args.combined.refuse_choice("--from photos")?;
+            args.combined.refuse_choice("--published")?;
             let options = args.combined.site_options(stack);
             // Images of the site hold no trees.
             let preview = PreviewOptions {
@@ -130,12 +134,8 @@ fn from(args: &LdiBuildArgs, opened: &Opened, task: &Task) -> Result<BuildFrom> 
         }
         LdiFrom::Stack => {
             args.combined.refuse_of_photos()?;
-            args.combined.refuse_choice("--from photos")?;
+            args.combined.refuse_choice("--published")?;
             BuildFrom::Stack(stack)
-        }
-        LdiFrom::Photos => {
-            let with = args.combined.with(opened)?;
-            BuildFrom::Photos { options: args.combined.options(stack), best: args.combined.best(3), with }
         }
     })
 }

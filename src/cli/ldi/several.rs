@@ -40,7 +40,7 @@ pub fn run(
                 return Err(Error::Request(found.into()));
             };
             let request = CubeRequest { photo, from, out, packing };
-            build_cube(project, opened, &request, &start_device, task)?
+            (build_cube(project, opened, &request, &start_device, task)?, Vec::new())
         }
     };
     note_spared(&built.spared, &built.file, task);
