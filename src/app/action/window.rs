@@ -51,8 +51,9 @@ fn read(state: &mut State, work: &Work, document: Document) {
             Note::new(Weight::Info, format!("The document is opened in the browser: {}", file.display()))
         }
         Err(error) => {
-            let text = format!("The document could not be opened: {error}. Its file is {}", file.display());
-            Note::new(Weight::Problem, text)
+            let page =
+                if file.is_file() { format!(". Its page is {}", file.display()) } else { String::new() };
+            Note::new(Weight::Problem, format!("The document could not be opened: {error}{page}"))
         }
     };
     state.tell(Note { subject: document.name.into(), ..note });
