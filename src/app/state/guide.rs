@@ -16,9 +16,9 @@ pub struct Document {
 
 macro_rules! documents {
     ($($constant:ident: $name:literal, $stem:literal;)*) => {
-        #[allow(missing_docs)]
         impl Document {
-            $(pub const $constant: Self = Self {
+            $(#[doc = $name]
+            pub const $constant: Self = Self {
                 name: $name,
                 stem: $stem,
                 text: include_str!(concat!("../../../docs/", $stem, ".md")),
