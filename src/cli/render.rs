@@ -27,9 +27,7 @@ use quadratura_recipe::exploded::exploded;
 use quadratura_recipe::ldi::viewer::Viewer;
 use quadratura_recipe::open::{Opened, open};
 use quadratura_recipe::preview::{self, PreviewOptions};
-use quadratura_recipe::render::{
-    PictureFormat, RenderOptions, RenderReport, RenderedView, VideoOptions, render,
-};
+use quadratura_recipe::render::{RenderOptions, RenderReport, RenderedView, VideoOptions, render};
 use quadratura_recipe::views::{RequestedView, RequestedViews, Size, ViewRequest};
 use quadratura_recipe::written_exposure::written_exposures;
 use quadratura_view::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
@@ -71,7 +69,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
     let out = args.pictures.out.clone();
-    let (format, grey) = (args.format.into(), legend.is_some());
+    let (format, grey) = (args.format, legend.is_some());
     let options = RenderOptions { out, format, film, legend: drawn, grey, ..RenderOptions::default() };
     let DrawnShots { report, problems: of_layers, continued } = match content {
         PictureContent::Exploded => {
@@ -120,7 +118,7 @@ impl PictureContent {
 
 /// Checks that what is shown can be written in the format.
 fn check_format(args: &RenderArgs, content: PictureContent) -> Result<()> {
-    let format = PictureFormat::from(args.format);
+    let format = args.format;
     let found = match content {
         _ if !format.is_linear() => return Ok(()),
         _ if args.legend => {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, ValueEnum};
 
-use super::args::{AsArgs, PictureArgs, PictureFormatArg, whole};
+use super::args::{AsArgs, PICTURE_FORMATS, PictureArgs, one_of, whole};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_import::cameras::accepted;
@@ -14,7 +14,7 @@ use quadratura_recipe::ldi::StackLdiOptions;
 use quadratura_recipe::named::index_of_photo;
 use quadratura_recipe::open::Opened;
 use quadratura_recipe::preview::PreviewOptions;
-use quadratura_recipe::render::Appearance;
+use quadratura_recipe::render::{Appearance, PictureFormat};
 use quadratura_recipe::trees::PlantParts;
 use quadratura_recipe::views::{Size, ViewSource};
 use quadratura_view::hidden::HiddenFaces;
@@ -44,8 +44,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub pictures: PictureArgs,
     /// The format of the pictures
-    #[arg(long, value_enum, default_value_t)]
-    pub format: PictureFormatArg,
+    #[arg(long, value_parser = one_of(PICTURE_FORMATS), default_value = "png")]
+    pub format: PictureFormat,
     /// Select what is shown
     #[arg(long, value_enum, default_value_t)]
     pub show: ShowArg,
@@ -130,12 +130,12 @@ pub enum ScoreBackground {
 #[command(next_help_heading = "How photos are blended")]
 pub struct LookArgs {
     /// How photos are blended at a surface point
-    #[arg(long, value_enum, default_value_t)]
-    pub mode: ModeArg,
+    #[arg(long, value_parser = one_of(MODES), default_value = "smooth")]
+    pub mode: Mode,
     /// Preview: one sample per pixel; final: up to 8 x 8 samples, as finely as the photos show what is in the picture,
     /// with smooth edges and sharp surfaces at grazing angles
-    #[arg(long, value_enum, default_value_t)]
-    pub quality: QualityArg,
+    #[arg(long, value_parser = one_of(QUALITIES), default_value = "final")]
+    pub quality: Quality,
     /// Leave out surfaces and surroundings that no photo shows, instead of continuing them from what photos show
     #[arg(long)]
     pub holes: bool,
@@ -159,8 +159,8 @@ pub struct LookArgs {
     #[arg(long)]
     pub without_transients: bool,
     /// How the trees of the project are drawn
-    #[arg(long, value_enum, default_value_t)]
-    pub trees: TreesArg,
+    #[arg(long, value_parser = one_of(TREES), default_value = "flakes")]
+    pub trees: TreeMethod,
     /// Leave out back faces, which no photo covers, so that views into courtyards from outside are open
     #[arg(long)]
     pub without_backs: bool,
@@ -179,47 +179,27 @@ pub struct LookArgs {
 }
 
 /// The ways to draw the trees of a project.
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-pub enum TreesArg {
-    /// From images of their parts, which are made the first time (`quadratura tree bake`), and polygons where these are too coarse
-    #[default]
-    Flakes,
-    /// Every polygon of every tree
-    Polygons,
-    /// Leave trees out; what they replace does not come back
-    None,
-}
+const TREES: &[(&str, TreeMethod, &str)] = &[
+    (
+        "flakes",
+        TreeMethod::Flakes,
+        "From images of their parts, which are made the first time (`quadratura tree bake`), and polygons where these are too coarse",
+    ),
+    ("polygons", TreeMethod::Polygons, "Every polygon of every tree"),
+    ("none", TreeMethod::None, "Leave trees out; what they replace does not come back"),
+];
 
 /// The ways to blend photos.
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-pub enum ModeArg {
-    /// The best photo only
-    Best,
-    /// By angle (Debevec 1998)
-    Debevec,
-    /// Unstructured lumigraph (Buehler 2001)
-    Lumigraph,
-    /// Continuously differentiable weights, which change most gradually
-    #[default]
-    Smooth,
-}
+const MODES: &[(&str, Mode, &str)] = &[
+    ("best", Mode::Best, "The best photo only"),
+    ("debevec", Mode::Debevec, "By angle (Debevec 1998)"),
+    ("lumigraph", Mode::Lumigraph, "Unstructured lumigraph (Buehler 2001)"),
+    ("smooth", Mode::Smooth, "Continuously differentiable weights, which change most gradually"),
+];
 
 /// The qualities of pictures.
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-pub enum QualityArg {
-    Preview,
-    #[default]
-    Final,
-}
-
-impl From<QualityArg> for Quality {
-    fn from(quality: QualityArg) -> Self {
-        match quality {
-            QualityArg::Preview => Self::Preview,
-            QualityArg::Final => Self::Final,
-        }
-    }
-}
+pub const QUALITIES: &[(&str, Quality, &str)] =
+    &[("preview", Quality::Preview, ""), ("final", Quality::Final, "")];
 
 /// The exposures of pictures.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -286,9 +266,9 @@ impl LookArgs {
             agreement: self.agreement == OnOff::On,
             filled: !self.unfilled,
             tree_parts: match self.trees {
-                TreesArg::Flakes => PlantParts::Images,
-                TreesArg::Polygons => PlantParts::Openness,
-                TreesArg::None => PlantParts::Nothing,
+                TreeMethod::Flakes => PlantParts::Images,
+                TreeMethod::Polygons => PlantParts::Openness,
+                TreeMethod::None => PlantParts::Nothing,
             },
             ..PreviewOptions::default()
         };
@@ -326,13 +306,13 @@ impl LookArgs {
         }
         Ok(Appearance {
             blend: Blend {
-                mode: self.mode.into(),
+                mode: self.mode,
                 photos: self.photos_per_point.unwrap_or(blend.photos),
                 agreement: self.agreement == OnOff::On,
                 without_transients: self.without_transients,
                 ..blend
             },
-            quality: self.quality.into(),
+            quality: self.quality,
             display,
             exposure: match self.exposure {
                 None => self.like(opened)?.unwrap_or(usual),
@@ -342,15 +322,11 @@ impl LookArgs {
                 Some(ExposureArg::Common) => Exposure::Common,
                 Some(ExposureArg::Raw) => Exposure::Raw,
             },
-            trees: match self.trees {
-                TreesArg::Flakes => TreeMethod::Flakes,
-                TreesArg::Polygons => TreeMethod::Polygons,
-                TreesArg::None => TreeMethod::None,
-            },
+            trees: self.trees,
             flat: self.flat,
             without_backs: self.without_backs,
             without_surroundings: false,
-            supersampled: matches!(self.quality, QualityArg::Final),
+            supersampled: self.quality == Quality::Final,
             unseen: if self.holes { Unseen::Empty } else { Unseen::Continued },
             without,
             hidden: HiddenFaces::default(),
@@ -401,17 +377,6 @@ impl RenderArgs {
 /// Combines `--size` and `--scale`.
 pub fn size(size: Option<(u32, u32)>, scale: Option<f64>) -> Option<Size> {
     size.map(|(width, height)| Size::Exactly(width, height)).or(scale.map(Size::Scaled))
-}
-
-impl From<ModeArg> for Mode {
-    fn from(arg: ModeArg) -> Self {
-        match arg {
-            ModeArg::Best => Self::Best,
-            ModeArg::Debevec => Self::Debevec,
-            ModeArg::Lumigraph => Self::Lumigraph,
-            ModeArg::Smooth => Self::Smooth,
-        }
-    }
 }
 
 impl ShowArg {

@@ -207,17 +207,17 @@ pub fn start_with(program: &Path, file: &Path, failed: impl FnOnce(String) + Sen
     spawn(command.arg(file), program, failed)
 }
 
-/// Opens a folder in the system's file manager.
+/// Opens a file or a folder with the program that the system has for it: a page in the browser, a folder in the file manager.
 ///
 /// # Errors
-/// [`Error::Io`] when the file manager cannot be started.
-pub fn show_folder(folder: &Path) -> Result<()> {
+/// [`Error::Io`] when the system's program for that cannot be started.
+pub fn open_with_system(path: &Path) -> Result<()> {
     let program = match HERE {
         System::Linux => "xdg-open",
         System::Mac => "open",
         System::Windows => "explorer",
     };
-    spawn(Command::new(program).arg(folder), Path::new(program), |_| ())
+    spawn(Command::new(program).arg(path), Path::new(program), |_| ())
 }
 
 /// A program that fails within this time failed to start; later failures are not reported.

@@ -40,7 +40,7 @@ pub fn surfaces_at(surfaces: &[LdiSurface], pixel_size: f64) -> Vec<LdiSurface> 
 /// Returns the level of half the resolution; its pixels have `pixel_size` of those of the frame as side.
 fn halved(level: &Level, surfaces: &[LdiSurface], pixel_size: f64) -> Level {
     let camera = half_camera(&level.camera);
-    let merging = Merging { keep: false, layers: usize::from(u8::MAX), ..Merging::default() };
+    let merging = Merging { layers: usize::from(u8::MAX), ..Merging::default() };
     let row = |y: u32| {
         let mut out: Vec<(u16, DepthPixel)> = Vec::new();
         let mut samples = Vec::new();

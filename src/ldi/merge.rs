@@ -33,16 +33,13 @@ pub struct Merging {
     pub epsilon: f64,
     /// True when the tolerance grows by how much the depth of the nearest sample's surface changes within a pixel.
     pub slopes: bool,
-    /// True when a layer with samples of source 0 has the colour and depth of these alone. What is infinitely far away always
-    /// does.
-    pub keep: bool,
     /// The largest number of layers.
     pub layers: usize,
 }
 
 impl Default for Merging {
     fn default() -> Self {
-        Self { epsilon: 0.01, slopes: true, keep: false, layers: 10 }
+        Self { epsilon: 0.01, slopes: true, layers: 10 }
     }
 }
 
@@ -98,7 +95,7 @@ pub fn merge_into(
         let (layer, farther) = rest.split_at(rest.iter().take_while(within).count());
         rest = farther;
         // What is infinitely far away is the photo's own: what others show there is not, as what stands beyond the model.
-        let keep = merging.keep || nearest == 0.0;
+        let keep = nearest == 0.0;
         if count + 1 < merging.layers {
             add(of_layer(layer, keep));
             count += 1;
@@ -107,7 +104,7 @@ pub fn merge_into(
         }
     }
     if let Some(farthest) = beyond {
-        let keep = merging.keep || farthest.iter().all(|sample| sample.pixel.inverse_depth == 0.0);
+        let keep = farthest.iter().all(|sample| sample.pixel.inverse_depth == 0.0);
         add(of_layer(farthest, keep));
     }
     dropped
@@ -203,7 +200,8 @@ impl PublishedLayer {
     }
 }
 
-/// Returns the depth pixel of a layer's samples, which are sorted by depth.
+/// Returns the depth pixel of a layer's samples, which are sorted by depth; with `keep` of those of source 0 alone, where there
+/// are some.
 fn of_layer(samples: &[Sample], keep: bool) -> DepthPixel {
     if let [sample] = samples {
         return sample.pixel;

@@ -55,6 +55,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("eframe", &["app/"]),
     ("egui_tiles", &["app/shell/layout.rs"]),
     ("rfd", &["app/"]),
+    ("pulldown_cmark", &["app/work/pages.rs"]),
     ("rustix", &["app/shell/frame_times.rs", "app/work/priority.rs"]),
     ("thiserror", &["base/error/mod.rs"]),
 ];

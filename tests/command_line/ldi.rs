@@ -134,12 +134,9 @@ fn an_image_is_exported_as_a_page_and_as_a_mesh_and_nothing_of_others_is_overwri
 fn views_are_made_from_layered_depth_images_instead_of_the_model() {
     let Some(site) = Site::built() else { return };
     let photo = image::open(site.path("photos/left.png")).unwrap().to_rgb8();
-    for (name, words) in [
-        ("stacks", "--as ldi"),
-        ("photos", "--as ldi --from photos --merge keep"),
-        ("published", "--as ldi --published --splat pixel"),
-        ("photo", "--as photo"),
-    ] {
+    for (name, words) in
+        [("stacks", "--as ldi"), ("published", "--as ldi --published --splat pixel"), ("photo", "--as photo")]
+    {
         let words = format!("render project --cameras photos --out {name} {words} --json");
         let rendered = site.json(&words);
         assert_eq!(rendered["problems"].as_array().unwrap().len(), 0, "{rendered:#}");
@@ -158,17 +155,20 @@ fn views_are_made_from_layered_depth_images_instead_of_the_model() {
     }
     // Arguments without an effect are refused, not ignored.
     for (words, named) in [
-        ("--as ldi --guard 0.1", "--from photos"),
+        ("--as ldi --guard 0.1", "--from site or --published"),
+        ("--as ldi --epsilon 0.1", "--published"),
         ("--as ldi --splat over", "--splat"),
-        ("--from photos", "--as ldi"),
+        ("--from site", "--as ldi"),
+        ("--published", "--as ldi"),
+        ("--as ldi --from site --published", "--published"),
         ("--as photo --best 2", "--best"),
     ] {
         let refused =
             site.run(&format!("render project --cameras photos --out none {words}")).failure().code(2);
         assert!(stderr_of(&refused).contains(named), "{words}: {}", stderr_of(&refused));
     }
-    let built = stderr_of(&site.run("ldi build project --hidden").failure().code(2));
-    assert!(built.contains("--hidden"), "{built}");
+    let built = stderr_of(&site.run("ldi build project --best 2").failure().code(2));
+    assert!(built.contains("--published"), "{built}");
     let scored = site.json("score project --as ldi --json");
     assert_eq!(
         (&scored["asked"]["as"], scored["photos"].as_array().unwrap().len()),
@@ -178,23 +178,25 @@ fn views_are_made_from_layered_depth_images_instead_of_the_model() {
 }
 
 #[test]
-fn several_photos_become_one_image_with_a_guard_band() {
+fn several_photos_become_one_image_of_the_published_system() {
     let Some(site) = Site::built() else { return };
-    let made = site.json("ldi build project --photo left --from photos --out both.ldi --json");
+    let made = site.json("ldi build project --photo left --published --out as1997.ldi --json");
     assert!(made["images"][0]["report"]["depth_complexity"].as_f64().unwrap() > 1.0, "{made:#}");
-    let info = site.json("ldi info both.ldi --json");
+    assert_eq!(made["images"][0]["report"]["options"]["published"], "true");
+    let info = site.json("ldi info as1997.ldi --json");
     assert_eq!((&info["kind"], info["sources"].as_array().unwrap().len()), (&"photos".into(), 2));
-    assert_eq!(info["camera"]["width"], 160 + 2 * 48);
-    let published =
-        site.json("ldi build project --photo left --from photos --published --out as1997.ldi --json");
-    assert_eq!(published["images"][0]["report"]["options"]["published"], "true");
-    let named = site.json("ldi build project --from photos --with left --out named.ldi --json");
+    assert_eq!(info["camera"]["width"], 160, "there is no guard band");
+    let named = site.json("ldi build project --published --with left --out named.ldi --json");
     assert_eq!(named["images"][0]["photo"], "left.png");
-    let refused = stderr_of(&site.run("ldi build project --from photos").failure());
+    let refused = stderr_of(&site.run("ldi build project --published").failure());
     assert!(refused.contains("--out"), "{refused}");
-    let unknown = stderr_of(&site.run("ldi build project --from photos --with nobody --out x.ldi").failure());
+    let unknown = stderr_of(&site.run("ldi build project --published --with nobody --out x.ldi").failure());
     assert!(unknown.contains("nobody"), "{unknown}");
-    site.run("ldi build project --photo left --from photos --guard 3 --out x.ldi").failure().code(2);
+    for others in ["--guard 0.1", "--from site", "--from stack", "--cube"] {
+        let words = format!("ldi build project --photo left --published {others} --out x.ldi");
+        assert!(stderr_of(&site.run(&words).failure().code(2)).contains("--published"), "{others}");
+    }
+    site.run("ldi build project --photo left --from site --guard 3 --out x.ldi").failure().code(2);
 }
 
 #[test]
@@ -306,7 +308,7 @@ fn the_image_of_the_site_has_what_its_photo_does_not_see_and_is_made_for_saved_v
     for (words, status, needed) in [
         ("--at gate --out x.ldi", 2, "--from site"),
         ("--from site --at gaet --out x.ldi", 1, "the nearest name is \"gate\""),
-        ("--from site --photo left --hidden --out x.ldi", 2, "--from photos"),
+        ("--from site --photo left --best 2 --out x.ldi", 2, "--published"),
         ("--from site --photo left", 1, "--out FILE"),
     ] {
         let refused = stderr_of(&site.run(&format!("ldi build project {words}")).failure().code(status));
@@ -398,8 +400,7 @@ fn views_of_the_site_are_predicted_by_its_images() {
 #[test]
 fn a_cube_around_a_photo_is_built_described_and_rendered_in_any_direction() {
     let Some(site) = Site::built() else { return };
-    let words =
-        "ldi build project --photo left --from photos --hidden --ldi-scale 0.5 --cube --out cube.ldi --json";
+    let words = "ldi build project --photo left --from site --ldi-scale 0.5 --cube --out cube.ldi --json";
     let built = site.json(words);
     let faces = built["images"].as_array().unwrap();
     assert_eq!((&built["arrangement"], faces.len()), (&"cube".into(), 6), "{built:#}");
@@ -424,13 +425,13 @@ fn a_cube_around_a_photo_is_built_described_and_rendered_in_any_direction() {
     let refused = stderr_of(&site.run("ldi export cube.ldi --format page --out page").failure().code(1));
     assert!(refused.contains("several layered depth images"), "{refused}");
     for (words, status, named) in [
-        ("--photo left --cube --out x.ldi", 2, "--from photos"),
-        ("--from photos --cube --out x.ldi", 1, "--photo"),
+        ("--photo left --cube --out x.ldi", 2, "--from site"),
+        ("--from site --cube --out x.ldi", 1, "--photo"),
     ] {
         let refused = stderr_of(&site.run(&format!("ldi build project {words}")).failure().code(status));
         assert!(refused.contains(named), "{words}: {refused}");
     }
-    site.run("ldi build project --photo left --from photos --cube").failure().code(2);
+    site.run("ldi build project --photo left --from site --cube").failure().code(2);
     // What is cut short is refused, and shown as far as it goes on request.
     let bytes = fs::read(site.path("cube.ldi")).unwrap();
     fs::write(site.path("short.ldi"), &bytes[..bytes.len() * 2 / 3]).unwrap();

@@ -87,7 +87,7 @@ fn views_of_a_project_from_images_show_the_same_quantities() {
 fn sets_and_cubes_show_them_too() {
     let Some(site) = Site::built() else { return };
     site.run("ldi build project --set 2 --out set.ldi").success();
-    site.run("ldi build project --photo left --from photos --ldi-scale 0.5 --cube --out cube.ldi").success();
+    site.run("ldi build project --photo left --from site --ldi-scale 0.5 --cube --out cube.ldi").success();
     for file in ["set.ldi", "cube.ldi"] {
         for (show, title) in QUANTITIES {
             let words =

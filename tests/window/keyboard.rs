@@ -323,15 +323,14 @@ fn a_click_in_the_history_goes_to_that_step() {
 }
 
 #[test]
-fn the_help_has_documents_and_diagnostics() {
+fn the_help_has_about_and_diagnostics() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = opened(folder.path());
-    assert!(ask(&mut harness, "Documents"));
-    harness.get_by_role_and_label(Role::ComboBox, "Document");
-    assert!(is_there(&harness, "This guide leads from photos to painted layers"));
+    assert!(ask(&mut harness, "About Quadratura"));
+    assert!(is_there(&harness, "Licence: MIT OR Apache-2.0"));
     harness.key_press(Key::Escape);
     settle(&mut harness);
-    assert!(!is_there(&harness, "This guide leads from photos to painted layers"));
+    assert!(!is_there(&harness, "Licence: MIT OR Apache-2.0"));
     assert!(harness.state().diagnostics().contains("9 photos (0 built)"));
     assert!(ask(&mut harness, "Copy diagnostics"));
     assert!(harness.state().notes.list().iter().any(|note| note.text.to_string().contains("copied")));

@@ -60,7 +60,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Project(ask) => project(state, work, ask),
         Ask::Trees(ask) => trees::apply(state, work, ask),
         Ask::Images(ask) => save_image::apply(state, work, ask),
-        Ask::Window(ask) => window::apply(state, ask),
+        Ask::Window(ask) => window::apply(state, work, ask),
     }
     autosave_if_due(state, work);
 }

@@ -17,14 +17,12 @@ use quadratura_gpu::start_device;
 use quadratura_ldi::file::Packing;
 use quadratura_recipe::ldi::export::{MeshOptions, export_page};
 use quadratura_recipe::ldi::{
-    BuildCamera, BuildFrom, BuildRequest, Maker, PhotosOptions, SiteLdiOptions, StackLdiOptions, build_ldis,
+    BuildCamera, BuildFrom, BuildRequest, Maker, SiteLdiOptions, StackLdiOptions, build_ldis,
 };
 use quadratura_recipe::open::Opened;
 use quadratura_recipe::preview::PreviewOptions;
 use quadratura_recipe::trees::PlantParts;
 
-/// The number of photos of an image that is not of one photo alone.
-const BEST: usize = 3;
 /// The guard band of pages of the site: enough for all viewpoints that they go to.
 const PAGE_GUARD: f64 = 0.1;
 
@@ -74,10 +72,6 @@ pub struct SavedImage {
 fn from(dialog: &SaveImage) -> BuildFrom {
     match dialog.source {
         ImageSource::Stack => BuildFrom::Stack(StackLdiOptions::default()),
-        ImageSource::Photos => {
-            let options = PhotosOptions { hidden: true, ..PhotosOptions::default() };
-            BuildFrom::Photos { options, best: BEST, with: Vec::new() }
-        }
         ImageSource::Site => {
             let usual = SiteLdiOptions::default();
             let guard = if dialog.format == ImageFormat::Page { PAGE_GUARD } else { usual.guard };

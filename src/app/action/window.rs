@@ -2,10 +2,14 @@
 
 use crate::state::State;
 use crate::state::ask::{Flag, WindowAsk};
+use crate::state::guide::Document;
 use crate::state::notes::{Note, Weight};
+use crate::work::Work;
+use crate::work::pages::{file_in, write_pages};
+use quadratura_io::programs::open_with_system;
 
 /// Applies an ask about the window.
-pub fn apply(state: &mut State, ask: WindowAsk) {
+pub fn apply(state: &mut State, work: &Work, ask: WindowAsk) {
     match ask {
         WindowAsk::Hide(flag) => *state.flag_mut(flag) = false,
         WindowAsk::Flip(flag) => flip(state, flag),
@@ -27,11 +31,32 @@ pub fn apply(state: &mut State, ask: WindowAsk) {
         WindowAsk::Say(note) => state.notes.add(note),
         WindowAsk::ClearNotes => state.notes.clear(),
         WindowAsk::SeeNotes => state.notes.see(),
+        WindowAsk::Read(document) => read(state, work, document),
         WindowAsk::CopyDiagnostics => {
             state.window.copies = Some(state.diagnostics());
             state.notes.add(Note::new(Weight::Info, "Diagnostics were copied to the clipboard"));
         }
     }
+}
+
+/// Opens a document with the system's program.
+fn read(state: &mut State, work: &Work, document: Document) {
+    let Some(folder) = &work.pages else {
+        let text = "The document could not be opened: the system names no folder for files of the program";
+        return state.tell(Note::about(Weight::Problem, document.name, text));
+    };
+    let file = file_in(folder, document);
+    let note = match write_pages(folder).and_then(|()| open_with_system(&file)) {
+        Ok(()) => {
+            Note::new(Weight::Info, format!("The document is opened in the browser: {}", file.display()))
+        }
+        Err(error) => {
+            let page =
+                if file.is_file() { format!(". Its page is {}", file.display()) } else { String::new() };
+            Note::new(Weight::Problem, format!("The document could not be opened: {error}{page}"))
+        }
+    };
+    state.tell(Note { subject: document.name.into(), ..note });
 }
 
 fn flip(state: &mut State, flag: Flag) {
@@ -51,8 +76,7 @@ impl State {
             Flag::Lists => &mut self.settings.lists_shown,
             Flag::Side => &mut self.settings.side_shown,
             Flag::Help => &mut self.help_shown,
-            Flag::Documents => &mut self.guide.documents_shown,
-            Flag::About => &mut self.guide.about_shown,
+            Flag::About => &mut self.about_shown,
             Flag::History => &mut self.history_shown,
             Flag::LayerOptions => &mut self.layer_options_shown,
             Flag::LayerTable => &mut self.settings.layer_list.as_table,

@@ -5,6 +5,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, flight, images, paint, plain, with_project};
 use crate::state::State;
 use crate::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
+use crate::state::guide::Document;
 use crate::state::life::{Goal, LifeEvent};
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::state::running::JobKind;
@@ -40,8 +41,14 @@ pub const COMMANDS: &[&Command] = &[
     &USUAL,
     &LAYOUT,
     &KEYS,
-    &DOCUMENTS,
     &SAMPLE,
+    &GUIDE,
+    &WINDOW,
+    &PAINTING,
+    &PLANTS,
+    &GLOSSARY,
+    &FORMATS,
+    &METHOD,
     &ABOUT,
     &DIAGNOSTICS,
 ];
@@ -260,16 +267,6 @@ pub const KEYS: Command = Command {
     ..PLAIN
 };
 
-/// Shows the documents.
-pub const DOCUMENTS: Command = Command {
-    name: "Documents",
-    tooltip: "Shows the documents of the program: the window, painting, words, formats, the method.",
-    menu: Menu::Help,
-    on: Some(|state| state.guide.documents_shown),
-    ask: |_| WindowAsk::Flip(Flag::Documents).into(),
-    ..PLAIN
-};
-
 /// Copies the sample project and opens it.
 pub const SAMPLE: Command = Command {
     name: "Open sample project…",
@@ -279,13 +276,35 @@ pub const SAMPLE: Command = Command {
     ..PLAIN
 };
 
+macro_rules! document {
+    ($constant:ident, $tooltip:literal, $starts_group:literal) => {
+        #[doc = $tooltip]
+        pub const $constant: Command = Command {
+            name: Document::$constant.name,
+            tooltip: $tooltip,
+            menu: Menu::Help,
+            starts_group: $starts_group,
+            ask: |_| WindowAsk::Read(Document::$constant).into(),
+            ..PLAIN
+        };
+    };
+}
+
+document!(GUIDE, "Opens the guide from photos to painted layers and novel views in the browser.", true);
+document!(WINDOW, "Opens the document on this window in the browser.", false);
+document!(PAINTING, "Opens the document on painting in image editors in the browser.", false);
+document!(PLANTS, "Opens the document on trees and plants in the browser.", false);
+document!(GLOSSARY, "Opens the list of words in the browser.", false);
+document!(FORMATS, "Opens the document on files and formats in the browser.", false);
+document!(METHOD, "Opens the document on the method in the browser.", false);
+
 /// Shows the program's name and version.
 pub const ABOUT: Command = Command {
     name: "About Quadratura",
     tooltip: "Shows the program's version, its licence and the graphics device.",
     menu: Menu::Help,
     starts_group: true,
-    on: Some(|state| state.guide.about_shown),
+    on: Some(|state| state.about_shown),
     ask: |_| WindowAsk::Flip(Flag::About).into(),
     ..PLAIN
 };

@@ -1,5 +1,6 @@
 //! The panels around the views, and the widgets that several of them use.
 
+pub mod about;
 pub mod bar;
 pub mod check;
 pub mod closing;
@@ -9,7 +10,6 @@ pub mod fill;
 pub mod flat;
 pub mod flight;
 mod gone;
-pub mod guide;
 pub mod help;
 pub mod history;
 pub mod inspect;

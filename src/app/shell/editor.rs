@@ -123,6 +123,7 @@ impl Editor {
     /// Shares what is known of projects with all other windows, where settings are stored.
     fn share(&mut self, storage: Option<&dyn Storage>) {
         let Some((storage, folder)) = storage.zip(eframe::storage_dir(APP_ID)) else { return };
+        self.work.pages = Some(folder.join("documents"));
         self.work.known = KnownFile::new(folder.join(KNOWN));
         if self.work.known.is_missing() {
             let former: FormerSettings = eframe::get_value(storage, SETTINGS).unwrap_or_default();
@@ -330,9 +331,9 @@ impl Editor {
         self.state.save_image = save_image;
         panel::help::help_ui(&self.state, &context, &mut asks);
         panel::history::history_ui(&self.state, &context, &mut asks);
-        let mut guide = self.state.guide;
-        panel::guide::guide_ui(&self.state, &mut guide, &context);
-        self.state.guide = guide;
+        let mut shown = self.state.about_shown;
+        panel::about::about_ui(&self.state, &mut shown, &context);
+        self.state.about_shown = shown;
         panel::settings::settings_ui(&self.state, &context, &mut asks);
         panel::layer_options::layer_options_ui(&context, &self.state, &mut asks);
         check_ui(&self.state, &mut self.textures.check, &context, &mut asks);

@@ -12,6 +12,7 @@ pub use super::trees::ask::TreeAsk;
 
 use super::checks::Mend;
 use super::flight::export::Export;
+use super::guide::Document;
 use super::life::LifeEvent;
 use super::masking::keeping::MaskWork;
 use super::masking::tool::MaskTool;
@@ -454,6 +455,8 @@ pub enum WindowAsk {
     ClearNotes,
     /// Marks all notes as seen.
     SeeNotes,
+    /// Opens a document with the system's program.
+    Read(Document),
     /// Copies facts for a report of a fault to the clipboard.
     CopyDiagnostics,
 }

@@ -1,12 +1,37 @@
-//! The documents in the window, and what the program says about itself.
+//! The documents of the program.
 
-/// The state of the documents and of *About*.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Guide {
-    /// Whether the documents are shown.
-    pub documents_shown: bool,
-    /// The document that is shown, by its index in the list.
-    pub document: usize,
-    /// Whether the program's name and version are shown.
-    pub about_shown: bool,
+/// A document of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Document {
+    /// Its name in menus.
+    pub name: &'static str,
+    /// The name of its file, without the ending.
+    pub stem: &'static str,
+    /// The text, in Markdown.
+    pub text: &'static str,
+}
+
+macro_rules! documents {
+    ($($constant:ident: $name:literal, $stem:literal;)*) => {
+        impl Document {
+            $(#[doc = $name]
+            pub const $constant: Self = Self {
+                name: $name,
+                stem: $stem,
+                text: include_str!(concat!("../../../docs/", $stem, ".md")),
+            };)*
+            /// All documents, in the order of the menu.
+            pub const ALL: [Self; [$($stem),*].len()] = [$(Self::$constant),*];
+        }
+    };
+}
+
+documents! {
+    GUIDE: "Guide", "guide";
+    WINDOW: "The window", "window";
+    PAINTING: "Painting", "editing";
+    PLANTS: "Trees and plants", "trees";
+    GLOSSARY: "Glossary", "glossary";
+    FORMATS: "Files and formats", "formats";
+    METHOD: "The method", "method";
 }

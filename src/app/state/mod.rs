@@ -41,7 +41,6 @@ use self::checks::Checks;
 use self::facts::Inspect;
 use self::flat::FlatViews;
 use self::flight::Flights;
-use self::guide::Guide;
 use self::life::Life;
 use self::lists::ListsState;
 use self::masking::Masking;
@@ -97,8 +96,8 @@ pub struct State {
     pub palette: Palette,
     /// Whether the help for keys and mouse is shown.
     pub help_shown: bool,
-    /// The documents, and what the program says about itself.
-    pub guide: Guide,
+    /// Whether the program's name and version are shown.
+    pub about_shown: bool,
     /// Whether the list of the history is shown.
     pub history_shown: bool,
     /// The number of steps of the history that are to be done, until they are.

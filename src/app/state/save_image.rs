@@ -18,21 +18,18 @@ pub enum ImageFormat {
 pub enum ImageSource {
     /// The photo's layers.
     Stack,
-    /// The photo and those that show most of the same.
-    Photos,
     /// All that the photos of the site know.
     Site,
 }
 
 impl ImageSource {
     /// All choices.
-    pub const ALL: [Self; 3] = [Self::Stack, Self::Photos, Self::Site];
+    pub const ALL: [Self; 2] = [Self::Stack, Self::Site];
 
     /// Returns the name for display.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stack => "The layers of this photo",
-            Self::Photos => "With the two photos that show most of the same",
             Self::Site => "The whole site as all photos show it, with the sky behind",
         }
     }

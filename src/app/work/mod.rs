@@ -10,6 +10,7 @@ pub mod known;
 pub mod live_project;
 pub mod on_disk;
 
+pub mod pages;
 pub mod painter;
 pub mod pictures;
 pub mod priority;
@@ -50,6 +51,8 @@ pub struct Work {
     pub autosave: Option<Arc<Autosave>>,
     /// What all windows know about projects.
     pub known: KnownFile,
+    /// The folder of the documents' pages, where the system names one for files of the program.
+    pub pages: Option<PathBuf>,
     /// The handle that ends the window from outside.
     pub ending: Ending,
     /// The pictures of photos.
@@ -106,6 +109,7 @@ impl Work {
             made: PainterSlot::default(),
             autosave: None,
             known: KnownFile::default(),
+            pages: None,
             ending: Ending::default(),
             pictures: Pictures::default(),
             chooser: Chooser::default(),

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
-use super::{MemoryArg, PhotoArgs};
+use super::{MemoryArg, PhotoArgs, one_of};
 use quadratura_layers::fill::{FillOptions, Invent, Propagation};
 
 #[derive(Debug, Args)]
@@ -18,8 +18,8 @@ pub struct FillArgs {
     #[arg(long, value_name = "OBJECT")]
     pub without: Vec<String>,
     /// How to inpaint what no photo shows [default: the project's]
-    #[arg(long, value_enum)]
-    pub invent: Option<InventArg>,
+    #[arg(long, value_parser = one_of(INVENT))]
+    pub invent: Option<Invent>,
     /// Project paint of other photos to what photos show of the same surfaces: paint of all photos, or of
     /// this one (`--propagate=NAME`, may be given several times; `*` stands for any characters).
     /// A photo's own paint stays; conflicts are reported. In a project for which nobody has chosen yet, this is the
@@ -52,21 +52,15 @@ pub struct FillArgs {
 }
 
 /// The methods of inpainting.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum InventArg {
-    /// Patch-based, with patches of what photos show of the surface
-    Exemplar,
-    /// Smooth
-    Diffusion,
-}
+const INVENT: &[(&str, Invent, &str)] = &[
+    ("exemplar", Invent::Exemplar, "Patch-based, with patches of what photos show of the surface"),
+    ("diffusion", Invent::Diffusion, "Smooth"),
+];
 
 impl FillArgs {
     /// Returns `options` with those that were given replaced.
     pub fn applied_to(&self, options: &FillOptions) -> FillOptions {
-        let invent = self.invent.map_or(options.invent, |invent| match invent {
-            InventArg::Exemplar => Invent::Exemplar,
-            InventArg::Diffusion => Invent::Diffusion,
-        });
+        let invent = self.invent.unwrap_or(options.invent);
         let without = if self.without.is_empty() { &options.without } else { &self.without };
         let propagate = match (self.no_propagate, self.propagate.is_empty()) {
             (true, _) => Propagation::None,

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::number::whole;
+use super::one_of::one_of;
 use super::{PhotoArgs, PictureArgs};
-use crate::view_args::{QualityArg, parse_scale};
+use crate::view_args::{QUALITIES, parse_scale};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_import::cameras::accepted;
@@ -17,6 +18,7 @@ use quadratura_recipe::ldi::export::MeshOptions;
 use quadratura_recipe::ldi::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
 use quadratura_recipe::named::index_of_photo;
 use quadratura_recipe::open::Opened;
+use quadratura_view::Quality;
 
 /// The largest number of triangles that may be asked for, more than a program shows.
 const MOST_TRIANGLES: usize = 1_000_000_000;
@@ -56,7 +58,7 @@ pub struct LdiBuildArgs {
     /// Use depth images whose scale contradicts the sparse points
     #[arg(long, requires = "depth_images")]
     pub force: bool,
-    /// What they are made from: each photo's image layers, several photos, or the whole site
+    /// What they are made from: each photo's image layers, or the whole site
     #[arg(long, value_enum, default_value_t)]
     pub from: LdiFrom,
     #[command(flatten)]
@@ -85,8 +87,8 @@ pub struct LdiBuildArgs {
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// How files are packed [default: deflate with --out, else none]
-    #[arg(long, value_enum)]
-    pub packing: Option<PackingArg>,
+    #[arg(long, value_parser = one_of(PACKINGS))]
+    pub packing: Option<Packing>,
 }
 
 impl LdiBuildArgs {
@@ -102,7 +104,6 @@ impl LdiBuildArgs {
             (at.is_some(), "--at"),
             (combined.best.is_some(), "--best"),
             (!combined.with.is_empty(), "--with"),
-            (combined.hidden, "--hidden"),
             (*flat, "--flat"),
             (*unfilled, "--unfilled"),
             (*background != LdiBackground::default(), "--background"),
@@ -136,11 +137,11 @@ pub struct LdiRenderArgs {
     #[arg(long, value_enum, default_value_t)]
     pub show: LdiShow,
     /// Preview: quick; final: sharp also where surfaces are seen from the side, from up to four times as many depth pixels
-    #[arg(long, value_enum, default_value_t)]
-    pub quality: QualityArg,
+    #[arg(long, value_parser = one_of(QUALITIES), default_value = "final")]
+    pub quality: Quality,
     /// How a depth pixel is drawn
-    #[arg(long, value_enum, default_value_t)]
-    pub splat: SplatArg,
+    #[arg(long, value_parser = one_of(SPLATS), default_value = "sums")]
+    pub splat: SplatKind,
     /// Draw as the published system does (Gortler et al. 1997): --splat over, sized by its table
     #[arg(long, conflicts_with = "splat")]
     pub published: bool,
@@ -185,17 +186,13 @@ impl LdiShow {
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Layered depth images of several photos")]
 pub struct CombinedArgs {
-    /// Take this many photos: the reference photo and those that show most of what it shows, or of the view [default: 3; 5
-    /// for views from stacks]
+    /// Take this many photos: those that show most of the view, or, to build images with --published, the reference photo and
+    /// those that show most of what it shows [default: 3; 5 for views from stacks]
     #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=64))]
     pub best: Option<u32>,
-    /// Take these photos; of views of several photos in one image the first one is the reference [default: those that show
-    /// most]
+    /// Take these photos; with --published the first one is the reference [default: those that show most]
     #[arg(long, value_name = "PHOTO,..", value_delimiter = ',', conflicts_with = "best")]
     pub with: Vec<String>,
-    /// Take what is hidden in each photo, too: all image layers with their filling and paint
-    #[arg(long)]
-    pub hidden: bool,
     /// Grow the reference photo's frame on each side by this share of its sides, so that what moves into the picture is
     /// there [default: 0.3]
     #[arg(long, value_name = "SHARE", value_parser = parse_guard)]
@@ -206,26 +203,15 @@ pub struct CombinedArgs {
     /// Maximum layers at a pixel; beyond it the nearest ones and the farthest one stay [default: 10]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=64))]
     pub layers: Option<u32>,
-    /// Samples of one pixel share a layer where their depths differ by no more than this share [default: 0.01]
+    /// Samples of one pixel share a layer where their depths differ by no more than this share; with --published or
+    /// --depth-images [default: 0.01]
     #[arg(long, value_name = "E", value_parser = parse_epsilon)]
     pub epsilon: Option<f64>,
-    /// The colour of a layer that several photos show
-    #[arg(long, value_enum, default_value_t)]
-    pub merge: MergeArg,
-    /// Combine and draw as the published system does (Gortler et al. 1997): one sample a source pixel, in the order of the
-    /// photos, means of stored values, no guard band, its masks sized by its table
-    #[arg(long, conflicts_with_all = ["hidden", "guard", "merge"])]
+    /// Combine depth images of several photos in one camera, and draw them, as the published system does (Gortler et al.
+    /// 1997): one sample a source pixel, in the order of the photos, means of stored values, no guard band, its masks sized by
+    /// its table
+    #[arg(long, conflicts_with_all = ["from", "guard"])]
     pub published: bool,
-}
-
-/// The colour of a layer that several photos show.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub enum MergeArg {
-    /// The mean of all, by their resolution
-    #[default]
-    Mean,
-    /// That of the reference photo where it shows the layer, so that it stays itself
-    Keep,
 }
 
 impl CombinedArgs {
@@ -236,12 +222,11 @@ impl CombinedArgs {
         let merging = Merging {
             epsilon: self.epsilon.unwrap_or(merging.epsilon),
             layers: self.layers.map_or(merging.layers, |layers| layers as usize),
-            keep: self.merge == MergeArg::Keep,
             ..merging
         };
         PhotosOptions {
             stack,
-            hidden: self.hidden,
+            hidden: false,
             guard: self.guard.unwrap_or(usual.guard),
             scale: self.ldi_scale.unwrap_or(usual.scale),
             combining: Combining { merging, ..usual.combining },
@@ -271,7 +256,7 @@ impl CombinedArgs {
             (self.ldi_scale.is_some(), "--ldi-scale"),
             (self.layers.is_some(), "--layers"),
         ];
-        refuse(&given, "--from photos or --from site")?;
+        refuse(&given, "--from site or --published")?;
         self.refuse_of_merging()
     }
 
@@ -280,13 +265,7 @@ impl CombinedArgs {
     /// # Errors
     /// [`quadratura_base::Error::Usage`] that names the arguments.
     pub fn refuse_of_merging(&self) -> Result<()> {
-        let given = [
-            (self.hidden, "--hidden"),
-            (self.epsilon.is_some(), "--epsilon"),
-            (self.merge != MergeArg::default(), "--merge"),
-            (self.published, "--published"),
-        ];
-        refuse(&given, "--from photos")
+        refuse(&[(self.epsilon.is_some(), "--epsilon")], "--published")
     }
 
     /// Refuses `--best` and `--with` where a single photo is meant, or none.
@@ -386,8 +365,6 @@ pub enum LdiFrom {
     /// The image layers of each photo, with what is hidden in it
     #[default]
     Stack,
-    /// Depth images of several photos, warped into the camera of one of them
-    Photos,
     /// All that the photos together show, layer by layer behind one camera
     Site,
 }
@@ -397,7 +374,6 @@ impl LdiFrom {
     pub fn name(self) -> &'static str {
         match self {
             Self::Stack => "stack",
-            Self::Photos => "photos",
             Self::Site => "site",
         }
     }
@@ -412,41 +388,14 @@ pub enum LdiBackground {
 }
 
 /// How files are packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PackingArg {
-    /// As they are in memory: fast
-    None,
-    /// Compressed: small
-    Deflate,
-}
-
-impl From<PackingArg> for Packing {
-    fn from(arg: PackingArg) -> Self {
-        match arg {
-            PackingArg::None => Self::None,
-            PackingArg::Deflate => Self::Deflate,
-        }
-    }
-}
+const PACKINGS: &[(&str, Packing, &str)] = &[
+    ("none", Packing::None, "As they are in memory: fast"),
+    ("deflate", Packing::Deflate, "Compressed: small"),
+];
 
 /// How depth pixels are drawn.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub enum SplatArg {
-    /// As soft squares as large as the gaps between them, summed up
-    #[default]
-    Sums,
-    /// With the published masks, one over the other
-    Over,
-    /// As one pixel each, with gaps
-    Pixel,
-}
-
-impl From<SplatArg> for SplatKind {
-    fn from(arg: SplatArg) -> Self {
-        match arg {
-            SplatArg::Sums => Self::Sums,
-            SplatArg::Over => Self::Over,
-            SplatArg::Pixel => Self::Pixel,
-        }
-    }
-}
+pub const SPLATS: &[(&str, SplatKind, &str)] = &[
+    ("sums", SplatKind::Sums, "As soft squares as large as the gaps between them, summed up"),
+    ("over", SplatKind::Over, "With the published masks, one over the other"),
+    ("pixel", SplatKind::Pixel, "As one pixel each, with gaps"),
+];

@@ -1,8 +1,9 @@
 //! Options of the sorting method, which `new` and `build` take.
 
-use clap::{ArgAction, Args, ValueEnum};
+use clap::{ArgAction, Args};
 
 use super::number::whole;
+use super::one_of::one_of;
 use quadratura_layers::{BoxShape, Method, Options};
 
 /// The options of the method; options that are not given are the project's.
@@ -11,8 +12,8 @@ use quadratura_layers::{BoxShape, Method, Options};
 pub struct OptionArgs {
     /// How visibility layers are computed: with the occlusion graph, or by stencil peeling as published in
     /// 2003
-    #[arg(long, value_enum)]
-    pub method: Option<MethodArg>,
+    #[arg(long, value_parser = one_of(METHODS))]
+    pub method: Option<Method>,
     /// A surface occludes another one when it is nearer by more than this fraction of its depth
     #[arg(long, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f32>,
@@ -23,8 +24,8 @@ pub struct OptionArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=4096))]
     pub margin: Option<u32>,
     /// Sizes of image layers: as needed, or powers of two
-    #[arg(long, value_enum)]
-    pub boxes: Option<BoxArg>,
+    #[arg(long, value_parser = one_of(BOXES))]
+    pub boxes: Option<BoxShape>,
     /// Merge image layers within one visibility layer only, as published in 2003
     #[arg(long, action = ArgAction::Set, num_args = 0..=1, require_equals = true,
           default_missing_value = "true", value_name = "true|false", hide_possible_values = true)]
@@ -71,17 +72,10 @@ fn of_object<T>(
     }
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum MethodArg {
-    Graph,
-    Stencil,
-}
+const METHODS: &[(&str, Method, &str)] = &[("graph", Method::Graph, ""), ("stencil", Method::Stencil, "")];
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum BoxArg {
-    Exact,
-    PowerOfTwo,
-}
+const BOXES: &[(&str, BoxShape, &str)] =
+    &[("exact", BoxShape::Exact, ""), ("power-of-two", BoxShape::PowerOfTwo, "")];
 
 impl OptionArgs {
     /// Returns `options` with those that were given replaced.
@@ -103,11 +97,11 @@ impl OptionArgs {
         let min_visible = self.min_visible.iter().rfind(|of| of.object.is_none());
         let min_share = self.min_share.iter().rfind(|of| of.object.is_none());
         Options {
-            method: self.method.map_or(options.method, Method::from),
+            method: self.method.unwrap_or(options.method),
             tolerance: self.tolerance.unwrap_or(options.tolerance),
             min_support: self.min_support.unwrap_or(options.min_support),
             margin: self.margin.unwrap_or(options.margin),
-            boxes: self.boxes.map_or(options.boxes, BoxShape::from),
+            boxes: self.boxes.unwrap_or(options.boxes),
             published: self.published.unwrap_or(options.published),
             largest_side: self.largest_side.unwrap_or(options.largest_side),
             min_visible: min_visible.map_or(options.min_visible, |of| of.value),
@@ -115,24 +109,6 @@ impl OptionArgs {
             tolerated: tolerated.map_or(options.tolerated, |of| of.value),
             reach: self.reach.unwrap_or(options.reach),
             objects,
-        }
-    }
-}
-
-impl From<MethodArg> for Method {
-    fn from(arg: MethodArg) -> Self {
-        match arg {
-            MethodArg::Graph => Self::Graph,
-            MethodArg::Stencil => Self::Stencil,
-        }
-    }
-}
-
-impl From<BoxArg> for BoxShape {
-    fn from(arg: BoxArg) -> Self {
-        match arg {
-            BoxArg::Exact => Self::Exact,
-            BoxArg::PowerOfTwo => Self::PowerOfTwo,
         }
     }
 }

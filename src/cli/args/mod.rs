@@ -13,6 +13,7 @@ mod mask;
 mod matte;
 mod method;
 mod number;
+mod one_of;
 mod paint;
 mod pictures;
 mod surroundings;
@@ -37,7 +38,7 @@ pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
-pub use pictures::{PictureArgs, PictureFormatArg};
+pub use pictures::{PICTURE_FORMATS, PictureArgs};
 pub use surroundings::SurroundingsArgs;
 pub use tree::{
     Casts, FlakesOf, Shadows, TreeArgs, TreeBakeArgs, TreeChangeArgs, TreeCommand, TreeInfoArgs,
@@ -52,6 +53,7 @@ use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
 use crate::words::error_text;
 pub use number::whole;
+pub use one_of::one_of;
 use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
 use quadratura_import::cameras::accepted;

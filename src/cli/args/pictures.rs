@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use crate::view_args::{parse_fps, parse_scale, parse_size};
 use quadratura_base::error::Result;
@@ -33,26 +33,15 @@ pub struct PictureArgs {
 }
 
 /// The formats of pictures.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub enum PictureFormatArg {
-    /// PNG with 8 bits a channel, sRGB
-    #[default]
-    Png,
-    /// PNG with 16 bits a channel, sRGB
-    Png16,
-    /// OpenEXR: R, G, B and A as 16-bit floats in linear light, times alpha, and Z, the depth along the camera's axis
-    Exr,
-}
-
-impl From<PictureFormatArg> for PictureFormat {
-    fn from(arg: PictureFormatArg) -> Self {
-        match arg {
-            PictureFormatArg::Png => Self::Png,
-            PictureFormatArg::Png16 => Self::Png16,
-            PictureFormatArg::Exr => Self::Exr,
-        }
-    }
-}
+pub const PICTURE_FORMATS: &[(&str, PictureFormat, &str)] = &[
+    ("png", PictureFormat::Png, "PNG with 8 bits a channel, sRGB"),
+    ("png16", PictureFormat::Png16, "PNG with 16 bits a channel, sRGB"),
+    (
+        "exr",
+        PictureFormat::Exr,
+        "OpenEXR: R, G, B and A as 16-bit floats in linear light, times alpha, and Z, the depth along the camera's axis",
+    ),
+];
 
 impl PictureArgs {
     /// Checks where pictures and video go, before they are made.

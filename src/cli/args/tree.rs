@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, Subcommand, ValueEnum};
 
 use super::number::{degrees, whole};
+use super::one_of::one_of;
 use super::{PhotoArgs, PictureArgs, TreeExportArgs, TreeImportArgs};
 use crate::view_args::OnOff;
 use quadratura_document::trees::UpAxis;
@@ -126,8 +127,8 @@ pub struct TreeSpeciesArgs {
     #[arg(long, value_name = "N", requires = "from", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
     /// What is up in the plant's frame [default: as its file says]
-    #[arg(long, value_name = "AXIS", value_enum, allow_hyphen_values = true, requires = "from")]
-    pub up: Option<UpArg>,
+    #[arg(long, value_name = "AXIS", value_parser = one_of(AXES), allow_hyphen_values = true, requires = "from")]
+    pub up: Option<UpAxis>,
     /// The length of the plant's unit in world units [default: as its file says in metres]
     #[arg(long, value_name = "LENGTH", requires = "from", value_parser = length)]
     pub unit: Option<f64>,
@@ -137,31 +138,14 @@ pub struct TreeSpeciesArgs {
 }
 
 /// What is up in a plant's frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum UpArg {
-    X,
-    Y,
-    Z,
-    #[value(name = "-x")]
-    MinusX,
-    #[value(name = "-y")]
-    MinusY,
-    #[value(name = "-z")]
-    MinusZ,
-}
-
-impl From<UpArg> for UpAxis {
-    fn from(up: UpArg) -> Self {
-        match up {
-            UpArg::X => Self::X,
-            UpArg::Y => Self::Y,
-            UpArg::Z => Self::Z,
-            UpArg::MinusX => Self::MinusX,
-            UpArg::MinusY => Self::MinusY,
-            UpArg::MinusZ => Self::MinusZ,
-        }
-    }
-}
+const AXES: &[(&str, UpAxis, &str)] = &[
+    ("x", UpAxis::X, ""),
+    ("y", UpAxis::Y, ""),
+    ("z", UpAxis::Z, ""),
+    ("-x", UpAxis::MinusX, ""),
+    ("-y", UpAxis::MinusY, ""),
+    ("-z", UpAxis::MinusZ, ""),
+];
 
 /// Where and how large trees are.
 #[derive(Debug, Args)]

@@ -2,7 +2,8 @@
 
 use clap::{Args, ValueEnum};
 
-use super::ldi::{CombinedArgs, LdiFrom, SplatArg, refuse};
+use super::ldi::{CombinedArgs, LdiFrom, SPLATS, refuse};
+use super::one_of::one_of;
 use crate::bytes::parse_bytes;
 use quadratura_base::error::Result;
 use quadratura_ldi::{Spacing, SplatKind};
@@ -20,12 +21,12 @@ pub struct AsArgs {
     #[arg(long = "as", value_name = "WHAT", value_enum, default_value_t)]
     pub as_what: AsArg,
     /// What layered depth images are made from: the image layers of the best photos, or the whole site in the cameras of these
-    /// photos, each image moved by itself and blended; or these photos in one image [default: stack; with --published photos]
+    /// photos; each image is moved by itself and blended [default: stack]
     #[arg(long, value_enum)]
     pub from: Option<LdiFrom>,
     /// How a depth pixel of one image is drawn; images that are blended are summed [default: sums; with --published over]
-    #[arg(long, value_enum)]
-    pub splat: Option<SplatArg>,
+    #[arg(long, value_parser = one_of(SPLATS))]
+    pub splat: Option<SplatKind>,
     #[command(flatten)]
     pub combined: CombinedArgs,
     /// Memory for images that later views may use again, such as 4G or 800M [default: a quarter of the machine's]
@@ -48,20 +49,13 @@ pub enum AsArg {
 impl AsArgs {
     /// Returns in words what views are made with, as on the command line.
     pub fn name(&self) -> String {
-        let Self { as_what, combined, .. } = self;
-        let from = self.from();
+        let Self { as_what, combined, from, .. } = self;
         match as_what {
             AsArg::Model => "model".into(),
             AsArg::Photo => "photo".into(),
             AsArg::Ldi if combined.published => "ldi, published".into(),
-            AsArg::Ldi => format!("ldi of {}", from.name()),
+            AsArg::Ldi => format!("ldi of {}", from.unwrap_or_default().name()),
         }
-    }
-
-    /// Returns what layered depth images are made from; the published system knows photos alone.
-    fn from(&self) -> LdiFrom {
-        let usual = if self.combined.published { LdiFrom::Photos } else { LdiFrom::Stack };
-        self.from.unwrap_or(usual)
     }
 
     /// Returns how views are made from layered depth images; `None` for the projective renderer.
@@ -69,30 +63,32 @@ impl AsArgs {
     /// # Errors
     /// [`quadratura_base::Error::Request`] for an unknown photo, and [`quadratura_base::Error::Usage`] for arguments that have no effect.
     pub fn options(&self, stack: StackLdiOptions, opened: &Opened) -> Result<Option<LdiViewOptions>> {
-        let is_of_photos = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Photos;
+        let published = self.combined.published;
         if self.as_what != AsArg::Ldi {
-            let given = [(self.from.is_some(), "--from"), (self.memory.is_some(), "--memory")];
+            let given = [
+                (self.from.is_some(), "--from"),
+                (self.memory.is_some(), "--memory"),
+                (published, "--published"),
+            ];
             refuse(&given, "--as ldi")?;
             self.combined.refuse_choice("--as ldi")?;
         }
-        let is_of_site = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Site;
+        let is_of_site = self.from == Some(LdiFrom::Site);
         if is_of_site {
             self.combined.refuse_of_merging()?;
-        } else if !is_of_photos {
+        } else if !published {
             self.combined.refuse_of_photos()?;
         }
-        let is_single = is_of_photos || self.as_what == AsArg::Photo;
-        if !is_single {
-            refuse(&[(self.splat.is_some(), "--splat")], "--as photo or --as ldi --from photos")?;
+        if !published && self.as_what != AsArg::Photo {
+            refuse(&[(self.splat.is_some(), "--splat")], "--as photo or --published")?;
         }
         let source = match self.as_what {
             AsArg::Model => return Ok(None),
             AsArg::Photo => LdiViewSource::Photo,
-            AsArg::Ldi if is_of_photos => LdiViewSource::Photos(self.combined.options(stack)),
+            AsArg::Ldi if published => LdiViewSource::Photos(self.combined.options(stack)),
             AsArg::Ldi if is_of_site => LdiViewSource::Site(self.combined.site_options(stack)),
             AsArg::Ldi => LdiViewSource::Stacks,
         };
-        let published = self.combined.published;
         let usual = if published { SplatKind::Over } else { SplatKind::Sums };
         let source_is_stacks = source == LdiViewSource::Stacks;
         Ok(Some(LdiViewOptions {
@@ -100,7 +96,7 @@ impl AsArgs {
             stack,
             best: self.combined.best(if source_is_stacks { 5 } else { 3 }),
             with: self.combined.with(opened)?,
-            splat: self.splat.map_or(usual, SplatKind::from),
+            splat: self.splat.unwrap_or(usual),
             memory: self.memory.unwrap_or_else(default_memory),
             spacing: if published { Spacing::Table } else { Spacing::Exact },
             shown: None,

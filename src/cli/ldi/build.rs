@@ -59,7 +59,7 @@ fn of_depth_images(args: &LdiBuildArgs, list: &Path, task: &Task) -> Result<Outc
         options: args.combined.options(stack),
         force: args.force,
         out,
-        packing: args.packing.map_or(Packing::Deflate, Packing::from),
+        packing: args.packing.unwrap_or(Packing::Deflate),
     };
     let (built, failed) = build_of_depth_images(&request, task)?;
     note_spared(&built.spared, &built.file, task);
@@ -88,7 +88,7 @@ fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcom
         return several::run(args, (project, &opened), (photos, from), task);
     }
     let usual = if args.out.is_some() { Packing::Deflate } else { Packing::None };
-    let packing = args.packing.map_or(usual, Packing::from);
+    let packing = args.packing.unwrap_or(usual);
     let request = BuildRequest { photos, from, out: args.out.clone(), packing };
     let (built, failed) = build_ldis(project, &opened, &request, &start_device, task)?;
     // What the whole site lacks is what no photo shows.
@@ -115,9 +115,13 @@ fn from(args: &LdiBuildArgs, opened: &Opened, task: &Task) -> Result<BuildFrom> 
         refuse(&[(args.at.is_some(), "--at")], "--from site")?;
     }
     Ok(match args.from {
+        _ if args.combined.published => {
+            let with = args.combined.with(opened)?;
+            BuildFrom::Photos { options: args.combined.options(stack), best: args.combined.best(3), with }
+        }
         LdiFrom::Site => {
             args.combined.refuse_of_merging()?;
-            args.combined.refuse_choice("--from photos")?;
+            args.combined.refuse_choice("--published")?;
             let options = args.combined.site_options(stack);
             // Images of the site hold no trees.
             let preview = PreviewOptions {
@@ -130,12 +134,8 @@ fn from(args: &LdiBuildArgs, opened: &Opened, task: &Task) -> Result<BuildFrom> 
         }
         LdiFrom::Stack => {
             args.combined.refuse_of_photos()?;
-            args.combined.refuse_choice("--from photos")?;
+            args.combined.refuse_choice("--published")?;
             BuildFrom::Stack(stack)
-        }
-        LdiFrom::Photos => {
-            let with = args.combined.with(opened)?;
-            BuildFrom::Photos { options: args.combined.options(stack), best: args.combined.best(3), with }
         }
     })
 }

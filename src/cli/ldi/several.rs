@@ -28,7 +28,7 @@ pub fn run(
     task: &Task,
 ) -> Result<Outcome> {
     let out = args.out.as_deref().ok_or_else(|| Error::Usage("give --out FILE".into()))?;
-    let packing = args.packing.map_or(Packing::Deflate, Packing::from);
+    let packing = args.packing.unwrap_or(Packing::Deflate);
     let (built, failed) = match args.set {
         Some(most) => {
             let request = SetRequest { photos, from, most: most as usize, out, packing };
@@ -40,7 +40,7 @@ pub fn run(
                 return Err(Error::Request(found.into()));
             };
             let request = CubeRequest { photo, from, out, packing };
-            build_cube(project, opened, &request, &start_device, task)?
+            (build_cube(project, opened, &request, &start_device, task)?, Vec::new())
         }
     };
     note_spared(&built.spared, &built.file, task);

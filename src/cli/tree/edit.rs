@@ -33,7 +33,7 @@ pub fn species(args: &TreeSpeciesArgs, task: &Task) -> Result<Outcome> {
         None => (species_removed(&project.trees, name)?, format!("the species {name:?} is removed\n")),
         Some(from) => {
             let from = source(&args.project, from, args.seed)?;
-            let species = TreeSpecies { from, up: args.up.map(Into::into), unit: args.unit };
+            let species = TreeSpecies { from, up: args.up, unit: args.unit };
             // A plant that cannot be read is refused now, not when it is drawn.
             let plant = task.timed("read", || plant_of(&args.project, &species, task))?;
             let polygons = plant.whole().counts.polygons;

@@ -23,16 +23,14 @@ fn samples(rng: &mut Rng) -> Vec<Sample> {
 #[test]
 fn the_order_of_samples_does_not_count() {
     let mut rng = Rng::new(11);
-    for keep in [true, false] {
-        let merging = Merging { keep, ..Merging::default() };
-        for _ in 0..200 {
-            let mut some = samples(&mut rng);
-            let expected = merge(&mut some.clone(), &[], 1.0, &merging);
-            for _ in 0..4 {
-                let (i, j) = (rng.whole(0, some.len() as u32 - 1), rng.whole(0, some.len() as u32 - 1));
-                some.swap(i as usize, j as usize);
-                assert_eq!(merge(&mut some.clone(), &[], 1.0, &merging), expected);
-            }
+    let merging = Merging::default();
+    for _ in 0..200 {
+        let mut some = samples(&mut rng);
+        let expected = merge(&mut some.clone(), &[], 1.0, &merging);
+        for _ in 0..4 {
+            let (i, j) = (rng.whole(0, some.len() as u32 - 1), rng.whole(0, some.len() as u32 - 1));
+            some.swap(i as usize, j as usize);
+            assert_eq!(merge(&mut some.clone(), &[], 1.0, &merging), expected);
         }
     }
 }
@@ -60,7 +58,7 @@ fn fewest(depths: &[f64], tolerance: f64) -> usize {
 #[test]
 fn without_slopes_no_division_has_fewer_layers_and_none_is_wider_than_its_tolerance() {
     let mut rng = Rng::new(12);
-    let merging = Merging { epsilon: 0.01, slopes: false, keep: false, layers: 64 };
+    let merging = Merging { epsilon: 0.01, slopes: false, layers: 64 };
     for _ in 0..300 {
         let mut some: Vec<Sample> = samples(&mut rng).into_iter().take(6).collect();
         let depths: Vec<f64> = some.iter().map(|s| f64::from(s.pixel.inverse_depth)).collect();
@@ -74,7 +72,7 @@ fn without_slopes_no_division_has_fewer_layers_and_none_is_wider_than_its_tolera
 #[test]
 fn copies_of_one_sample_give_its_own_bytes() {
     let mut rng = Rng::new(13);
-    let merging = Merging { keep: false, ..Merging::default() };
+    let merging = Merging::default();
     for _ in 0..200 {
         let one = sample(rng.between(0.1, 100.0), 1, 7, &mut rng);
         let copies = rng.whole(2, 8) as u16;
@@ -86,31 +84,20 @@ fn copies_of_one_sample_give_its_own_bytes() {
 }
 
 #[test]
-fn the_reference_camera_s_own_sample_stays_as_it_is() {
-    let mut rng = Rng::new(14);
-    let own = sample(1.001, 0, 0, &mut rng);
-    let mut all = vec![sample(1.0, 1, 3, &mut rng), own, sample(1.002, 2, 5, &mut rng)];
-    let keep = Merging { keep: true, ..Merging::default() };
-    assert_eq!(merge(&mut all, &[], 1.0, &keep).layers, [own.pixel]);
-}
-
-#[test]
 fn what_is_right_behind_a_surface_does_not_shine_through_it() {
     let mut rng = Rng::new(17);
     let hidden = |sample: Sample| Sample { hidden: true, ..sample };
     let seen = sample(1.0, 1, 4, &mut rng);
     let behind = hidden(sample(1.002, 1, 5, &mut rng));
-    for keep in [true, false] {
-        let merging = Merging { keep, ..Merging::default() };
-        assert_eq!(merge(&mut [behind, seen], &[], 1.0, &merging).layers, [seen.pixel]);
-        // Not even what the reference camera has filled in there.
-        let filled = Sample { source: 0, ..behind };
-        assert_eq!(merge(&mut [filled, seen], &[], 1.0, &merging).layers, [seen.pixel]);
-        assert_eq!(merge(&mut [behind], &[], 1.0, &merging).layers, [behind.pixel], "where nobody sees it");
-        // Farther behind it is a layer of its own.
-        let far = hidden(sample(1.5, 1, 6, &mut rng));
-        assert_eq!(merge(&mut [far, seen], &[], 1.0, &merging).layers, [seen.pixel, far.pixel]);
-    }
+    let merging = Merging::default();
+    assert_eq!(merge(&mut [behind, seen], &[], 1.0, &merging).layers, [seen.pixel]);
+    // Not even what the reference camera has filled in there.
+    let filled = Sample { source: 0, ..behind };
+    assert_eq!(merge(&mut [filled, seen], &[], 1.0, &merging).layers, [seen.pixel]);
+    assert_eq!(merge(&mut [behind], &[], 1.0, &merging).layers, [behind.pixel], "where nobody sees it");
+    // Farther behind it is a layer of its own.
+    let far = hidden(sample(1.5, 1, 6, &mut rng));
+    assert_eq!(merge(&mut [far, seen], &[], 1.0, &merging).layers, [seen.pixel, far.pixel]);
 }
 
 #[test]

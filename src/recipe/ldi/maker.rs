@@ -113,7 +113,7 @@ impl<'a> Maker<'a> {
     }
 
     /// Returns the first one of some photos, and those of the others that have a stack.
-    pub(super) fn usable(&self, photos: Vec<PhotoId>) -> Vec<PhotoId> {
+    fn usable(&self, photos: Vec<PhotoId>) -> Vec<PhotoId> {
         let others = photos.iter().skip(1).copied().filter(|photo| self.site.has_stack(*photo));
         photos.iter().take(1).copied().chain(others).collect()
     }
@@ -136,7 +136,7 @@ impl<'a> Maker<'a> {
 }
 
 /// Returns a photo, and then the others of some, each once.
-pub fn first_of(photo: PhotoId, photos: &[PhotoId]) -> Vec<PhotoId> {
+fn first_of(photo: PhotoId, photos: &[PhotoId]) -> Vec<PhotoId> {
     let mut all = vec![photo];
     for &other in photos {
         if !all.contains(&other) {

@@ -1,6 +1,5 @@
 //! Layered depth images of several photos, whose depth images or whole stacks are warped into one camera.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::choice::best_photos;
@@ -10,12 +9,11 @@ use super::site::LdiSite;
 use crate::open::Opened;
 use crate::sources::sources;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
-use quadratura_ldi::{Frame, Ldi, LdiKind, Source, combine};
-use quadratura_projection::exposure::{Shares, shares_of_view};
+use quadratura_ldi::{Ldi, LdiKind, Source, combine};
+use quadratura_projection::exposure::shares_of_view;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::surface::Surface;
 use quadratura_view::Shot;
@@ -26,34 +24,21 @@ use quadratura_view::Shot;
 /// [`Error::Request`] for a frame that is too large, or [`Error::Cancelled`].
 pub fn ldi_of_photos(
     reference: &Reference,
-    photos: &[(Arc<Ldi>, PhotoId)],
+    photos: &[OfPhoto],
     options: &PhotosOptions,
     task: &Task,
 ) -> Result<Ldi> {
     let frame = reference.frame(options.scale, options.guard)?;
-    combined_into(&frame, reference.photo, &taken(photos, options), (options, options.described()), task)
-}
-
-/// Returns what is combined of photos' images: all, or what each photo shows.
-pub(super) fn taken(photos: &[OfPhoto], options: &PhotosOptions) -> Vec<OfPhoto> {
     let taken = |ldi: &Arc<Ldi>| if options.hidden { ldi.clone() } else { Arc::new(ldi.depth_image()) };
-    photos.iter().map(|(ldi, photo)| (taken(ldi), *photo)).collect()
-}
-
-/// Combines photos' images into a frame, of whose centre `own` is, with options in words.
-pub(super) fn combined_into(
-    frame: &Frame,
-    own: Option<PhotoId>,
-    photos: &[OfPhoto],
-    (options, words): (&PhotosOptions, BTreeMap<String, String>),
-    task: &Task,
-) -> Result<Ldi> {
+    let taken: Vec<OfPhoto> = photos.iter().map(|(ldi, photo)| (taken(ldi), *photo)).collect();
+    let is_own = |photo: PhotoId| Some(photo) == reference.photo;
     let sources: Vec<Source> =
-        photos.iter().map(|(ldi, photo)| Source { ldi, is_own: Some(*photo) == own }).collect();
+        taken.iter().map(|(ldi, photo)| Source { ldi, is_own: is_own(*photo) }).collect();
+    let words = options.described();
     let mut hashing = Hashing::default();
     hashing.add(format!("{frame:?} {words:?}").as_bytes());
-    photos.iter().for_each(|(ldi, _)| hashing.add(ldi.inputs.as_bytes()));
-    let made = combine(LdiKind::Photos, frame, &sources, &options.combining, words, task)?;
+    taken.iter().for_each(|(ldi, _)| hashing.add(ldi.inputs.as_bytes()));
+    let made = combine(LdiKind::Photos, &frame, &sources, &options.combining, words, task)?;
     Ok(Ldi { inputs: hashing.hash(), ..made })
 }
 
@@ -92,7 +77,7 @@ impl LdiSite<'_> {
     ///
     /// # Errors
     /// Those of [`Self::ldi_of_stack`] for the first photo, and [`Error::Cancelled`].
-    pub(super) fn images_of(
+    fn images_of(
         &mut self,
         photos: &[PhotoId],
         stack: &StackLdiOptions,
@@ -112,32 +97,15 @@ impl LdiSite<'_> {
 
     /// Returns the photo and those that show most of what it shows, `most` in all, by falling share.
     pub fn with_best(&self, photo: PhotoId, most: usize) -> Vec<PhotoId> {
-        let Photo { camera, pose, .. } = *self.opened().site.photo(photo);
-        self.with_best_of(photo, &[(camera, pose)], most)
-    }
-
-    /// Returns the photo and those that show most of what some cameras show together, `most` in all, by falling share.
-    pub(super) fn with_best_of(
-        &self,
-        photo: PhotoId,
-        cameras: &[(Pinhole, Pose)],
-        most: usize,
-    ) -> Vec<PhotoId> {
         let Opened { site, project, .. } = self.opened();
         let without: Vec<PhotoId> =
             site.photo_ids().filter(|other| *other == photo || !self.has_stack(*other)).collect();
         let sources = sources(site, self.stacks(), &project.decisions);
         let surface = Surface::from_model(&site.model).with_backs(&site.model, &sources);
-        let of_camera = |(camera, pose): &(Pinhole, Pose)| {
-            let shot = Shot { without: without.clone(), ..Shot::new(*camera, *pose) };
-            shares_of_view(&shot, &site.model, &sources, &surface, &Relief::default())
-        };
-        let sum = |mut all: Shares, one: Shares| {
-            all.of_photo.iter_mut().zip(one.of_photo).for_each(|(sum, share)| *sum += share);
-            all
-        };
-        let shares = cameras.iter().map(of_camera).reduce(sum);
-        let others = shares.map_or_else(Vec::new, |all| best_photos(&all, most.saturating_sub(1)));
+        let Photo { camera, pose, .. } = *site.photo(photo);
+        let shot = Shot { without, ..Shot::new(camera, pose) };
+        let shares = shares_of_view(&shot, &site.model, &sources, &surface, &Relief::default());
+        let others = best_photos(&shares, most.saturating_sub(1));
         std::iter::once(photo).chain(others).collect()
     }
 }

@@ -102,7 +102,7 @@ impl PhotosOptions {
     /// Returns the options by their names on the command line.
     pub(super) fn described(&self) -> BTreeMap<String, String> {
         let Self { stack, hidden, guard, scale, combining } = self;
-        let Merging { epsilon, keep, layers, .. } = combining.merging;
+        let Merging { epsilon, layers, .. } = combining.merging;
         let mut words = stack.described(LdiKind::Photos);
         words.extend(
             [
@@ -111,7 +111,7 @@ impl PhotosOptions {
                 ("scale", scale.to_string()),
                 ("epsilon", epsilon.to_string()),
                 ("layers", layers.to_string()),
-                ("merge", if keep { "keep" } else { "mean" }.to_owned()),
+                ("merge", "mean".to_owned()),
                 ("published", combining.published.to_string()),
             ]
             .map(|(name, value)| (name.to_owned(), value)),

@@ -10,13 +10,13 @@ use crate::work::Work;
 use crate::work::jobs::arrival;
 use quadratura_base::error::Error;
 use quadratura_base::scene::{Photo, PhotoId};
-use quadratura_io::programs::show_folder;
+use quadratura_io::programs::open_with_system;
 use quadratura_recipe::colour::even_factors;
 use quadratura_recipe::export::{ExportOptions, TreesInSite, export, write_provenance};
 
 /// Shows a folder in the system's file manager.
 pub fn show_folder_of(state: &mut State, folder: &Path) {
-    if let Err(error) = show_folder(folder) {
+    if let Err(error) = open_with_system(folder) {
         let said = |error: Error| format!("{} could not be shown: {error}", folder.display());
         state.tell(Note::new(Weight::Warning, said(error)));
     }

@@ -15,8 +15,6 @@ pub enum Flag {
     Side,
     /// Whether the help for keys and mouse is shown.
     Help,
-    /// Whether the documents are shown.
-    Documents,
     /// Whether the program's name and version are shown.
     About,
     /// Whether the list of the history is shown.
