@@ -77,7 +77,7 @@ impl<'a> Source<'a> {
 /// Parses the JSON of a glTF file.
 ///
 /// # Errors
-/// [`Error::Input`] with line and column.
+/// [`quadratura_base::Error::Input`] with line and column.
 pub fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
     let remedy = "check that it is a glTF 2.0 file, or export the model again";
     quadratura_files::foreign_json::parse_foreign_json(path, json, remedy)
