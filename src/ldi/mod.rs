@@ -11,7 +11,6 @@ pub mod device;
 pub mod file;
 pub mod finish;
 pub mod holes;
-pub mod layers;
 pub mod layout;
 pub mod lean;
 pub mod levels;
