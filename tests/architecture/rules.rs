@@ -57,6 +57,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("rfd", &["app/"]),
     ("pulldown_cmark", &["app/work/pages.rs"]),
     ("rustix", &["app/shell/frame_times.rs", "app/work/priority.rs"]),
+    ("postcard", &["files/cached.rs"]),
     ("thiserror", &["base/error/mod.rs"]),
 ];
 
