@@ -37,7 +37,12 @@ struct FirstLine {
 ///
 /// # Errors
 /// [`Error::Io`].
-pub fn write_cached(file: &Path, kind: CachedKind, inputs: &str, value: &impl Serialize) -> Result<()> {
+pub fn write_cached(
+    file: &Path,
+    kind: CachedKind,
+    inputs: &str,
+    value: &(impl Serialize + ?Sized),
+) -> Result<()> {
     let plain = postcard::to_stdvec(value).expect("plain data in memory can be written");
     let packed = deflated(&plain);
     let first = FirstLine {
