@@ -1,6 +1,6 @@
 // Trees as polygons: every triangle of every instance, hidden by faces and hiding them. Entry points: `lit` (colours), `plain`
 // (one colour a tree), `numbered` (the numbers of trees) and `shadow` (nothing but depths, for shadows).
-// Rust: gpu/renderer/plants.rs (Placement), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
+// Rust: gpu/renderer/plants/pipeline.rs (Placement), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
 // daylight.wgsl, door.wgsl, and the constants CUT, true where pictures are cut out, and DOOR, true where
 // instances are drawn in part of the sub-pixels.
 // CPU reference: foliage/brute.rs, foliage/view.rs (normal_map).

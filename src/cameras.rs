@@ -49,4 +49,4 @@ pub use quadratura_base::geometry::{Lens, Pinhole, PixelRect, Pose, Similarity};
 #[doc(inline)]
 pub use quadratura_base::scene::SparsePoint;
 #[doc(inline)]
-pub use quadratura_io::cameras::{CameraPhoto, Cameras, read_cameras, read_cameras_of};
+pub use quadratura_import::cameras::{CameraPhoto, Cameras, read_cameras, read_cameras_of};

@@ -91,20 +91,21 @@
 //!
 //! The program is a workspace of packages, one in each folder of `src`, named `quadratura-base`, `quadratura-projection` and so on.
 //! They are listed bottom to top. Each may use only the packages above it in this table, which `tests/architecture.rs`
-//! verifies in their manifests; `files` and `view` do not use each other, nor do `projection`, `foliage` and `ldi`, nor `recipe` and `gpu`. The public modules above only
-//! name items of them.
+//! verifies in their manifests; `files` and `view` do not use each other, nor do `projection`, `foliage` and `ldi`, nor `recipe` and
+//! `gpu`. The public modules above only name items of them.
 //!
 //! | package | contents |
 //! |---|---|
 //! | `base` | errors and progress; mathematics; pixels on a grid; photos, model and site: the photographed scene |
 //! | `files` | what every reader and writer needs: files that are replaced in one step, JSON, text, hashes, locks |
 //! | `view` | what is asked of a novel view and what it gives back; weights of photos, legends, metrics, flights |
+//! | `import` | what other programs made of a site: cameras, models and photos |
 //! | `projection` | novel views of layers: sheared frusta, the image layers that serve a face, exposure, relief |
-//! | `foliage` | plants: graphs of sub-objects, their generator, and pictures of all their polygons |
-//! | `ldi` | layered depth images: layout, order, splats, warp |
+//! | `foliage` | plants: graphs of sub-objects, their generator, pictures of all their polygons, and their files |
+//! | `ldi` | layered depth images: layout, order, splats, warp, and their files |
 //! | `layers` | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
 //! | `document` | what is saved: the authored project and the derived stacks |
-//! | `io` | files |
+//! | `io` | files of a project |
 //! | `recipe` | whole tasks: open, sort, cluster, extract, fill, save, without a user interface and without a device |
 //! | `gpu` | GPU passes: what `layers` and `ldi` ask of a device |
 //! | `app` | the editor window: it shows and asks, and computes nothing itself |

@@ -89,9 +89,11 @@ pub use quadratura_base::scene::{
     PhotoPixels, Samples, Site,
 };
 #[doc(inline)]
-pub use quadratura_io::models::read_model;
+pub use quadratura_import::models::read_model;
 #[doc(inline)]
-pub use quadratura_io::photo::{read_photo, read_unmasked};
+pub use quadratura_import::photo::read_photo;
+#[doc(inline)]
+pub use quadratura_io::unmasked::read_unmasked;
 #[doc(inline)]
 pub use quadratura_recipe::check::{
     AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Intersection, Names as FaceNames,

@@ -7,6 +7,10 @@ use std::path::{Path, PathBuf};
 
 #[path = "architecture/app_floors.rs"]
 mod app_floors;
+#[path = "architecture/circles.rs"]
+mod circles;
+#[path = "architecture/floors.rs"]
+mod floors;
 #[path = "architecture/retired.rs"]
 mod retired;
 #[path = "architecture/rules.rs"]
@@ -14,14 +18,14 @@ mod rules;
 #[path = "architecture/source.rs"]
 mod source;
 
-use app_floors::{
-    LARGEST_CIRCLE, arrows_in_app, files_beside_the_floors, largest_circle, takes_the_editor, toolkit_below,
-};
+use app_floors::{arrows_in_app, files_beside_the_floors, takes_the_editor, toolkit_below};
+use circles::{largest_circle, too_large};
+use floors::{Floors, ROOMS_WITH_FLOORS};
 use retired::{retired_in, words_of};
 use rules::{
-    FACADE, FLOORS, FLOORS_OF_BASE, LONGEST_FILE, dependencies_out_of_place, forbidden_arrows,
-    forbidden_rooms, machine_paths, missing_header, more_than_names, noise, packages_out_of_place, too_long,
-    unused_in_workspace, unused_packages, unwraps, wgpu_in_layers,
+    FACADE, FLOORS, LONGEST_FILE, dependencies_out_of_place, forbidden_rooms, machine_paths, missing_header,
+    more_than_names, noise, packages_out_of_place, too_long, unused_in_workspace, unused_packages, unwraps,
+    wgpu_in_layers,
 };
 use source::{Source, without_literals};
 
@@ -87,8 +91,14 @@ fn packages_use_only_those_below_them() {
 }
 
 #[test]
-fn modules_of_the_base_use_only_those_below_them() {
-    assert_none(sources().iter().flat_map(forbidden_arrows).collect());
+fn modules_of_a_room_use_only_those_of_their_floor_and_of_lower_ones() {
+    let sources = sources();
+    for room in ROOMS_WITH_FLOORS {
+        let root = sources.iter().find(|source| source.path == format!("{room}/mod.rs"));
+        let floors = Floors::new(root.unwrap_or_else(|| panic!("src/{room}/mod.rs is missing")));
+        assert_none(floors.strays(&sources));
+        assert_none(sources.iter().flat_map(|source| floors.forbidden_arrows(source)).collect());
+    }
 }
 
 #[test]
@@ -163,14 +173,6 @@ fn the_front_page_lists_the_packages_from_the_ground_up() {
 }
 
 #[test]
-fn the_base_lists_its_modules_from_the_ground_up() {
-    let text = fs::read_to_string(root().join("src/base/mod.rs")).unwrap();
-    let table: String = text.lines().filter(|line| line.starts_with("//! | [`")).collect();
-    let places: Vec<_> = FLOORS_OF_BASE.iter().map(|module| table.find(&format!("[`{module}`]"))).collect();
-    assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
-}
-
-#[test]
 fn the_public_modules_name_items_of_the_rooms_and_define_none() {
     assert_none(sources().iter().flat_map(more_than_names).collect());
 }
@@ -193,11 +195,10 @@ fn the_window_has_floors_and_its_arrows_point_down() {
 }
 
 #[test]
-fn files_of_the_window_import_each_other_in_small_circles_only() {
-    let circle = largest_circle(&sources());
-    println!("largest circle of files in src/app: {}", circle.len());
-    let names = circle.join(", ");
-    assert!(circle.len() <= LARGEST_CIRCLE, "{} files import each other: {names}", circle.len());
+fn files_of_a_room_import_each_other_in_small_circles_only() {
+    let sources = sources();
+    let of_room = |room: &&str| too_large(room, &largest_circle(room, &sources));
+    assert_none(FLOORS.concat().iter().filter_map(of_room).collect());
 }
 
 #[test]
@@ -218,45 +219,12 @@ fn a_package_that_uses_one_above_or_beside_it_is_found() {
     let count = |room: &str, manifest: &str| forbidden_rooms(room, manifest).len();
     let above = "[dependencies]\nquadratura-gpu.workspace = true\nglam.workspace = true\n";
     assert_eq!(count("layers", above), 1);
-    assert_eq!(count("io", above), 1, "neighbours");
-    assert_eq!(count("recipe", above), 0);
+    assert_eq!(count("recipe", above), 1, "neighbours");
+    assert_eq!(count("app", above), 0);
     assert_eq!(count("layers", "[dev-dependencies]\nquadratura-recipe = { workspace = true }\n"), 1, "tests");
     assert_eq!(count("layers", "[dependencies]\nquadratura-attic.workspace = true\n"), 1);
     assert_eq!(count("layers", "[dependencies]\n# quadratura-gpu = 1\n\n[lib]\nquadratura-cli = 1\n"), 0);
     assert_eq!(count("attic", ""), 1, "a room that is on no floor");
-}
-
-#[test]
-fn an_arrow_that_points_up_is_found_however_it_is_written() {
-    for text in [
-        "use crate::scene::Site;",
-        "use crate::{error::Error, scene::{self, Site}};",
-        "use super::super::scene::Site;",
-        "fn f() -> crate::scene::Site { todo() }",
-        "use crate::{\n    error::Error as E,\n    scene,\n};",
-        "use super::{super::raster::image, lens};",
-        "use quadratura_base::scene::Site;",
-    ] {
-        assert_ne!(complaints_of(forbidden_arrows, "base/geometry/plane.rs", text), 0, "{text}");
-    }
-    assert_eq!(complaints_of(forbidden_arrows, "base/attic/x.rs", ""), 1, "a module that is on no floor");
-}
-
-#[test]
-fn an_arrow_that_points_down_and_one_within_the_module_are_fine() {
-    for text in [
-        "use crate::task::Task;",
-        "use crate::{Error, Result};",
-        "use super::lens::Lens;",
-        "use crate::geometry::options::Options;",
-        "// use crate::scene::Site;",
-        "const A: &str = \"crate::scene\";",
-        "#[cfg(test)]\nmod tests {\n    use crate::scene::Site;\n}",
-        "use spade_like::scene::X;",
-    ] {
-        assert_eq!(complaints_of(forbidden_arrows, "base/geometry/plane.rs", text), 0, "{text}");
-    }
-    assert_eq!(complaints_of(forbidden_arrows, "layers/view.rs", "use crate::scene;"), 0, "another room");
 }
 
 #[test]

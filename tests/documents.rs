@@ -21,7 +21,7 @@ const FILE_TYPES: &[&str] = &[
     "src/recipe/written_exposure.rs",
     "src/recipe/score/report.rs",
     "src/layers/options.rs",
-    "src/io/ldi_file/header.rs",
+    "src/ldi/file/header.rs",
     "src/ldi/report.rs",
     "src/foliage/species.rs",
 ];

@@ -1,25 +1,18 @@
 #!/bin/sh
-# Every test: sh tests/run.sh
+# The tests of every change: sh tests/run.sh
 #
-# One build profile (ci, in Cargo.toml) serves tests, demo and editors, so each package is compiled once, and with
-# settings that keep building and testing together short. What needs GIMP, Krita or psd-tools is in tests/editors.sh.
-# Tests that this machine cannot run are counted at the end, with the reason.
+# One build profile (ci, in Cargo.toml) serves tests and editors, so each package is compiled once, and with settings that keep
+# building and testing together short. What needs GIMP, Krita or psd-tools is in tests/editors.sh, and what is slow and seldom finds
+# anything in tests/full.sh. Tests that this machine cannot run are counted at the end, with the reason.
 set -eu
 cd "$(dirname "$0")/.."
 export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
 . examples/setup.sh
-. tests/late.sh
 
 began=$(date +%s)
 step() {
     now=$(($(date +%s) - began))
     printf '\n== %d:%02d %s\n' $((now / 60)) $((now % 60)) "$*"
-}
-
-# left_out_late MINUTES NAME: whether it is late for a step, which is named at the end then.
-left_out_late() {
-    late "$1" || return 1
-    printf 'this machine is slow (more than %d minutes had passed)\t%s\n' "$1" "$2" >>"$LEFT_OUT_LOG"
 }
 
 # component NAME: rustup's minimal toolchain comes without rustfmt and clippy.
@@ -69,11 +62,10 @@ step "tests compile"
 cargo test --profile "$profile" --workspace --quiet --no-run
 
 # Checks keep one core busy for the most part, and tests wait for files and for each other: beside each other they end
-# sooner. The checks have a target folder of their own, because cargo lets one command into a folder at a time, and they yield
-# to the tests. All targets are checked, so benchmarks and examples compile, too.
+# sooner. The checks yield to the tests. All targets are checked, so benchmarks and examples compile, too.
 checks() {
     trap 'kill $! 2>/dev/null; exit 143' TERM
-    export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-target}/checks" RUSTDOCFLAGS="-D warnings"
+    export RUSTDOCFLAGS="-D warnings"
     step "clippy"
     beside clippy --quiet --profile "$profile" --workspace --all-targets -- -D warnings
     step "documentation without warnings"
@@ -96,30 +88,12 @@ checking=$!
 step "tests"
 cargo test --profile "$profile" --workspace --quiet
 
-# llvmpipe, the software adapter, makes its code for the processor that it runs on, and its arithmetic with
-# it. In CI the tests that compare pictures run once more as on a processor without SSE, the setting whose
-# pictures differ most from the usual (docs/quality.md, "Pictures on another processor"). Other adapters ignore
-# the variable. Some are left to the first run, because this code is slow: comparisons of whole photos; flights, whose pictures are
-# compared with each other; and random scenes that differ from the others by the weights and gains of photos alone, since what differs
-# between processors is the curve of sRGB and lookups of 8 bits.
-if [ "${CI:-}" = true ] && ! left_out_late 35 "pictures, with other arithmetic"; then
-    step "pictures, with other arithmetic"
-    GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --profile "$profile" --quiet --test projection -- \
-        --skip own_camera --skip layered --skip gpu_twin:: --skip nothing_pops \
-        --skip pinned_to_a_photo --skip groups_of_light --skip contradict_each_other
-fi
-
 step "checks that ran beside the tests"
 checked=0
 wait "$checking" || checked=$?
 checking=
 cat "$work/checks"
 [ "$checked" = 0 ] || fail "one of the checks above failed"
-
-if ! left_out_late 60 "the demo"; then
-    step "the demo"
-    sh examples/demo.sh "$work/demo"
-fi
 
 if [ -s "$LEFT_OUT_LOG" ]; then
     step "all tests passed that could run here; $(sort -u "$LEFT_OUT_LOG" | wc -l | tr -d ' ') were left out"

@@ -3,7 +3,8 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`error`], [`task`] | errors with their causes and remedies; progress and cancellation |
+//! | [`error`] | errors with their causes and remedies |
+//! | [`task`] | progress and cancellation |
 //! | [`geometry`] | cameras, lenses, planes, polygons, rectangles: pure mathematics |
 //! | [`raster`] | pixels on a grid: image, sampling, halving, compositing, robust statistics |
 //! | [`scene`] | photos, model and site: the photographed scene, immutable |

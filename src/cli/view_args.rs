@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use super::args::{AsArgs, PICTURE_FORMATS, PictureArgs, one_of, whole};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
-use quadratura_io::cameras::accepted;
+use quadratura_import::cameras::accepted;
 use quadratura_projection::Storage;
 use quadratura_recipe::colour::reference;
 use quadratura_recipe::ldi::StackLdiOptions;

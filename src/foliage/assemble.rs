@@ -126,11 +126,12 @@ impl Assembly {
         if counts.levels > MOST_LEVELS {
             return Err(PlantFlaw::Levels(counts.levels));
         }
-        let bounds = Bounds::of(&primitives, &uses, &self.objects);
+        let parts = uses.iter().map(|of| (&of.parent_from_child, &self.objects[of.child]));
+        let bounds = Bounds::of(&primitives, parts.clone().map(|(map, part)| (map, &part.bounds)));
         if !bounds.ball.radius.is_finite() || !bounds.ball.middle.is_finite() {
             return Err(PlantFlaw::Endless(name));
         }
-        let leaves = Leaves::of(&primitives, &uses, &self.objects);
+        let leaves = Leaves::of(&primitives, parts.map(|(map, part)| (map, &part.leaves)));
         let (detail, paint) = (DetailLevels::of(&primitives), Vec::new());
         self.objects.push(SubObject { name, primitives, uses, bounds, counts, leaves, detail, paint });
         Ok(self.objects.len() - 1)

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::bounds::{Ball, Bounds};
 use super::directions::Directions;
-use super::drawer::{Canvas, Drawer, Facet};
+use super::drawer::{Canvas, Drawer};
+use super::facet::Facet;
 use super::gains::measured;
 use super::images::{ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages};
 use super::layered::{LayeredRows, draw_part};

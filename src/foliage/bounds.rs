@@ -1,9 +1,9 @@
 //! Boxes and balls around sub-objects.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 
-use super::plant::{SubObject, Use};
 use super::primitive::Primitive;
+use super::stretch::largest_stretch;
 
 /// An axis-aligned box. The box around nothing has `low` above `high`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,17 +75,17 @@ impl Ball {
 }
 
 impl Bounds {
-    /// Finds the bounds of primitives and of uses of `objects`, whose bounds are known.
-    pub(super) fn of(primitives: &[Primitive], uses: &[Use], objects: &[SubObject]) -> Self {
+    /// Finds the bounds of primitives and of parts, given the maps and the bounds of these.
+    pub(super) fn of<'a>(
+        primitives: &[Primitive],
+        parts: impl Iterator<Item = (&'a DAffine3, &'a Self)> + Clone,
+    ) -> Self {
         let mut space = BoundingBox::NOTHING;
         for primitive in primitives {
             primitive.shape.each_ball(|middle, radius| space.add(middle, radius));
         }
-        let children = || {
-            let parts = uses.iter().map(|of| (&of.parent_from_child, &objects[of.child].bounds));
-            parts.filter(|(_, bounds)| !bounds.space.is_empty())
-        };
-        for (map, bounds) in children() {
+        let parts = parts.filter(|(_, bounds)| !bounds.space.is_empty());
+        for (map, bounds) in parts.clone() {
             space.include(&bounds.mapped_space(map));
         }
         if space.is_empty() {
@@ -96,7 +96,7 @@ impl Bounds {
         for primitive in primitives {
             primitive.shape.each_ball(|at, more| radius = radius.max(middle.distance(at) + more));
         }
-        for (map, bounds) in children() {
+        for (map, bounds) in parts {
             radius = radius.max(bounds.reach(map, middle));
         }
         // Both the balls of the parts and the box hold everything: the smaller one serves.
@@ -124,61 +124,5 @@ impl Bounds {
         let corners = self.space.corners().map(|corner| map.transform_point3(corner).distance(from));
         let of_box = corners.into_iter().fold(0.0, f64::max);
         of_box.min(ball.middle.distance(from) + ball.radius)
-    }
-}
-
-/// Returns the factor by which a linear map stretches at most: its largest singular value, the root of the largest
-/// eigenvalue of `map^T map`, in closed form (Smith, *Eigenvalues of a symmetric 3 x 3 matrix*, 1961).
-pub fn largest_stretch(map: &DMat3) -> f64 {
-    // A common factor keeps squares of large and small numbers within range.
-    let scale = map.to_cols_array().iter().fold(0.0f64, |most, value| most.max(value.abs()));
-    if scale == 0.0 {
-        return 0.0;
-    }
-    let map = *map * scale.recip();
-    let square = map.transpose() * map;
-    let mean = (square.x_axis.x + square.y_axis.y + square.z_axis.z) / 3.0;
-    let rest = square - DMat3::from_diagonal(DVec3::splat(mean));
-    let spread = (rest.to_cols_array().iter().map(|value| value * value).sum::<f64>() / 6.0).sqrt();
-    if spread <= f64::EPSILON * mean {
-        return scale * mean.sqrt();
-    }
-    let half = (0.5 * (rest * spread.recip()).determinant()).clamp(-1.0, 1.0);
-    scale * (mean + 2.0 * spread * (half.acos() / 3.0).cos()).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use quadratura_base::scene::synthetic::Rng;
-
-    #[test]
-    fn no_direction_is_stretched_more_than_the_largest_stretch_and_one_nearly_as_much() {
-        let mut rng = Rng::new(4);
-        for case in 0..200 {
-            let scale = 10f64.powi(case % 13 - 6);
-            let map = DMat3::from_cols_array(&std::array::from_fn(|_| scale * rng.between(-1.0, 1.0)));
-            let most = largest_stretch(&map);
-            let mut seen = 0.0f64;
-            let mut direction = DVec3::new(rng.unit() + 0.1, rng.unit(), rng.unit()).normalize();
-            for _ in 0..2000 {
-                seen = seen.max((map * direction).length());
-                // Power iteration towards the direction that is stretched most.
-                direction = (map.transpose() * (map * direction)).normalize();
-            }
-            // The closed form loses half of the digits where two singular values are nearly equal.
-            assert!(
-                seen <= most * (1.0 + 1e-7) && seen >= most * (1.0 - 1e-4),
-                "case {case}: {seen}, {most}"
-            );
-        }
-    }
-
-    #[test]
-    fn a_rotation_stretches_nothing_and_zero_everything_to_nothing() {
-        let turn = DMat3::from_rotation_x(0.3) * DMat3::from_rotation_z(1.2);
-        assert!((largest_stretch(&turn) - 1.0).abs() < 1e-7);
-        assert_eq!(largest_stretch(&DMat3::ZERO), 0.0);
-        assert_eq!(largest_stretch(&DMat3::from_diagonal(DVec3::new(-3.0, 1.0, 0.5))), 3.0);
     }
 }

@@ -1,32 +1,21 @@
 //! Brute force: every polygon of every instance is drawn, with 16 sub-pixels a pixel. It is the truth that other ways of
 //! drawing plants are compared with.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use glam::{DMat3, Vec3};
-use rayon::prelude::*;
 
-use super::drawer::{Canvas, Drawer, Facet};
-use super::mesh::Meshes;
+use super::bands::drawn;
+use super::drawer::Canvas;
+use super::facet::Facet;
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::shade::{Light, Reach, Surface, shade};
 use super::shades::{Shades, ViewShades};
 use super::view::View;
-use quadratura_base::error::{Error, Result};
+use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::light::srgb_from_linear;
 use quadratura_base::task::Task;
 use quadratura_view::Picture;
-
-/// The largest number of triangles of all instances that is drawn.
-pub const MOST_TRIANGLES: u64 = 1_000_000_000_000;
-
-/// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
-const BAND: u32 = 32;
-
-/// The stage that is reported for drawing the rows of a picture.
-const STAGE: &str = "draw plant";
 
 /// A picture of a plant, and what it cost.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,8 +29,8 @@ pub struct Drawing {
 /// Draws a plant without shadows.
 ///
 /// # Errors
-/// [`Error::Request`] for a plant of more than [`MOST_TRIANGLES`] or of none, and for a view that is not made of finite
-/// numbers; [`Error::Cancelled`].
+/// [`quadratura_base::Error::Request`] for a plant of more than [`super::MOST_TRIANGLES`] or of none, and for a view that is
+/// not made of finite numbers; [`quadratura_base::Error::Cancelled`].
 pub fn draw(plant: &Plant, view: &View, light: &Light, task: &Task) -> Result<Drawing> {
     draw_shaded(plant, view, light, None, task)
 }
@@ -140,59 +129,6 @@ pub(super) fn sums_of_light<const N: usize>(
     Ok(parts.fold(([Vec3::ZERO; N], 0), |(all, count), (sums, covered)| {
         (std::array::from_fn(|of| all[of] + sums[of]), count + covered)
     }))
-}
-
-/// Draws a plant in bands of rows, which begin as `begun` says; returns what `finished` makes of each, from the top, with the
-/// number of triangles.
-pub(super) fn drawn<C: Canvas, T: Send>(
-    plant: &Plant,
-    view: &View,
-    begun: &(dyn Fn(PixelRect) -> C + Sync),
-    finished: &(dyn Fn(&C) -> Vec<T> + Sync),
-    task: &Task,
-) -> Result<Vec<(Vec<T>, u64)>> {
-    check(plant, view)?;
-    let meshes = Meshes::in_full(plant);
-    let rect = view.rect();
-    let bands = bands(rect, BAND);
-    let done = AtomicU64::new(0);
-    bands
-        .par_iter()
-        .map(|band| {
-            let mut drawer = Drawer::new((plant, &meshes), view, (*band, begun(*band)), task);
-            drawer.visit(plant.root, &view.view_from_plant)?;
-            let band = (finished(&drawer.canvas), drawer.triangles);
-            task.step(STAGE, done.fetch_add(1, Ordering::Relaxed) + 1, bands.len() as u64)?;
-            Ok(band)
-        })
-        .collect()
-}
-
-/// Returns bands of up to `rows` rows each, from the top, that together are a view's pixels.
-pub(super) fn bands(rect: PixelRect, rows: u32) -> Vec<PixelRect> {
-    let band = |y: u32| PixelRect { x: 0, y: y as i32, w: rect.w, h: rows.min(rect.h - y) };
-    (0..rect.h).step_by(rows as usize).map(band).collect()
-}
-
-/// Refuses what cannot be drawn.
-pub(super) fn check(plant: &Plant, view: &View) -> Result<()> {
-    let counts = plant.whole().counts;
-    if counts.triangles > MOST_TRIANGLES {
-        return Err(Error::Request(format!(
-            "the plant has {} triangles in {} sub-objects, counting every instance, and drawing polygons is limited to \
-             {MOST_TRIANGLES}; give a plant with fewer uses",
-            counts.triangles, counts.sub_objects
-        )));
-    }
-    if counts.triangles == 0 {
-        return Err(Error::Request("the plant has no polygons, so there is nothing to draw".into()));
-    }
-    if !view.view_from_plant.is_finite() {
-        return Err(Error::Request(
-            "the camera's pose is not made of finite numbers; correct the camera".into(),
-        ));
-    }
-    Ok(())
 }
 
 /// The lights in which a plant is drawn, which have the same directions.

@@ -2,16 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::primitive::{Corner, Limb, TriangleList};
-
-/// A point of a limb's centre line, with the radius there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CurvePoint {
-    /// The position.
-    pub position: DVec3,
-    /// The radius, at least 0.
-    pub radius: f64,
-}
+use super::primitive::{Corner, CurvePoint, Limb, TriangleList};
 
 /// A place on a curve and the direction of the curve there; both with the radius and its change as the fourth number.
 struct Place {

@@ -2,9 +2,10 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
+use super::bands::drawn;
 use super::bounds::Ball;
-use super::brute::drawn;
-use super::drawer::{Canvas, Facet};
+use super::drawer::Canvas;
+use super::facet::Facet;
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::view::{Projection, View};

@@ -4,9 +4,8 @@
 
 use std::f64::consts::PI;
 
-use super::bounds::largest_stretch;
-use super::curve::CurvePoint;
-use super::primitive::{Limb, Primitive, Shape};
+use super::primitive::{CurvePoint, Limb, Primitive, Shape};
+use super::stretch::largest_stretch;
 
 /// The deviation of the finest level after the full detail, as a share of the radius of the thickest limb. Each level deviates by twice as
 /// much as the one before.

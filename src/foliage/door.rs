@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use super::walk::mixed;
+use super::seed::mixed;
 
 /// The order in which the sub-pixels of a pixel open (Bayer 1973).
 pub(super) const BAYER: [u8; 16] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5];

@@ -5,14 +5,15 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::clip::clipped;
 use super::door::Door;
+use super::facet::Facet;
 use super::mesh::{Mesh, Meshes};
 use super::paint::{Change, PaintAt};
 use super::pixels::Pixels;
 use super::plant::{Plant, Use};
 use super::primitive::{Corner, Material};
 use super::raster::{Fragment, ImageCorner, Target, rasterise, share_in_pixel};
+use super::seed::mixed;
 use super::view::{HalfSpace, Projection, View, normal_map};
-use super::walk::mixed;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
@@ -28,29 +29,6 @@ pub(super) trait Canvas {
     }
     /// Keeps these sub-pixels of a fragment.
     fn put(&mut self, fragment: &Fragment, visible: u16, facet: &Facet);
-}
-
-/// The surface of a fragment in the middle of its covered sub-pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Facet {
-    /// The normal in the view's frame, of length 1, or 0 where it has none; of a leaf it looks to the viewer.
-    pub normal: DVec3,
-    /// True where a surface that is no leaf looks away from the viewer.
-    pub is_back: bool,
-    /// The share of light that is reflected, in linear light.
-    pub reflected: Vec3,
-    /// The share that a leaf lets through; `None` for bark.
-    pub through: Option<Vec3>,
-}
-
-impl Facet {
-    /// Returns the surface with paint on it.
-    fn painted(mut self, change: &Change) -> Self {
-        let before = self.reflected;
-        self.reflected = change.reflected(before);
-        self.through = self.through.map(|through| change.through(through, before, self.reflected));
-        self
-    }
 }
 
 /// A corner of the present instance, in the view's frame and, where it has one, in the image.

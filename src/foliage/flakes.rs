@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use super::brute::check;
+use super::bands::check;
 use super::directions::{Directions, Serving};
 use super::door::{Door, Doors};
 use super::drawer::Drawer;

@@ -6,10 +6,9 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::assemble::{Draft, DraftUse, PlantFlaw, assemble};
-use super::curve::CurvePoint;
 use super::leaf_picture::{OUTER, leaf_picture};
 use super::plant::Plant;
-use super::primitive::{Corner, Limb, Material, Primitive, Shape};
+use super::primitive::{Corner, CurvePoint, Limb, Material, Primitive, Shape};
 use super::species::{Blade, Level, Profile, Species};
 use quadratura_base::scene::synthetic::Rng;
 

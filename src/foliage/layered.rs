@@ -3,8 +3,9 @@
 
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 
-use super::brute::check;
-use super::drawer::{Canvas, Drawer, Facet};
+use super::bands::check;
+use super::drawer::{Canvas, Drawer};
+use super::facet::Facet;
 use super::images::PlantImages;
 use super::listed::{ImageCost, in_bands, meshes_of, rgba_of_light};
 use super::mbuffer::{Layer, LayeredPixels, Sample, Slabs};

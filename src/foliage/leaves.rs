@@ -1,10 +1,9 @@
 //! How long the leaves of a sub-object are.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
-use super::bounds::largest_stretch;
-use super::plant::{SubObject, Use};
 use super::primitive::{Primitive, Shape};
+use super::stretch::largest_stretch;
 
 /// The lengths of the leaves of a sub-object with all that it uses, every instance counted: the length of a leaf is the diagonal of
 /// its polygon's box.
@@ -17,15 +16,17 @@ pub struct Leaves {
 }
 
 impl Leaves {
-    /// Measures the leaves of primitives, and of uses of `objects`, whose leaves are known.
-    pub(super) fn of(primitives: &[Primitive], uses: &[Use], objects: &[SubObject]) -> Self {
+    /// Measures the leaves of primitives and of parts, given the maps and the leaves of these.
+    pub(super) fn of<'a>(
+        primitives: &[Primitive],
+        parts: impl Iterator<Item = (&'a DAffine3, &'a Self)>,
+    ) -> Self {
         let mut of = Self::default();
         for primitive in primitives.iter().filter(|primitive| primitive.material.leaf) {
             each_length(&primitive.shape, |length| of.add(length, 1.0));
         }
-        for used in uses {
-            let Self { sum, count } = objects[used.child].leaves;
-            of.add(sum * largest_stretch(&used.parent_from_child.matrix3), count);
+        for (map, Self { sum, count }) in parts {
+            of.add(sum * largest_stretch(&map.matrix3), *count);
         }
         of
     }

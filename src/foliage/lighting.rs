@@ -2,7 +2,8 @@
 
 use glam::{DVec2, Mat3, Vec3};
 
-use super::drawer::{Canvas, Facet};
+use super::drawer::Canvas;
+use super::facet::Facet;
 use super::flake::FlakeBuffer;
 use super::images::MBuffer;
 use super::listed::rgba_of_light;

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::brute::bands;
+use super::bands::{STAGE, bands};
 use super::mesh::Meshes;
 use super::plant::Plant;
 use super::walk::{Drawn, Part};
@@ -15,9 +15,6 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::light::srgb_from_linear;
 use quadratura_base::task::Task;
 use quadratura_view::Picture;
-
-/// The stage that is reported for drawing the rows of a picture.
-const STAGE: &str = "draw plant";
 
 /// What a picture from images cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use super::drawer::Facet;
+use super::facet::Facet;
 
 /// What is added to a layered pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,11 +2,27 @@
 //!
 //! A [`Plant`] is what Max 1996 (*Hierarchical Rendering of Trees from Precomputed Multi-Layer Z-Buffers*) makes trees
 //! from: sub-objects that use each other, from leaf to tree. [`Draft`]s become a plant by [`assemble`], which counts and
-//! bounds each sub-object once; [`grow`] makes plants from numbers; [`draw`] draws every polygon of every instance.
+//! bounds each sub-object once; [`grow`] makes plants from numbers; [`draw`] draws every polygon of every instance. [`files`] reads
+//! and writes plants, their images and lists of trees.
+//!
+//! | modules | contents |
+//! |---|---|
+//! | `stretch`, `order`, `seed`, `directions`, `normal`, `pixels`, `raster`, `shade`, `ratio`, `species`, `similarity`, `jump` | what knows no plant: maps, numbers and pictures; fragments of triangles; light on a surface; how like two pictures are |
+//! | `primitive`, `curve`, `detail`, `bounds`, `leaves`, `plant`, `mesh`, `view`, `facet`, `mbuffer`, `images`, `paint` | a plant as data: its graph, its triangles, views of it, its images and its paint |
+//! | `assemble`, `leaf_picture`, `grow`, `stature`, `balls`, `synthetic` | plants are put together, grown and measured |
+//! | `clip`, `door`, `drawer`, `bands` | polygons are drawn onto a canvas |
+//! | `depths`, `shadow`, `openness`, `sunlit`, `shades`, `brute` | what keeps light from a plant, and pictures of all its polygons |
+//! | `walk`, `pace`, `listed`, `lighting`, `place`, `reproject`, `planes`, `flake`, `texels`, `layered`, `flakes`, `in_view` | pictures from the images of its sub-objects |
+//! | `gains`, `bake` | these images are made |
+//! | `wood`, `cast`, `sun_views` | the trees of a site, and their shadows |
+//! | `files` | files of plants, of their images, and of lists of trees |
+//!
+//! A module uses only modules of its own row and of rows above it in this table.
 
 mod assemble;
 mod bake;
 mod balls;
+mod bands;
 mod bounds;
 mod brute;
 mod cast;
@@ -17,6 +33,8 @@ mod detail;
 pub mod directions;
 mod door;
 mod drawer;
+mod facet;
+pub mod files;
 mod flake;
 mod flakes;
 mod gains;
@@ -44,12 +62,14 @@ mod primitive;
 pub mod raster;
 mod ratio;
 mod reproject;
+mod seed;
 mod shade;
 mod shades;
 mod shadow;
 mod similarity;
 mod species;
 mod stature;
+mod stretch;
 mod sun_views;
 mod sunlit;
 pub mod synthetic;
@@ -59,15 +79,18 @@ mod walk;
 mod wood;
 
 #[cfg(test)]
+#[path = "../../tests/common/mutations.rs"]
+mod mutations;
+#[cfg(test)]
 mod tests;
 
 pub use assemble::{Draft, DraftUse, PlantFlaw, assemble};
 pub use bake::{BakeOptions, bake, finest_copy};
 pub use balls::balls;
-pub use bounds::{Ball, BoundingBox, Bounds, largest_stretch};
-pub use brute::{Drawing, InLights, MOST_TRIANGLES, draw, draw_in_lights, draw_shaded, silhouette};
+pub use bands::MOST_TRIANGLES;
+pub use bounds::{Ball, BoundingBox, Bounds};
+pub use brute::{Drawing, InLights, draw, draw_in_lights, draw_shaded, silhouette};
 pub use cast::{CastShadows, SUN_TANGENT, left_in_shadow};
-pub use curve::CurvePoint;
 pub use directions::Directions;
 pub use door::Door;
 pub use flakes::{FlakeOptions, Texels, draw_flakes};
@@ -89,7 +112,7 @@ pub use paint::{
 };
 pub use pixels::{Pixels, Wrap};
 pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
-pub use primitive::{Corner, Limb, Material, Primitive, Shape, TriangleList};
+pub use primitive::{Corner, CurvePoint, Limb, Material, Primitive, Shape, TriangleList};
 pub use ratio::{MOST_RATIOS, RATIO_CELLS, RatioImage, RatioInView, RatiosInView};
 pub use shade::{Light, Reach, Surface, shade};
 pub use shades::{Shades, SunShade};
@@ -97,6 +120,7 @@ pub use shadow::{Caster, Shadow};
 pub use similarity::{Similarity, similarity};
 pub use species::{Bark, Blade, LeafShape, Level, Profile, Species};
 pub use stature::{Stature, level_axes};
+pub use stretch::largest_stretch;
 pub use sun_views::{MOST_SUN_VIEWS, SunScene, SunView, TAKES_OVER, sun_views};
 pub use sunlit::{SUNLIT_CELLS, Sunlit};
 pub use view::{Projection, View, sees};

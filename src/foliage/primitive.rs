@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::curve::CurvePoint;
 use super::pixels::{Pixels, Wrap};
+use super::stretch::largest_stretch;
 
 /// How a surface answers light. Colours are linear light, 0..=1.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,6 +43,15 @@ pub struct Corner {
     pub normal: DVec3,
     /// The place in the picture: (0, 0) is its top left corner, (1, 1) the bottom right one.
     pub texture: DVec2,
+}
+
+/// A point of a limb's centre line, with the radius there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// The position.
+    pub position: DVec3,
+    /// The radius, at least 0.
+    pub radius: f64,
 }
 
 /// A tube whose centre line and radius are Bezier curves (Max 1996).
@@ -121,7 +130,7 @@ impl Shape {
             Self::Polygon(corners) => corners.iter().for_each(|corner| visit(corner.position, 0.0)),
             Self::Triangles(list) => list.corners.iter().for_each(|corner| visit(corner.position, 0.0)),
             Self::Limb(limb) => {
-                let stretch = super::bounds::largest_stretch(&limb.object_from_limb.matrix3);
+                let stretch = largest_stretch(&limb.object_from_limb.matrix3);
                 let at = |point: &CurvePoint| limb.object_from_limb.transform_point3(point.position);
                 limb.points.iter().for_each(|point| visit(at(point), stretch * point.radius));
             }

@@ -2,10 +2,12 @@
 
 use glam::DAffine3;
 
-use super::bounds::{Ball, largest_stretch};
+use super::bounds::Ball;
 use super::door::Door;
 use super::images::PlantImages;
 use super::plant::{Plant, Use};
+use super::seed::mixed;
+use super::stretch::largest_stretch;
 use super::view::{HalfSpace, Projection, View};
 
 /// When a sub-object is drawn by its image.
@@ -247,14 +249,6 @@ fn pixels_per_unit(projection: &Projection, depth: f64) -> f64 {
         Projection::Perspective { camera, .. } if depth > 0.0 => camera.fx.max(camera.fy) / depth,
         Projection::Perspective { .. } => f64::INFINITY,
     }
-}
-
-/// Returns a number whose bits all depend on all bits of another (Steele, Lea & Flood 2014, the finaliser of *SplitMix*).
-pub(super) fn mixed(of: u64) -> u64 {
-    let mut bits = of.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    bits ^ (bits >> 31)
 }
 
 #[cfg(test)]

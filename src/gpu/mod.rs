@@ -11,6 +11,18 @@
 //!
 //! [`GpuRasteriser`] holds the pipelines and runs the passes in this order. Photos are drawn in bands of
 //! whole rows, so that textures and buffers stay within the limits of the adapter.
+//!
+//! | modules | contents |
+//! |---|---|
+//! | `device`, `bindings`, `readback` | the device, what is bound on it, and what is read back |
+//! | `blocks`, `pyramids`, `texture_statistics`, `atlas`, `tile_store` | texture memory |
+//! | `frame`, `drawing`, `scan`, `workspace` | what passes of the visibility sort share: a band's rows, triangles and buffers |
+//! | `nearest`, `presence`, `count`, `fill`, `pairs`, `farthest` | its passes |
+//! | `run`, `rasteriser`, `lists`, `mark`, `stencil` | the order in which they run, and peeling, which runs them again |
+//! | `renderer` | novel views |
+//! | `ldi` | novel views from layered depth images |
+//!
+//! A module uses only modules of its own row and of rows above it in this table.
 
 mod atlas;
 mod bindings;

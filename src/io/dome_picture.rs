@@ -11,13 +11,13 @@ use image::codecs::hdr::HdrEncoder;
 use image::{DynamicImage, ImageError, ImageReader, Rgb};
 use png::{BitDepth, ColorType, Encoder};
 
-use super::layer_png::io_error;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Image;
 use quadratura_base::scene::light::linear_of_srgb;
 use quadratura_files::atomic::write_atomically_with;
 use quadratura_files::guarded::guarded;
+use quadratura_files::png_error::io_error;
 use quadratura_view::srgb::Srgb;
 
 /// What to do about a picture of another shape.

@@ -10,6 +10,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Sample;
 use quadratura_base::scene::pixels::{PhotoPixels, Samples};
+use quadratura_files::png_error::io_error;
 use quadratura_layers::content::PixelSpan;
 
 /// The pixels of a photo that belong to an image layer, in photo coordinates.
@@ -199,14 +200,6 @@ fn encode(
     // as long to read: castle, 2.1 against 1.0 s of processor time for all of its layers.
     encoder.set_filter(Filter::Up);
     encoder.write_header()?.write_image_data(data)
-}
-
-/// Returns the system's own error, so that a full disk, for example, is still recognised.
-pub fn io_error(error: png::EncodingError) -> std::io::Error {
-    match error {
-        png::EncodingError::IoError(error) => error,
-        error => error.into(),
-    }
 }
 
 /// A writer that counts the bytes that it passes on.

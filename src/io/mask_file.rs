@@ -7,11 +7,11 @@ use std::path::Path;
 
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Reader, Transformations};
 
-use crate::photo::{check_photo, is_photo, read_photo};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::raster::in_8_bits;
 use quadratura_files::guarded::guarded;
+use quadratura_import::photo::{check_photo, is_photo, read_photo};
 
 /// The middle of the range of 8 bits: darker samples are masked if alpha is at least this.
 const HALF: u8 = 128;

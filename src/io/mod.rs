@@ -1,10 +1,8 @@
-//! Reads and writes the files of a project: cameras, models, photos, stacks, paint, layered images. Each
-//! format has a file or a folder of its own.
+//! Reads and writes the files of a project: stacks, paint, masks, layered images, videos. Each format has a file or a folder of its
+//! own.
 
-pub mod agreement_file;
 pub mod baselines;
 pub mod camera_path;
-pub mod cameras;
 pub mod colour;
 pub mod depth_image;
 pub mod documents;
@@ -17,39 +15,28 @@ pub mod known_projects;
 pub mod layer_png;
 pub mod layer_reader;
 pub mod layered;
-pub mod ldi_file;
-pub mod ldi_layers;
-pub mod ldi_mesh;
-pub mod ldi_page;
 pub mod mask_file;
 pub mod mask_store;
-pub mod matte_file;
-pub mod models;
 #[cfg(test)]
 mod mutated;
 pub mod overlay;
 pub mod paint_store;
-pub mod photo;
 pub mod photo_list;
 pub mod picture_exr;
 pub mod picture_png;
-pub mod plant_images;
-pub mod plants;
 pub mod programs;
 pub mod project;
 pub mod recovery;
 pub mod reference;
-pub mod relief_file;
 pub mod stack_files;
 pub mod stack_readers;
 pub mod stack_store;
 pub mod stroke_file;
-pub mod surroundings_file;
 pub mod thumbnails;
-pub mod tree_list;
 pub mod tree_paint;
+pub mod unmasked;
 pub mod watch;
 
 #[cfg(test)]
-#[path = "../../tests/common/left_out.rs"]
-mod left_out;
+#[path = "../../tests/common/mutations.rs"]
+mod mutations;

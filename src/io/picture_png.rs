@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 
-use super::layer_png::io_error;
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::{remove_dead_leftovers, write_atomically_with};
 use quadratura_files::hash::hash_bytes;
+use quadratura_files::png_error::io_error;
 
 /// Keyword of the text chunk.
 pub(super) const MADE_BY: &str = "quadratura";

@@ -1,5 +1,5 @@
 //! Layered depth images: the view of one pinhole camera that keeps, at every pixel, all surfaces along the ray. New views
-//! are made by moving its pixels, at a cost that depends on their number alone.
+//! are made by moving its pixels, at a cost that depends on their number alone. [`file`], [`layers`], [`mesh`] and [`page`] are their files.
 //!
 //! Gortler, He & Cohen, *Rendering Layered Depth Images* (MSR-TR-97-09, 1997), called "the paper" in this module.
 
@@ -8,14 +8,17 @@ pub mod combine;
 pub mod cracks;
 pub mod cube;
 pub mod device;
+pub mod file;
 pub mod finish;
 pub mod holes;
 pub mod layout;
 pub mod lean;
 pub mod levels;
 pub mod merge;
+pub mod mesh;
 pub mod occluders;
 pub mod order;
+pub mod page;
 pub mod report;
 pub mod segments;
 pub mod set;

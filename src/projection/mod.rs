@@ -1,5 +1,17 @@
 //! Novel views, for which the edited layers are projected back onto the model: the image layers that may texture a face, exposure,
 //! relief, surroundings. `gpu` draws the views.
+//!
+//! | modules | contents |
+//! |---|---|
+//! | [`frustum`], [`footprint`], [`framing`], [`backdrops`], [`exploded`], [`hatching`], [`back_to_front`], [`peeling`], [`continuation`], [`reduced`], `reducer` | what knows no layer textures: projections, orders and layers of a view, images at smaller sizes |
+//! | [`sources`], `one_photo`, [`sides`], [`turned`], [`agreement`], `texels`, `texture_memory` | photos and their layer textures, which of these may texture which side of a face, and their texels |
+//! | [`surface`], [`best_view`], [`relief`], [`skirts`] | the surface: rays, heights over coarse faces, strips along outlines |
+//! | [`dome`], [`surroundings`], [`cells`] | what is seen where no face is; shortlists of photos |
+//! | [`exposure`] | the brightness of photos and views |
+//! | `sliced`, `renders` | the interface of renderers |
+//! | [`twin`] | the CPU reference of the renderer |
+//!
+//! A module uses only modules of its own row and of rows above it in this table.
 
 pub mod agreement;
 pub mod back_to_front;

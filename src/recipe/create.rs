@@ -15,7 +15,7 @@ use quadratura_base::task::Task;
 use quadratura_document::project::PROJECT_VERSION;
 use quadratura_document::{ColourDecisions, Decisions, Masks, Project, Trees};
 use quadratura_files::lock::{LOCK_FILE, ProjectLock};
-use quadratura_io::cameras::check_exists;
+use quadratura_import::cameras::check_exists;
 use quadratura_io::project::{check_is_empty, relative_to, write_project};
 use quadratura_layers::Options;
 use quadratura_layers::fill::{FillOptions, Propagation};

@@ -16,7 +16,7 @@ use quadratura_document::{ColourDecisions, Stack};
 use quadratura_files::atomic::write_atomically;
 use quadratura_files::hash::hash_bytes;
 use quadratura_files::json::{read_json, to_json};
-use quadratura_io::photo::read_unmasked;
+use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::exposure::patch::patch_colour;
 use quadratura_projection::exposure::{
     Estimate, ExposureOptions, LightGroups, MeasuredColours, PatchColour, RayVisibility, Vignetting,

@@ -11,7 +11,7 @@ use quadratura_base::scene::Model;
 use quadratura_base::scene::alike::nfc;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
-use quadratura_io::cameras::{Cameras, read_cameras_of};
+use quadratura_import::cameras::{Cameras, read_cameras_of};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::project::resolved;
 

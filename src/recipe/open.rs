@@ -17,10 +17,10 @@ use quadratura_base::scene::{up, up_of};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::masks::{Mask, MaskOrigin};
-use quadratura_io::cameras::{CameraPhoto, Cameras, read_cameras_of};
+use quadratura_import::cameras::{CameraPhoto, Cameras, read_cameras_of};
+use quadratura_import::models::read_model;
 use quadratura_io::mask_file::check_mask;
 use quadratura_io::mask_store::MaskStore;
-use quadratura_io::models::read_model;
 use quadratura_io::project::{PROJECT_FILE, read_project, resolved, respelled};
 
 /// A project and the site that it describes.

@@ -8,8 +8,8 @@ use quadratura_base::scene::Photo;
 use quadratura_base::scene::alike::composed;
 use quadratura_base::task::Task;
 use quadratura_document::names::file_name_of_photo;
-use quadratura_io::cameras::CameraPhoto;
-use quadratura_io::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
+use quadratura_import::cameras::CameraPhoto;
+use quadratura_import::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
 
 /// The plan for importing a photo.
 pub(super) struct PhotoPlan {

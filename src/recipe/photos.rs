@@ -16,8 +16,8 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Photo;
 use quadratura_base::scene::alike::{composed, folded};
 use quadratura_base::task::Task;
-use quadratura_io::cameras::{CameraPhoto, Cameras};
-use quadratura_io::photo::{Match, PhotoFolder};
+use quadratura_import::cameras::{CameraPhoto, Cameras};
+use quadratura_import::photo::{Match, PhotoFolder};
 
 /// The result of [`import_photos`].
 #[derive(Debug, Default)]
@@ -174,8 +174,8 @@ mod tests {
 
     use super::*;
     use quadratura_base::geometry::{Lens, Pinhole, Pose};
-    use quadratura_io::cameras::read_cameras;
-    use quadratura_io::photo::read_photo;
+    use quadratura_import::cameras::read_cameras;
+    use quadratura_import::photo::read_photo;
 
     fn camera_photo(name: &str) -> CameraPhoto {
         CameraPhoto {

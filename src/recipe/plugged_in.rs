@@ -29,7 +29,7 @@ use quadratura_base::task::Task;
 use quadratura_document::export_record::ExportFormat;
 use quadratura_document::{ColourDecisions, Project};
 use quadratura_foliage::Wood;
-use quadratura_io::cameras::accepted;
+use quadratura_import::cameras::accepted;
 use quadratura_io::documents::documents;
 use quadratura_io::layered::format::{extensions, file_names};
 use quadratura_io::layered::read_layered;
@@ -49,7 +49,7 @@ use quadratura_view::{DisplayMode, Picture, Shot};
 
 /// A folder with two photos, their dummy cameras and a model.
 fn site() -> tempfile::TempDir {
-    quadratura_io::cameras::plug_in(&cameras::Dummy);
+    quadratura_import::cameras::plug_in(&cameras::Dummy);
     quadratura_io::layered::format::plug_in(layered::FORMAT);
     let root = tempfile::tempdir().unwrap();
     fs::create_dir(root.path().join("photos")).unwrap();

@@ -9,7 +9,7 @@ use super::open::Opened;
 use quadratura_base::error::{Error, Result};
 use quadratura_document::Project;
 use quadratura_files::atomic::write_atomically_with;
-use quadratura_io::cameras::check_exists;
+use quadratura_import::cameras::check_exists;
 use quadratura_io::project::{read_project, relative_to, write_project};
 
 /// Returns the absolute, normalised paths of a project's parts according to `project.json`, whether they exist or

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_files::stamp::Stamp;
-use quadratura_io::cameras::camera_files;
+use quadratura_import::cameras::camera_files;
+use quadratura_import::photo::PhotoFolder;
 use quadratura_io::mask_store::MaskStore;
-use quadratura_io::photo::PhotoFolder;
 use quadratura_io::project::resolved;
 
 /// The lengths and modification times of the files that a site was read from.

@@ -5,7 +5,7 @@ use std::path::Path;
 use quadratura_base::error::Result;
 use quadratura_base::raster::in_8_bits;
 use quadratura_base::scene::{Photo, PhotoPixels};
-use quadratura_io::photo::{picture_size, read_photo};
+use quadratura_import::photo::{picture_size, read_photo};
 use quadratura_io::thumbnails::{ThumbnailStamp, Thumbnails};
 use quadratura_view::Picture;
 

@@ -11,7 +11,7 @@ use super::views::RequestedView;
 use quadratura_base::error::Result;
 use quadratura_base::scene::{CameraExposure, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_io::photo::{Match, PhotoFolder, read_exposure};
+use quadratura_import::photo::{Match, PhotoFolder, read_exposure};
 use quadratura_io::project::resolved;
 use quadratura_projection::exposure::Estimate;
 

@@ -11,6 +11,7 @@ pub const FACADE: &[&str] =
 pub const FLOORS: &[&[&str]] = &[
     &["base"],
     &["files", "view"],
+    &["import"],
     &["projection", "foliage", "ldi"],
     &["layers"],
     &["document"],
@@ -20,9 +21,6 @@ pub const FLOORS: &[&[&str]] = &[
     &["cli"],
 ];
 
-/// The modules of `base` from the ground up.
-pub const FLOORS_OF_BASE: &[&str] = &["error", "task", "geometry", "raster", "scene"];
-
 /// Packages that one job needs, and the only places below `src/` that name them. Only the manifests of these rooms have them.
 const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("wgpu", &["gpu/"]),
@@ -31,22 +29,22 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("half", &["gpu/", "io/layered/xcf/"]),
     ("spade", &["base/geometry/"]),
     ("i_overlay", &["base/geometry/"]),
-    ("gltf", &["io/models/", "io/ldi_mesh/", "io/plants/gltf/"]),
+    ("gltf", &["import/models/", "foliage/files/gltf/"]),
     ("exr", &["io/depth_image/", "io/picture_exr.rs"]),
-    ("image", &["io/"]),
-    ("exif", &["io/photo/"]),
-    ("png", &["io/"]),
-    ("csv", &["io/tree_list.rs"]),
+    ("image", &["import/photo/", "io/", "ldi/page/"]),
+    ("exif", &["import/photo/"]),
+    ("png", &["files/png_error.rs", "import/photo/", "io/"]),
+    ("csv", &["foliage/files/list.rs"]),
     ("unicode_normalization", &["base/scene/alike.rs"]),
     ("chardetng", &["files/text.rs"]),
     ("encoding_rs", &["files/text.rs"]),
     ("moxcms", &["io/colour.rs"]),
     ("notify_debouncer_full", &["io/watch.rs"]),
     ("zip", &["io/layered/ora/"]),
-    ("flate2", &["io/layered/", "io/ldi_file/", "io/photo/tiff/", "io/plant_images/"]),
-    ("weezl", &["io/photo/tiff/"]),
+    ("flate2", &["files/deflated.rs", "io/layered/", "ldi/file/", "import/photo/tiff/"]),
+    ("weezl", &["import/photo/tiff/"]),
     ("roxmltree", &["io/layered/"]),
-    ("tempfile", &["files/", "io/"]),
+    ("tempfile", &["files/", "io/", "ldi/page/"]),
     ("petgraph", &["layers/"]),
     ("sysinfo", &["recipe/", "cli/"]),
     ("clap", &["cli/"]),
@@ -59,6 +57,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("rfd", &["app/"]),
     ("pulldown_cmark", &["app/work/pages.rs"]),
     ("rustix", &["app/shell/frame_times.rs", "app/work/priority.rs"]),
+    ("postcard", &["files/cached.rs"]),
     ("thiserror", &["base/error/mod.rs"]),
 ];
 
@@ -124,36 +123,6 @@ pub fn dependencies_out_of_place(room: &str, manifest: &str) -> Vec<String> {
         .into_iter()
         .filter(|package| PACKAGES_OF_ONE_JOB.iter().any(|(name, places)| name == package && !has(places)));
     strays.map(|package| format!("src/{room}/Cargo.toml: has no use for the package `{package}`")).collect()
-}
-
-/// Arrows between the modules of `base` that point up.
-pub fn forbidden_arrows(source: &Source) -> Vec<String> {
-    let floor_of = |module: &str| FLOORS_OF_BASE.iter().position(|other| *other == module);
-    let here = source.module_path();
-    let [base, own, ..] = here.as_slice() else { return Vec::new() };
-    if base != "base" {
-        return Vec::new();
-    }
-    let Some(own_floor) = floor_of(own) else {
-        return vec![format!("src/{}: module `{own}` is on no floor of `base`", source.path)];
-    };
-    let mut complaints = Vec::new();
-    for used in source.used_paths() {
-        let module = match used.segments.get(1).map_or("", String::as_str) {
-            "Error" | "Result" => "error",
-            module => module,
-        };
-        if module != own && floor_of(module).is_some_and(|floor| floor >= own_floor) {
-            let path = used.segments.join("::");
-            complaints.push(format!(
-                "src/{}:{}: `{own}` must not use `{path}`: arrows point down to {}",
-                source.path,
-                used.line,
-                FLOORS_OF_BASE[..own_floor].join(", ")
-            ));
-        }
-    }
-    complaints
 }
 
 /// What a public module of the library has besides `pub use` and documentation.

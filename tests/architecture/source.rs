@@ -1,6 +1,7 @@
 //! Rust source as the architecture test sees it: without comments, strings and tests, as tokens.
 
 /// A file below `src/`.
+#[derive(Clone)]
 pub struct Source {
     /// Below `src/`, with `/`: `layers/view.rs`.
     pub path: String,
@@ -31,9 +32,14 @@ impl Source {
     pub fn new(path: &str, text: &str) -> Self {
         let code = without_tests(&without_literals(text));
         let says_so = text.lines().any(|line| line == "#![cfg(test)]");
-        let is_test = path.ends_with("/tests.rs") || path.contains("/tests/") || says_so;
+        let is_test = has_path_of_tests(path) || says_so;
         let code = if is_test { "\n".repeat(text.lines().count()) } else { code };
         Self { path: path.into(), text: text.into(), code }
+    }
+
+    /// Returns true for a file of tests by its path.
+    pub fn is_test(&self) -> bool {
+        has_path_of_tests(&self.path)
     }
 
     /// The file's own place, with its room: `layers/view.rs` is `["layers", "view"]`.
@@ -68,6 +74,20 @@ impl Source {
         found
     }
 
+    /// The paths of what the file takes from its own modules, without its own place: `pub use error::{Error, Result};` names
+    /// `["error", "Error"]` and `["error", "Result"]`.
+    pub fn shown_names(&self) -> Vec<Vec<String>> {
+        let tokens = tokens(&self.code);
+        let mut found = Vec::new();
+        for at in (1..tokens.len()).filter(|at| tokens[at - 1].text == "use") {
+            let first = tokens[at].text;
+            if !matches!(first, "crate" | "super" | "self") && member(first).is_none() {
+                read_path(&tokens, at, &mut Vec::new(), &mut found);
+            }
+        }
+        found.into_iter().map(|used| used.segments).collect()
+    }
+
     /// The lines that name package `name` as the root of a path.
     pub fn lines_naming_package(&self, name: &str) -> Vec<usize> {
         let tokens = tokens(&self.code);
@@ -81,6 +101,10 @@ impl Source {
         };
         (0..tokens.len()).filter(|&at| is_root(at)).map(|at| tokens[at].line).collect()
     }
+}
+
+fn has_path_of_tests(path: &str) -> bool {
+    path.ends_with("/tests.rs") || path.contains("/tests/")
 }
 
 /// The room whose package the code calls so: `quadratura_layers` is `layers`.

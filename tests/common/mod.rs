@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 
 use quadratura::task::Task;
 use quadratura::testing::gpu::{Gpu, GpuRasteriser};
-use quadratura::testing::io::cameras::read_cameras;
-use quadratura::testing::io::models::read_model;
+use quadratura::testing::import::cameras::read_cameras;
+use quadratura::testing::import::models::read_model;
 use quadratura::testing::recipe::photos::import_photos;
 use quadratura::testing::scene::Site;
 

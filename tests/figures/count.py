@@ -443,10 +443,10 @@ def doctests():
 
 
 def commands_in_messages():
-    """Lines of `io` and `recipe` whose string literals tell a user to type a command of the program."""
+    """Lines of the rooms that read and write files, and of `recipe`, whose string literals tell a user to type a command of the program."""
     count = 0
     for source in SOURCES:
-        if source.room not in ("io", "recipe"):
+        if source.room not in ("import", "ldi", "foliage", "io", "recipe"):
             continue
         for line in source.text.splitlines():
             if not re.match(r"\s*//", line) and re.search(r'`quadratura |--[a-z]+(?:-[a-z]+)*`', line):
@@ -531,12 +531,15 @@ def main():
         row(f"  {room}", f"{files:>4} {lines:>7}")
     row("  all", f"{sum(f for f, _ in rooms.values()):>4} {sum(l for _, l in rooms.values()):>7}")
 
+    out.append("Circles of files that import each other, by room (the sizes of the largest five)")
+    for room in sorted(rooms):
+        row(f"  {room}", circles(room)[:5] or "none")
+
     out.append("The window")
     methods, blocks = editor_methods()
     row("  public fields of Editor", editor_fields())
     row("  methods of Editor, impl blocks", f"{methods}, {blocks}")
     row("  functions that draw (take a Ui) with &mut Editor", drawing_with_editor())
-    row("  circles of files in app that import each other", circles("app")[:5] or "none")
     row("  functions, unit tests in app", f"{functions_in('src/app/')}, {tests_in('src/app/')}")
     row("  of these: tests of actions, state and life cycle", tests_in("src/app/action/", "src/app/state/", "src/app/work/"))
 
@@ -564,7 +567,7 @@ def main():
     row("  public items (functions, types, traits, constants)", f"{total}  ({dict(sorted(kinds.items()))})")
     runs, compiles = doctests()
     row("  doctests that run, that are compiled only", f"{runs}, {compiles}")
-    row("  lines of io and recipe that tell to type a command", commands_in_messages())
+    row("  lines of readers, writers and recipe that tell to type a command", commands_in_messages())
     row("  bare indices in public signatures and fields", bare_indices())
 
     out.append("Pictures")

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use quadratura::task::Task;
-use quadratura::testing::io::cameras::read_cameras;
-use quadratura::testing::io::models::read_model;
+use quadratura::testing::import::cameras::read_cameras;
+use quadratura::testing::import::models::read_model;
 use quadratura::testing::layers::{Rasteriser, SoftwareRasteriser};
 use quadratura::testing::scene::synthetic::{Scene, Truth};
 use rayon::prelude::*;
@@ -34,7 +34,7 @@ fn photos(folder: &Path, model: &str) -> Vec<Scene> {
     let (model, _) = read_model(&folder.join(model), &task).expect("the model is well-formed");
     let model = Arc::new(model);
     let cameras = read_cameras(&folder.join("sparse"), &task).expect("so are its cameras");
-    let scene = |photo: quadratura::testing::io::cameras::CameraPhoto| {
+    let scene = |photo: quadratura::testing::import::cameras::CameraPhoto| {
         let (name, model, truth) = (photo.name, model.clone(), Truth::Unknown);
         Scene { name, model, camera: photo.camera, pose: photo.pose, truth }.resized(width())
     };

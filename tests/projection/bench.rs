@@ -10,7 +10,7 @@ use quadratura::task::Task;
 use quadratura::testing::document::{ColourDecisions, Decisions, Stack};
 use quadratura::testing::geometry::Pinhole;
 use quadratura::testing::gpu::{Gpu, GpuRasteriser, Renderer, TileStore};
-use quadratura::testing::io::photo::read_photo;
+use quadratura::testing::import::photo::read_photo;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;
 use quadratura::testing::projection::agreement::Agreement;

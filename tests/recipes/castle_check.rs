@@ -3,8 +3,8 @@
 use crate::common;
 use quadratura::task::Task;
 use quadratura::testing::geometry::{Similarity, axes};
-use quadratura::testing::io::cameras::read_cameras;
-use quadratura::testing::io::models::read_model;
+use quadratura::testing::import::cameras::read_cameras;
+use quadratura::testing::import::models::read_model;
 use quadratura::testing::layers::SoftwareRasteriser;
 use quadratura::testing::recipe::check::alignment::{Observation, agreement, best_alignment};
 use quadratura::testing::recipe::check::{CheckOptions, CheckedSurface, Verdict, check_site};
@@ -14,7 +14,7 @@ fn castle() -> Option<(Site, Vec<SparsePoint>)> {
     let folder = common::castle()?;
     let cameras = read_cameras(&folder.join("sparse"), &Task::silent()).unwrap();
     let (model, _) = read_model(&folder.join("castle.obj"), &Task::silent()).unwrap();
-    let photo = |p: quadratura::testing::io::cameras::CameraPhoto| Photo {
+    let photo = |p: quadratura::testing::import::cameras::CameraPhoto| Photo {
         file: folder.join("images").join(&p.name),
         name: p.name,
         camera: p.camera,

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::castle;
 use glam::DVec3;
 use quadratura::task::Task;
-use quadratura::testing::io::models::read_model;
+use quadratura::testing::import::models::read_model;
 use quadratura::testing::scene::{FaceId, Model};
 
 fn read(path: &Path) -> Model {

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::import::photo::read_photo;
 use quadratura::testing::io::layered::composite::lay_over;
 use quadratura::testing::io::layered::{Depth, EditedLayer, Raster, read_layered};
-use quadratura::testing::io::photo::read_photo;
 use serde_json::Value;
 
 use super::paper::Paper;

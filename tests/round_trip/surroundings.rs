@@ -5,9 +5,9 @@ use std::fs;
 
 use quadratura::task::Task;
 use quadratura::testing::document::stack::Stack;
+use quadratura::testing::import::photo::read_photo;
 use quadratura::testing::io::layered::{Raster, read_layered};
 use quadratura::testing::io::paint_store::PaintStore;
-use quadratura::testing::io::photo::read_photo;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::projection::Gains;
 use quadratura::testing::recipe::open::open;

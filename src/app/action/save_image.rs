@@ -14,7 +14,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_beside;
 use quadratura_gpu::start_device;
-use quadratura_io::ldi_file::Packing;
+use quadratura_ldi::file::Packing;
 use quadratura_recipe::ldi::export::{MeshOptions, export_page};
 use quadratura_recipe::ldi::{
     BuildCamera, BuildFrom, BuildRequest, Maker, SiteLdiOptions, StackLdiOptions, build_ldis,

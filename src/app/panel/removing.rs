@@ -5,7 +5,7 @@ use eframe::egui::{Context, RichText, Ui};
 use super::{answers_ui, counted};
 use crate::state::State;
 use crate::state::ask::{Ask, DecideAsk};
-use crate::state::lists::removing::PendingRemoval;
+use crate::state::lists::PendingRemoval;
 use crate::widget::dialog::{Dialog, Keys};
 
 /// The answer that confirms the removal.

@@ -5,6 +5,7 @@
 
 pub mod ask;
 pub mod checks;
+mod diagnostics;
 pub mod editing;
 pub mod facts;
 pub mod first_steps;

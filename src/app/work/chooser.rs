@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::waker::Waker;
 use crate::state::opening::{PathKind, Purpose};
-use quadratura_io::cameras::extensions;
+use quadratura_import::cameras::extensions;
 use quadratura_recipe::discover::SitePart;
 
 /// A dialog that answers faster than a user could click was never shown.

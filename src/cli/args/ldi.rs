@@ -10,8 +10,8 @@ use super::{PhotoArgs, PictureArgs};
 use crate::view_args::{QUALITIES, parse_scale};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
-use quadratura_io::cameras::accepted;
-use quadratura_io::ldi_file::{MOST_IMAGES, Packing};
+use quadratura_import::cameras::accepted;
+use quadratura_ldi::file::{MOST_IMAGES, Packing};
 use quadratura_ldi::merge::Merging;
 use quadratura_ldi::{Combining, Shown, SplatKind};
 use quadratura_recipe::ldi::export::MeshOptions;
@@ -114,15 +114,14 @@ impl LdiBuildArgs {
 
 #[derive(Debug, Args)]
 pub struct LdiInfoArgs {
-    /// A file, a folder that `ldi export --format layers` wrote, or a project folder
+    /// A file or a project folder
     #[arg(value_name = "FILE|PROJECT")]
     pub path: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub struct LdiRenderArgs {
-    /// The files, of single images, cubes or sets, and folders that `ldi export --format layers` wrote; with several, each view is made from the one with the camera that is
-    /// nearest to it
+    /// The files, of single images, cubes or sets; with several, each view is made from the one with the camera that is nearest to it
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     #[arg(long, value_name = "PATH", help = format!(
@@ -319,12 +318,12 @@ fn within(text: &str, low: f64, high: f64, expected: &str) -> std::result::Resul
 
 #[derive(Debug, Args)]
 pub struct LdiExportArgs {
-    /// The file, or a folder that --format layers wrote
+    /// The file
     pub file: PathBuf,
     /// What to write
     #[arg(long, value_enum)]
     pub format: LdiExportFormat,
-    /// The folder (page, layers) or file (.glb, .ply) to write. One that this program did not write, or that was changed since, stays, and
+    /// The folder (page) or file (.glb, .ply) to write. One that this program did not write, or that was changed since, stays, and
     /// NAME-2 is written
     #[arg(long, value_name = "PATH")]
     pub out: PathBuf,
@@ -350,8 +349,6 @@ pub enum LdiExportFormat {
     Page,
     /// Binary glTF: textured meshes without lighting, and the camera
     Glb,
-    /// A folder of pictures: colours, depths of 16 bits and surfaces of each layer, which can be read back
-    Layers,
     /// A cloud of points with colours and normals, binary PLY
     Ply,
 }

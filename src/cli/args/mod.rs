@@ -56,7 +56,7 @@ pub use number::whole;
 pub use one_of::one_of;
 use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
-use quadratura_io::cameras::accepted;
+use quadratura_import::cameras::accepted;
 use quadratura_recipe::budget::default_memory;
 use quadratura_recipe::open::Opened;
 

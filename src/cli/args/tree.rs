@@ -9,7 +9,7 @@ use super::one_of::one_of;
 use super::{PhotoArgs, PictureArgs, TreeExportArgs, TreeImportArgs};
 use crate::view_args::OnOff;
 use quadratura_document::trees::UpAxis;
-use quadratura_io::cameras::accepted;
+use quadratura_import::cameras::accepted;
 
 #[derive(Debug, Args)]
 pub struct TreeArgs {

@@ -14,7 +14,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_gpu::start_device;
-use quadratura_io::ldi_file::Packing;
+use quadratura_ldi::file::Packing;
 use quadratura_recipe::ldi::{
     BuildFrom, BuildRequest, BuiltLdi, DepthRequest, StackLdiOptions, build_ldis, build_of_depth_images,
 };

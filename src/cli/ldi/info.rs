@@ -12,8 +12,7 @@ use crate::words::{about_project, command_for_project, error_text};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
-use quadratura_io::ldi_file::{LdiCamera, LdiFile, LdiHeader, Packing, WholeRows};
-use quadratura_io::ldi_layers::{is_ldi_layers, read_ldi_layers};
+use quadratura_ldi::file::{LdiCamera, LdiFile, LdiHeader, Packing, WholeRows};
 use quadratura_ldi::{Arrangement, DepthPixelOrigin, Ldi};
 use quadratura_recipe::ldi::view::name_of;
 use quadratura_recipe::ldi::{LdiSite, LdiState, StackLdiOptions, ldi_state};
@@ -31,7 +30,6 @@ const ORIGINS: [(DepthPixelOrigin, &str, &str); 4] = [
 pub fn run(args: &LdiInfoArgs, task: &Task) -> Result<Outcome> {
     match &args.path {
         path if !path.is_dir() => of_file(path, task),
-        folder if is_ldi_layers(folder) => of_layers(folder, task),
         folder => of_project(folder, task),
     }
 }
@@ -48,18 +46,6 @@ fn of_file(path: &Path, task: &Task) -> Result<Outcome> {
     let packing = packing_name(header.packing);
     let json = described((header.camera, packing), &ldi, rows, bytes, &problems);
     Ok(Outcome { text: text(packing, &ldi, rows, bytes), json, problems })
-}
-
-/// Describes a folder of pictures of layers.
-fn of_layers(folder: &Path, task: &Task) -> Result<Outcome> {
-    let ldi = read_ldi_layers(folder, task)?;
-    let sizes = std::fs::read_dir(folder).map_err(Error::io(folder, "list it"))?;
-    let bytes =
-        sizes.flatten().filter_map(|entry| entry.metadata().ok()).map(|metadata| metadata.len()).sum();
-    let height = ldi.camera.height;
-    let rows = WholeRows { whole: height, height };
-    let json = described((LdiCamera::of_ldi(&ldi), "pictures"), &ldi, rows, bytes, &[]);
-    Ok(Outcome { text: text("pictures", &ldi, rows, bytes), json, problems: Vec::new() })
 }
 
 /// Returns the name of how a file is packed.

@@ -14,8 +14,8 @@ use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_document::trees::{Grown, PlantSource, TreeSpecies};
 use quadratura_document::{Masks, Project};
+use quadratura_foliage::files::list::read_tree_list;
 use quadratura_io::project::{relative_to, write_project};
-use quadratura_io::tree_list::read_tree_list;
 use quadratura_recipe::masks::{ClearedMasks, cleared};
 use quadratura_recipe::open::{Opened, open_site, whole_model};
 use quadratura_recipe::trees::edit::{

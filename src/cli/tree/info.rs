@@ -7,8 +7,8 @@ use crate::args::TreeInfoArgs;
 use crate::table::Table;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
+use quadratura_foliage::files::read_plant;
 use quadratura_foliage::{Material, Plant};
-use quadratura_io::plants::read_plant;
 
 /// The most sub-objects that are listed.
 const MOST_ROWS: usize = 40;

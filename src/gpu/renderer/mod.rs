@@ -11,6 +11,7 @@ mod frame;
 mod grids;
 mod packing;
 mod peel;
+mod pipeline;
 mod plants;
 mod program;
 mod project;
@@ -74,9 +75,6 @@ const CELLS_ACROSS: u32 = 60;
 const LEAST_CELL_PX: u32 = 16;
 /// The side of the cells from which the shares of groups of light are computed, in cells of the view.
 const CELLS_OF_SHARES: u32 = 4;
-
-/// The divisor of the texture memory for provenance colours, which have little detail.
-const ORIGINS_SHARE: u64 = 4;
 
 /// A renderer of views of one site. It is long-lived: textures, tables and pipelines are reused from view to
 /// view.

@@ -10,8 +10,9 @@ use wgpu::{
     BindGroup, BindGroupLayout, Extent3d, LoadOp, RenderPipeline, Texture, TextureUsages, TextureView,
 };
 
+use super::pipeline::{PipelineDescription, SURFACES};
 use super::program::Program;
-use super::project::{Pass, Passes, PipelineDescription, SURFACES, source};
+use super::project::{Pass, Passes, source};
 use super::target::{self, COLOR, FACES, Target, TargetKey};
 use super::{Prepared, Renderer};
 use crate::device::Gpu;

@@ -5,20 +5,19 @@ use std::slice;
 
 use rustc_hash::FxHashMap;
 
-use wgpu::{
-    BindGroup, BindGroupLayout, CompareFunction, RenderPipeline, ShaderStages, TextureFormat, TextureView,
-};
+use wgpu::{BindGroup, BindGroupLayout, RenderPipeline, ShaderStages, TextureView};
 
 use super::agreement::AgreementTexture;
 use super::grids::FaceGrids;
 use super::peel::Peeling;
+use super::pipeline::{PipelineDescription, SURFACES};
 use super::plants::slices::Slices;
 use super::plants::view::{BeginPass, Onto};
 use super::plants::{Plants, TreeProgram};
 use super::program::{self, Program};
 use super::shadows;
 use super::sky::SkyFactors;
-use super::surfaces::{Corner, ModelBuffers};
+use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
 use super::tables::{PhotoWords, Tables};
 use super::target::Target;
@@ -26,12 +25,10 @@ use super::texels::{self, TexelGroup};
 use crate::TileStore;
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
-use crate::drawing::DEPTH;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_projection::Sources;
 
-pub(super) const SURFACES: &str = include_str!("../../../shaders/surfaces.wgsl");
 const WEIGHTS: &str = include_str!("../../../shaders/weights.wgsl");
 const PROJECT: &str = include_str!("../../../shaders/project.wgsl");
 const SURROUNDINGS: &str = include_str!("../../../shaders/surroundings.wgsl");
@@ -336,62 +333,5 @@ fn attachment<'a>(pass: &Pass<'a>, program: Program, loads: bool) -> wgpu::Rende
             load: if loads { wgpu::LoadOp::Load } else { wgpu::LoadOp::Clear(clear) },
             store: wgpu::StoreOp::Store,
         },
-    }
-}
-
-/// The description of a pipeline.
-pub(super) struct PipelineDescription<'a> {
-    pub vertex: &'a str,
-    /// The entry point, and the format that it draws in; `None` for depth alone.
-    pub fragment: Option<(&'a str, Option<TextureFormat>)>,
-    pub groups: &'a [&'a BindGroupLayout],
-    pub samples: u32,
-    /// True when the vertices are corners of the model.
-    pub corners: bool,
-    /// True when its colours are multiplied by their alpha and are laid over what is there; false when they replace it.
-    pub blends: bool,
-}
-
-impl PipelineDescription<'_> {
-    pub(super) fn pipeline(&self, gpu: &Gpu, source: &str) -> RenderPipeline {
-        let module = bindings::shader(gpu, self.vertex, source);
-        let corner = wgpu::VertexBufferLayout {
-            array_stride: size_of::<Corner>() as u64,
-            step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Uint32],
-        };
-        let buffers = [Some(corner)];
-        let blend = self.blends.then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
-        let target = |format| wgpu::ColorTargetState { blend, ..wgpu::ColorTargetState::from(format) };
-        let targets = self.fragment.and_then(|(_, format)| format).map(|format| Some(target(format)));
-        let first = targets.is_none();
-        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(self.vertex),
-            layout: Some(&bindings::pipeline_layout(gpu, self.vertex, self.groups)),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some(self.vertex),
-                compilation_options: Default::default(),
-                buffers: if self.corners { &buffers } else { &[] },
-            },
-            // Faces are seen from either side.
-            primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH,
-                depth_write_enabled: Some(first),
-                depth_compare: Some(CompareFunction::GreaterEqual),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
-            multisample: wgpu::MultisampleState { count: self.samples, ..Default::default() },
-            fragment: self.fragment.map(|(entry, _)| wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                targets: targets.as_slice(),
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
     }
 }

@@ -15,11 +15,11 @@ use wgpu::{
 use self::maps::{Layer, Maps};
 use super::Renderer;
 use super::frame::FrameUniform;
+use super::pipeline::{PipelineDescription, SURFACES};
 use super::plants::slices::Slices;
 use super::plants::stock::Stock;
 use super::plants::view::{BeginPass, Onto, PlantsView};
 use super::plants::{Plants, TreeProgram};
-use super::project::{PipelineDescription, SURFACES};
 use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
 use super::tables::FaceCellsWords;

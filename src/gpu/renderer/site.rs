@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::Renderer;
 use super::agreement::AgreementTexture;
 use super::sky::SkyFactors;
 use super::surfaces::ModelBuffers;
 use super::tables::Tables;
-use super::{ORIGINS_SHARE, Renderer};
 use crate::{Gpu, TileStore};
 use quadratura_base::error::Result;
 use quadratura_base::scene::impostor::Facing;
@@ -24,6 +24,9 @@ use quadratura_projection::surface::Surface;
 use quadratura_projection::{
     Gains, LayerTextureId, SiteContent, SiteRenderer, Sources, Texels, TextureOptions,
 };
+
+/// The divisor of the texture memory for provenance colours, which have little detail.
+const ORIGINS_SHARE: u64 = 4;
 
 /// Starts the device on which sites are drawn.
 ///

@@ -11,14 +11,15 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use super::agreement::PlaceWords;
 use super::frame::FrameUniform;
 use super::grids::{FaceGridsWords, GridWords as FaceGridWords};
+use super::plants;
 use super::plants::daylight::{CrownWords, DaylightWords, GridWords};
 use super::plants::flake::{self, FlakeImageWords, FlakeRowsWords};
 use super::plants::flaked::{self, ShownWords};
 use super::plants::flakes::{self, Run};
 use super::plants::hidden::{self, TestedWords};
+use super::plants::pipeline::{self, Cuts, PlacementWords};
 use super::plants::ratio::RatioWords;
 use super::plants::species::MatterWords;
-use super::plants::{self, Cuts, PlacementWords};
 use super::program::{Content, Program};
 use super::project::{PhotoTable, source};
 use super::shadows::{ShadowsWords, SunViewWords};
@@ -181,7 +182,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
 fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
     assert!(plants::daylight::SOURCE.contains(&format!("const RATIO_CELLS = {RATIO_CELLS}.0;")));
     for (by_picture, by_door) in [(false, false), (true, false), (false, true), (true, true)] {
-        let source = plants::source(Cuts { by_picture, by_door });
+        let source = pipeline::source(Cuts { by_picture, by_door });
         let module =
             naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
         let capabilities = Capabilities::MULTISAMPLED_SHADING;

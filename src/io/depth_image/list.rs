@@ -7,9 +7,6 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::cameras::{Cameras, read_cameras};
-use crate::ldi_file::{LdiCamera, wrong_camera};
-use crate::photo::picture_size;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::SparsePoint;
@@ -18,6 +15,9 @@ use quadratura_base::task::Task;
 use quadratura_files::foreign_json::{no_number, read_foreign_json};
 use quadratura_files::json::in_words;
 use quadratura_files::named_file::NamedFiles;
+use quadratura_import::cameras::{Cameras, read_cameras};
+use quadratura_import::photo::picture_size;
+use quadratura_ldi::file::{LdiCamera, wrong_camera};
 use quadratura_ldi::layout::LONGEST_SIDE;
 
 /// The only version of the list.

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use png::{BitDepth, ColorType, Compression, Encoder, Writer};
 
 use super::VideoFormat;
-use crate::layer_png::io_error;
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::AtomicFile;
+use quadratura_files::png_error::io_error;
 
 /// The number of plays that stands for an endless loop.
 const ENDLESS: u32 = 0;

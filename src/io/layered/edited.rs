@@ -9,13 +9,16 @@ use std::sync::Arc;
 use super::depth::Depth;
 use super::grey::Grey;
 use super::raster::Raster;
-use super::read::SAVE_AGAIN;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::in_8_bits;
 use quadratura_base::scene::light::linear_of_srgb;
 use quadratura_document::export_record::ExportFormat;
 use quadratura_files::guarded::{file_being_decoded, guarded};
+
+/// The remedy for a file that is damaged.
+pub(super) const SAVE_AGAIN: &str =
+    "save it again in the image editor; paint that was imported from it before stays";
 
 /// The content of a layered file.
 #[derive(Debug)]

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind};
 use std::path::Path;
 
 use super::bytes::FileBytes;
-use super::edited::EditedDocument;
+use super::edited::{EditedDocument, SAVE_AGAIN};
 use super::format::{file_names, formats};
 use super::{KEY_FILE, folder};
 use crate::documents::is_document;
@@ -84,6 +84,3 @@ fn unknown(path: &Path, beginning: &[u8]) -> Error {
 }
 
 const AS_PSD: &str = "save it from the image editor as PSD";
-/// The remedy for a file that is damaged.
-pub(super) const SAVE_AGAIN: &str =
-    "save it again in the image editor; paint that was imported from it before stays";

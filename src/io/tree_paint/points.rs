@@ -6,8 +6,8 @@ use std::path::Path;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::plant_images::deflated::{Fault, deflated, first_line, inflated};
 use quadratura_base::error::{Error, Result};
+use quadratura_files::deflated::{Fault, deflated, first_line, inflated};
 use quadratura_foliage::{BesidePixel, Change, DIRECTION_NAMES, PaintPoint, PaintedSlab};
 
 /// The value of `format`.

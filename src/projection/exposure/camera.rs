@@ -7,7 +7,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{GainFit, Gains, LightGroups, Ratio, Shares, solve_gains, solve_in_groups};
+use super::groups::LightGroups;
+use super::ratios::Ratio;
+use super::solve::{GainFit, solve_gains, solve_in_groups};
 use quadratura_base::raster::robust::upper_median;
 
 /// The distance, as a natural logarithm, from what common points say at which a camera is not believed: half a stop. Apertures and
@@ -109,21 +111,6 @@ fn distances(logs: &[Option<f64>], fit: &GainFit) -> Vec<Option<f64>> {
     (0..logs.len()).map(distance).collect()
 }
 
-impl Gains {
-    /// Computes the log gain of a view whose camera wrote down this exposure, as a natural logarithm. What gains have beside the
-    /// cameras' exposures, white balance and filters, comes from the photos of the view.
-    pub(super) fn as_taken(&self, log: f64, shares: &Shares) -> [f64; 3] {
-        let (mut sum, mut all) = ([0.0; 3], 0.0);
-        for ((camera, gain), share) in self.camera.of_photo.iter().zip(&self.of_photo).zip(&shares.of_photo) {
-            let Some(camera) = camera else { continue };
-            (0..3).for_each(|c| sum[c] += share * (gain[c] - camera));
-            all += share;
-        }
-        let beside = if all > 0.0 { sum.map(|sum| sum / all) } else { [0.0; 3] };
-        beside.map(|beside| beside + log - self.camera.level)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,19 +147,5 @@ mod tests {
         let apart = CameraExposures::believed(&[Some(1.0), Some(2.0)], &fit(&[0.0; 2], &[0, 1]));
         assert_eq!((apart.of_photo, apart.off), (vec![Some(-0.5), Some(0.5)], None));
         assert_eq!(CameraExposures::believed(&[None; 4], &by_hand), CameraExposures::default());
-    }
-
-    #[test]
-    fn a_view_has_what_its_camera_wrote_down_and_the_white_balance_of_its_photos() {
-        let mut gains = Gains::none(3);
-        gains.of_photo = vec![[0.1, 0.0, -0.1], [0.6, 0.5, 0.4], [5.0; 3]];
-        gains.camera =
-            CameraExposures { of_photo: vec![Some(0.0), Some(0.5), None], level: 2.0, ..Default::default() };
-        let shares = Shares { of_photo: vec![0.25, 0.25, 0.5], of_common: 0.0, takes_part: vec![true; 3] };
-        let view = gains.as_taken(2.7, &shares);
-        assert!(
-            view.iter().zip([0.8, 0.7, 0.6]).all(|(gain, truth)| (gain - truth).abs() < 1e-12),
-            "{view:?}"
-        );
     }
 }

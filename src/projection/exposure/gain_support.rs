@@ -3,7 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{PatchColour, Ratio, SharedPoint};
+use super::patch::PatchColour;
+use super::points::SharedPoint;
+use super::ratios::Ratio;
 use quadratura_base::raster::robust::upper_median;
 
 /// The support of one photo's gain.

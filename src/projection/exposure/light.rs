@@ -2,7 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Gains, LightGroups, Meter, Shares, SurfaceGains};
+use super::gains::Gains;
+use super::groups::LightGroups;
+use super::meter::Meter;
+use super::near::Shares;
+use super::surface_gains::SurfaceGains;
 use quadratura_base::geometry::Pose;
 use quadratura_base::scene::PhotoId;
 

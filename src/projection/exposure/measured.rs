@@ -3,9 +3,11 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::points::typical_distance;
+use super::options::ExposureOptions;
+use super::patch::PatchColour;
+use super::points::{PointPatch, SharedPoint, Visibility, shared_points, typical_distance};
+use super::surface_gains::JoinedFaces;
 use super::whole::{PhotoPlace, places_of_photos};
-use super::{ExposureOptions, JoinedFaces, PatchColour, PointPatch, SharedPoint, Visibility, shared_points};
 use crate::Projector;
 use quadratura_base::error::Result;
 use quadratura_base::scene::PhotoId;

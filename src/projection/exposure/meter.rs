@@ -13,7 +13,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::near::Shares;
-use super::{PatchColour, SharedPoint};
+use super::patch::PatchColour;
+use super::points::SharedPoint;
 use crate::Projector;
 use quadratura_base::geometry::Pose;
 use quadratura_base::raster::robust::upper_median;

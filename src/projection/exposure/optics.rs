@@ -14,8 +14,11 @@
 //! ratios do not determine are kept near 0 by priors. (Goldman & Chen, *Vignette and Exposure Calibration and
 //! Compensation*, 2005, do so for panoramas, with a response curve that is not estimated here.)
 
+use super::options::{ExposureOptions, Vignetting};
+use super::patch::PatchColour;
+use super::points::SharedPoint;
+use super::ratios::Ratio;
 use super::solve::{CORRELATED, HUBER, LEAST_SIGMA, cholesky_solve};
-use super::{ExposureOptions, PatchColour, Ratio, SharedPoint, Vignetting};
 use crate::Projector;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::raster::robust::sigma;

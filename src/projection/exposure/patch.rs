@@ -1,10 +1,21 @@
-//! The mean colour of a patch of a photo.
+//! The mean colours of patches of photos.
 
 use glam::DVec2;
 
-use super::{MeanColour, PatchColour};
 use quadratura_base::scene::PhotoPixels;
 use quadratura_base::scene::light::LINEAR_FROM_BYTE;
+
+/// The colour of a patch; `None` where the photo does not show all of it.
+pub type PatchColour = Option<MeanColour>;
+
+/// The mean colour of a patch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanColour {
+    /// The mean in linear light, R, G, B, full range 1.
+    pub mean: [f64; 3],
+    /// True when no pixel is clipped or near black, so that ratios of the colour are ratios of exposures.
+    pub usable: bool,
+}
 
 /// Stored values (of 255) that are usable. Near black and white, sensors, film curves and JPEG are not
 /// linear, and ratios of values are not ratios of exposures.

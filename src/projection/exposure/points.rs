@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::{ExposureOptions, JoinedFaces};
+use super::options::ExposureOptions;
+use super::surface_gains::JoinedFaces;
 use crate::Projector;
 use crate::surface::Surface;
 use quadratura_base::error::Result;
@@ -13,7 +14,9 @@ use quadratura_base::geometry::Plane;
 use quadratura_base::raster::robust::upper_median;
 use quadratura_base::scene::{FaceId, Model, PhotoId};
 use quadratura_base::task::Task;
+use quadratura_view::Blend;
 use quadratura_view::weights::pixels_per_unit;
+use quadratura_view::weights::{Claim, border, octaves_missing};
 
 /// A surface point with the photos that show it, in the photos' order.
 #[derive(Debug, Clone, PartialEq)]
@@ -263,4 +266,25 @@ pub(super) fn patch_in(
 pub(super) fn typical_distance(points: &[SharedPoint]) -> f64 {
     let mut distances: Vec<f64> = points.iter().flat_map(|p| &p.patches).map(|p| p.distance).collect();
     upper_median(&mut distances).unwrap_or(1.0)
+}
+
+/// Returns the penalties of photos that show a point, by their patches, for a view like a photo's own patch.
+pub(super) fn penalties_of<'a>(
+    photos: &[Projector],
+    own: &PointPatch,
+    others: impl Iterator<Item = &'a PointPatch>,
+    blend: &Blend,
+) -> Vec<f64> {
+    let penalty = |patch: &PointPatch| {
+        let chord = (patch.towards_camera - own.towards_camera).length();
+        let claim = Claim {
+            angle: 2.0 * (0.5 * chord).min(1.0).asin(),
+            octaves: octaves_missing(own.px_per_unit, patch.px_per_unit),
+            border: border(&photos[patch.photo.index()].camera, patch.center_px),
+            confidence: 1.0,
+            agreement: 1.0,
+        };
+        claim.penalty(blend)
+    };
+    others.map(penalty).collect()
 }

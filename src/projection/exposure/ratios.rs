@@ -4,7 +4,8 @@ use glam::Vec2;
 use quadratura_base::scene::PhotoId;
 use rayon::prelude::*;
 
-use super::{PatchColour, PointPatch, SharedPoint};
+use super::patch::PatchColour;
+use super::points::{PointPatch, SharedPoint};
 
 /// The comparison of two photos at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::Shares;
+use super::near::Shares;
 use crate::Sources;
 use crate::cells::{Cells, ServerCandidate, Unknown, cells};
 use crate::relief::{FaceRelief, Relief};

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::{LightGroups, Ratio};
+use super::groups::LightGroups;
+use super::ratios::Ratio;
 use quadratura_base::raster::robust::{SIGMA_PER_MAD, upper_median};
 use quadratura_base::scene::PhotoId;
 

@@ -8,7 +8,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{LightGroups, PatchColour, SharedPoint};
+use super::groups::LightGroups;
+use super::patch::PatchColour;
+use super::points::SharedPoint;
 use quadratura_base::raster::robust::upper_median;
 use quadratura_base::scene::{FaceId, PhotoId};
 

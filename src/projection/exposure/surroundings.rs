@@ -5,11 +5,9 @@
 //! shows of the surroundings to one sky that all photos share (`layers::one_sky`). So there is no step where one
 //! photo ends. A photo's own camera shows the photo as it is; the factors take effect as the view leaves it.
 
-use std::sync::Arc;
-
 use glam::{DVec2, DVec3};
 
-use super::{Gains, Shares};
+use super::near::Shares;
 use crate::Projector;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::PhotoId;
@@ -26,7 +24,7 @@ const AWAY: f64 = 0.1;
 const BEYOND: f64 = 0.1;
 
 /// The factors of one photo on light in the common exposure, as natural logarithms, R, G, B.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SurroundingsFactors {
     /// That of the photo as a whole.
     pub offset: [f32; 3],
@@ -139,13 +137,6 @@ impl SurroundingsGains {
     /// Returns how far a view has left the own camera of each photo, 0 to 1.
     pub fn left(&self, shot: &Shot, photos: &[Projector]) -> Vec<f64> {
         photos.iter().map(|photo| left(shot, photo, self.scale)).collect()
-    }
-}
-
-impl Gains {
-    /// Returns the same with these gains of the surroundings.
-    pub fn with_surroundings(self, surroundings: Arc<SurroundingsGains>) -> Self {
-        Self { surroundings, ..self }
     }
 }
 

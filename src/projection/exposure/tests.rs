@@ -10,7 +10,7 @@ use quadratura_base::geometry::Pose;
 use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_view::optics::{ViewLens, squared_radius, squared_tangent};
+use quadratura_view::optics::{Optics, ViewLens, squared_radius, squared_tangent};
 use quadratura_view::{Exposure, Shot};
 
 mod light;

@@ -7,8 +7,8 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::points::{grid, patch_in};
-use super::{ExposureOptions, PointPatch, Visibility};
+use super::options::ExposureOptions;
+use super::points::{PointPatch, Visibility, grid, patch_in};
 use crate::Projector;
 use quadratura_base::scene::{FaceId, PhotoId};
 

@@ -11,8 +11,8 @@ use crate::legend_picture::{KeyList, draw_key};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::{Edges, Model, ObjectId, Photo};
+use quadratura_import::photo::read_photo;
 use quadratura_io::overlay::{Overlay, write_jpeg};
-use quadratura_io::photo::read_photo;
 
 /// The length of the picture's longer side in pixels.
 const LONGEST_SIDE: u32 = 2048;

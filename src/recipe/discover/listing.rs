@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_io::cameras::{CamerasThere, cameras_in};
-use quadratura_io::photo::EXTENSIONS;
+use quadratura_import::cameras::{CamerasThere, cameras_in};
+use quadratura_import::photo::EXTENSIONS;
 use quadratura_io::project::PROJECT_FILE;
 
 /// The deepest level of subfolders that is searched: enough for `dense/0/sparse/0`, and finite where links form

@@ -7,9 +7,9 @@ use super::{SitePart, SiteParts};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::stamp::Stamp;
-use quadratura_io::cameras::{CameraNames, read_names};
-use quadratura_io::models::read_model;
-use quadratura_io::photo::{Match, PhotoFolder};
+use quadratura_import::cameras::{CameraNames, read_names};
+use quadratura_import::models::read_model;
+use quadratura_import::photo::{Match, PhotoFolder};
 
 /// A folder of photos.
 #[derive(Debug)]

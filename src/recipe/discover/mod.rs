@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_io::cameras::{self, cameras_in, is_camera_file, read_names};
-use quadratura_io::photo::PhotoFolder;
+use quadratura_import::cameras::{self, cameras_in, is_camera_file, read_names};
+use quadratura_import::photo::PhotoFolder;
 use quadratura_io::project::check_is_empty;
 
 use listing::Listing;

@@ -25,12 +25,12 @@ use quadratura_document::paint::PaintBook;
 use quadratura_document::{ImageLayer, Stack};
 use quadratura_files::hash::hash_bytes;
 use quadratura_files::json::to_json;
+use quadratura_import::photo::read_photo;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::exports::{ExportStore, WrittenFiles};
 use quadratura_io::layered::Raster;
 use quadratura_io::layered::folder::NewFolder;
 use quadratura_io::paint_store::PaintStore;
-use quadratura_io::photo::read_photo;
 use quadratura_io::stack_store::StackStore;
 
 /// The report of one photo's export.

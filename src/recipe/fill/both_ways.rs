@@ -10,7 +10,7 @@ use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
 use quadratura_io::layered::Raster;
-use quadratura_io::photo::read_unmasked;
+use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::fill::FilledRegion;
 use quadratura_view::Picture;
 

@@ -8,7 +8,7 @@ use crate::open::Opened;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_io::photo::read_unmasked;
+use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::agreement::PhotoEvidence;
 use quadratura_layers::fill::{Donor, DonorContent, Donors, Surfaces};
 use quadratura_projection::Projector;

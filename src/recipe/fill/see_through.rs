@@ -6,7 +6,7 @@ use super::hidden::Hidden;
 use super::mattes::{Piece, SiteMattes};
 use quadratura_base::error::Result;
 use quadratura_base::scene::{Model, Photo, PhotoId, PhotoPixels};
-use quadratura_io::photo::read_unmasked;
+use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::fill::see_through::{
     MattePixels, MattedRegion, MattesOfSurface, SeeThroughLayer, SeeThroughPhoto, fill_see_through,
 };

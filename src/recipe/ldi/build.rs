@@ -13,9 +13,9 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_folder;
-use quadratura_io::ldi_file::{LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi};
 use quadratura_io::picture_png::make_folder;
 use quadratura_layers::device::StartDevice;
+use quadratura_ldi::file::{LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi};
 use quadratura_ldi::{Ldi, LdiReport};
 
 /// A request for layered depth images.

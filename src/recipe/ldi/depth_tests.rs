@@ -14,7 +14,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::task::{Event, Task};
 use quadratura_io::depth_image::DepthKind;
-use quadratura_io::ldi_file::{Packing, read_ldi, write_ldi};
+use quadratura_ldi::file::{Packing, read_ldi, write_ldi};
 use quadratura_ldi::spacing::{distance, entry_of, normal_of_plane};
 use quadratura_ldi::{DepthPixelOrigin, Ldi, LdiKind};
 

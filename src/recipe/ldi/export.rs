@@ -7,10 +7,10 @@ use glam::DVec3;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_beside;
-use quadratura_io::ldi_mesh::{Mesh, place_of_glb, write_glb};
-use quadratura_io::ldi_page::{Page, PageFile, place_of_page, write_page};
 use quadratura_io::picture_png::make_folder;
 use quadratura_ldi::lean::{SafeRegion, Window, seen};
+use quadratura_ldi::mesh::{Mesh, place_of_glb, write_glb};
+use quadratura_ldi::page::{Page, PageFile, place_of_page, write_page};
 use quadratura_ldi::segments::{SegmentOptions, Segments, segments};
 use quadratura_ldi::{Ldi, WarpOptions, warp};
 

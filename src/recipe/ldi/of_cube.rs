@@ -12,10 +12,10 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::up;
 use quadratura_base::task::Task;
-use quadratura_io::ldi_file::Packing;
 use quadratura_layers::device::StartDevice;
 use quadratura_ldi::Arrangement;
 use quadratura_ldi::cube::{FACE, FACE_NAMES, cube_cameras, upright};
+use quadratura_ldi::file::Packing;
 use quadratura_ldi::layout::LONGEST_SIDE;
 
 /// Sides of faces are multiples of this many pixels, so that levels halve them evenly.

@@ -9,7 +9,7 @@ use quadratura_base::task::Task;
 use quadratura_document::names::file_name_of_photo;
 use quadratura_files::free_path::{FreePath, free_path};
 use quadratura_files::writable::check_beside;
-use quadratura_io::ldi_file::LdiFile;
+use quadratura_ldi::file::LdiFile;
 use quadratura_ldi::{Arrangement, Ldi, LdiKind};
 
 /// Returns the file of a photo's layered depth image in the cache of the project in `folder`.

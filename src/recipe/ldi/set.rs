@@ -14,8 +14,8 @@ use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::geometry::{Pinhole, Plane, Pose};
 use quadratura_base::scene::{Model, Photo, PhotoId};
 use quadratura_base::task::Task;
-use quadratura_io::ldi_file::{PackedSet, Packing};
 use quadratura_layers::device::StartDevice;
+use quadratura_ldi::file::{PackedSet, Packing};
 use quadratura_ldi::set::{Chosen, chosen_for_set};
 use quadratura_ldi::{Arrangement, Ldi, LdiReport};
 use quadratura_projection::Projector;
@@ -283,7 +283,7 @@ mod tests {
         let adds: Vec<usize> = built.images.iter().map(|image| image.chosen.unwrap().adds).collect();
         assert!(adds.is_sorted_by(|a, b| a >= b) && adds.iter().all(|adds| *adds > 0), "{adds:?}");
         assert!(built.covered() as f64 >= ENOUGH * built.points as f64, "{adds:?} of {}", built.points);
-        let read = quadratura_io::ldi_file::read_ldi_set(&out, &Task::silent()).unwrap();
+        let read = quadratura_ldi::file::read_ldi_set(&out, &Task::silent()).unwrap();
         assert_eq!(read.images.len(), built.images.len());
         // The same again replaces the file; another choice does not.
         let (again, _) = build_set(&project, &opened, &request, &no_device, &Task::silent()).unwrap();

@@ -16,7 +16,7 @@ use quadratura_document::Project;
 use quadratura_document::masks::MaskOrigin;
 use quadratura_document::names::without_extension;
 use quadratura_files::named_file::{NamedFile, NamedFiles};
-use quadratura_io::cameras::CameraPhoto;
+use quadratura_import::cameras::CameraPhoto;
 use quadratura_io::project::resolved;
 
 /// The endings of mask files.

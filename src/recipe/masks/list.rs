@@ -5,7 +5,7 @@ use serde::Serialize;
 use quadratura_base::error::Result;
 use quadratura_base::scene::{Photo, Site};
 use quadratura_document::Masks;
-use quadratura_io::photo::masked_pixels;
+use quadratura_io::unmasked::masked_pixels;
 
 /// The masks of one photo.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -287,7 +287,7 @@ mod tests {
     use super::*;
     use quadratura_base::geometry::PixelRect;
     use quadratura_base::scene::synthetic::closed_form;
-    use quadratura_io::photo::masked_pixels;
+    use quadratura_io::unmasked::masked_pixels;
 
     fn block(x: i32, y: i32, w: u32, h: u32) -> Spans {
         Spans::of_pixels(PixelRect { x, y, w, h }, |_, _| true)

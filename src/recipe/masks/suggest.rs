@@ -22,9 +22,9 @@ use quadratura_document::masks::MaskOrigin;
 use quadratura_document::names::file_name_of_photo;
 use quadratura_files::atomic::write_atomically;
 use quadratura_files::json::{read_json, to_json};
+use quadratura_import::photo::read_photo;
 use quadratura_io::mask_file::{mask_png, read_mask};
 use quadratura_io::overlay::Overlay;
-use quadratura_io::photo::read_photo;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::agreement::{PhotoEvidence, Thing};
 

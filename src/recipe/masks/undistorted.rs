@@ -7,7 +7,7 @@ use glam::DVec2;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{PixelRect, Spans, Undistortion};
 use quadratura_base::raster::bilinear::BilinearCorner;
-use quadratura_io::cameras::CameraPhoto;
+use quadratura_import::cameras::CameraPhoto;
 use quadratura_io::mask_file::read_mask;
 
 /// Reads a mask of the photo as taken and returns the masked pixels of the pinhole image.

@@ -23,7 +23,7 @@ use quadratura_base::raster::in_8_bits;
 use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
-use quadratura_io::photo::read_photo;
+use quadratura_import::photo::read_photo;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::LayerIndex;
 use quadratura_projection::hatching::PixelMask;

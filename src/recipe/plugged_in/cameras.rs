@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pose};
 use quadratura_base::task::Task;
-use quadratura_io::cameras::{Assembly, CameraFormat, RawCamera, ReconstructionFiles};
+use quadratura_import::cameras::{Assembly, CameraFormat, RawCamera, ReconstructionFiles};
 
 /// A line `dummy cameras`, then a photo a line: its path. The photo number i is taken from (i, 0, 0) with a focal
 /// length of 9 pixels, 8 x 6 pixels large.

@@ -6,8 +6,8 @@ use super::{Question, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewS
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
-use quadratura_io::photo::read_unmasked;
 use quadratura_io::reference::{Reference, reference};
+use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::Renders;
 use quadratura_view::metrics::{ErrorSum, ImageMetrics, ImagePair};
 use quadratura_view::{DisplayMode, Exposure, Picture, Shot};

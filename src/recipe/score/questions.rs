@@ -6,7 +6,7 @@ use crate::photos::import_photos;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_io::cameras::read_cameras_of;
+use quadratura_import::cameras::read_cameras_of;
 
 /// A photo to be predicted.
 #[derive(Debug, Clone, PartialEq)]

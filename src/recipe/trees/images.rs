@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use super::PlantParts;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::task::Task;
-use quadratura_foliage::{BakeOptions, Openness, Plant, PlantImages, bake};
-use quadratura_io::plant_images::{
+use quadratura_foliage::files::images::{
     images_hash, is_made_of, plant_hash, read_openness, read_plant_images, write_openness, write_plant_images,
 };
+use quadratura_foliage::{BakeOptions, Openness, Plant, PlantImages, bake};
 
 /// Returns the images of a plant, and whether they were made now. With a folder, those that it holds of this plant and these options
 /// are read; others are replaced by what is made. What cannot be read is noted and made again.
@@ -195,7 +195,7 @@ fn remove(path: &Path) -> Result<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quadratura_io::plants::read_plant;
+    use quadratura_foliage::files::read_plant;
 
     #[test]
     fn images_of_a_project_are_made_once_found_again_and_removed_with_their_plant() {

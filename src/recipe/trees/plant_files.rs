@@ -6,7 +6,7 @@ use std::path::Path;
 use quadratura_document::Trees;
 use quadratura_document::trees::PlantSource;
 use quadratura_files::stamp::Stamp;
-use quadratura_io::plants::plant_stamp;
+use quadratura_foliage::files::plant_stamp;
 use quadratura_io::project::resolved;
 
 /// The state of the files of a project's plants.

@@ -11,8 +11,8 @@ use super::paint::{SpeciesPlants, paint_state, species_plants};
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::task::Task;
 use quadratura_document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
+use quadratura_foliage::files::{built_in_plant, read_plant};
 use quadratura_foliage::{Light, Placing, Plant, Tree, Wood, WoodSpecies};
-use quadratura_io::plants::{built_in_plant, read_plant};
 use quadratura_io::project::resolved;
 
 /// The trees of a project.

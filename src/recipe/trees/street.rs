@@ -8,7 +8,7 @@ use super::edit::{TreeChange, placed};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Model;
 use quadratura_document::trees::Trees;
-use quadratura_io::tree_list::{Column, ListedPlace, TreeList};
+use quadratura_foliage::files::list::{Column, ListedPlace, TreeList};
 use quadratura_projection::surface::Surface;
 
 /// The outcome of placing a list.
@@ -158,7 +158,7 @@ fn placed_one(
 mod tests {
     use super::*;
     use quadratura_base::scene::synthetic::Modeller;
-    use quadratura_io::tree_list::read_tree_list;
+    use quadratura_foliage::files::list::read_tree_list;
 
     /// A ground at height 2, with a roof at 5 over its right half, and a billboard in the air.
     fn model() -> Model {

@@ -228,7 +228,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use quadratura_io::plants::read_plant;
+    use quadratura_foliage::files::read_plant;
 
     #[test]
     fn views_around_a_plant_show_all_of_it_upright_in_any_shape_of_picture() {

@@ -5,13 +5,12 @@ pub mod confidence;
 pub mod cursor;
 pub mod layer_list;
 pub mod merging;
-pub mod removing;
+mod removing;
 pub mod row;
 pub mod rows;
 
 use std::collections::BTreeSet;
 
-use self::removing::PendingRemoval;
 use self::row::ListRow;
 use super::selection::Selection;
 use quadratura_base::scene::PhotoId;
@@ -44,6 +43,19 @@ pub struct PendingMerge {
     edit: LayerEdit,
     /// The cost of the merged layer.
     pub cost: MergeCost,
+}
+
+/// The removal of an object that waits for confirmation, with its consequences.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PendingRemoval {
+    /// The name of the object.
+    pub object: String,
+    /// The number of its faces.
+    pub faces: usize,
+    /// The names of the photos whose layers become out of date.
+    pub stale: Vec<String>,
+    /// The names of the photos whose layers contain it.
+    pub showing: Vec<String>,
 }
 
 impl ListsState {

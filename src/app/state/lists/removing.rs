@@ -1,22 +1,10 @@
 //! The removal of an object from the model waits for confirmation.
 
+use super::PendingRemoval;
 use crate::state::State;
 use crate::state::session::Session;
 use quadratura_document::Stack;
 use quadratura_document::stack::Element;
-
-/// The removal of an object that waits for confirmation, with its consequences.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PendingRemoval {
-    /// The name of the object.
-    pub object: String,
-    /// The number of its faces.
-    pub faces: usize,
-    /// The names of the photos whose layers become out of date.
-    pub stale: Vec<String>,
-    /// The names of the photos whose layers contain it.
-    pub showing: Vec<String>,
-}
 
 impl PendingRemoval {
     fn new(session: &Session, object: &str) -> Option<Self> {

@@ -10,6 +10,7 @@ pub mod memory;
 pub mod pace;
 pub mod picking;
 pub mod picture;
+mod showing;
 pub mod sight;
 pub mod travel;
 pub mod visibility;

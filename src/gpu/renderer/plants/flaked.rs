@@ -4,13 +4,13 @@ use bytemuck::{Pod, Zeroable};
 use rustc_hash::FxHashMap;
 use wgpu::{BindGroup, BindGroupLayout, RenderPass, RenderPipeline, ShaderStages};
 
-use super::daylight::CrownWords;
+use super::daylight::{self, CrownWords};
 use super::flake::{self, SpeciesImages};
 use super::flakes::{Band, Flakes};
-use super::{TreeProgram, daylight, tree_pipeline};
+use super::pipeline::{TreeProgram, tree_pipeline};
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
-use crate::renderer::project::SURFACES;
+use crate::renderer::pipeline::SURFACES;
 use crate::renderer::table::GrowingBuffer;
 
 const FLAKED: &str = include_str!("../../../../shaders/flaked.wgsl");

@@ -14,7 +14,7 @@ use super::{door, flakes_narrow, flakes_wide};
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
 use crate::readback;
-use crate::renderer::project::SURFACES;
+use crate::renderer::pipeline::SURFACES;
 use crate::renderer::table::GrowingBuffer;
 use quadratura_base::error::Result;
 

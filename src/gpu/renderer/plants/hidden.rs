@@ -13,7 +13,7 @@ use super::extent::extent;
 use super::flake::{self, SpeciesImages};
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
-use crate::renderer::project::SURFACES;
+use crate::renderer::pipeline::SURFACES;
 
 const HIDDEN: &str = include_str!("../../../../shaders/hidden.wgsl");
 

@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use wgpu::{BufferUsages, RenderPass};
 
 use super::hidden::Tiles;
+use super::pipeline::{Cuts, TreeProgram};
 use super::species::{InstanceWords, LevelInBuffers, MeshBuffers};
 use super::stock::Stock;
-use super::{Cuts, TreeProgram};
 use crate::device::Gpu;
 use crate::renderer::table::GrowingBuffer;
 use quadratura_foliage::{Ball, Plant, PolygonsInView, TreeCost};

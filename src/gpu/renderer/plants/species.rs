@@ -39,7 +39,7 @@ pub struct InstanceWords {
     rows: [[f32; 4]; 3],
     /// [`Door::word`].
     door: u32,
-    /// The index of its tree among those in view, counted from `first` of [`super::PlacementWords`].
+    /// The index of its tree among those in view, counted from `first` of [`super::pipeline::PlacementWords`].
     tree: u32,
 }
 

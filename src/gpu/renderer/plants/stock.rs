@@ -6,12 +6,13 @@ use glam::{DAffine3, Vec3};
 use rustc_hash::FxHashMap;
 use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages};
 
+use super::daylight;
 use super::flake::SpeciesImages;
 use super::flaked::ShownWords;
+use super::pipeline::{Cuts, Key, PlacementWords, TreeProgram, pipeline, trees_layout};
 use super::ratio::{RatioCells, RatioWords, have_same_ratios};
 use super::species::{SpeciesBuffers, material_layout};
 use super::sunlit::SunlitCells;
-use super::{Cuts, Key, PlacementWords, TreeProgram, daylight, pipeline, trees_layout};
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
 use crate::renderer::target::FLAT_LINEAR;

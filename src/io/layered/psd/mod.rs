@@ -11,6 +11,7 @@ mod records;
 pub(super) mod resources;
 #[cfg(test)]
 mod tests;
+mod variant;
 
 use std::fs::File;
 use std::io::{Seek, Write};
@@ -20,21 +21,13 @@ use rayon::prelude::*;
 
 use self::planes::Planes;
 use self::records::{CHANNELS, ChannelLengths, EMPTY_CHANNEL, WrittenRecord, record_list, records};
+pub use self::variant::PsdVariant;
 use super::batches::batches;
 use super::format::{FileFormat, LayeredFormat, Variant};
 use super::sink::{FileSink, FormatFit};
 use super::{Depth, LayeredDocument};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::export_record::ExportFormat;
-
-/// The variant of the format, which decides the width of lengths.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PsdVariant {
-    /// PSD: up to 30,000 pixels per side and 2 GB.
-    Psd,
-    /// PSB, the large variant. GIMP before version 3 does not read it.
-    Psb,
-}
 
 /// Maximum size of a PSD in bytes.
 const LARGEST_PSD: u64 = (1 << 31) - 1;

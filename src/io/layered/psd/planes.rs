@@ -4,8 +4,8 @@ use std::io::Write;
 
 use rayon::prelude::*;
 
-use super::PsdVariant;
 use super::packbits::{longest_code, pack_row};
+use super::variant::PsdVariant;
 use crate::layered::raster::Raster;
 use quadratura_base::scene::Samples;
 

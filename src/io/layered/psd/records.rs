@@ -3,7 +3,7 @@
 //! The list goes from bottom to top. A group is a closing record, its layers, and an opening record with its
 //! name; both have four empty channels.
 
-use super::PsdVariant;
+use super::variant::PsdVariant;
 use crate::layered::{Group, Layer, LayerNode, LayeredDocument, Tag};
 use quadratura_base::geometry::PixelRect;
 

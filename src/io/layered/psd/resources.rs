@@ -1,6 +1,6 @@
 //! Writes the properties of the whole document in a PSD: size, resolution, colour profile, key.
 
-use super::PsdVariant;
+use super::variant::PsdVariant;
 use crate::layered::LayeredDocument;
 
 /// The number of the colour mode RGB.

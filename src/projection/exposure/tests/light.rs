@@ -47,7 +47,7 @@ fn photos_of_one_round_are_one_group_of_light_and_nothing_changes() {
 #[test]
 fn views_lean_to_groups_of_light_only_where_left_out_photos_are_clearly_predicted_better() {
     let mut shoot = two_rounds();
-    let best = |found: &Estimate| rule::best_psnr(found).unwrap();
+    let best = |found: &Estimate| best_psnr(found).unwrap();
     // Next to each photo are photos of the other round, so that nobody knows the light of a view.
     let mixed = shoot.estimate();
     assert!(mixed.gains.light.blended.is_some(), "{:?}", mixed.leaning_lead);

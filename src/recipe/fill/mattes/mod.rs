@@ -24,9 +24,10 @@ use quadratura_base::error::{Error, Message, Remedy, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
+use quadratura_document::names::file_name_of_photo;
 use quadratura_document::paint::PaintBook;
+use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_files::hash::hash_bytes;
-use quadratura_io::matte_file::{matte_file, read_mattes, write_mattes};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::agreement::PhotoEvidence;
@@ -37,6 +38,9 @@ use quadratura_projection::{Gains, Sources};
 
 /// A counter of changes in how the same mattes are found.
 const VERSION: u32 = 2;
+
+/// The files `cache/mattes/PHOTO.bin`.
+const CACHED: CachedKind = CachedKind { name: "mattes", version: 3 };
 
 /// What mattes are found from.
 pub struct MatteBasis<'a> {
@@ -127,7 +131,7 @@ impl SiteMattes {
         let object = |piece: &Piece| (piece.name.clone(), site.model.object(piece.object).name.clone());
         let objects = pieces.iter().map(object).collect();
         let inputs = inputs(basis, &pieces);
-        let cached = |id: &PhotoId| Some((*id, read_mattes(&file_of(basis, *id), &inputs)?));
+        let cached = |id: &PhotoId| Some((*id, read_cached(&file_of(basis, *id), CACHED, &inputs)?));
         let cached: Option<Vec<(PhotoId, Vec<Matte>)>> =
             if force { None } else { photos.iter().map(cached).collect() };
         let is_anew = cached.is_none();
@@ -200,7 +204,7 @@ fn make(
     let found =
         Search { basis, context: &context, pieces, around, failed: BTreeSet::new(), task }.mattes(photos)?;
     for (id, mattes) in &found.of_photo {
-        if let Err(error) = write_mattes(&file_of(basis, *id), mattes, inputs) {
+        if let Err(error) = write_cached(&file_of(basis, *id), CACHED, inputs, mattes) {
             task.note(Message::from("mattes cannot be cached and will be found again: ").and(&error));
             break;
         }
@@ -209,7 +213,8 @@ fn make(
 }
 
 fn file_of(basis: &MatteBasis, photo: PhotoId) -> PathBuf {
-    matte_file(basis.folder, &basis.opened.site.photo(photo).name)
+    let name = file_name_of_photo(&basis.opened.site.photo(photo).name);
+    basis.folder.join("cache/mattes").join(format!("{name}.bin"))
 }
 
 /// Returns the hash of everything that mattes are made from.

@@ -14,8 +14,8 @@ use quadratura_base::scene::{Photo, PhotoId, PhotoPixels};
 use quadratura_base::task::Task;
 use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
 use quadratura_foliage::{InLights, Light, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights};
+use quadratura_import::photo::read_photo;
 use quadratura_io::mask_store::MaskStore;
-use quadratura_io::photo::read_photo;
 use quadratura_projection::Gains;
 use quadratura_view::optics::squared_radius;
 

@@ -11,7 +11,7 @@ use quadratura_base::scene::{Photo, PhotoId, PhotoPixels, Site};
 use quadratura_base::task::Task;
 use quadratura_document::trees::LightStrength;
 use quadratura_foliage::{Stature, Wood};
-use quadratura_io::photo::read_unmasked;
+use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::Gains;
 use quadratura_projection::surface::Surface;
 

@@ -36,8 +36,8 @@ use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
 use quadratura_document::trees::{LightStrength, PlacedTree, Strength, TreeLight};
 use quadratura_document::{Project, Stack, Trees};
 use quadratura_files::hash::hash_bytes;
+use quadratura_foliage::files::images::plant_hash;
 use quadratura_foliage::{Light, Tree, Wood};
-use quadratura_io::plant_images::plant_hash;
 use quadratura_io::stack_store::StackStore;
 
 /// An estimate of the light on trees.

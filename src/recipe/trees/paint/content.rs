@@ -11,13 +11,13 @@ use quadratura_base::scene::Samples;
 use quadratura_base::task::Task;
 use quadratura_document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
 use quadratura_files::json::to_json;
+use quadratura_foliage::files::images::mbuffer_bytes;
 use quadratura_foliage::{BakeOptions, ImageCopy, PaintedSlab, Plant, SlabFrame, finest_copy, slab_pictures};
 use quadratura_io::baselines::Baselines;
 use quadratura_io::layered::composite::lay_over;
 use quadratura_io::layered::folder::NewFolder;
 use quadratura_io::layered::folder::read::STACK_FILE;
 use quadratura_io::layered::{Depth, Group, KEY_FILE, Layer, LayerNode, LayeredDocument, Raster};
-use quadratura_io::plant_images::mbuffer_bytes;
 
 /// The images of a species' sub-object, with which kind of slabs they are made.
 pub const IMAGES: BakeOptions = BakeOptions::SLABS;

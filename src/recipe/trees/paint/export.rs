@@ -19,10 +19,10 @@ use quadratura_document::stack::{StackCamera, StackPhoto};
 use quadratura_files::atomic::remove_dead_leftovers;
 use quadratura_files::hash::hash_bytes;
 use quadratura_files::json::to_json;
+use quadratura_foliage::files::images::plant_hash;
 use quadratura_foliage::{PaintedSlab, painted};
 use quadratura_io::baselines::Baselines;
 use quadratura_io::exports::{ExportStore, WrittenFiles};
-use quadratura_io::plant_images::plant_hash;
 use quadratura_io::tree_paint::TreePaintStore;
 
 /// The folder of a project that has the records of species' exports.

@@ -20,11 +20,11 @@ use quadratura_document::Trees;
 use quadratura_document::export_record::{ExportRecord, ExportedTree, RecordedIndex};
 use quadratura_document::paint::{PaintBook, PaintPatch, PaintedDocument};
 use quadratura_document::tree_paint::{TreeCoat, TreeImport, TreePaintBook};
+use quadratura_foliage::files::images::{parse_mbuffer, plant_hash};
 use quadratura_foliage::{PaintedSlab, SlabTally, painted_slabs};
 use quadratura_io::baselines::Baselines;
 use quadratura_io::exports::ExportStore;
 use quadratura_io::layered::read_layered;
-use quadratura_io::plant_images::{parse_mbuffer, plant_hash};
 use quadratura_io::project::relative_to;
 use quadratura_io::tree_paint::TreePaintStore;
 

@@ -1,7 +1,8 @@
 //! Reads the additional blocks of layers in a PSD: a key, a length, and content that only some readers know.
 
-use super::{PsdVariant, names};
+use super::names;
 use crate::layered::bytes::Cursor;
+use crate::layered::psd::variant::PsdVariant;
 use quadratura_base::error::Result;
 
 /// An additional block.

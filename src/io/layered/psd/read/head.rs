@@ -1,10 +1,13 @@
 //! Reads the parts of a PSD before the layers: size, colour mode, colour profile, document key.
 
-use super::{PsdVariant, SIGNATURE};
 use crate::layered::Depth;
 use crate::layered::bytes::{Cursor, FileBytes};
 use crate::layered::place::{is_canvas, not_a_canvas};
+use crate::layered::psd::variant::PsdVariant;
 use quadratura_base::error::{Error, Result};
+
+/// The signature of PSD and PSB.
+pub const SIGNATURE: &[u8] = b"8BPS";
 
 /// The header and the resources that are needed.
 #[derive(Debug)]
@@ -20,6 +23,14 @@ pub struct PsdHeader {
     pub icc: Option<Vec<u8>>,
     pub key: Option<String>,
     pub notes: Vec<String>,
+}
+
+/// Reads a length that is wider in a PSB.
+pub fn wide(cursor: &mut Cursor, kind: PsdVariant) -> Result<u64> {
+    match kind {
+        PsdVariant::Psd => Ok(cursor.u32()?.into()),
+        PsdVariant::Psb => cursor.u64(),
+    }
 }
 
 impl PsdHeader {

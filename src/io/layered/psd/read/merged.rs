@@ -3,7 +3,7 @@
 
 use super::head::PsdHeader;
 use crate::layered::bytes::Cursor;
-use crate::layered::psd::PsdVariant;
+use crate::layered::psd::variant::PsdVariant;
 use quadratura_base::error::Result;
 
 const RAW: u16 = 0;

@@ -14,16 +14,13 @@ mod records;
 
 use std::sync::Arc;
 
-use self::head::PsdHeader;
+pub use self::head::SIGNATURE;
+use self::head::{PsdHeader, wide};
 use self::records::{Record, read_records};
-use super::PsdVariant;
 use crate::layered::EditedDocument;
 use crate::layered::bytes::{Cursor, FileBytes};
 use quadratura_base::error::Result;
 use quadratura_document::export_record::ExportFormat;
-
-/// The signature of PSD and PSB.
-pub const SIGNATURE: &[u8] = b"8BPS";
 
 /// Reads the structure of a PSD or PSB, without its pixels.
 ///
@@ -51,14 +48,6 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
         layers,
         notes,
     })
-}
-
-/// Reads a length that is wider in a PSB.
-fn wide(cursor: &mut Cursor, kind: PsdVariant) -> Result<u64> {
-    match kind {
-        PsdVariant::Psd => Ok(cursor.u32()?.into()),
-        PsdVariant::Psb => cursor.u64(),
-    }
 }
 
 /// Reads the records of all layers, from bottom to top. With 16 bits Photoshop puts them in a block `Lr16`

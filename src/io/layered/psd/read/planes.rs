@@ -4,12 +4,12 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::PsdVariant;
 use super::records::ChannelPosition;
 use crate::layered::Depth;
 use crate::layered::bytes::FileBytes;
 use crate::layered::inflate::can_inflate_to;
 use crate::layered::psd::packbits::{shortest_code, unpack_row};
+use crate::layered::psd::variant::PsdVariant;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Samples;
 use quadratura_files::hash::Hashing;

@@ -1,9 +1,9 @@
 //! Reads the list of layers in a PSD, with the positions of their channels.
 
 use super::blocks::{BlockProperties, next_block};
-use super::head::PsdHeader;
+use super::head::{PsdHeader, wide};
 use super::masks::{MaskRecord, REAL_MASK, read_mask};
-use super::{names, wide};
+use super::names;
 use crate::layered::bytes::Cursor;
 use crate::layered::place::rect_at;
 use quadratura_base::error::Result;

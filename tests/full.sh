@@ -1,0 +1,28 @@
+#!/bin/sh
+# Everything, before a release: sh tests/full.sh
+#
+# The tests of every change, and what is slow and seldom finds anything: pictures with another processor's arithmetic, all
+# editors on all samples, and the demo from a clean clone, as somebody who has just found the project runs it. POSIX sh.
+set -eu
+cd "$(dirname "$0")/.."
+export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
+. examples/setup.sh
+
+sh tests/run.sh
+
+# llvmpipe, the software adapter, makes its code for the processor that it runs on, and its arithmetic with it. The tests that
+# compare pictures run once more as on a processor without SSE, the setting whose pictures differ most from the usual
+# (docs/quality.md, "Pictures on another processor"). Other adapters ignore the variable.
+say "== pictures, with other arithmetic"
+GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --profile "$profile" --quiet --test projection
+
+say "== editors"
+sh tests/editors.sh --all
+
+say "== the demo, from a clean clone"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+trap 'exit 130' INT TERM
+git clone --quiet . "$work/clone"
+env -u CARGO_TARGET_DIR -u QUADRATURA_PROFILE sh "$work/clone/examples/demo.sh" "$work/demo"
+say "== everything passed"

@@ -1,0 +1,34 @@
+# Sourced by .ci/run: lets cargo keep its outputs in the user's cache folder, so that later clones do not compile the packages of
+# others again. POSIX sh.
+
+# Sets CARGO_TARGET_DIR, unless it is set, no compiler tells its version, or another run uses the folder.
+use_package_cache() {
+    [ -z "${CARGO_TARGET_DIR:-}" ] || return 0
+    caches=${XDG_CACHE_HOME:-${HOME:-}/.cache}/quadratura/packages
+    compiler=$(PATH="$PATH:${CARGO_HOME:-${HOME:-}/.cargo}/bin" rustc --version --verbose 2>/dev/null) || return 0
+    key=$({ printf '%s\n' "$compiler"; cat Cargo.lock; } | cksum | tr ' ' '-')
+    cache=$caches/$key
+    mkdir -p "$cache" 2>/dev/null || return 0
+    # The process that uses it; of one that was killed nothing but the file is left.
+    user=$(cat "$cache/in-use" 2>/dev/null || true)
+    [ -z "$user" ] || ! kill -0 "$user" 2>/dev/null || return 0
+    echo $$ >"$cache/in-use"
+    trap 'rm -f "$cache/in-use"' EXIT
+    # Outputs for other compilers and packages; what this project's own packages were compiled to in another clone.
+    find "$caches" -mindepth 1 -maxdepth 1 ! -name "$key" -mtime +7 -exec rm -rf {} + 2>/dev/null || true
+    [ "$(cat "$cache/clone" 2>/dev/null || true)" = "$PWD" ] || rm_own_outputs
+    printf '%s' "$PWD" >"$cache/clone"
+    export CARGO_TARGET_DIR="$cache"
+}
+
+# Removes what cargo made of the packages of this repository: it never uses that again for a clone in another folder.
+rm_own_outputs() {
+    own=$(sed -n 's/^name = "\(.*\)"$/\1/p' Cargo.toml src/*/Cargo.toml examples/*/Cargo.toml)
+    tests=$(ls tests benches examples | sed 's/\.rs$//')
+    for name in $own $tests; do
+        file=$(printf '%s' "$name" | tr '-' '_')
+        rm -rf "$cache"/*/deps/"$file"-* "$cache"/*/deps/lib"$file"-* "$cache"/*/.fingerprint/"$name"-* "$cache"/*/incremental/"$file"-*
+    done
+}
+
+use_package_cache
