@@ -155,7 +155,8 @@ fn views_are_made_from_layered_depth_images_instead_of_the_model() {
     }
     // Arguments without an effect are refused, not ignored.
     for (words, named) in [
-        ("--as ldi --guard 0.1", "--from site or --published"),
+        ("--as ldi --guard 0.1", "--from site"),
+        ("--as ldi --layers 2", "--from site or --published"),
         ("--as ldi --epsilon 0.1", "--published"),
         ("--as ldi --splat over", "--splat"),
         ("--from site", "--as ldi"),

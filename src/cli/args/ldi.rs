@@ -250,11 +250,8 @@ impl CombinedArgs {
     /// # Errors
     /// [`quadratura_base::Error::Usage`] that names the arguments.
     pub fn refuse_of_photos(&self) -> Result<()> {
-        let given = [
-            (self.guard.is_some(), "--guard"),
-            (self.ldi_scale.is_some(), "--ldi-scale"),
-            (self.layers.is_some(), "--layers"),
-        ];
+        refuse(&[(self.guard.is_some(), "--guard")], "--from site")?;
+        let given = [(self.ldi_scale.is_some(), "--ldi-scale"), (self.layers.is_some(), "--layers")];
         refuse(&given, "--from site or --published")?;
         self.refuse_of_merging()
     }
