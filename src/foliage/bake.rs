@@ -5,16 +5,16 @@ use rayon::prelude::*;
 
 use super::bounds::{Ball, Bounds};
 use super::directions::Directions;
-use super::drawer::{Canvas, Drawer};
+use super::drawer::{Drawer, FragmentCanvas};
 use super::facet::Facet;
 use super::gains::measured;
 use super::images::{ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages};
 use super::layered::{LayeredRows, draw_part};
-use super::mbuffer::{LayeredPixels, Sample, Slabs};
+use super::mbuffer::{LayerSample, LayeredPixels, Slabs};
 use super::mesh::Meshes;
 use super::plant::{Plant, SubObject};
 use super::raster::Fragment;
-use super::reproject::Rows;
+use super::reproject::TargetRows;
 use super::view::{Projection, View};
 use super::walk::{WalkOptions, walk_from};
 use quadratura_base::error::Result;
@@ -335,12 +335,12 @@ struct ImageCanvas {
 }
 
 impl LayeredRows for ImageCanvas {
-    fn rows(&mut self) -> Rows<'_> {
-        Rows { rect: self.rect, pixels: &mut self.pixels, slabs: self.slabs, beside_polygons: true }
+    fn rows(&mut self) -> TargetRows<'_> {
+        TargetRows { rect: self.rect, pixels: &mut self.pixels, slabs: self.slabs, beside_polygons: true }
     }
 }
 
-impl Canvas for ImageCanvas {
+impl FragmentCanvas for ImageCanvas {
     #[inline]
     fn visible(&self, fragment: &Fragment) -> u16 {
         fragment.mask
@@ -352,7 +352,7 @@ impl Canvas for ImageCanvas {
         if facet.is_back {
             return;
         }
-        let sample = Sample::of_facet(visible, -fragment.middle as f32, facet);
+        let sample = LayerSample::of_facet(visible, -fragment.middle as f32, facet);
         if sample.is_leaf {
             self.light[0] += sample.weight * sample.reflected;
             self.light[1] += sample.weight * sample.through;

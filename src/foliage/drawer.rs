@@ -19,7 +19,7 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
 
 /// What is drawn on: it keeps what it wants of the fragments that it gets.
-pub(super) trait Canvas {
+pub(super) trait FragmentCanvas {
     /// Returns the sub-pixels of a fragment that are kept, as far as is known without its colour; 0 leaves it out.
     fn visible(&self, fragment: &Fragment) -> u16;
     /// Keeps a fragment of which only the nearness matters and returns true; false asks for its surface.
@@ -33,7 +33,7 @@ pub(super) trait Canvas {
 
 /// A corner of the present instance, in the view's frame and, where it has one, in the image.
 #[derive(Clone, Copy)]
-struct Projected {
+struct ProjectedCorner {
     position: DVec3,
     image: Option<ImageCorner>,
 }
@@ -47,13 +47,13 @@ pub(super) struct Drawer<'a, C> {
     target: Target,
     /// What is drawn on.
     pub canvas: C,
-    corners: Vec<Projected>,
+    corners: Vec<ProjectedCorner>,
     /// The triangles that were projected.
     pub triangles: u64,
     task: &'a Task,
 }
 
-impl<'a, C: Canvas> Drawer<'a, C> {
+impl<'a, C: FragmentCanvas> Drawer<'a, C> {
     /// Prepares the drawing of a rectangle of a view; `meshes` are those of the plant's sub-objects that are drawn.
     pub fn new(
         (plant, meshes): (&'a Plant, &'a Meshes),
@@ -106,10 +106,10 @@ impl<'a, C: Canvas> Drawer<'a, C> {
         self.corners.clear();
         self.corners.extend(mesh.corners.iter().map(|corner| {
             let position = view_from_object.transform_point3(corner.position);
-            Projected { position, image: image_corner(projection, position) }
+            ProjectedCorner { position, image: image_corner(projection, position) }
         }));
         self.triangles += mesh.triangles.len() as u64;
-        let painter = Painter {
+        let painter = TrianglePainter {
             projection,
             material: &mesh.material,
             paint,
@@ -132,7 +132,7 @@ impl<'a, C: Canvas> Drawer<'a, C> {
     }
 
     /// Draws what is left of a triangle that reaches out of what can be projected.
-    fn clipped(&mut self, painter: &Painter, of: ([&Corner; 3], [DVec3; 3])) {
+    fn clipped(&mut self, painter: &TrianglePainter, of: ([&Corner; 3], [DVec3; 3])) {
         let left = clipped(of.1, &self.half_spaces);
         let image = |position| {
             let (px, nearness) = self.view.projection.image_from_view(position);
@@ -156,7 +156,7 @@ fn image_corner(projection: &Projection, position: DVec3) -> Option<ImageCorner>
 }
 
 /// What colours the triangles of an instance's mesh.
-struct Painter<'a> {
+struct TrianglePainter<'a> {
     projection: &'a Projection,
     material: &'a Material,
     /// The paint on the sub-object.
@@ -166,13 +166,13 @@ struct Painter<'a> {
     view_from_normal: DMat3,
 }
 
-impl Painter<'_> {
+impl TrianglePainter<'_> {
     /// Draws a triangle; `weights` gives those of `of` (corners, and their positions in the view's frame) from those of
     /// `corners`.
     #[inline]
     fn paint(
         &self,
-        canvas: &mut impl Canvas,
+        canvas: &mut impl FragmentCanvas,
         target: &Target,
         corners: [ImageCorner; 3],
         weights: &dyn Fn(DVec3) -> DVec3,

@@ -10,7 +10,7 @@ use super::directions::Directions;
 use super::flakes::light_of_flakes;
 use super::images::{ObjectImages, PlantImages};
 use super::plant::Plant;
-use super::shade::Light;
+use super::shade::OutdoorLight;
 use super::view::{Projection, View};
 use super::walk::WalkOptions;
 use quadratura_base::error::Result;
@@ -86,11 +86,11 @@ pub(super) fn measured(
 }
 
 /// Returns the suns of a view: all around, because parts of a plant are turned in any direction; other ones in each view.
-fn suns(view: u32, up: DVec3) -> [Light; SUNS] {
-    let day = Light::day(up);
+fn suns(view: u32, up: DVec3) -> [OutdoorLight; SUNS] {
+    let day = OutdoorLight::day(up);
     let around_all = 0.5 * (day.sky + day.ground);
     let turn = DMat3::from_rotation_z(TAU * f64::from(view) / f64::from(VIEWS));
-    std::array::from_fn(|sun| Light {
+    std::array::from_fn(|sun| OutdoorLight {
         towards_sun: turn * around(sun as u32, SUNS as u32),
         sky: around_all,
         ground: around_all,

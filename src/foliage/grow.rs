@@ -9,7 +9,7 @@ use super::assemble::{Draft, DraftUse, PlantFlaw, assemble};
 use super::leaf_picture::{OUTER, leaf_picture};
 use super::plant::Plant;
 use super::primitive::{Corner, CurvePoint, Limb, Material, Primitive, Shape};
-use super::species::{Blade, Level, Profile, Species};
+use super::species::{Blade, LimbLevel, Profile, Species};
 use quadratura_base::scene::synthetic::Rng;
 
 /// The turn from one child to the next in degrees: the golden angle.
@@ -84,8 +84,8 @@ impl Children {
         Self { variants, count, ratio, profile: Profile::Cylinder, angle, spread, girth: 0.0 }
     }
 
-    fn of_level(level: &Level, variants: Vec<usize>, girth: f64) -> Self {
-        let Level { count, ratio, profile, angle, spread, .. } = *level;
+    fn of_level(level: &LimbLevel, variants: Vec<usize>, girth: f64) -> Self {
+        let LimbLevel { count, ratio, profile, angle, spread, .. } = *level;
         Self { variants, count, ratio, profile, angle, spread, girth }
     }
 }
@@ -139,7 +139,7 @@ impl Grower {
     /// Grows a limb along z with its children.
     fn limb(
         &mut self,
-        (name, level): (String, &Level),
+        (name, level): (String, &LimbLevel),
         [length, radius]: [f64; 2],
         children: &Children,
         bark: &Arc<Material>,
@@ -157,7 +157,7 @@ impl Grower {
     }
 
     /// Returns the control points of a limb: it leaves along z and bends to x by its tropism.
-    fn curve(&mut self, level: &Level, length: f64, radius: f64) -> Vec<CurvePoint> {
+    fn curve(&mut self, level: &LimbLevel, length: f64, radius: f64) -> Vec<CurvePoint> {
         let bend = level.tropism;
         let far = (1.0 - bend * bend).sqrt();
         let points = [

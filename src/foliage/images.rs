@@ -183,12 +183,12 @@ pub fn depth_from_stored(radius: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mbuffer::Sample;
+    use crate::mbuffer::LayerSample;
 
     #[test]
     fn what_a_sample_of_leaves_and_bark_reflects_and_lets_through_is_together_what_they_do() {
         let through = Vec3::new(0.5, 1.5, 2.0);
-        let bark = Sample {
+        let bark = LayerSample {
             mask: 0x00FF,
             depth: 0.0,
             weight: 1.0,
@@ -198,11 +198,11 @@ mod tests {
             is_leaf: false,
         };
         let reflected = Vec3::new(0.1, 0.2, 0.04);
-        let leaf = Sample { reflected, through: reflected * through, is_leaf: true, ..bark };
+        let leaf = LayerSample { reflected, through: reflected * through, is_leaf: true, ..bark };
         for (weight, is_leaf) in [(3.0, true), (0.25, false)] {
             let mut pixels = LayeredPixels::new(1, 1);
             pixels.insert(0, &bark, 1.0);
-            pixels.insert(0, &Sample { weight, ..leaf }, 1.0);
+            pixels.insert(0, &LayerSample { weight, ..leaf }, 1.0);
             let view = MBuffer::of(&pixels, 1, (1.0, through));
             let sample = view.samples[0];
             assert_eq!(sample.normal.is_leaf(), is_leaf);

@@ -7,7 +7,7 @@ use super::door::Door;
 use super::flakes::doors_of;
 use super::images::PlantImages;
 use super::lighting::OfSamples;
-use super::place::{Instance, Place};
+use super::place::{ImagePlacement, Instance};
 use super::plant::Plant;
 use super::view::View;
 use super::walk::{Drawn, Part, WalkOptions, walk};
@@ -104,8 +104,8 @@ fn add_images(
     let Drawn { object, path, door: of_part, .. } = *drawn;
     let serving = instance.serving(&view.projection);
     for (direction, of_direction) in doors_of(images.directions, &serving, path) {
-        let place = Place::new(&instance, &view.projection, direction);
-        let Place { linear, origin, .. } = place;
+        let place = ImagePlacement::new(&instance, &view.projection, direction);
+        let ImagePlacement { linear, origin, .. } = place;
         let OfSamples { view_from_normal, through, gain, length } = instance.of_samples(&place, direction);
         to.push(ImageInView {
             object,

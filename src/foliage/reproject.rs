@@ -6,13 +6,13 @@ use super::directions::Serving;
 use super::door::{Door, Doors};
 use super::images::{ImageCopy, MBuffer, MSample, depth_from_stored};
 use super::lighting::OfSamples;
-use super::mbuffer::{LayeredPixels, Sample, Slabs};
-use super::place::{Instance, Place};
+use super::mbuffer::{LayerSample, LayeredPixels, Slabs};
+use super::place::{ImagePlacement, Instance};
 use super::view::View;
 use quadratura_base::geometry::PixelRect;
 
 /// The rows of a view that samples are brought into.
-pub(super) struct Rows<'a> {
+pub(super) struct TargetRows<'a> {
     /// The rectangle of pixels.
     pub rect: PixelRect,
     /// Their layers.
@@ -23,10 +23,10 @@ pub(super) struct Rows<'a> {
     pub beside_polygons: bool,
 }
 
-impl Rows<'_> {
+impl TargetRows<'_> {
     /// Adds a sample to the pixel of a column and row, in the slab of its depth.
     #[inline]
-    pub fn insert(&mut self, (x, y): (i32, i32), sample: &Sample, epsilon: f32) {
+    pub fn insert(&mut self, (x, y): (i32, i32), sample: &LayerSample, epsilon: f32) {
         let first = self.slabs.of(sample.depth) * self.rect.area() as usize;
         self.pixels.insert(first + self.rect.offset(x, y), sample, epsilon);
     }
@@ -34,10 +34,10 @@ impl Rows<'_> {
 
 /// Brings the samples of an instance's images into rows of a view: those of the directions around the viewpoint, weighed. What is
 /// within `epsilon_px` pixels of depth is one surface. Returns how many samples were brought.
-pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), rows: &mut Rows) -> u64 {
+pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), rows: &mut TargetRows) -> u64 {
     let (mut before, mut brought) = (0.0, 0);
     for Serving { direction, weight } in instance.serving(&view.projection) {
-        let place = Place::new(instance, &view.projection, direction);
+        let place = ImagePlacement::new(instance, &view.projection, direction);
         let bringing = Bringing { epsilon: epsilon_px as f32 / place.focal.max_element(), place: &place };
         let of_direction = Door::between(before, before + weight, instance.path);
         let doors = Doors { of_direction, of_part: instance.door };
@@ -53,7 +53,7 @@ pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), r
 
 /// How samples are brought.
 struct Bringing<'a> {
-    place: &'a Place,
+    place: &'a ImagePlacement,
     /// The difference of depth within which all is one surface, times 1/z of a perspective view.
     epsilon: f32,
 }
@@ -64,7 +64,7 @@ impl Bringing<'_> {
         (image, of_samples): (&MBuffer, &OfSamples),
         instance: &Instance,
         (weight, doors): (f32, &Doors),
-        rows: &mut Rows,
+        rows: &mut TargetRows,
     ) -> u64 {
         let place = self.place;
         let ImageCopy { delta, side, .. } = instance.copy;
@@ -102,7 +102,7 @@ impl Bringing<'_> {
         at: Vec3,
         (delta, image): (f32, &MSample),
         (weight, of_samples): (f32, &OfSamples),
-        (doors, rows): (&Doors, &mut Rows),
+        (doors, rows): (&Doors, &mut TargetRows),
     ) {
         let place = self.place;
         if place.perspective && at.z <= 0.0 {
@@ -137,7 +137,7 @@ impl Bringing<'_> {
         let reflected = of_samples.gain * image.reflected();
         // The mean normal of leaves as long as it is; what is brought to one pixel adds up to a mean again.
         let normal = if is_leaf { of_samples.length } else { 1.0 } * normal.normalize_or_zero();
-        let sample = Sample {
+        let sample = LayerSample {
             mask: 0,
             depth: at.z,
             weight: weight / 16.0,
@@ -156,7 +156,7 @@ impl Bringing<'_> {
             let mask = if is_inside { covered & doors.open_at(x, y) } else { 0 };
             if mask != 0 {
                 let weight = sample.weight * mask.count_ones() as f32;
-                rows.insert((x, y), &Sample { mask, weight, ..sample }, epsilon);
+                rows.insert((x, y), &LayerSample { mask, weight, ..sample }, epsilon);
             }
         }
     }

@@ -5,15 +5,15 @@ use glam::{Mat3, Vec2, Vec3};
 use super::door::Doors;
 use super::flake::{Flake, FlakeBuffer, key};
 use super::images::{MBuffer, MSample, depth_from_stored};
-use super::place::{Instance, Place};
-use super::planes::Planes;
+use super::place::{ImagePlacement, Instance};
+use super::planes::DepthPlanes;
 use quadratura_base::geometry::PixelRect;
 
-/// An image of an instance that is drawn in some rows of a view.
-pub(super) struct Drawing<'a> {
-    place: &'a Place,
+/// Draws an image of an instance into some rows of a view.
+pub(super) struct TexelDrawer<'a> {
+    place: &'a ImagePlacement,
     /// The planes that texels are drawn on, if they are.
-    planes: Option<Planes>,
+    planes: Option<DepthPlanes>,
     /// The same as in the place, in sub-pixels from the band's corner.
     focal: Vec2,
     centre: Vec2,
@@ -30,9 +30,13 @@ pub(super) struct Drawing<'a> {
     rect: PixelRect,
 }
 
-impl<'a> Drawing<'a> {
+impl<'a> TexelDrawer<'a> {
     /// Prepares the drawing into the rows in `rect`.
-    pub fn new((instance, place): (&Instance, &'a Place), planes: Option<Planes>, rect: PixelRect) -> Self {
+    pub fn new(
+        (instance, place): (&Instance, &'a ImagePlacement),
+        planes: Option<DepthPlanes>,
+        rect: PixelRect,
+    ) -> Self {
         let [step, first_depth] = depth_from_stored(instance.bounds.ball.radius).map(|value| value as f32);
         let (delta, radius) = (instance.copy.delta as f32, instance.bounds.ball.radius as f32);
         let (linear, half) = (place.linear, 0.5 * instance.copy.side as f32);

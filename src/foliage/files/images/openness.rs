@@ -23,7 +23,7 @@ const REMEDY: &str = "remove the file, so that it is made again";
 
 /// The first line of the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Header {
+struct OpennessHeader {
     format: String,
     version: u32,
     /// Hash of everything that it was made of.
@@ -46,7 +46,7 @@ pub fn write_openness(file: &Path, openness: &Openness, inputs: &str) -> Result<
     let values: Vec<u8> = openness.values().iter().flatten().map(|value| value.cast_unsigned()).collect();
     let streams = [deflated(&values), deflated(openness.open().as_flattened())];
     let (low, cell, size) = openness.grid();
-    let header = Header {
+    let header = OpennessHeader {
         format: FORMAT.into(),
         version: VERSION,
         inputs: inputs.into(),
@@ -74,7 +74,7 @@ pub fn read_openness(file: &Path, inputs: &str) -> Result<Option<Openness>> {
 }
 
 fn parsed(bytes: &[u8], inputs: &str) -> Result<Option<Openness>, Fault> {
-    let (header, rest): (Header, &[u8]) = first_line(bytes)?;
+    let (header, rest): (OpennessHeader, &[u8]) = first_line(bytes)?;
     if header.format != FORMAT || header.version != VERSION || header.inputs != inputs {
         return Ok(None);
     }
