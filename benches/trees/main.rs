@@ -274,10 +274,10 @@ fn on_processor(c: &mut Criterion, scene: &ThirteenMaples, images: [&PlantImages
     let brute = || draw(&scene.wood, &view, &light, &task).expect("nobody stops it").picture;
     let truth = timed(&mut group, "brute force", brute);
     let of_texels = |images: &PlantImages, options: &FlakeOptions| {
-        draw_flakes((&scene.wood, images), &view, &light, options, &task).expect("nobody stops it").0
+        draw_flakes(&scene.wood, images, &view, &light, options, &task).expect("nobody stops it").0
     };
     let of_layers = |options: &LayeredOptions| {
-        draw_layered((&scene.wood, &layers), &view, &light, options, &task).expect("nobody stops it").0
+        draw_layered(&scene.wood, &layers, &view, &light, options, &task).expect("nobody stops it").0
     };
     let mut found = Vec::new();
     for (name, images, options) in [
@@ -388,7 +388,7 @@ fn by_polygons(c: &mut Criterion) {
         let (light, task) = (OutdoorLight::day(plant.up), Task::silent());
         let polygons = plant.whole().counts.polygons as f64 / 1e6;
         let name = format!("{leaves} leaves a twig, {polygons:.2} million polygons");
-        let flaked = || draw_flakes((&plant, &images), &view, &light, &FlakeOptions::PREVIEW, &task);
+        let flaked = || draw_flakes(&plant, &images, &view, &light, &FlakeOptions::PREVIEW, &task);
         let flaked = timed(&mut group, &name, || flaked().expect("nobody stops it"));
         of_images.push((polygons, flaked.map(|(seconds, _)| seconds)));
         let brute = || draw(&plant, &view, &light, &task).expect("nobody stops it");

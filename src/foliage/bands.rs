@@ -38,7 +38,7 @@ pub(super) fn drawn<C: FragmentCanvas, T: Send>(
     bands
         .par_iter()
         .map(|band| {
-            let mut drawer = Drawer::new((plant, &meshes), view, (*band, begun(*band)), task);
+            let mut drawer = Drawer::new(plant, &meshes, view, *band, begun(*band), task);
             drawer.visit(plant.root, &view.view_from_plant)?;
             let band = (finished(&drawer.canvas), drawer.triangles);
             task.step(STAGE, done.fetch_add(1, Ordering::Relaxed) + 1, bands.len() as u64)?;

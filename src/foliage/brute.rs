@@ -89,7 +89,8 @@ pub fn draw_in_lights(
     plant: &Plant,
     view: &View,
     lights: [OutdoorLight; 2],
-    (hiding, shades): (&[f32], Option<&Shades<'_>>),
+    hiding: &[f32],
+    shades: Option<&Shades<'_>>,
     task: &Task,
 ) -> Result<Vec<InLights>> {
     let rows = |rect: PixelRect| &hiding[(rect.y as usize * rect.w as usize)..][..rect.area() as usize];
@@ -153,7 +154,7 @@ impl<'a, const N: usize> Lit<'a, N> {
         let surface = LitSurface { normal, reflected: facet.reflected, through: facet.through };
         let facing = normal.dot(first.towards_sun);
         let reach =
-            self.shades.map_or(Reach::ALL, |shades| shades.reach((fragment, visible), facet.normal, facing));
+            self.shades.map_or(Reach::ALL, |shades| shades.reach(fragment, visible, facet.normal, facing));
         self.lights.map(|light| shade(&surface, &light, &reach))
     }
 }

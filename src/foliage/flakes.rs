@@ -76,7 +76,8 @@ impl FlakeOptions {
 /// # Errors
 /// Those of [`super::draw`].
 pub fn draw_flakes(
-    (plant, images): (&Plant, &PlantImages),
+    plant: &Plant,
+    images: &PlantImages,
     view: &View,
     light: &OutdoorLight,
     options: &FlakeOptions,
@@ -86,7 +87,7 @@ pub fn draw_flakes(
     let drawn = walk(plant, images, view, &options.walk, 0);
     let meshes = meshes_of(plant, &drawn);
     let scene = FlakeScene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
-    in_bands((view.rect(), BAND), &drawn, &|rect| scene.band(rect, task), task)
+    in_bands(view.rect(), BAND, &drawn, &|rect| scene.band(rect, task), task)
 }
 
 /// Returns the sums of the linear light of all sub-pixels that flakes of a plant's images cover, in each of some lights, and their number.
@@ -94,7 +95,8 @@ pub fn draw_flakes(
 /// # Errors
 /// Those of [`super::draw`].
 pub(super) fn light_of_flakes<const N: usize>(
-    (plant, images): (&Plant, &PlantImages),
+    plant: &Plant,
+    images: &PlantImages,
     view: &View,
     lights: [OutdoorLight; N],
     task: &Task,
@@ -166,7 +168,7 @@ impl<'a> FlakeScene<'a> {
         let Self { plant, images, view, .. } = self;
         let half_spaces = view.projection.half_spaces(&rect);
         let canvas = FlakeCanvas { buffer: FlakeBuffer::new(rect), drawn: DrawnParts::default() };
-        let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
+        let mut drawer = Drawer::new(plant, self.meshes, view, rect, canvas, task);
         let mut cost = ImageCost::default();
         for drawn in self.drawn {
             let Drawn { object, part, view_from_object, door, .. } = drawn;
@@ -177,11 +179,11 @@ impl<'a> FlakeScene<'a> {
             task.go_on()?;
             match part {
                 Part::Image(copy) => {
-                    if let Some(instance) = Instance::of((plant, images), drawn, *copy) {
+                    if let Some(instance) = Instance::of(plant, images, drawn, *copy) {
                         cost.samples += self.image(&instance, &mut drawer.canvas)?;
                     }
                 }
-                Part::Polygons(level) => drawer.own((*object, *level), view_from_object, door),
+                Part::Polygons(level) => drawer.own(*object, *level, view_from_object, door),
             }
         }
         cost.triangles = drawer.triangles;
@@ -208,12 +210,12 @@ impl<'a> FlakeScene<'a> {
             let planes = match self.options.texels {
                 TexelGeometry::Flakes => None,
                 TexelGeometry::Planes { error_px } => {
-                    Some(DepthPlanes::new(instance, &place, (direction, error_px)))
+                    Some(DepthPlanes::new(instance, &place, direction, error_px))
                 }
             };
-            let drawer = TexelDrawer::new((instance, &place), planes, canvas.buffer.rect);
+            let drawer = TexelDrawer::new(instance, &place, planes, canvas.buffer.rect);
             let doors = Some(&doors).filter(|doors| !doors.are_wide());
-            drawn += drawer.draw((image, index), doors, &mut canvas.buffer);
+            drawn += drawer.draw(image, index, doors, &mut canvas.buffer);
         }
         Ok(drawn)
     }

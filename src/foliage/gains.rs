@@ -31,9 +31,11 @@ const MOST: f32 = 1.5;
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
 pub(super) fn measured(
-    (plant, object): (&Plant, usize),
+    plant: &Plant,
+    object: usize,
     images: ObjectImages,
-    (directions, parts): (Directions, Option<&PlantImages>),
+    directions: Directions,
+    parts: Option<&PlantImages>,
     task: &Task,
 ) -> Result<ObjectImages> {
     let plant = match parts {
@@ -58,7 +60,7 @@ pub(super) fn measured(
     let truth = (0..VIEWS).into_par_iter().map(|number| {
         let (view, suns) = (view(number, ACROSS / (2.0 * ball.radius)), suns(number, plant.up));
         match parts {
-            Some(parts) => light_of_flakes((&plant, parts), &view, suns, &quiet).map(mean),
+            Some(parts) => light_of_flakes(&plant, parts, &view, suns, &quiet).map(mean),
             None => sums_of_light(&plant, &view, suns, &quiet).map(mean),
         }
     });
@@ -71,7 +73,7 @@ pub(super) fn measured(
     let gain = |delta: f64| {
         let drawn = (0..VIEWS).into_par_iter().map(|number| {
             let view = view(number, largest / delta);
-            light_of_flakes((&plant, &all), &view, suns(number, plant.up), &quiet).map(mean)
+            light_of_flakes(&plant, &all, &view, suns(number, plant.up), &quiet).map(mean)
         });
         let drawn = sum(drawn.collect::<Result<_>>()?);
         let ratio = truth / drawn.max(Vec3::splat(f32::MIN_POSITIVE));

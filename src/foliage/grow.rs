@@ -47,7 +47,7 @@ pub fn grow(species: &Species) -> Result<Plant, PlantFlaw> {
             } else {
                 level.name.clone()
             };
-            grower.limb((name, level), [length, radius], &children, &bark)
+            grower.limb(name, level, [length, radius], &children, &bark)
         });
         let variants = variants.collect();
         children = Children::of_level(level, variants, girth(species, index));
@@ -139,7 +139,8 @@ impl Grower {
     /// Grows a limb along z with its children.
     fn limb(
         &mut self,
-        (name, level): (String, &LimbLevel),
+        name: String,
+        level: &LimbLevel,
         [length, radius]: [f64; 2],
         children: &Children,
         bark: &Arc<Material>,
@@ -150,8 +151,7 @@ impl Grower {
             segments: level.segments,
             object_from_limb: DAffine3::IDENTITY,
         };
-        let uses =
-            (0..children.count).map(|i| self.child(i, (level.bare, length), &limb, children)).collect();
+        let uses = (0..children.count).map(|i| self.child(i, level.bare, length, &limb, children)).collect();
         let primitives = vec![Primitive { shape: Shape::Limb(limb), material: bark.clone() }];
         self.add(Draft { name, primitives, uses })
     }
@@ -175,7 +175,7 @@ impl Grower {
     }
 
     /// Places child `i` on a limb.
-    fn child(&mut self, i: u32, (bare, length): (f64, f64), limb: &Limb, children: &Children) -> DraftUse {
+    fn child(&mut self, i: u32, bare: f64, length: f64, limb: &Limb, children: &Children) -> DraftUse {
         let place = (f64::from(i) + 0.5) / f64::from(children.count);
         let (at, along) = limb.along(bare + (1.0 - bare) * place);
         let [lowest, highest] = children.angle;

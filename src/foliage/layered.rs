@@ -48,7 +48,8 @@ impl LayeredOptions {
 /// # Errors
 /// Those of [`super::draw`].
 pub fn draw_layered(
-    (plant, images): (&Plant, &PlantImages),
+    plant: &Plant,
+    images: &PlantImages,
     view: &View,
     light: &OutdoorLight,
     options: &LayeredOptions,
@@ -58,7 +59,7 @@ pub fn draw_layered(
     let drawn = walk(plant, images, view, &options.walk, 0);
     let meshes = meshes_of(plant, &drawn);
     let scene = LayeredScene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
-    in_bands((view.rect(), BAND), &drawn, &|rect| scene.band(rect, task), task)
+    in_bands(view.rect(), BAND, &drawn, &|rect| scene.band(rect, task), task)
 }
 
 /// What all bands of a picture share.
@@ -84,7 +85,7 @@ impl LayeredScene<'_> {
             projection,
             epsilon_px: self.options.epsilon_px,
         };
-        let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
+        let mut drawer = Drawer::new(plant, self.meshes, view, rect, canvas, task);
         let mut cost = ImageCost::default();
         for drawn in self.drawn {
             let Drawn { object, view_from_object, .. } = drawn;
@@ -93,7 +94,7 @@ impl LayeredScene<'_> {
                 continue;
             }
             task.go_on()?;
-            cost.samples += draw_part(&mut drawer, (plant, images), drawn, (view, self.options.epsilon_px));
+            cost.samples += draw_part(&mut drawer, plant, images, drawn, view, self.options.epsilon_px);
         }
         cost.triangles = drawer.triangles;
         Ok((self.resolve(&drawer.canvas), cost))
@@ -107,7 +108,7 @@ impl LayeredScene<'_> {
             let point = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
             let towards = view.projection.towards_viewer(view.projection.view_from_image(point, 1.0));
             let towards = (view.light_from_view * towards).normalize_or_zero();
-            resolved(canvas.pixels.layers(pixel), (&view.light_from_view.as_mat3(), towards), self.light)
+            resolved(canvas.pixels.layers(pixel), &view.light_from_view.as_mat3(), towards, self.light)
         };
         pixels.flat_map(resolved).collect()
     }
@@ -123,23 +124,25 @@ pub(super) trait LayeredRows: FragmentCanvas {
 /// Returns how many samples were drawn.
 pub(super) fn draw_part<C: LayeredRows>(
     drawer: &mut Drawer<C>,
-    (plant, images): (&Plant, &PlantImages),
+    plant: &Plant,
+    images: &PlantImages,
     drawn: &Drawn,
-    (view, epsilon_px): (&View, f64),
+    view: &View,
+    epsilon_px: f64,
 ) -> u64 {
     let copy = match drawn.part {
         Part::Image(copy) => copy,
         Part::Polygons(level) => {
-            drawer.own((drawn.object, level), &drawn.view_from_object, &drawn.door);
+            drawer.own(drawn.object, level, &drawn.view_from_object, &drawn.door);
             return 0;
         }
     };
-    let Some(instance) = Instance::of((plant, images), drawn, copy) else { return 0 };
-    reproject(&instance, (view, epsilon_px), &mut drawer.canvas.rows())
+    let Some(instance) = Instance::of(plant, images, drawn, copy) else { return 0 };
+    reproject(&instance, view, epsilon_px, &mut drawer.canvas.rows())
 }
 
 /// Lights the layers of a pixel as far as they are seen, front to back; `towards` is the direction to the viewer.
-fn resolved(layers: &[Layer], (light_from_view, towards): (&Mat3, DVec3), light: &OutdoorLight) -> [u8; 4] {
+fn resolved(layers: &[Layer], light_from_view: &Mat3, towards: DVec3, light: &OutdoorLight) -> [u8; 4] {
     // The images of a pixel are seen from directions around that to the viewer; how they are stretched is not known.
     let (right, down) = towards.any_orthonormal_pair();
     let from_image = DMat3::from_cols(right, down, towards);

@@ -33,7 +33,7 @@ pub(super) struct Instance<'a> {
 
 impl<'a> Instance<'a> {
     /// Makes an instance that is drawn by the copy of an index; `None` where its sub-object has no images.
-    pub fn of((plant, images): (&Plant, &'a PlantImages), drawn: &Drawn, copy: usize) -> Option<Self> {
+    pub fn of(plant: &Plant, images: &'a PlantImages, drawn: &Drawn, copy: usize) -> Option<Self> {
         let Drawn { object, view_from_object, path, door, .. } = *drawn;
         let of = images.objects.get(object)?.as_ref()?;
         Some(Self {
@@ -132,7 +132,7 @@ impl ImagePlacement {
     }
 
     /// Returns whether a row of an image may meet the pixels.
-    pub fn row_meets(&self, y: f32, span: f32, (delta, rect): (f32, &PixelRect)) -> bool {
+    pub fn row_meets(&self, y: f32, span: f32, delta: f32, rect: &PixelRect) -> bool {
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
         // What a sample covers reaches less than four pixels of the image beyond its centre, leaning included.
         for (x, y, z) in [-span, span]

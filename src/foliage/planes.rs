@@ -21,7 +21,7 @@ const OVERLAP: f64 = 1.0;
 
 impl DepthPlanes {
     /// Makes the planes that displace what they show by about `error_px` pixels at most.
-    pub fn new(instance: &Instance, place: &ImagePlacement, (direction, error_px): (usize, f64)) -> Self {
+    pub fn new(instance: &Instance, place: &ImagePlacement, direction: usize, error_px: f64) -> Self {
         let space = instance.bounds.space;
         let away = instance.directions.view_from_object(direction).row(2);
         let extent = away.abs().dot(space.high - space.low);

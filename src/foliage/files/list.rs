@@ -112,7 +112,7 @@ fn list_of(file: &Path, text: &str) -> Result<TreeList> {
     let ignored = ignored.map(|(name, _)| name.clone()).collect();
     let mut list = TreeList { ignored, ..TreeList::default() };
     for record in records {
-        match place_of(file, &record, (head.fields.len(), columns), separator) {
+        match place_of(file, &record, head.fields.len(), columns, separator) {
             Ok(place) => list.places.push(place),
             Err(error) => list.problems.push((record.line, error)),
         }
@@ -152,7 +152,8 @@ fn columns_of(file: &Path, head: &CsvRecord) -> Result<[Option<usize>; 7]> {
 fn place_of(
     file: &Path,
     record: &CsvRecord,
-    (most, columns): (usize, [Option<usize>; 7]),
+    most: usize,
+    columns: [Option<usize>; 7],
     separator: char,
 ) -> Result<ListedPlace> {
     if record.fields.len() > most {

@@ -152,7 +152,7 @@ fn near_by_a_branch_looks_the_same_with_half_of_its_triangles() {
         let draw = |threshold: f64| {
             let options = LayeredOptions { walk: WalkOptions { threshold }, ..LayeredOptions::FINAL };
             let light = OutdoorLight::day(plant.up);
-            draw_layered((&plant, &images), &view, &light, &options, &Task::silent()).unwrap()
+            draw_layered(&plant, &images, &view, &light, &options, &Task::silent()).unwrap()
         };
         // A threshold near 0 asks for full detail.
         let (all, of_all) = draw(1e-9);

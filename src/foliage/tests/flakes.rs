@@ -15,7 +15,7 @@ use quadratura_view::Picture;
 const SLABS: BakeOptions = BakeOptions { side: 96, least_side: 96, most_side: 96, ..BakeOptions::SLABS };
 
 fn flaked(plant: &Plant, images: &PlantImages, view: &View, options: &FlakeOptions) -> Picture {
-    draw_flakes((plant, images), view, &OutdoorLight::day(plant.up), options, &Task::silent()).unwrap().0
+    draw_flakes(plant, images, view, &OutdoorLight::day(plant.up), options, &Task::silent()).unwrap().0
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn texel_by_texel_a_branch_looks_as_its_polygons_do() {
                 let view = from(&plant, towards, side);
                 let light = OutdoorLight::day(plant.up);
                 let (picture, cost) =
-                    draw_flakes((&plant, &images), &view, &light, &options, &Task::silent()).unwrap();
+                    draw_flakes(&plant, &images, &view, &light, &options, &Task::silent()).unwrap();
                 let found = similarity(&brute(&plant, &view), &picture).unwrap();
                 let within = |ratio: f64, most: f64| (ratio - 1.0).abs() < most;
                 let is_like =

@@ -53,7 +53,7 @@ pub fn from(plant: &Plant, towards: DVec3, side: u32) -> View {
 }
 
 fn layered(plant: &Plant, images: &PlantImages, view: &View, options: &LayeredOptions) -> Picture {
-    draw_layered((plant, images), view, &OutdoorLight::day(plant.up), options, &Task::silent()).unwrap().0
+    draw_layered(plant, images, view, &OutdoorLight::day(plant.up), options, &Task::silent()).unwrap().0
 }
 
 pub fn brute(plant: &Plant, view: &View) -> Picture {
@@ -77,7 +77,7 @@ fn from_images_a_branch_looks_as_its_polygons_do_from_any_side_and_distance() {
             let view = from(&plant, towards, side);
             let light = OutdoorLight::day(plant.up);
             let (picture, cost) =
-                draw_layered((&plant, &images), &view, &light, &options, &Task::silent()).unwrap();
+                draw_layered(&plant, &images, &view, &light, &options, &Task::silent()).unwrap();
             let found = similarity(&brute(&plant, &view), &picture).unwrap();
             let within = |ratio: f64, most: f64| (ratio - 1.0).abs() < most;
             let is_like = found.ssim > least && within(found.coverage, 0.05) && within(found.light, 0.1);

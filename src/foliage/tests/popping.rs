@@ -21,7 +21,7 @@ fn on_spiral(plant: &Plant, share: f64) -> View {
 
 fn drawn(plant: &Plant, images: &PlantImages, view: &View, walk: WalkOptions) -> Picture {
     let options = FlakeOptions { walk, ..FlakeOptions::PREVIEW };
-    draw_flakes((plant, images), view, &OutdoorLight::day(plant.up), &options, &Task::silent()).unwrap().0
+    draw_flakes(plant, images, view, &OutdoorLight::day(plant.up), &options, &Task::silent()).unwrap().0
 }
 
 #[test]

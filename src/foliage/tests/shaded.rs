@@ -157,7 +157,7 @@ fn an_oak_with_shadows_covers_the_same_and_is_darker_inside() {
     let sun = OutdoorLight { sky: Vec3::ZERO, ground: Vec3::ZERO, ..light };
     let nothing = vec![f32::NEG_INFINITY; 100 * 100];
     let parts = |shades: Option<&Shades<'_>>| {
-        let drawn = draw_in_lights(&plant, &view, [sun, light], (&nothing, shades), &Task::silent()).unwrap();
+        let drawn = draw_in_lights(&plant, &view, [sun, light], &nothing, shades, &Task::silent()).unwrap();
         drawn.iter().map(|pixel| pixel.sums[0].y).sum::<f32>()
     };
     let share = parts(Some(&shades)) / parts(None);
@@ -194,9 +194,8 @@ fn the_sun_lights_a_crown_that_is_known_cell_by_cell_as_much_as_one_that_is_know
         let sum = |sun: Option<SunShade<'_>>| {
             let shades = sun.map(|sun| Shades { sun, openness: &openness });
             let nothing = vec![f32::NEG_INFINITY; 100 * 100];
-            let drawn =
-                draw_in_lights(&plant, &view, [light; 2], (&nothing, shades.as_ref()), &Task::silent())
-                    .unwrap();
+            let drawn = draw_in_lights(&plant, &view, [light; 2], &nothing, shades.as_ref(), &Task::silent())
+                .unwrap();
             drawn.iter().map(|pixel| pixel.sums[0].y).sum::<f32>()
         };
         let by_leaf = sum(Some(SunShade::Shadow { shadow: &shadow, frame_from_plant: DAffine3::IDENTITY }));
@@ -221,7 +220,7 @@ fn two_lights_are_drawn_as_each_alone_where_nothing_hides_the_plant() {
     ];
     let mut hiding = vec![f32::NEG_INFINITY; 64];
     hiding[3 * 8 + 3] = 1.0;
-    let drawn = draw_in_lights(&plant, &view, lights, (&hiding, None), &Task::silent()).unwrap();
+    let drawn = draw_in_lights(&plant, &view, lights, &hiding, None, &Task::silent()).unwrap();
     let picture = draw(&plant, &view, &day, &Task::silent()).unwrap().picture;
     for (at, (pixel, [_, g, _, a])) in drawn.iter().zip(picture.pixels()).enumerate() {
         if at == 3 * 8 + 3 {

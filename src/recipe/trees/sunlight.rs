@@ -181,7 +181,7 @@ mod tests {
         let plant = Arc::new(boxed(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 4.0), DVec3::Z));
         let low = DVec3::new(-1.0, -1.0, 0.0);
         let openness =
-            Openness::of((low, 2.0, [1, 1, 2]), vec![[127, 0, 0, 0]; 2], vec![[open; DIRECTIONS]; 2]);
+            Openness::of(low, 2.0, [1, 1, 2], vec![[127, 0, 0, 0]; 2], vec![[open; DIRECTIONS]; 2]);
         WoodSpecies { plant, unpainted: None, images: None, openness: Some(Arc::new(openness.unwrap())) }
     }
 

@@ -190,11 +190,11 @@ impl<'a> PlantDrawing<'a> {
                 drawing.picture
             }
             PlantMethod::Layers(images, options) => {
-                let drawn = draw_layered((self.plant, images), &view, &self.light, options, task)?;
+                let drawn = draw_layered(self.plant, images, &view, &self.light, options, task)?;
                 self.counted(drawn)
             }
             PlantMethod::Texels(images, options) => {
-                let drawn = draw_flakes((self.plant, images), &view, &self.light, options, task)?;
+                let drawn = draw_flakes(self.plant, images, &view, &self.light, options, task)?;
                 self.counted(drawn)
             }
         };

@@ -92,8 +92,8 @@ fn parsed(bytes: &[u8], inputs: &str) -> Result<Option<Openness>, Fault> {
     let values = inflated("values", values, 4 * cells)?;
     let open = inflated("open", open, DIRECTIONS as u64 * cells)?;
     let values = values.as_chunks::<4>().0.iter().map(|cell| cell.map(u8::cast_signed)).collect();
-    let grid = (DVec3::from_array(header.low), header.cell, header.size);
-    let openness = Openness::of(grid, values, open.as_chunks().0.to_vec());
+    let low = DVec3::from_array(header.low);
+    let openness = Openness::of(low, header.cell, header.size, values, open.as_chunks().0.to_vec());
     openness.map(Some).ok_or_else(|| {
         ("cell", format!("cells of {} at {:?}, expected numbers above 0", header.cell, header.low))
     })

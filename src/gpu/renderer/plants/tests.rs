@@ -309,8 +309,9 @@ fn what_is_known_of_the_normals_of_samples_changes_light_as_much_on_the_device_a
                     sums[0] += measured(&renderer.picture(shot, &Task::silent()).unwrap()).1;
                     let in_plant = &plant.whole().bounds.ball;
                     let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, in_plant);
-                    let (of, options) = ((&plant, &**images), FlakeOptions::FINAL);
-                    let drawn = draw_flakes(of, &view, &wood.light, &options, &Task::silent()).unwrap();
+                    let options = FlakeOptions::FINAL;
+                    let drawn =
+                        draw_flakes(&plant, images, &view, &wood.light, &options, &Task::silent()).unwrap();
                     assert!(drawn.1.images > 0 && drawn.1.triangles == 0, "{:?}", drawn.1);
                     sums[1] += measured(&drawn.0).1;
                 }

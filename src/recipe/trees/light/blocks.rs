@@ -240,7 +240,7 @@ fn drawn(
     let sky = OutdoorLight { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..black };
     let sun = SunShade::Crown { towards_sun: wood.light.towards_sun, sunlit: tree.sunlit.as_deref() };
     let shades = openness.as_deref().map(|openness| Shades { sun, openness });
-    draw_in_lights(plant, &view, [of_sun, sky], (model.inverse_depths(), shades.as_ref()), task)
+    draw_in_lights(plant, &view, [of_sun, sky], model.inverse_depths(), shades.as_ref(), task)
 }
 
 /// Returns the column and row of each whole block of a photo, of whose drawing this is the camera.

@@ -27,7 +27,7 @@ fn seen(plant: &Plant, turn: f64) -> Vec<InLights> {
         OutdoorLight { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..OutdoorLight::day(plant.up) };
     let sun = OutdoorLight { sun: Vec3::ONE, ..none };
     let sky = OutdoorLight { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..none };
-    draw_in_lights(plant, &view, [sun, sky], (&[0.0; SIDE * SIDE], None), &Task::silent()).unwrap()
+    draw_in_lights(plant, &view, [sun, sky], &[0.0; SIDE * SIDE], None, &Task::silent()).unwrap()
 }
 
 /// Returns what a block shows: how many of its 64 sub-pixels, and their mean light in both lights.
