@@ -30,7 +30,7 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
 use quadratura_foliage::{
-    Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, TreePace, WalkOptions, sun_views,
+    Ball, MOST_SUN_VIEWS, OutdoorLight, SunScene, SunView, Tree, TreePace, WalkOptions, sun_views,
 };
 use quadratura_projection::Sources;
 use quadratura_projection::cells::Cells;
@@ -363,9 +363,9 @@ fn depths<'a>(
 }
 
 impl ShadowsWords {
-    fn new(light: &Light, count: usize) -> Self {
+    fn new(light: &OutdoorLight, count: usize) -> Self {
         let direction = |direction: DVec3| direction.as_vec3().to_array();
-        let Light { towards_sun, up, sun, sky, ground } = light;
+        let OutdoorLight { towards_sun, up, sun, sky, ground } = light;
         Self {
             towards_sun: direction(*towards_sun),
             count: count as u32,

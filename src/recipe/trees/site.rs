@@ -12,7 +12,7 @@ use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::task::Task;
 use quadratura_document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
 use quadratura_foliage::files::{built_in_plant, read_plant};
-use quadratura_foliage::{Light, Placing, Plant, Tree, Wood, WoodSpecies};
+use quadratura_foliage::{OutdoorLight, Placing, Plant, Tree, Wood, WoodSpecies};
 use quadratura_io::project::resolved;
 
 /// The trees of a project.
@@ -222,8 +222,8 @@ fn placing(tree: &PlacedTree, up: DVec3, unit: f64) -> Placing {
 }
 
 /// Returns the light on the trees of a site: what is given, and a clear day for the rest.
-fn light(said: &TreeLight, up: DVec3) -> Light {
-    let mut light = Light::day(up);
+fn light(said: &TreeLight, up: DVec3) -> OutdoorLight {
+    let mut light = OutdoorLight::day(up);
     if let Some(sun) = said.sun {
         light.towards_sun = DVec3::from_array(sun).normalize();
     }
@@ -234,7 +234,7 @@ fn light(said: &TreeLight, up: DVec3) -> Light {
 }
 
 /// Makes a light as bright as is said.
-pub fn shine(light: &mut Light, LightStrength { sun, sky, ground }: &LightStrength) {
+pub fn shine(light: &mut OutdoorLight, LightStrength { sun, sky, ground }: &LightStrength) {
     let linear = |light: &[f64; 3]| DVec3::from_array(*light).as_vec3();
     (light.sun, light.sky, light.ground) = (linear(sun), linear(sky), linear(ground));
 }

@@ -174,14 +174,14 @@ mod tests {
     use quadratura_base::scene::synthetic::Modeller;
     use quadratura_foliage::directions::DIRECTIONS;
     use quadratura_foliage::synthetic::boxed;
-    use quadratura_foliage::{Light, WoodSpecies};
+    use quadratura_foliage::{OutdoorLight, WoodSpecies};
 
     /// A species of 2 x 2 x 4 of which a share of all light comes in from outside.
     fn species(open: u8) -> WoodSpecies {
         let plant = Arc::new(boxed(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 4.0), DVec3::Z));
         let low = DVec3::new(-1.0, -1.0, 0.0);
         let openness =
-            Openness::of((low, 2.0, [1, 1, 2]), vec![[127, 0, 0, 0]; 2], vec![[open; DIRECTIONS]; 2]);
+            Openness::of(low, 2.0, [1, 1, 2], vec![[127, 0, 0, 0]; 2], vec![[open; DIRECTIONS]; 2]);
         WoodSpecies { plant, unpainted: None, images: None, openness: Some(Arc::new(openness.unwrap())) }
     }
 
@@ -201,7 +201,7 @@ mod tests {
     /// The sun is in the direction of +x, 45 degrees high.
     fn wood(trees: Vec<Tree>) -> Wood {
         let towards_sun = DVec3::new(1.0, 0.0, 1.0).normalize();
-        let light = Light { towards_sun, ..Light::day(DVec3::Z) };
+        let light = OutdoorLight { towards_sun, ..OutdoorLight::day(DVec3::Z) };
         Wood { species: vec![species(51), species(255)], trees, light }
     }
 

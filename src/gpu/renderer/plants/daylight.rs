@@ -8,7 +8,7 @@ use super::flake::rows_of;
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
 use quadratura_foliage::directions::{DIRECTIONS, Serving, serving};
-use quadratura_foliage::{Light, Openness};
+use quadratura_foliage::{Openness, OutdoorLight};
 use quadratura_view::Shot;
 
 /// The WGSL source that is put before passes that light trees.
@@ -32,9 +32,9 @@ pub struct DaylightWords {
 
 impl DaylightWords {
     /// Returns the light in the camera's frame of a view.
-    pub fn new(light: &Light, shot: &Shot) -> Self {
+    pub fn new(light: &OutdoorLight, shot: &Shot) -> Self {
         let in_camera = |direction: DVec3| (shot.pose.rotation * direction).as_vec3().to_array();
-        let Light { towards_sun, up, sun, sky, ground } = light;
+        let OutdoorLight { towards_sun, up, sun, sky, ground } = light;
         Self {
             towards_sun: in_camera(*towards_sun),
             up: in_camera(*up),

@@ -14,7 +14,9 @@ use quadratura_base::scene::light::linear_of_srgb;
 use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::task::Task;
 use quadratura_foliage::synthetic::{bushy, plant_of};
-use quadratura_foliage::{CastShadows, Light, Material, Plant, Tree, Wood, WoodSpecies, left_in_shadow};
+use quadratura_foliage::{
+    CastShadows, Material, OutdoorLight, Plant, Tree, Wood, WoodSpecies, left_in_shadow,
+};
 use quadratura_projection::TextureOptions;
 use quadratura_projection::one_photo;
 use quadratura_projection::pyramid::PyramidOptions;
@@ -100,8 +102,8 @@ impl Bench {
 }
 
 /// A sun at 45 degrees in the direction of x, and a sky.
-fn light() -> Light {
-    Light {
+fn light() -> OutdoorLight {
+    OutdoorLight {
         towards_sun: DVec3::new(1.0, 0.0, 1.0).normalize(),
         up: DVec3::Z,
         sun: Vec3::new(1.0, 0.8, 0.5),

@@ -13,7 +13,9 @@ use quadratura_base::scene::light::LINEAR_FROM_BYTE;
 use quadratura_base::scene::{Photo, PhotoId, PhotoPixels};
 use quadratura_base::task::Task;
 use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
-use quadratura_foliage::{InLights, Light, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights};
+use quadratura_foliage::{
+    InLights, OutdoorLight, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights,
+};
 use quadratura_import::photo::read_photo;
 use quadratura_io::mask_store::MaskStore;
 use quadratura_projection::Gains;
@@ -233,12 +235,12 @@ fn drawn(
 ) -> Result<Vec<InLights>> {
     let WoodSpecies { plant, openness, .. } = &wood.species[tree.species];
     let view = View::of_tree(small.camera, &small.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
-    let black = Light { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
-    let of_sun = Light { sun: Vec3::ONE, ..black };
-    let sky = Light { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..black };
+    let black = OutdoorLight { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
+    let of_sun = OutdoorLight { sun: Vec3::ONE, ..black };
+    let sky = OutdoorLight { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..black };
     let sun = SunShade::Crown { towards_sun: wood.light.towards_sun, sunlit: tree.sunlit.as_deref() };
     let shades = openness.as_deref().map(|openness| Shades { sun, openness });
-    draw_in_lights(plant, &view, [of_sun, sky], (model.inverse_depths(), shades.as_ref()), task)
+    draw_in_lights(plant, &view, [of_sun, sky], model.inverse_depths(), shades.as_ref(), task)
 }
 
 /// Returns the column and row of each whole block of a photo, of whose drawing this is the camera.

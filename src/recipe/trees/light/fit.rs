@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use glam::{DMat2, DVec2, DVec3};
 
 use quadratura_document::trees::LightStrength;
-use quadratura_foliage::Light;
+use quadratura_foliage::OutdoorLight;
 
 /// A block of pixels of a photo on a tree. All is linear light, R, G, B.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,13 +55,13 @@ pub fn luminance(light: DVec3) -> f64 {
 
 /// Returns what the ground gives per channel where the sky gives 1: as on a clear day.
 pub fn ground_of_sky() -> DVec3 {
-    let day = Light::day(DVec3::Z);
+    let day = OutdoorLight::day(DVec3::Z);
     day.ground.as_dvec3() / day.sky.as_dvec3()
 }
 
 /// Returns the usual light of the sky per channel where the sun gives 1: in the colours of a clear day.
 pub fn sky_of_sun() -> DVec3 {
-    let day = Light::day(DVec3::Z);
+    let day = OutdoorLight::day(DVec3::Z);
     let (sun, sky) = (day.sun.as_dvec3(), day.sky.as_dvec3());
     sky / sun * (luminance(sun) / luminance(sky)) / SUN_PER_SKY
 }

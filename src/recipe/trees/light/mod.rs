@@ -37,7 +37,7 @@ use quadratura_document::trees::{LightStrength, PlacedTree, Strength, TreeLight}
 use quadratura_document::{Project, Stack, Trees};
 use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::files::images::plant_hash;
-use quadratura_foliage::{Light, Tree, Wood};
+use quadratura_foliage::{OutdoorLight, Tree, Wood};
 use quadratura_io::stack_store::StackStore;
 
 /// An estimate of the light on trees.
@@ -154,7 +154,7 @@ pub fn is_needed(project: &Project) -> bool {
 
 /// Returns the light of a clear day, which is the same whatever is up.
 pub fn clear_day() -> LightStrength {
-    let Light { sun, sky, ground, .. } = Light::day(DVec3::Z);
+    let OutdoorLight { sun, sky, ground, .. } = OutdoorLight::day(DVec3::Z);
     let of_day = |light: glam::Vec3| light.as_dvec3().to_array();
     LightStrength { sun: of_day(sun), sky: of_day(sky), ground: of_day(ground) }
 }

@@ -124,7 +124,7 @@ mod tests {
     use quadratura_base::scene::PhotoId;
     use quadratura_base::scene::synthetic::{Scene, Truth, centred, look_at};
     use quadratura_foliage::synthetic::plant_of;
-    use quadratura_foliage::{Light, Material, WoodSpecies};
+    use quadratura_foliage::{Material, OutdoorLight, WoodSpecies};
 
     /// A site of a photo, and a tree.
     fn site_and_wood() -> (Site, Wood) {
@@ -147,7 +147,7 @@ mod tests {
             sunlit: None,
         };
         let species = vec![WoodSpecies { plant, unpainted: None, images: None, openness: None }];
-        let wood = Wood { species, trees: vec![tree], light: Light::day(DVec3::Z) };
+        let wood = Wood { species, trees: vec![tree], light: OutdoorLight::day(DVec3::Z) };
         (Site { photos: vec![scene.photo()], model: Arc::default() }, wood)
     }
 

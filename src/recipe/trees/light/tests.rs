@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::fit::{Block, Fit, fit, ground_of_sky};
 use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_foliage::{InLights, Light, Plant, Species, View, draw_in_lights, grow};
+use quadratura_foliage::{InLights, OutdoorLight, Plant, Species, View, draw_in_lights, grow};
 
 /// Pixels of the drawing across and down, of 2 x 2 a block.
 const SIDE: usize = 192;
@@ -23,10 +23,11 @@ fn seen(plant: &Plant, turn: f64) -> Vec<InLights> {
     let side = DVec3::new((TAU * turn).cos(), (TAU * turn).sin(), 0.1);
     let pose = look_at(ball.middle + 4.0 * ball.radius * side, ball.middle);
     let view = View::of_tree(centred(192, 192, 330.0), &pose, &DAffine3::IDENTITY, &ball);
-    let none = Light { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..Light::day(plant.up) };
-    let sun = Light { sun: Vec3::ONE, ..none };
-    let sky = Light { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..none };
-    draw_in_lights(plant, &view, [sun, sky], (&[0.0; SIDE * SIDE], None), &Task::silent()).unwrap()
+    let none =
+        OutdoorLight { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..OutdoorLight::day(plant.up) };
+    let sun = OutdoorLight { sun: Vec3::ONE, ..none };
+    let sky = OutdoorLight { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..none };
+    draw_in_lights(plant, &view, [sun, sky], &[0.0; SIDE * SIDE], None, &Task::silent()).unwrap()
 }
 
 /// Returns what a block shows: how many of its 64 sub-pixels, and their mean light in both lights.
