@@ -5,12 +5,12 @@
 //! a first line, then each image as it would be in a file of its own.
 
 mod check;
-mod fault;
+mod chunk_pixels;
+mod defect;
 mod hash;
 mod header;
 mod line;
 mod packing;
-mod piece;
 mod prediction;
 mod read;
 mod set;
@@ -34,7 +34,7 @@ use quadratura_base::geometry::PixelRect;
 
 /// Returns what is wrong with a camera: its frame's size, K, R or t; `None` where nothing is.
 pub fn wrong_camera(camera: &LdiCamera) -> Option<String> {
-    check::check_camera(camera).err().map(|fault| fault.found)
+    check::check_camera(camera).err().map(|defect| defect.found)
 }
 
 /// Returns what is wrong in what is said of a layered depth image: its kind, gain, camera or surfaces; `None` where nothing is.
@@ -44,12 +44,12 @@ pub(super) fn wrong_content(
     camera: &LdiCamera,
     surfaces: &[SurfaceEntry],
 ) -> Option<String> {
-    check::check_content(kind, gain, camera, surfaces).err().map(|fault| fault.found)
+    check::check_content(kind, gain, camera, surfaces).err().map(|defect| defect.found)
 }
 
 /// Returns what is wrong with where a photo lies in the frame; `None` where nothing is.
 pub(super) fn wrong_photo_rect(rect: Option<&PixelRect>, camera: &LdiCamera) -> Option<String> {
-    check::check_photo_rect(rect, camera).err().map(|fault| fault.found)
+    check::check_photo_rect(rect, camera).err().map(|defect| defect.found)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! its surfaces, for programs that know no `.ldi` (see `docs/formats.md`).
 
 mod json;
-mod pictures;
+mod picture_kind;
 mod read;
 mod write;
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::json::{FORMAT, JSON, LayersFile, MOST_LAYERS, NEAREST, VERSION};
-use super::pictures::{HELD, Picture, REMEDY};
+use super::picture_kind::{HELD, PictureKind, REMEDY};
 use crate::file::{SurfaceEntry, wrong_content, wrong_photo_rect};
 use crate::layout::LARGEST_INVERSE_DEPTH;
 use crate::levels::pyramid;
-use crate::{DepthPixel, Ldi, LdiKind, Level, Splat};
+use crate::{DepthPixel, Ldi, LdiKind, ResolutionLevel, Splat};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::json::read_json;
@@ -83,9 +83,9 @@ fn check(json: &LayersFile) -> Result<(), String> {
 }
 
 fn read_layer(folder: &Path, layer: usize, json: &LayersFile) -> Result<LayerPixels> {
-    let decoded = |picture: Picture| picture.decoded(&folder.join(picture.file_name(layer)), json);
-    let infos = decoded(Picture::Surfaces)?;
-    let (colours, depths) = (decoded(Picture::Colours)?, decoded(Picture::Depths)?);
+    let decoded = |picture: PictureKind| picture.decoded(&folder.join(picture.file_name(layer)), json);
+    let infos = decoded(PictureKind::Surfaces)?;
+    let (colours, depths) = (decoded(PictureKind::Colours)?, decoded(PictureKind::Depths)?);
     let (infos, colours, depths) =
         (infos.as_chunks::<6>().0, colours.as_chunks::<4>().0, depths.as_chunks::<2>().0);
     let mut pixels = LayerPixels::new();
@@ -95,7 +95,7 @@ fn read_layer(folder: &Path, layer: usize, json: &LayersFile) -> Result<LayerPix
             continue;
         }
         let wrong = |found: String| {
-            let (file, place) = (folder.join(Picture::Surfaces.file_name(layer)), place(at, json));
+            let (file, place) = (folder.join(PictureKind::Surfaces.file_name(layer)), place(at, json));
             Error::input(file, place, found, REMEDY)
         };
         if held != HELD || splat > u16::from(u8::MAX) {
@@ -122,14 +122,14 @@ fn place(at: u32, json: &LayersFile) -> String {
 }
 
 /// Puts the layers together, row by row.
-fn level_of(folder: &Path, json: &LayersFile, layers: &[LayerPixels]) -> Result<Level> {
+fn level_of(folder: &Path, json: &LayersFile, layers: &[LayerPixels]) -> Result<ResolutionLevel> {
     let camera = json.camera.pinhole();
     let total: u64 = layers.iter().map(|layer| layer.len() as u64).sum();
     if total > u64::from(u32::MAX) {
         let found = format!("{total} depth pixels; expected less than 2^32");
         return Err(Error::input(folder.join(JSON), "", found, "export a smaller image"));
     }
-    let mut level = Level::without_rows(camera);
+    let mut level = ResolutionLevel::without_rows(camera);
     let mut rest: Vec<&[(u32, DepthPixel)]> = layers.iter().map(Vec::as_slice).collect();
     for y in 0..camera.height {
         // A frame has less than 2^28 positions.
@@ -153,17 +153,17 @@ fn level_of(folder: &Path, json: &LayersFile, layers: &[LayerPixels]) -> Result<
 }
 
 /// Checks the depth pixels of one position; an error says in which picture of which layer something is wrong, and what.
-fn check_order(pixels: &[(u32, usize, DepthPixel)]) -> Result<(), (usize, Picture, String)> {
+fn check_order(pixels: &[(u32, usize, DepthPixel)]) -> Result<(), (usize, PictureKind, String)> {
     for (expected, (_, layer, _)) in pixels.iter().enumerate() {
         if *layer != expected {
             let found = format!("a depth pixel, but none in layer {expected}; expected layers without gaps");
-            return Err((*layer, Picture::Surfaces, found));
+            return Err((*layer, PictureKind::Surfaces, found));
         }
     }
     match pixels.windows(2).find(|pair| pair[1].2.inverse_depth > pair[0].2.inverse_depth) {
         Some(pair) => Err((
             pair[1].1,
-            Picture::Depths,
+            PictureKind::Depths,
             "it is nearer than the layer before; expected the nearest first".to_owned(),
         )),
         None => Ok(()),

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 
-use super::pictures::Picture;
+use super::picture_kind::PictureKind;
 use super::*;
 use crate::levels::pyramid;
-use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
+use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, ResolutionLevel, Splat};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::FaceIndex;
 use quadratura_base::scene::synthetic::Rng;
@@ -49,7 +49,7 @@ fn random(seed: u64, width: u32, height: u32) -> Ldi {
         pose: Pose { rotation: DMat3::from_rotation_y(0.7), translation: DVec3::new(5e6, -0.1, 1e-7) },
         photo_rect: Some(PixelRect { x: (width / 2) as i32, y: 0, w: width - width / 2, h: height }),
         gain: [0.0, -0.25, 0.1],
-        levels: pyramid(Level::of_rows(camera, rows), &surfaces),
+        levels: pyramid(ResolutionLevel::of_rows(camera, rows), &surfaces),
         surfaces,
         sources: vec!["nord/0028.jpg".to_owned()],
         report,
@@ -93,7 +93,7 @@ fn what_is_read_is_what_was_written_within_half_a_step_of_16_bits() {
 fn an_image_without_depth_pixels_is_a_folder_without_pictures() {
     let folder = tempfile::tempdir().unwrap();
     let mut ldi = random(1, 4, 3);
-    ldi.levels = pyramid(Level::of_rows(ldi.camera, [Vec::new(), Vec::new(), Vec::new()]), &[]);
+    ldi.levels = pyramid(ResolutionLevel::of_rows(ldi.camera, [Vec::new(), Vec::new(), Vec::new()]), &[]);
     let written = write_ldi_layers(&folder.path().join("a"), &ldi).unwrap();
     assert_eq!((written.layers, bytes_in(&written.folder).len()), (0, 1));
     assert_eq!(read_ldi_layers(&written.folder, &Task::silent()).unwrap(), ldi);
@@ -208,26 +208,30 @@ fn pictures_that_contradict_each_other_are_refused_with_their_place() {
     let camera = Pinhole { width: 3, height: 2, fx: 1.0, fy: 1.0, cx: 1.0, cy: 1.0 };
     let pixel = |inverse_depth| DepthPixel { inverse_depth, colour: [0; 4], surface: 0, splat: Splat(0) };
     let rows = [vec![], vec![(2, pixel(1.0)), (2, pixel(0.5))]];
-    let ldi =
-        Ldi { camera, levels: vec![Level::of_rows(camera, rows)], surfaces: Vec::new(), ..random(1, 2, 2) };
+    let ldi = Ldi {
+        camera,
+        levels: vec![ResolutionLevel::of_rows(camera, rows)],
+        surfaces: Vec::new(),
+        ..random(1, 2, 2)
+    };
     let written = write_ldi_layers(&folder.path().join("a"), &ldi).unwrap().folder;
-    let picture = |picture: Picture, layer, samples: &[u8]| {
+    let picture = |picture: PictureKind, layer, samples: &[u8]| {
         fs::write(written.join(picture.file_name(layer)), picture.encoded([3, 2], samples).unwrap()).unwrap();
     };
     let error = || read_ldi_layers(&written, &Task::silent()).unwrap_err().to_string();
     let (near, far) = ([255u8; 12], [0u8; 12]);
-    picture(Picture::Depths, 0, &far);
-    picture(Picture::Depths, 1, &near);
+    picture(PictureKind::Depths, 0, &far);
+    picture(PictureKind::Depths, 1, &near);
     assert!(error().contains("depth-01.png, column 2, row 1: it is nearer"), "{}", error());
-    picture(Picture::Surfaces, 0, &[0; 36]);
+    picture(PictureKind::Surfaces, 0, &[0; 36]);
     assert!(
         error().contains("surface-01.png, column 2, row 1: a depth pixel, but none in layer 0"),
         "{}",
         error()
     );
-    picture(Picture::Surfaces, 0, &[[0, 9, 0, 0, 255, 255]; 6].concat());
+    picture(PictureKind::Surfaces, 0, &[[0, 9, 0, 0, 255, 255]; 6].concat());
     assert!(error().contains("surface-00.png, column 0, row 0: surface 9; expected 0 to 0"), "{}", error());
-    fs::write(written.join("depth-00.png"), Picture::Depths.encoded([2, 3], &far).unwrap()).unwrap();
-    picture(Picture::Surfaces, 0, &[0; 36]);
+    fs::write(written.join("depth-00.png"), PictureKind::Depths.encoded([2, 3], &far).unwrap()).unwrap();
+    picture(PictureKind::Surfaces, 0, &[0; 36]);
     assert!(error().contains("depth-00.png: 2 x 3 pixels; expected 3 x 2"), "{}", error());
 }

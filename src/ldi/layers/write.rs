@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::json::{DepthError, FORMAT, JSON, LayerEntry, LayersFile, MAPPING, MOST_LAYERS, NEAREST, VERSION};
-use super::pictures::{HELD, Picture};
+use super::picture_kind::{HELD, PictureKind};
 use crate::file::{LdiCamera, SurfaceEntry};
-use crate::{Ldi, Level};
+use crate::{Ldi, ResolutionLevel};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::{create_folder_with, replace_folder_with, write_atomically};
 use quadratura_files::free_path::free_path;
@@ -119,7 +119,7 @@ fn write_files(folder: &Path, ldi: &Ldi, layers: usize) -> Result<(LayersFile, u
 /// Writes the pictures of a layer; returns their size in bytes, too.
 fn write_layer(
     folder: &Path,
-    level: &Level,
+    level: &ResolutionLevel,
     layer: usize,
     near_and_far: [f32; 2],
 ) -> Result<(LayerEntry, u64)> {
@@ -127,7 +127,7 @@ fn write_layer(
     let (held, samples) = samples(level, layer, near_and_far);
     let mut entry = LayerEntry { depth_pixels: held, files: BTreeMap::new() };
     let mut bytes = 0;
-    for (picture, samples) in Picture::ALL.into_iter().zip(samples) {
+    for (picture, samples) in PictureKind::ALL.into_iter().zip(samples) {
         let name = picture.file_name(layer);
         let file = folder.join(&name);
         let png =
@@ -140,7 +140,7 @@ fn write_layer(
 }
 
 /// Returns the number of depth pixels of a layer and the samples of its pictures, all of them 0 where there is none.
-fn samples(level: &Level, layer: usize, [near, far]: [f32; 2]) -> (u64, [Vec<u8>; 3]) {
+fn samples(level: &ResolutionLevel, layer: usize, [near, far]: [f32; 2]) -> (u64, [Vec<u8>; 3]) {
     let width = level.camera.width as usize;
     let pixels = width * level.camera.height as usize;
     let [mut colours, mut depths, mut surfaces] = [4, 2, 6].map(|bytes| vec![0u8; bytes * pixels]);

@@ -18,7 +18,7 @@ use quadratura_layers::device::StartDevice;
 use quadratura_ldi::cube::{FACE, FACE_NAMES, cube_cameras, upright};
 use quadratura_ldi::file::Packing;
 use quadratura_ldi::layout::LONGEST_SIDE;
-use quadratura_ldi::{Arrangement, Frame};
+use quadratura_ldi::{Arrangement, CommonCamera};
 
 /// Sides of faces are multiples of this many pixels, so that levels halve them evenly.
 const SIDE_STEP: f64 = 64.0;
@@ -128,7 +128,7 @@ fn face_of(
     task: &Task,
 ) -> Result<quadratura_ldi::Ldi> {
     let gain = images[0].0.gain;
-    let frame = Frame { camera, pose, photo_rect: None, gain };
+    let frame = CommonCamera { camera, pose, photo_rect: None, gain };
     let mut words = PhotosOptions { guard: 0.0, ..options.clone() }.described();
     words.insert(FACE.to_owned(), name.to_owned());
     combined_into(&frame, Some(own), images, (options, words), task)

@@ -14,7 +14,7 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
-use quadratura_ldi::{Frame, Ldi, LdiKind, Source, combine};
+use quadratura_ldi::{CommonCamera, Ldi, LdiKind, SourceImage, combine};
 use quadratura_projection::exposure::{Shares, shares_of_view};
 use quadratura_projection::relief::Relief;
 use quadratura_projection::surface::Surface;
@@ -42,14 +42,14 @@ pub(super) fn taken(photos: &[OfPhoto], options: &PhotosOptions) -> Vec<OfPhoto>
 
 /// Combines photos' images into a frame, of whose centre `own` is, with options in words.
 pub(super) fn combined_into(
-    frame: &Frame,
+    frame: &CommonCamera,
     own: Option<PhotoId>,
     photos: &[OfPhoto],
     (options, words): (&PhotosOptions, BTreeMap<String, String>),
     task: &Task,
 ) -> Result<Ldi> {
-    let sources: Vec<Source> =
-        photos.iter().map(|(ldi, photo)| Source { ldi, is_own: Some(*photo) == own }).collect();
+    let sources: Vec<SourceImage> =
+        photos.iter().map(|(ldi, photo)| SourceImage { ldi, is_own: Some(*photo) == own }).collect();
     let mut hashing = Hashing::default();
     hashing.add(format!("{frame:?} {words:?}").as_bytes());
     photos.iter().for_each(|(ldi, _)| hashing.add(ldi.inputs.as_bytes()));
@@ -66,8 +66,8 @@ pub fn combined_depth_images(images: &[Ldi], options: &PhotosOptions, task: &Tas
     let Ldi { camera, pose, gain, .. } = *first;
     let reference = Reference { camera, pose, photo: Some(PhotoId::new(0)), gain };
     let frame = reference.frame(options.scale, options.guard)?;
-    let source = |(i, ldi)| Source { ldi, is_own: i == 0 };
-    let sources: Vec<Source> = images.iter().enumerate().map(source).collect();
+    let source = |(i, ldi)| SourceImage { ldi, is_own: i == 0 };
+    let sources: Vec<SourceImage> = images.iter().enumerate().map(source).collect();
     let mut words = options.described();
     words.insert("from".to_owned(), LdiKind::Depth.name().to_owned());
     combine(LdiKind::Depth, &frame, &sources, &options.combining, words, task)

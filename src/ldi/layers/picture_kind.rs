@@ -20,13 +20,13 @@ const SLACK: usize = 64 << 20;
 
 /// A picture of a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Picture {
+pub(super) enum PictureKind {
     Colours,
     Depths,
     Surfaces,
 }
 
-impl Picture {
+impl PictureKind {
     pub const ALL: [Self; 3] = [Self::Colours, Self::Depths, Self::Surfaces];
 
     /// Returns its name in the folder, for a layer counted from 0.
