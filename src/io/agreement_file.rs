@@ -22,7 +22,7 @@ const PIXEL: usize = 9;
 
 /// The first line of the file.
 #[derive(Debug, Serialize, Deserialize)]
-struct Header {
+struct AgreementHeader {
     version: u32,
     /// Hash of everything that the agreement was computed from.
     inputs: String,
@@ -57,8 +57,11 @@ struct ThingEntry {
 /// # Errors
 /// [`Error::Io`].
 pub fn write_agreement(file: &Path, photos: &[PhotoEvidence], inputs: &str) -> Result<()> {
-    let header =
-        Header { version: VERSION, inputs: inputs.to_owned(), photos: photos.iter().map(entry).collect() };
+    let header = AgreementHeader {
+        version: VERSION,
+        inputs: inputs.to_owned(),
+        photos: photos.iter().map(entry).collect(),
+    };
     let mut bytes = serde_json::to_vec(&header).expect("plain data is JSON");
     bytes.push(b'\n');
     let both = |photo: &'_ PhotoEvidence| [photo.agreement.clone(), photo.outlines.clone()];
@@ -78,7 +81,7 @@ pub fn write_agreement(file: &Path, photos: &[PhotoEvidence], inputs: &str) -> R
 pub fn read_agreement(file: &Path, inputs: &str, faces: usize) -> Option<Vec<PhotoEvidence>> {
     let bytes = std::fs::read(file).ok()?;
     let line = bytes.iter().position(|&b| b == b'\n')?;
-    let header: Header = serde_json::from_slice(&bytes[..line]).ok()?;
+    let header: AgreementHeader = serde_json::from_slice(&bytes[..line]).ok()?;
     if header.version != VERSION || header.inputs != inputs {
         return None;
     }

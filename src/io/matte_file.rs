@@ -22,15 +22,15 @@ const VERSION: u32 = 2;
 
 /// The first line of the file.
 #[derive(Debug, Serialize, Deserialize)]
-struct Header {
+struct MatteHeader {
     version: u32,
     /// Hash of everything that the mattes were computed from.
     inputs: String,
-    mattes: Vec<Entry>,
+    mattes: Vec<MatteEntry>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-struct Entry {
+struct MatteEntry {
     object: String,
     /// Column and row of the upper left pixel in the photo, width and height.
     rect: [u32; 4],
@@ -56,10 +56,14 @@ pub fn write_mattes(file: &Path, mattes: &[Matte], inputs: &str) -> Result<()> {
         let known = encoded(rect, ColorType::Grayscale, &known);
         let bytes = [colours.len(), known.len()];
         pictures.extend([colours, known]);
-        Entry { object: matte.object.clone(), rect: [rect.x as u32, rect.y as u32, rect.w, rect.h], bytes }
+        MatteEntry {
+            object: matte.object.clone(),
+            rect: [rect.x as u32, rect.y as u32, rect.w, rect.h],
+            bytes,
+        }
     };
     let mattes = mattes.iter().map(entry).collect();
-    let header = Header { version: VERSION, inputs: inputs.to_owned(), mattes };
+    let header = MatteHeader { version: VERSION, inputs: inputs.to_owned(), mattes };
     let mut bytes = serde_json::to_vec(&header).expect("plain data is JSON");
     bytes.push(b'\n');
     pictures.iter().for_each(|picture| bytes.extend_from_slice(picture));
@@ -73,13 +77,13 @@ pub fn write_mattes(file: &Path, mattes: &[Matte], inputs: &str) -> Result<()> {
 pub fn read_mattes(file: &Path, inputs: &str) -> Option<Vec<Matte>> {
     let bytes = std::fs::read(file).ok()?;
     let line = bytes.iter().position(|&b| b == b'\n')?;
-    let header: Header = serde_json::from_slice(&bytes[..line]).ok()?;
+    let header: MatteHeader = serde_json::from_slice(&bytes[..line]).ok()?;
     if header.version != VERSION || header.inputs != inputs {
         return None;
     }
     let mut rest = &bytes[line + 1..];
     let mut mattes = Vec::with_capacity(header.mattes.len());
-    for Entry { object, rect: [x, y, w, h], bytes: [colours, known] } in header.mattes {
+    for MatteEntry { object, rect: [x, y, w, h], bytes: [colours, known] } in header.mattes {
         let rect = PixelRect { x: i32::try_from(x).ok()?, y: i32::try_from(y).ok()?, w, h };
         let (own, others) = rest.split_at_checked(colours)?;
         let texels = decoded(own, rect, ColorType::Rgba)?.as_chunks::<4>().0.to_vec();

@@ -18,17 +18,17 @@ const VERSION: u32 = 1;
 
 /// The first line of the file.
 #[derive(Debug, Serialize, Deserialize)]
-struct Header {
+struct ReliefHeader {
     version: u32,
     /// Hash of everything that the relief was computed from.
     inputs: String,
     /// Number of faces in the model.
     faces: u32,
-    reliefs: Vec<Entry>,
+    reliefs: Vec<ReliefEntry>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-struct Entry {
+struct ReliefEntry {
     face: u32,
     origin: [f64; 3],
     u: [f64; 3],
@@ -46,7 +46,7 @@ pub fn write_relief(file: &Path, relief: &Relief, inputs: &str) -> Result<()> {
     let reliefs_of_faces = || (0..).zip(&relief.of_face).filter_map(|(face, r)| Some((face, r.as_ref()?)));
     let reliefs = reliefs_of_faces().map(|(face, r)| entry(face, r)).collect();
     let faces = relief.of_face.len() as u32;
-    let header = Header { version: VERSION, inputs: inputs.to_owned(), faces, reliefs };
+    let header = ReliefHeader { version: VERSION, inputs: inputs.to_owned(), faces, reliefs };
     let mut bytes = serde_json::to_vec(&header).expect("plain data is JSON");
     bytes.push(b'\n');
     for (_, relief) in reliefs_of_faces() {
@@ -62,7 +62,7 @@ pub fn write_relief(file: &Path, relief: &Relief, inputs: &str) -> Result<()> {
 pub fn read_relief(file: &Path, inputs: &str) -> Option<Relief> {
     let bytes = std::fs::read(file).ok()?;
     let line = bytes.iter().position(|&b| b == b'\n')?;
-    let header: Header = serde_json::from_slice(&bytes[..line]).ok()?;
+    let header: ReliefHeader = serde_json::from_slice(&bytes[..line]).ok()?;
     if header.version != VERSION || header.inputs != inputs {
         return None;
     }
@@ -79,9 +79,9 @@ pub fn read_relief(file: &Path, inputs: &str) -> Option<Relief> {
     Some(relief)
 }
 
-fn entry(face: u32, relief: &FaceRelief) -> Entry {
+fn entry(face: u32, relief: &FaceRelief) -> ReliefEntry {
     let FaceRelief { frame, low, cell, size, .. } = relief;
-    Entry {
+    ReliefEntry {
         face,
         origin: frame.origin.to_array(),
         u: frame.u.to_array(),
@@ -92,7 +92,7 @@ fn entry(face: u32, relief: &FaceRelief) -> Entry {
     }
 }
 
-fn relief_of(entry: &Entry, heights: Vec<f32>) -> FaceRelief {
+fn relief_of(entry: &ReliefEntry, heights: Vec<f32>) -> FaceRelief {
     let [origin, u, v] = [entry.origin, entry.u, entry.v].map(DVec3::from);
     let frame = PlaneFrame { origin, u, v };
     FaceRelief { frame, low: DVec2::from(entry.low), cell: entry.cell, size: entry.size, heights }

@@ -43,11 +43,11 @@ pub struct ComparedSurroundings {
 
 /// The first line of the file.
 #[derive(Debug, Serialize, Deserialize)]
-struct Header {
+struct SurroundingsHeader {
     version: u32,
     /// Hash of everything that the content was computed from.
     inputs: String,
-    photos: Vec<PhotoEntry>,
+    photos: Vec<SurroundingsPhotoEntry>,
     /// The side of the dome's cube in pixels; 0 without a dome.
     side: u32,
     /// The light that the largest value of the dome's texels stands for.
@@ -55,7 +55,7 @@ struct Header {
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-struct PhotoEntry {
+struct SurroundingsPhotoEntry {
     size: [u32; 2],
     contradicted: usize,
     /// Whether it has factors.
@@ -68,14 +68,14 @@ struct PhotoEntry {
 /// [`Error::Io`].
 pub fn write_surroundings(file: &Path, compared: &ComparedSurroundings, inputs: &str) -> Result<()> {
     let ComparedSurroundings { agreement, factors, dome } = compared;
-    let entry = |(photo, factors): (&PhotoAgreement, &Option<SurroundingsFactors>)| PhotoEntry {
+    let entry = |(photo, factors): (&PhotoAgreement, &Option<SurroundingsFactors>)| SurroundingsPhotoEntry {
         size: photo.size,
         contradicted: photo.contradicted.len(),
         factors: factors.is_some(),
     };
     let photos = agreement.iter().zip(factors).map(entry).collect();
     let (side, white) = dome.as_ref().map_or((0, 1.0), |dome| (dome.side, dome.white));
-    let header = Header { version: VERSION, inputs: inputs.to_owned(), photos, side, white };
+    let header = SurroundingsHeader { version: VERSION, inputs: inputs.to_owned(), photos, side, white };
     let mut bytes = serde_json::to_vec(&header).expect("plain data is JSON");
     bytes.push(b'\n');
     for pixel in agreement.iter().flat_map(|photo| &photo.contradicted) {
@@ -106,14 +106,14 @@ pub fn write_surroundings(file: &Path, compared: &ComparedSurroundings, inputs: 
 pub fn read_surroundings(file: &Path, inputs: &str, side: u32) -> Option<ComparedSurroundings> {
     let bytes = std::fs::read(file).ok()?;
     let line = bytes.iter().position(|&b| b == b'\n')?;
-    let header: Header = serde_json::from_slice(&bytes[..line]).ok()?;
+    let header: SurroundingsHeader = serde_json::from_slice(&bytes[..line]).ok()?;
     let is_sound = (1.0..=BRIGHTEST).contains(&header.white) && [0, side].contains(&header.side);
     if header.version != VERSION || header.inputs != inputs || !is_sound {
         return None;
     }
     let mut rest = &bytes[line + 1..];
     let mut agreement = Vec::with_capacity(header.photos.len());
-    for PhotoEntry { size, contradicted, .. } in &header.photos {
+    for SurroundingsPhotoEntry { size, contradicted, .. } in &header.photos {
         let size = *size;
         let (own, others) = rest.split_at_checked(contradicted.checked_mul(PIXEL)?)?;
         rest = others;
