@@ -9,7 +9,7 @@ use super::view::{Layouts, WORKGROUP};
 use crate::bindings;
 use crate::device::Gpu;
 use crate::renderer::table::GrowingBuffer;
-use quadratura_ldi::{Ldi, Level};
+use quadratura_ldi::{Ldi, ResolutionLevel};
 
 /// The bytes of a depth pixel on the device: position, inverse depth, colour and surface.
 const BYTES: u64 = 16;
@@ -62,7 +62,7 @@ impl GpuLdi {
     }
 }
 
-fn parts(gpu: &Gpu, layouts: &Layouts, level: &Level, most: usize) -> Vec<Part> {
+fn parts(gpu: &Gpu, layouts: &Layouts, level: &ResolutionLevel, most: usize) -> Vec<Part> {
     let mut parts = Vec::new();
     let mut start = 0;
     while start < level.len() {
@@ -74,7 +74,7 @@ fn parts(gpu: &Gpu, layouts: &Layouts, level: &Level, most: usize) -> Vec<Part> 
 }
 
 /// Returns where a part ends that holds at most so many depth pixels: not within a ray, if it can hold one.
-fn end_of_part(level: &Level, start: usize, most: usize) -> usize {
+fn end_of_part(level: &ResolutionLevel, start: usize, most: usize) -> usize {
     let end = start + most.max(1);
     if end >= level.len() {
         return level.len();
@@ -85,7 +85,7 @@ fn end_of_part(level: &Level, start: usize, most: usize) -> usize {
     (start + 1..=end).rev().find(is_between).unwrap_or(end)
 }
 
-fn part(gpu: &Gpu, layouts: &Layouts, level: &Level, pixels: Range<usize>) -> Part {
+fn part(gpu: &Gpu, layouts: &Layouts, level: &ResolutionLevel, pixels: Range<usize>) -> Part {
     let mut words: Vec<[u32; 4]> = Vec::with_capacity(pixels.len());
     let mut row = level.rows.partition_point(|&end| end as usize <= pixels.start).saturating_sub(1);
     for at in pixels.clone() {

@@ -5,12 +5,12 @@
 //! a first line, then each image as it would be in a file of its own.
 
 mod check;
-mod fault;
+mod chunk_pixels;
+mod defect;
 mod hash;
 mod header;
 mod line;
 mod packing;
-mod piece;
 mod prediction;
 mod read;
 mod set;
@@ -33,7 +33,7 @@ pub use self::write::write_ldi;
 
 /// Returns what is wrong with a camera: its frame's size, K, R or t; `None` where nothing is.
 pub fn wrong_camera(camera: &LdiCamera) -> Option<String> {
-    check::check_camera(camera).err().map(|fault| fault.found)
+    check::check_camera(camera).err().map(|defect| defect.found)
 }
 
 #[cfg(test)]

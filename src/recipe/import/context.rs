@@ -15,7 +15,7 @@ use quadratura_document::export_record::{ExportFormat, ExportRecord, ExportedLay
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::colour::Conversion;
-use quadratura_io::layered::{Depth, EditedDocument, Turn};
+use quadratura_io::layered::{Depth, EditedDocument, ImageTurn};
 
 /// The inputs for reading any file of an import.
 #[derive(Clone, Copy)]
@@ -41,7 +41,7 @@ pub fn missing<'a>(
 
 /// Collects what all layers of a document share; locates the canvas and compares the profiles.
 pub fn document_context<'a>(
-    (file, document, turn): (&Path, &EditedDocument, Option<Turn>),
+    (file, document, turn): (&Path, &EditedDocument, Option<ImageTurn>),
     record: &'a ExportRecord,
     sorted: &SortedLayers,
     reading: ReadContext<'a>,

@@ -23,7 +23,7 @@ use quadratura_document::Element;
 use quadratura_document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
 use quadratura_document::paint::{PaintPatch, PaintedDocument, PaintedLayer};
 use quadratura_io::layered::read_layered;
-use quadratura_io::layered::{EditedDocument, EditedLayer, Turn};
+use quadratura_io::layered::{EditedDocument, EditedLayer, ImageTurn};
 
 /// The contents of an edited file to be imported.
 pub struct FilePaint<'a> {
@@ -86,7 +86,7 @@ pub fn identified<'a>(
 /// Returns [`Error::Input`] when the image was scaled and that is not permitted, or has lost its colours, and the errors of
 /// reading pixels.
 pub fn compared<'a>(
-    (file, document, turn): (&Path, &'a EditedDocument, Option<Turn>),
+    (file, document, turn): (&Path, &'a EditedDocument, Option<ImageTurn>),
     record: &'a ExportRecord,
     reading: ReadContext<'a>,
     before: &PaintedDocument,
@@ -179,12 +179,12 @@ impl ImportedLayerPaint {
 
 /// Reads the paint of a document, and finds whether its layers say that the image was turned.
 fn paint_of<'a>(
-    (file, document, turn): (&Path, &EditedDocument, Option<Turn>),
+    (file, document, turn): (&Path, &EditedDocument, Option<ImageTurn>),
     record: &'a ExportRecord,
     reading: ReadContext<'a>,
     before: &PaintedDocument,
     task: &Task,
-) -> Result<(FilePaint<'a>, Option<Turn>)> {
+) -> Result<(FilePaint<'a>, Option<ImageTurn>)> {
     let compared = compared((file, document, turn), record, reading, before, task)?;
     let ComparedDocument { context, sorted, found } = compared;
     let turned = turn_of_layers(found.iter().map(|(_, paint)| paint)).filter(|_| turn.is_none());

@@ -15,8 +15,8 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_document::export_record::{ExportRecord, ExportedLayer, HelperLayer, RecordedIndex};
 use quadratura_document::paint::{PaintPatch, PaintedLayer};
 use quadratura_files::hash::hash_bytes;
-use quadratura_io::layered::turn::TURNS;
-use quadratura_io::layered::{Depth, EditedLayer, Raster, Rounding, Turn};
+use quadratura_io::layered::image_turn::TURNS;
+use quadratura_io::layered::{Depth, EditedLayer, ImageTurn, Raster, Rounding};
 
 /// The data that all layers of a document share.
 pub struct DocumentContext<'a> {
@@ -27,7 +27,7 @@ pub struct DocumentContext<'a> {
     /// The bits per sample of the export.
     pub depth: Depth,
     /// How the image was mirrored or turned; the document is turned back.
-    pub turn: Option<Turn>,
+    pub turn: Option<ImageTurn>,
     /// The position of the photo's top-left pixel on the canvas.
     pub offset: [i32; 2],
     /// The number of canvas pixels per photo pixel.
@@ -67,7 +67,7 @@ pub struct LayerPaint {
     /// How it differs from the export.
     pub change: LayerChange,
     /// How the layer was mirrored or turned by itself.
-    pub turned: Option<Turn>,
+    pub turned: Option<ImageTurn>,
     /// How it is stored, where that cannot have the exported colours.
     pub lost_colours: Option<&'static str>,
 }
@@ -292,7 +292,7 @@ impl DocumentContext<'_> {
         (base, place): (PlacedRaster, PixelRect),
         found: PlacedRaster,
         change: &LayerChange,
-    ) -> Option<(Turn, PaintPatch)> {
+    ) -> Option<(ImageTurn, PaintPatch)> {
         let size = |rect: PixelRect| (rect.w, rect.h);
         let is_there = (found.rect.x, found.rect.y) == (place.x, place.y);
         let turns = TURNS.into_iter().filter(|turn| is_there && turn.size(size(found.rect)) == size(place));
@@ -327,7 +327,7 @@ fn not_turned(rect: PixelRect, place: PixelRect) -> String {
 }
 
 /// Returns how a layer was mirrored or turned, the layer turned back at the same corner, and by how much it is then moved.
-fn turned_layer(base: PlacedRaster, found: PlacedRaster) -> Option<(Turn, Raster, [i32; 2])> {
+fn turned_layer(base: PlacedRaster, found: PlacedRaster) -> Option<(ImageTurn, Raster, [i32; 2])> {
     TURNS.into_iter().find_map(|turn| {
         let pixels = turn.raster(found.pixels);
         let rect = PixelRect { w: pixels.width(), h: pixels.height(), ..found.rect };

@@ -13,7 +13,7 @@ use quadratura_base::raster::in_8_bits;
 use quadratura_base::scene::{FaceId, Model, PhotoPixels};
 use quadratura_layers::is_behind;
 use quadratura_ldi::DepthPixelOrigin;
-use quadratura_ldi::finish::Counts;
+use quadratura_ldi::finish::SampleCounts;
 use quadratura_projection::relief::Relief;
 
 /// The largest number of depth pixels at one position, which files count in one byte.
@@ -91,7 +91,7 @@ struct Sample {
 
 impl Cover {
     /// Returns the depth pixels of a row, by column, in a column nearest first.
-    pub fn row(&self, y: u32) -> (Vec<Found>, Counts) {
+    pub fn row(&self, y: u32) -> (Vec<Found>, SampleCounts) {
         let mut samples = Vec::new();
         for (shapes, texels) in &self.layers {
             if (texels.rect.y..texels.rect.bottom()).contains(&(y as i32)) {
@@ -103,7 +103,7 @@ impl Cover {
         samples.sort_by(|a, b| {
             a.column.cmp(&b.column).then(falling(a, b)).then(a.rank.cmp(&b.rank)).then(a.plane.cmp(&b.plane))
         });
-        let mut counts = Counts { samples: samples.len() as u64, ..Counts::default() };
+        let mut counts = SampleCounts { samples: samples.len() as u64, ..SampleCounts::default() };
         let mut found = Vec::with_capacity(samples.len());
         for pixel in samples.chunk_by(|a, b| a.column == b.column) {
             self.find(pixel, y, &mut found, &mut counts);
@@ -175,7 +175,7 @@ impl Cover {
     }
 
     /// Makes the depth pixels of one position of its samples, which are sorted by falling inverse depth.
-    fn find(&self, samples: &[Sample], y: u32, found: &mut Vec<Found>, counts: &mut Counts) {
+    fn find(&self, samples: &[Sample], y: u32, found: &mut Vec<Found>, counts: &mut SampleCounts) {
         let level = |first: &Sample, other: &Sample| {
             !is_behind(other.inverse_depth, first.inverse_depth, self.tolerance)
         };

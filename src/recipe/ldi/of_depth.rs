@@ -16,7 +16,7 @@ use quadratura_io::colour::Conversion;
 use quadratura_io::depth_image::{DepthEntry, DepthKind, DepthList, DepthMap, read_depth_map, read_list};
 use quadratura_ldi::levels::pyramid;
 use quadratura_ldi::spacing::{distance, entry_of, normal_of_plane, quartiles};
-use quadratura_ldi::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, Level, Splat};
+use quadratura_ldi::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, ResolutionLevel, Splat};
 
 /// Neighbours whose inverse depths differ by a larger share are taken to show different surfaces, across which there is no
 /// normal. A surface of that slope is seen at so small an angle that its pixels hardly tell its normal.
@@ -155,13 +155,13 @@ fn ldi_of(
         (0..).zip(colours.row(y)).filter_map(pixel).collect::<Vec<_>>()
     };
     let rows: Vec<_> = (0..camera.height).into_par_iter().map(row).collect();
-    let level = Level::of_rows(camera, rows);
+    let level = ResolutionLevel::of_rows(camera, rows);
     task.go_on()?;
     Ok(of_level(entry, kind, level, quartiles))
 }
 
 /// Returns the layered depth image of a level of one layer.
-fn of_level(entry: &DepthEntry, kind: DepthKind, level: Level, quartiles: [f64; 3]) -> Ldi {
+fn of_level(entry: &DepthEntry, kind: DepthKind, level: ResolutionLevel, quartiles: [f64; 3]) -> Ldi {
     let report = LdiReport {
         depth_complexity: 1.0,
         layers: 1,

@@ -12,7 +12,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
-use quadratura_ldi::{Ldi, LdiKind, Source, combine};
+use quadratura_ldi::{Ldi, LdiKind, SourceImage, combine};
 use quadratura_projection::exposure::shares_of_view;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::surface::Surface;
@@ -32,8 +32,8 @@ pub fn ldi_of_photos(
     let taken = |ldi: &Arc<Ldi>| if options.hidden { ldi.clone() } else { Arc::new(ldi.depth_image()) };
     let taken: Vec<OfPhoto> = photos.iter().map(|(ldi, photo)| (taken(ldi), *photo)).collect();
     let is_own = |photo: PhotoId| Some(photo) == reference.photo;
-    let sources: Vec<Source> =
-        taken.iter().map(|(ldi, photo)| Source { ldi, is_own: is_own(*photo) }).collect();
+    let sources: Vec<SourceImage> =
+        taken.iter().map(|(ldi, photo)| SourceImage { ldi, is_own: is_own(*photo) }).collect();
     let words = options.described();
     let mut hashing = Hashing::default();
     hashing.add(format!("{frame:?} {words:?}").as_bytes());
@@ -51,8 +51,8 @@ pub fn combined_depth_images(images: &[Ldi], options: &PhotosOptions, task: &Tas
     let Ldi { camera, pose, gain, .. } = *first;
     let reference = Reference { camera, pose, photo: Some(PhotoId::new(0)), gain };
     let frame = reference.frame(options.scale, options.guard)?;
-    let source = |(i, ldi)| Source { ldi, is_own: i == 0 };
-    let sources: Vec<Source> = images.iter().enumerate().map(source).collect();
+    let source = |(i, ldi)| SourceImage { ldi, is_own: i == 0 };
+    let sources: Vec<SourceImage> = images.iter().enumerate().map(source).collect();
     let mut words = options.described();
     words.insert("from".to_owned(), LdiKind::Depth.name().to_owned());
     combine(LdiKind::Depth, &frame, &sources, &options.combining, words, task)

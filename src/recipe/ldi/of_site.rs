@@ -25,8 +25,8 @@ use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
 use quadratura_layers::view::{Item, View};
-use quadratura_ldi::finish::{Counts, Unfinished};
-use quadratura_ldi::{DepthPixelOrigin, Frame, Ldi, LdiKind};
+use quadratura_ldi::finish::{SampleCounts, Unfinished};
+use quadratura_ldi::{CommonCamera, DepthPixelOrigin, Ldi, LdiKind};
 use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
 use quadratura_projection::relief::Relief;
 use quadratura_view::agreement::AgreementGrid;
@@ -63,7 +63,7 @@ pub fn ldi_of_site(
 ) -> Result<Ldi> {
     let SiteSource { reference, sources, without, inputs, agreement } = source;
     let frame = reference.frame(options.scale, options.guard)?;
-    let Frame { camera, pose, photo_rect, gain } = frame;
+    let CommonCamera { camera, pose, photo_rect, gain } = frame;
     let exposure = reference.photo.map_or(Exposure::Common, Exposure::Of);
     let without = without.to_vec();
     let shot = Shot { backs: false, exposure, relief: options.relief, without, ..Shot::new(camera, pose) };
@@ -129,7 +129,7 @@ struct Layers {
     rows: Vec<Vec<Found>>,
     /// What is nearest at each pixel.
     nearest: Vec<Nearest>,
-    counts: Counts,
+    counts: SampleCounts,
     /// The first part that is a skirt, of those that were met.
     first_skirt: u32,
     /// The plane of the surroundings where they are in it.
@@ -137,8 +137,8 @@ struct Layers {
 }
 
 impl Layers {
-    fn new(peels: &dyn Peels, frame: &Frame, relief: Option<Arc<Relief>>, most: usize) -> Self {
-        let Frame { camera, pose, photo_rect, .. } = *frame;
+    fn new(peels: &dyn Peels, frame: &CommonCamera, relief: Option<Arc<Relief>>, most: usize) -> Self {
+        let CommonCamera { camera, pose, photo_rect, .. } = *frame;
         let (model, parts) = peels.parts();
         let model = model.facing(&Facing::of_pose(&pose));
         let sees_through = |part: &PlanarPart| model.sees_through(part.face);
@@ -152,7 +152,7 @@ impl Layers {
             own_rect: photo_rect,
             rows: vec![Vec::new(); height],
             nearest: vec![Nearest::Nothing; width * height],
-            counts: Counts::default(),
+            counts: SampleCounts::default(),
             first_skirt: u32::MAX,
             surroundings: None,
         }
@@ -195,7 +195,7 @@ impl Layers {
         let Self { width, planes, relief, own_rect, rows, nearest, sees_through, .. } = self;
         let added = rows.par_iter_mut().zip(nearest.par_chunks_exact_mut(*width)).enumerate();
         let counts = added.map(|(y, (row, nearest))| {
-            let mut counts = Counts::default();
+            let mut counts = SampleCounts::default();
             let at = y * *width..(y + 1) * *width;
             let pixels = layer.parts[at.clone()].iter().zip(&layer.colours[at]);
             for (x, ((part, colour), nearest)) in pixels.zip(nearest).enumerate() {
@@ -220,7 +220,7 @@ impl Layers {
             }
             counts
         });
-        self.counts += counts.reduce(Counts::default, |mut sum, counts| {
+        self.counts += counts.reduce(SampleCounts::default, |mut sum, counts| {
             sum += counts;
             sum
         });
@@ -271,7 +271,7 @@ impl Layers {
     }
 
     /// Returns the depth pixels of each row in the order of the layout, the planes that they name, and what was counted.
-    fn finish(self) -> (Vec<Vec<Found>>, Vec<SurfacePlane>, Counts) {
+    fn finish(self) -> (Vec<Vec<Found>>, Vec<SurfacePlane>, SampleCounts) {
         let Self { rows, planes, mut counts, most, first_skirt, .. } = self;
         // Planes that the camera does not see have no depth pixels.
         let planes: Vec<SurfacePlane> =

@@ -24,7 +24,7 @@ use quadratura_document::paint::PaintBook;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_io::unmasked::read_unmasked;
-use quadratura_ldi::finish::{Counts, Unfinished};
+use quadratura_ldi::finish::{SampleCounts, Unfinished};
 use quadratura_ldi::layout::LONGEST_SIDE;
 use quadratura_ldi::{Ldi, LdiKind};
 use quadratura_projection::relief::Relief;
@@ -141,11 +141,11 @@ fn leftovers(
 }
 
 /// Walks over all rows.
-fn rows(cover: &Cover, camera: &Pinhole, task: &Task) -> Result<(Vec<Vec<Found>>, Counts)> {
+fn rows(cover: &Cover, camera: &Pinhole, task: &Task) -> Result<(Vec<Vec<Found>>, SampleCounts)> {
     let row = |y: u32| task.go_on().map(|()| cover.row(y));
-    let rows: Vec<(Vec<Found>, Counts)> =
+    let rows: Vec<(Vec<Found>, SampleCounts)> =
         (0..camera.height).into_par_iter().map(row).collect::<Result<_>>()?;
-    let mut counts = Counts::default();
+    let mut counts = SampleCounts::default();
     rows.iter().for_each(|(_, of_row)| counts += *of_row);
     Ok((rows.into_iter().map(|(row, _)| row).collect(), counts))
 }

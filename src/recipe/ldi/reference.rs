@@ -6,7 +6,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_ldi::layout::LONGEST_SIDE;
-use quadratura_ldi::{Frame, Ldi};
+use quadratura_ldi::{CommonCamera, Ldi};
 
 /// The layered depth image of a photo's stack.
 pub type OfPhoto = (Arc<Ldi>, PhotoId);
@@ -29,9 +29,9 @@ impl Reference {
     ///
     /// # Errors
     /// [`Error::Request`] for a frame that is too large.
-    pub(super) fn frame(&self, scale: f64, guard: f64) -> Result<Frame> {
+    pub(super) fn frame(&self, scale: f64, guard: f64) -> Result<CommonCamera> {
         let camera = scaled(&self.camera, scale);
-        let frame = Frame::new((camera, self.pose), self.gain, guard, self.photo.is_some());
+        let frame = CommonCamera::new(camera, self.pose, self.gain, guard, self.photo.is_some());
         let Pinhole { width, height, .. } = frame.camera;
         if width.max(height) > LONGEST_SIDE {
             return Err(Error::Request(format!(

@@ -371,7 +371,7 @@ impl LdiView<'_> {
                 let options = WarpOptions { exposure: one.exposure, ..options };
                 warp(one.ldi, shot, &options, task).map(|warped| alone(warped.picture))
             }
-            several => warp_blended(several, (shot, lens), &options, task),
+            several => warp_blended(several, shot, lens, &options, task),
         }
     }
 }

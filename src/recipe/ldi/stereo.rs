@@ -43,9 +43,10 @@ pub fn near_depth(set: &LdiSet, shot: &Shot) -> Option<f64> {
 
 /// Returns the inverse depths, in the view's camera, of what an image's camera sees and the view has in its frame.
 fn inverse_depths(image: &Ldi, shot: &Shot) -> Vec<f32> {
-    let is_coarse = |level: &&quadratura_ldi::Level| level.camera.width.max(level.camera.height) <= COARSE;
+    let is_coarse =
+        |level: &&quadratura_ldi::ResolutionLevel| level.camera.width.max(level.camera.height) <= COARSE;
     let Some(level) = image.levels.iter().find(is_coarse).or(image.levels.last()) else { return Vec::new() };
-    let transfer = Transfer::new((&level.camera, &image.pose), (&shot.camera, &shot.pose));
+    let transfer = Transfer::new(&level.camera, &image.pose, &shot.camera, &shot.pose);
     let [width, height] = transfer.size.map(f64::from);
     let of_row = |y: u32| {
         level.layered_pixels(y).filter_map(move |pixel| {
@@ -67,7 +68,7 @@ mod tests {
     use quadratura_base::scene::synthetic::{camera_is_world, centred};
     use quadratura_base::task::Task;
     use quadratura_ldi::levels::pyramid;
-    use quadratura_ldi::{DepthPixel, LdiKind, LdiReport, Level, Splat, SplatKind, WarpOptions};
+    use quadratura_ldi::{DepthPixel, LdiKind, LdiReport, ResolutionLevel, Splat, SplatKind, WarpOptions};
     use quadratura_view::Quality;
 
     /// Nine tenths of the frame are 20 units away, the left part 2.
@@ -91,7 +92,7 @@ mod tests {
             gain: [0.0; 3],
             surfaces: Vec::new(),
             sources: Vec::new(),
-            levels: pyramid(Level::of_rows(camera, (0..50).map(row)), &[]),
+            levels: pyramid(ResolutionLevel::of_rows(camera, (0..50).map(row)), &[]),
             report: LdiReport::default(),
         }
     }
@@ -106,7 +107,7 @@ mod tests {
         let middle = left.center_in_world().midpoint(right.center_in_world());
         assert!(middle.distance(pose.center_in_world()) < 1e-12);
         let ldi = wall_with_a_post();
-        let transfer = |eye: &Pose| Transfer::new((&ldi.camera, &ldi.pose), (&ldi.camera, eye));
+        let transfer = |eye: &Pose| Transfer::new(&ldi.camera, &ldi.pose, &ldi.camera, eye);
         let [of_left, of_right] = [&left, &right].map(transfer);
         assert_eq!(of_left.a, of_right.a);
         assert!((of_right.b - of_left.b - DVec3::new(-0.5 * 60.0, 0.0, 0.0)).length() < 1e-9);

@@ -8,7 +8,7 @@ use quadratura_ldi::synthetic::{floor, from_above};
 use quadratura_ldi::synthetic::{of_model, step_aside, with_level};
 use quadratura_ldi::transfer::{Positions, Transfer};
 use quadratura_ldi::warp::DrawingOrder;
-use quadratura_ldi::{DepthPixel, Ldi, Level, Splat, SplatKind, WarpOptions};
+use quadratura_ldi::{DepthPixel, Ldi, ResolutionLevel, Splat, SplatKind, WarpOptions};
 use quadratura_view::Shot;
 
 /// The difference of stored values up to which pixels are the same.
@@ -112,7 +112,7 @@ fn sums_are_those_of_the_processor_where_the_order_of_drawing_does_not_count() {
 /// Finds the nearest depth pixel at each pixel of a view, one after the other, from the positions of the processor's warp.
 fn nearest_colours(ldi: &Ldi, level: usize, shot: &Shot) -> Vec<[u8; 4]> {
     let level = &ldi.levels[level];
-    let rows = Transfer::new((&level.camera, &ldi.pose), (&shot.camera, &shot.pose)).rows();
+    let rows = Transfer::new(&level.camera, &ldi.pose, &shot.camera, &shot.pose).rows();
     let (width, height) = (shot.camera.width as f32, shot.camera.height as f32);
     let mut nearest = vec![(-1.0, [0; 4]); shot.camera.width as usize * shot.camera.height as usize];
     let mut positions = Positions::default();
@@ -234,7 +234,7 @@ fn of_layers(layers: &[(f32, [u8; 4])]) -> Ldi {
         (1..).zip(layers).map(pixel)
     };
     let rows = (0..30).map(|_| (0..40).flat_map(column).collect());
-    with_level(Level::of_rows(camera, rows), camera_is_world(), surfaces)
+    with_level(ResolutionLevel::of_rows(camera, rows), camera_is_world(), surfaces)
 }
 
 #[test]

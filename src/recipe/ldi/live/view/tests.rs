@@ -12,7 +12,7 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::closed_form::stairs;
 use quadratura_base::task::Event;
 use quadratura_ldi::device::{DeviceWarper, UploadedLdi, WarpDevice};
-use quadratura_ldi::{DepthPixel, Ldi, LdiKind, LdiReport, Level, Splat, warp};
+use quadratura_ldi::{DepthPixel, Ldi, LdiKind, LdiReport, ResolutionLevel, Splat, warp};
 use quadratura_projection::Gains;
 
 /// The side of the pictures in pixels.
@@ -34,7 +34,7 @@ fn ldi(photo: PhotoId, camera: Pinhole, pose: Pose) -> Ldi {
         gain: [0.0; 3],
         surfaces: Vec::new(),
         sources: Vec::new(),
-        levels: vec![Level::of_rows(camera, rows)],
+        levels: vec![ResolutionLevel::of_rows(camera, rows)],
         report: LdiReport { depth_complexity: 1.0, layers: 1, ..LdiReport::default() },
     }
 }

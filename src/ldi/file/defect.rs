@@ -5,24 +5,24 @@ use std::path::Path;
 use quadratura_base::error::Error;
 
 /// The result of a check.
-pub(super) type Checked<T = ()> = Result<T, Fault>;
+pub(super) type CheckResult<T = ()> = Result<T, FileDefect>;
 
 /// What is wrong, and where.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Fault {
+pub(super) struct FileDefect {
     /// The place in the file; empty for the whole file.
     pub place: String,
     /// What was found, and what was expected.
     pub found: String,
 }
 
-impl Fault {
-    /// Makes a fault at a place.
+impl FileDefect {
+    /// Makes a defect at a place.
     pub fn at(place: impl Into<String>, found: impl Into<String>) -> Self {
         Self { place: place.into(), found: found.into() }
     }
 
-    /// Makes a fault of the first line.
+    /// Makes a defect of the first line.
     pub fn of_line(found: impl Into<String>) -> Self {
         Self::at("first line", found)
     }
@@ -39,7 +39,7 @@ impl Fault {
     }
 }
 
-/// Returns a fault unless a condition holds.
-pub(super) fn ensure(holds: bool, fault: impl FnOnce() -> Fault) -> Checked {
-    if holds { Ok(()) } else { Err(fault()) }
+/// Returns a defect unless a condition holds.
+pub(super) fn ensure(holds: bool, defect: impl FnOnce() -> FileDefect) -> CheckResult {
+    if holds { Ok(()) } else { Err(defect()) }
 }

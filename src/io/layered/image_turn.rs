@@ -11,7 +11,7 @@ use quadratura_base::scene::Samples;
 
 /// What undoes the turn of an image: mirror in x, mirror in y, then exchange of x and y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Turn {
+pub struct ImageTurn {
     mirror_x: bool,
     mirror_y: bool,
     exchange: bool,
@@ -20,19 +20,24 @@ pub struct Turn {
 }
 
 /// All turns, the common ones first.
-pub const TURNS: [Turn; 7] = [
-    Turn { mirror_x: true, mirror_y: false, exchange: false, done: "mirrored horizontally" },
-    Turn { mirror_x: false, mirror_y: true, exchange: false, done: "mirrored vertically" },
-    Turn { mirror_x: true, mirror_y: true, exchange: false, done: "turned by 180 degrees" },
-    Turn { mirror_x: true, mirror_y: false, exchange: true, done: "turned by 90 degrees clockwise" },
-    Turn { mirror_x: false, mirror_y: true, exchange: true, done: "turned by 90 degrees counter-clockwise" },
-    Turn {
+pub const TURNS: [ImageTurn; 7] = [
+    ImageTurn { mirror_x: true, mirror_y: false, exchange: false, done: "mirrored horizontally" },
+    ImageTurn { mirror_x: false, mirror_y: true, exchange: false, done: "mirrored vertically" },
+    ImageTurn { mirror_x: true, mirror_y: true, exchange: false, done: "turned by 180 degrees" },
+    ImageTurn { mirror_x: true, mirror_y: false, exchange: true, done: "turned by 90 degrees clockwise" },
+    ImageTurn {
+        mirror_x: false,
+        mirror_y: true,
+        exchange: true,
+        done: "turned by 90 degrees counter-clockwise",
+    },
+    ImageTurn {
         mirror_x: false,
         mirror_y: false,
         exchange: true,
         done: "turned by 90 degrees clockwise and mirrored horizontally",
     },
-    Turn {
+    ImageTurn {
         mirror_x: true,
         mirror_y: true,
         exchange: true,
@@ -40,7 +45,7 @@ pub const TURNS: [Turn; 7] = [
     },
 ];
 
-impl Turn {
+impl ImageTurn {
     /// Returns the size of an image of this size once it is turned back.
     pub fn size(self, (width, height): (u32, u32)) -> (u32, u32) {
         if self.exchange { (height, width) } else { (width, height) }

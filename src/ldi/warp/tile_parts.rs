@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec2;
 
-use crate::layout::Level;
+use crate::layout::ResolutionLevel;
 use crate::order::{Quadrant, quadrants, reversed as reversed_quadrants};
 use crate::stretch::CLOSED;
 use crate::tiles::{COLUMNS, ROWS, Tile, columns_of};
@@ -15,15 +15,15 @@ const MARGIN: f64 = 0.01;
 
 /// The part of a tile that is in one quadrant.
 #[derive(Debug, Clone)]
-pub struct Piece {
-    /// The index of the tile in [`Level::tiles`].
+pub struct TilePart {
+    /// The index of the tile in [`ResolutionLevel::tiles`].
     pub tile: usize,
     columns: Range<u32>,
     rows: Range<u32>,
     /// True when columns are walked to the right.
     pub right: bool,
     down: bool,
-    /// True when the piece has all columns of its tile.
+    /// True when the part has all columns of its tile.
     whole: bool,
     /// The rectangle of the picture in which its points are, in pixels: low u and v, high u and v.
     reach: [f32; 4],
@@ -37,16 +37,16 @@ pub struct Piece {
 }
 
 /// Returns the parts of all tiles that hold depth pixels before the picture's camera, in drawing order.
-pub fn pieces_in_order(level: &Level, transfer: &Transfer, reversed: bool) -> Vec<Piece> {
+pub fn tile_parts_in_order(level: &ResolutionLevel, transfer: &Transfer, reversed: bool) -> Vec<TilePart> {
     let mut order = quadrants([level.camera.width, level.camera.height], transfer.epipole);
     if reversed {
         order = reversed_quadrants(&order);
     }
-    let mut pieces = Vec::new();
+    let mut parts = Vec::new();
     for quadrant in order {
-        add_pieces(level, transfer, &quadrant, &mut pieces);
+        add_tile_parts(level, transfer, &quadrant, &mut parts);
     }
-    pieces
+    parts
 }
 
 /// Returns the indices of the tiles that meet a range, in the direction in which they are walked.
@@ -55,7 +55,12 @@ fn walked(range: &Range<u32>, side: u32, forward: bool) -> Vec<u32> {
     if forward { tiles.collect() } else { tiles.rev().collect() }
 }
 
-fn add_pieces(level: &Level, transfer: &Transfer, quadrant: &Quadrant, pieces: &mut Vec<Piece>) {
+fn add_tile_parts(
+    level: &ResolutionLevel,
+    transfer: &Transfer,
+    quadrant: &Quadrant,
+    parts: &mut Vec<TilePart>,
+) {
     let across = columns_of(level.camera.width);
     for tile_row in walked(&quadrant.rows, ROWS, quadrant.down) {
         for tile_column in walked(&quadrant.columns, COLUMNS, quadrant.right) {
@@ -72,7 +77,7 @@ fn add_pieces(level: &Level, transfer: &Transfer, quadrant: &Quadrant, pieces: &
             let width = transfer.size[0] as f32;
             let tile = index;
             let (largest_spacing, largest_stretch) = (f32::INFINITY, f32::INFINITY);
-            pieces.push(Piece {
+            parts.push(TilePart {
                 tile,
                 columns,
                 rows,
@@ -117,7 +122,7 @@ fn reach_of(tile: &Tile, transfer: &Transfer) -> Option<([f32; 4], f32)> {
     }
 }
 
-impl Piece {
+impl TilePart {
     /// Returns whether any of its depth pixels can be stretched.
     #[inline]
     pub fn can_be_stretched(&self) -> bool {
@@ -138,7 +143,13 @@ impl Piece {
     }
 
     /// Returns whether depth pixels of row `y` of the frame can be on rows `low..high` of the picture: as for the whole tile.
-    pub fn row_meets(&self, level: &Level, transfer: &Transfer, y: u32, (low, high): (f32, f32)) -> bool {
+    pub fn row_meets(
+        &self,
+        level: &ResolutionLevel,
+        transfer: &Transfer,
+        y: u32,
+        (low, high): (f32, f32),
+    ) -> bool {
         let tile = &level.tiles[self.tile];
         let (mut least, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
         for x in [tile.x, tile.x + COLUMNS] {
@@ -159,9 +170,9 @@ impl Piece {
         (before < end - start).then_some(row)
     }
 
-    /// Returns the depth pixels of a row of the frame that are in the piece.
+    /// Returns the depth pixels of a row of the frame that are in the part.
     #[inline(always)]
-    pub fn row(&self, level: &Level, y: u32) -> Range<usize> {
+    pub fn row(&self, level: &ResolutionLevel, y: u32) -> Range<usize> {
         let tile = &level.tiles[self.tile];
         let [from, to] = tile.rows[(y - tile.y) as usize];
         let (from, to) = (from as usize, to as usize);
@@ -178,7 +189,7 @@ impl Piece {
         self.rows.clone()
     }
 
-    /// Returns the middle of the piece in the frame, in pixels.
+    /// Returns the middle of the part in the frame, in pixels.
     pub fn centre(&self) -> DVec2 {
         let middle = |range: &Range<u32>| f64::midpoint(f64::from(range.start), f64::from(range.end));
         DVec2::new(middle(&self.columns), middle(&self.rows))

@@ -13,20 +13,20 @@ pub(super) const COPY: &str = "copy the file again from a complete original, or 
 const LONGEST_WORD: usize = 64;
 
 /// The bytes of a file.
-pub(super) trait Content: Read + Seek {}
-impl<T: Read + Seek> Content for T {}
+pub(super) trait ReadSeek: Read + Seek {}
+impl<T: Read + Seek> ReadSeek for T {}
 
 /// An open file.
-pub(super) struct Source {
+pub(super) struct DepthFile {
     /// The file.
     pub path: PathBuf,
     /// Its content.
-    pub reader: BufReader<Box<dyn Content>>,
+    pub reader: BufReader<Box<dyn ReadSeek>>,
     /// Its length in bytes.
     pub length: u64,
 }
 
-impl Source {
+impl DepthFile {
     /// Opens a file.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io(path, "open it"))?;
@@ -38,7 +38,7 @@ impl Source {
     }
 
     /// Makes a file of its content and length in bytes.
-    pub fn new(path: &Path, content: Box<dyn Content>, length: u64) -> Self {
+    pub fn new(path: &Path, content: Box<dyn ReadSeek>, length: u64) -> Self {
         Self { path: path.to_path_buf(), reader: BufReader::new(content), length }
     }
 

@@ -10,12 +10,12 @@ use quadratura_files::text::Guess;
 
 /// The names of a file, in the order in which objects began.
 #[derive(Default)]
-pub(super) struct Names {
+pub(super) struct ObjectNames {
     ids: FxHashMap<Vec<u8>, ObjectId>,
     names: Vec<Vec<u8>>,
 }
 
-impl Names {
+impl ObjectNames {
     /// Returns the object of a name, which is added if it is new. Until [`Self::show`] it has a number for its name.
     pub fn object(&mut self, name: Vec<u8>, builder: &mut ModelBuilder) -> ObjectId {
         if let Some(&known) = self.ids.get(&name) {

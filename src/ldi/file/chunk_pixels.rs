@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::header::CHUNK_ROWS;
 use crate::layout::LARGEST_INVERSE_DEPTH;
-use crate::{Level, Splat};
+use crate::{ResolutionLevel, Splat};
 
 /// The bytes of a depth pixel in each stream after the first.
 const SIZES: [u64; 4] = [4, 4, 2, 1];
@@ -26,9 +26,9 @@ pub(super) struct Places {
     pub columns: Vec<u16>,
 }
 
-/// The depth pixels of a chunk, in arrays as in [`Level`].
+/// The depth pixels of a chunk, in arrays as in [`ResolutionLevel`].
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct ChunkPixels {
     pub places: Places,
     pub inverse_depths: Vec<f32>,
     pub colours: Vec<[u8; 4]>,
@@ -73,9 +73,9 @@ impl Places {
     }
 }
 
-impl Piece {
+impl ChunkPixels {
     /// Returns chunk `index` of a level.
-    pub fn of(level: &Level, index: usize) -> Self {
+    pub fn of(level: &ResolutionLevel, index: usize) -> Self {
         let first_row = index as u32 * CHUNK_ROWS;
         let rows = first_row..(first_row + CHUNK_ROWS).min(level.camera.height);
         let all = level.row(rows.start).start..level.row(rows.end - 1).end;
@@ -95,7 +95,7 @@ impl Piece {
     }
 
     /// Adds its rows to the end of a level.
-    pub fn add_to(&self, level: &mut Level) {
+    pub fn add_to(&self, level: &mut ResolutionLevel) {
         let start = level.len();
         level.rows.extend(self.places.rows.iter().map(|row| (start + row.end) as u32));
         level.columns.extend_from_slice(&self.places.columns);
