@@ -16,8 +16,8 @@ use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
 use quadratura_ldi::{Frame, Ldi, LdiKind, Source, combine};
 use quadratura_projection::exposure::{Shares, shares_of_view};
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::relief::Relief;
-use quadratura_projection::surface::Surface;
 use quadratura_view::Shot;
 
 /// Combines photos, whose layered depth images are given in the order of the published rule, into one camera.
@@ -127,7 +127,7 @@ impl LdiSite<'_> {
         let without: Vec<PhotoId> =
             site.photo_ids().filter(|other| *other == photo || !self.has_stack(*other)).collect();
         let sources = sources(site, self.stacks(), &project.decisions);
-        let surface = Surface::from_model(&site.model).with_backs(&site.model, &sources);
+        let surface = ModelSurface::from_model(&site.model).with_backs(&site.model, &sources);
         let of_camera = |(camera, pose): &(Pinhole, Pose)| {
             let shot = Shot { without: without.clone(), ..Shot::new(*camera, *pose) };
             shares_of_view(&shot, &site.model, &sources, &surface, &Relief::default())
