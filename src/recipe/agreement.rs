@@ -24,7 +24,7 @@ use quadratura_layers::agreement::{
     AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, outlines,
     photo_agreement, things, undecided_share, votes,
 };
-use quadratura_layers::fill::{Donor, DonorContent, Surfaces};
+use quadratura_layers::fill::{Donor, DonorContent, FillSurfaces};
 use quadratura_projection::framing::scaled;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::{Gains, Projector};
@@ -73,7 +73,7 @@ pub struct SiteAgreement {
     whole: Arc<[PhotoEvidence]>,
     /// The photos prepared for comparison, once they were needed, with the gains that they were prepared with.
     reduced: Option<(Gains, Vec<Option<ReducedPhoto>>)>,
-    surfaces: Surfaces,
+    surfaces: FillSurfaces,
     /// The faces that views show as surroundings.
     far: HiddenFaces,
 }
@@ -100,7 +100,7 @@ impl SiteAgreement {
         let file = folder.join("cache/agreement.bin");
         let options = AgreementOptions::default();
         let hash = hash_bytes(format!("{} {} {options:?}", inputs.hash, inputs.tolerance).as_bytes());
-        let surfaces = Surfaces::from_model(&site.model);
+        let surfaces = FillSurfaces::from_model(&site.model);
         let far = FarBackdrops::new(site).faces(site);
         let mut opened =
             Self { site: site.clone(), inputs, options, whole: Arc::default(), reduced: None, surfaces, far };

@@ -17,7 +17,7 @@ use quadratura_document::stack::{
 use quadratura_layers::ElementIndex;
 use quadratura_layers::cluster::Cluster;
 use quadratura_layers::content::Content;
-use quadratura_layers::nodes::Node;
+use quadratura_layers::nodes::GraphNode;
 use quadratura_layers::pieces::{NodePieces, outline, pieces_of_nodes};
 use quadratura_layers::surroundings::{Surroundings, SurroundingsLayer};
 use quadratura_layers::{Faces, LayerConstraints, Method, Options, Sorted};
@@ -181,7 +181,7 @@ fn surfaces(model: &Model, sorted: &Sorted) -> Vec<StackSurface> {
 
 /// Converts the pieces of all cut faces.
 fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<Piece> {
-    let of_node = |(node, p): (&Node, &Option<NodePieces>)| {
+    let of_node = |(node, p): (&GraphNode, &Option<NodePieces>)| {
         let Some(p) = p else { return Vec::new() };
         let face = model.face(p.face);
         let triangle = sorted.view.items[node.item as usize].triangle;

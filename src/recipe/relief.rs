@@ -12,8 +12,8 @@ use quadratura_base::task::Task;
 use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::Projector;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::relief::{Relief, ReliefOptions, SweepView, estimate_relief, relief_without};
-use quadratura_projection::surface::Surface;
 
 /// The file `cache/relief.bin`.
 const CACHED: CachedKind = CachedKind { name: "relief", version: 2 };
@@ -80,7 +80,7 @@ impl SiteRelief {
         if self.sweep_views.is_some() {
             return Ok(());
         }
-        let surface = Surface::from_model(&self.site.model);
+        let surface = ModelSurface::from_model(&self.site.model);
         let budget = Budget::new(self.memory);
         let sweep_view = |photo: &Photo| {
             task.go_on()?;

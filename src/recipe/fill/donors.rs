@@ -10,14 +10,14 @@ use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::agreement::PhotoEvidence;
-use quadratura_layers::fill::{Donor, DonorContent, Donors, Surfaces};
+use quadratura_layers::fill::{Donor, DonorContent, Donors, FillSurfaces};
 use quadratura_projection::Projector;
 use quadratura_view::agreement::PhotoAgreement;
 
 /// A cache of decoded photos.
 pub(super) struct PhotoDonors<'a> {
     opened: &'a Opened,
-    surfaces: &'a Surfaces,
+    surfaces: &'a FillSurfaces,
     paint: &'a SitePaint<'a>,
     memory: u64,
     task: &'a Task,
@@ -35,7 +35,7 @@ impl<'a> PhotoDonors<'a> {
     /// in use remain in memory.
     pub fn new(
         opened: &'a Opened,
-        surfaces: &'a Surfaces,
+        surfaces: &'a FillSurfaces,
         paint: &'a SitePaint<'a>,
         memory: u64,
         task: &'a Task,

@@ -36,7 +36,7 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_layers::LayerIndex;
 use quadratura_layers::fill::region::{Region, Regions, painted};
 use quadratura_layers::fill::{
-    Donor, Donors, FillContext, FillOptions, FilledRegion, SurfaceId, Surfaces, propagate_paint,
+    Donor, Donors, FillContext, FillOptions, FillSurfaceId, FillSurfaces, FilledRegion, propagate_paint,
 };
 use quadratura_projection::relief::Relief;
 use quadratura_projection::{Gains, Projector};
@@ -52,7 +52,7 @@ const GRID: u32 = 9;
 /// The site and its present paint, from which paint is projected.
 pub struct PaintProjection<'a> {
     opened: &'a Opened,
-    surfaces: Surfaces,
+    surfaces: FillSurfaces,
     store: StackStore,
     stacks: &'a [Option<Arc<Stack>>],
     gains: Gains,
@@ -77,7 +77,7 @@ impl<'a> PaintProjection<'a> {
         let relief = SiteRelief::open(site, &gains::inputs(site, stacks), folder, memory, task)?;
         Ok(Self {
             opened,
-            surfaces: Surfaces::from_model(&site.model),
+            surfaces: FillSurfaces::from_model(&site.model),
             store: StackStore::new(folder),
             stacks,
             gains,
@@ -91,7 +91,7 @@ impl<'a> PaintProjection<'a> {
     pub fn flat(folder: &Path, opened: &'a Opened, stacks: &'a [Option<Arc<Stack>>]) -> Self {
         Self {
             opened,
-            surfaces: Surfaces::from_model(&opened.site.model),
+            surfaces: FillSurfaces::from_model(&opened.site.model),
             store: StackStore::new(folder),
             stacks,
             gains: Gains::none(opened.site.photos.len()),
@@ -227,7 +227,7 @@ struct Target<'a> {
 /// The part of an image layer that changed paint may concern.
 struct ConcernedPart {
     rect: PixelRect,
-    surfaces: BTreeSet<SurfaceId>,
+    surfaces: BTreeSet<FillSurfaceId>,
 }
 
 impl Target<'_> {
@@ -321,7 +321,7 @@ impl Target<'_> {
 
     /// Returns a rectangle of the photo that holds what an entry may show on a surface; `None` where the photo cannot
     /// see the surface.
-    fn footprint(&self, entry: &FilledPaint, surface: SurfaceId) -> Result<Option<PixelRect>> {
+    fn footprint(&self, entry: &FilledPaint, surface: FillSurfaceId) -> Result<Option<PixelRect>> {
         let site = &self.projection.opened.site;
         let own = self.context.source.own(self.photo)?.expect("paint alone can always be read");
         let (Some(item), Some(painter)) = (own.item(surface), site.photo_named(&entry.photo)) else {

@@ -1,6 +1,7 @@
 //! How depth images agree with sparse points: which kind of numbers they have, and whether their scale is right.
 
 use quadratura_base::error::{Error, Result};
+use quadratura_base::raster::robust::upper_median;
 use quadratura_base::task::Task;
 use quadratura_io::depth_image::{DepthEntry, DepthKind, DepthList, DepthMap};
 
@@ -63,8 +64,7 @@ impl Sight {
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    upper_median(&mut values).expect("some points have a ratio")
 }
 
 /// Returns how depths of a kind fit; `None` where too few points have any.

@@ -15,7 +15,6 @@ use quadratura_files::hash::Hashing;
 use quadratura_ldi::{Ldi, LdiKind, SourceImage, combine};
 use quadratura_projection::exposure::shares_of_view;
 use quadratura_projection::relief::Relief;
-use quadratura_projection::surface::Surface;
 use quadratura_view::Shot;
 
 /// Combines photos, whose layered depth images are given in the order of the published rule, into one camera.
@@ -101,7 +100,7 @@ impl LdiSite<'_> {
         let without: Vec<PhotoId> =
             site.photo_ids().filter(|other| *other == photo || !self.has_stack(*other)).collect();
         let sources = sources(site, self.stacks(), &project.decisions);
-        let surface = Surface::from_model(&site.model).with_backs(&site.model, &sources);
+        let surface = ModelSurface::from_model(&site.model).with_backs(&site.model, &sources);
         let Photo { camera, pose, .. } = *site.photo(photo);
         let shot = Shot { without, ..Shot::new(camera, pose) };
         let shares = shares_of_view(&shot, &site.model, &sources, &surface, &Relief::default());

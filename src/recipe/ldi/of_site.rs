@@ -24,9 +24,9 @@ use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
-use quadratura_layers::view::{Item, View};
+use quadratura_layers::projected_model::{Item, ProjectedModel};
 use quadratura_ldi::finish::{SampleCounts, Unfinished};
-use quadratura_ldi::{CommonCamera, DepthPixelOrigin, Ldi, LdiKind};
+use quadratura_ldi::{DepthPixelOrigin, CommonCamera, Ldi, LdiKind};
 use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
 use quadratura_projection::relief::Relief;
 use quadratura_view::agreement::AgreementGrid;
@@ -318,7 +318,7 @@ fn planes_of(
     camera: &Pinhole,
     pose: &Pose,
 ) -> Vec<Option<SurfacePlane>> {
-    let view = View::new(model, camera, pose);
+    let view = ProjectedModel::new(model, camera, pose);
     let of_part = |item: &Item| (PlanarPart { face: item.face, triangle: item.triangle }, item.inverse_depth);
     let planes: BTreeMap<PlanarPart, InverseDepth> = view.items.iter().map(of_part).collect();
     let plane = |part: &PlanarPart| Some(SurfacePlane::of_face(model, part.face, *planes.get(part)?));

@@ -11,7 +11,7 @@ use quadratura_base::geometry::{InverseDepth, Pinhole, Pose};
 use quadratura_base::scene::builder::SURROUNDINGS;
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{FaceId, FaceIndex, Model};
-use quadratura_layers::view::View;
+use quadratura_layers::projected_model::ProjectedModel;
 use quadratura_ldi::LdiSurface;
 
 /// The plane of a surface.
@@ -79,7 +79,7 @@ impl Planes {
         let model = model.facing(&Facing::of_pose(&pose));
         let of_items = match current {
             true => {
-                let view = View::new(&model, &camera, &pose);
+                let view = ProjectedModel::new(&model, &camera, &pose);
                 view.items.iter().map(|item| ((item.face, item.triangle), item.inverse_depth)).collect()
             }
             false => BTreeMap::new(),

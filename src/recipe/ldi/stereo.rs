@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use quadratura_base::geometry::Pose;
+use quadratura_base::raster::robust::of_rank;
 use quadratura_ldi::transfer::Transfer;
 use quadratura_ldi::{Ldi, LdiSet};
 use quadratura_view::{Picture, Shot};
@@ -33,12 +34,10 @@ pub fn side_by_side(left: &Picture, right: &Picture) -> Picture {
 /// where that is infinitely far. What other surfaces of the view hide counts, too.
 pub fn near_depth(set: &LdiSet, shot: &Shot) -> Option<f64> {
     let mut in_view: Vec<f32> = set.images.iter().flat_map(|image| inverse_depths(image, shot)).collect();
-    if in_view.is_empty() {
-        return None;
-    }
     let at = (NEAR * in_view.len() as f64) as usize;
-    let (_, near, _) = in_view.select_nth_unstable_by(at, |a, b| b.total_cmp(a));
-    (*near > 0.0).then(|| 1.0 / f64::from(*near))
+    let rank = in_view.len().checked_sub(1 + at)?;
+    let near = of_rank(&mut in_view, rank)?;
+    (near > 0.0).then(|| 1.0 / f64::from(near))
 }
 
 /// Returns the inverse depths, in the view's camera, of what an image's camera sees and the view has in its frame.

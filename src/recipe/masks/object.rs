@@ -17,7 +17,7 @@ use quadratura_base::scene::{Model, Object, ObjectId, Photo};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::masks::{MaskOrigin, MaskedObject};
-use quadratura_layers::View;
+use quadratura_layers::ProjectedModel;
 use quadratura_layers::matte::Matte;
 use quadratura_layers::software::owners;
 
@@ -160,7 +160,7 @@ struct Nearest {
 
 impl Nearest {
     fn new(model: &Model, photo: &Photo, tolerance: f32) -> Self {
-        let view = View::new(model, &photo.camera, &photo.pose);
+        let view = ProjectedModel::new(model, &photo.camera, &photo.pose);
         let objects = view.items.iter().map(|item| model.face(item.face).object).collect();
         Self { owners: owners(&view, tolerance), objects, width: photo.camera.width as usize }
     }

@@ -47,7 +47,7 @@ use quadratura_io::layered::Depth;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_projection::exposure::ViewExposure;
-use quadratura_projection::twin::{ProbedPoint, ProbedTexel, ReferenceRenderer};
+use quadratura_projection::twin::{PhotoPosition, ProbedPoint, ProbedTexel, ReferenceRenderer};
 use quadratura_view::Shot;
 
 /// The stage that is reported.
@@ -215,8 +215,9 @@ impl Brushing<'_> {
                 self.recorded.report.without_source += 1;
                 continue;
             };
-            let at = (layer.photo, texel.face, grid::centre((texel.x, texel.y)));
-            let light = self.renderer.colour_in_photo(&self.shot, exposure, at, (*colour, texel.in_view));
+            let px = grid::centre((texel.x, texel.y));
+            let position = PhotoPosition { photo: layer.photo, face: texel.face, px };
+            let light = self.renderer.colour_in_photo(&self.shot, exposure, position, *colour, texel.in_view);
             let [r, g, b] =
                 light.map(|light| sample(srgb_from_linear(light.clamp(0.0, 1.0)), present.depth()));
             let share = sample(texel.effect * self.stroke.brush.opacity, Depth::Sixteen);

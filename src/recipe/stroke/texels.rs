@@ -131,9 +131,9 @@ impl TexelSearch<'_> {
         let pixels = area.rect.intersection(&rect).pixels();
         let texel = |(x, y): (i32, i32)| {
             let is_covered = covered.iter().any(|spans| spans.holds(x, y));
-            let at = (photo, centre((x, y)));
-            let point =
-                is_covered.then(|| self.renderer.point_in_photo(self.shot, at, (face, &area.plane)))??;
+            let px = centre((x, y));
+            let on_face = || self.renderer.point_in_photo(self.shot, photo, px, face, &area.plane);
+            let point = is_covered.then(on_face)??;
             let effect = Some(self.dabs.effect(point)).filter(|effect| *effect > 0.0)?;
             let in_view = self.shot.camera.image_from_camera(self.shot.pose.camera_from_world(point))?;
             let is_strongest = self.grid.texture_at(in_view, same) == Some(texture);

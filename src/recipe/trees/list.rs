@@ -15,7 +15,7 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees};
 use quadratura_foliage::{Counts, Stature};
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 
 /// A species as it is listed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -148,7 +148,7 @@ const USUAL_HEIGHT: f64 = 8.0;
 /// Returns what is doubtful about where trees stand, in words: feet above or below the model, trees far away from it, and trees in one place. `model`
 /// is what they stand on, `up` what is up in the world.
 pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
-    let surface = Surface::from_model(model);
+    let surface = ModelSurface::from_model(model);
     let size = extent(&model.vertices);
     let low = model.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
     let high = model.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
@@ -186,7 +186,7 @@ pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
 
 /// Returns how far a foot is above the nearest surface on the vertical line through it; `None` where there is none. A surface
 /// above the tree's top is none: it is a roof, or what else is over ground that is not modelled.
-fn above_ground(surface: &Surface, at: DVec3, up: DVec3, height: f64) -> Option<f64> {
+fn above_ground(surface: &ModelSurface, at: DVec3, up: DVec3, height: f64) -> Option<f64> {
     // From a little beyond the foot, so that a surface right at it is met from both sides.
     let start = AFLOAT * height;
     let below = surface.nearest(at + start * up, -up).map(|hit| hit.t - start);

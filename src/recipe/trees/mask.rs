@@ -13,8 +13,8 @@ use quadratura_document::Project;
 use quadratura_document::masks::{MaskOrigin, MaskedTree};
 use quadratura_document::trees::PlacedTree;
 use quadratura_files::hash::hash_bytes;
-use quadratura_foliage::{Tree, View as PlantView, Wood, silhouette};
-use quadratura_layers::View;
+use quadratura_foliage::{Tree, View, Wood, silhouette};
+use quadratura_layers::ProjectedModel;
 use quadratura_layers::software::owners;
 
 /// How near the model is at the pixels of a photo.
@@ -28,7 +28,7 @@ impl ModelNearness {
     /// the nearest one count as one.
     pub fn new(model: &Model, photo: &Photo, tolerance: f32) -> Self {
         let model = Arc::new(model.without_see_through()).facing(&Facing::of_pose(&photo.pose));
-        let view = View::new(&model, &photo.camera, &photo.pose);
+        let view = ProjectedModel::new(&model, &photo.camera, &photo.pose);
         let width = photo.camera.width as usize;
         let nearness = |(pixel, owner): (usize, &u32)| match owner.checked_sub(1) {
             Some(item) => {
@@ -59,8 +59,7 @@ pub fn tree_pixels(
     task: &Task,
 ) -> Result<Spans> {
     let plant = &wood.species[tree.species].plant;
-    let view =
-        PlantView::of_tree(photo.camera, &photo.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
+    let view = View::of_tree(photo.camera, &photo.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
     let covered = silhouette(plant, &view, &model.inverse_depths, task)?;
     let (whole, width) = (photo.camera.rect(), photo.camera.width as usize);
     let shown = Spans::of_pixels(whole, |x, y| covered[y as usize * width + x as usize]);

@@ -9,7 +9,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Model;
 use quadratura_document::trees::Trees;
 use quadratura_foliage::files::list::{Column, ListedPlace, TreeList};
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 
 /// The outcome of placing a list.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub struct PlacedList {
 /// What trees stand on: the solid surfaces of a model, and the axis of the world that is nearest to what is up. Feet that are
 /// dropped along it keep the two level coordinates that a list gives.
 pub struct Ground {
-    surface: Surface,
+    surface: ModelSurface,
     /// The axis: 0, 1 or 2 for x, y or z.
     axis: usize,
     /// The direction from which feet are dropped, along the axis.
@@ -45,7 +45,7 @@ impl Ground {
             [low.min(height), high.max(height)]
         });
         let start = (high + (high - low).max(1.0)) * along[axis];
-        Self { surface: Surface::from_model(&solid), axis, up: along, start }
+        Self { surface: ModelSurface::from_model(&solid), axis, up: along, start }
     }
 
     /// Returns the names of the two level coordinates.

@@ -13,13 +13,13 @@ use quadratura_base::task::Task;
 use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::directions::{Serving, serving};
 use quadratura_foliage::{Openness, Sunlit, Tree, Wood};
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 
 /// The faces of a model that keep the sun away: not those of backdrops, nor what one sees through. What was found of trees is kept
 /// for the next time, when most of them are where they were.
 #[derive(Debug)]
 pub struct SunBlockers {
-    surface: Surface,
+    surface: ModelSurface,
     known: Mutex<FxHashMap<String, Known>>,
 }
 
@@ -29,7 +29,7 @@ impl SunBlockers {
         let solid = model
             .without(|object| says_backdrop(&object.name) || object.shows_what_is_behind())
             .without_see_through();
-        Self { surface: Surface::from_model(&solid), known: Mutex::default() }
+        Self { surface: ModelSurface::from_model(&solid), known: Mutex::default() }
     }
 
     /// Finds the share of sunlight that reaches the trees, past the model and past each other. A sun below the horizon is in nobody's

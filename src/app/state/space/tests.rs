@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::*;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::synthetic::closed_form::stairs;
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_view::Picture;
 
 const AT_REST: Drawn = Drawn { background: [1, 2, 3], moves: false };
@@ -34,7 +34,7 @@ fn painted(request: Request) -> PaintedPicture {
         request,
         image: Picture { width, height, rgba: vec![255; 4 * count] },
         faces: vec![1; count],
-        surface: Surface::from_model(&stairs().model).into(),
+        surface: ModelSurface::from_model(&stairs().model).into(),
         spent: Duration::from_millis(20),
         images: None,
     }

@@ -32,7 +32,7 @@ use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
 use quadratura_gpu::Gpu;
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::{Gains, Renders, shown_face};
 use quadratura_recipe::ldi::live::WarpOn;
 use quadratura_recipe::open::Opened;
@@ -97,7 +97,7 @@ pub struct Painter {
     /// The adapter's name, kind, interface and driver.
     pub adapter: String,
     /// The surface that rays intersect, as it is drawn.
-    pub surface: Arc<Surface>,
+    pub surface: Arc<ModelSurface>,
     /// Whether a request is not drawn yet.
     pending: bool,
     thread: Option<JoinHandle<()>>,

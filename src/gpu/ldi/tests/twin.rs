@@ -52,7 +52,7 @@ struct Difference {
 
 impl Difference {
     /// Draws a view both ways and adds its differences.
-    fn add(&mut self, gpu: &mut GpuWarp, (ldi, shot): (Ldi, &Shot), options: &WarpOptions) {
+    fn add(&mut self, gpu: &mut GpuWarp, ldi: Ldi, shot: &Shot, options: &WarpOptions) {
         let expected = on_processor(&ldi, shot, options);
         let reversed = WarpOptions { order: DrawingOrder::Reversed, ..*options };
         let reversed = on_processor(&ldi, shot, &reversed);
@@ -101,7 +101,7 @@ fn sums_are_those_of_the_processor_where_the_order_of_drawing_does_not_count() {
     let mut difference = Difference::default();
     for seed in 0..40 {
         let (ldi, shot) = scene(seed);
-        difference.add(&mut gpu, (ldi, &shot), &of_splat(SplatKind::Sums));
+        difference.add(&mut gpu, ldi, &shot, &of_splat(SplatKind::Sums));
     }
     println!("{difference:?}");
     assert!(difference.both > 100_000, "{difference:?}");
@@ -180,7 +180,7 @@ fn an_exposure_changes_the_colours_as_on_the_processor() {
         let mut difference = Difference::default();
         for seed in 0..8 {
             let (ldi, shot) = scene(seed);
-            difference.add(&mut gpu, (ldi, &shot), &options);
+            difference.add(&mut gpu, ldi, &shot, &options);
         }
         println!("{difference:?}");
         // Of fewer scenes; light that saturates hides what the order changes.

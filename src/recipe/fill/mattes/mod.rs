@@ -31,7 +31,7 @@ use quadratura_files::hash::hash_bytes;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::agreement::PhotoEvidence;
-use quadratura_layers::fill::{FillContext, FillOptions, MOST_DONORS, Surfaces};
+use quadratura_layers::fill::{FillContext, FillOptions, FillSurfaces, MOST_DONORS};
 use quadratura_layers::matte::Matte;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::{Gains, Sources};
@@ -114,7 +114,7 @@ impl SiteMattes {
     /// [`Error::Cancelled`]; [`Error::Request`] for too many see-through faces. A photo that fails is noted and has no mattes; a cache that cannot be written is noted.
     pub fn open(basis: &MatteBasis, force: bool, task: &Task) -> Result<Self> {
         let Opened { site, .. } = basis.opened;
-        let surfaces = Surfaces::from_model(&site.model);
+        let surfaces = FillSurfaces::from_model(&site.model);
         let pieces = Piece::of_model(&site.model, &surfaces, &site.photos);
         let photos: Vec<PhotoId> = site.photo_ids().filter(|id| basis.stacks[id.index()].is_some()).collect();
         let mut of_photo = vec![Arc::default(); site.photos.len()];
@@ -179,7 +179,7 @@ impl SiteMattes {
 fn make(
     basis: &MatteBasis,
     photos: &[PhotoId],
-    (pieces, surfaces): (&[Piece], &Surfaces),
+    (pieces, surfaces): (&[Piece], &FillSurfaces),
     inputs: &str,
     task: &Task,
 ) -> Result<FoundMattes> {

@@ -8,7 +8,7 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::raster::robust::median;
 use quadratura_base::scene::impostor::Impostor;
 use quadratura_base::scene::{FaceId, Model, ObjectId, Photo};
-use quadratura_layers::fill::{SurfaceId, Surfaces};
+use quadratura_layers::fill::{FillSurfaceId, FillSurfaces};
 use quadratura_layers::matte::{FaceGrid, SeenImpostor, SeenPiece};
 
 /// A see-through surface.
@@ -17,7 +17,7 @@ pub struct Piece {
     /// The object that it belongs to.
     pub object: ObjectId,
     /// The surface.
-    pub surface: SurfaceId,
+    pub surface: FillSurfaceId,
     /// The surface's face.
     pub face: FaceId,
     /// The triangle of a face that is not planar.
@@ -35,12 +35,12 @@ enum Shape {
 
 impl Piece {
     /// Returns the pieces of a model in the order of its faces; `photos` are those that may show them.
-    pub fn of_model(model: &Model, surfaces: &Surfaces, photos: &[Photo]) -> Vec<Self> {
+    pub fn of_model(model: &Model, surfaces: &FillSurfaces, photos: &[Photo]) -> Vec<Self> {
         let faces = model.see_through_surfaces();
         faces.flat_map(|face| Self::of_face(model, surfaces, photos, face)).collect()
     }
 
-    fn of_face(model: &Model, surfaces: &Surfaces, photos: &[Photo], face: FaceId) -> Vec<Self> {
+    fn of_face(model: &Model, surfaces: &FillSurfaces, photos: &[Photo], face: FaceId) -> Vec<Self> {
         // A face without area has no surface that photos could show.
         let triangles = model.face_triangles(face).len() as u32;
         let parts: Vec<Option<u32>> = match surfaces.is_flat(face) {
@@ -79,7 +79,7 @@ impl Piece {
 }
 
 /// Lays a grid over a surface, as fine as half of the photos see it.
-fn grid(surfaces: &Surfaces, surface: SurfaceId, photos: &[Photo]) -> Arc<FaceGrid> {
+fn grid(surfaces: &FillSurfaces, surface: FillSurfaceId, photos: &[Photo]) -> Arc<FaceGrid> {
     let surface = surfaces.get(surface);
     let length = |photo: &Photo| {
         let image =
@@ -110,7 +110,7 @@ mod tests {
         m.object("wall").quad(DVec3::Y, DVec3::X, DVec3::Z);
         let (model, _) = (*m.finish()).clone().with_impostors(DVec3::Z, |object| object.name == "tree");
         let model = model.with_see_through(|object| object.name != "wall");
-        let pieces = Piece::of_model(&model, &Surfaces::from_model(&model), &[]);
+        let pieces = Piece::of_model(&model, &FillSurfaces::from_model(&model), &[]);
         let names: Vec<&str> = pieces.iter().map(|piece| &piece.name[..]).collect();
         assert_eq!(names, ["tree", "fence[0]", "fence[1]"]);
         assert!(pieces[1].is_like(&pieces[2]) && !pieces[0].is_like(&pieces[1]));

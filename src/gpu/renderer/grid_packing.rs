@@ -12,7 +12,7 @@ const WIDTH: u32 = 2048;
 
 /// A packing of grids, each with its key.
 #[derive(Debug)]
-pub struct Packing<K> {
+pub struct GridPacking<K> {
     /// The size of the texture in cells.
     pub size: [u32; 2],
     /// The position of each grid's first cell.
@@ -21,7 +21,7 @@ pub struct Packing<K> {
     pub is_complete: bool,
 }
 
-impl<K> Packing<K> {
+impl<K> GridPacking<K> {
     /// Returns the number of cells of the texture.
     pub fn cells(&self) -> usize {
         self.size[0] as usize * self.size[1] as usize
@@ -59,7 +59,7 @@ pub fn texture(gpu: &Gpu, label: &str, format: TextureFormat, size: [u32; 2], ce
     texture.create_view(&Default::default())
 }
 
-impl<K: Copy + Ord> Packing<K> {
+impl<K: Copy + Ord> GridPacking<K> {
     /// Packs grids of these sizes; `longest` is the longest side that the texture may have. What does not fit is left out:
     /// grids with longer sides, and then the lowest ones.
     pub fn new(grids: impl Iterator<Item = (K, [u32; 2])>, longest: u32) -> Self {
@@ -97,7 +97,7 @@ mod tests {
     fn grids_do_not_overlap_and_lie_within_the_texture() {
         let sizes: Vec<(u32, [u32; 2])> =
             (0..60).map(|i| (i, [1 + i * 37 % 900, 1 + i * 53 % 400])).collect();
-        let packing = Packing::new(sizes.iter().copied(), 4096);
+        let packing = GridPacking::new(sizes.iter().copied(), 4096);
         assert!(packing.is_complete);
         let mut taken = vec![false; (packing.size[0] * packing.size[1]) as usize];
         assert_eq!(packing.positions.len(), sizes.len());
@@ -112,10 +112,10 @@ mod tests {
 
     #[test]
     fn grids_that_exceed_the_limit_are_left_out() {
-        let packing = |count: u32| Packing::new((0..count).map(|i| (i, [1000, 1000])), 2048);
+        let packing = |count: u32| GridPacking::new((0..count).map(|i| (i, [1000, 1000])), 2048);
         assert!(packing(4).is_complete && !packing(5).is_complete);
         assert_eq!((packing(5).positions.len(), packing(5).size), (4, [2048, 2000]));
-        let long = Packing::new([(0, [3000, 1]), (1, [10, 1])].into_iter(), 2048);
+        let long = GridPacking::new([(0, [3000, 1]), (1, [10, 1])].into_iter(), 2048);
         assert_eq!((long.is_complete, long.positions), (false, vec![(1, [0, 0])]));
     }
 }

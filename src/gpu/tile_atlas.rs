@@ -15,7 +15,7 @@ use quadratura_projection::tiles::SLOT;
 
 /// The pages of slots, the page tables, and the table of layer textures.
 #[derive(Debug)]
-pub struct Atlas {
+pub struct TileAtlas {
     gpu: Gpu,
     texture: Texture,
     /// Views that read colours in linear light, and as stored.
@@ -29,7 +29,7 @@ pub struct Atlas {
 
 /// A strip of adjacent slots of one row of a page, ready for upload.
 #[derive(Debug)]
-pub struct Strip {
+pub struct SlotStrip {
     /// The first slot.
     pub slot: u32,
     /// The number of slots.
@@ -38,7 +38,7 @@ pub struct Strip {
     pub bytes: Vec<u8>,
 }
 
-impl Strip {
+impl SlotStrip {
     /// Builds a strip from uncompressed texels.
     pub fn new(slot: u32, count: u32, texels: Vec<u8>, storage: Storage) -> Self {
         let bytes = match storage {
@@ -49,7 +49,7 @@ impl Strip {
     }
 }
 
-impl Atlas {
+impl TileAtlas {
     /// Creates the tables for these layer textures, without slots.
     ///
     /// # Errors
@@ -145,7 +145,7 @@ impl Atlas {
     }
 
     /// Writes slots; the write takes effect before any command submitted afterwards.
-    pub fn write(&self, strip: &Strip) {
+    pub fn write(&self, strip: &SlotStrip) {
         let [column, row, page] = place(strip.slot);
         let target = TexelCopyTextureInfo {
             origin: Origin3d { x: column * SLOT, y: row * SLOT, z: page },

@@ -7,14 +7,14 @@ use rustc_hash::FxHashMap;
 
 /// A directed graph over nodes `0..len`, its edges sorted by (front, back).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Graph {
+pub struct OcclusionGraph {
     /// The number of nodes.
     pub len: u32,
     /// Edges `(front, back, px)`, sorted, without duplicates.
     pub edges: Vec<(u32, u32, u32)>,
 }
 
-impl Graph {
+impl OcclusionGraph {
     /// Builds a graph from edges. The supports of equal pairs are added up; edges from a node to itself are
     /// dropped.
     pub fn new(len: u32, edges: impl IntoIterator<Item = (u32, u32, u32)>) -> Self {
@@ -130,11 +130,11 @@ impl Graph {
     }
 }
 
-/// The result of [`Graph::keep_acyclic`].
+/// The result of [`OcclusionGraph::keep_acyclic`].
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct AcyclicGraph {
     /// The acyclic graph of the edges that were kept.
-    pub graph: Graph,
+    pub graph: OcclusionGraph,
     /// The edges that would have closed a cycle, strongest first.
     pub refused: Vec<(u32, u32, u32)>,
 }
@@ -237,7 +237,7 @@ mod tests {
 
     #[test]
     fn the_weakest_edge_of_a_cycle_is_refused() {
-        let graph = Graph::new(3, [(0, 1, 50), (1, 2, 40), (2, 0, 7)]);
+        let graph = OcclusionGraph::new(3, [(0, 1, 50), (1, 2, 40), (2, 0, 7)]);
         let kept = graph.keep_acyclic();
         assert_eq!(kept.refused, [(2, 0, 7)]);
         assert_eq!(kept.graph.longest_paths(), [0, 1, 2]);
@@ -257,7 +257,7 @@ mod tests {
             let edges: Vec<_> = (0..random(40))
                 .map(|_| (random(n.into()) as u32, random(n.into()) as u32, 1 + random(9) as u32))
                 .collect();
-            let graph = Graph::new(n, edges);
+            let graph = OcclusionGraph::new(n, edges);
             let kept = graph.keep_acyclic();
             assert!(kept.graph.cyclic_components().is_empty());
             for &(front, back, _) in &kept.refused {

@@ -8,7 +8,7 @@ use quadratura_base::geometry::clip::clipped_to_box;
 use quadratura_base::geometry::{InverseDepth, Pinhole, PixelRect, Pose};
 use quadratura_base::scene::{FaceId, Model};
 
-/// The index of an item in [`View::items`].
+/// The index of an item in [`ProjectedModel::items`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ItemId(pub u32);
 
@@ -44,7 +44,7 @@ pub enum Absence {
 
 /// The model as one photo sees it.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct View {
+pub struct ProjectedModel {
     /// Width of the photo in pixels.
     pub width: u32,
     /// Height of the photo in pixels.
@@ -68,7 +68,7 @@ pub struct View {
 /// than 10^5 pixels a side.
 const EDGE_ON: f64 = 1e-12;
 
-impl View {
+impl ProjectedModel {
     /// Builds the view of `model` (in world coordinates, as the camera sees it: [`Model::facing`]) from a photo's camera. All
     /// computations are in f64
     /// in the camera's frame; only their results are rounded to f32.
@@ -114,7 +114,7 @@ impl View {
     }
 }
 
-/// Converts a point in the camera frame to homogeneous clip coordinates (x, y, w), see [`View::corners`].
+/// Converts a point in the camera frame to homogeneous clip coordinates (x, y, w), see [`ProjectedModel::corners`].
 pub fn clip_from_camera(p: DVec3, camera: &Pinhole) -> [f32; 3] {
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
     let x = 2.0 * (camera.fx * p.x + camera.cx * p.z) / width - p.z;
@@ -144,33 +144,32 @@ fn items_of_face(
     if model.face(face).planar {
         // The modeller's own plane is used, so that pieces and depths are cut by the same plane.
         let plane = &model.face(face).plane;
-        let plane_in_camera = (pose.rotation * plane.normal, pose.camera_from_world(plane.point));
-        return item_of_triangles(face, None, triangles, plane_in_camera, camera).map(|seen| vec![seen]);
+        let (normal, point) = (pose.rotation * plane.normal, pose.camera_from_world(plane.point));
+        return item_of_triangles(face, None, triangles, normal, point, camera).map(|seen| vec![seen]);
     }
     let items: Vec<_> = triangles
         .into_iter()
-        .map(|(i, t)| {
-            let plane_in_camera = (normal(&t).normalize(), t[0]);
-            item_of_triangles(face, Some(i), vec![(i, t)], plane_in_camera, camera)
-        })
+        .map(|(i, t)| item_of_triangles(face, Some(i), vec![(i, t)], normal(&t).normalize(), t[0], camera))
         .collect();
     let first_absence = items.iter().find_map(|i| i.as_ref().err().copied());
     let seen: Vec<VisibleItem> = items.into_iter().flatten().collect();
     if seen.is_empty() { Err(first_absence.unwrap_or(Absence::Degenerate)) } else { Ok(seen) }
 }
 
+/// Builds the item of some triangles of a plane, whose normal and one point of which are in the camera frame.
 fn item_of_triangles(
     face: FaceId,
     triangle: Option<u32>,
     triangles: Vec<(u32, [DVec3; 3])>,
-    (normal, point): (DVec3, DVec3),
+    normal: DVec3,
+    point: DVec3,
     camera: &Pinhole,
 ) -> Result<VisibleItem, Absence> {
     let triangles: Vec<[DVec3; 3]> = triangles.into_iter().map(|(_, t)| t).collect();
     if triangles.iter().flatten().all(|p| p.z <= 0.0) {
         return Err(Absence::Behind);
     }
-    let mut extent = Extent::default();
+    let mut extent = OutlineExtent::default();
     let size_px = DVec2::new(f64::from(camera.width), f64::from(camera.height));
     for t in &triangles {
         extent.add(&clipped_to_box(t, camera, DVec2::ZERO, size_px), camera);
@@ -195,14 +194,14 @@ fn normal(t: &[DVec3; 3]) -> DVec3 {
 
 /// The extent of a clipped outline in the photo: its bounding box in pixels and its nearest and farthest
 /// points.
-pub struct Extent {
+pub struct OutlineExtent {
     low_px: DVec2,
     high_px: DVec2,
     nearest: f64,
     farthest: DVec3,
 }
 
-impl Default for Extent {
+impl Default for OutlineExtent {
     fn default() -> Self {
         Self {
             low_px: DVec2::INFINITY,
@@ -213,7 +212,7 @@ impl Default for Extent {
     }
 }
 
-impl Extent {
+impl OutlineExtent {
     /// Adds a polygon (camera frame) that was clipped to the photo.
     pub fn add(&mut self, clipped: &[DVec3], camera: &Pinhole) {
         for p in clipped {

@@ -58,7 +58,7 @@ impl TargetKey {
 
 /// The textures for one image size.
 #[derive(Debug)]
-pub struct Target {
+pub struct RenderTarget {
     width: u32,
     height: u32,
     is_linear: bool,
@@ -129,7 +129,7 @@ fn row_bytes(width: u32, px_bytes: u64) -> u64 {
     (px_bytes * u64::from(width)).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT))
 }
 
-impl Target {
+impl RenderTarget {
     /// Creates the textures.
     pub fn new(gpu: &Gpu, key: TargetKey) -> Self {
         let TargetKey { width, height, multisampled, linear: is_linear } = key;

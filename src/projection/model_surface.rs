@@ -13,7 +13,7 @@ use quadratura_view::hidden::{Culling, HiddenFaces};
 
 /// The model's triangles in a bounding volume hierarchy, each with its face.
 #[derive(Debug)]
-pub struct Surface {
+pub struct ModelSurface {
     tree: Bvh,
     face_of: Vec<FaceId>,
     /// The back sides of faces; none where it is not known which photos texture them.
@@ -33,7 +33,7 @@ pub struct RayHit {
     pub triangle: u32,
 }
 
-impl Surface {
+impl ModelSurface {
     /// Builds the hierarchy of a model in world coordinates.
     pub fn from_model(model: &Model) -> Self {
         let mut triangles = Vec::with_capacity(model.triangles.len());
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_ray_meets_the_nearer_of_two_quads() {
         let scene = closed_form::two_quads();
-        let surface = Surface::from_model(&scene.model);
+        let surface = ModelSurface::from_model(&scene.model);
         let eye = scene.pose.center_in_world();
         let hit = surface.nearest(eye, DVec3::Z).unwrap();
         assert_eq!(scene.model.face_name(hit.face), "near[0]");
@@ -205,7 +205,7 @@ mod tests {
         m.object("window").screen(5.0002, [-1.0, -1.0, 1.0, 1.0]);
         m.object("behind").screen(5.01, [-2.0, -2.0, 2.0, 2.0]);
         let model = m.finish();
-        let surface = Surface::from_model(&model);
+        let surface = ModelSurface::from_model(&model);
         let owner = |x: f64, hidden: &HiddenFaces| {
             let culling = Culling { backs: true, hidden };
             surface.owner(DVec3::ZERO, DVec3::new(x, 0.01, 1.0), 1e-4, culling).unwrap().face
@@ -224,7 +224,7 @@ mod tests {
         let mut m = Modeller::new();
         m.object("wall").screen(5.0, [-2.0, -2.0, 2.0, 2.0]);
         let model = m.finish();
-        let surface = Surface::from_model(&model);
+        let surface = ModelSurface::from_model(&model);
         let (here, near, beyond) = (DVec3::ZERO, DVec3::Z * 4.0, DVec3::Z * 6.0);
         let none = HiddenFaces::default();
         assert!(surface.blocks(here, near, &none).is_none(), "the wall is farther");
