@@ -11,8 +11,8 @@ use quadratura_base::scene::builder::SURROUNDINGS;
 use quadratura_base::scene::{FaceId, Model, ObjectId, Photo};
 use quadratura_document::FilesInUse;
 use quadratura_document::stack::{
-    Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
-    ToleratedOverlap,
+    Element, FacePiece, ImageLayer, STACK_VERSION, Stack, StackCamera, StackCounts, StackPhoto, StackSurface,
+    Support, ToleratedOverlap,
 };
 use quadratura_layers::ElementIndex;
 use quadratura_layers::cluster::Cluster;
@@ -180,7 +180,7 @@ fn surfaces(model: &Model, sorted: &Sorted) -> Vec<StackSurface> {
 }
 
 /// Converts the pieces of all cut faces.
-fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<Piece> {
+fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<FacePiece> {
     let of_node = |(node, p): (&Node, &Option<NodePieces>)| {
         let Some(p) = p else { return Vec::new() };
         let face = model.face(p.face);
@@ -188,7 +188,7 @@ fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> 
         let object = model.object(face.object).name.clone();
         (p.first..)
             .zip(&p.rings)
-            .map(|(piece, ring)| Piece {
+            .map(|(piece, ring)| FacePiece {
                 object: object.clone(),
                 face: face.index,
                 piece,
@@ -383,7 +383,7 @@ fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
 }
 
 /// Counts what reports need.
-fn counts(sorted: &Sorted, options: &Options) -> Counts {
+fn counts(sorted: &Sorted, options: &Options) -> StackCounts {
     let stencil = options.method == Method::Stencil;
     let is_noise = |refused: &&(u32, u32, u32)| refused.2 <= options.min_support;
     let layers = &sorted.layers;
@@ -393,7 +393,7 @@ fn counts(sorted: &Sorted, options: &Options) -> Counts {
         sorted.nodes.list.iter().map(|n| sorted.view.items[n.item as usize].face).collect();
     faces.sort_unstable();
     faces.dedup();
-    Counts {
+    StackCounts {
         fragments: sorted.runs.fragments(),
         faces: faces.len() as u32,
         elements: layers.elements.len() as u32,

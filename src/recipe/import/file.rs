@@ -12,7 +12,7 @@ use super::layer::{DocumentContext, LayerPaint};
 use super::mask::{FileMask, mask_of};
 use super::question::{LayerChange, WeighedLayer};
 use super::real::real_paint;
-use super::report::{FileReport, LayerReport, LayerState};
+use super::report::{FileReport, LayerImportReport, LayerState};
 use super::settle::SurfacePaint;
 use super::share::by_surface;
 use super::turned::{turn_of, turn_of_layers};
@@ -213,7 +213,8 @@ fn paint_of<'a>(
         of_absent.extend(paint.of_absent);
     }
     for (index, exported) in missing(record, &sorted) {
-        let mut layer_report = LayerReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
+        let mut layer_report =
+            LayerImportReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
         let paint = of_absent.iter().filter(|(p, _)| *p == index).map(|(_, patch)| patch.clone());
         if let Some(patch) = paint.reduce(|a, b| a.under(&b)) {
             (layer_report.painted, layer_report.erased) = (patch.count(), patch.erased());
@@ -244,7 +245,7 @@ fn paint_of<'a>(
 }
 
 /// Returns a note for each way in which layers were mirrored or turned by themselves.
-fn turned_alone(layers: &[LayerReport]) -> Vec<String> {
+fn turned_alone(layers: &[LayerImportReport]) -> Vec<String> {
     let mut ways: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for layer in layers {
         if let Some(turned) = layer.turned {
@@ -285,14 +286,14 @@ fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
 ///
 /// # Errors
 /// Returns the errors of reading their pixels.
-pub fn others(context: &DocumentContext, sorted: &SortedLayers) -> Result<Vec<LayerReport>> {
+pub fn others(context: &DocumentContext, sorted: &SortedLayers) -> Result<Vec<LayerImportReport>> {
     let is_exact = context.profiles.is_none() && context.rounding.is_none();
     let comparable = context.scale == 1.0 && is_exact && context.offset == [0, 0];
     let helpers = if comparable { &sorted.helpers[..] } else { &[] };
     let looked_at = helpers.par_iter().map(|(layer, helper)| context.helper(layer, helper));
     let reports = looked_at.collect::<Result<Vec<_>>>()?;
     let unknown_layer = |layer: &&EditedLayer| {
-        let mut report = LayerReport::new(&layer.name, None, LayerState::Unknown);
+        let mut report = LayerImportReport::new(&layer.name, None, LayerState::Unknown);
         report.notes.push("it has no [token]; merge it into the layer that it belongs to".into());
         report
     };

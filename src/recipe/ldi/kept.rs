@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::of_photos::ldi_of_photos;
 use super::options::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
-use super::reference::{OfPhoto, Reference};
+use super::reference_camera::{OfPhoto, ReferenceCamera};
 use super::site::LdiSite;
 use crate::preview::Preview;
 use quadratura_base::error::{Error, Result};
@@ -14,7 +14,7 @@ use quadratura_ldi::Ldi;
 
 /// What a layered depth image that is kept was made of: photos, the reference first, and the power of two by which its camera
 /// was reduced.
-type Key = (Vec<PhotoId>, u32);
+type CombinationKey = (Vec<PhotoId>, u32);
 
 /// The layered depth images that were made, as long as memory lasts: those that were used last.
 pub struct Kept {
@@ -22,7 +22,7 @@ pub struct Kept {
     /// Of single photos' stacks.
     stacks: Vec<(PhotoId, Arc<Ldi>)>,
     /// Of several photos, the last used one last.
-    combined: Vec<(Key, Arc<Ldi>)>,
+    combined: Vec<(CombinationKey, Arc<Ldi>)>,
     /// Of everything, in the camera of a photo, the last used one last.
     of_site: Vec<((PhotoId, u32), Arc<Ldi>)>,
 }
@@ -127,7 +127,8 @@ impl Kept {
         }
         let images = self.stacks(site, photos, &options.stack, task)?;
         let (ref own, first) = images[0];
-        let reference = Reference { camera: own.camera, pose: own.pose, photo: Some(first), gain: own.gain };
+        let reference =
+            ReferenceCamera { camera: own.camera, pose: own.pose, photo: Some(first), gain: own.gain };
         let options = PhotosOptions { scale: options.scale / f64::from(1u32 << halvings), ..options.clone() };
         let ldi = Arc::new(ldi_of_photos(&reference, &images, &options, task)?);
         self.combined.push((key, ldi.clone()));

@@ -4,6 +4,7 @@
 mod build;
 mod choice;
 mod cover;
+mod covered_planes;
 mod depth_fit;
 #[cfg(test)]
 mod depth_tests;
@@ -23,9 +24,8 @@ mod of_stack;
 mod options;
 mod place;
 mod planes;
-mod reference;
+mod reference_camera;
 pub mod set;
-mod shapes;
 mod site;
 mod site_origins;
 pub mod site_view;
@@ -47,7 +47,7 @@ pub use self::of_photos::ldi_of_photos;
 pub use self::of_stack::ldi_of_stack;
 pub use self::options::{BuildFrom, PhotosOptions, SiteLdiOptions, StackLdiOptions};
 pub use self::place::cached_file;
-pub use self::reference::Reference;
+pub use self::reference_camera::ReferenceCamera;
 pub use self::set::{BuiltSet, ImageOfSet, SetRequest, build_set};
 pub use self::site::LdiSite;
 pub use self::stereo::COMFORTABLE;

@@ -6,7 +6,7 @@ use super::maker::{BuildCamera, Maker, first_of};
 use super::of_photos::{combined_into, taken};
 use super::options::{BuildFrom, PhotosOptions, SiteLdiOptions};
 use super::place::check_out;
-use super::reference::OfPhoto;
+use super::reference_camera::OfPhoto;
 use super::set::{BuiltSet, Writing};
 use crate::open::Opened;
 use quadratura_base::error::{Error, Result};

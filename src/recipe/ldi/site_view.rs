@@ -7,7 +7,7 @@ use super::choice::best_photos;
 use super::face_depths::{FaceDepths, shown_by_images};
 use super::kept::Kept;
 use super::options::PhotosOptions;
-use super::reference::OfPhoto;
+use super::reference_camera::OfPhoto;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
 use crate::budget::default_memory;

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use self::pieces::Piece;
+pub use self::pieces::SeeThroughPiece;
 use self::search::{FoundMattes, Search};
 use super::donors::{PhotoDonors, donors_at_once};
 use super::paint::SitePaint;
@@ -111,7 +111,7 @@ impl SiteMattes {
     pub fn open(basis: &MatteBasis, force: bool, task: &Task) -> Result<Self> {
         let Opened { site, .. } = basis.opened;
         let surfaces = Surfaces::from_model(&site.model);
-        let pieces = Piece::of_model(&site.model, &surfaces, &site.photos);
+        let pieces = SeeThroughPiece::of_model(&site.model, &surfaces, &site.photos);
         let photos: Vec<PhotoId> = site.photo_ids().filter(|id| basis.stacks[id.index()].is_some()).collect();
         let mut of_photo = vec![Arc::default(); site.photos.len()];
         if pieces.len() >= usize::from(u16::MAX) {
@@ -124,7 +124,8 @@ impl SiteMattes {
         if pieces.is_empty() {
             return Ok(Self { of_photo, ..Self::default() });
         }
-        let object = |piece: &Piece| (piece.name.clone(), site.model.object(piece.object).name.clone());
+        let object =
+            |piece: &SeeThroughPiece| (piece.name.clone(), site.model.object(piece.object).name.clone());
         let objects = pieces.iter().map(object).collect();
         let inputs = inputs(basis, &pieces);
         let cached = |id: &PhotoId| Some((*id, read_mattes(&file_of(basis, *id), &inputs)?));
@@ -175,7 +176,7 @@ impl SiteMattes {
 fn make(
     basis: &MatteBasis,
     photos: &[PhotoId],
-    (pieces, surfaces): (&[Piece], &Surfaces),
+    (pieces, surfaces): (&[SeeThroughPiece], &Surfaces),
     inputs: &str,
     task: &Task,
 ) -> Result<FoundMattes> {
@@ -213,7 +214,7 @@ fn file_of(basis: &MatteBasis, photo: PhotoId) -> PathBuf {
 }
 
 /// Returns the hash of everything that mattes are made from.
-fn inputs(basis: &MatteBasis, pieces: &[Piece]) -> String {
+fn inputs(basis: &MatteBasis, pieces: &[SeeThroughPiece]) -> String {
     let Opened { project, site, .. } = basis.opened;
     let serving = super::servers::serving(basis.sources);
     let all = (

@@ -32,7 +32,7 @@ const BEST: usize = 3;
 const HOLES: usize = 100;
 
 /// An image that is drawn.
-struct Image {
+struct LiveImage {
     image: OnDevice,
     /// The photos that it was made of; its colours have the exposure of the first one.
     photos: Vec<PhotoId>,
@@ -51,9 +51,9 @@ pub struct LiveView {
 /// The images of a view: the newest one, and the one that it fades from.
 #[derive(Default)]
 struct Images {
-    newest: Option<Image>,
+    newest: Option<LiveImage>,
     /// The image before, and when the newest one came.
-    before: Option<(Image, Instant)>,
+    before: Option<(LiveImage, Instant)>,
     /// The newest request.
     request: Option<ImageRequest>,
     /// Why the newest request cannot be made.
@@ -240,7 +240,7 @@ impl Images {
         if self.newest.as_ref().is_some_and(|newest| stage < newest.stage) {
             return;
         }
-        let image = Image { image: OnDevice::new(ldi), photos, stage };
+        let image = LiveImage { image: OnDevice::new(ldi), photos, stage };
         self.before = self.newest.replace(image).map(|before| (before, now));
     }
 
@@ -264,7 +264,7 @@ impl Images {
         let fault = self.fault.clone();
         match &self.newest {
             None => LiveStatus { building, fault, ..LiveStatus::default() },
-            Some(Image { image, photos, .. }) => LiveStatus {
+            Some(LiveImage { image, photos, .. }) => LiveStatus {
                 photos: photos.clone(),
                 depth_complexity: image.ldi.report.depth_complexity,
                 layers: image.ldi.report.layers,
@@ -277,7 +277,7 @@ impl Images {
 
 fn drawn(
     warper: &mut Warper,
-    image: &mut Image,
+    image: &mut LiveImage,
     (shot, exposure): (&Shot, &ViewExposure),
     task: &Task,
 ) -> Result<Picture> {

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use self::blocks::blocks;
 use self::faces::light_of_faces;
-use self::fit::{Block, Fit, fit};
+use self::fit::{Fit, PixelBlock, fit};
 use self::kept::{keep, kept};
 use self::ratios::ratios;
 pub use self::ratios::{TreeRatios, set_ratios};
@@ -115,7 +115,8 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
     let memory = default_memory();
     let gains = gains::photo_gains(&opened.site, &stacks, &opened.project.colour, folder, memory, task)?;
     let shown = blocks(folder, opened, wood, &gains, task)?;
-    let of_all: Vec<Block> = shown.iter().flat_map(|of| of.blocks.iter().map(|(_, block)| *block)).collect();
+    let of_all: Vec<PixelBlock> =
+        shown.iter().flat_map(|of| of.blocks.iter().map(|(_, block)| *block)).collect();
     let estimate = match fit(&of_all) {
         Some(Fit { strength, photos, blocks, residual, is_split: split, of_foliage }) => LightEstimate {
             strength,

@@ -9,7 +9,7 @@ use super::part_of;
 use crate::import::context::{ReadContext, missing};
 use crate::import::file::{ComparedDocument, begun_report, compared, identified, others};
 use crate::import::originals::ExportedPixels;
-use crate::import::report::{FileReport, LayerReport, LayerState};
+use crate::import::report::{FileReport, LayerImportReport, LayerState};
 use crate::import::{ImportOptions, LayerCache, documents_of};
 use crate::side_by_side::{done_and_failed, one_by_one};
 use crate::trees::plant_of;
@@ -74,7 +74,7 @@ pub fn import_tree_paint(
     problems.iter().for_each(|problem| task.note(problem));
     let store = TreePaintStore::new(project);
     let before = store.read()?;
-    let mut session = Session {
+    let mut ongoing = ImportInProgress {
         project,
         trees,
         records,
@@ -94,16 +94,16 @@ pub fn import_tree_paint(
         }
     }
     let files = documents;
-    let reports = one_by_one(STAGE, &files, |file| session.file(file, task), task)?;
+    let reports = one_by_one(STAGE, &files, |file| ongoing.file(file, task), task)?;
     let (done, not_read) = done_and_failed(&files, reports)?;
     failed.extend(not_read);
     let changed = done.iter().flat_map(|file: &FileReport| &file.layers).map(|layer| layer.changed).sum();
     let mut imported = TreeImported { changed, files: done, failed, ..TreeImported::default() };
-    if session.book != before {
-        imported.number = Some(session.number);
-        imported.species = session.species();
+    if ongoing.book != before {
+        imported.number = Some(ongoing.number);
+        imported.species = ongoing.species();
         if !options.dry_run {
-            session.commit(&store, &before, &imported)?;
+            ongoing.commit(&store, &before, &imported)?;
         }
     }
     Ok(imported)
@@ -133,7 +133,7 @@ pub fn undo_tree_import(project: &Path) -> Result<TreeImport> {
 }
 
 /// An import in progress.
-struct Session<'a> {
+struct ImportInProgress<'a> {
     project: &'a Path,
     trees: &'a Trees,
     records: Vec<ExportRecord>,
@@ -151,7 +151,7 @@ struct Session<'a> {
 /// The paint of a file by direction and slab, with the place of the layer's report.
 type Patches = BTreeMap<usize, BTreeMap<usize, (usize, PaintPatch)>>;
 
-impl Session<'_> {
+impl ImportInProgress<'_> {
     fn file(&mut self, file: &Path, task: &Task) -> Result<FileReport> {
         self.refuse_others(file)?;
         let records = std::mem::take(&mut self.records);
@@ -202,7 +202,7 @@ impl Session<'_> {
             report.layers.push(paint.report);
         }
         for (index, exported) in missing(record, &sorted) {
-            let mut entry = LayerReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
+            let mut entry = LayerImportReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
             let merged = of_absent.iter().filter(|(of, _)| *of == index).map(|(_, patch)| patch.clone());
             if let Some(patch) = merged.reduce(|a, b| a.under(&b)) {
                 entry.notes.push("it was merged into another layer; its paint is imported from there".into());
@@ -217,7 +217,7 @@ impl Session<'_> {
         }
         // A layer called `mask` is one of photos; here it is a layer like others.
         let unknown = sorted.masks.iter().map(|layer| {
-            let mut entry = LayerReport::new(&layer.name, None, LayerState::Unknown);
+            let mut entry = LayerImportReport::new(&layer.name, None, LayerState::Unknown);
             entry.notes.push("trees have no masks; erase in the layers instead".into());
             entry
         });
@@ -405,7 +405,7 @@ fn outside(patch: &PaintPatch, cell: &PixelRect) -> usize {
 }
 
 /// Reports what became of the painted pixels of a layer.
-fn note_tally(entry: &mut LayerReport, tally: &SlabTally, outside: usize) {
+fn note_tally(entry: &mut LayerImportReport, tally: &SlabTally, outside: usize) {
     (entry.painted, entry.erased) = (tally.painted + tally.beside, tally.erased);
     if tally.beside > 0 {
         entry.notes.push(format!(
