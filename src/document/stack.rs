@@ -398,7 +398,7 @@ pub struct ImageLayer {
     pub uv_from_world: [[f64; 4]; 3],
 }
 
-/// Counts for reports.
+/// What a stack was made of and consists of, counted for reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct StackCounts {

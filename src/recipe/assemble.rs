@@ -230,7 +230,7 @@ fn image_layers(
             let name = name(sorted, cluster, content, name_of);
             let Cluster { order, rect, patches } = cluster;
             let elements = patches.iter().map(|patch| patch.element).collect();
-            image_layer(photo, (*order, *rect), elements, content, name, id)
+            image_layer(photo, *order, *rect, elements, content, name, id)
         })
         .collect()
 }
@@ -238,7 +238,8 @@ fn image_layers(
 /// Makes an image layer of some order and rectangle.
 fn image_layer(
     photo: &Photo,
-    (order, rect): (u32, PixelRect),
+    order: u32,
+    rect: PixelRect,
     elements: Vec<ElementIndex>,
     content: &Content,
     name: String,
@@ -330,7 +331,7 @@ pub fn add_surroundings(stack: &mut Stack, photo: &Photo, surroundings: &Surroun
     for SurroundingsLayer { rect, content } in layers {
         let id = free_token(&photo.name, &[&element], *rect, &mut taken);
         let name = NAME_OF_SURROUNDINGS.to_owned();
-        let layer = image_layer(photo, (order, *rect), vec![index], content, name, id);
+        let layer = image_layer(photo, order, *rect, vec![index], content, name, id);
         stack.texels += rect.area();
         stack.texels_unmerged += rect.area();
         stack.texels_used += layer.texels_used;

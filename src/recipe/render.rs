@@ -187,6 +187,7 @@ impl RenderOptions {
     }
 }
 
+/// A view with its picture, or why there is none.
 type DrawnView<'a> = (&'a RequestedView, Result<DrawnPicture>);
 
 /// Draws all views and sends the pictures to the writer.

@@ -159,7 +159,7 @@ impl DocumentContext<'_> {
         let is_elsewhere = (rect.w, rect.h) == (place.w, place.h) && rect != place;
         // The files of a folder are turned one by one; mirrored, most of a plain surface is as it was, too.
         let in_place = (!self.named && change.replaced > 0)
-            .then(|| self.turned_in_place((base, place), found, &change))
+            .then(|| self.turned_in_place(base, place, found, &change))
             .flatten();
         if let Some((turn, turned_back)) = in_place {
             (turned, patch) = (Some(turn), turned_back);
@@ -177,7 +177,7 @@ impl DocumentContext<'_> {
                 turned = Some(turn);
                 let rect = PixelRect { w: pixels.width(), h: pixels.height(), ..rect };
                 patch = self.painted(base, PlacedRaster { rect: by(moved, rect), pixels: &pixels });
-            } else if let Some((turn, turned_back)) = self.turned_in_place((base, place), found, &change) {
+            } else if let Some((turn, turned_back)) = self.turned_in_place(base, place, found, &change) {
                 (turned, patch) = (Some(turn), turned_back);
             }
             change = LayerChange::new(base, &patch);
@@ -289,7 +289,8 @@ impl DocumentContext<'_> {
     /// its paint once it is turned back: the turn with which most pixels are as they were, and clearly more than without.
     fn turned_in_place(
         &self,
-        (base, place): (PlacedRaster, PixelRect),
+        base: PlacedRaster,
+        place: PixelRect,
         found: PlacedRaster,
         change: &LayerChange,
     ) -> Option<(Turn, PaintPatch)> {

@@ -88,7 +88,9 @@ impl RealPixels {
 /// Counts the pixels of a layer's paint that replace what other photos show, and returns the paint: without those, and
 /// those that this photo shows, where the options say so.
 pub fn real_paint(
-    (file, record, exported): (&Path, &ExportRecord, &ExportedLayer),
+    file: &Path,
+    record: &ExportRecord,
+    exported: &ExportedLayer,
     patch: PaintPatch,
     reading: ReadContext,
     report: &mut LayerImportReport,

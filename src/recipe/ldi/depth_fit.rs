@@ -139,7 +139,8 @@ fn better_kind(own: DepthKindFit, points: &[SparsePointDepth], background: f64) 
 pub fn check_scale(
     list: &DepthList,
     entry: &DepthEntry,
-    (kind, points): (DepthKind, &[SparsePointDepth]),
+    kind: DepthKind,
+    points: &[SparsePointDepth],
     force: bool,
     task: &Task,
 ) -> Result<()> {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::of_photos::ldi_of_photos;
+use super::of_site::SiteCamera;
 use super::options::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
 use super::reference_camera::{OfPhoto, ReferenceCamera};
 use super::site::LdiSite;
@@ -114,7 +115,8 @@ impl Kept {
     pub fn photos(
         &mut self,
         site: &mut LdiSite,
-        (photos, halvings): (&[PhotoId], u32),
+        photos: &[PhotoId],
+        halvings: u32,
         options: &PhotosOptions,
         task: &Task,
     ) -> Result<Arc<Ldi>> {
@@ -147,10 +149,11 @@ impl Kept {
         &mut self,
         site: &mut LdiSite,
         preview: &mut Preview,
-        (photo, halvings, without): (PhotoId, u32, &[PhotoId]),
+        view: ReducedPhotoView,
         options: &SiteLdiOptions,
         task: &Task,
     ) -> Result<Arc<Ldi>> {
+        let ReducedPhotoView { photo, halvings, without } = view;
         let key = (photo, halvings);
         let kept = match self.of_site.iter().position(|(other, _)| *other == key) {
             Some(at) => self.of_site.remove(at),
@@ -158,8 +161,8 @@ impl Kept {
                 let Photo { camera, pose, .. } = *site.opened().site.photo(photo);
                 let scale = options.scale / f64::from(1u32 << halvings);
                 let options = SiteLdiOptions { scale, ..*options };
-                let camera = (camera, pose, Some(photo));
-                (key, Arc::new(site.ldi_of_site(preview, camera, (&options, without), task)?))
+                let camera = SiteCamera { camera, pose, photo: Some(photo), without };
+                (key, Arc::new(site.ldi_of_site(preview, camera, &options, task)?))
             }
         };
         let ldi = kept.1.clone();
@@ -167,6 +170,17 @@ impl Kept {
         limit(&mut self.of_site, self.memory / 2);
         Ok(ldi)
     }
+}
+
+/// A photo's view of what the other photos know.
+#[derive(Clone, Copy)]
+pub struct ReducedPhotoView<'a> {
+    /// The photo whose camera it has.
+    pub photo: PhotoId,
+    /// How often the camera's resolution is halved.
+    pub halvings: u32,
+    /// The photos that are left out.
+    pub without: &'a [PhotoId],
 }
 
 /// Drops the first entries until the others take no more than `memory` bytes; the last one stays.

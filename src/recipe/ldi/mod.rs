@@ -9,6 +9,7 @@ mod depth_fit;
 #[cfg(test)]
 mod depth_tests;
 pub mod export;
+mod exposed_shot;
 mod face_depths;
 mod figures;
 mod inputs;

@@ -10,7 +10,7 @@ use super::reference_camera::OfPhoto;
 use super::set::{BuiltSet, Writing};
 use crate::open::Opened;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::up;
 use quadratura_base::task::Task;
@@ -67,13 +67,12 @@ pub fn build_cube(
         BuildFrom::Site { .. } | BuildFrom::Stack(_) => Vec::new(),
     };
     let mut writing = Writing::new(Arrangement::Cube, request.packing);
-    for ((done, name), camera) in (0..).zip(FACE_NAMES).zip(cameras) {
+    for ((done, name), (camera, pose)) in (0..).zip(FACE_NAMES).zip(cameras) {
         task.step("faces", done, FACE_NAMES.len() as u64)?;
+        let camera = BuildCamera { name: name.to_owned(), photo: None, camera, pose };
         let ldi = match &request.from {
-            BuildFrom::Photos { options, .. } => {
-                face_of((name, camera), &images, (request.photo, options), task)?
-            }
-            BuildFrom::Site { options, .. } => face_of_site((name, camera), &mut maker, options, task)?,
+            BuildFrom::Photos { options, .. } => face_of(&camera, &images, request.photo, options, task)?,
+            BuildFrom::Site { options, .. } => face_of_site(&camera, &mut maker, options, task)?,
             BuildFrom::Stack(_) => unreachable!("refused above"),
         };
         writing.add(request.out, name, None, &ldi)?;
@@ -108,29 +107,29 @@ fn side_px(camera: &Pinhole, scale: f64) -> Result<u32> {
 
 /// Makes the image of the site behind the camera of a face.
 fn face_of_site(
-    (name, (camera, pose)): (&str, (Pinhole, Pose)),
+    camera: &BuildCamera,
     maker: &mut Maker,
     options: &SiteLdiOptions,
     task: &Task,
 ) -> Result<quadratura_ldi::Ldi> {
-    let camera = BuildCamera { name: name.to_owned(), photo: None, camera, pose };
     let options = SiteLdiOptions { guard: 0.0, scale: 1.0, ..*options };
-    let mut ldi = maker.image_of_site(&camera, &options, task)?;
-    ldi.report.options.insert(FACE.to_owned(), name.to_owned());
+    let mut ldi = maker.image_of_site(camera, &options, task)?;
+    ldi.report.options.insert(FACE.to_owned(), camera.name.clone());
     Ok(ldi)
 }
 
 /// Combines the photos in the camera of a face.
 fn face_of(
-    (name, (camera, pose)): (&str, (Pinhole, Pose)),
+    camera: &BuildCamera,
     images: &[OfPhoto],
-    (own, options): (PhotoId, &PhotosOptions),
+    own: PhotoId,
+    options: &PhotosOptions,
     task: &Task,
 ) -> Result<quadratura_ldi::Ldi> {
     let gain = images[0].0.gain;
-    let frame = Frame { camera, pose, photo_rect: None, gain };
+    let frame = Frame { camera: camera.camera, pose: camera.pose, photo_rect: None, gain };
     let mut words = PhotosOptions { guard: 0.0, ..options.clone() }.described();
-    words.insert(FACE.to_owned(), name.to_owned());
+    words.insert(FACE.to_owned(), camera.name.clone());
     combined_into(&frame, Some(own), images, (options, words), task)
 }
 

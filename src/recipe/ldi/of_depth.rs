@@ -64,7 +64,7 @@ fn depth_image(
     task.go_on()?;
     let points = SparsePointDepth::all(list, entry, &map);
     let kind = entry.kind.ok_or_else(|| depth_fit::missing_kind(list, entry, &points))?;
-    depth_fit::check_scale(list, entry, (kind, &points), options.force, task)?;
+    depth_fit::check_scale(list, entry, kind, &points, options.force, task)?;
     let depths = inverse_depths(entry, kind, &map);
     let held = depths.par_iter().filter(|depth| **depth > 0.0).count();
     if held == 0 {

@@ -72,7 +72,7 @@ pub fn ldi_of_site(
     let relief = relief.filter(|_| options.relief);
     let peels = preview.peels(&shot, task)?;
     let mut peeled = PeeledPixels::new(peels, &frame, relief, options.layers);
-    task.timed("peel", || peeled.peel(peels, &shot, (options, agreement.is_some()), task))?;
+    task.timed("peel", || peeled.peel(peels, &shot, options, agreement.is_some(), task))?;
     if !preview.shows_only_photos() {
         let shot = of_origins(&shot);
         let peels = preview.peels(&shot, task)?;
@@ -164,7 +164,8 @@ impl PeeledPixels {
         &mut self,
         peels: &mut dyn Peels,
         shot: &Shot,
-        (options, own_rises): (&SiteLdiOptions, bool),
+        options: &SiteLdiOptions,
+        own_rises: bool,
         task: &Task,
     ) -> Result<()> {
         let mut number = 0;
@@ -325,6 +326,19 @@ fn planes_of(
     parts.iter().map(plane).collect()
 }
 
+/// The camera of a layered depth image of the site.
+#[derive(Clone, Copy)]
+pub struct SiteCamera<'a> {
+    /// The camera.
+    pub camera: Pinhole,
+    /// The pose, world to camera.
+    pub pose: Pose,
+    /// The photo whose camera it is, if it is one's.
+    pub photo: Option<PhotoId>,
+    /// The photos that are left out.
+    pub without: &'a [PhotoId],
+}
+
 impl LdiSite<'_> {
     /// Makes the layered depth image of everything that all photos but some know, for a camera, which may be a photo's.
     ///
@@ -333,10 +347,11 @@ impl LdiSite<'_> {
     pub fn ldi_of_site(
         &mut self,
         preview: &mut Preview,
-        (camera, pose, photo): (Pinhole, Pose, Option<PhotoId>),
-        (options, without): (&SiteLdiOptions, &[PhotoId]),
+        camera: SiteCamera,
+        options: &SiteLdiOptions,
         task: &Task,
     ) -> Result<Ldi> {
+        let SiteCamera { camera, pose, photo, without } = camera;
         let site = &self.opened().site;
         let (gains, _) = preview.estimates_without(without, task)?;
         let gain = photo.map_or([0.0; 3], |photo| gains.of_photo[photo.index()]);

@@ -109,7 +109,7 @@ fn cover_of(source: &StackSource, options: &StackLdiOptions, task: &Task) -> Res
     };
     let texels = layers.par_iter().map(read).collect::<Result<Vec<_>>>()?;
     let (camera, pose) = camera_of(&stack.photo, &stack.camera);
-    let mut planes = SurfacePlanes::new(model, (camera, pose), source.current);
+    let mut planes = SurfacePlanes::new(model, camera, pose, source.current);
     let surfaces: Vec<_> =
         layers.iter().map(|&layer| CoveredPlanes::of_layer(stack, layer, &mut planes)).collect();
     let leftovers = leftovers(photo, stack, options, &mut planes)?;

@@ -75,7 +75,7 @@ pub struct SurfacePlanes {
 impl SurfacePlanes {
     /// Prepares the planes as seen by a photo. `current` tells whether the stack was made of this model; where it was not,
     /// the outlines in the stack have the planes.
-    pub fn new(model: &Arc<Model>, (camera, pose): (Pinhole, Pose), current: bool) -> Self {
+    pub fn new(model: &Arc<Model>, camera: Pinhole, pose: Pose, current: bool) -> Self {
         let model = model.facing(&Facing::of_pose(&pose));
         let of_items = match current {
             true => {

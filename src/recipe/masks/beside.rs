@@ -210,7 +210,8 @@ pub fn mask_of_file(
     folder: &Path,
     project: &Project,
     site: &Site,
-    (photo, file): (&str, &Path),
+    photo: &str,
+    file: &Path,
     task: &Task,
 ) -> Result<FoundMask> {
     let photo = site.photo(index_of_photo(site, photo)?).name.clone();

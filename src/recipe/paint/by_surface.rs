@@ -80,9 +80,9 @@ impl PhotoPaint {
 
     /// Returns the rectangle of an entry in pixels of the present photo: all of it where the camera has changed.
     fn present_rect(&self, index: usize, stack: &Stack) -> PixelRect {
-        let now = camera_of(&stack.photo, &stack.camera);
-        match Reprojection::between(&self.entries[index], &self.views[index], now) {
-            Some(_) => now.0.rect(),
+        let (camera, pose) = camera_of(&stack.photo, &stack.camera);
+        match Reprojection::between(&self.entries[index], &self.views[index], camera, pose) {
+            Some(_) => camera.rect(),
             None => self.entries[index].rect,
         }
     }

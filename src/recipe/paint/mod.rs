@@ -249,9 +249,9 @@ impl PhotoPaint {
         let entry = &self.entries[index];
         let store = self.store.as_ref().expect("of() stores both entries and their store");
         let patch = store.patch(entry)?;
-        let now = camera_of(&stack.photo, &stack.camera);
+        let (camera, pose) = camera_of(&stack.photo, &stack.camera);
         let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
-        Ok(match Reprojection::between(entry, &self.views[index], now) {
+        Ok(match Reprojection::between(entry, &self.views[index], camera, pose) {
             Some(moved) => moved.applied(&patch, photo),
             None => patch,
         })

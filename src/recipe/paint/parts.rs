@@ -95,11 +95,11 @@ impl<'a> PartSource<'a> {
             tile,
             covered: OnceCell::new(),
         });
-        let whole = element.faces.iter().map(|&face| self.part(element, (face, None), None, tile));
+        let whole = element.faces.iter().map(|&face| self.part(element, face, None, None, tile));
         let is_piece =
             |p: &&FacePiece| p.object == element.object && element.pieces.contains(&(p.face, p.piece));
         let pieces = self.pieces.iter().filter(is_piece);
-        let pieces = pieces.map(|p| self.part(element, (p.face, p.triangle), Some(&p.polygon[..]), tile));
+        let pieces = pieces.map(|p| self.part(element, p.face, p.triangle, Some(&p.polygon[..]), tile));
         whole.chain(pieces).chain(surroundings).collect()
     }
 
@@ -107,7 +107,8 @@ impl<'a> PartSource<'a> {
     fn part(
         &self,
         element: &'a Element,
-        (face, triangle): (FaceIndex, Option<u32>),
+        face: FaceIndex,
+        triangle: Option<u32>,
         piece: Option<&'a [[f64; 3]]>,
         tile: Option<PixelRect>,
     ) -> SurfacePart<'a> {

@@ -131,7 +131,8 @@ pub fn evidence(
     basis: &MatteBasis,
     context: &FillContext,
     photo: PhotoId,
-    (own, sight): (&Donor, &Sight),
+    own: &Donor,
+    sight: &Sight,
     around: &mut SurroundingsFiller,
     task: &Task,
 ) -> Result<Evidence> {

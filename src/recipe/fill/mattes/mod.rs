@@ -134,7 +134,7 @@ impl SiteMattes {
         let is_anew = cached.is_none();
         let FoundMattes { of_photo: found, failed } = match cached {
             Some(of_photo) => FoundMattes { of_photo, failed: BTreeSet::new() },
-            None => make(basis, &photos, (&pieces, &surfaces), &inputs, task)?,
+            None => make(basis, &photos, &pieces, &surfaces, &inputs, task)?,
         };
         found.into_iter().for_each(|(id, mattes)| of_photo[id.index()] = mattes.into());
         Ok(Self { of_photo, is_anew, failed, objects })
@@ -176,7 +176,8 @@ impl SiteMattes {
 fn make(
     basis: &MatteBasis,
     photos: &[PhotoId],
-    (pieces, surfaces): (&[SeeThroughPiece], &Surfaces),
+    pieces: &[SeeThroughPiece],
+    surfaces: &Surfaces,
     inputs: &str,
     task: &Task,
 ) -> Result<FoundMattes> {

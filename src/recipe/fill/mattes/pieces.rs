@@ -11,7 +11,7 @@ use quadratura_base::scene::{FaceId, Model, ObjectId, Photo};
 use quadratura_layers::fill::{SurfaceId, Surfaces};
 use quadratura_layers::matte::{FaceGrid, SeenImpostor, SeenPiece};
 
-/// A see-through surface.
+/// A see-through surface: an impostor, a planar face of another object, or a triangle of a face that is not planar.
 #[derive(Debug, Clone)]
 pub struct SeeThroughPiece {
     /// The object that it belongs to.

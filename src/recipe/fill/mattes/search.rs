@@ -86,7 +86,7 @@ impl Search<'_> {
             task.step("compare see-through surfaces", done, 2 * count)?;
             let found = self.tried(*id, |search, own, sight, task| {
                 let evidence =
-                    evidence(search.basis, search.context, *id, (own, sight), &mut search.around, task)?;
+                    evidence(search.basis, search.context, *id, own, sight, &mut search.around, task)?;
                 let Some(compared) = Compared::new(&evidence) else { return Ok(Vec::new()) };
                 Ok(compared.object_samples(&evidence, kinds.len(), kind_of))
             })?;
@@ -100,7 +100,7 @@ impl Search<'_> {
         for (done, id) in (count..).zip(photos) {
             task.step("compare see-through surfaces", done, 2 * count)?;
             let found =
-                self.tried(*id, |search, own, sight, task| search.kept(*id, (own, sight), &model_of, task))?;
+                self.tried(*id, |search, own, sight, task| search.kept(*id, own, sight, &model_of, task))?;
             kept.extend(found.map(|found| (*id, found)));
         }
         task.step("compare see-through surfaces", 2 * count, 2 * count)?;
@@ -148,11 +148,12 @@ impl Search<'_> {
     fn kept<'m>(
         &mut self,
         photo: PhotoId,
-        (own, sight): (&Donor, &Sight),
+        own: &Donor,
+        sight: &Sight,
         model: &(impl Fn(u16) -> Option<&'m ColourModel> + Sync),
         task: &Task,
     ) -> Result<RoundState> {
-        let evidence = evidence(self.basis, self.context, photo, (own, sight), &mut self.around, task)?;
+        let evidence = evidence(self.basis, self.context, photo, own, sight, &mut self.around, task)?;
         let odds = task.timed("matte odds", || {
             let compared = Compared::new(&evidence)?;
             Some(compared.log_odds(&evidence, model))

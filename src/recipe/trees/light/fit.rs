@@ -172,7 +172,8 @@ mod tests {
         rng: &mut Rng,
         photos: usize,
         of_photo: usize,
-        (sun, sky): (DVec3, DVec3),
+        sun: DVec3,
+        sky: DVec3,
         other: f64,
     ) -> Vec<PixelBlock> {
         let leaf = DVec3::new(0.06, 0.12, 0.03);
@@ -203,7 +204,7 @@ mod tests {
     #[test]
     fn the_light_of_the_same_tree_is_found_where_photos_show_many_sides() {
         let (sun, sky) = truth();
-        let found = fit(&blocks(&mut Rng::new(1), 6, 800, (sun, sky), 0.0)).unwrap();
+        let found = fit(&blocks(&mut Rng::new(1), 6, 800, sun, sky, 0.0)).unwrap();
         let LightStrength { sun: s, sky: k, ground } = found.strength;
         assert_eq!((found.photos, found.is_split), (6, true));
         // 4,800 blocks against a prior of 100, which is off by some tens of per cent.
@@ -218,7 +219,7 @@ mod tests {
     #[test]
     fn another_tree_of_its_kind_meets_the_mean_and_makes_the_sun_too_weak_by_what_is_elsewhere() {
         let (sun, sky) = truth();
-        let blocks = blocks(&mut Rng::new(2), 8, 500, (sun, sky), 0.5);
+        let blocks = blocks(&mut Rng::new(2), 8, 500, sun, sky, 0.5);
         let found = fit(&blocks).unwrap();
         let [s, k] = [found.strength.sun, found.strength.sky].map(DVec3::from_array);
         let photos = blocks.iter().map(|block| block.light).sum::<DVec3>() / blocks.len() as f64;
@@ -230,7 +231,7 @@ mod tests {
     #[test]
     fn few_photos_give_the_mean_and_the_usual_ratio() {
         let (sun, sky) = truth();
-        let blocks = blocks(&mut Rng::new(3), 1, 400, (sun, sky), 1.0);
+        let blocks = blocks(&mut Rng::new(3), 1, 400, sun, sky, 1.0);
         let found = fit(&blocks).unwrap();
         assert!(!found.is_split);
         let [s, k] = [found.strength.sun, found.strength.sky].map(DVec3::from_array);
@@ -243,7 +244,7 @@ mod tests {
     #[test]
     fn sky_between_the_leaves_of_the_real_tree_hardly_counts() {
         let (sun, sky) = truth();
-        let mut blocks = blocks(&mut Rng::new(4), 5, 400, (sun, sky), 0.2);
+        let mut blocks = blocks(&mut Rng::new(4), 5, 400, sun, sky, 0.2);
         let clear = fit(&blocks).unwrap();
         // Ten times as bright as foliage is here.
         blocks.iter_mut().step_by(10).for_each(|block| block.light = DVec3::new(1.0, 1.4, 1.9));
@@ -257,7 +258,7 @@ mod tests {
     fn no_light_is_negative_and_nothing_gives_nothing() {
         // All that the photos show is lit by the sky; the prior, 100 blocks of 5,000, says that there is a sun.
         let (sun, sky) = (DVec3::ZERO, DVec3::new(0.5, 0.6, 0.8));
-        let found = fit(&blocks(&mut Rng::new(5), 5, 1000, (sun, sky), 0.0)).unwrap();
+        let found = fit(&blocks(&mut Rng::new(5), 5, 1000, sun, sky, 0.0)).unwrap();
         assert!(found.strength.sun.iter().all(|sun| (0.0..0.1).contains(sun)), "{:?}", found.strength);
         assert_eq!(fit(&[]), None);
         let black = PixelBlock { photo: 0, sun: DVec3::ZERO, sky: DVec3::ZERO, light: DVec3::ZERO };

@@ -105,7 +105,7 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
     let inputs = inputs(&opened.project, &opened.site, &wood, &gains::inputs(&opened.site, &stacks));
-    if let Some(kept) = kept(folder, &inputs, (&opened.site, &wood)) {
+    if let Some(kept) = kept(folder, &inputs, &opened.site, &wood) {
         return Ok(kept);
     }
     // Planned trees are in no photo, and shade none of the real ones.
@@ -121,7 +121,7 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
         Some(Fit { strength, photos, blocks, residual, is_split: split, of_foliage }) => LightEstimate {
             strength,
             support: LightSupport::Photos { photos, blocks, residual, split },
-            ratios: ratios(&shown, (&strength, &of_foliage), (&opened.site, wood)),
+            ratios: ratios(&shown, &strength, &of_foliage, &opened.site, wood),
         },
         None => match light_of_faces(&opened.site, wood, &gains, task)? {
             Some((strength, pixels)) => LightEstimate::plain(strength, LightSupport::Faces { pixels }),

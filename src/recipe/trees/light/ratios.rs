@@ -62,13 +62,15 @@ pub fn set_ratios(wood: &mut Wood, ratios: &[TreeRatios]) {
 /// Returns the ratio images of trees in light of this strength, from blocks that show foliage.
 pub fn ratios(
     shown: &[TreeInPhoto],
-    (strength, of_foliage): (&LightStrength, &FoliageRatios),
-    (site, wood): (&Site, &Wood),
+    strength: &LightStrength,
+    of_foliage: &FoliageRatios,
+    site: &Site,
+    wood: &Wood,
 ) -> Vec<TreeRatios> {
     let of_tree = |index: usize| {
         let of_photos = shown.iter().filter(|of| of.tree == index);
         let images: Arc<[RatioImage]> =
-            of_photos.filter_map(|of| ratio_image(of, (strength, of_foliage), site)).collect();
+            of_photos.filter_map(|of| ratio_image(of, strength, of_foliage, site)).collect();
         let Tree { name, world_from_plant, .. } = &wood.trees[index];
         let is_any = !images.is_empty();
         is_any.then(|| TreeRatios { tree: name.clone(), world_from_plant: *world_from_plant, images })
@@ -79,7 +81,8 @@ pub fn ratios(
 /// Returns the ratio image of a tree in a photo; `None` where no block tells anything.
 fn ratio_image(
     of: &TreeInPhoto,
-    (strength, of_foliage): (&LightStrength, &FoliageRatios),
+    strength: &LightStrength,
+    of_foliage: &FoliageRatios,
     site: &Site,
 ) -> Option<RatioImage> {
     let [sun, sky] = [strength.sun, strength.sky].map(DVec3::from_array);
@@ -169,7 +172,7 @@ mod tests {
         let (site, wood) = site_and_wood();
         let blocks: Vec<PixelBlock> = of.blocks.iter().map(|(_, block)| *block).collect();
         let of_foliage = FoliageRatios::of(&blocks)?;
-        let mut ratios = ratios(&[of], (&clear_day(), &of_foliage), (&site, &wood));
+        let mut ratios = ratios(&[of], &clear_day(), &of_foliage, &site, &wood);
         Some(ratios.pop()?.images[0].clone())
     }
 
@@ -217,7 +220,7 @@ mod tests {
         let estimate = LightEstimate { strength: clear_day(), support, ratios };
         let folder = tempfile::tempdir().unwrap();
         keep(folder.path(), "inputs".into(), &estimate, &site).unwrap();
-        let read = |inputs: &str| kept(folder.path(), inputs, (&site, &wood));
+        let read = |inputs: &str| kept(folder.path(), inputs, &site, &wood);
         assert_eq!(read("inputs"), Some(estimate));
         assert_eq!(read("others"), None);
         let file = folder.path().join("cache/tree-light.json");

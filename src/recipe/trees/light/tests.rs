@@ -40,7 +40,7 @@ fn in_block(drawn: &[InLights], column: usize, row: usize) -> (u32, [DVec3; 2]) 
 }
 
 /// Returns the blocks of photos of a tree in some light that a stand-in covers, as the blocks of a site are.
-fn blocks(real: &Plant, stand_in: &Plant, photos: usize, (sun, sky): (DVec3, DVec3)) -> Vec<PixelBlock> {
+fn blocks(real: &Plant, stand_in: &Plant, photos: usize, sun: DVec3, sky: DVec3) -> Vec<PixelBlock> {
     let mut blocks = Vec::new();
     for photo in 0..photos {
         let turn = photo as f64 / photos as f64;
@@ -63,7 +63,7 @@ fn truth() -> (DVec3, DVec3) {
 /// Returns how much too bright the stand-in is on average, and sun and sky, all relative to the truth.
 fn errors(real: u64, stand_in: u64, photos: usize) -> (Fit, DVec3, [DVec3; 2]) {
     let (sun, sky) = truth();
-    let blocks = blocks(&oak(real), &oak(stand_in), photos, (sun, sky));
+    let blocks = blocks(&oak(real), &oak(stand_in), photos, sun, sky);
     let found = fit(&blocks).unwrap();
     let [s, k] = [found.strength.sun, found.strength.sky].map(DVec3::from_array);
     let shown = blocks.iter().map(|block| block.sun * s + block.sky * k).sum::<DVec3>();

@@ -6,7 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::export::RECORDS;
 use super::part_of;
-use crate::import::context::{ReadContext, missing};
+use crate::import::context::{EditedFile, ReadContext, missing};
 use crate::import::file::{ComparedDocument, begun_report, compared, identified, others};
 use crate::import::originals::ExportedPixels;
 use crate::import::report::{FileReport, LayerImportReport, LayerState};
@@ -132,6 +132,17 @@ pub fn undo_tree_import(project: &Path) -> Result<TreeImport> {
     Ok(import)
 }
 
+/// An edited file of a species.
+#[derive(Clone, Copy)]
+struct EditedTree<'a> {
+    /// The record of its export.
+    record: &'a ExportRecord,
+    /// What was exported.
+    tree: &'a ExportedTree,
+    /// The name by which its paint is kept.
+    document: &'a str,
+}
+
 /// An import in progress.
 struct ImportInProgress<'a> {
     project: &'a Path,
@@ -187,7 +198,8 @@ impl ImportInProgress<'_> {
         let originals = ExportedPixels { kept: &kept, project: self.project, book: &no_paint };
         let options = ImportOptions { scaled: self.options.scaled, ..ImportOptions::default() };
         let reading = ReadContext { records, originals, options, recall: &cache };
-        let compared = compared((file, &document, None), record, reading, &PaintedDocument::default(), task)?;
+        let edited = EditedFile { file, document: &document, turn: None };
+        let compared = compared(edited, record, reading, &PaintedDocument::default(), task)?;
         let ComparedDocument { context, sorted, found } = compared;
         let mut report = begun_report(file, &document, &context);
         report.notes.extend(self.notes_about_plant(file, tree, task)?);
@@ -212,8 +224,9 @@ impl ImportInProgress<'_> {
             report.layers.push(entry);
         }
         let name = format!("{}@{}", record.key, self.path_of(file));
+        let edited = EditedTree { record, tree, document: &name };
         for (direction, patches) in patches {
-            self.direction((record, tree, &name), (direction, patches), &mut report)?;
+            self.direction(edited, direction, patches, &mut report)?;
         }
         // A layer called `mask` is one of photos; here it is a layer like others.
         let unknown = sorted.masks.iter().map(|layer| {
@@ -229,10 +242,12 @@ impl ImportInProgress<'_> {
     /// Takes in the paint of a direction.
     fn direction(
         &mut self,
-        (record, tree, document): (&ExportRecord, &ExportedTree, &str),
-        (direction, patches): (usize, BTreeMap<usize, (usize, PaintPatch)>),
+        edited: EditedTree,
+        direction: usize,
+        patches: BTreeMap<usize, (usize, PaintPatch)>,
         report: &mut FileReport,
     ) -> Result<()> {
+        let tree = edited.tree;
         let frame = &tree.frame;
         let is_painted = patches.values().any(|(_, patch)| !patch.is_empty());
         let lost = tree.samples.get(direction).map(|samples| self.kept.bytes(samples)).transpose()?.flatten();
@@ -268,19 +283,14 @@ impl ImportInProgress<'_> {
             };
             note_tally(entry, &tally, outside(&patch, &cell));
             let layer = entry.token.clone().unwrap_or_default();
-            entry.changed = self.set((record, tree, document), &layer, coat, &tally);
+            entry.changed = self.set(edited, &layer, coat, &tally);
         }
         Ok(())
     }
 
     /// Replaces the paint of a layer; returns how many texels have other paint than before.
-    fn set(
-        &mut self,
-        (record, tree, document): (&ExportRecord, &ExportedTree, &str),
-        layer: &str,
-        coat: Option<PaintedSlab>,
-        tally: &SlabTally,
-    ) -> u64 {
+    fn set(&mut self, edited: EditedTree, layer: &str, coat: Option<PaintedSlab>, tally: &SlabTally) -> u64 {
+        let EditedTree { record, tree, document } = edited;
         debug_assert!(record.layers.iter().any(|of| of.id == layer));
         let species = &tree.species;
         let coat = coat.filter(|coat| !coat.points.is_empty() || !coat.beside.is_empty()).map(|slab| {
