@@ -157,7 +157,7 @@ pub use quadratura_recipe::export::{ExportOptions, ExportReport, Exported, expor
 #[doc(inline)]
 pub use quadratura_recipe::import::question::Question;
 #[doc(inline)]
-pub use quadratura_recipe::import::report::{Conflict, FileReport, LayerReport, LayerState};
+pub use quadratura_recipe::import::report::{Conflict, FileReport, LayerImportReport, LayerState};
 #[doc(inline)]
 pub use quadratura_recipe::import::{
     ImportOptions, Imported, history as import_history, import_once as import, take_back as undo_import,

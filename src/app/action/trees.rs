@@ -174,7 +174,7 @@ fn want_figures(state: &mut State, work: &mut Work) {
             task.go_on()?;
             // The 3D view tells what is wrong with a plant.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let figures = species_figures(&folder, (&name, &species), &quiet);
+            let figures = species_figures(&folder, &name, &species, &quiet);
             found.push((species, figures.map_err(|error| error.to_string())));
         }
         // What was found of files that have changed since is found again.
@@ -225,7 +225,7 @@ pub fn follow_images(state: &mut State, work: &mut Work) {
         for (name, species) in &named {
             // The 3D view tells what is wrong with a plant.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let Ok(plant) = species_plant(&folder, (name, species), &quiet) else { continue };
+            let Ok(plant) = species_plant(&folder, name, species, &quiet) else { continue };
             match species_images(&folder, &plant, PlantParts::Images, task) {
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
                 Err(error) => task.note(error.message()),

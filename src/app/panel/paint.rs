@@ -21,7 +21,7 @@ use quadratura_document::paint::PaintImport;
 use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 use quadratura_recipe::import::elsewhere::PaintElsewhere;
 use quadratura_recipe::import::pictures::ChangedLayer;
-use quadratura_recipe::import::report::{FileReport, LayerReport, LayerState};
+use quadratura_recipe::import::report::{FileReport, LayerImportReport, LayerState};
 use quadratura_view::Picture;
 
 /// The pictures of the last import's changes on the device.
@@ -152,7 +152,7 @@ fn file_ui(
     file.notes.iter().for_each(|note| {
         ui.weak(note);
     });
-    let plain = |layer: &&LayerReport| {
+    let plain = |layer: &&LayerImportReport| {
         layer.state == LayerState::Unchanged && layer.changed == 0 && layer.moved.is_none() && !layer.renamed
     };
     for layer in file.layers.iter().filter(|layer| !plain(layer)) {
@@ -176,7 +176,7 @@ fn file_ui(
     }
 }
 
-fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn layer_ui(state: &State, file: &FileReport, layer: &LayerImportReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
         let warns =
             !matches!(layer.state, LayerState::Unchanged | LayerState::Painted | LayerState::Restored);
@@ -212,7 +212,7 @@ fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, 
 }
 
 /// Describes an imported layer in a line.
-fn facts(layer: &LayerReport) -> String {
+fn facts(layer: &LayerImportReport) -> String {
     let count = |number: u64, word: &str| (number > 0).then(|| format!("{} px {word}", grouped(number)));
     let parts = [
         count(layer.painted, "painted"),
@@ -231,7 +231,7 @@ fn facts(layer: &LayerReport) -> String {
 }
 
 /// Returns the current layer that matches a layer of a file.
-fn index_of(state: &State, file: &FileReport, layer: &LayerReport) -> Option<Selection> {
+fn index_of(state: &State, file: &FileReport, layer: &LayerImportReport) -> Option<Selection> {
     let session = state.session.as_ref()?;
     let photo = session.opened.site.photo_named(&file.photo)?;
     let layer = session.stack_of(photo)?.layer_with_token(layer.token.as_ref()?)?;

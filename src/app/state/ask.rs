@@ -44,7 +44,7 @@ use quadratura_layers::{LayerIndex, Options};
 use quadratura_recipe::decide::LayerEdit;
 use quadratura_recipe::discover::SiteParts;
 use quadratura_recipe::fill::lookouts::LookoutView;
-use quadratura_recipe::layer_table::Column;
+use quadratura_recipe::layer_table::LayerColumn;
 use quadratura_recipe::open::UnusableMask;
 use quadratura_view::DisplayMode;
 
@@ -428,7 +428,7 @@ pub enum WindowAsk {
     /// Shows or hides the palette.
     Palette,
     /// Sorts the table of layers by a column.
-    SortLayers(Column),
+    SortLayers(LayerColumn),
     /// Sets the colours of the window.
     Theme(Colours),
     /// Scales text and buttons by this many steps of a tenth.

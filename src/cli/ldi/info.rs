@@ -224,7 +224,7 @@ fn of_project(folder: &Path, task: &Task) -> Result<Outcome> {
     let mut table = Table::new(&["photo", "state", "depth pixels", "complexity", "layers", "empty", "size"]);
     let (mut list, mut waiting) = (Vec::new(), 0);
     for (id, photo) in PhotoId::all(opened.site.photos.len()).zip(&opened.site.photos) {
-        let state = ldi_state(folder, &site, (id, &photo.name), &StackLdiOptions::default());
+        let state = ldi_state(folder, &site, id, &photo.name, &StackLdiOptions::default());
         let (word, header) = match &state {
             LdiState::Current(header) => ("up to date", Some(header)),
             LdiState::Stale(header) => ("out of date", Some(header)),

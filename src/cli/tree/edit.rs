@@ -99,7 +99,7 @@ fn place_some(
         let opened = open_site(&args.project, project.clone(), &Task::silent())?;
         let whole = whole_model(&args.project, project, &Task::silent())?;
         let up = up(&opened.site.photos);
-        placed_on(&project.trees, species, &args.on, (&whole, up), change)?
+        placed_on(&project.trees, species, &args.on, &whole, up, change)?
     };
     Ok(PlacedList { trees, names })
 }
@@ -122,7 +122,7 @@ fn place_list(
     if [first, second] != ["x", "y"] {
         task.note(format!("x and y of the list are {first} and {second} of the world, which are level"));
     }
-    let placed = placed_list(&project.trees, (file, list), species, &ground, &args.change.change());
+    let placed = placed_list(&project.trees, file, list, species, &ground, &args.change.change());
     placed.inspect_err(|_| task.note("no tree of the list was placed"))
 }
 

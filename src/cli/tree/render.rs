@@ -16,7 +16,9 @@ use quadratura_files::writable::check_folder;
 use quadratura_foliage::files::read_plant;
 use quadratura_foliage::{BakeOptions, FlakeOptions, LayeredOptions, PictureSimilarity, Plant};
 use quadratura_recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
-use quadratura_recipe::trees::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_images, plant_views};
+use quadratura_recipe::trees::{
+    PlantDrawing, PlantMethod, PlantViews, ViewComparison, plant_images, plant_views,
+};
 use quadratura_recipe::views::{RequestedView, RequestedViews, Size};
 
 /// The value of `--cameras` that stands for views around the plant.
@@ -179,14 +181,14 @@ fn outcome(
 }
 
 /// Returns the table of views beside brute force, with the means.
-fn similarity_table(compared: &[Compared]) -> String {
+fn similarity_table(compared: &[ViewComparison]) -> String {
     let line = |name: &str, similarity: &PictureSimilarity, speedup: f64| {
         let PictureSimilarity { ssim, coverage, light, height_px, .. } = similarity;
         let percent = |ratio: f64| 100.0 * (ratio - 1.0);
         let (coverage, light) = (percent(*coverage), percent(*light));
         format!("{name:<16} {height_px:>8} {ssim:>8.4} {coverage:>+9.2} % {light:>+8.2} % {speedup:>8.1} x\n")
     };
-    let shown: Vec<(&Compared, PictureSimilarity)> =
+    let shown: Vec<(&ViewComparison, PictureSimilarity)> =
         compared.iter().filter_map(|of| of.similarity.map(|similarity| (of, similarity))).collect();
     let mut text = format!(
         "{:<16} {:>8} {:>8} {:>11} {:>10} {:>10}\n",
@@ -210,7 +212,7 @@ fn similarity_table(compared: &[Compared]) -> String {
 }
 
 /// Returns the line on jumps between frames, where there are frames.
-fn jumps(compared: &[Compared]) -> String {
+fn jumps(compared: &[ViewComparison]) -> String {
     let with_jumps = || compared.iter().filter_map(|of| of.jump.map(|jump| (of, jump)));
     let Some((at, largest)) = with_jumps().max_by(|a, b| a.1.most.total_cmp(&b.1.most)) else {
         return String::new();

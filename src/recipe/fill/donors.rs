@@ -28,7 +28,11 @@ pub(super) struct PhotoDonors<'a> {
 }
 
 /// A photo as it is seen by itself or by others, which differ where some of its paint stays in it.
-type SeenPhoto = (PhotoId, SeenBy);
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct SeenPhoto {
+    photo: PhotoId,
+    seen_by: SeenBy,
+}
 
 impl<'a> PhotoDonors<'a> {
     /// Makes an empty cache for a site with its paint. `memory` is the budget in bytes for decoded photos; donors
@@ -86,7 +90,8 @@ impl<'a> PhotoDonors<'a> {
     }
 
     /// Decodes a photo and its paint; `None` where that fails.
-    fn read(&self, (photo, seen_by): SeenPhoto) -> Result<Option<Arc<Donor>>> {
+    fn read(&self, photo: SeenPhoto) -> Result<Option<Arc<Donor>>> {
+        let SeenPhoto { photo, seen_by } = photo;
         self.task.go_on()?;
         let site = &self.opened.site;
         let file = site.photo(photo);
@@ -132,12 +137,12 @@ impl<'a> PhotoDonors<'a> {
 
 impl Donors for PhotoDonors<'_> {
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
-        self.prepared((photo, SeenBy::Others))
+        self.prepared(SeenPhoto { photo, seen_by: SeenBy::Others })
     }
 
     fn own(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
         let seen_by = if self.paint.keeps_some(photo) { SeenBy::Itself } else { SeenBy::Others };
-        self.prepared((photo, seen_by))
+        self.prepared(SeenPhoto { photo, seen_by })
     }
 
     /// Returns the number of donors that fit into half the budget at the size of the largest photo; the other half

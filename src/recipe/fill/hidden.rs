@@ -21,7 +21,7 @@ use quadratura_layers::fill::see_through::SeeThroughLayer;
 use quadratura_layers::fill::{Donor, FillOptions, FillSurfaceId, FillSurfaces};
 
 /// The pixels to be filled.
-pub(super) struct Hidden {
+pub(super) struct PixelsToFill {
     /// The hidden pixels by surface.
     pub regions: Vec<Region>,
     /// The hidden pixels of the surroundings.
@@ -80,7 +80,7 @@ pub(super) fn hidden_regions(
     surfaces: &FillSurfaces,
     options: &FillOptions,
     propagated: &BTreeSet<FillSurfaceId>,
-) -> Result<Hidden> {
+) -> Result<PixelsToFill> {
     let read = |layer: &ImageLayer| NeededPixels::read(layer, folder, layer.rect);
     let layers: Vec<NeededPixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
     let front = front(stack, &layers);
@@ -141,7 +141,7 @@ pub(super) fn hidden_regions(
     }
     let mut regions = regions.finish();
     let surroundings = regions.pop_if(|region| region.surface == FillSurfaceId::SURROUNDINGS);
-    Ok(Hidden { regions, surroundings, visible_regions: visible.finish(), texels, see_through })
+    Ok(PixelsToFill { regions, surroundings, visible_regions: visible.finish(), texels, see_through })
 }
 
 /// Returns, for each pixel of the photo, the nearest image layer that shows it.
@@ -212,7 +212,7 @@ impl<'a> Shaper<'a> {
     /// Returns the outline of a piece.
     fn piece(&self, object: &str, face: FaceId, piece: u32) -> Option<RegionShape> {
         let index = self.model.face(face).index;
-        let named = |p: &&quadratura_document::stack::Piece| {
+        let named = |p: &&quadratura_document::stack::FacePiece| {
             p.object == object && p.face == index && p.piece == piece
         };
         let ring = &self.stack.pieces.iter().find(named)?.polygon;

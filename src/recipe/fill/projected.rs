@@ -150,7 +150,8 @@ impl<'a> PaintProjection<'a> {
             let Some(stack) = &self.stacks[target.index()] else { return Ok(OntoPhoto::default()) };
             let before = stack.fill.as_ref().and_then(|fill| fill.basis.as_ref());
             let change = PaintChange::between(before.map_or(&[], |basis| &basis.paint), &now);
-            let target = Target { projection: self, context: &context, paint: &paint, photo: *target, stack };
+            let target =
+                TargetPhoto { projection: self, context: &context, paint: &paint, photo: *target, stack };
             target.projected(&change.entries, task)
         };
         targets.par_iter().map(to_photo).collect()
@@ -216,7 +217,7 @@ impl Donors for PaintDonors<'_> {
 }
 
 /// A photo to which paint is projected.
-struct Target<'a> {
+struct TargetPhoto<'a> {
     projection: &'a PaintProjection<'a>,
     context: &'a FillContext<'a>,
     paint: &'a SitePaint<'a>,
@@ -230,7 +231,7 @@ struct ConcernedPart {
     surfaces: BTreeSet<FillSurfaceId>,
 }
 
-impl Target<'_> {
+impl TargetPhoto<'_> {
     /// Returns what the changed entries leave on the photo's image layers.
     fn projected(&self, changed: &[&FilledPaint], task: &Task) -> Result<OntoPhoto> {
         let parts = self.parts(changed)?;

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::hidden::Hidden;
-use super::mattes::{Piece, SiteMattes};
+use super::hidden::PixelsToFill;
+use super::mattes::{SeeThroughPiece, SiteMattes};
 use quadratura_base::error::Result;
 use quadratura_base::scene::{Model, Photo, PhotoId, PhotoPixels};
 use quadratura_io::unmasked::read_unmasked;
@@ -26,7 +26,7 @@ pub(super) struct SurfaceMattes<'a> {
 impl<'a> SurfaceMattes<'a> {
     /// Sorts a site's mattes by the surface that each is of.
     pub fn new(mattes: &'a SiteMattes, model: &Model, surfaces: &FillSurfaces) -> Self {
-        let pieces = Piece::of_model(model, surfaces, &[]);
+        let pieces = SeeThroughPiece::of_model(model, surfaces, &[]);
         let named: BTreeMap<&str, FillSurfaceId> =
             pieces.iter().map(|piece| (&piece.name[..], piece.surface)).collect();
         let mut of_surface: BTreeMap<FillSurfaceId, MattesOfSurface> = BTreeMap::new();
@@ -66,7 +66,7 @@ impl<'a> SeeThroughFilling<'a> {
         context: &FillContext,
         photo: &Photo,
         id: PhotoId,
-        hidden: &mut Hidden,
+        hidden: &mut PixelsToFill,
     ) -> Result<Option<Self>> {
         let layers = std::mem::take(&mut hidden.see_through);
         if context.options.no_mattes {

@@ -17,6 +17,17 @@ use quadratura_io::baselines::Baselines;
 use quadratura_io::colour::Conversion;
 use quadratura_io::layered::{Depth, EditedDocument, ImageTurn};
 
+/// An edited file with what is in it.
+#[derive(Clone, Copy)]
+pub struct EditedFile<'a> {
+    /// The file.
+    pub file: &'a Path,
+    /// Its contents, turned back if the image was turned.
+    pub document: &'a EditedDocument,
+    /// How the image was turned; `None` where it was not.
+    pub turn: Option<Turn>,
+}
+
 /// The inputs for reading any file of an import.
 #[derive(Clone, Copy)]
 pub struct ReadContext<'a> {
@@ -41,11 +52,12 @@ pub fn missing<'a>(
 
 /// Collects what all layers of a document share; locates the canvas and compares the profiles.
 pub fn document_context<'a>(
-    (file, document, turn): (&Path, &EditedDocument, Option<ImageTurn>),
+    edited: EditedFile,
     record: &'a ExportRecord,
     sorted: &SortedLayers,
     reading: ReadContext<'a>,
 ) -> Result<DocumentContext<'a>> {
+    let EditedFile { file, document, turn } = edited;
     let ReadContext { originals, options, recall, .. } = reading;
     let size = (record.photo.width, record.photo.height);
     let (offset, scale) = match place(document, record, sorted, originals)? {

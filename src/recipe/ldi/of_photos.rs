@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::choice::best_photos;
 use super::options::{PhotosOptions, StackLdiOptions};
-use super::reference::{OfPhoto, Reference};
+use super::reference_camera::{OfPhoto, ReferenceCamera};
 use super::site::LdiSite;
 use crate::open::Opened;
 use crate::sources::sources;
@@ -22,7 +22,7 @@ use quadratura_view::Shot;
 /// # Errors
 /// [`Error::Request`] for a frame that is too large, or [`Error::Cancelled`].
 pub fn ldi_of_photos(
-    reference: &Reference,
+    reference: &ReferenceCamera,
     photos: &[OfPhoto],
     options: &PhotosOptions,
     task: &Task,
@@ -48,7 +48,7 @@ pub fn ldi_of_photos(
 pub fn combined_depth_images(images: &[Ldi], options: &PhotosOptions, task: &Task) -> Result<Ldi> {
     let first = images.first().ok_or_else(|| Error::Request("there is no depth image to combine".into()))?;
     let Ldi { camera, pose, gain, .. } = *first;
-    let reference = Reference { camera, pose, photo: Some(PhotoId::new(0)), gain };
+    let reference = ReferenceCamera { camera, pose, photo: Some(PhotoId::new(0)), gain };
     let frame = reference.frame(options.scale, options.guard)?;
     let source = |(i, ldi)| SourceImage { ldi, is_own: i == 0 };
     let sources: Vec<SourceImage> = images.iter().enumerate().map(source).collect();
@@ -68,7 +68,7 @@ impl LdiSite<'_> {
         let photo = self.opened().site.photo(first).clone();
         let images = self.images_of(photos, &options.stack, task)?;
         let gain = images[0].0.gain;
-        let reference = Reference { camera: photo.camera, pose: photo.pose, photo: Some(first), gain };
+        let reference = ReferenceCamera { camera: photo.camera, pose: photo.pose, photo: Some(first), gain };
         ldi_of_photos(&reference, &images, options, task)
     }
 

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::cover::{Cover, Found, LeftoverPixels, OnRelief};
+use super::covered_planes::CoveredPlanes;
 use super::figures::named;
 use super::options::StackLdiOptions;
-use super::planes::Planes;
-use super::shapes::Shapes;
+use super::planes::SurfacePlanes;
 use super::standing::Standing;
 use super::texels::LayerTexels;
 use crate::paint::PhotoPaint;
@@ -109,12 +109,13 @@ fn cover_of(source: &StackSource, options: &StackLdiOptions, task: &Task) -> Res
     };
     let texels = layers.par_iter().map(read).collect::<Result<Vec<_>>>()?;
     let (camera, pose) = camera_of(&stack.photo, &stack.camera);
-    let mut planes = Planes::new(model, (camera, pose), source.current);
-    let shapes: Vec<_> = layers.iter().map(|&layer| Shapes::of_layer(stack, layer, &mut planes)).collect();
+    let mut planes = SurfacePlanes::new(model, camera, pose, source.current);
+    let surfaces: Vec<_> =
+        layers.iter().map(|&layer| CoveredPlanes::of_layer(stack, layer, &mut planes)).collect();
     let leftovers = leftovers(photo, stack, options, &mut planes)?;
     let (model, planes) = planes.finish();
     let relief = source.relief.clone().map(|relief| OnRelief { camera, pose, model, relief });
-    let layers = shapes.into_iter().zip(texels).collect();
+    let layers = surfaces.into_iter().zip(texels).collect();
     Ok(Cover { layers, leftovers, planes, tolerance: source.tolerance, relief })
 }
 
@@ -123,9 +124,9 @@ fn leftovers(
     photo: &Photo,
     stack: &Stack,
     options: &StackLdiOptions,
-    planes: &mut Planes,
+    planes: &mut SurfacePlanes,
 ) -> Result<LeftoverPixels> {
-    let shapes = Shapes::of_leftovers(stack, planes);
+    let surfaces = CoveredPlanes::of_leftovers(stack, planes);
     let mut columns: Vec<Vec<Range<u32>>> = vec![Vec::new(); stack.photo.height as usize];
     for &[y, x0, x1] in &stack.leftovers {
         let columns = columns.get_mut(y as usize);
@@ -137,7 +138,7 @@ fn leftovers(
         true => None,
         false => Some(read_unmasked(photo)?),
     };
-    Ok(LeftoverPixels { shapes, columns, photo, surroundings })
+    Ok(LeftoverPixels { surfaces, columns, photo, surroundings })
 }
 
 /// Walks over all rows.

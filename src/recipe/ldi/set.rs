@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::maker::{BuildCamera, Maker};
 use super::options::BuildFrom;
 use super::place::{Identity, check_out, free_file_of};
-use super::reference::Reference;
+use super::reference_camera::ReferenceCamera;
 use crate::open::Opened;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::geometry::{Pinhole, Plane, Pose};
@@ -228,12 +228,12 @@ fn candidate(photo: &Photo, from: &BuildFrom) -> Result<Candidate> {
     let camera = match from {
         BuildFrom::Stack(_) => camera,
         BuildFrom::Photos { options, .. } => {
-            Reference { camera, pose, photo: None, gain: [0.0; 3] }
+            ReferenceCamera { camera, pose, photo: None, gain: [0.0; 3] }
                 .frame(options.scale, options.guard)?
                 .camera
         }
         BuildFrom::Site { options, .. } => {
-            Reference { camera, pose, photo: None, gain: [0.0; 3] }
+            ReferenceCamera { camera, pose, photo: None, gain: [0.0; 3] }
                 .frame(options.scale, options.guard)?
                 .camera
         }

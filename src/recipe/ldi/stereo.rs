@@ -133,7 +133,7 @@ mod tests {
         for splat in [SplatKind::Sums, SplatKind::Over, SplatKind::Pixel] {
             let options = WarpOptions { splat, ..WarpOptions::default() };
             let picture = |stereo: Option<f64>, pose| {
-                let mut drawing = LdiDrawing::new(&sets, (options, Quality::Final), (stereo, None));
+                let mut drawing = LdiDrawing::new(&sets, options, Quality::Final, stereo, None);
                 (drawing.picture(&view(pose), &Task::silent()).unwrap(), drawing.uncomfortable)
             };
             let (both, noted) = picture(Some(0.3), pose);

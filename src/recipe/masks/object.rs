@@ -150,7 +150,7 @@ fn note_removed(model: &Model, project: &Project, patterns: &[String], task: &Ta
 }
 
 /// The nearest object at each pixel of a photo.
-struct Nearest {
+struct NearestObjects {
     /// The item plus one.
     owners: Vec<u32>,
     /// The objects of the items.
@@ -158,7 +158,7 @@ struct Nearest {
     width: usize,
 }
 
-impl Nearest {
+impl NearestObjects {
     fn new(model: &Model, photo: &Photo, tolerance: f32) -> Self {
         let view = ProjectedModel::new(model, &photo.camera, &photo.pose);
         let objects = view.items.iter().map(|item| model.face(item.face).object).collect();
@@ -175,15 +175,15 @@ impl Nearest {
 struct ShownObjects<'a> {
     /// The model as the photo's camera sees it ([`Model::facing`]).
     model: &'a Model,
-    nearest: Nearest,
+    nearest: NearestObjects,
     /// The nearest solid objects, where one sees through some object.
-    behind: Option<Nearest>,
+    behind: Option<NearestObjects>,
     whole: PixelRect,
 }
 
 impl<'a> ShownObjects<'a> {
     fn new(model: &'a Model, photo: &Photo, tolerance: f32) -> Self {
-        let nearest = |model: &Model| Nearest::new(model, photo, tolerance);
+        let nearest = |model: &Model| NearestObjects::new(model, photo, tolerance);
         let behind = model.has_see_through().then(|| nearest(&model.without_see_through()));
         Self { model, nearest: nearest(model), behind, whole: photo.camera.rect() }
     }

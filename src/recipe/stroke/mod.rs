@@ -175,21 +175,21 @@ impl Brushing<'_> {
         let exposure = renderer.view_exposure(shot);
         let view = ViewLight { shot, exposure: &exposure };
         let reached = |point: &ProbedPoint| dabs.reaches(point.point);
-        task.timed("weigh photos", || grid.look((shot, &exposure), renderer, reached, task))?;
+        task.timed("weigh photos", || grid.look(shot, &exposure, renderer, reached, task))?;
         let is_bare = |(point, texel): &(&ProbedPoint, &ProbedTexel)| {
             texel.texture.is_none() && dabs.effect(point.point) > 0.0
         };
         self.recorded.report.uncovered = grid.seen().filter(is_bare).count() as u64;
         let stacks = stacks(self.recorded.session.project(), self.opened, grid, renderer)?;
         let layers = TexelSearch { renderer, shot, dabs, grid, stacks: &stacks }.layers();
-        self.recorded.report.coverage = coverage((dabs, grid), &layers, renderer);
-        let colours = task
-            .timed("find colours", || colours(self.stroke, &view, (dabs, grid), &layers, renderer, task))?;
+        self.recorded.report.coverage = coverage(dabs, grid, &layers, renderer);
+        let colours =
+            task.timed("find colours", || colours(self.stroke, &view, dabs, grid, &layers, renderer, task))?;
         let before = self.recorded.session.before().clone();
         for (layer, colours) in layers.iter().zip(colours) {
             task.go_on()?;
             let stack = &stacks[&layer.photo];
-            let patch = self.patch(&exposure, (stack, layer), &colours, &before)?;
+            let patch = self.patch(&exposure, stack, layer, &colours, &before)?;
             self.add(stack, layer, &patch)?;
         }
         // Where texels had to be left out, the paint below them in other photos is still needed.
@@ -200,7 +200,8 @@ impl Brushing<'_> {
     fn patch(
         &mut self,
         exposure: &ViewExposure,
-        (stack, layer): (&Stack, &BrushedLayer),
+        stack: &Stack,
+        layer: &BrushedLayer,
         colours: &[Option<[f64; 3]>],
         before: &PaintBook,
     ) -> Result<PaintPatch> {

@@ -71,10 +71,11 @@ pub struct SpeciesFigures {
 /// Those of [`species_plant`].
 pub fn species_figures(
     folder: &Path,
-    (name, species): (&str, &TreeSpecies),
+    name: &str,
+    species: &TreeSpecies,
     task: &Task,
 ) -> Result<SpeciesFigures> {
-    let plant = species_plant(folder, (name, species), task)?;
+    let plant = species_plant(folder, name, species, task)?;
     let (unit, stature) = (species.unit.unwrap_or(plant.unit), Stature::of(&plant));
     let [height, width] = [stature.height, stature.width].map(|length| unit * length);
     let has_images = has_images(folder, &plant);
@@ -89,7 +90,7 @@ pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<L
     // Where the book cannot be read, reading the plants notes it.
     let paint = listed_paint(folder).unwrap_or_default();
     let listed = |(name, species): (&String, &TreeSpecies)| {
-        let figures = match species_figures(folder, (name, species), task) {
+        let figures = match species_figures(folder, name, species, task) {
             Err(quadratura_base::Error::Cancelled) => return Err(quadratura_base::Error::Cancelled),
             figures => figures,
         };

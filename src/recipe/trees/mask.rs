@@ -52,7 +52,8 @@ impl ModelNearness {
 /// # Errors
 /// Those of [`silhouette`].
 pub fn tree_pixels(
-    (wood, tree): (&Wood, &Tree),
+    wood: &Wood,
+    tree: &Tree,
     photo: &Photo,
     model: &ModelNearness,
     margin: u32,
@@ -74,7 +75,8 @@ pub fn tree_pixels(
 pub fn tree_masks(
     opened: &Opened,
     photos: &[&Photo],
-    (wood, names): (&Wood, &[String]),
+    wood: &Wood,
+    names: &[String],
     margin: u32,
     task: &Task,
 ) -> Result<Vec<MaskEdit>> {
@@ -86,7 +88,7 @@ pub fn tree_masks(
         for tree in wood.trees.iter().filter(|tree| names.contains(&tree.name)) {
             // Its progress is that of the photos.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let masked = tree_pixels((wood, tree), photo, &model, margin, &quiet)?;
+            let masked = tree_pixels(wood, tree, photo, &model, margin, &quiet)?;
             let placed = opened.project.trees.placed.iter().find(|placed| placed.name == tree.name);
             let placing = placed.map(|placed| placing(&opened.project, placed));
             let from = MaskOrigin::Tree(MaskedTree { name: tree.name.clone(), margin, placing });
@@ -165,7 +167,7 @@ mod tests {
         let photo = scene.photo();
         let of = |model: &Model, margin| {
             let nearness = ModelNearness::new(model, &photo, 1e-4);
-            tree_pixels((&wood, &wood.trees[0]), &photo, &nearness, margin, &Task::silent()).unwrap()
+            tree_pixels(&wood, &wood.trees[0], &photo, &nearness, margin, &Task::silent()).unwrap()
         };
         let (alone, beside) = (of(&Model::default(), 0), of(&scene.model, 0));
         // As high as 6 of 12 units are in the picture, give or take the nearer part of the crown.

@@ -75,7 +75,8 @@ const FEW_NAMES: usize = 4;
 /// there are, because the list was placed before.
 pub fn placed_list(
     trees: &Trees,
-    (file, list): (&Path, TreeList),
+    file: &Path,
+    list: TreeList,
     species: Option<&str>,
     ground: &Ground,
     change: &TreeChange,
@@ -91,7 +92,7 @@ pub fn placed_list(
         return Err(error);
     }
     for place in named.into_iter().chain(nameless) {
-        match placed_one(&done, (file, place), species, ground, change) {
+        match placed_one(&done, file, place, species, ground, change) {
             Ok((trees, name)) => {
                 done = trees;
                 names.push((place.line, name));
@@ -123,7 +124,8 @@ fn placed_before(trees: &Trees, file: &Path, named: &[&ListedPlace]) -> Option<E
 
 fn placed_one(
     trees: &Trees,
-    (file, place): (&Path, &ListedPlace),
+    file: &Path,
+    place: &ListedPlace,
     species: Option<&str>,
     ground: &Ground,
     change: &TreeChange,
@@ -175,13 +177,7 @@ mod tests {
         std::fs::write(&file, text).unwrap();
         let list = read_tree_list(&file).unwrap();
         let change = TreeChange { height: Some(7.0), turn: Some(10.0), ..TreeChange::default() };
-        placed_list(
-            trees,
-            (&file, list),
-            species,
-            &Ground::new(&model(), DVec3::new(0.01, 0.0, 1.0)),
-            &change,
-        )
+        placed_list(trees, &file, list, species, &Ground::new(&model(), DVec3::new(0.01, 0.0, 1.0)), &change)
     }
 
     #[test]

@@ -20,7 +20,7 @@ use quadratura_projection::model_surface::ModelSurface;
 #[derive(Debug)]
 pub struct SunBlockers {
     surface: ModelSurface,
-    known: Mutex<FxHashMap<String, Known>>,
+    known: Mutex<FxHashMap<String, CachedSunlight>>,
 }
 
 impl SunBlockers {
@@ -68,7 +68,7 @@ impl SunBlockers {
             let key = key(crown, &others, towards_sun);
             let found = || self.sunlit(crown, &others, towards_sun);
             let sunlit = known.get(&key).map_or_else(found, |known| known.sunlit.clone());
-            Ok(Some((key, Known { sunlit, _openness: crown.openness.clone() })))
+            Ok(Some((key, CachedSunlight { sunlit, _openness: crown.openness.clone() })))
         };
         let found: Result<Vec<_>> = crowns.par_iter().enumerate().map(sunlit).collect();
         let found = found?;
@@ -96,7 +96,7 @@ impl SunBlockers {
 
 /// What was found of a tree. Its openness is kept with it, so that no other one gets its address, by which it is known.
 #[derive(Debug, Clone)]
-struct Known {
+struct CachedSunlight {
     sunlit: Option<Arc<Sunlit>>,
     _openness: Arc<Openness>,
 }

@@ -97,7 +97,7 @@ pub enum PlantMethod {
 
 /// A view beside brute force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Compared {
+pub struct ViewComparison {
     /// The name of the view.
     pub view: String,
     /// How like it is; `None` where the plant is not in view.
@@ -119,7 +119,7 @@ pub struct PlantDrawing<'a> {
     /// What pictures from images cost so far.
     pub layered: ImageCost,
     /// The views that were compared so far; `None` where none shall be.
-    pub compared: Option<Vec<Compared>>,
+    pub compared: Option<Vec<ViewComparison>>,
     /// Whether views are the frames of a flight.
     is_flight: bool,
     /// The last frame that was compared: by brute force, and as it was drawn.
@@ -210,7 +210,7 @@ impl<'a> PlantDrawing<'a> {
                 .as_ref()
                 .filter(|of| of[0].width == picture.width && of[0].height == picture.height);
             let jump = before.and_then(|of| jump([&of[0], &frame[0]], [&of[1], &frame[1]]));
-            compared.push(Compared { view: requested.name.clone(), similarity, speedup, jump });
+            compared.push(ViewComparison { view: requested.name.clone(), similarity, speedup, jump });
             self.before = self.is_flight.then_some(frame);
         }
         Ok(picture)

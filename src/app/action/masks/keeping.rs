@@ -128,7 +128,7 @@ fn tree_edits(folder: &Path, opened: &Opened, margin_px: u32, task: &Task) -> Re
     let Some(SiteTrees { wood, problems }) = made else { return Ok(Vec::new()) };
     problems.into_iter().for_each(|problem| task.note(problem));
     let names: Vec<String> = project.trees.placed.iter().map(|tree| tree.name.clone()).collect();
-    tree_masks(opened, &photos, (&wood, &names), margin_px, task)
+    tree_masks(opened, &photos, &wood, &names, margin_px, task)
 }
 
 /// Returns the edit for an object of the whole model: an excluded object can be masked, too.

@@ -12,7 +12,7 @@ use crate::state::selection::Selection;
 use quadratura_base::scene::{FaceIndex, ObjectId, PhotoId};
 use quadratura_layers::{Faces, LayerIndex};
 use quadratura_recipe::decide::LayerEdit;
-use quadratura_recipe::layer_table::Column;
+use quadratura_recipe::layer_table::LayerColumn;
 
 /// Returns the rows of the lists as they are.
 fn listed(bench: &TestBench) -> Vec<ListRow> {
@@ -70,12 +70,12 @@ fn layers_are_listed_by_depth_and_a_closed_depth_lists_none() {
 fn a_table_has_headings_and_the_order_of_its_column() {
     let mut bench = layered();
     bench.ask(WindowAsk::Flip(Flag::LayerTable));
-    bench.ask(WindowAsk::SortLayers(Column::Name));
+    bench.ask(WindowAsk::SortLayers(LayerColumn::Name));
     let rows = listed(&bench);
     assert_eq!(rows[1], ListRow::Head);
     assert!(!rows.iter().any(|row| matches!(row, ListRow::Depth(_))));
     let before = layers_in(&rows);
-    bench.ask(WindowAsk::SortLayers(Column::Name));
+    bench.ask(WindowAsk::SortLayers(LayerColumn::Name));
     let after = layers_in(&listed(&bench));
     let stack = bench.session().photos[0].stack.clone().unwrap();
     let name = |layer: &LayerIndex| stack.layer(*layer).name.to_lowercase();

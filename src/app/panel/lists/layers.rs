@@ -16,7 +16,7 @@ use crate::state::numbers::{grouped, percent};
 use crate::widget::elide::beside;
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::layer_table::{Column, LayerFigures};
+use quadratura_recipe::layer_table::{LayerColumn, LayerFigures};
 
 /// The width of the button that turns the list into a table, in points.
 const TABLE: f32 = 52.0;
@@ -36,7 +36,7 @@ const EYE: &str = "Shows or hides the layer in the photo and the exploded view; 
 /// Returns the ask for the figures that the table shows, where it shows some that have to be computed.
 pub(super) fn wanted_figures(state: &State, width: f32) -> Option<Ask> {
     let list = state.settings.layer_list;
-    let shows_trust = list.as_table && columns(width, list.column).contains(&Column::Trust);
+    let shows_trust = list.as_table && columns(width, list.column).contains(&LayerColumn::Trust);
     let photo = state.selected_photo().filter(|_| shows_trust)?;
     Some(QualityAsk::WantShares(photo).into())
 }

@@ -12,7 +12,7 @@ use crate::state::selection::Selection;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::Stack;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::peel::{PeelShape, Peeling, PhotoLayers};
+use quadratura_recipe::peel::{PeelOptions, PeelShape, PhotoLayers};
 
 /// The colour of the selection.
 const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
@@ -70,7 +70,7 @@ pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, seen: &PlacedPicture
 struct PhotoDrawing<'a> {
     painter: Painter,
     seen: &'a PlacedPicture,
-    peeling: Peeling,
+    peeling: PeelOptions,
 }
 
 impl PhotoDrawing<'_> {

@@ -51,10 +51,9 @@ impl PainterImages {
         task: &Task,
     ) -> Result<(Option<Picture>, Option<LiveStatus>)> {
         let Some(options) = request.from.options() else { return Ok((None, None)) };
-        let shown = self.live(preview, task).and_then(|live| {
-            let shot = (&request.shot, &options);
-            live.picture(preview, shot, Instant::now(), task)
-        });
+        let shown = self
+            .live(preview, task)
+            .and_then(|live| live.picture(preview, &request.shot, &options, Instant::now(), task));
         match shown {
             Ok(LivePicture { picture, status, changes }) => {
                 self.shared.slot().again |= changes && picture.is_some();

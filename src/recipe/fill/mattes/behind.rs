@@ -4,7 +4,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{MatteBasis, Piece};
+use super::{MatteBasis, SeeThroughPiece};
 use crate::fill::surroundings::SurroundingsFiller;
 use crate::open::Opened;
 use quadratura_base::error::Result;
@@ -39,7 +39,7 @@ pub struct Sight {
 
 impl Sight {
     /// Returns what a photo sees of `pieces`, those of the site's model; `None` where it shows none of them.
-    pub fn new(basis: &MatteBasis, own: &Donor, pieces: &[Piece]) -> Option<Self> {
+    pub fn new(basis: &MatteBasis, own: &Donor, pieces: &[SeeThroughPiece]) -> Option<Self> {
         let Opened { project, site, .. } = basis.opened;
         let index_of = |item: u32| {
             let item = own.seen(item);
@@ -131,7 +131,8 @@ pub fn evidence(
     basis: &MatteBasis,
     context: &FillContext,
     photo: PhotoId,
-    (own, sight): (&Donor, &Sight),
+    own: &Donor,
+    sight: &Sight,
     around: &mut SurroundingsFiller,
     task: &Task,
 ) -> Result<Evidence> {

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use self::pieces::Piece;
+pub use self::pieces::SeeThroughPiece;
 use self::search::{FoundMattes, Search};
 use super::donors::{PhotoDonors, donors_at_once};
 use super::paint::SitePaint;
@@ -115,7 +115,7 @@ impl SiteMattes {
     pub fn open(basis: &MatteBasis, force: bool, task: &Task) -> Result<Self> {
         let Opened { site, .. } = basis.opened;
         let surfaces = FillSurfaces::from_model(&site.model);
-        let pieces = Piece::of_model(&site.model, &surfaces, &site.photos);
+        let pieces = SeeThroughPiece::of_model(&site.model, &surfaces, &site.photos);
         let photos: Vec<PhotoId> = site.photo_ids().filter(|id| basis.stacks[id.index()].is_some()).collect();
         let mut of_photo = vec![Arc::default(); site.photos.len()];
         if pieces.len() >= usize::from(u16::MAX) {
@@ -128,7 +128,8 @@ impl SiteMattes {
         if pieces.is_empty() {
             return Ok(Self { of_photo, ..Self::default() });
         }
-        let object = |piece: &Piece| (piece.name.clone(), site.model.object(piece.object).name.clone());
+        let object =
+            |piece: &SeeThroughPiece| (piece.name.clone(), site.model.object(piece.object).name.clone());
         let objects = pieces.iter().map(object).collect();
         let inputs = inputs(basis, &pieces);
         let cached = |id: &PhotoId| Some((*id, read_cached(&file_of(basis, *id), CACHED, &inputs)?));
@@ -137,7 +138,7 @@ impl SiteMattes {
         let is_anew = cached.is_none();
         let FoundMattes { of_photo: found, failed } = match cached {
             Some(of_photo) => FoundMattes { of_photo, failed: BTreeSet::new() },
-            None => make(basis, &photos, (&pieces, &surfaces), &inputs, task)?,
+            None => make(basis, &photos, &pieces, &surfaces, &inputs, task)?,
         };
         found.into_iter().for_each(|(id, mattes)| of_photo[id.index()] = mattes.into());
         Ok(Self { of_photo, is_anew, failed, objects })
@@ -179,7 +180,8 @@ impl SiteMattes {
 fn make(
     basis: &MatteBasis,
     photos: &[PhotoId],
-    (pieces, surfaces): (&[Piece], &FillSurfaces),
+    pieces: &[SeeThroughPiece],
+    surfaces: &FillSurfaces,
     inputs: &str,
     task: &Task,
 ) -> Result<FoundMattes> {
@@ -218,7 +220,7 @@ fn file_of(basis: &MatteBasis, photo: PhotoId) -> PathBuf {
 }
 
 /// Returns the hash of everything that mattes are made from.
-fn inputs(basis: &MatteBasis, pieces: &[Piece]) -> String {
+fn inputs(basis: &MatteBasis, pieces: &[SeeThroughPiece]) -> String {
     let Opened { project, site, .. } = basis.opened;
     let serving = super::servers::serving(basis.sources);
     let all = (

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use self::blocks::blocks;
 use self::faces::light_of_faces;
-use self::fit::{Block, Fit, fit};
+use self::fit::{Fit, PixelBlock, fit};
 use self::kept::{keep, kept};
 use self::ratios::ratios;
 pub use self::ratios::{TreeRatios, set_ratios};
@@ -105,7 +105,7 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
     let inputs = inputs(&opened.project, &opened.site, &wood, &gains::inputs(&opened.site, &stacks));
-    if let Some(kept) = kept(folder, &inputs, (&opened.site, &wood)) {
+    if let Some(kept) = kept(folder, &inputs, &opened.site, &wood) {
         return Ok(kept);
     }
     // Planned trees are in no photo, and shade none of the real ones.
@@ -115,12 +115,13 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
     let memory = default_memory();
     let gains = gains::photo_gains(&opened.site, &stacks, &opened.project.colour, folder, memory, task)?;
     let shown = blocks(folder, opened, wood, &gains, task)?;
-    let of_all: Vec<Block> = shown.iter().flat_map(|of| of.blocks.iter().map(|(_, block)| *block)).collect();
+    let of_all: Vec<PixelBlock> =
+        shown.iter().flat_map(|of| of.blocks.iter().map(|(_, block)| *block)).collect();
     let estimate = match fit(&of_all) {
         Some(Fit { strength, photos, blocks, residual, is_split: split, of_foliage }) => LightEstimate {
             strength,
             support: LightSupport::Photos { photos, blocks, residual, split },
-            ratios: ratios(&shown, (&strength, &of_foliage), (&opened.site, wood)),
+            ratios: ratios(&shown, &strength, &of_foliage, &opened.site, wood),
         },
         None => match light_of_faces(&opened.site, wood, &gains, task)? {
             Some((strength, pixels)) => LightEstimate::plain(strength, LightSupport::Faces { pixels }),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::fit::{Block, Fit, fit, ground_of_sky};
+use super::fit::{Fit, PixelBlock, fit, ground_of_sky};
 use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_base::task::Task;
 use quadratura_foliage::{InLights, OutdoorLight, Plant, Species, View, draw_in_lights, grow};
@@ -41,7 +41,7 @@ fn in_block(drawn: &[InLights], column: usize, row: usize) -> (u32, [DVec3; 2]) 
 }
 
 /// Returns the blocks of photos of a tree in some light that a stand-in covers, as the blocks of a site are.
-fn blocks(real: &Plant, stand_in: &Plant, photos: usize, (sun, sky): (DVec3, DVec3)) -> Vec<Block> {
+fn blocks(real: &Plant, stand_in: &Plant, photos: usize, sun: DVec3, sky: DVec3) -> Vec<PixelBlock> {
     let mut blocks = Vec::new();
     for photo in 0..photos {
         let turn = photo as f64 / photos as f64;
@@ -50,7 +50,7 @@ fn blocks(real: &Plant, stand_in: &Plant, photos: usize, (sun, sky): (DVec3, DVe
             let (covered, parts) = in_block(&own, column, row);
             let (shown, [s, k]) = in_block(&real, column, row);
             if covered >= 58 && shown >= 58 {
-                blocks.push(Block { photo, sun: parts[0], sky: parts[1], light: s * sun + k * sky });
+                blocks.push(PixelBlock { photo, sun: parts[0], sky: parts[1], light: s * sun + k * sky });
             }
         }
     }
@@ -64,7 +64,7 @@ fn truth() -> (DVec3, DVec3) {
 /// Returns how much too bright the stand-in is on average, and sun and sky, all relative to the truth.
 fn errors(real: u64, stand_in: u64, photos: usize) -> (Fit, DVec3, [DVec3; 2]) {
     let (sun, sky) = truth();
-    let blocks = blocks(&oak(real), &oak(stand_in), photos, (sun, sky));
+    let blocks = blocks(&oak(real), &oak(stand_in), photos, sun, sky);
     let found = fit(&blocks).unwrap();
     let [s, k] = [found.strength.sun, found.strength.sky].map(DVec3::from_array);
     let shown = blocks.iter().map(|block| block.sun * s + block.sky * k).sum::<DVec3>();

@@ -51,7 +51,8 @@ impl TreeContent {
     /// # Errors
     /// [`Error::Request`] for a plant without polygons; [`Error::Cancelled`].
     pub fn new(
-        (species, part): (&str, Option<&str>),
+        species: &str,
+        part: Option<&str>,
         plant: &Plant,
         beside: &[PaintedSlab],
         task: &Task,

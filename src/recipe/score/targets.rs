@@ -8,19 +8,19 @@ use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_import::cameras::read_cameras_of;
 
-/// A photo to be predicted.
+/// A photo to be predicted from others, and then compared with the prediction.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Question {
+pub struct PredictionTarget {
     /// The photo, undistorted.
     pub photo: Photo,
     /// The project's photos that must not be used.
     pub without: Vec<PhotoId>,
 }
 
-/// Makes a question of each of the site's photos, to be predicted from all others.
-pub fn leave_one_out(site: &Site) -> Vec<Question> {
+/// Makes a prediction target of each of the site's photos, to be predicted from all others.
+pub fn leave_one_out(site: &Site) -> Vec<PredictionTarget> {
     let numbered = site.photos.iter().zip((0..).map(PhotoId));
-    numbered.map(|(photo, id)| Question { photo: photo.clone(), without: vec![id] }).collect()
+    numbered.map(|(photo, id)| PredictionTarget { photo: photo.clone(), without: vec![id] }).collect()
 }
 
 /// Reads the photos of `cameras` whose files are in `photos`. Pinhole images of distorted ones are made in
@@ -33,10 +33,11 @@ pub fn held_out(
     photos: &Path,
     cache: &Path,
     task: &Task,
-) -> Result<(Vec<Question>, Vec<Error>)> {
+) -> Result<(Vec<PredictionTarget>, Vec<Error>)> {
     let cameras = read_cameras_of(photos, cameras, task)?;
     let import = import_photos(&cameras, photos, cache, task)?;
     cameras.notes.iter().chain(&import.notes).for_each(|note| task.note(note));
-    let questions = import.photos.into_iter().map(|photo| Question { photo, without: Vec::new() }).collect();
-    Ok((questions, cameras.problems.into_iter().chain(import.problems).collect()))
+    let targets =
+        import.photos.into_iter().map(|photo| PredictionTarget { photo, without: Vec::new() }).collect();
+    Ok((targets, cameras.problems.into_iter().chain(import.problems).collect()))
 }

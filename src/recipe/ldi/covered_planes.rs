@@ -1,6 +1,6 @@
 //! The surfaces of a stack with the pixels that they cover, arranged by image layer and row.
 
-use super::planes::Planes;
+use super::planes::SurfacePlanes;
 use crate::paint::parts::{LayerParts, PartSource};
 use crate::paint::parts_of_layer;
 use quadratura_base::geometry::{PixelRect, Spans};
@@ -9,7 +9,7 @@ use quadratura_layers::LayerIndex;
 
 /// A flat surface, or a piece of one; or the surroundings.
 #[derive(Debug)]
-pub struct Shape {
+pub struct CoveredPlane {
     /// The number of its plane.
     pub plane: u32,
     /// The place in the model's order; of level surfaces the last one is shown.
@@ -20,45 +20,45 @@ pub struct Shape {
 
 /// The surfaces of an image layer, or the leftovers.
 #[derive(Debug)]
-pub struct Shapes {
+pub struct CoveredPlanes {
     /// The surfaces in the model's order.
-    pub list: Vec<Shape>,
+    pub list: Vec<CoveredPlane>,
     /// The first row of `rows`.
     top: i32,
     /// The surfaces that have pixels in each row, as indices of `list`, ascending.
     rows: Vec<Vec<u32>>,
 }
 
-impl Shapes {
-    fn new(parts: &LayerParts, photo: PixelRect, planes: &mut Planes) -> Self {
+impl CoveredPlanes {
+    fn new(parts: &LayerParts, photo: PixelRect, planes: &mut SurfacePlanes) -> Self {
         let mut list = Vec::with_capacity(parts.list.len());
         for part in &parts.list {
             let outline = if part.outline.is_empty() { part.own_outline() } else { part.outline };
             let plane = planes.number(part.object, part.face, part.triangle, outline);
-            list.push(Shape { plane, rank: part.rank as u32, covered: parts.covered(part).clone() });
+            list.push(CoveredPlane { plane, rank: part.rank as u32, covered: parts.covered(part).clone() });
         }
-        let within = |shape: &Shape| {
-            let rows = shape.covered.rows();
+        let within = |surface: &CoveredPlane| {
+            let rows = surface.covered.rows();
             rows.start.max(photo.y)..rows.end.min(photo.bottom())
         };
         let filled = || list.iter().map(within).filter(|rows| !rows.is_empty());
         let top = filled().map(|rows| rows.start).min().unwrap_or(0);
         let bottom = filled().map(|rows| rows.end).max().unwrap_or(0);
         let mut rows = vec![Vec::new(); (bottom - top) as usize];
-        for (shape, index) in list.iter().zip(0u32..) {
-            within(shape).for_each(|y| rows[(y - top) as usize].push(index));
+        for (surface, index) in list.iter().zip(0u32..) {
+            within(surface).for_each(|y| rows[(y - top) as usize].push(index));
         }
         Self { list, top, rows }
     }
 
     /// Returns the surfaces of an image layer.
-    pub fn of_layer(stack: &Stack, layer: LayerIndex, planes: &mut Planes) -> Self {
+    pub fn of_layer(stack: &Stack, layer: LayerIndex, planes: &mut SurfacePlanes) -> Self {
         let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
         Self::new(&parts_of_layer(stack, layer), photo, planes)
     }
 
     /// Returns the surfaces that are in no image layer, because the photo barely shows them.
-    pub fn of_leftovers(stack: &Stack, planes: &mut Planes) -> Self {
+    pub fn of_leftovers(stack: &Stack, planes: &mut SurfacePlanes) -> Self {
         let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
         let left_over = |element: &Element| Element {
             faces: element.leftovers.clone(),
@@ -80,22 +80,24 @@ impl Shapes {
     }
 
     /// Iterates over the surfaces that have pixels in a row, in the model's order.
-    pub fn in_row(&self, y: i32) -> impl Iterator<Item = &Shape> {
+    pub fn in_row(&self, y: i32) -> impl Iterator<Item = &CoveredPlane> {
         let row = usize::try_from(y - self.top).ok().and_then(|row| self.rows.get(row));
         row.into_iter().flatten().map(|&index| &self.list[index as usize])
     }
 
     /// Returns the last surface in the model's order that covers a pixel next to this one, the nearest pixels first. Outlines
     /// are rounded to pixels here and by the rasteriser in other ways, so that a pixel at the rim can be without a surface.
-    pub fn beside(&self, x: i32, y: i32) -> Option<&Shape> {
+    pub fn beside(&self, x: i32, y: i32) -> Option<&CoveredPlane> {
         let around = (1..=REACH).flat_map(|r| {
             (-r..=r)
                 .flat_map(move |dy| (-r..=r).map(move |dx| (dx, dy)))
                 .filter(move |(dx, dy)| dx.abs().max(dy.abs()) == r)
         });
         around
-            .map(|(dx, dy)| self.in_row(y + dy).filter(|shape| shape.covered.holds(x + dx, y + dy)).last())
-            .find_map(|shape| shape)
+            .map(|(dx, dy)| {
+                self.in_row(y + dy).filter(|surface| surface.covered.holds(x + dx, y + dy)).last()
+            })
+            .find_map(|surface| surface)
     }
 }
 

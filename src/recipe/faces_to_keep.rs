@@ -12,12 +12,12 @@ use quadratura_layers::{Faces, LayerConstraints};
 
 /// The decisions and the paint of a project, as far as they keep faces in image layers.
 #[derive(Debug)]
-pub(super) struct Keeping<'a> {
+pub(super) struct FacesToKeep<'a> {
     decisions: &'a Decisions,
     painted: BTreeSet<(&'a str, &'a str, Option<FaceIndex>)>,
 }
 
-impl<'a> Keeping<'a> {
+impl<'a> FacesToKeep<'a> {
     /// Collects decisions and paint.
     pub fn new(decisions: &'a Decisions, paint: &'a PaintBook) -> Self {
         let face = |entry: &'a quadratura_document::paint::PaintEntry| {

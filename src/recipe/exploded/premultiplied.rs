@@ -9,7 +9,7 @@ use quadratura_view::srgb::Srgb;
 
 /// A picture of premultiplied RGBA in linear light, row by row from the top.
 #[derive(Debug, Clone)]
-pub struct Canvas {
+pub struct PremultipliedPicture {
     /// The width in pixels.
     pub width: usize,
     /// The height in pixels.
@@ -36,7 +36,7 @@ pub fn scaled(color: [f32; 4], by: f32) -> [f32; 4] {
     color.map(|c| c * by)
 }
 
-impl Canvas {
+impl PremultipliedPicture {
     /// Makes an empty, transparent canvas.
     pub fn new(width: usize, height: usize) -> Self {
         Self { width, height, pixels: vec![[0.0; 4]; width * height] }
@@ -174,10 +174,10 @@ mod tests {
     #[test]
     fn what_is_scaled_keeps_its_light() {
         // Away from the border, where the filter is truncated.
-        let mut canvas = Canvas::new(8, 12);
+        let mut canvas = PremultipliedPicture::new(8, 12);
         (0..8).for_each(|x| canvas.blend(x, 5, Ink(0xff_ff_ff, 1.0).linear()));
         canvas.blend(-1, 99, [1.0; 4]);
-        let light = |canvas: &Canvas| canvas.pixels.iter().map(|p| p[1]).sum::<f32>();
+        let light = |canvas: &PremultipliedPicture| canvas.pixels.iter().map(|p| p[1]).sum::<f32>();
         let small = canvas.resized(4, 6);
         assert!((light(&small) - light(&canvas) / 4.0).abs() < 1e-4);
         assert_eq!(canvas.rgb()[3 * 40..3 * 40 + 3], [255; 3]);
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn a_sample_between_two_pixels_is_their_mean() {
-        let mut canvas = Canvas::new(2, 1);
+        let mut canvas = PremultipliedPicture::new(2, 1);
         canvas.pixels[1] = [1.0; 4];
         assert_eq!(canvas.sample(1.0, 0.5), [0.5; 4]);
         assert_eq!(canvas.sample(1.5, 0.5), [1.0; 4]);

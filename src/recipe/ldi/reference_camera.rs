@@ -13,7 +13,7 @@ pub type OfPhoto = (Arc<Ldi>, PhotoId);
 
 /// The camera of a layered depth image of photos.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reference {
+pub struct ReferenceCamera {
     /// The camera, before it is scaled and grown.
     pub camera: Pinhole,
     /// The pose, world to camera.
@@ -24,7 +24,7 @@ pub struct Reference {
     pub gain: [f64; 3],
 }
 
-impl Reference {
+impl ReferenceCamera {
     /// Returns the frame of the layered depth image, with the factor of the resolution and the guard band.
     ///
     /// # Errors
