@@ -46,7 +46,7 @@ fn of_file(path: &Path, task: &Task) -> Result<Outcome> {
     let OfImage { header, ldi, rows, fault } = OfImage::read(&file, 0, task)?;
     let problems: Vec<String> = fault.iter().map(error_text).collect();
     let packing = packing_name(header.packing);
-    let json = described((header.camera, packing), &ldi, rows, bytes, &problems);
+    let json = described(header.camera, packing, &ldi, rows, bytes, &problems);
     Ok(Outcome { text: text(packing, &ldi, rows, bytes), json, problems })
 }
 
@@ -58,7 +58,7 @@ fn of_layers(folder: &Path, task: &Task) -> Result<Outcome> {
         sizes.flatten().filter_map(|entry| entry.metadata().ok()).map(|metadata| metadata.len()).sum();
     let height = ldi.camera.height;
     let rows = WholeRows { whole: height, height };
-    let json = described((LdiCamera::of_ldi(&ldi), "pictures"), &ldi, rows, bytes, &[]);
+    let json = described(LdiCamera::of_ldi(&ldi), "pictures", &ldi, rows, bytes, &[]);
     Ok(Outcome { text: text("pictures", &ldi, rows, bytes), json, problems: Vec::new() })
 }
 
@@ -124,7 +124,7 @@ fn of_several(file: &LdiFile, bytes: u64, task: &Task) -> Result<Outcome> {
             readable_bytes(header.report.bytes),
         ]);
         let packing = packing_name(header.packing);
-        images.push(described((header.camera, packing), &ldi, rows, header.report.bytes, &[]));
+        images.push(described(header.camera, packing, &ldi, rows, header.report.bytes, &[]));
     }
     let mut problems: Vec<String> = errors.iter().map(error_text).collect();
     problems.dedup();
@@ -198,7 +198,8 @@ fn text(packing: &str, ldi: &Ldi, rows: WholeRows, bytes: u64) -> String {
 }
 
 fn described(
-    (camera, packing): (LdiCamera, &str),
+    camera: LdiCamera,
+    packing: &str,
     ldi: &Ldi,
     rows: WholeRows,
     bytes: u64,
