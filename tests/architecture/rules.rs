@@ -53,7 +53,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("indicatif", &["cli/"]),
     ("ctrlc", &["cli/"]),
     ("eframe", &["app/"]),
-    ("egui_tiles", &["app/shell/layout.rs"]),
+    ("egui_tiles", &["app/shell/pane_layout.rs"]),
     ("rfd", &["app/"]),
     ("pulldown_cmark", &["app/work/pages.rs"]),
     ("rustix", &["app/shell/frame_times.rs", "app/work/priority.rs"]),

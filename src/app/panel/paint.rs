@@ -73,7 +73,10 @@ pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: 
         question_ui(ui, state, &mut textures.question, asks);
         textures.follow(state.round_trip.report.as_ref(), ui.ctx());
         match &state.round_trip.report {
-            Some(report) => report_ui(ui, state, (report, &textures.textures), asks),
+            Some(report) => {
+                let shown = ShownReport { report, textures: &textures.textures };
+                report_ui(ui, state, shown, asks);
+            }
             None => {
                 // The report of an import is that of this session; the imports before are listed below.
                 ui.weak(
@@ -88,10 +91,15 @@ pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: 
 }
 
 /// A report with the textures of its changes.
-type ShownReport<'a> = (&'a Report, &'a [[TextureHandle; 2]]);
+#[derive(Clone, Copy)]
+struct ShownReport<'a> {
+    report: &'a Report,
+    /// The pictures of each change, before and after.
+    textures: &'a [[TextureHandle; 2]],
+}
 
 fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<Ask>) {
-    let (report, _) = shown;
+    let report = shown.report;
     let imported = &report.imported;
     ui.horizontal_wrapped(|ui| {
         match imported.number {
@@ -122,7 +130,7 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<
     for file in &imported.files {
         ui.add_space(6.0);
         ui.strong(shown_path(&folder, &file.file));
-        file_ui(ui, (state, file), shown, asks);
+        file_ui(ui, state, file, shown, asks);
     }
     for (path, problem) in &imported.failed {
         ui.add_space(6.0);
@@ -142,13 +150,8 @@ fn only_here(ui: &mut Ui, state: &State, number: u32, asks: &mut Vec<Ask>) {
     }
 }
 
-fn file_ui(
-    ui: &mut Ui,
-    (state, file): (&State, &FileReport),
-    (report, textures): ShownReport<'_>,
-    asks: &mut Vec<Ask>,
-) {
-    let looks = || report.looks.iter().zip(textures);
+fn file_ui(ui: &mut Ui, state: &State, file: &FileReport, shown: ShownReport<'_>, asks: &mut Vec<Ask>) {
+    let looks = || shown.report.looks.iter().zip(shown.textures);
     file.notes.iter().for_each(|note| {
         ui.weak(note);
     });

@@ -44,7 +44,7 @@ fn of_file(path: &Path, task: &Task) -> Result<Outcome> {
     let OfImage { header, ldi, rows, fault } = OfImage::read(&file, 0, task)?;
     let problems: Vec<String> = fault.iter().map(error_text).collect();
     let packing = packing_name(header.packing);
-    let json = described((header.camera, packing), &ldi, rows, bytes, &problems);
+    let json = described(header.camera, packing, &ldi, rows, bytes, &problems);
     Ok(Outcome { text: text(packing, &ldi, rows, bytes), json, problems })
 }
 
@@ -110,7 +110,7 @@ fn of_several(file: &LdiFile, bytes: u64, task: &Task) -> Result<Outcome> {
             readable_bytes(header.report.bytes),
         ]);
         let packing = packing_name(header.packing);
-        images.push(described((header.camera, packing), &ldi, rows, header.report.bytes, &[]));
+        images.push(described(header.camera, packing, &ldi, rows, header.report.bytes, &[]));
     }
     let mut problems: Vec<String> = errors.iter().map(error_text).collect();
     problems.dedup();
@@ -184,7 +184,8 @@ fn text(packing: &str, ldi: &Ldi, rows: WholeRows, bytes: u64) -> String {
 }
 
 fn described(
-    (camera, packing): (LdiCamera, &str),
+    camera: LdiCamera,
+    packing: &str,
     ldi: &Ldi,
     rows: WholeRows,
     bytes: u64,

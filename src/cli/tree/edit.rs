@@ -65,7 +65,7 @@ pub fn place(args: &TreePlaceArgs, task: &Task) -> Result<Outcome> {
     let (_lock, mut project) = lock_and_read(&args.project, task)?;
     let change = args.change.change();
     let PlacedList { trees, names } = match (&args.list, args.species.as_deref()) {
-        (Some(list), species) => place_list(args, &project, (list, species), task)?,
+        (Some(list), species) => place_list(args, &project, list, species, task)?,
         (None, species) => place_some(args, &project, species.unwrap_or_default(), &change)?,
     };
     if names.is_empty() {
@@ -108,7 +108,8 @@ fn place_some(
 fn place_list(
     args: &TreePlaceArgs,
     project: &Project,
-    (file, species): (&Path, Option<&str>),
+    file: &Path,
+    species: Option<&str>,
     task: &Task,
 ) -> Result<PlacedList> {
     let list = read_tree_list(file)?;

@@ -54,7 +54,7 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
     note_empty(&report, task);
     let mut problems: Vec<String> = views.problems.iter().map(error_text).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
-    Ok(outcome(args, &plant, (&report, &drawing), views.path.is_some(), problems))
+    Ok(outcome(args, &plant, &report, &drawing, views.path.is_some(), problems))
 }
 
 /// Returns whether the plant is drawn with its shadows on itself.
@@ -149,7 +149,8 @@ fn note_empty(report: &RenderReport, task: &Task) {
 fn outcome(
     args: &TreeRenderArgs,
     plant: &Plant,
-    (report, drawing): (&RenderReport, &PlantDrawing),
+    report: &RenderReport,
+    drawing: &PlantDrawing,
     is_flight: bool,
     problems: Vec<String>,
 ) -> Outcome {

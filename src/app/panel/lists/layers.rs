@@ -141,7 +141,7 @@ impl Outliner<'_> {
         }
         let (state, photo, asks) = (self.state, self.site.photo, &mut *self.asks);
         line.response.context_menu(|ui| {
-            photo.into_iter().for_each(|photo| shown_ui(state, ui, (photo, index, layer), asks));
+            photo.into_iter().for_each(|photo| shown_ui(state, ui, photo, index, layer, asks));
             context_ui(state, ui, LAYER, asks);
         });
     }
@@ -154,7 +154,7 @@ impl Outliner<'_> {
             let modifiers = ui.input(|input| input.modifiers);
             self.take_focus(ui, ListRow::Layer(index));
             let ask = match (modifiers.shift, modifiers.command) {
-                (true, _) => self.lists.select_range((self.site, self.state.selection), rows, index),
+                (true, _) => self.lists.select_range(self.site, self.state.selection, rows, index),
                 (false, true) => self.lists.toggle_layer(self.site, index),
                 (false, false) => self.lists.select_layer(self.site, index),
             };

@@ -29,7 +29,7 @@ pub struct PeeledPicture {
 }
 
 /// The picture of an image layer.
-pub struct LayerPicture {
+pub struct ImageLayerPicture {
     /// The picture.
     pub levels: Levels,
     /// The areas that the photo does not show.
@@ -50,7 +50,7 @@ pub struct Loading {
     /// Photos with layers hidden.
     pub peeled: ResultSlot<PeelKey, PeeledPicture>,
     /// Image layers.
-    pub image_layers: ResultSlot<LayerKey, LayerPicture>,
+    pub image_layers: ResultSlot<LayerKey, ImageLayerPicture>,
 }
 
 impl Default for Loading {

@@ -4,9 +4,9 @@ use glam::{DVec2, DVec3};
 
 use quadratura_view::navigation::Viewpoint;
 
-/// The place of the pointer in the 3D view, and where it looks from.
+/// A position in the 3D view, mostly the pointer's, and the viewpoint of the view.
 #[derive(Debug, Clone, Copy)]
-pub struct Sight {
+pub struct ViewPixel {
     /// The viewpoint.
     pub viewpoint: Viewpoint,
     /// The size of the view in pixels.
@@ -15,7 +15,7 @@ pub struct Sight {
     pub at_px: DVec2,
 }
 
-impl Sight {
+impl ViewPixel {
     /// Returns the direction of the ray through the position, in world space.
     pub fn ray(&self) -> DVec3 {
         self.viewpoint.ray(self.at_px, self.size_px)

@@ -10,13 +10,13 @@ use eframe::egui::{Context, Event, Plugin, RawInput};
 
 /// Holds back the input of the next frame.
 #[derive(Default)]
-pub struct Turns {
+pub struct InputSplitter {
     held: VecDeque<Event>,
 }
 
-impl Plugin for Turns {
+impl Plugin for InputSplitter {
     fn debug_name(&self) -> &'static str {
-        "turns"
+        "input splitter"
     }
 
     fn input_hook(&mut self, context: &Context, input: &mut RawInput) {
@@ -108,11 +108,11 @@ mod tests {
 
     #[test]
     fn what_is_held_back_comes_with_the_next_frame_and_nothing_is_lost() {
-        let (mut turns, context) = (Turns::default(), Context::default());
+        let (mut splitter, context) = (InputSplitter::default(), Context::default());
         let mut input = RawInput { events: vec![text("a"), click(true), text("b")], ..RawInput::default() };
         let mut message = Vec::new();
         for _ in 0..4 {
-            turns.input_hook(&context, &mut input);
+            splitter.input_hook(&context, &mut input);
             message.push(std::mem::take(&mut input.events).len());
         }
         assert_eq!(message, [1, 1, 1, 0]);

@@ -15,7 +15,7 @@ const MOST: usize = 200;
 
 /// The cache of mask pixels.
 #[derive(Default)]
-pub struct Known {
+pub struct MaskCache {
     by_file: BTreeMap<String, Arc<Spans>>,
     /// The job that reads masks.
     pub reading: Option<JobId>,
@@ -32,7 +32,7 @@ struct Covered {
     pixels: Arc<Spans>,
 }
 
-impl Known {
+impl MaskCache {
     /// Adds pixels that were read. A mask that could not be read counts as empty: its error is reported once.
     pub fn add(&mut self, read: impl IntoIterator<Item = (String, Spans)>, masks: &Masks) {
         self.by_file.extend(read.into_iter().map(|(file, pixels)| (file, Arc::new(pixels))));
@@ -84,34 +84,34 @@ mod tests {
 
     #[test]
     fn masks_are_missing_until_their_pixels_are_added() {
-        let mut known = Known::default();
+        let mut cache = MaskCache::default();
         let masks = [mask("one"), mask("two")];
-        known.add([("one".to_owned(), block(0, 4))], &Masks::default());
-        assert_eq!(known.missing(&masks), [mask("two")]);
-        assert_eq!(known.covered("a", &masks, &Keeping::default()).count(), 4);
-        known.add([("two".to_owned(), block(2, 4))], &Masks::default());
-        assert!(known.missing(&masks).is_empty());
-        assert_eq!(known.covered("a", &masks, &Keeping::default()).count(), 6);
+        cache.add([("one".to_owned(), block(0, 4))], &Masks::default());
+        assert_eq!(cache.missing(&masks), [mask("two")]);
+        assert_eq!(cache.covered("a", &masks, &Keeping::default()).count(), 4);
+        cache.add([("two".to_owned(), block(2, 4))], &Masks::default());
+        assert!(cache.missing(&masks).is_empty());
+        assert_eq!(cache.covered("a", &masks, &Keeping::default()).count(), 6);
     }
 
     #[test]
     fn masked_pixels_are_computed_again_only_when_something_has_changed() {
-        let (mut known, mut queue) = (Known::default(), Keeping::default());
-        known.add([("one".to_owned(), block(0, 4))], &Masks::default());
-        let before = known.covered("a", &[mask("one")], &queue);
-        assert!(Arc::ptr_eq(&before, &known.covered("a", &[mask("one")], &queue)));
+        let (mut cache, mut queue) = (MaskCache::default(), Keeping::default());
+        cache.add([("one".to_owned(), block(0, 4))], &Masks::default());
+        let before = cache.covered("a", &[mask("one")], &queue);
+        assert!(Arc::ptr_eq(&before, &cache.covered("a", &[mask("one")], &queue)));
         let edit = MaskEdit::Clear { photo: "a".into() };
         let work = MaskWork::Edits(Arc::new(vec![edit]));
         queue.queue.push_back(Waiting { name: String::new(), work });
-        known.revision += 1;
-        assert_eq!(known.covered("a", &[mask("one")], &queue).count(), 0);
-        assert_eq!(known.covered("b", &[mask("one")], &queue).count(), 4, "of another photo");
+        cache.revision += 1;
+        assert_eq!(cache.covered("a", &[mask("one")], &queue).count(), 0);
+        assert_eq!(cache.covered("b", &[mask("one")], &queue).count(), 4, "of another photo");
     }
 
     #[test]
     fn pixels_that_no_mask_names_are_dropped_when_there_are_many() {
-        let mut known = Known::default();
-        known.add((0..=MOST).map(|file| (file.to_string(), block(0, 1))), &Masks::default());
-        assert_eq!(known.missing(&[mask("0")]), [mask("0")]);
+        let mut cache = MaskCache::default();
+        cache.add((0..=MOST).map(|file| (file.to_string(), block(0, 1))), &Masks::default());
+        assert_eq!(cache.missing(&[mask("0")]), [mask("0")]);
     }
 }

@@ -21,19 +21,19 @@ const LAYOUT: &str = "layout";
 /// The width of the frame around the view to which keys belong, in points.
 const FRAME: f32 = 1.0;
 
-/// The layout of the views.
-pub struct Layout {
+/// The layout of the panes: the views as tabs, some of them side by side.
+pub struct PaneLayout {
     tree: Tree<Pane>,
 }
 
-impl Default for Layout {
+impl Default for PaneLayout {
     fn default() -> Self {
         let tree = Tree::new_tabs(Id::unique("centre"), Pane::ALL.to_vec());
         Self { tree }
     }
 }
 
-impl Layout {
+impl PaneLayout {
     /// Loads the stored layout. Returns the default where none is stored, or where a view is missing or occurs twice.
     pub fn stored(storage: Option<&dyn Storage>) -> Self {
         let tree = storage.and_then(|storage| eframe::get_value::<Tree<Pane>>(storage, LAYOUT));
@@ -84,7 +84,7 @@ fn holds(tiles: &Tiles<Pane>, tile: TileId, pane: Pane) -> bool {
 /// Draws the views.
 pub fn centre_ui(
     ui: &mut Ui,
-    layout: &mut Layout,
+    layout: &mut PaneLayout,
     state: &mut State,
     textures: &mut Textures,
     asks: &mut Vec<Ask>,
@@ -100,7 +100,7 @@ pub fn centre_ui(
 /// Draws the 3D view on a copy of what it remembers.
 fn space_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, asks: &mut Vec<Ask>) {
     let mut it = SpaceMemory::new(state);
-    space_ui(ui, state, &mut it, (&mut textures.space, &textures.photos), asks);
+    space_ui(ui, state, &mut it, &mut textures.space, &textures.photos, asks);
     it.put_back(state);
 }
 
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn a_view_that_comes_to_the_front_hides_the_others_of_its_tabs_and_what_would_be_seen_is_known_before() {
-        let (mut layout, mut panes) = (Layout::default(), Panes::default());
+        let (mut layout, mut panes) = (PaneLayout::default(), Panes::default());
         layout.tell(&mut panes);
         assert_eq!((panes.used(), layout.seen()), (Pane::Space, [true, false, false]));
         for pane in [Pane::Layer, Pane::Photo] {
@@ -215,12 +215,12 @@ mod tests {
             fn flush(&mut self) {}
         }
         let mut storage = Memory::default();
-        let mut layout = Layout::default();
+        let mut layout = PaneLayout::default();
         layout.show(Pane::Photo);
         layout.store(&mut storage);
-        assert!(Layout::stored(Some(&storage)).seen()[Pane::Photo as usize]);
+        assert!(PaneLayout::stored(Some(&storage)).seen()[Pane::Photo as usize]);
         layout.tree = Tree::new_tabs(Id::unique("centre"), vec![Pane::Photo]);
         layout.store(&mut storage);
-        assert!(Layout::stored(Some(&storage)).seen()[Pane::Space as usize]);
+        assert!(PaneLayout::stored(Some(&storage)).seen()[Pane::Space as usize]);
     }
 }

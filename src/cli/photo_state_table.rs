@@ -14,17 +14,17 @@ from photos, from paint of others, inpainted: how the hidden parts, those of bac
 what is missing to 100 % is empty; the photo's own paint lies over it
 ";
 
-/// The states of photos.
-pub struct PhotoTable(Table);
+/// The table of the states of photos.
+pub struct PhotoStateTable(Table);
 
-impl Default for PhotoTable {
+impl Default for PhotoStateTable {
     fn default() -> Self {
         let headings = [&["photo", "state", "layers", "filling"], &FILLING_HEADINGS[..], &["size"]].concat();
         Self(Table::new(&headings))
     }
 }
 
-impl PhotoTable {
+impl PhotoStateTable {
     /// Adds a photo in a state; `stack` is its stack on disk, if there is one, and `filling` the state of its filling.
     pub fn add(&mut self, photo: &str, state: &str, stack: Option<&Stack>, filling: Option<&str>) {
         let Some(stack) = stack else {
