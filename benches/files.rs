@@ -13,7 +13,7 @@ use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::io::layered::psd::{self, PsdVariant};
 use quadratura::testing::io::layered::xcf::{self, XcfVersion};
 use quadratura::testing::io::layered::{
-    Depth, FormatFit, Group, Layer, LayerNode, LayeredDocument, Raster, png, read_layered,
+    Depth, FormatFit, Group, LayerNode, LayeredDocument, PixelLayer, Raster, png, read_layered,
 };
 use quadratura::testing::scene::Samples;
 use quadratura::testing::scene::synthetic::Rng;
@@ -49,10 +49,10 @@ fn layer_raster(width: u32, height: u32) -> Raster {
     Raster::new(width, height, Samples::U8(samples))
 }
 
-fn layer(number: u32, raster: &Arc<Raster>) -> Layer<'static> {
+fn layer(number: u32, raster: &Arc<Raster>) -> PixelLayer<'static> {
     let (raster, w, h) = (raster.clone(), raster.width(), raster.height());
     let rect = PixelRect { x: (number * 97 % 2000) as i32, y: (number * 61 % 1000) as i32, w, h };
-    Layer::new(format!("surface [{number}]"), rect, Box::new(move || Ok(raster.clone())))
+    PixelLayer::new(format!("surface [{number}]"), rect, Box::new(move || Ok(raster.clone())))
 }
 
 fn document(photo: &Arc<Raster>, raster: &Arc<Raster>) -> LayeredDocument<'static> {

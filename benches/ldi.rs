@@ -13,8 +13,8 @@ use quadratura::task::Task;
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::ldi::transfer::Transfer;
 use quadratura::testing::ldi::{
-    Combining, DepthPixel, Frame, Ldi, LdiKind, LdiReport, LdiSurface, Level, Source, Splat, SplatKind,
-    WarpOptions, combine, warp,
+    Combining, CommonCamera, DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, ResolutionLevel, SourceImage,
+    Splat, SplatKind, WarpOptions, combine, warp,
 };
 use quadratura::testing::scene::FaceId;
 use quadratura::testing::scene::synthetic::{centred, farmyard};
@@ -48,7 +48,7 @@ fn cards(divided: bool) -> Ldi {
         };
         (0..FRAME[0]).map(pixel).collect()
     };
-    let level = Level::of_rows(camera, (0..FRAME[1]).map(row));
+    let level = ResolutionLevel::of_rows(camera, (0..FRAME[1]).map(row));
     let surface = |nu| LdiSurface { nu, object: "card".into(), face: None };
     let faces = if divided { FRAME[0].div_ceil(FACE) * FRAME[1].div_ceil(FACE) } else { 1 };
     let surfaces = (0..faces).flat_map(|_| nus.map(surface)).collect();
@@ -79,7 +79,7 @@ fn aside() -> Shot {
 }
 
 /// The yardstick: nearest depth pixels by comparison of depths.
-fn z_buffer(level: &Level, transfer: &Transfer, camera: &Pinhole) -> Vec<[u8; 4]> {
+fn z_buffer(level: &ResolutionLevel, transfer: &Transfer, camera: &Pinhole) -> Vec<[u8; 4]> {
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
     let pixels = camera.width as usize * camera.height as usize;
     let (mut nearest, mut colours) = (vec![0.0; pixels], vec![[0; 4]; pixels]);
@@ -114,7 +114,7 @@ fn warps(criterion: &mut Criterion) {
             std::hint::black_box(&copies);
         });
     });
-    let transfer = Transfer::new((&ldi.camera, &ldi.pose), (&shot.camera, &shot.pose));
+    let transfer = Transfer::new(&ldi.camera, &ldi.pose, &shot.camera, &shot.pose);
     group.bench_function("z-buffer", |b| b.iter(|| z_buffer(level, &transfer, &shot.camera)));
     for (threads, suffix) in [(1, ""), (2, ", two threads")] {
         let pool =
@@ -164,7 +164,7 @@ fn farmyard_images() -> Vec<Ldi> {
             Some((x as u16, DepthPixel { inverse_depth, colour, surface, splat: Splat(0) }))
         };
         let row = |y: u32| (0..camera.width).filter_map(|x| pixel(x, y)).collect();
-        let level = Level::of_rows(camera, (0..camera.height).map(row));
+        let level = ResolutionLevel::of_rows(camera, (0..camera.height).map(row));
         let nu = |plane: &DVec3| {
             let Pinhole { fx, fy, cx, cy, .. } = camera;
             DVec3::new(plane.x / fx, plane.y / fy, plane.z - plane.x * cx / fx - plane.y * cy / fy)
@@ -182,8 +182,8 @@ fn farmyard_images() -> Vec<Ldi> {
 fn merges(criterion: &mut Criterion) {
     let images = farmyard_images();
     let [left, own, right] = &images[..] else { unreachable!("three cameras have three images") };
-    let frame = Frame::new((own.camera, own.pose), own.gain, 0.0, true);
-    let source = |ldi, is_own| Source { ldi, is_own };
+    let frame = CommonCamera::new(own.camera, own.pose, own.gain, 0.0, true);
+    let source = |ldi, is_own| SourceImage { ldi, is_own };
     let sources = [source(own, true), source(left, false), source(right, false)];
     let mut group = criterion.benchmark_group("merge");
     group.throughput(Throughput::Elements(images.iter().map(|ldi| ldi.levels[0].len() as u64).sum()));

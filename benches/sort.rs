@@ -16,7 +16,7 @@ use quadratura::testing::layers::parts::gather_parts;
 use quadratura::testing::layers::rasteriser::Presence;
 use quadratura::testing::layers::runs::Runs;
 use quadratura::testing::layers::{
-    LayerConstraints, Options, Rasteriser, SoftwareRasteriser, Sorted, View, sort_photo,
+    LayerConstraints, Options, ProjectedModel, Rasteriser, SoftwareRasteriser, Sorted, sort_photo,
 };
 use quadratura::testing::scene::synthetic::{Scene, large};
 
@@ -92,7 +92,7 @@ fn graph_against_stencil(c: &mut Criterion) {
     let mut group = c.benchmark_group("graph against stencil");
     let street = large::street(1000).resized(960);
     let (model, options, task) = (&street.model, Options::default(), Task::silent());
-    let view = View::new(model, &street.camera, &street.pose);
+    let view = ProjectedModel::new(model, &street.camera, &street.pose);
     for (name, rasteriser) in &rasterisers() {
         let draw = || rasteriser.fragments(&view, options.tolerance, &task).expect("the rasteriser works");
         let is_working = |presence: &Presence| *presence == Presence::Working;

@@ -12,7 +12,7 @@
 //!
 //! use quadratura::cameras::PixelRect;
 //! use quadratura::layered::{
-//!     Depth, FormatFit, Group, Layer, LayerNode, LayeredDocument, PsdVariant, Raster, read_layered, write_psd,
+//!     Depth, FormatFit, Group, LayerNode, LayeredDocument, PixelLayer, PsdVariant, Raster, read_layered, write_psd,
 //! };
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -24,7 +24,7 @@
 //!     raster.set_rgba16(0, 0, [u16::MAX, 0, 0, u16::MAX]);
 //!     Ok(Arc::new(raster))
 //! };
-//! let group = Group { name: "tower".into(), layers: vec![Layer::new("window", rect, Box::new(red))] };
+//! let group = Group { name: "tower".into(), layers: vec![PixelLayer::new("window", rect, Box::new(red))] };
 //! let document = LayeredDocument {
 //!     width: 64,
 //!     height: 48,
@@ -84,7 +84,7 @@
 //! use std::sync::Arc;
 //!
 //! use quadratura::layered::{
-//!     ExportOptions, ImportOptions, Layer, LayerNode, LayerState, LayeredDocument, PsdVariant, Raster, export,
+//!     ExportOptions, ImportOptions, LayerNode, LayerState, LayeredDocument, PixelLayer, PsdVariant, Raster, export,
 //!     import, read_layered, write_psd,
 //! };
 //! use quadratura::project::ProjectLock;
@@ -109,7 +109,7 @@
 //!     }
 //!     let pixels = Arc::new(pixels);
 //!     let source = Box::new(move || Ok(pixels.clone()));
-//!     nodes.push(LayerNode::Layer(Layer::new(&layer.name, layer.rect, source)));
+//!     nodes.push(LayerNode::Layer(PixelLayer::new(&layer.name, layer.rect, source)));
 //! }
 //! let (width, height, depth) = (document.width, document.height, document.depth);
 //! let painted = LayeredDocument {
@@ -149,15 +149,15 @@ pub use quadratura_io::layered::psd::{PsdVariant, write as write_psd};
 pub use quadratura_io::layered::xcf::{XcfVersion, write as write_xcf};
 #[doc(inline)]
 pub use quadratura_io::layered::{
-    BlendMode, Depth, EditedDocument, EditedLayer, EditedMask, FormatFit, Grey, Group, Layer, LayerNode,
-    LayeredDocument, Lazy, PixelSource, Raster, Rounding, StoredColours, Tag, read_layered,
+    BlendMode, Depth, EditedDocument, EditedLayer, EditedMask, FormatFit, Grey, Group, LayerNode,
+    LayeredDocument, Lazy, PixelLayer, PixelSource, Raster, Rounding, StoredColours, Tag, read_layered,
 };
 #[doc(inline)]
 pub use quadratura_recipe::export::{ExportOptions, ExportReport, Exported, export};
 #[doc(inline)]
 pub use quadratura_recipe::import::question::Question;
 #[doc(inline)]
-pub use quadratura_recipe::import::report::{Conflict, FileReport, LayerReport, LayerState};
+pub use quadratura_recipe::import::report::{Conflict, FileReport, LayerImportReport, LayerState};
 #[doc(inline)]
 pub use quadratura_recipe::import::{
     ImportOptions, Imported, history as import_history, import_once as import, take_back as undo_import,

@@ -79,9 +79,9 @@
 //! let task = Task::silent();
 //! let plain = PreviewOptions { gains: false, relief: false, agreement: false, ..PreviewOptions::default() };
 //! let mut renderer = open_reference(&project, &opened, &plain, &task)?;
-//! let questions = leave_one_out(&opened.site);
+//! let targets = leave_one_out(&opened.site);
 //! let model = &opened.site.model;
-//! let report = score(model, &questions, &mut renderer, &ScoreOptions::default(), &task)?;
+//! let report = score(model, &targets, &mut renderer, &ScoreOptions::default(), &task)?;
 //! let mean = report.mean.expect("there are photos");
 //! println!("{:.0} % predicted, {:.1} dB with holes", 100.0 * mean.coverage, mean.with_holes.psnr);
 //! assert!(mean.covered.is_some_and(|covered| covered.psnr > 20.0));
@@ -104,7 +104,7 @@ pub use quadratura_recipe::render::{
 };
 #[doc(inline)]
 pub use quadratura_recipe::score::{
-    MeanMetrics, MeanScore, ObjectScore, Question, ScoreOptions, ScoreReport, ViewScore, held_out,
+    MeanMetrics, MeanScore, ObjectScore, PredictionTarget, ScoreOptions, ScoreReport, ViewScore, held_out,
     leave_one_out, score,
 };
 #[doc(inline)]

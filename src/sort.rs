@@ -80,11 +80,11 @@ pub use quadratura_layers::nodes::NodeId;
 #[doc(inline)]
 pub use quadratura_layers::parts::{Layers, SortedElement};
 #[doc(inline)]
+pub use quadratura_layers::projected_model::Absence;
+#[doc(inline)]
 pub use quadratura_layers::rasteriser::Presence;
 #[doc(inline)]
-pub use quadratura_layers::view::Absence;
-#[doc(inline)]
 pub use quadratura_layers::{
-    BoxShape, ElementIndex, Item, ItemId, LayerConstraints, Method, Options, Rasteriser, SoftwareRasteriser,
-    Sorted, View, sort_photo,
+    BoxShape, ElementIndex, Item, ItemId, LayerConstraints, Method, Options, ProjectedModel, Rasteriser,
+    SoftwareRasteriser, Sorted, sort_photo,
 };

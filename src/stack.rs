@@ -65,7 +65,7 @@
 
 #[doc(inline)]
 pub use quadratura_document::stack::{
-    Counts, Element, ImageLayer, LayerFill, Piece, PropagationEntry, Stack, StackCamera, StackFill,
+    Element, FacePiece, ImageLayer, LayerFill, PropagationEntry, Stack, StackCamera, StackCounts, StackFill,
     StackPhoto, StackSurface, Support, Untextured, UntexturedReason,
 };
 #[doc(inline)]

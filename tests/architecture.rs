@@ -230,7 +230,7 @@ fn a_package_that_uses_one_above_or_beside_it_is_found() {
 #[test]
 fn a_package_out_of_place_is_found() {
     let rule = packages_out_of_place;
-    assert_eq!(complaints_of(rule, "layers/view.rs", "use wgpu::Device;"), 1);
+    assert_eq!(complaints_of(rule, "layers/projected_model.rs", "use wgpu::Device;"), 1);
     assert_eq!(complaints_of(rule, "cli/mod.rs", "fn f() { image::open(p); }"), 1);
     assert_eq!(complaints_of(rule, "recipe/x.rs", "use zip;"), 1);
     assert_eq!(complaints_of(rule, "gpu/device.rs", "use wgpu::Device;"), 0);

@@ -15,8 +15,9 @@ use glam::{DAffine3, DVec3, Vec3, dvec3};
 use quadratura::render::TextureOptions;
 use quadratura::task::Task;
 use quadratura::testing::foliage::{
-    BakeOptions, FlakeOptions, LayeredOptions, Light, Placing, Plant, PlantImages, Species, Tree, View,
-    WalkOptions, Wood, WoodSpecies, bake, draw, draw_flakes, draw_layered, grow, in_view, similarity, walk,
+    BakeOptions, FlakeOptions, LayeredOptions, OutdoorLight, Placing, Plant, PlantImages, Species, Tree,
+    View, WalkOptions, Wood, WoodSpecies, bake, draw, draw_flakes, draw_layered, grow, in_view, similarity,
+    walk,
 };
 use quadratura::testing::gpu::{Gpu, Renderer, TileStore};
 use quadratura::testing::projection::relief::Relief;
@@ -66,7 +67,7 @@ fn wood(species: WoodSpecies, places: impl Iterator<Item = DAffine3>) -> Wood {
         ratios: Arc::default(),
         sunlit: None,
     };
-    let light = Light::day(species.plant.up);
+    let light = OutdoorLight::day(species.plant.up);
     Wood { trees: (0..).zip(places).map(tree).collect(), species: vec![species], light }
 }
 
@@ -266,17 +267,17 @@ fn thousand_maples(c: &mut Criterion) {
 }
 
 fn on_processor(c: &mut Criterion, scene: &ThirteenMaples, images: [&PlantImages; 2]) {
-    let (view, light, task) = (scene.view(), Light::day(scene.wood.up), Task::silent());
+    let (view, light, task) = (scene.view(), OutdoorLight::day(scene.wood.up), Task::silent());
     let [slabs, layers] = images.map(|images| scene.images_of_wood(images));
     let mut group = c.benchmark_group("wood of 13 on the processor");
     few(&mut group);
     let brute = || draw(&scene.wood, &view, &light, &task).expect("nobody stops it").picture;
     let truth = timed(&mut group, "brute force", brute);
     let of_texels = |images: &PlantImages, options: &FlakeOptions| {
-        draw_flakes((&scene.wood, images), &view, &light, options, &task).expect("nobody stops it").0
+        draw_flakes(&scene.wood, images, &view, &light, options, &task).expect("nobody stops it").0
     };
     let of_layers = |options: &LayeredOptions| {
-        draw_layered((&scene.wood, &layers), &view, &light, options, &task).expect("nobody stops it").0
+        draw_layered(&scene.wood, &layers, &view, &light, options, &task).expect("nobody stops it").0
     };
     let mut found = Vec::new();
     for (name, images, options) in [
@@ -384,10 +385,10 @@ fn by_polygons(c: &mut Criterion) {
         let eye = ball.middle + dvec3(0.0, -FOCAL * 2.0 * ball.radius / 100.0, 2.0);
         let pose = look_at(eye, ball.middle);
         let view = View::perspective(centred(SIZE[0], SIZE[1], FOCAL), &pose, &ball);
-        let (light, task) = (Light::day(plant.up), Task::silent());
+        let (light, task) = (OutdoorLight::day(plant.up), Task::silent());
         let polygons = plant.whole().counts.polygons as f64 / 1e6;
         let name = format!("{leaves} leaves a twig, {polygons:.2} million polygons");
-        let flaked = || draw_flakes((&plant, &images), &view, &light, &FlakeOptions::PREVIEW, &task);
+        let flaked = || draw_flakes(&plant, &images, &view, &light, &FlakeOptions::PREVIEW, &task);
         let flaked = timed(&mut group, &name, || flaked().expect("nobody stops it"));
         of_images.push((polygons, flaked.map(|(seconds, _)| seconds)));
         let brute = || draw(&plant, &view, &light, &task).expect("nobody stops it");

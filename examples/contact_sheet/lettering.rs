@@ -1,6 +1,6 @@
 //! Capitals drawn with a pen: each letter is a few straight strokes on a grid of 4 x 6.
 
-use quadratura::testing::recipe::exploded::canvas::{Canvas, Ink};
+use quadratura::testing::recipe::exploded::premultiplied::{Ink, PremultipliedPicture};
 
 /// Strokes are separated by spaces; a stroke is a chain of points, each a column 0..4 and a row 0..6.
 const LETTERS: &[(char, &str)] = &[
@@ -56,7 +56,7 @@ const LETTERS: &[(char, &str)] = &[
 const PITCH: f64 = 0.92;
 
 /// Draws `text`, in capitals, with the top-left corner of its first letter at `at`.
-pub fn write(canvas: &mut Canvas, text: &str, at: [f64; 2], height: f64, ink: Ink) {
+pub fn write(canvas: &mut PremultipliedPicture, text: &str, at: [f64; 2], height: f64, ink: Ink) {
     for (i, letter) in text.to_uppercase().chars().enumerate() {
         let strokes = LETTERS.iter().find(|(c, _)| *c == letter).map_or("", |(_, strokes)| strokes);
         let x = at[0] + i as f64 * height * PITCH;

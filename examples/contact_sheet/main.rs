@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use quadratura::stack::StackStore;
 use quadratura::task::Task;
-use quadratura::testing::recipe::exploded::canvas::Canvas;
+use quadratura::testing::recipe::exploded::premultiplied::PremultipliedPicture;
 use quadratura::testing::recipe::exploded::{draw, read_layers};
 
 type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
@@ -34,7 +34,7 @@ fn main() -> Fallible<()> {
 }
 
 /// Writes JPEG or PNG, by the name's ending.
-fn save(canvas: &Canvas, path: &Path) -> Fallible<()> {
+fn save(canvas: &PremultipliedPicture, path: &Path) -> Fallible<()> {
     let picture = image::RgbImage::from_raw(canvas.width as u32, canvas.height as u32, canvas.rgb())
         .expect("three bytes for each pixel");
     if path.extension().is_some_and(|e| e == "jpg" || e == "jpeg") {

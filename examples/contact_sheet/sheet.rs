@@ -1,7 +1,7 @@
 //! The contact sheet: every image layer on a chequered ground, nearest first, row by row.
 
 use quadratura::testing::recipe::exploded::LayerPicture as Layer;
-use quadratura::testing::recipe::exploded::canvas::{Canvas, Ink};
+use quadratura::testing::recipe::exploded::premultiplied::{Ink, PremultipliedPicture};
 
 use super::lettering;
 
@@ -28,10 +28,10 @@ struct Cell<'a> {
 }
 
 /// Draws all layers.
-pub fn draw(layers: &[Layer]) -> Canvas {
+pub fn draw(layers: &[Layer]) -> PremultipliedPicture {
     let cells = arranged(layers);
     let bottom = cells.iter().map(|cell| cell.y + cell.height).max().unwrap_or(0);
-    let mut canvas = Canvas::new(WIDTH, bottom + CAPTION + GAP);
+    let mut canvas = PremultipliedPicture::new(WIDTH, bottom + CAPTION + GAP);
     canvas.fill_gradient(PAPER, PAPER);
     for cell in &cells {
         draw_cell(&mut canvas, cell);
@@ -69,10 +69,10 @@ fn cell_size(layer: &Layer) -> (usize, usize) {
     (((w * scale).round() as usize).max(1), ((h * scale).round() as usize).max(1))
 }
 
-fn draw_cell(canvas: &mut Canvas, cell: &Cell) {
+fn draw_cell(canvas: &mut PremultipliedPicture, cell: &Cell) {
     // Layers lower than the row stand on its bottom line, like pictures on a ledge.
     let top = cell.y + ROW - cell.height;
-    let mut picture = Canvas::new(cell.width, cell.height);
+    let mut picture = PremultipliedPicture::new(cell.width, cell.height);
     for y in 0..cell.height {
         for x in 0..cell.width {
             let ink = if (x / 9 + y / 9) % 2 == 0 { LIGHT } else { DARK };
@@ -89,7 +89,7 @@ fn draw_cell(canvas: &mut Canvas, cell: &Cell) {
     lettering::write(canvas, &caption, at, LETTER, TEXT);
 }
 
-fn frame(canvas: &mut Canvas, cell: &Cell, top: usize) {
+fn frame(canvas: &mut PremultipliedPicture, cell: &Cell, top: usize) {
     let (left, top) = (cell.x as f64 - 0.5, top as f64 - 0.5);
     let (right, bottom) = (left + cell.width as f64 + 1.0, top + cell.height as f64 + 1.0);
     let corners = [[left, top], [right, top], [right, bottom], [left, bottom], [left, top]];

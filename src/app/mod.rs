@@ -25,7 +25,7 @@ use self::editor::Editor;
 use self::frame_times::{FrameReport, FrameTimes};
 use self::shell::APP_ID;
 pub use self::shell::{editor, frame_times};
-pub use self::state::space::sight;
+pub use self::state::space::view_pixel;
 pub use self::state::{ask, life, notes, panes, running, selection, settings};
 pub use self::work::autosave::Ending;
 pub use self::work::crash;

@@ -61,8 +61,8 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
         note_large(&args.project, &opened, &current, options.memory, task)?;
     }
     let painted = PaintReport::new(&opened, &store)?;
-    let problems = (args.photos.problems_of(&opened, task), args.photos.left_out(&opened));
-    Ok(report(&opened, &built, &painted, problems))
+    let (problems, left_out) = (args.photos.problems_of(&opened, task), args.photos.left_out(&opened));
+    Ok(report(&opened, &built, &painted, problems, left_out))
 }
 
 /// Returns the project's options with those that were given, and saves them if requested.
@@ -95,7 +95,8 @@ fn report(
     opened: &Opened,
     built: &[Built],
     painted: &PaintReport,
-    (mut problems, left_out): (Vec<String>, usize),
+    mut problems: Vec<String>,
+    left_out: usize,
 ) -> Outcome {
     let mut table = StackTable::default();
     for photo in built {

@@ -61,7 +61,7 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
     let built: Vec<&str> = built.iter().filter(|it| it.stack.is_ok()).map(|it| it.photo.as_str()).collect();
-    Ok(report(&built, &filled, (problems, left_out)))
+    Ok(report(&built, &filled, problems, left_out))
 }
 
 /// Makes the rasteriser that builds stacks.
@@ -144,7 +144,7 @@ pub fn note_stale_fillings(folder: &Path, opened: &Opened, task: &Task) -> Resul
     Ok(())
 }
 
-fn report(built: &[&str], filled: &[FilledPhoto], (mut problems, left_out): (Vec<String>, usize)) -> Outcome {
+fn report(built: &[&str], filled: &[FilledPhoto], mut problems: Vec<String>, left_out: usize) -> Outcome {
     let mut table = FillTable::default();
     let mut propagated = PropagatedTable::default();
     for photo in filled {

@@ -20,7 +20,7 @@ use quadratura_layers::fill::{FillOptions, Propagation};
 use quadratura_recipe::fill::propagation::{CoarsePaint, coarse_paint};
 use quadratura_recipe::fill::seen::propagation_in_words;
 use quadratura_recipe::import::elsewhere::PaintElsewhere;
-use quadratura_recipe::import::report::{FileReport, LayerReport, LayerState};
+use quadratura_recipe::import::report::{FileReport, LayerImportReport, LayerState};
 use quadratura_recipe::import::{ImportOptions, Imported, history, import_once, take_back_one};
 use quadratura_recipe::open::open;
 use quadratura_recipe::watch::{WatchOptions, project_lock, watch};
@@ -256,11 +256,11 @@ pub fn table(file: &FileReport) -> String {
     if unchanged == file.layers.len() { rest } else { table.render() + &rest }
 }
 
-fn conflicts(layer: &LayerReport) -> u64 {
+fn conflicts(layer: &LayerImportReport) -> u64 {
     layer.conflicts.iter().map(|conflict| conflict.pixels).sum()
 }
 
-fn also(layer: &LayerReport) -> String {
+fn also(layer: &LayerImportReport) -> String {
     let moved = layer.moved.map(|[x, y]| format!("moved by {x}, {y}"));
     let turned = layer.turned.map(str::to_owned);
     let resized = layer.resized.then(|| "resized".to_owned());

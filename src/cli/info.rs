@@ -12,7 +12,7 @@ use super::fill_table::FillTable;
 use super::layer_table::LayerTable;
 use super::masked::MaskReport;
 use super::painted::PaintReport;
-use super::photo_table::PhotoTable;
+use super::photo_state_table::PhotoStateTable;
 use super::propagation_table::PropagatedTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
@@ -66,7 +66,7 @@ fn about_photos(
     problems: &mut Vec<String>,
     task: &Task,
 ) -> Result<(String, Value)> {
-    let mut overview = PhotoTable::default();
+    let mut overview = PhotoStateTable::default();
     let mut table = StackTable::default();
     let mut untextured = UntexturedReport::default();
     let mut filling = FillTable::default();

@@ -94,7 +94,7 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
         let [photo] = &args.photos.names[..] else {
             return Err(Error::Request("--add needs one photo; name it with --photo".into()));
         };
-        edits.push(mask_of_file(folder, project, site, (photo, file), task)?.edit());
+        edits.push(mask_of_file(folder, project, site, photo, file, task)?.edit());
     }
     if !args.object.is_empty() {
         edits.extend(object_edits(args, opened, task)?);

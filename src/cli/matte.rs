@@ -32,7 +32,7 @@ pub fn run(args: &MatteArgs, task: &Task) -> Result<Outcome> {
     let found = mattes(&args.project, &opened, args.force, args.memory.or_default(), task)?;
     let waiting = photos_to_fill(&args.project, &opened)?;
     let problems = args.photos.problems_of(&opened, task);
-    Ok(report(&opened, &chosen, objects.as_ref(), (&found, &waiting), problems))
+    Ok(report(&opened, &chosen, objects.as_ref(), &found, &waiting, problems))
 }
 
 /// Returns the names of the objects of these patterns; `None` for all.
@@ -60,13 +60,14 @@ fn report(
     opened: &Opened,
     chosen: &[PhotoId],
     objects: Option<&BTreeSet<String>>,
-    (found, waiting): (&SiteMattes, &[PhotoId]),
+    found: &SiteMattes,
+    waiting: &[PhotoId],
     problems: Vec<String>,
 ) -> Outcome {
     let mut table =
         Table::new(&["photo", "object", "pixels", "solid", "see-through", "fractional", "not known"]);
     let mut rows: Vec<Value> = Vec::new();
-    let mut ending = Ending::default();
+    let mut summary = MatteSummary::default();
     let is_meant = |object: &&str| objects.is_none_or(|objects| objects.contains(*object));
     let meant: Vec<&str> = found.objects().into_iter().filter(is_meant).collect();
     for id in chosen {
@@ -75,10 +76,10 @@ fn report(
             let mattes = found.of_object(*id, object).map(Matte::shares);
             let Some(shares) = mattes.reduce(MatteShares::plus) else { continue };
             let MatteShares { solid, clear, mixed, unknown } = shares;
-            ending.pixels += shares.pixels();
-            ending.unknown += unknown;
-            if waiting.contains(id) && !ending.to_fill.contains(photo) {
-                ending.to_fill.push(photo.clone());
+            summary.pixels += shares.pixels();
+            summary.unknown += unknown;
+            if waiting.contains(id) && !summary.to_fill.contains(photo) {
+                summary.to_fill.push(photo.clone());
             }
             let share = |count: u64| format!("{:.0} %", 100.0 * count as f64 / shares.pixels().max(1) as f64);
             let counts = [solid, clear, mixed, unknown];
@@ -103,15 +104,15 @@ fn report(
         true => "none of these photos shows such a see-through surface, so that there is no matte of it\n"
             .to_owned(),
         false => {
-            format!("{}\n{}", table.render(), ending.text(found.is_anew(), opened.project.fill.no_mattes))
+            format!("{}\n{}", table.render(), summary.text(found.is_anew(), opened.project.fill.no_mattes))
         }
     };
     Outcome { text, json: json!({ "mattes": rows, "anew": found.is_anew(), "problems": problems }), problems }
 }
 
-/// What the last lines say of the mattes that are listed.
+/// The last lines of the output: what they say of the mattes that are listed.
 #[derive(Default)]
-struct Ending {
+struct MatteSummary {
     /// The pixels that show see-through surfaces, and those of which nothing is known.
     pixels: u64,
     unknown: u64,
@@ -119,7 +120,7 @@ struct Ending {
     to_fill: Vec<String>,
 }
 
-impl Ending {
+impl MatteSummary {
     /// Returns what became of the mattes and what is to be done.
     fn text(&self, is_anew: bool, stays_solid: bool) -> String {
         let mut text = match is_anew {
@@ -156,20 +157,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ending_says_only_what_is_true() {
-        let ending = |unknown: u64, to_fill: &[&str]| Ending {
+    fn the_summary_says_only_what_is_true() {
+        let summary = |unknown: u64, to_fill: &[&str]| MatteSummary {
             pixels: 9,
             unknown,
             to_fill: to_fill.iter().map(|photo| (*photo).to_owned()).collect(),
         };
-        let text = ending(2, &["a.jpg", "b.jpg"]).text(true, false);
+        let text = summary(2, &["a.jpg", "b.jpg"]).text(true, false);
         assert!(text.contains("fill") && text.ends_with("image layers of a.jpg, b.jpg\n"), "{text}");
         let many = ["a", "b", "c", "d", "e"];
-        assert!(ending(2, &many).text(true, false).ends_with("image layers of 5 photos\n"));
-        assert_eq!(ending(2, &[]).text(true, false), "the image layers have them\n");
-        assert!(ending(2, &[]).text(false, false).starts_with("these mattes are those of before"));
-        let solid = ending(9, &["a.jpg"]).text(true, false);
+        assert!(summary(2, &many).text(true, false).ends_with("image layers of 5 photos\n"));
+        assert_eq!(summary(2, &[]).text(true, false), "the image layers have them\n");
+        assert!(summary(2, &[]).text(false, false).starts_with("these mattes are those of before"));
+        let solid = summary(9, &["a.jpg"]).text(true, false);
         assert!(solid.contains("nothing is known") && !solid.contains("image layers"), "{solid}");
-        assert!(ending(2, &[]).text(true, true).contains("fill --mattes"));
+        assert!(summary(2, &[]).text(true, true).contains("fill --mattes"));
     }
 }

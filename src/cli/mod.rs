@@ -47,7 +47,7 @@ mod new;
 mod object;
 mod paint;
 mod painted;
-mod photo_table;
+mod photo_state_table;
 mod propagation_table;
 mod render;
 pub mod reporter;

@@ -36,15 +36,16 @@ struct ReporterState {
     timings: Timings,
     notes: Vec<(String, String)>,
     /// Progress of all photos together, by stage; several stages may run side by side, or be parts of others.
-    stages: BTreeMap<&'static str, Stage>,
+    stages: BTreeMap<&'static str, StageProgress>,
     /// The stage that is shown.
     shown: Option<&'static str>,
     /// The last line of progress, and when it was printed.
     line: Option<(String, Instant)>,
 }
 
+/// How far a stage is.
 #[derive(Debug, Clone, Copy)]
-struct Stage {
+struct StageProgress {
     started: Instant,
     done: u64,
     total: u64,
@@ -185,20 +186,20 @@ fn print_lines(reporter: &Weak<Reporter>) {
 
 impl ReporterState {
     fn step(&mut self, name: &'static str, done: u64, total: u64, now: Instant) {
-        let stage = self.stages.entry(name).or_insert(Stage { started: now, done, total });
+        let stage = self.stages.entry(name).or_insert(StageProgress { started: now, done, total });
         if done == 0 || done < stage.done {
             // A stage may start again, for example when a folder is watched.
             stage.started = now;
         }
         (stage.done, stage.total) = (done, total);
         // A stage that has this one as a part stays on the bar until it is done.
-        let is_open = |(name, stage): &(&&str, &Stage)| has_parts(name) && stage.done < stage.total;
+        let is_open = |(name, stage): &(&&str, &StageProgress)| has_parts(name) && stage.done < stage.total;
         let open = self.stages.iter().filter(is_open);
         let first = open.min_by_key(|(_, stage)| stage.started).map(|(name, _)| *name);
         self.shown = first.or(Some(name));
     }
 
-    fn shown(&self) -> Option<(&'static str, Stage)> {
+    fn shown(&self) -> Option<(&'static str, StageProgress)> {
         let name = self.shown?;
         Some((name, self.stages[name]))
     }
@@ -232,7 +233,7 @@ fn new_bar() -> ProgressBar {
     ProgressBar::new(0).with_style(style.progress_chars("=> "))
 }
 
-fn show(bar: &ProgressBar, is_new: bool, name: &'static str, stage: Stage) {
+fn show(bar: &ProgressBar, is_new: bool, name: &'static str, stage: StageProgress) {
     if is_new {
         bar.reset();
         bar.enable_steady_tick(Duration::from_millis(500));

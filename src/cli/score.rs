@@ -18,7 +18,7 @@ use quadratura_recipe::open::{Opened, open};
 use quadratura_recipe::preview;
 use quadratura_recipe::render::Appearance;
 use quadratura_recipe::score::{
-    MeanScore, ObjectScore, Question, ScoreOptions, ScoreReport, held_out, leave_one_out, score,
+    MeanScore, ObjectScore, PredictionTarget, ScoreOptions, ScoreReport, held_out, leave_one_out, score,
 };
 use quadratura_recipe::views::Size;
 use quadratura_view::metrics::ImageMetrics;
@@ -36,7 +36,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let (opened, gpu) =
         rayon::join(|| open(&args.project, task), || task.timed("start the GPU", Gpu::headless));
     let (opened, gpu) = (opened?, gpu?);
-    let (questions, problems) = questions(args, &opened, task)?;
+    let (targets, problems) = targets(args, &opened, task)?;
     let options = ScoreOptions {
         look: Appearance {
             without_surroundings: args.background == ScoreBackground::None,
@@ -59,7 +59,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let of_images = args.made.options(stack, &opened)?;
     let renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
     let mut renderer = Viewer::new(&args.project, &opened, renderer, of_images)?;
-    let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
+    let report = score(&opened.site.model, &targets, &mut renderer, &options, task)?;
     let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
     problems.extend(renderer.preview().problems().iter().map(worded));
@@ -67,7 +67,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     Ok(outcome(args, &options, &report, unexplained.as_ref(), problems))
 }
 
-fn questions(args: &ScoreArgs, opened: &Opened, task: &Task) -> Result<(Vec<Question>, Vec<Error>)> {
+fn targets(args: &ScoreArgs, opened: &Opened, task: &Task) -> Result<(Vec<PredictionTarget>, Vec<Error>)> {
     match (&args.cameras, &args.photos) {
         // Not with the project's own pinhole images, because held-out photos may have the same names.
         (Some(cameras), Some(photos)) => held_out(cameras, photos, &args.project.join("cache/heldout"), task),

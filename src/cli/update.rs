@@ -6,7 +6,7 @@ use super::Outcome;
 use super::args::UpdateArgs;
 use super::coarse::coarse_text;
 use super::fill::gpu_rasteriser;
-use super::photo_table::{FILLING_HEADINGS, filling_cells};
+use super::photo_state_table::{FILLING_HEADINGS, filling_cells};
 use super::table::{Table, counted};
 use super::transients::note_large;
 use super::unexplained::unexplained_line;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::stack::{Element, Piece, StackCamera, StackPhoto, StackSurface};
+use super::stack::{Element, FacePiece, StackCamera, StackPhoto, StackSurface};
 use quadratura_base::geometry::PixelRect;
 use quadratura_foliage::SlabFrame;
 
@@ -59,7 +59,7 @@ pub struct ExportRecord {
     pub helpers: Vec<HelperLayer>,
     /// The pieces to which the elements of `layers` refer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<FacePiece>,
     /// The surfaces to which the elements of `layers` refer, in the model's order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surfaces: Vec<StackSurface>,

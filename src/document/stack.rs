@@ -38,7 +38,7 @@ pub struct Stack {
     /// The flat surfaces that elements consist of, as they were in the model, in its order.
     pub surfaces: Vec<StackSurface>,
     /// Pieces of faces that were cut, and triangles of faces that are not planar.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<FacePiece>,
     /// The occlusions between elements, which are numbered in reading order of `visibility_layers`.
     pub occlusions: Vec<Support>,
     /// Occlusions against the order that were ignored as contact noise.
@@ -89,7 +89,7 @@ pub struct Stack {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub linked: Vec<Vec<String>>,
     /// Counts for reports.
-    pub counts: Counts,
+    pub counts: StackCounts,
     /// The hold on the files of this version, where it was read from disk.
     #[serde(skip)]
     pub in_use: FilesInUse,
@@ -323,7 +323,7 @@ pub struct StackSurface {
 
 /// A piece of a face that was cut.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Piece {
+pub struct FacePiece {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
@@ -398,10 +398,10 @@ pub struct ImageLayer {
     pub uv_from_world: [[f64; 4]; 3],
 }
 
-/// Counts for reports.
+/// What a stack was made of and consists of, counted for reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Counts {
+pub struct StackCounts {
     /// The number of fragments of the working set.
     pub fragments: u64,
     /// The number of faces in the working set.

@@ -52,7 +52,7 @@ pub fn parse_foreign_json<T: DeserializeOwned>(
     }
     serde_json::from_slice(&marked(text, &words)).map_err(|error| {
         let column = own_column(text, &words, error.line(), error.column());
-        wrong_at(file, text, &error, (error.line(), column), remedy)
+        wrong_at(file, text, &error, error.line(), column, remedy)
     })
 }
 

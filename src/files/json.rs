@@ -60,7 +60,7 @@ pub fn read_limited(file: &Path, limit: u64, remedy: Message) -> Result<Vec<u8>>
 /// [`Error::Input`] with line and column.
 pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: impl Into<Message>) -> Result<T> {
     serde_json::from_slice(text)
-        .map_err(|error| wrong_at(file, text, &error, (error.line(), error.column()), remedy))
+        .map_err(|error| wrong_at(file, text, &error, error.line(), error.column(), remedy))
 }
 
 /// Makes the error about a place in the text of `file`, line and column counted from 1.
@@ -68,7 +68,8 @@ pub(super) fn wrong_at(
     file: &Path,
     text: &[u8],
     error: &serde_json::Error,
-    (line, column): (usize, usize),
+    line: usize,
+    column: usize,
     remedy: impl Into<Message>,
 ) -> Error {
     let place = format!("line {line} column {column}");

@@ -3,6 +3,7 @@
 
 pub mod atomic;
 pub mod base64;
+pub mod cached;
 pub mod deflated;
 pub mod foreign_json;
 pub mod free_path;

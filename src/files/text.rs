@@ -125,7 +125,7 @@ pub fn line_ends(text: &str) -> usize {
 }
 
 /// A problem and its remedy.
-type Objection = (String, &'static str);
+pub type Objection = (String, &'static str);
 
 /// Returns the objection to a text in UTF-16 or UTF-32, judged by its first bytes, and the remedy.
 pub fn not_utf16(text: &[u8]) -> Option<Objection> {

@@ -81,26 +81,26 @@ pub fn assemble(drafts: Vec<Draft>, root: usize, up: DVec3, unit: f64) -> Result
     let names = |cycle: Vec<usize>| cycle.iter().map(|&index| drafts[index].name.clone()).collect();
     let order = children_first(&children, root).map_err(|cycle| PlantFlaw::Cycle(names(cycle)))?;
     let mut drafts: Vec<Option<Draft>> = drafts.into_iter().map(Some).collect();
-    let mut assembly = Assembly::default();
+    let mut assembled = AssembledObjects::default();
     let mut place = vec![usize::MAX; drafts.len()];
     for index in order {
         let draft = drafts[index].take().expect("the order names each draft once");
-        place[index] = assembly.add(draft, &place)?;
+        place[index] = assembled.add(draft, &place)?;
     }
     let up = up.try_normalize().unwrap_or(DVec3::Z);
-    Ok(Plant { objects: assembly.objects, root: place[root], up, unit })
+    Ok(Plant { objects: assembled.objects, root: place[root], up, unit })
 }
 
 /// The sub-objects so far.
 #[derive(Default)]
-struct Assembly {
+struct AssembledObjects {
     objects: Vec<SubObject>,
     /// The sub-objects by the hash of their content.
     known: FxHashMap<u64, Vec<usize>>,
     corners: u64,
 }
 
-impl Assembly {
+impl AssembledObjects {
     /// Adds a draft whose children have their `place`; returns its own.
     fn add(&mut self, draft: Draft, place: &[usize]) -> Result<usize, PlantFlaw> {
         let Draft { name, primitives, uses } = draft;

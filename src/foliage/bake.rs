@@ -5,16 +5,16 @@ use rayon::prelude::*;
 
 use super::bounds::{Ball, Bounds};
 use super::directions::Directions;
-use super::drawer::{Canvas, Drawer};
+use super::drawer::{Drawer, FragmentCanvas};
 use super::facet::Facet;
 use super::gains::measured;
 use super::images::{ImageCopy, LightCorrection, MBuffer, ObjectImages, PlantImages};
 use super::layered::{LayeredRows, draw_part};
-use super::mbuffer::{LayeredPixels, Sample, Slabs};
+use super::mbuffer::{LayerSample, LayeredPixels, Slabs};
 use super::mesh::Meshes;
 use super::plant::{Plant, SubObject};
 use super::raster::Fragment;
-use super::reproject::Rows;
+use super::reproject::TargetRows;
 use super::view::{Projection, View};
 use super::walk::{WalkOptions, walk_from};
 use quadratura_base::error::Result;
@@ -111,7 +111,7 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
         has_parts[object] = children.any(|child| images.objects[child].is_some() || has_parts[child]);
         let parts = Some(&images).filter(|_| from_parts && has_parts[object]);
         let is_shared = object == plant.root || instances[object] >= directions.count() as u64;
-        let made = baker.object(parts, (object, is_shared), leaf)?;
+        let made = baker.object(parts, object, is_shared, leaf)?;
         images.from_parts |= made.is_some() && from_parts && has_parts[object];
         images.objects[object] = made;
     }
@@ -146,7 +146,8 @@ impl Baker<'_> {
     fn object(
         &self,
         parts: Option<&PlantImages>,
-        (object, is_shared): (usize, bool),
+        object: usize,
+        is_shared: bool,
         leaf: Option<f64>,
     ) -> Result<Option<ObjectImages>> {
         let ball = self.plant.objects[object].bounds.ball;
@@ -155,7 +156,7 @@ impl Baker<'_> {
         if ball.radius <= 0.0 {
             return Ok(None);
         }
-        let Some(finest) = self.finest(parts, (object, is_shared), 2.0 * ball.radius / across)? else {
+        let Some(finest) = self.finest(parts, object, is_shared, 2.0 * ball.radius / across)? else {
             return Ok(None);
         };
         let (copy, light) = self.copy(parts, object, finest)?;
@@ -167,7 +168,7 @@ impl Baker<'_> {
         }
         let sums = light.iter().fold([Vec3::ZERO; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
         let images = ObjectImages { copies, through: through_over_reflected(sums) };
-        measured((self.plant, object), images, (self.options.directions, parts), self.task).map(Some)
+        measured(self.plant, object, images, self.options.directions, parts, self.task).map(Some)
     }
 
     /// Returns the side of a pixel of the finest images that save something: `wanted`, or, of shared sub-objects, larger by powers of the
@@ -175,7 +176,8 @@ impl Baker<'_> {
     fn finest(
         &self,
         parts: Option<&PlantImages>,
-        (object, is_shared): (usize, bool),
+        object: usize,
+        is_shared: bool,
         wanted: f64,
     ) -> Result<Option<f64>> {
         let SubObject { bounds, counts, .. } = &self.plant.objects[object];
@@ -189,7 +191,7 @@ impl Baker<'_> {
             return Ok(Some(wanted));
         }
         let saves = |delta: f64| {
-            let views = SIDES.into_par_iter().map(|side| self.view(parts, (object, delta), side));
+            let views = SIDES.into_par_iter().map(|side| self.view(parts, object, delta, side));
             let samples = views.map(|view| Ok(view?.image.samples.len())).sum::<Result<usize>>()?;
             Ok(samples as f64 <= SIDES.len() as f64 * most)
         };
@@ -221,7 +223,7 @@ impl Baker<'_> {
     ) -> Result<(ImageCopy, Vec<[Vec3; 2]>)> {
         let views = (0..self.options.directions.count())
             .into_par_iter()
-            .map(|direction| self.view(parts, (object, delta), direction));
+            .map(|direction| self.view(parts, object, delta, direction));
         let views = views.collect::<Result<Vec<_>>>()?;
         let lengths = views.iter().map(|view| view.length).collect();
         let (views, light) = views.into_iter().map(|view| (view.image, view.light)).unzip();
@@ -234,7 +236,8 @@ impl Baker<'_> {
     fn view(
         &self,
         parts: Option<&PlantImages>,
-        (object, delta): (usize, f64),
+        object: usize,
+        delta: f64,
         direction: usize,
     ) -> Result<BakedView> {
         let Bounds { ball, space } = self.plant.objects[object].bounds;
@@ -253,17 +256,17 @@ impl Baker<'_> {
             light: [Vec3::ZERO; 2],
         };
         debug_assert_eq!(rect, PixelRect::of_size(side, side));
-        let mut drawer = Drawer::new((self.plant, self.meshes), &view, (rect, canvas), self.task);
+        let mut drawer = Drawer::new(self.plant, self.meshes, &view, rect, canvas, self.task);
         match parts {
-            Some(parts) => self.parts(parts, (object, &view), &mut drawer)?,
+            Some(parts) => self.parts(parts, object, &view, &mut drawer)?,
             None => drawer.visit(object, &view.view_from_plant)?,
         }
         let ImageCanvas { pixels, light, .. } = drawer.canvas;
         let light = if parts.is_some() { pixels.light_of_leaves() } else { light };
         let through = through_over_reflected(light);
         let image = match slabs {
-            1 => MBuffer::of(&pixels, count, (ball.radius, through)),
-            _ => MBuffer::of_slabs(&pixels, (count, slabs), (ball.radius, through)),
+            1 => MBuffer::of(&pixels, count, ball.radius, through),
+            _ => MBuffer::of_slabs(&pixels, count, slabs, ball.radius, through),
         };
         Ok(BakedView { image, light, length: pixels.mean_length_of_leaves() })
     }
@@ -273,12 +276,13 @@ impl Baker<'_> {
     fn parts(
         &self,
         made: &PlantImages,
-        (object, view): (usize, &View),
+        object: usize,
+        view: &View,
         drawer: &mut Drawer<ImageCanvas>,
     ) -> Result<()> {
-        for drawn in walk_from((self.plant, object), made, view, &WalkOptions::FINAL, 0) {
+        for drawn in walk_from(self.plant, object, made, view, &WalkOptions::FINAL, 0) {
             self.task.go_on()?;
-            draw_part(drawer, (self.plant, made), &drawn, (view, SAME_LAYER));
+            draw_part(drawer, self.plant, made, &drawn, view, SAME_LAYER);
         }
         Ok(())
     }
@@ -335,12 +339,12 @@ struct ImageCanvas {
 }
 
 impl LayeredRows for ImageCanvas {
-    fn rows(&mut self) -> Rows<'_> {
-        Rows { rect: self.rect, pixels: &mut self.pixels, slabs: self.slabs, beside_polygons: true }
+    fn rows(&mut self) -> TargetRows<'_> {
+        TargetRows { rect: self.rect, pixels: &mut self.pixels, slabs: self.slabs, beside_polygons: true }
     }
 }
 
-impl Canvas for ImageCanvas {
+impl FragmentCanvas for ImageCanvas {
     #[inline]
     fn visible(&self, fragment: &Fragment) -> u16 {
         fragment.mask
@@ -352,7 +356,7 @@ impl Canvas for ImageCanvas {
         if facet.is_back {
             return;
         }
-        let sample = Sample::of_facet(visible, -fragment.middle as f32, facet);
+        let sample = LayerSample::of_facet(visible, -fragment.middle as f32, facet);
         if sample.is_leaf {
             self.light[0] += sample.weight * sample.reflected;
             self.light[1] += sample.weight * sample.through;

@@ -21,11 +21,11 @@ pub fn balls(plant: &Plant) -> Vec<Ball> {
     }
     let mut cell = CELL * whole.radius;
     loop {
-        let mut cover =
-            Cover { plant, cell, meshes: FxHashMap::default(), cells: FxHashMap::default(), pieces: 0 };
-        cover.visit(plant.root, &DAffine3::IDENTITY);
-        if cover.pieces < MOST_PIECES || cell > whole.radius {
-            let mut cells: Vec<([i32; 3], Ball)> = cover.cells.into_iter().collect();
+        let mut grid =
+            BallGrid { plant, cell, meshes: FxHashMap::default(), cells: FxHashMap::default(), pieces: 0 };
+        grid.visit(plant.root, &DAffine3::IDENTITY);
+        if grid.pieces < MOST_PIECES || cell > whole.radius {
+            let mut cells: Vec<([i32; 3], Ball)> = grid.cells.into_iter().collect();
             cells.sort_by_key(|(place, _)| *place);
             return cells.into_iter().map(|(_, ball)| ball).collect();
         }
@@ -33,7 +33,7 @@ pub fn balls(plant: &Plant) -> Vec<Ball> {
     }
 }
 
-struct Cover<'a> {
+struct BallGrid<'a> {
     plant: &'a Plant,
     cell: f64,
     /// The meshes of the sub-objects that were met.
@@ -43,7 +43,7 @@ struct Cover<'a> {
     pieces: usize,
 }
 
-impl Cover<'_> {
+impl BallGrid<'_> {
     fn visit(&mut self, object: usize, plant_from_object: &DAffine3) {
         let of_plant = &self.plant.objects[object];
         let ball = of_plant.bounds.ball.mapped(plant_from_object);

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::drawer::{Canvas, Drawer};
+use super::drawer::{Drawer, FragmentCanvas};
 use super::mesh::Meshes;
 use super::plant::Plant;
 use super::view::View;
@@ -23,7 +23,7 @@ pub(super) const STAGE: &str = "draw plant";
 
 /// Draws a plant in bands of rows, which begin as `begun` says; returns what `finished` makes of each, from the top, with the
 /// number of triangles.
-pub(super) fn drawn<C: Canvas, T: Send>(
+pub(super) fn drawn<C: FragmentCanvas, T: Send>(
     plant: &Plant,
     view: &View,
     begun: &(dyn Fn(PixelRect) -> C + Sync),
@@ -38,7 +38,7 @@ pub(super) fn drawn<C: Canvas, T: Send>(
     bands
         .par_iter()
         .map(|band| {
-            let mut drawer = Drawer::new((plant, &meshes), view, (*band, begun(*band)), task);
+            let mut drawer = Drawer::new(plant, &meshes, view, *band, begun(*band), task);
             drawer.visit(plant.root, &view.view_from_plant)?;
             let band = (finished(&drawer.canvas), drawer.triangles);
             task.step(STAGE, done.fetch_add(1, Ordering::Relaxed) + 1, bands.len() as u64)?;

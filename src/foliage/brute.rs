@@ -4,11 +4,11 @@
 use glam::{DMat3, Vec3};
 
 use super::bands::drawn;
-use super::drawer::Canvas;
+use super::drawer::FragmentCanvas;
 use super::facet::Facet;
 use super::plant::Plant;
 use super::raster::Fragment;
-use super::shade::{Light, Reach, Surface, shade};
+use super::shade::{LitSurface, OutdoorLight, Reach, shade};
 use super::shades::{Shades, ViewShades};
 use super::view::View;
 use quadratura_base::error::Result;
@@ -31,7 +31,7 @@ pub struct Drawing {
 /// # Errors
 /// [`quadratura_base::Error::Request`] for a plant of more than [`super::MOST_TRIANGLES`] or of none, and for a view that is
 /// not made of finite numbers; [`quadratura_base::Error::Cancelled`].
-pub fn draw(plant: &Plant, view: &View, light: &Light, task: &Task) -> Result<Drawing> {
+pub fn draw(plant: &Plant, view: &View, light: &OutdoorLight, task: &Task) -> Result<Drawing> {
     draw_shaded(plant, view, light, None, task)
 }
 
@@ -42,12 +42,12 @@ pub fn draw(plant: &Plant, view: &View, light: &Light, task: &Task) -> Result<Dr
 pub fn draw_shaded(
     plant: &Plant,
     view: &View,
-    light: &Light,
+    light: &OutdoorLight,
     shades: Option<&Shades<'_>>,
     task: &Task,
 ) -> Result<Drawing> {
     let lit = Lit::new([*light], view, shades);
-    let drawn = drawn(plant, view, &|rect| Band::new(rect, lit), &Band::resolve, task)?;
+    let drawn = drawn(plant, view, &|rect| LitCanvas::new(rect, lit), &LitCanvas::resolve, task)?;
     let triangles = drawn.iter().map(|(_, triangles)| triangles).sum();
     let rgba = drawn.into_iter().flat_map(|(rgba, _)| rgba).collect();
     let rect = view.rect();
@@ -62,8 +62,8 @@ pub fn draw_shaded(
 pub fn silhouette(plant: &Plant, view: &View, hiding: &[f32], task: &Task) -> Result<Vec<bool>> {
     let rows = |rect: PixelRect| &hiding[(rect.y as usize * rect.w as usize)..][..rect.area() as usize];
     let lit = Lit::new([], view, None);
-    let behind = |rect| Band::behind(rect, lit, rows(rect));
-    let covered = |band: &Band<'_, 0>| {
+    let behind = |rect| LitCanvas::behind(rect, lit, rows(rect));
+    let covered = |band: &LitCanvas<'_, 0>| {
         let subpixels = band.nearness.as_chunks::<16>().0.iter().zip(rows(band.rect));
         subpixels.map(|(found, hiding)| found.iter().any(|found| found > hiding)).collect()
     };
@@ -88,13 +88,14 @@ pub struct InLights {
 pub fn draw_in_lights(
     plant: &Plant,
     view: &View,
-    lights: [Light; 2],
-    (hiding, shades): (&[f32], Option<&Shades<'_>>),
+    lights: [OutdoorLight; 2],
+    hiding: &[f32],
+    shades: Option<&Shades<'_>>,
     task: &Task,
 ) -> Result<Vec<InLights>> {
     let rows = |rect: PixelRect| &hiding[(rect.y as usize * rect.w as usize)..][..rect.area() as usize];
     let lit = Lit::new(lights, view, shades);
-    let sums = |band: &Band<'_, 2>| -> Vec<InLights> {
+    let sums = |band: &LitCanvas<'_, 2>| -> Vec<InLights> {
         let subpixels = band.nearness.as_chunks::<16>().0.iter().zip(band.light.as_chunks::<16>().0);
         let pixel = |((nearness, light), hiding): ((&[f32; 16], &[[Vec3; 2]; 16]), &f32)| InLights {
             covered: nearness.iter().filter(|nearness| *nearness > hiding).count() as u8,
@@ -103,7 +104,7 @@ pub fn draw_in_lights(
         };
         subpixels.zip(rows(band.rect)).map(pixel).collect()
     };
-    let drawn = drawn(plant, view, &|rect| Band::behind(rect, lit, rows(rect)), &sums, task)?;
+    let drawn = drawn(plant, view, &|rect| LitCanvas::behind(rect, lit, rows(rect)), &sums, task)?;
     Ok(drawn.into_iter().flat_map(|(pixels, _)| pixels).collect())
 }
 
@@ -114,17 +115,17 @@ pub fn draw_in_lights(
 pub(super) fn sums_of_light<const N: usize>(
     plant: &Plant,
     view: &View,
-    lights: [Light; N],
+    lights: [OutdoorLight; N],
     task: &Task,
 ) -> Result<([Vec3; N], u32)> {
     let lit = Lit::new(lights, view, None);
-    let sums = |band: &Band<'_, N>| {
+    let sums = |band: &LitCanvas<'_, N>| {
         let covered = band.nearness.iter().filter(|nearness| **nearness > f32::NEG_INFINITY).count();
         let none = [Vec3::ZERO; N];
         let add = |sums: [Vec3; N], light: &[Vec3; N]| std::array::from_fn(|of| sums[of] + light[of]);
         vec![(band.light.iter().fold(none, add), covered as u32)]
     };
-    let bands = drawn(plant, view, &|rect| Band::new(rect, lit), &sums, task)?;
+    let bands = drawn(plant, view, &|rect| LitCanvas::new(rect, lit), &sums, task)?;
     let parts = bands.into_iter().flat_map(|(parts, _)| parts);
     Ok(parts.fold(([Vec3::ZERO; N], 0), |(all, count), (sums, covered)| {
         (std::array::from_fn(|of| all[of] + sums[of]), count + covered)
@@ -134,13 +135,13 @@ pub(super) fn sums_of_light<const N: usize>(
 /// The lights in which a plant is drawn, which have the same directions.
 #[derive(Debug, Clone, Copy)]
 struct Lit<'a, const N: usize> {
-    lights: [Light; N],
+    lights: [OutdoorLight; N],
     light_from_view: DMat3,
     shades: Option<ViewShades<'a>>,
 }
 
 impl<'a, const N: usize> Lit<'a, N> {
-    fn new(lights: [Light; N], view: &View, shades: Option<&Shades<'a>>) -> Self {
+    fn new(lights: [OutdoorLight; N], view: &View, shades: Option<&Shades<'a>>) -> Self {
         let shades = shades.map(|shades| ViewShades::new(shades, view));
         Self { lights, light_from_view: view.light_from_view, shades }
     }
@@ -150,16 +151,16 @@ impl<'a, const N: usize> Lit<'a, N> {
     fn shaded(&self, fragment: &Fragment, visible: u16, facet: &Facet) -> [Vec3; N] {
         let Some(first) = self.lights.first() else { return [Vec3::ZERO; N] };
         let normal = (self.light_from_view * facet.normal).normalize_or_zero();
-        let surface = Surface { normal, reflected: facet.reflected, through: facet.through };
+        let surface = LitSurface { normal, reflected: facet.reflected, through: facet.through };
         let facing = normal.dot(first.towards_sun);
         let reach =
-            self.shades.map_or(Reach::ALL, |shades| shades.reach((fragment, visible), facet.normal, facing));
+            self.shades.map_or(Reach::ALL, |shades| shades.reach(fragment, visible, facet.normal, facing));
         self.lights.map(|light| shade(&surface, &light, &reach))
     }
 }
 
 /// The sub-pixels of a band of rows.
-struct Band<'a, const N: usize> {
+struct LitCanvas<'a, const N: usize> {
     rect: PixelRect,
     lit: Lit<'a, N>,
     /// 16 a pixel: how near, lower than everything where nothing is.
@@ -168,7 +169,7 @@ struct Band<'a, const N: usize> {
     light: Vec<[Vec3; N]>,
 }
 
-impl<'a, const N: usize> Band<'a, N> {
+impl<'a, const N: usize> LitCanvas<'a, N> {
     fn new(rect: PixelRect, lit: Lit<'a, N>) -> Self {
         let count = 16 * rect.area() as usize;
         Self { rect, lit, nearness: vec![f32::NEG_INFINITY; count], light: vec![[Vec3::ZERO; N]; count] }
@@ -181,7 +182,7 @@ impl<'a, const N: usize> Band<'a, N> {
     }
 }
 
-impl Band<'_, 1> {
+impl LitCanvas<'_, 1> {
     /// Returns R, G, B, A of the pixels: the mean light of the covered sub-pixels, and their share.
     fn resolve(&self) -> Vec<u8> {
         let subpixels = self.nearness.as_chunks::<16>().0.iter().zip(self.light.as_chunks::<16>().0);
@@ -197,7 +198,7 @@ impl Band<'_, 1> {
     }
 }
 
-impl<const N: usize> Canvas for Band<'_, N> {
+impl<const N: usize> FragmentCanvas for LitCanvas<'_, N> {
     /// Those that are nearer than what is there: of equals the first one stays.
     #[inline]
     fn visible(&self, fragment: &Fragment) -> u16 {

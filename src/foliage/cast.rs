@@ -4,7 +4,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::bounds::Ball;
-use super::shade::Light;
+use super::shade::OutdoorLight;
 use super::shadow::{Caster, Shadow};
 use super::wood::Wood;
 use quadratura_base::error::Result;
@@ -25,7 +25,7 @@ const POINTS: u32 = 16;
 /// ```
 ///
 /// `normal` has length 1 and looks to the viewer, `sunlit` is v, and `covered` is c.
-pub fn left_in_shadow(light: &Light, normal: DVec3, sunlit: f32, covered: f32) -> Vec3 {
+pub fn left_in_shadow(light: &OutdoorLight, normal: DVec3, sunlit: f32, covered: f32) -> Vec3 {
     let facing = normal.dot(light.towards_sun).max(0.0) as f32;
     let (sun, around) = (sunlit * facing * light.sun, light.around(normal));
     // As in the shader: where nothing gives light, nothing changes.
@@ -35,7 +35,7 @@ pub fn left_in_shadow(light: &Light, normal: DVec3, sunlit: f32, covered: f32) -
 /// The shadows of the trees of a site that cast any.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CastShadows {
-    light: Light,
+    light: OutdoorLight,
     /// For each point of the sun.
     shadows: Vec<Shadow>,
 }
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn a_shadow_leaves_the_light_of_the_sky_and_nothing_changes_where_no_sun_was() {
-        let light = Light {
+        let light = OutdoorLight {
             towards_sun: DVec3::new(0.0, 0.6, 0.8),
             up: DVec3::Z,
             sun: Vec3::new(1.0, 0.5, 0.25),
@@ -103,7 +103,7 @@ mod tests {
         for (normal, sunlit, covered) in [(DVec3::Z, 1.0, 0.0), (DVec3::Z, 0.0, 1.0), (-DVec3::Y, 1.0, 1.0)] {
             near(left(normal, sunlit, covered), Vec3::ONE);
         }
-        let night = Light { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..light };
+        let night = OutdoorLight { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..light };
         near(left_in_shadow(&night, DVec3::Z, 1.0, 1.0), Vec3::ONE);
     }
 }

@@ -5,13 +5,13 @@ use glam::{DMat3, DVec2, DVec3};
 use super::primitive::{Corner, CurvePoint, Limb, TriangleList};
 
 /// A place on a curve and the direction of the curve there; both with the radius and its change as the fourth number.
-struct Place {
+struct PlaceOnCurve {
     at: CurvePoint,
     change: CurvePoint,
 }
 
 /// Evaluates cubic pieces at `t`, from 0 to the number of pieces.
-fn place(points: &[CurvePoint], t: f64) -> Place {
+fn place(points: &[CurvePoint], t: f64) -> PlaceOnCurve {
     let pieces = (points.len() - 1) / 3;
     let piece = (t as usize).min(pieces - 1);
     let (t, controls) = (t - piece as f64, &points[3 * piece..3 * piece + 4]);
@@ -23,7 +23,7 @@ fn place(points: &[CurvePoint], t: f64) -> Place {
         let position = terms().map(|(weight, point)| *weight * point.position).sum();
         CurvePoint { position, radius: terms().map(|(weight, point)| weight * point.radius).sum() }
     };
-    Place { at: sum(at), change: sum(change) }
+    PlaceOnCurve { at: sum(at), change: sum(change) }
 }
 
 /// The centre line of a limb's polygons: points with the direction of the curve there.

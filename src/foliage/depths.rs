@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::bands::drawn;
 use super::bounds::Ball;
-use super::drawer::Canvas;
+use super::drawer::FragmentCanvas;
 use super::facet::Facet;
 use super::plant::Plant;
 use super::raster::Fragment;
@@ -64,18 +64,19 @@ impl Square {
             view_from_plant: self.view_from_frame * *frame_from_plant,
             light_from_view: DMat3::IDENTITY,
         };
-        let begun = |rect: PixelRect| Band { rect, depths: vec![Depths::NOTHING; rect.area() as usize] };
-        let bands = drawn(plant, &view, &begun, &|band: &Band| band.depths.clone(), task)?;
+        let begun =
+            |rect: PixelRect| DepthCanvas { rect, depths: vec![Depths::NOTHING; rect.area() as usize] };
+        let bands = drawn(plant, &view, &begun, &|band: &DepthCanvas| band.depths.clone(), task)?;
         Ok(bands.into_iter().flat_map(|(depths, _)| depths).collect())
     }
 }
 
-struct Band {
+struct DepthCanvas {
     rect: PixelRect,
     depths: Vec<Depths>,
 }
 
-impl Canvas for Band {
+impl FragmentCanvas for DepthCanvas {
     fn visible(&self, _fragment: &Fragment) -> u16 {
         0
     }

@@ -22,11 +22,11 @@ type Tessellation = [u32; 2];
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DetailLevels {
     /// From level 1 on.
-    coarser: Vec<Level>,
+    coarser: Vec<CoarserLevel>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Level {
+struct CoarserLevel {
     /// How far surfaces are from those of full detail at most, in the sub-object's unit.
     deviation: f64,
     /// Of each limb, in the order of the primitives.
@@ -36,7 +36,7 @@ struct Level {
 impl DetailLevels {
     /// Finds the levels of primitives; without limbs there is the full detail alone.
     pub fn of(primitives: &[Primitive]) -> Self {
-        let limbs: Vec<Candidates> = limbs(primitives).map(Candidates::new).collect();
+        let limbs: Vec<LimbTessellations> = limbs(primitives).map(LimbTessellations::new).collect();
         let others = primitives.iter().filter(|primitive| !matches!(primitive.shape, Shape::Limb(_)));
         let others: u64 = others.map(|primitive| primitive.shape.polygons()).sum();
         let polygons = |limbs: &[Tessellation]| -> u64 {
@@ -51,7 +51,7 @@ impl DetailLevels {
             let count = polygons(&level);
             if count > 0 && count as f64 <= WORTH * fewest as f64 {
                 fewest = count;
-                coarser.push(Level { deviation, limbs: level });
+                coarser.push(CoarserLevel { deviation, limbs: level });
             }
             deviation *= 2.0;
         }
@@ -124,7 +124,7 @@ fn apart_across(given: u32, sides: u32) -> f64 {
 }
 
 /// What a limb can be drawn as, and how far that is from its full detail.
-struct Candidates {
+struct LimbTessellations {
     full: Tessellation,
     /// The largest radius, in the sub-object's unit.
     radius: f64,
@@ -133,7 +133,7 @@ struct Candidates {
     along: Vec<(u32, f64)>,
 }
 
-impl Candidates {
+impl LimbTessellations {
     fn new(limb: &Limb) -> Self {
         let stretch = largest_stretch(&limb.object_from_limb.matrix3);
         let radius = limb.points.iter().map(|point| point.radius).fold(0.0, f64::max);

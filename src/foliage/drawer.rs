@@ -19,7 +19,7 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
 
 /// What is drawn on: it keeps what it wants of the fragments that it gets.
-pub(super) trait Canvas {
+pub(super) trait FragmentCanvas {
     /// Returns the sub-pixels of a fragment that are kept, as far as is known without its colour; 0 leaves it out.
     fn visible(&self, fragment: &Fragment) -> u16;
     /// Keeps a fragment of which only the nearness matters and returns true; false asks for its surface.
@@ -33,9 +33,16 @@ pub(super) trait Canvas {
 
 /// A corner of the present instance, in the view's frame and, where it has one, in the image.
 #[derive(Clone, Copy)]
-struct Projected {
+struct ProjectedCorner {
     position: DVec3,
     image: Option<ImageCorner>,
+}
+
+/// A triangle of the present instance's mesh.
+struct MeshTriangle<'a> {
+    corners: [&'a Corner; 3],
+    /// Where the corners are in the view's frame.
+    positions: [DVec3; 3],
 }
 
 /// Draws instances onto a canvas.
@@ -47,18 +54,20 @@ pub(super) struct Drawer<'a, C> {
     target: Target,
     /// What is drawn on.
     pub canvas: C,
-    corners: Vec<Projected>,
+    corners: Vec<ProjectedCorner>,
     /// The triangles that were projected.
     pub triangles: u64,
     task: &'a Task,
 }
 
-impl<'a, C: Canvas> Drawer<'a, C> {
+impl<'a, C: FragmentCanvas> Drawer<'a, C> {
     /// Prepares the drawing of a rectangle of a view; `meshes` are those of the plant's sub-objects that are drawn.
     pub fn new(
-        (plant, meshes): (&'a Plant, &'a Meshes),
+        plant: &'a Plant,
+        meshes: &'a Meshes,
         view: &'a View,
-        (rect, canvas): (PixelRect, C),
+        rect: PixelRect,
+        canvas: C,
         task: &'a Task,
     ) -> Self {
         Self {
@@ -86,7 +95,7 @@ impl<'a, C: Canvas> Drawer<'a, C> {
             return Ok(());
         }
         self.task.go_on()?;
-        self.own((object, 0), view_from_object, &Door::wide(0));
+        self.own(object, 0, view_from_object, &Door::wide(0));
         for Use { child, parent_from_child } in &of.uses {
             self.visit(*child, &(*view_from_object * *parent_from_child))?;
         }
@@ -94,22 +103,22 @@ impl<'a, C: Canvas> Drawer<'a, C> {
     }
 
     /// Draws the primitives that an instance of a sub-object has of its own, at a level of detail, where a door is open.
-    pub fn own(&mut self, (object, level): (usize, usize), view_from_object: &DAffine3, door: &Door) {
+    pub fn own(&mut self, object: usize, level: usize, view_from_object: &DAffine3, door: &Door) {
         let (meshes, plant) = (self.meshes, self.plant);
         for mesh in meshes.get(object, level) {
-            self.mesh((mesh, door), &plant.objects[object].paint, view_from_object);
+            self.mesh(mesh, door, &plant.objects[object].paint, view_from_object);
         }
     }
 
-    fn mesh(&mut self, (mesh, door): (&Mesh, &Door), paint: &[PaintAt], view_from_object: &DAffine3) {
+    fn mesh(&mut self, mesh: &Mesh, door: &Door, paint: &[PaintAt], view_from_object: &DAffine3) {
         let projection = &self.view.projection;
         self.corners.clear();
         self.corners.extend(mesh.corners.iter().map(|corner| {
             let position = view_from_object.transform_point3(corner.position);
-            Projected { position, image: image_corner(projection, position) }
+            ProjectedCorner { position, image: image_corner(projection, position) }
         }));
         self.triangles += mesh.triangles.len() as u64;
-        let painter = Painter {
+        let painter = TrianglePainter {
             projection,
             material: &mesh.material,
             paint,
@@ -120,20 +129,22 @@ impl<'a, C: Canvas> Drawer<'a, C> {
         for &[a, b, c] in &mesh.triangles {
             let (a, b, c) = (a as usize, b as usize, c as usize);
             let (p, q, r) = (self.corners[a], self.corners[b], self.corners[c]);
-            let of_mesh = [&mesh.corners[a], &mesh.corners[b], &mesh.corners[c]];
-            let of = (of_mesh, [p.position, q.position, r.position]);
+            let triangle = MeshTriangle {
+                corners: [&mesh.corners[a], &mesh.corners[b], &mesh.corners[c]],
+                positions: [p.position, q.position, r.position],
+            };
             match (p.image, q.image, r.image) {
                 (Some(p), Some(q), Some(r)) => {
-                    painter.paint(&mut self.canvas, &self.target, [p, q, r], &|w| w, of);
+                    painter.paint(&mut self.canvas, &self.target, [p, q, r], &|w| w, &triangle);
                 }
-                _ => self.clipped(&painter, of),
+                _ => self.clipped(&painter, &triangle),
             }
         }
     }
 
     /// Draws what is left of a triangle that reaches out of what can be projected.
-    fn clipped(&mut self, painter: &Painter, of: ([&Corner; 3], [DVec3; 3])) {
-        let left = clipped(of.1, &self.half_spaces);
+    fn clipped(&mut self, painter: &TrianglePainter, triangle: &MeshTriangle) {
+        let left = clipped(triangle.positions, &self.half_spaces);
         let image = |position| {
             let (px, nearness) = self.view.projection.image_from_view(position);
             ImageCorner::new(px, nearness)
@@ -142,7 +153,7 @@ impl<'a, C: Canvas> Drawer<'a, C> {
             let fan = [left[0], left[i - 1], left[i]];
             let weights = DMat3::from_cols(fan[0].weights, fan[1].weights, fan[2].weights);
             if let [Some(a), Some(b), Some(c)] = fan.map(|corner| image(corner.position)) {
-                painter.paint(&mut self.canvas, &self.target, [a, b, c], &|w| weights * w, of);
+                painter.paint(&mut self.canvas, &self.target, [a, b, c], &|w| weights * w, triangle);
             }
         }
     }
@@ -156,7 +167,7 @@ fn image_corner(projection: &Projection, position: DVec3) -> Option<ImageCorner>
 }
 
 /// What colours the triangles of an instance's mesh.
-struct Painter<'a> {
+struct TrianglePainter<'a> {
     projection: &'a Projection,
     material: &'a Material,
     /// The paint on the sub-object.
@@ -166,21 +177,22 @@ struct Painter<'a> {
     view_from_normal: DMat3,
 }
 
-impl Painter<'_> {
-    /// Draws a triangle; `weights` gives those of `of` (corners, and their positions in the view's frame) from those of
-    /// `corners`.
+impl TrianglePainter<'_> {
+    /// Draws what is left of a triangle between these corners of the image; `weights` gives those of the triangle's corners from those
+    /// of `corners`.
     #[inline]
     fn paint(
         &self,
-        canvas: &mut impl Canvas,
+        canvas: &mut impl FragmentCanvas,
         target: &Target,
         corners: [ImageCorner; 3],
         weights: &dyn Fn(DVec3) -> DVec3,
-        of: ([&Corner; 3], [DVec3; 3]),
+        triangle: &MeshTriangle,
     ) {
         let texture = |w: DVec3| -> DVec2 {
             let w = weights(w);
-            w.x * of.0[0].texture + w.y * of.0[1].texture + w.z * of.0[2].texture
+            let [a, b, c] = triangle.corners;
+            w.x * a.texture + w.y * b.texture + w.z * c.texture
         };
         let Material { picture, cutout, wrap, .. } = self.material;
         let keeps = picture
@@ -201,7 +213,7 @@ impl Painter<'_> {
                 let area = share * area_in_picture(pixels, [DVec3::X, DVec3::Y, DVec3::Z].map(texture));
                 pixels.light(texture(fragment.weights), *wrap, area)
             });
-            let facet = self.facet(weights(fragment.weights), of_picture, of);
+            let facet = self.facet(weights(fragment.weights), of_picture, triangle);
             canvas.put(fragment, visible, &change.map_or(facet, |change| facet.painted(change)));
         };
         rasterise(target, corners, keeps, |whole| {
@@ -214,8 +226,9 @@ impl Painter<'_> {
             if self.paint.is_empty() {
                 return put(fragment, None);
             }
-            let change = self.change(weights(fragment.weights), of.0);
-            let open = Door::open(f64::from(change.alpha), seed_of(of.0)).open_at(fragment.x, fragment.y);
+            let change = self.change(weights(fragment.weights), triangle.corners);
+            let open = Door::open(f64::from(change.alpha), seed_of(triangle.corners))
+                .open_at(fragment.x, fragment.y);
             match fragment.within(open) {
                 Some(left) if left.mask == fragment.mask => put(fragment, Some(&change)),
                 Some(left) => put(&left, Some(&change)),
@@ -235,11 +248,12 @@ impl Painter<'_> {
 
     /// Returns the surface at a triangle's point, whose picture has the light `of_picture` there.
     #[inline]
-    fn facet(&self, w: DVec3, of_picture: Vec3, (of, at): ([&Corner; 3], [DVec3; 3])) -> Facet {
+    fn facet(&self, w: DVec3, of_picture: Vec3, triangle: &MeshTriangle) -> Facet {
         let mean = |value: [DVec3; 3]| w.x * value[0] + w.y * value[1] + w.z * value[2];
         let Material { reflected, through, leaf, .. } = self.material;
-        let mut normal = (self.view_from_normal * mean(of.map(|corner| corner.normal))).normalize_or_zero();
-        let looks_away = normal.dot(self.projection.towards_viewer(mean(at))) < 0.0;
+        let mut normal =
+            (self.view_from_normal * mean(triangle.corners.map(|corner| corner.normal))).normalize_or_zero();
+        let looks_away = normal.dot(self.projection.towards_viewer(mean(triangle.positions))) < 0.0;
         if *leaf && looks_away {
             normal = -normal;
         }

@@ -9,14 +9,14 @@ use super::door::{Door, Doors};
 use super::drawer::Drawer;
 use super::flake::FlakeBuffer;
 use super::images::PlantImages;
-use super::lighting::{FlakeCanvas, Lighting, List};
+use super::lighting::{DrawnParts, FlakeCanvas, Lighting};
 use super::listed::{BandPicture, ImageCost, in_bands, meshes_of};
 use super::mesh::Meshes;
-use super::place::{Instance, Place};
-use super::planes::Planes;
+use super::place::{ImagePlacement, Instance};
+use super::planes::DepthPlanes;
 use super::plant::Plant;
-use super::shade::Light;
-use super::texels::Drawing;
+use super::shade::OutdoorLight;
+use super::texels::TexelDrawer;
 use super::view::View;
 use super::walk::{Drawn, Part, WalkOptions, walk};
 use quadratura_base::error::Result;
@@ -40,7 +40,7 @@ const CLOSED_FROM: f64 = 1.0 / 8.0;
 
 /// How texels are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Texels {
+pub enum TexelGeometry {
     /// Each as a piece of surface that leans as its normal tells.
     Flakes,
     /// Each on those of the planes across its image's direction that are near it (Max, Deussen & Keating 1999).
@@ -56,18 +56,19 @@ pub struct FlakeOptions {
     /// When images serve.
     pub walk: WalkOptions,
     /// How texels are drawn.
-    pub texels: Texels,
+    pub texels: TexelGeometry,
 }
 
 impl FlakeOptions {
     /// Previews.
-    pub const PREVIEW: Self = Self { walk: WalkOptions::PREVIEW, texels: Texels::Flakes };
+    pub const PREVIEW: Self = Self { walk: WalkOptions::PREVIEW, texels: TexelGeometry::Flakes };
     /// Final pictures.
-    pub const FINAL: Self = Self { walk: WalkOptions::FINAL, texels: Texels::Flakes };
+    pub const FINAL: Self = Self { walk: WalkOptions::FINAL, texels: TexelGeometry::Flakes };
     /// Previews on planes.
-    pub const PREVIEW_PLANES: Self = Self { texels: Texels::Planes { error_px: 1.0 }, ..Self::PREVIEW };
+    pub const PREVIEW_PLANES: Self =
+        Self { texels: TexelGeometry::Planes { error_px: 1.0 }, ..Self::PREVIEW };
     /// Final pictures on planes.
-    pub const FINAL_PLANES: Self = Self { texels: Texels::Planes { error_px: 0.5 }, ..Self::FINAL };
+    pub const FINAL_PLANES: Self = Self { texels: TexelGeometry::Planes { error_px: 0.5 }, ..Self::FINAL };
 }
 
 /// Draws a plant from its images, texel by texel.
@@ -75,17 +76,18 @@ impl FlakeOptions {
 /// # Errors
 /// Those of [`super::draw`].
 pub fn draw_flakes(
-    (plant, images): (&Plant, &PlantImages),
+    plant: &Plant,
+    images: &PlantImages,
     view: &View,
-    light: &Light,
+    light: &OutdoorLight,
     options: &FlakeOptions,
     task: &Task,
 ) -> Result<(Picture, ImageCost)> {
     check(plant, view)?;
     let drawn = walk(plant, images, view, &options.walk, 0);
     let meshes = meshes_of(plant, &drawn);
-    let scene = Scene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
-    in_bands((view.rect(), BAND), &drawn, &|rect| scene.band(rect, task), task)
+    let scene = FlakeScene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
+    in_bands(view.rect(), BAND, &drawn, &|rect| scene.band(rect, task), task)
 }
 
 /// Returns the sums of the linear light of all sub-pixels that flakes of a plant's images cover, in each of some lights, and their number.
@@ -93,15 +95,17 @@ pub fn draw_flakes(
 /// # Errors
 /// Those of [`super::draw`].
 pub(super) fn light_of_flakes<const N: usize>(
-    (plant, images): (&Plant, &PlantImages),
+    plant: &Plant,
+    images: &PlantImages,
     view: &View,
-    lights: [Light; N],
+    lights: [OutdoorLight; N],
     task: &Task,
 ) -> Result<([Vec3; N], u32)> {
     let options = &FlakeOptions::PREVIEW;
     let drawn = walk(plant, images, view, &options.walk, 0);
     let meshes = meshes_of(plant, &drawn);
-    let scene = Scene { plant, images, meshes: &meshes, drawn: &drawn, view, light: &lights[0], options };
+    let scene =
+        FlakeScene { plant, images, meshes: &meshes, drawn: &drawn, view, light: &lights[0], options };
     let (canvas, _) = scene.drawn_into(view.rect(), task)?;
     let mut lighting = Lighting { drawn: &canvas.drawn, view, last: 0 };
     let (mut sums, mut covered) = ([Vec3::ZERO; N], 0);
@@ -142,17 +146,17 @@ fn share_of_axis(of: &Serving, serving: &[Serving]) -> f64 {
 }
 
 /// What all bands of a picture share.
-struct Scene<'a> {
+struct FlakeScene<'a> {
     plant: &'a Plant,
     images: &'a PlantImages,
     meshes: &'a Meshes,
     drawn: &'a [Drawn],
     view: &'a View,
-    light: &'a Light,
+    light: &'a OutdoorLight,
     options: &'a FlakeOptions,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> FlakeScene<'a> {
     /// Draws a band of rows.
     fn band(&self, rect: PixelRect, task: &Task) -> Result<BandPicture> {
         let (canvas, cost) = self.drawn_into(rect, task)?;
@@ -163,8 +167,8 @@ impl<'a> Scene<'a> {
     fn drawn_into(&self, rect: PixelRect, task: &Task) -> Result<(FlakeCanvas<'a>, ImageCost)> {
         let Self { plant, images, view, .. } = self;
         let half_spaces = view.projection.half_spaces(&rect);
-        let canvas = FlakeCanvas { buffer: FlakeBuffer::new(rect), drawn: List::default() };
-        let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
+        let canvas = FlakeCanvas { buffer: FlakeBuffer::new(rect), drawn: DrawnParts::default() };
+        let mut drawer = Drawer::new(plant, self.meshes, view, rect, canvas, task);
         let mut cost = ImageCost::default();
         for drawn in self.drawn {
             let Drawn { object, part, view_from_object, door, .. } = drawn;
@@ -175,11 +179,11 @@ impl<'a> Scene<'a> {
             task.go_on()?;
             match part {
                 Part::Image(copy) => {
-                    if let Some(instance) = Instance::of((plant, images), drawn, *copy) {
+                    if let Some(instance) = Instance::of(plant, images, drawn, *copy) {
                         cost.samples += self.image(&instance, &mut drawer.canvas)?;
                     }
                 }
-                Part::Polygons(level) => drawer.own((*object, *level), view_from_object, door),
+                Part::Polygons(level) => drawer.own(*object, *level, view_from_object, door),
             }
         }
         cost.triangles = drawer.triangles;
@@ -192,7 +196,7 @@ impl<'a> Scene<'a> {
         let serving = instance.serving(projection);
         let doors = match (instance.directions, self.options.texels) {
             // Which axis closes the gaps of another depends on the surface: all are needed.
-            (Directions::Axes, Texels::Planes { .. }) => {
+            (Directions::Axes, TexelGeometry::Planes { .. }) => {
                 serving.iter().map(|of| (of.direction, Door::open(1.0, instance.path))).collect()
             }
             _ => doors_of(instance.directions, &serving, instance.path),
@@ -200,16 +204,18 @@ impl<'a> Scene<'a> {
         let mut drawn = 0;
         for (direction, door) in doors {
             let doors = Doors { of_direction: door, of_part: instance.door };
-            let place = Place::new(instance, projection, direction);
+            let place = ImagePlacement::new(instance, projection, direction);
             let image = &instance.copy.views[direction];
             let index = canvas.drawn.begin_image(image, instance.of_samples(&place, direction))?;
             let planes = match self.options.texels {
-                Texels::Flakes => None,
-                Texels::Planes { error_px } => Some(Planes::new(instance, &place, (direction, error_px))),
+                TexelGeometry::Flakes => None,
+                TexelGeometry::Planes { error_px } => {
+                    Some(DepthPlanes::new(instance, &place, direction, error_px))
+                }
             };
-            let drawing = Drawing::new((instance, &place), planes, canvas.buffer.rect);
+            let drawer = TexelDrawer::new(instance, &place, planes, canvas.buffer.rect);
             let doors = Some(&doors).filter(|doors| !doors.are_wide());
-            drawn += drawing.draw((image, index), doors, &mut canvas.buffer);
+            drawn += drawer.draw(image, index, doors, &mut canvas.buffer);
         }
         Ok(drawn)
     }

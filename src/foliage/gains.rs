@@ -10,7 +10,7 @@ use super::directions::Directions;
 use super::flakes::light_of_flakes;
 use super::images::{ObjectImages, PlantImages};
 use super::plant::Plant;
-use super::shade::Light;
+use super::shade::OutdoorLight;
 use super::view::{Projection, View};
 use super::walk::WalkOptions;
 use quadratura_base::error::Result;
@@ -31,9 +31,11 @@ const MOST: f32 = 1.5;
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
 pub(super) fn measured(
-    (plant, object): (&Plant, usize),
+    plant: &Plant,
+    object: usize,
     images: ObjectImages,
-    (directions, parts): (Directions, Option<&PlantImages>),
+    directions: Directions,
+    parts: Option<&PlantImages>,
     task: &Task,
 ) -> Result<ObjectImages> {
     let plant = match parts {
@@ -58,7 +60,7 @@ pub(super) fn measured(
     let truth = (0..VIEWS).into_par_iter().map(|number| {
         let (view, suns) = (view(number, ACROSS / (2.0 * ball.radius)), suns(number, plant.up));
         match parts {
-            Some(parts) => light_of_flakes((&plant, parts), &view, suns, &quiet).map(mean),
+            Some(parts) => light_of_flakes(&plant, parts, &view, suns, &quiet).map(mean),
             None => sums_of_light(&plant, &view, suns, &quiet).map(mean),
         }
     });
@@ -71,7 +73,7 @@ pub(super) fn measured(
     let gain = |delta: f64| {
         let drawn = (0..VIEWS).into_par_iter().map(|number| {
             let view = view(number, largest / delta);
-            light_of_flakes((&plant, &all), &view, suns(number, plant.up), &quiet).map(mean)
+            light_of_flakes(&plant, &all, &view, suns(number, plant.up), &quiet).map(mean)
         });
         let drawn = sum(drawn.collect::<Result<_>>()?);
         let ratio = truth / drawn.max(Vec3::splat(f32::MIN_POSITIVE));
@@ -86,11 +88,11 @@ pub(super) fn measured(
 }
 
 /// Returns the suns of a view: all around, because parts of a plant are turned in any direction; other ones in each view.
-fn suns(view: u32, up: DVec3) -> [Light; SUNS] {
-    let day = Light::day(up);
+fn suns(view: u32, up: DVec3) -> [OutdoorLight; SUNS] {
+    let day = OutdoorLight::day(up);
     let around_all = 0.5 * (day.sky + day.ground);
     let turn = DMat3::from_rotation_z(TAU * f64::from(view) / f64::from(VIEWS));
-    std::array::from_fn(|sun| Light {
+    std::array::from_fn(|sun| OutdoorLight {
         towards_sun: turn * around(sun as u32, SUNS as u32),
         sky: around_all,
         ground: around_all,

@@ -9,7 +9,7 @@ use super::assemble::{Draft, DraftUse, PlantFlaw, assemble};
 use super::leaf_picture::{OUTER, leaf_picture};
 use super::plant::Plant;
 use super::primitive::{Corner, CurvePoint, Limb, Material, Primitive, Shape};
-use super::species::{Blade, Level, Profile, Species};
+use super::species::{Blade, LimbLevel, Profile, Species};
 use quadratura_base::scene::synthetic::Rng;
 
 /// The turn from one child to the next in degrees: the golden angle.
@@ -47,7 +47,7 @@ pub fn grow(species: &Species) -> Result<Plant, PlantFlaw> {
             } else {
                 level.name.clone()
             };
-            grower.limb((name, level), [length, radius], &children, &bark)
+            grower.limb(name, level, [length, radius], &children, &bark)
         });
         let variants = variants.collect();
         children = Children::of_level(level, variants, girth(species, index));
@@ -84,8 +84,8 @@ impl Children {
         Self { variants, count, ratio, profile: Profile::Cylinder, angle, spread, girth: 0.0 }
     }
 
-    fn of_level(level: &Level, variants: Vec<usize>, girth: f64) -> Self {
-        let Level { count, ratio, profile, angle, spread, .. } = *level;
+    fn of_level(level: &LimbLevel, variants: Vec<usize>, girth: f64) -> Self {
+        let LimbLevel { count, ratio, profile, angle, spread, .. } = *level;
         Self { variants, count, ratio, profile, angle, spread, girth }
     }
 }
@@ -139,7 +139,8 @@ impl Grower {
     /// Grows a limb along z with its children.
     fn limb(
         &mut self,
-        (name, level): (String, &Level),
+        name: String,
+        level: &LimbLevel,
         [length, radius]: [f64; 2],
         children: &Children,
         bark: &Arc<Material>,
@@ -150,14 +151,13 @@ impl Grower {
             segments: level.segments,
             object_from_limb: DAffine3::IDENTITY,
         };
-        let uses =
-            (0..children.count).map(|i| self.child(i, (level.bare, length), &limb, children)).collect();
+        let uses = (0..children.count).map(|i| self.child(i, level.bare, length, &limb, children)).collect();
         let primitives = vec![Primitive { shape: Shape::Limb(limb), material: bark.clone() }];
         self.add(Draft { name, primitives, uses })
     }
 
     /// Returns the control points of a limb: it leaves along z and bends to x by its tropism.
-    fn curve(&mut self, level: &Level, length: f64, radius: f64) -> Vec<CurvePoint> {
+    fn curve(&mut self, level: &LimbLevel, length: f64, radius: f64) -> Vec<CurvePoint> {
         let bend = level.tropism;
         let far = (1.0 - bend * bend).sqrt();
         let points = [
@@ -175,7 +175,7 @@ impl Grower {
     }
 
     /// Places child `i` on a limb.
-    fn child(&mut self, i: u32, (bare, length): (f64, f64), limb: &Limb, children: &Children) -> DraftUse {
+    fn child(&mut self, i: u32, bare: f64, length: f64, limb: &Limb, children: &Children) -> DraftUse {
         let place = (f64::from(i) + 0.5) / f64::from(children.count);
         let (at, along) = limb.along(bare + (1.0 - bare) * place);
         let [lowest, highest] = children.angle;

@@ -85,12 +85,12 @@ pub struct PlantImages {
 impl MBuffer {
     /// Makes the view of layered pixels whose depths are within `radius` of 0.
     /// `through` is what leaves let through over what they reflect.
-    pub(super) fn of(pixels: &LayeredPixels, count: usize, (radius, through): (f64, Vec3)) -> Self {
+    pub(super) fn of(pixels: &LayeredPixels, count: usize, radius: f64, through: Vec3) -> Self {
         let mut view = Self { counts: Vec::with_capacity(count), samples: Vec::new() };
         for pixel in 0..count {
             let layers = pixels.layers(pixel);
             view.counts.push(layers.len() as u8);
-            let sample = |layer: &Layer| MSample::of(layer, layer.mask, (radius, through));
+            let sample = |layer: &Layer| MSample::of(layer, layer.mask, radius, through);
             view.samples.extend(layers.iter().map(sample));
         }
         view
@@ -100,8 +100,10 @@ impl MBuffer {
     /// sub-pixel.
     pub(super) fn of_slabs(
         pixels: &LayeredPixels,
-        (count, slabs): (usize, usize),
-        (radius, through): (f64, Vec3),
+        count: usize,
+        slabs: usize,
+        radius: f64,
+        through: Vec3,
     ) -> Self {
         let mut view = Self { counts: Vec::with_capacity(count), samples: Vec::new() };
         for pixel in 0..count {
@@ -112,7 +114,7 @@ impl MBuffer {
                     let mask = layer.mask & left;
                     left &= !mask;
                     if mask != 0 {
-                        view.samples.push(MSample::of(layer, mask, (radius, through)));
+                        view.samples.push(MSample::of(layer, mask, radius, through));
                     }
                 }
             }
@@ -123,7 +125,7 @@ impl MBuffer {
 }
 
 impl MSample {
-    fn of(layer: &Layer, mask: u16, (radius, through): (f64, Vec3)) -> Self {
+    fn of(layer: &Layer, mask: u16, radius: f64, through: Vec3) -> Self {
         Self {
             depth: stored_depth(f64::from(layer.depth), radius),
             colour: stored_reflected(layer, through).to_array().map(srgb_byte),
@@ -183,12 +185,12 @@ pub fn depth_from_stored(radius: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mbuffer::Sample;
+    use crate::mbuffer::LayerSample;
 
     #[test]
     fn what_a_sample_of_leaves_and_bark_reflects_and_lets_through_is_together_what_they_do() {
         let through = Vec3::new(0.5, 1.5, 2.0);
-        let bark = Sample {
+        let bark = LayerSample {
             mask: 0x00FF,
             depth: 0.0,
             weight: 1.0,
@@ -198,12 +200,12 @@ mod tests {
             is_leaf: false,
         };
         let reflected = Vec3::new(0.1, 0.2, 0.04);
-        let leaf = Sample { reflected, through: reflected * through, is_leaf: true, ..bark };
+        let leaf = LayerSample { reflected, through: reflected * through, is_leaf: true, ..bark };
         for (weight, is_leaf) in [(3.0, true), (0.25, false)] {
             let mut pixels = LayeredPixels::new(1, 1);
             pixels.insert(0, &bark, 1.0);
-            pixels.insert(0, &Sample { weight, ..leaf }, 1.0);
-            let view = MBuffer::of(&pixels, 1, (1.0, through));
+            pixels.insert(0, &LayerSample { weight, ..leaf }, 1.0);
+            let view = MBuffer::of(&pixels, 1, 1.0, through);
             let sample = view.samples[0];
             assert_eq!(sample.normal.is_leaf(), is_leaf);
             let together = sample.reflected() * if is_leaf { 1.0 + through } else { Vec3::ONE };

@@ -7,7 +7,7 @@ use super::door::Door;
 use super::flakes::doors_of;
 use super::images::PlantImages;
 use super::lighting::OfSamples;
-use super::place::{Instance, Place};
+use super::place::{ImagePlacement, Instance};
 use super::plant::Plant;
 use super::view::View;
 use super::walk::{Drawn, Part, WalkOptions, walk};
@@ -85,7 +85,7 @@ pub fn in_view(plant: &Plant, images: &PlantImages, view: &View, options: &WalkO
                 let of = PolygonsInView { object, level, view_from_object, stretch, door };
                 polygons[object][level][usize::from(!door.is_wide())].push(of);
             }
-            Part::Image(copy) => add_images(&mut found.images, &drawn, copy, (plant, images), view),
+            Part::Image(copy) => add_images(&mut found.images, &drawn, copy, plant, images, view),
         }
     }
     found.polygons = polygons.into_iter().flatten().flatten().flatten().collect();
@@ -97,15 +97,16 @@ fn add_images(
     to: &mut Vec<ImageInView>,
     drawn: &Drawn,
     copy: usize,
-    (plant, images): (&Plant, &PlantImages),
+    plant: &Plant,
+    images: &PlantImages,
     view: &View,
 ) {
-    let Some(instance) = Instance::of((plant, images), drawn, copy) else { return };
+    let Some(instance) = Instance::of(plant, images, drawn, copy) else { return };
     let Drawn { object, path, door: of_part, .. } = *drawn;
     let serving = instance.serving(&view.projection);
     for (direction, of_direction) in doors_of(images.directions, &serving, path) {
-        let place = Place::new(&instance, &view.projection, direction);
-        let Place { linear, origin, .. } = place;
+        let place = ImagePlacement::new(&instance, &view.projection, direction);
+        let ImagePlacement { linear, origin, .. } = place;
         let OfSamples { view_from_normal, through, gain, length } = instance.of_samples(&place, direction);
         to.push(ImageInView {
             object,

@@ -4,17 +4,17 @@
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 
 use super::bands::check;
-use super::drawer::{Canvas, Drawer};
+use super::drawer::{Drawer, FragmentCanvas};
 use super::facet::Facet;
 use super::images::PlantImages;
 use super::listed::{ImageCost, in_bands, meshes_of, rgba_of_light};
-use super::mbuffer::{Layer, LayeredPixels, Sample, Slabs};
+use super::mbuffer::{Layer, LayerSample, LayeredPixels, Slabs};
 use super::mesh::Meshes;
 use super::place::Instance;
 use super::plant::Plant;
 use super::raster::Fragment;
-use super::reproject::{Rows, reproject};
-use super::shade::{Light, Reach, Spread, Surface, shade_leaves};
+use super::reproject::{TargetRows, reproject};
+use super::shade::{LitSurface, OutdoorLight, Reach, Spread, shade_leaves};
 use super::view::{Projection, View};
 use super::walk::{Drawn, Part, WalkOptions, walk};
 use quadratura_base::error::Result;
@@ -48,31 +48,32 @@ impl LayeredOptions {
 /// # Errors
 /// Those of [`super::draw`].
 pub fn draw_layered(
-    (plant, images): (&Plant, &PlantImages),
+    plant: &Plant,
+    images: &PlantImages,
     view: &View,
-    light: &Light,
+    light: &OutdoorLight,
     options: &LayeredOptions,
     task: &Task,
 ) -> Result<(Picture, ImageCost)> {
     check(plant, view)?;
     let drawn = walk(plant, images, view, &options.walk, 0);
     let meshes = meshes_of(plant, &drawn);
-    let scene = Scene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
-    in_bands((view.rect(), BAND), &drawn, &|rect| scene.band(rect, task), task)
+    let scene = LayeredScene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
+    in_bands(view.rect(), BAND, &drawn, &|rect| scene.band(rect, task), task)
 }
 
 /// What all bands of a picture share.
-struct Scene<'a> {
+struct LayeredScene<'a> {
     plant: &'a Plant,
     images: &'a PlantImages,
     meshes: &'a Meshes,
     drawn: &'a [Drawn],
     view: &'a View,
-    light: &'a Light,
+    light: &'a OutdoorLight,
     options: &'a LayeredOptions,
 }
 
-impl Scene<'_> {
+impl LayeredScene<'_> {
     /// Draws a band of rows: all instances in their order, so that the bytes do not depend on bands.
     fn band(&self, rect: PixelRect, task: &Task) -> Result<(Vec<u8>, ImageCost)> {
         let Self { plant, images, view, .. } = self;
@@ -84,7 +85,7 @@ impl Scene<'_> {
             projection,
             epsilon_px: self.options.epsilon_px,
         };
-        let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
+        let mut drawer = Drawer::new(plant, self.meshes, view, rect, canvas, task);
         let mut cost = ImageCost::default();
         for drawn in self.drawn {
             let Drawn { object, view_from_object, .. } = drawn;
@@ -93,7 +94,7 @@ impl Scene<'_> {
                 continue;
             }
             task.go_on()?;
-            cost.samples += draw_part(&mut drawer, (plant, images), drawn, (view, self.options.epsilon_px));
+            cost.samples += draw_part(&mut drawer, plant, images, drawn, view, self.options.epsilon_px);
         }
         cost.triangles = drawer.triangles;
         Ok((self.resolve(&drawer.canvas), cost))
@@ -107,39 +108,41 @@ impl Scene<'_> {
             let point = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
             let towards = view.projection.towards_viewer(view.projection.view_from_image(point, 1.0));
             let towards = (view.light_from_view * towards).normalize_or_zero();
-            resolved(canvas.pixels.layers(pixel), (&view.light_from_view.as_mat3(), towards), self.light)
+            resolved(canvas.pixels.layers(pixel), &view.light_from_view.as_mat3(), towards, self.light)
         };
         pixels.flat_map(resolved).collect()
     }
 }
 
 /// A canvas of layered pixels, for polygons and for samples of images.
-pub(super) trait LayeredRows: Canvas {
+pub(super) trait LayeredRows: FragmentCanvas {
     /// Returns its rows.
-    fn rows(&mut self) -> Rows<'_>;
+    fn rows(&mut self) -> TargetRows<'_>;
 }
 
 /// Draws what a walk has found: the samples of an image, where what is within `epsilon_px` pixels of depth is one surface, or polygons.
 /// Returns how many samples were drawn.
 pub(super) fn draw_part<C: LayeredRows>(
     drawer: &mut Drawer<C>,
-    (plant, images): (&Plant, &PlantImages),
+    plant: &Plant,
+    images: &PlantImages,
     drawn: &Drawn,
-    (view, epsilon_px): (&View, f64),
+    view: &View,
+    epsilon_px: f64,
 ) -> u64 {
     let copy = match drawn.part {
         Part::Image(copy) => copy,
         Part::Polygons(level) => {
-            drawer.own((drawn.object, level), &drawn.view_from_object, &drawn.door);
+            drawer.own(drawn.object, level, &drawn.view_from_object, &drawn.door);
             return 0;
         }
     };
-    let Some(instance) = Instance::of((plant, images), drawn, copy) else { return 0 };
-    reproject(&instance, (view, epsilon_px), &mut drawer.canvas.rows())
+    let Some(instance) = Instance::of(plant, images, drawn, copy) else { return 0 };
+    reproject(&instance, view, epsilon_px, &mut drawer.canvas.rows())
 }
 
 /// Lights the layers of a pixel as far as they are seen, front to back; `towards` is the direction to the viewer.
-fn resolved(layers: &[Layer], (light_from_view, towards): (&Mat3, DVec3), light: &Light) -> [u8; 4] {
+fn resolved(layers: &[Layer], light_from_view: &Mat3, towards: DVec3, light: &OutdoorLight) -> [u8; 4] {
     // The images of a pixel are seen from directions around that to the viewer; how they are stretched is not known.
     let (right, down) = towards.any_orthonormal_pair();
     let from_image = DMat3::from_cols(right, down, towards);
@@ -150,7 +153,7 @@ fn resolved(layers: &[Layer], (light_from_view, towards): (&Mat3, DVec3), light:
         if seen != 0 {
             let normal = (*light_from_view * layer.normal()).as_dvec3().normalize_or_zero();
             let through = layer.is_leaf().then(|| layer.through());
-            let surface = Surface { normal, reflected: layer.reflected(), through };
+            let surface = LitSurface { normal, reflected: layer.reflected(), through };
             let spread = Spread { length: layer.length(), towards_viewer: towards, from_image };
             let light = shade_leaves(&surface, &spread, light, &Reach::ALL);
             sum += seen.count_ones() as f32 * light;
@@ -168,7 +171,7 @@ struct LayeredCanvas<'a> {
     epsilon_px: f64,
 }
 
-impl Canvas for LayeredCanvas<'_> {
+impl FragmentCanvas for LayeredCanvas<'_> {
     #[inline]
     fn visible(&self, fragment: &Fragment) -> u16 {
         fragment.mask
@@ -180,15 +183,15 @@ impl Canvas for LayeredCanvas<'_> {
             return;
         }
         let depth = self.projection.depth(fragment.middle) as f32;
-        let sample = Sample::of_facet(visible, depth, facet);
+        let sample = LayerSample::of_facet(visible, depth, facet);
         let epsilon = self.epsilon_px as f32 * pixel_at(self.projection, depth);
         self.pixels.insert(self.rect.offset(fragment.x, fragment.y), &sample, epsilon);
     }
 }
 
 impl LayeredRows for LayeredCanvas<'_> {
-    fn rows(&mut self) -> Rows<'_> {
-        Rows { rect: self.rect, pixels: &mut self.pixels, slabs: Slabs::ONE, beside_polygons: false }
+    fn rows(&mut self) -> TargetRows<'_> {
+        TargetRows { rect: self.rect, pixels: &mut self.pixels, slabs: Slabs::ONE, beside_polygons: false }
     }
 }
 

@@ -2,19 +2,19 @@
 
 use glam::{DVec2, Mat3, Vec3};
 
-use super::drawer::Canvas;
+use super::drawer::FragmentCanvas;
 use super::facet::Facet;
 use super::flake::FlakeBuffer;
 use super::images::MBuffer;
 use super::listed::rgba_of_light;
 use super::raster::Fragment;
-use super::shade::{Light, Reach, Spread, Surface, shade_leaves};
+use super::shade::{LitSurface, OutdoorLight, Reach, Spread, shade_leaves};
 use super::view::View;
 use quadratura_base::error::{Error, Result};
 
 /// What was drawn in a band: each index belongs to a sample of an image or to a fragment of a polygon.
 #[derive(Default)]
-pub(super) struct List<'a> {
+pub(super) struct DrawnParts<'a> {
     /// The first index of each, in order.
     firsts: Vec<u32>,
     parts: Vec<Listed<'a>>,
@@ -47,23 +47,23 @@ pub(super) struct OfSamples {
 }
 
 /// What is seen at an index.
-pub(super) struct Seen {
+pub(super) struct SeenSurface {
     /// The surface.
-    surface: Surface,
+    surface: LitSurface,
     /// How the normals of its leaves are spread.
     spread: Spread,
     gain: Vec3,
 }
 
-impl Seen {
+impl SeenSurface {
     /// Returns the light that comes from it.
     #[inline]
-    pub fn lit(&self, light: &Light) -> Vec3 {
+    pub fn lit(&self, light: &OutdoorLight) -> Vec3 {
         self.gain * shade_leaves(&self.surface, &self.spread, light, &Reach::ALL)
     }
 }
 
-impl<'a> List<'a> {
+impl<'a> DrawnParts<'a> {
     /// Adds the samples of an image; returns the index of the first.
     ///
     /// # Errors
@@ -101,10 +101,10 @@ pub(super) struct FlakeCanvas<'a> {
     /// What is the nearest.
     pub buffer: FlakeBuffer,
     /// What was drawn.
-    pub drawn: List<'a>,
+    pub drawn: DrawnParts<'a>,
 }
 
-impl Canvas for FlakeCanvas<'_> {
+impl FragmentCanvas for FlakeCanvas<'_> {
     #[inline]
     fn visible(&self, fragment: &Fragment) -> u16 {
         self.buffer.visible(fragment)
@@ -120,7 +120,7 @@ impl Canvas for FlakeCanvas<'_> {
 /// Lights what is seen.
 pub(super) struct Lighting<'a> {
     /// What was drawn.
-    pub drawn: &'a List<'a>,
+    pub drawn: &'a DrawnParts<'a>,
     /// The view.
     pub view: &'a View,
     /// Where the last index was found.
@@ -129,7 +129,7 @@ pub(super) struct Lighting<'a> {
 
 impl Lighting<'_> {
     /// Returns R, G, B, A of a pixel.
-    pub fn pixel(&mut self, at: (i32, i32), indices: &[Option<u32>; 16], light: &Light) -> [u8; 4] {
+    pub fn pixel(&mut self, at: (i32, i32), indices: &[Option<u32>; 16], light: &OutdoorLight) -> [u8; 4] {
         let mut sum = Vec3::ZERO;
         let covered = self.each_seen(at, indices, &mut |times, seen| sum += times as f32 * seen.lit(light));
         rgba_of_light(sum, covered)
@@ -140,7 +140,7 @@ impl Lighting<'_> {
         &mut self,
         at: (i32, i32),
         indices: &[Option<u32>; 16],
-        each: &mut dyn FnMut(u32, &Seen),
+        each: &mut dyn FnMut(u32, &SeenSurface),
     ) -> u32 {
         let (mut distinct, mut count) = ([(0u32, 0u32); 16], 0);
         for index in indices.iter().flatten() {
@@ -159,8 +159,8 @@ impl Lighting<'_> {
     }
 
     /// Returns what has an index, as seen at a pixel.
-    fn seen(&mut self, index: u32, (x, y): (i32, i32)) -> Seen {
-        let List { firsts, parts, facets, .. } = self.drawn;
+    fn seen(&mut self, index: u32, (x, y): (i32, i32)) -> SeenSurface {
+        let DrawnParts { firsts, parts, facets, .. } = self.drawn;
         let is_last =
             firsts[self.last] <= index && firsts.get(self.last + 1).is_none_or(|next| index < *next);
         if !is_last {
@@ -170,8 +170,8 @@ impl Lighting<'_> {
         match parts[self.last] {
             Listed::Facets(first) => {
                 let Facet { normal, reflected, through, .. } = facets[first + offset];
-                let surface = Surface { normal: self.view.light_from_view * normal, reflected, through };
-                Seen { surface, spread: Spread::NONE, gain: Vec3::ONE }
+                let surface = LitSurface { normal: self.view.light_from_view * normal, reflected, through };
+                SeenSurface { surface, spread: Spread::NONE, gain: Vec3::ONE }
             }
             Listed::Image(image, OfSamples { view_from_normal, through, gain, length }) => {
                 let sample = &image.samples[offset];
@@ -181,14 +181,14 @@ impl Lighting<'_> {
                 let towards = self.view.projection.view_from_image(point, 1.0);
                 let towards = self.view.projection.towards_viewer(towards);
                 let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
-                let surface = Surface {
+                let surface = LitSurface {
                     normal: (self.view.light_from_view * normal).normalize_or_zero(),
                     reflected,
                     through: sample.normal.is_leaf().then_some(reflected * through),
                 };
                 let towards = (self.view.light_from_view * towards).normalize_or_zero();
                 let from_image = self.view.light_from_view * view_from_normal.as_dmat3();
-                Seen { surface, spread: Spread { length, towards_viewer: towards, from_image }, gain }
+                SeenSurface { surface, spread: Spread { length, towards_viewer: towards, from_image }, gain }
             }
         }
     }

@@ -40,7 +40,8 @@ pub(super) type BandPicture = (Vec<u8>, ImageCost);
 
 /// Draws what a walk found in bands of rows, which threads share.
 pub(super) fn in_bands(
-    (rect, rows): (PixelRect, u32),
+    rect: PixelRect,
+    rows: u32,
     drawn: &[Drawn],
     band: &(dyn Fn(PixelRect) -> Result<BandPicture> + Sync),
     task: &Task,

@@ -7,7 +7,7 @@ use super::facet::Facet;
 
 /// What is added to a layered pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct LayerSample {
     /// The sub-pixels that it covers, bit `4 b_y + b_x`.
     pub mask: u16,
     /// Its depth: smaller is nearer, in the unit of the view's frame.
@@ -24,7 +24,7 @@ pub struct Sample {
     pub is_leaf: bool,
 }
 
-impl Sample {
+impl LayerSample {
     /// Makes the sample of a polygon's fragment: it counts by the sub-pixels that it covers.
     pub(super) fn of_facet(mask: u16, depth: f32, facet: &Facet) -> Self {
         Self {
@@ -57,14 +57,14 @@ pub struct Layer {
 }
 
 impl Layer {
-    fn of(sample: &Sample) -> Self {
+    fn of(sample: &LayerSample) -> Self {
         let mut layer = Self::default();
         layer.add(sample);
         layer
     }
 
     #[inline]
-    fn add(&mut self, sample: &Sample) {
+    fn add(&mut self, sample: &LayerSample) {
         let weight = sample.weight;
         self.weight += weight;
         self.depth += (sample.depth - self.depth) * (weight / self.weight);
@@ -172,7 +172,7 @@ impl LayeredPixels {
     /// Adds a sample to a pixel: to the layer whose mean depth is within `epsilon` of it, the nearer one of two; else it becomes a
     /// layer in its place by depth. What is then behind the last place joins the last layer, so that no sub-pixel is lost.
     #[inline]
-    pub fn insert(&mut self, pixel: usize, sample: &Sample, epsilon: f32) {
+    pub fn insert(&mut self, pixel: usize, sample: &LayerSample, epsilon: f32) {
         let count = usize::from(self.counts[pixel]);
         let layers = &mut self.layers[pixel * self.most..][..self.most];
         // The layers are in order: the place, and beside it the two that are nearest in depth.
@@ -247,9 +247,9 @@ mod tests {
     use super::*;
     use quadratura_base::scene::synthetic::Rng;
 
-    fn sample(depth: f32, mask: u16) -> Sample {
+    fn sample(depth: f32, mask: u16) -> LayerSample {
         let (reflected, through) = (Vec3::splat(depth), Vec3::ZERO);
-        Sample { mask, depth, weight: 1.0, reflected, through, normal: Vec3::NEG_Z, is_leaf: false }
+        LayerSample { mask, depth, weight: 1.0, reflected, through, normal: Vec3::NEG_Z, is_leaf: false }
     }
 
     fn depths(pixels: &LayeredPixels) -> Vec<f32> {
@@ -270,7 +270,7 @@ mod tests {
     fn two_half_masks_of_one_surface_are_a_full_pixel_with_the_mean_of_both() {
         let mut pixels = LayeredPixels::new(1, 4);
         pixels.insert(0, &sample(5.0, 0x00FF), 1.0);
-        pixels.insert(0, &Sample { weight: 3.0, ..sample(6.0, 0xFF00) }, 1.0);
+        pixels.insert(0, &LayerSample { weight: 3.0, ..sample(6.0, 0xFF00) }, 1.0);
         let layer = pixels.layers(0)[0];
         assert_eq!((layer.mask, layer.depth, layer.reflected()), (0xFFFF, 5.75, Vec3::splat(5.75)));
     }
@@ -316,12 +316,12 @@ mod tests {
     #[test]
     fn the_mean_normal_of_two_leaves_at_right_angles_is_as_long_as_half_a_diagonal() {
         let mut pixels = LayeredPixels::new(2, 2);
-        let leaf = Sample { is_leaf: true, ..sample(1.0, 0x00FF) };
+        let leaf = LayerSample { is_leaf: true, ..sample(1.0, 0x00FF) };
         pixels.insert(0, &leaf, 1.0);
-        pixels.insert(0, &Sample { normal: Vec3::X, mask: 0xFF00, ..leaf }, 1.0);
+        pixels.insert(0, &LayerSample { normal: Vec3::X, mask: 0xFF00, ..leaf }, 1.0);
         assert!((pixels.layers(0)[0].length() - 0.5f32.sqrt()).abs() < 1e-6);
         // A leaf of a quarter of a pixel counts a quarter, and bark does not.
-        pixels.insert(1, &Sample { mask: 0x000F, ..leaf }, 0.1);
+        pixels.insert(1, &LayerSample { mask: 0x000F, ..leaf }, 0.1);
         pixels.insert(1, &sample(5.0, 0x0FF0), 0.1);
         let expected = (0.5f32.sqrt() + 0.25) / 1.25;
         assert!((pixels.mean_length_of_leaves() - expected).abs() < 1e-6);
@@ -330,9 +330,9 @@ mod tests {
 
     #[test]
     fn a_layer_is_a_leaf_where_most_of_it_is() {
-        let leaf = Sample { is_leaf: true, ..sample(1.0, 1) };
+        let leaf = LayerSample { is_leaf: true, ..sample(1.0, 1) };
         let mut pixels = LayeredPixels::new(1, 1);
-        pixels.insert(0, &Sample { weight: 2.0, ..sample(1.0, 1) }, 1.0);
+        pixels.insert(0, &LayerSample { weight: 2.0, ..sample(1.0, 1) }, 1.0);
         pixels.insert(0, &leaf, 1.0);
         assert!(!pixels.layers(0)[0].is_leaf());
         pixels.insert(0, &leaf, 1.0);

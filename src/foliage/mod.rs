@@ -93,7 +93,7 @@ pub use brute::{Drawing, InLights, draw, draw_in_lights, draw_shaded, silhouette
 pub use cast::{CastShadows, SUN_TANGENT, left_in_shadow};
 pub use directions::Directions;
 pub use door::Door;
-pub use flakes::{FlakeOptions, Texels, draw_flakes};
+pub use flakes::{FlakeOptions, TexelGeometry, draw_flakes};
 pub use grow::grow;
 pub use images::{
     ImageCopy, LightCorrection, MBuffer, MSample, ObjectImages, PlantImages, depth_from_stored,
@@ -114,11 +114,11 @@ pub use pixels::{Pixels, Wrap};
 pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
 pub use primitive::{Corner, CurvePoint, Limb, Material, Primitive, Shape, TriangleList};
 pub use ratio::{MOST_RATIOS, RATIO_CELLS, RatioImage, RatioInView, RatiosInView};
-pub use shade::{Light, Reach, Surface, shade};
+pub use shade::{LitSurface, OutdoorLight, Reach, shade};
 pub use shades::{Shades, SunShade};
 pub use shadow::{Caster, Shadow};
-pub use similarity::{Similarity, similarity};
-pub use species::{Bark, Blade, LeafShape, Level, Profile, Species};
+pub use similarity::{PictureSimilarity, similarity};
+pub use species::{Bark, Blade, LeafShape, LimbLevel, Profile, Species};
 pub use stature::{Stature, level_axes};
 pub use stretch::largest_stretch;
 pub use sun_views::{MOST_SUN_VIEWS, SunScene, SunView, TAKES_OVER, sun_views};

@@ -73,7 +73,9 @@ impl Openness {
 
     /// Makes what was found before of its parts; `None` where their numbers do not agree, and for cells without size.
     pub fn of(
-        (low, cell, size): (DVec3, f64, [u32; 3]),
+        low: DVec3,
+        cell: f64,
+        size: [u32; 3],
         values: Vec<[i8; 4]>,
         open: Vec<[u8; DIRECTIONS]>,
     ) -> Option<Self> {

@@ -8,31 +8,31 @@
 pub fn children_first(children: &[Vec<usize>], root: usize) -> Result<Vec<usize>, Vec<usize>> {
     /// How far the walk is with a sub-object.
     #[derive(Clone, Copy, PartialEq)]
-    enum State {
+    enum VisitState {
         New,
         OnTheWay,
         Done,
     }
-    let mut states = vec![State::New; children.len()];
+    let mut states = vec![VisitState::New; children.len()];
     let mut order = Vec::new();
     // The way from the root to where the walk is, each with the number of children that it has finished.
     let mut way = vec![(root, 0)];
-    states[root] = State::OnTheWay;
+    states[root] = VisitState::OnTheWay;
     while let Some((object, next)) = way.last_mut() {
         let Some(&child) = children[*object].get(*next) else {
-            states[*object] = State::Done;
+            states[*object] = VisitState::Done;
             order.push(*object);
             way.pop();
             continue;
         };
         *next += 1;
         match states[child] {
-            State::Done => (),
-            State::New => {
-                states[child] = State::OnTheWay;
+            VisitState::Done => (),
+            VisitState::New => {
+                states[child] = VisitState::OnTheWay;
                 way.push((child, 0));
             }
-            State::OnTheWay => {
+            VisitState::OnTheWay => {
                 let on_cycle = way.iter().map(|(object, _)| *object).skip_while(|object| *object != child);
                 return Err(on_cycle.chain([child]).collect());
             }

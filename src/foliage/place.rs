@@ -33,7 +33,7 @@ pub(super) struct Instance<'a> {
 
 impl<'a> Instance<'a> {
     /// Makes an instance that is drawn by the copy of an index; `None` where its sub-object has no images.
-    pub fn of((plant, images): (&Plant, &'a PlantImages), drawn: &Drawn, copy: usize) -> Option<Self> {
+    pub fn of(plant: &Plant, images: &'a PlantImages, drawn: &Drawn, copy: usize) -> Option<Self> {
         let Drawn { object, view_from_object, path, door, .. } = *drawn;
         let of = images.objects.get(object)?.as_ref()?;
         Some(Self {
@@ -53,7 +53,7 @@ impl<'a> Instance<'a> {
     }
 
     /// Returns what the light of the samples of one of its images depends on.
-    pub fn of_samples(&self, place: &Place, direction: usize) -> OfSamples {
+    pub fn of_samples(&self, place: &ImagePlacement, direction: usize) -> OfSamples {
         let LightCorrection { gain, lengths } = &self.copy.correction;
         OfSamples {
             view_from_normal: place.view_from_normal,
@@ -76,7 +76,7 @@ impl<'a> Instance<'a> {
 }
 
 /// How an image of an instance comes into a view: what is computed once for all its samples.
-pub(super) struct Place {
+pub(super) struct ImagePlacement {
     /// The focal lengths in pixels, or pixels for a unit of a parallel view.
     pub focal: Vec2,
     /// True where parts shrink with distance.
@@ -91,7 +91,7 @@ pub(super) struct Place {
     pub view_from_normal: Mat3,
 }
 
-impl Place {
+impl ImagePlacement {
     /// Places the image from a direction.
     pub fn new(instance: &Instance, projection: &Projection, direction: usize) -> Self {
         let object_from_image = instance.directions.view_from_object(direction).transpose();
@@ -132,7 +132,7 @@ impl Place {
     }
 
     /// Returns whether a row of an image may meet the pixels.
-    pub fn row_meets(&self, y: f32, span: f32, (delta, rect): (f32, &PixelRect)) -> bool {
+    pub fn row_meets(&self, y: f32, span: f32, delta: f32, rect: &PixelRect) -> bool {
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
         // What a sample covers reaches less than four pixels of the image beyond its centre, leaning included.
         for (x, y, z) in [-span, span]

@@ -1,11 +1,11 @@
 //! Planes of depth through an instance, on which texels are drawn (Max, Deussen & Keating 1999).
 
 use super::images::{MSample, depth_from_stored};
-use super::place::{Instance, Place};
+use super::place::{ImagePlacement, Instance};
 
 /// Planes across the direction of an image, in steps of stored depths.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Planes {
+pub(super) struct DepthPlanes {
     /// The depth of the nearest one.
     first: f32,
     spacing: f32,
@@ -19,9 +19,9 @@ const COUNTS: [f64; 2] = [6.0, 128.0];
 /// the axis that sees it best are spread by 3 at most, and (3 - 1) / 2 closes the gaps. Leaves would become larger by that.
 const OVERLAP: f64 = 1.0;
 
-impl Planes {
+impl DepthPlanes {
     /// Makes the planes that displace what they show by about `error_px` pixels at most.
-    pub fn new(instance: &Instance, place: &Place, (direction, error_px): (usize, f64)) -> Self {
+    pub fn new(instance: &Instance, place: &ImagePlacement, direction: usize, error_px: f64) -> Self {
         let space = instance.bounds.space;
         let away = instance.directions.view_from_object(direction).row(2);
         let extent = away.abs().dot(space.high - space.low);
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn a_leaf_is_on_the_nearest_plane_and_bark_on_three() {
-        let planes = Planes { first: 100.0, spacing: 10.0, count: 8 };
+        let planes = DepthPlanes { first: 100.0, spacing: 10.0, count: 8 };
         let on = |depth: u16, normal: u16| {
             let mut found = Vec::new();
             planes.each_near(&MSample { depth, normal: NormalCode(normal), ..MSample::default() }, |at| {

@@ -4,15 +4,15 @@ use glam::{Mat2, Vec2, Vec3};
 
 use super::directions::Serving;
 use super::door::{Door, Doors};
-use super::images::{ImageCopy, MBuffer, MSample, depth_from_stored};
+use super::images::{MBuffer, MSample, depth_from_stored};
 use super::lighting::OfSamples;
-use super::mbuffer::{LayeredPixels, Sample, Slabs};
-use super::place::{Instance, Place};
+use super::mbuffer::{LayerSample, LayeredPixels, Slabs};
+use super::place::{ImagePlacement, Instance};
 use super::view::View;
 use quadratura_base::geometry::PixelRect;
 
 /// The rows of a view that samples are brought into.
-pub(super) struct Rows<'a> {
+pub(super) struct TargetRows<'a> {
     /// The rectangle of pixels.
     pub rect: PixelRect,
     /// Their layers.
@@ -23,10 +23,10 @@ pub(super) struct Rows<'a> {
     pub beside_polygons: bool,
 }
 
-impl Rows<'_> {
+impl TargetRows<'_> {
     /// Adds a sample to the pixel of a column and row, in the slab of its depth.
     #[inline]
-    pub fn insert(&mut self, (x, y): (i32, i32), sample: &Sample, epsilon: f32) {
+    pub fn insert(&mut self, (x, y): (i32, i32), sample: &LayerSample, epsilon: f32) {
         let first = self.slabs.of(sample.depth) * self.rect.area() as usize;
         self.pixels.insert(first + self.rect.offset(x, y), sample, epsilon);
     }
@@ -34,49 +34,53 @@ impl Rows<'_> {
 
 /// Brings the samples of an instance's images into rows of a view: those of the directions around the viewpoint, weighed. What is
 /// within `epsilon_px` pixels of depth is one surface. Returns how many samples were brought.
-pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), rows: &mut Rows) -> u64 {
+pub(super) fn reproject(instance: &Instance, view: &View, epsilon_px: f64, rows: &mut TargetRows) -> u64 {
     let (mut before, mut brought) = (0.0, 0);
     for Serving { direction, weight } in instance.serving(&view.projection) {
-        let place = Place::new(instance, &view.projection, direction);
-        let bringing = Bringing { epsilon: epsilon_px as f32 / place.focal.max_element(), place: &place };
+        let place = ImagePlacement::new(instance, &view.projection, direction);
         let of_direction = Door::between(before, before + weight, instance.path);
         let doors = Doors { of_direction, of_part: instance.door };
         before += weight;
         // The door leaves a direction its share of the sub-pixels already.
         let weight = if rows.beside_polygons { 1.0 } else { weight };
         let of_samples = instance.of_samples(&place, direction);
-        let image = &instance.copy.views[direction];
-        brought += bringing.bring((image, &of_samples), instance, (weight as f32, &doors), rows);
+        let bringing = Bringing {
+            place: &place,
+            epsilon: epsilon_px as f32 / place.focal.max_element(),
+            delta: instance.copy.delta as f32,
+            of_samples: &of_samples,
+            weight: weight as f32,
+            doors: &doors,
+        };
+        brought += bringing.bring(&instance.copy.views[direction], instance, rows);
     }
     brought
 }
 
-/// How samples are brought.
+/// How the samples of an image are brought.
 struct Bringing<'a> {
-    place: &'a Place,
+    place: &'a ImagePlacement,
     /// The difference of depth within which all is one surface, times 1/z of a perspective view.
     epsilon: f32,
+    /// The side of a pixel of the image.
+    delta: f32,
+    of_samples: &'a OfSamples,
+    /// How much the direction of the image counts.
+    weight: f32,
+    doors: &'a Doors,
 }
 
 impl Bringing<'_> {
-    fn bring(
-        &self,
-        (image, of_samples): (&MBuffer, &OfSamples),
-        instance: &Instance,
-        (weight, doors): (f32, &Doors),
-        rows: &mut Rows,
-    ) -> u64 {
-        let place = self.place;
-        let ImageCopy { delta, side, .. } = instance.copy;
+    fn bring(&self, image: &MBuffer, instance: &Instance, rows: &mut TargetRows) -> u64 {
+        let (place, delta, side) = (self.place, self.delta, instance.copy.side as usize);
         let [step, first_depth] = depth_from_stored(instance.bounds.ball.radius).map(|value| value as f32);
-        let (delta, side) = (*delta as f32, *side as usize);
         let half = 0.5 * side as f32;
         let depth_step = place.linear.z_axis * step;
         let (mut next, mut brought) = (0, 0);
         for (row, counts) in image.counts.chunks_exact(side).enumerate() {
             let samples: usize = counts.iter().map(|count| usize::from(*count)).sum();
             let y = (row as f32 + 0.5 - half) * delta;
-            if samples == 0 || !place.row_meets(y, instance.bounds.ball.radius as f32, (delta, &rows.rect)) {
+            if samples == 0 || !place.row_meets(y, instance.bounds.ball.radius as f32, delta, &rows.rect) {
                 next += samples;
                 continue;
             }
@@ -87,7 +91,7 @@ impl Bringing<'_> {
                 let base = place.linear * Vec3::new(x, y, first_depth) + place.origin;
                 for sample in &image.samples[next..next + usize::from(count)] {
                     let at = base + depth_step * f32::from(sample.depth);
-                    self.scatter(at, (delta, sample), (weight, of_samples), (doors, rows));
+                    self.scatter(at, sample, rows);
                 }
                 next += usize::from(count);
             }
@@ -97,14 +101,8 @@ impl Bringing<'_> {
 
     /// Brings a sample to where it is in the view, and adds what it covers of each pixel to its layers.
     #[inline]
-    fn scatter(
-        &self,
-        at: Vec3,
-        (delta, image): (f32, &MSample),
-        (weight, of_samples): (f32, &OfSamples),
-        (doors, rows): (&Doors, &mut Rows),
-    ) {
-        let place = self.place;
+    fn scatter(&self, at: Vec3, image: &MSample, rows: &mut TargetRows) {
+        let Self { place, delta, of_samples, weight, doors, .. } = *self;
         if place.perspective && at.z <= 0.0 {
             return;
         }
@@ -137,7 +135,7 @@ impl Bringing<'_> {
         let reflected = of_samples.gain * image.reflected();
         // The mean normal of leaves as long as it is; what is brought to one pixel adds up to a mean again.
         let normal = if is_leaf { of_samples.length } else { 1.0 } * normal.normalize_or_zero();
-        let sample = Sample {
+        let sample = LayerSample {
             mask: 0,
             depth: at.z,
             weight: weight / 16.0,
@@ -156,7 +154,7 @@ impl Bringing<'_> {
             let mask = if is_inside { covered & doors.open_at(x, y) } else { 0 };
             if mask != 0 {
                 let weight = sample.weight * mask.count_ones() as f32;
-                rows.insert((x, y), &Sample { mask, weight, ..sample }, epsilon);
+                rows.insert((x, y), &LayerSample { mask, weight, ..sample }, epsilon);
             }
         }
     }

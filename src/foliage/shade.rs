@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3, Vec3};
 /// The light on plants, linear, in one frame: a plant's own, or the world. What each source gives is what a white surface reflects that faces
 /// it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Light {
+pub struct OutdoorLight {
     /// The direction to the sun, of length 1.
     pub towards_sun: DVec3,
     /// What is up, of length 1.
@@ -20,7 +20,7 @@ pub struct Light {
     pub ground: Vec3,
 }
 
-impl Light {
+impl OutdoorLight {
     /// Returns a clear day, with the sun halfway up in the direction of x and -y of a plant whose up is z: white in sun and
     /// sky is twice as bright as pictures go, so that leaves, which reflect little, are as bright as people expose them.
     pub fn day(up: DVec3) -> Self {
@@ -45,7 +45,7 @@ impl Light {
 
 /// A surface at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Surface {
+pub struct LitSurface {
     /// The normal of length 1 in the plant's frame; of a leaf it looks to the viewer.
     pub normal: DVec3,
     /// The share of light that it reflects.
@@ -77,7 +77,7 @@ impl Reach {
 /// bark   C = reflected ( v_s S max(0, n.l) + v(n) E(n) )
 /// leaf   C = reflected ( v_s S max(0, n.l) + v(n) E(n) ) + through ( v_s S max(0, -n.l) + v(-n) E(-n) )
 /// ```
-pub fn shade(surface: &Surface, light: &Light, reach: &Reach) -> Vec3 {
+pub fn shade(surface: &LitSurface, light: &OutdoorLight, reach: &Reach) -> Vec3 {
     let facing = surface.normal.dot(light.towards_sun) as f32;
     let sun = light.sun * reach.sun;
     let front = surface.reflected * (sun * facing.max(0.0) + light.around(surface.normal) * reach.front);
@@ -110,7 +110,12 @@ impl Spread {
 /// normal. With R and T what they reflect and let through, each has the sun's light (R - T)/2 n.l + (R + T)/2 |n.l|. The first part is linear,
 /// so that it is exact for the mean. The second goes from its value for parallel leaves to that of leaves in all directions as a viewer sees
 /// them; what the former lacks over all samples, because their mean normals lie nearer to the axis of their image than leaves do, is added.
-pub(super) fn shade_leaves(surface: &Surface, spread: &Spread, light: &Light, reach: &Reach) -> Vec3 {
+pub(super) fn shade_leaves(
+    surface: &LitSurface,
+    spread: &Spread,
+    light: &OutdoorLight,
+    reach: &Reach,
+) -> Vec3 {
     let Some(through) = surface.through else { return shade(surface, light, reach) };
     let length = spread.length;
     let facing = surface.normal.dot(light.towards_sun) as f32;
@@ -193,33 +198,36 @@ mod tests {
         DMat3::from_cols(x, y, axis)
     }
 
-    fn sun_alone() -> Light {
+    fn sun_alone() -> OutdoorLight {
         let (sun, none) = (Vec3::new(1.0, 0.5, 0.25), Vec3::ZERO);
-        Light { towards_sun: DVec3::Y, up: DVec3::Z, sun, sky: none, ground: none }
+        OutdoorLight { towards_sun: DVec3::Y, up: DVec3::Z, sun, sky: none, ground: none }
     }
 
     #[test]
     fn a_white_leaf_lit_from_behind_is_what_it_lets_through_and_bark_is_black() {
         let through = Vec3::new(0.5, 0.25, 1.0);
-        let leaf = Surface { normal: -DVec3::Y, reflected: Vec3::ONE, through: Some(through) };
+        let leaf = LitSurface { normal: -DVec3::Y, reflected: Vec3::ONE, through: Some(through) };
         assert_eq!(shade(&leaf, &sun_alone(), &Reach::ALL), through * sun_alone().sun);
-        assert_eq!(shade(&Surface { through: None, ..leaf }, &sun_alone(), &Reach::ALL), Vec3::ZERO);
-        assert_eq!(shade(&Surface { normal: DVec3::Y, ..leaf }, &sun_alone(), &Reach::ALL), sun_alone().sun);
+        assert_eq!(shade(&LitSurface { through: None, ..leaf }, &sun_alone(), &Reach::ALL), Vec3::ZERO);
+        assert_eq!(
+            shade(&LitSurface { normal: DVec3::Y, ..leaf }, &sun_alone(), &Reach::ALL),
+            sun_alone().sun
+        );
     }
 
     #[test]
     fn a_wall_gets_half_of_the_sky_and_half_of_the_ground() {
         let (sky, ground) = (Vec3::new(0.2, 0.4, 0.8), Vec3::new(0.4, 0.2, 0.0));
-        let light = Light { sun: Vec3::ZERO, sky, ground, ..sun_alone() };
-        let surface = |normal: DVec3| Surface { normal, reflected: Vec3::ONE, through: None };
+        let light = OutdoorLight { sun: Vec3::ZERO, sky, ground, ..sun_alone() };
+        let surface = |normal: DVec3| LitSurface { normal, reflected: Vec3::ONE, through: None };
         assert_eq!(shade(&surface(DVec3::X), &light, &Reach::ALL), 0.5 * (sky + ground));
         assert_eq!([DVec3::Z, -DVec3::Z].map(|n| shade(&surface(n), &light, &Reach::ALL)), [sky, ground]);
     }
 
     #[test]
     fn what_does_not_reach_a_leaf_is_missing_from_its_side() {
-        let light = Light { sky: Vec3::new(0.2, 0.4, 0.8), ground: Vec3::splat(0.1), ..sun_alone() };
-        let leaf = Surface {
+        let light = OutdoorLight { sky: Vec3::new(0.2, 0.4, 0.8), ground: Vec3::splat(0.1), ..sun_alone() };
+        let leaf = LitSurface {
             normal: DVec3::new(0.0, 0.6, 0.8),
             reflected: Vec3::splat(0.5),
             through: Some(Vec3::splat(0.25)),
@@ -257,8 +265,8 @@ mod tests {
             seen_in_all_directions(viewer).map(|(normal, covers)| normal * covers).sum::<DVec3>() / covered;
         assert!((mean.length() - 2.0 / 3.0).abs() < 1e-3, "{mean}");
         for towards_sun in [viewer, -viewer, DVec3::Z, DVec3::X, DVec3::new(-0.6, 0.0, 0.8)] {
-            let light = Light { towards_sun, ..Light::day(DVec3::Z) };
-            let leaf = |normal| Surface { normal, reflected, through: Some(through) };
+            let light = OutdoorLight { towards_sun, ..OutdoorLight::day(DVec3::Z) };
+            let leaf = |normal| LitSurface { normal, reflected, through: Some(through) };
             let expected = seen_in_all_directions(viewer).fold(Vec3::ZERO, |sum, (normal, covers)| {
                 sum + (covers / covered) as f32 * shade(&leaf(normal), &light, &Reach::ALL)
             });
@@ -295,9 +303,12 @@ mod tests {
             let spread = Spread { length, towards_viewer: axis, from_image: seen_along(axis) };
             for degrees in [0.0, 30.0, 45.0, 60.0, 90.0f64] {
                 let towards_sun = DQuat::from_axis_angle(across, degrees.to_radians()) * axis;
-                let light = Light { towards_sun, sun: Vec3::ONE, ..sun_alone() };
-                let surface =
-                    |mean: &DVec3| Surface { normal: mean.normalize(), reflected: Vec3::ONE, through: both };
+                let light = OutdoorLight { towards_sun, sun: Vec3::ONE, ..sun_alone() };
+                let surface = |mean: &DVec3| LitSurface {
+                    normal: mean.normalize(),
+                    reflected: Vec3::ONE,
+                    through: both,
+                };
                 // Both sides are white, so that each shows |n.l|.
                 let expected = f64::from(in_all_directions(axis.dot(towards_sun)));
                 let found =
@@ -344,12 +355,12 @@ mod tests {
                     sum += covers * normal.normalize().dot(towards_sun).abs();
                     covered += covers;
                 }
-                let light = Light { towards_sun, sun: Vec3::ONE, ..sun_alone() };
+                let light = OutdoorLight { towards_sun, sun: Vec3::ONE, ..sun_alone() };
                 let off = |from_image: DMat3| {
                     let spread = Spread { length, towards_viewer: viewer, from_image };
                     let lit = |mean: &DVec3| {
                         let normal = (stretched * *mean).normalize();
-                        let surface = Surface { normal, reflected: Vec3::ONE, through: both };
+                        let surface = LitSurface { normal, reflected: Vec3::ONE, through: both };
                         f64::from(shade_leaves(&surface, &spread, &light, &Reach::ALL).x)
                     };
                     let mean = means.iter().map(lit).sum::<f64>() / means.len() as f64;
@@ -371,14 +382,14 @@ mod tests {
     #[test]
     fn parallel_leaves_have_the_light_of_one_and_bark_has_no_other() {
         let normal = DVec3::new(0.36, -0.48, 0.8);
-        let leaf = Surface { normal, reflected: Vec3::splat(0.3), through: Some(Vec3::splat(0.2)) };
+        let leaf = LitSurface { normal, reflected: Vec3::splat(0.3), through: Some(Vec3::splat(0.2)) };
         for towards_sun in [DVec3::Z, -DVec3::Z, DVec3::Y] {
-            let light = Light { towards_sun, ..Light::day(DVec3::X) };
+            let light = OutdoorLight { towards_sun, ..OutdoorLight::day(DVec3::X) };
             let reach = Reach { sun: 0.5, front: 0.8, back: 0.3 };
             let spread = |length| Spread { length, ..Spread::NONE };
             let off = shade_leaves(&leaf, &spread(1.0), &light, &reach) - shade(&leaf, &light, &reach);
             assert!(off.abs().max_element() < 1e-6, "{off}");
-            let bark = Surface { through: None, ..leaf };
+            let bark = LitSurface { through: None, ..leaf };
             assert_eq!(shade_leaves(&bark, &spread(0.5), &light, &reach), shade(&bark, &light, &reach));
         }
     }
@@ -386,7 +397,7 @@ mod tests {
     #[test]
     fn day_has_the_sun_above_the_horizon_whatever_is_up() {
         for up in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(0.6, 0.0, -0.8)] {
-            let light = Light::day(up);
+            let light = OutdoorLight::day(up);
             // The height of the sun is 0.76 of the length of (0.55, -0.35, 0.76), which rounds to 1.
             assert!((light.towards_sun.dot(up) - 0.76).abs() < 0.01 && light.towards_sun.is_normalized());
         }

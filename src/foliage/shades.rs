@@ -86,7 +86,7 @@ impl<'a> ViewShades<'a> {
 
     /// Returns what reaches a fragment in the middle of its sub-pixels in `mask`; its normal has length 1 in the view's frame, and
     /// `facing` is the cosine of its angle to the direction to the sun.
-    pub fn reach(&self, (fragment, mask): (&Fragment, u16), normal: DVec3, facing: f64) -> Reach {
+    pub fn reach(&self, fragment: &Fragment, mask: u16, normal: DVec3, facing: f64) -> Reach {
         let (px, nearness) = fragment.middle_of(mask);
         let point = self.projection.view_from_image(px, nearness);
         let in_plant = self.plant_from_view.transform_point3(point);

@@ -9,7 +9,7 @@ use quadratura_view::metrics::{ImagePair, structural_similarity};
 
 /// A picture of a plant beside the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Similarity {
+pub struct PictureSimilarity {
     /// Structural similarity over a plain sky, in gamma, over the windows that the plant's rectangle holds.
     pub ssim: f64,
     /// The covered area, over that of the truth.
@@ -29,7 +29,7 @@ const SKY: [f64; 3] = [0.58, 0.70, 0.86];
 const AROUND: i32 = 3;
 
 /// Compares a picture with the truth, of the same size. `None` where the truth shows nothing.
-pub fn similarity(truth: &Picture, picture: &Picture) -> Option<Similarity> {
+pub fn similarity(truth: &Picture, picture: &Picture) -> Option<PictureSimilarity> {
     let rect = covered_rect(truth)?;
     let (wanted, found) = (Sums::of(truth), Sums::of(picture));
     let whole = PixelRect::of_size(truth.width, truth.height);
@@ -43,7 +43,7 @@ pub fn similarity(truth: &Picture, picture: &Picture) -> Option<Similarity> {
     let (of_truth, of_picture) = (over_sky(truth), over_sky(picture));
     let pair =
         ImagePair { width: truth.width, height: truth.height, truth: &of_truth, predicted: &of_picture };
-    Some(Similarity {
+    Some(PictureSimilarity {
         ssim: structural_similarity(&pair, &counted)?,
         coverage: found.covered / wanted.covered,
         light: (found.light / found.covered.max(f64::MIN_POSITIVE)) / (wanted.light / wanted.covered),

@@ -21,7 +21,7 @@ pub struct Species {
     /// The bark of all limbs.
     pub bark: Bark,
     /// The levels of limbs, from the trunk down.
-    pub levels: Vec<Level>,
+    pub levels: Vec<LimbLevel>,
     /// The leaves on the last level.
     pub leaf: Blade,
 }
@@ -41,7 +41,7 @@ pub struct Bark {
 /// A level of limbs. What is said of a limb on its parent has no effect for the trunk.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Level {
+pub struct LimbLevel {
     /// The name of its sub-objects.
     pub name: String,
     /// The number of different limbs that are grown, 1 or 2.

@@ -37,7 +37,7 @@ impl Stature {
         let (x, y) = level_axes(plant.up);
         let upright_from_plant = DMat3::from_cols(x, y, plant.up).transpose();
         let farthest =
-            |direction| Farthest { plant, meshes: &meshes, direction, found: f64::NEG_INFINITY }.find();
+            |direction| FarthestCorner { plant, meshes: &meshes, direction, found: f64::NEG_INFINITY }.find();
         let high = DVec3::from_array([x, y, plant.up].map(farthest));
         let low = DVec3::from_array([x, y, plant.up].map(|axis| -farthest(-axis)));
         let size = high - low;
@@ -54,14 +54,14 @@ impl Stature {
 
 /// A search for the corner of all instances that is farthest in a direction. Instances whose box cannot hold it are skipped, so
 /// that few of them are visited, however many there are.
-struct Farthest<'a> {
+struct FarthestCorner<'a> {
     plant: &'a Plant,
     meshes: &'a [Vec<Mesh>],
     direction: DVec3,
     found: f64,
 }
 
-impl Farthest<'_> {
+impl FarthestCorner<'_> {
     fn find(mut self) -> f64 {
         self.visit(self.plant.root, &DAffine3::IDENTITY);
         self.found
@@ -131,7 +131,8 @@ mod tests {
             own.chain(of_uses).fold(f64::NEG_INFINITY, f64::max)
         }
         for direction in [DVec3::Z, DVec3::NEG_X, DVec3::new(0.6, 0.8, 0.0)] {
-            let search = Farthest { plant: &plant, meshes: &meshes, direction, found: f64::NEG_INFINITY };
+            let search =
+                FarthestCorner { plant: &plant, meshes: &meshes, direction, found: f64::NEG_INFINITY };
             assert_eq!(search.find(), all(&plant, &meshes, plant.root, &DAffine3::IDENTITY, direction));
         }
     }

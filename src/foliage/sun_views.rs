@@ -94,7 +94,7 @@ pub fn sun_views(camera: &Pinhole, pose: &Pose, scene: &SunScene<'_>, side: u32,
         let until = border(index + 1);
         let seen = frame.around_part(camera, pose, [from, until]);
         let least = LEAST_PIXEL[0] * border(index) / camera.fx.min(camera.fy);
-        frame.view(seen, (until, least), (side, room))
+        frame.view(seen, until, least, side, room)
     };
     (0..count).map(view).collect()
 }
@@ -196,7 +196,7 @@ impl SunFrame {
     }
 
     /// Makes the view of what a camera sees, which serves until a depth, with pixels of a least size, and with room.
-    fn view(&self, seen: Extent, (until, least): (f64, f64), (side, room): (u32, f64)) -> SunView {
+    fn view(&self, seen: Extent, until: f64, least: f64, side: u32, room: f64) -> SunView {
         let extent = seen.and_within(&self.casters);
         let shown = extent.with_room(room).and_within(&self.casters);
         let size = (shown.high - shown.low).max_element();

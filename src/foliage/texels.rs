@@ -5,15 +5,25 @@ use glam::{Mat3, Vec2, Vec3};
 use super::door::Doors;
 use super::flake::{Flake, FlakeBuffer, key};
 use super::images::{MBuffer, MSample, depth_from_stored};
-use super::place::{Instance, Place};
-use super::planes::Planes;
+use super::place::{ImagePlacement, Instance};
+use super::planes::DepthPlanes;
 use quadratura_base::geometry::PixelRect;
 
-/// An image of an instance that is drawn in some rows of a view.
-pub(super) struct Drawing<'a> {
-    place: &'a Place,
+/// A sample of an image that is drawn.
+#[derive(Clone, Copy)]
+struct TexelSample<'a> {
+    /// Where the depth 0 of its texel is in the view.
+    base: Vec3,
+    sample: &'a MSample,
+    /// Its index among all that is drawn.
+    index: u32,
+}
+
+/// Draws an image of an instance into some rows of a view.
+pub(super) struct TexelDrawer<'a> {
+    place: &'a ImagePlacement,
     /// The planes that texels are drawn on, if they are.
-    planes: Option<Planes>,
+    planes: Option<DepthPlanes>,
     /// The same as in the place, in sub-pixels from the band's corner.
     focal: Vec2,
     centre: Vec2,
@@ -30,9 +40,14 @@ pub(super) struct Drawing<'a> {
     rect: PixelRect,
 }
 
-impl<'a> Drawing<'a> {
+impl<'a> TexelDrawer<'a> {
     /// Prepares the drawing into the rows in `rect`.
-    pub fn new((instance, place): (&Instance, &'a Place), planes: Option<Planes>, rect: PixelRect) -> Self {
+    pub fn new(
+        instance: &Instance,
+        place: &'a ImagePlacement,
+        planes: Option<DepthPlanes>,
+        rect: PixelRect,
+    ) -> Self {
         let [step, first_depth] = depth_from_stored(instance.bounds.ball.radius).map(|value| value as f32);
         let (delta, radius) = (instance.copy.delta as f32, instance.bounds.ball.radius as f32);
         let (linear, half) = (place.linear, 0.5 * instance.copy.side as f32);
@@ -64,18 +79,13 @@ impl<'a> Drawing<'a> {
     }
 
     /// Draws the samples of an image, the first of which has the index `first`; returns how many.
-    pub fn draw(
-        &self,
-        (image, first): (&MBuffer, u32),
-        doors: Option<&Doors>,
-        buffer: &mut FlakeBuffer,
-    ) -> u64 {
+    pub fn draw(&self, image: &MBuffer, first: u32, doors: Option<&Doors>, buffer: &mut FlakeBuffer) -> u64 {
         let half = 0.5 * self.side as f32;
         let (mut next, mut drawn) = (0, 0);
         for (row, counts) in image.counts.chunks_exact(self.side).enumerate() {
             let samples: usize = counts.iter().map(|count| usize::from(*count)).sum();
             let y = (row as f32 + 0.5 - half) * self.delta;
-            if samples == 0 || !self.place.row_meets(y, self.radius, (self.delta, &self.rect)) {
+            if samples == 0 || !self.place.row_meets(y, self.radius, self.delta, &self.rect) {
                 next += samples;
                 continue;
             }
@@ -88,14 +98,14 @@ impl<'a> Drawing<'a> {
                 let base = row_origin + column as f32 * self.steps.x_axis;
                 for sample in &image.samples[next..next + usize::from(count)] {
                     let index = first + next as u32;
-                    let of_sample = (base, sample, index);
+                    let texel = TexelSample { base, sample, index };
                     match &self.planes {
                         None => {
                             let depth = f32::from(sample.depth);
-                            self.flake((depth, sample.normal.slope()), of_sample, doors, buffer);
+                            self.flake(texel, depth, sample.normal.slope(), doors, buffer);
                         }
                         Some(planes) => planes.each_near(sample, |depth| {
-                            self.flake((depth, Vec2::ZERO), of_sample, doors, buffer);
+                            self.flake(texel, depth, Vec2::ZERO, doors, buffer);
                         }),
                     }
                     next += 1;
@@ -105,12 +115,13 @@ impl<'a> Drawing<'a> {
         drawn
     }
 
-    /// Draws a sample at a stored depth, leaning by a slope; its texel has the depth 0 at `base`.
+    /// Draws a sample at a stored depth, leaning by a slope.
     #[inline(always)]
     fn flake(
         &self,
-        (depth, slope): (f32, Vec2),
-        (base, sample, index): (Vec3, &MSample, u32),
+        TexelSample { base, sample, index }: TexelSample,
+        depth: f32,
+        slope: Vec2,
         doors: Option<&Doors>,
         buffer: &mut FlakeBuffer,
     ) {

@@ -92,12 +92,13 @@ pub fn walk(
     options: &WalkOptions,
     seed: u64,
 ) -> Vec<Drawn> {
-    walk_from((plant, plant.root), images, view, options, seed)
+    walk_from(plant, plant.root, images, view, options, seed)
 }
 
 /// Returns what is drawn of a sub-object of a plant as [`walk`] does of the whole. The view is of the sub-object's frame.
 pub(super) fn walk_from(
-    (plant, object): (&Plant, usize),
+    plant: &Plant,
+    object: usize,
     images: &PlantImages,
     view: &View,
     options: &WalkOptions,

@@ -9,7 +9,7 @@ use super::images::PlantImages;
 use super::openness::Openness;
 use super::plant::Plant;
 use super::ratio::RatioImage;
-use super::shade::Light;
+use super::shade::OutdoorLight;
 use super::stature::{Stature, level_axes};
 use super::sunlit::Sunlit;
 
@@ -21,7 +21,7 @@ pub struct Wood {
     /// The trees.
     pub trees: Vec<Tree>,
     /// The light on all of them, in the world, in the photos' common exposure.
-    pub light: Light,
+    pub light: OutdoorLight,
 }
 
 /// A species of the trees of a site.

@@ -1,11 +1,11 @@
 //! Pass *count* (`shaders/count.wgsl`): the number of fragments per pixel.
 
-use wgpu::{BindGroup, BindGroupLayout, CommandEncoder};
+use wgpu::{BindGroupLayout, CommandEncoder};
 
 use super::bindings::BindingKind;
 use super::device::Gpu;
 use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
-use super::frame::PhotoRows;
+use super::frame::BoundRows;
 use super::workspace::Workspace;
 
 /// The WGSL source of the pass.
@@ -31,11 +31,11 @@ impl Count {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         space: &Workspace,
-        frame: (&PhotoRows, &BindGroup),
+        bound: BoundRows,
         triangles: &Triangles,
     ) {
-        encoder.clear_buffer(&space.places, 0, Some(4 * (frame.0.pixels() + 1)));
-        let own = self.draw.bind(gpu, &[space.places_of(frame.0)]);
-        self.draw.record(encoder, Attachments { depth: &space.depth, items: None }, frame, &own, triangles);
+        encoder.clear_buffer(&space.places, 0, Some(4 * (bound.rows.pixels() + 1)));
+        let own = self.draw.bind(gpu, &[space.places_of(bound.rows)]);
+        self.draw.record(encoder, Attachments { depth: &space.depth, items: None }, bound, &own, triangles);
     }
 }

@@ -7,8 +7,8 @@ use wgpu::{RenderPipeline, ShaderStages, TextureFormat, TextureView};
 
 use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use super::frame::PhotoRows;
-use quadratura_layers::View;
+use super::frame::BoundRows;
+use quadratura_layers::ProjectedModel;
 
 /// The WGSL source of the vertex stage, which is put between `frame.wgsl` and the pass.
 pub const VERTEX: &str = include_str!("../../shaders/drawing.wgsl");
@@ -22,7 +22,7 @@ pub const ITEMS: TextureFormat = TextureFormat::R32Uint;
 /// A corner of a triangle in the layout of the vertex stage.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct Corner {
+pub struct ClipVertex {
     /// x, y, w in clip coordinates.
     pub position: [f32; 3],
     /// Index of the item in the table of planes.
@@ -38,10 +38,10 @@ pub struct Triangles {
 
 impl Triangles {
     /// Uploads the triangles of the items for which `kept` is true.
-    pub fn from_gpu(gpu: &Gpu, view: &View, kept: impl Fn(u32) -> bool) -> Self {
+    pub fn from_gpu(gpu: &Gpu, view: &ProjectedModel, kept: impl Fn(u32) -> bool) -> Self {
         let triangles = view.corners.iter().zip(&view.triangle_items).filter(|(_, item)| kept(**item));
-        let corners: Vec<Corner> = triangles
-            .flat_map(|(triangle, &item)| triangle.map(|position| Corner { position, item }))
+        let corners: Vec<ClipVertex> = triangles
+            .flat_map(|(triangle, &item)| triangle.map(|position| ClipVertex { position, item }))
             .collect();
         let count = corners.len() as u32;
         Self { corners: bindings::filled(gpu, "triangles", &corners, BufferUsages::VERTEX), count }
@@ -110,7 +110,7 @@ impl DrawPipeline {
         &self,
         encoder: &mut CommandEncoder,
         canvas: Attachments,
-        (frame, shared): (&PhotoRows, &BindGroup),
+        bound: BoundRows,
         own: &BindGroup,
         triangles: &Triangles,
     ) {
@@ -135,6 +135,7 @@ impl DrawPipeline {
             }),
             ..Default::default()
         });
+        let BoundRows { rows: frame, group } = bound;
         let [width, height] = frame.size;
         let band = frame.band.start;
         // The viewport is the whole photo and exceeds the canvas: rows then have the same sub-pixel grid in
@@ -142,7 +143,7 @@ impl DrawPipeline {
         pass.set_viewport(0.0, -(band as f32), width as f32, height as f32, 0.0, 1.0);
         pass.set_scissor_rect(0, frame.rows.start - band, width, frame.rows.len() as u32);
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, shared, &[]);
+        pass.set_bind_group(0, group, &[]);
         pass.set_bind_group(1, own, &[]);
         pass.set_vertex_buffer(0, triangles.corners.slice(..));
         pass.draw(0..triangles.count, 0..1);
@@ -156,7 +157,7 @@ fn render_pipeline(
     style: Style,
 ) -> RenderPipeline {
     let corner = wgpu::VertexBufferLayout {
-        array_stride: size_of::<Corner>() as u64,
+        array_stride: size_of::<ClipVertex>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
         attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
     };

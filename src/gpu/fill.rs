@@ -1,11 +1,11 @@
 //! Pass *fill* (`shaders/fill.wgsl`): every fragment writes its entry into the fragment lists.
 
-use wgpu::{BindGroup, BindGroupLayout, BindingResource, CommandEncoder};
+use wgpu::{BindGroupLayout, BindingResource, CommandEncoder};
 
 use super::bindings::BindingKind;
 use super::device::Gpu;
 use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
-use super::frame::PhotoRows;
+use super::frame::BoundRows;
 use super::workspace::Workspace;
 
 /// The WGSL source of the pass.
@@ -33,12 +33,12 @@ impl Fill {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         space: &Workspace,
-        frame: (&PhotoRows, &BindGroup),
+        bound: BoundRows,
         triangles: &Triangles,
     ) {
         let nearest = BindingResource::TextureView(&space.depth);
         let own =
-            self.draw.bind(gpu, &[nearest, space.places_of(frame.0), space.entries.as_entire_binding()]);
-        self.draw.record(encoder, Attachments { depth: &space.depth, items: None }, frame, &own, triangles);
+            self.draw.bind(gpu, &[nearest, space.places_of(bound.rows), space.entries.as_entire_binding()]);
+        self.draw.record(encoder, Attachments { depth: &space.depth, items: None }, bound, &own, triangles);
     }
 }

@@ -7,12 +7,12 @@ use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ShaderStages};
 
 use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use quadratura_layers::View;
+use quadratura_layers::ProjectedModel;
 
 /// The WGSL source that is put before every shader.
 pub const SOURCE: &str = include_str!("../../shaders/frame.wgsl");
 
-/// The scale of the depth buffer: it holds inverse depths times this over [`View::largest_inverse_depth`],
+/// The scale of the depth buffer: it holds inverse depths times this over [`ProjectedModel::largest_inverse_depth`],
 /// which leaves room for planes seen edge-on, whose extrapolation to a pixel centre may exceed the largest
 /// inverse depth.
 const DEPTH_ROOM: f32 = 1.0 / 65536.0;
@@ -50,7 +50,7 @@ pub fn layout(gpu: &Gpu) -> BindGroupLayout {
 }
 
 /// Uploads the planes of a view's items; `number` returns each item's index in the working set.
-pub fn planes(gpu: &Gpu, view: &View, number: impl Fn(usize) -> u32) -> Buffer {
+pub fn planes(gpu: &Gpu, view: &ProjectedModel, number: impl Fn(usize) -> u32) -> Buffer {
     let words = |(index, item): (usize, &quadratura_layers::Item)| {
         let plane = item.inverse_depth;
         PlaneWords { a: plane.a, b: plane.b, c: plane.c, u0: plane.u0, v0: plane.v0, number: number(index) }
@@ -74,7 +74,7 @@ pub struct PhotoRows {
 
 impl PhotoRows {
     /// Selects all rows of a band.
-    pub fn band(view: &View, band: Range<u32>) -> Self {
+    pub fn band(view: &ProjectedModel, band: Range<u32>) -> Self {
         Self { size: [view.width, view.height], rows: band.clone(), band, first_entry: 0 }
     }
 
@@ -88,7 +88,7 @@ impl PhotoRows {
         &self,
         gpu: &Gpu,
         layout: &BindGroupLayout,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         planes: &Buffer,
     ) -> BindGroup {
@@ -108,8 +108,17 @@ impl PhotoRows {
     }
 }
 
+/// The rows that a pass processes, with bind group 0, which is built for them ([`PhotoRows::bind`]).
+#[derive(Debug, Clone, Copy)]
+pub struct BoundRows<'a> {
+    /// The rows.
+    pub rows: &'a PhotoRows,
+    /// The frame and the planes of the items.
+    pub group: &'a BindGroup,
+}
+
 /// Divides a photo into bands of whole rows, from the top, of at most `most_pixels` each (at least one row).
-pub fn bands(view: &View, most_pixels: u64) -> Vec<Range<u32>> {
+pub fn bands(view: &ProjectedModel, most_pixels: u64) -> Vec<Range<u32>> {
     let rows = (most_pixels / u64::from(view.width.max(1))).clamp(1, u64::from(view.height.max(1))) as u32;
     // Bands of equal height need the least memory.
     let rows = view.height.div_ceil(view.height.div_ceil(rows).max(1)).max(1);
@@ -122,7 +131,7 @@ mod tests {
 
     #[test]
     fn bands_are_whole_rows_without_gaps_and_nearly_equal() {
-        let view = View { width: 100, height: 70, ..View::default() };
+        let view = ProjectedModel { width: 100, height: 70, ..ProjectedModel::default() };
         let whole = 0..70;
         assert_eq!(bands(&view, 100_000), [whole]);
         assert_eq!(bands(&view, 3999), [0..35, 35..70]);
@@ -131,6 +140,6 @@ mod tests {
 
     #[test]
     fn a_photo_without_pixels_has_no_bands() {
-        assert!(bands(&View::default(), 100).is_empty());
+        assert!(bands(&ProjectedModel::default(), 100).is_empty());
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::drawing::Attachments;
-use super::frame::PhotoRows;
+use super::frame::{BoundRows, PhotoRows};
 use super::pairs::{PairSlice, PairTable, pair_slices};
 use super::rasteriser::GpuRasteriser;
 use super::readback;
@@ -35,14 +35,14 @@ impl GpuRasteriser {
     ) -> Result<Vec<BandPart>> {
         let frame = PhotoRows::band(run.view, rows.clone());
         let shared = self.share(run, &frame);
-        let of = (&frame, &shared);
+        let bound = BoundRows { rows: &frame, group: &shared };
         self.submit(|encoder| {
             if !nearest_is_drawn {
                 let canvas = Attachments { depth: &space.depth, items: None };
-                self.nearest.record(encoder, canvas, of, &run.triangles);
+                self.nearest.record(encoder, canvas, bound, &run.triangles);
             }
-            self.count.record(&self.gpu, encoder, space, of, &run.triangles);
-            self.scan.record(&self.gpu, encoder, space, of);
+            self.count.record(&self.gpu, encoder, space, bound, &run.triangles);
+            self.scan.record(&self.gpu, encoder, space, bound);
         });
         let [total] = readback::read(&self.gpu, [(&space.places, frame.pixels()..frame.pixels() + 1)])?;
         if u64::from(total[0]) <= self.most_entries {
@@ -59,7 +59,8 @@ impl GpuRasteriser {
         space.reserve(&self.gpu, part.entries);
         let shared = self.share(run, &part.frame);
         self.submit(|encoder| {
-            self.fill_pass.record(&self.gpu, encoder, space, (&part.frame, &shared), &run.triangles);
+            let bound = BoundRows { rows: &part.frame, group: &shared };
+            self.fill_pass.record(&self.gpu, encoder, space, bound, &run.triangles);
         });
     }
 
@@ -69,7 +70,8 @@ impl GpuRasteriser {
         &self,
         run: &DrawnItems,
         space: &Workspace,
-        (part, lists): (&BandPart, &Band),
+        part: &BandPart,
+        lists: &Band,
         table_bits: &mut u32,
     ) -> Result<Vec<Occlusion>> {
         let (here, there): (Vec<_>, Vec<_>) =
@@ -91,7 +93,8 @@ impl GpuRasteriser {
                 let shared = self.share(run, frame);
                 // Each is a submission of its own, between which the device serves others, such as the screen.
                 self.submit(|encoder| {
-                    self.pairs_pass.record(&self.gpu, encoder, space, (frame, &shared), &table);
+                    let bound = BoundRows { rows: frame, group: &shared };
+                    self.pairs_pass.record(&self.gpu, encoder, space, bound, &table);
                 });
             }
             // The processor counts while the device does.

@@ -1,19 +1,19 @@
 //! Pass *mark* (`shaders/mark.wgsl`): marks the items that have a fragment behind the nearest by more than
 //! the tolerance. Exact peeling is built on it.
 
-use wgpu::{BindGroup, BindGroupLayout, BindingResource, Buffer, CommandEncoder};
+use wgpu::{BindGroupLayout, BindingResource, Buffer, CommandEncoder};
 
 use super::bindings::{self, BindingKind};
 use super::device::Gpu;
 use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
-use super::frame::PhotoRows;
+use super::frame::{BoundRows, PhotoRows};
 use super::rasteriser::GpuRasteriser;
 use super::readback;
 use super::run::DrawnItems;
 use super::workspace::Workspace;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_layers::View;
+use quadratura_layers::ProjectedModel;
 
 /// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/mark.wgsl");
@@ -24,7 +24,7 @@ pub struct Marks(Buffer);
 
 impl Marks {
     /// Creates flags that are all unset.
-    pub fn new(gpu: &Gpu, view: &View) -> Self {
+    pub fn new(gpu: &Gpu, view: &ProjectedModel) -> Self {
         Self(bindings::storage(gpu, "marks", view.items.len() as u64, true))
     }
 
@@ -34,7 +34,7 @@ impl Marks {
     }
 
     /// Reads the flags back, one per item.
-    pub fn read(&self, gpu: &Gpu, view: &View) -> Result<Vec<bool>> {
+    pub fn read(&self, gpu: &Gpu, view: &ProjectedModel) -> Result<Vec<bool>> {
         let [marks] = readback::read(gpu, [(&self.0, 0..view.items.len() as u64)])?;
         Ok(marks.into_iter().map(|mark| mark != 0).collect())
     }
@@ -61,12 +61,12 @@ impl MarkPass {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         canvas: Attachments,
-        frame: (&PhotoRows, &BindGroup),
+        bound: BoundRows,
         triangles: &Triangles,
         marks: &Marks,
     ) {
         let own = self.draw.bind(gpu, &[BindingResource::TextureView(canvas.depth), marks.resource()]);
-        self.draw.record(encoder, canvas, frame, &own, triangles);
+        self.draw.record(encoder, canvas, bound, &own, triangles);
     }
 }
 
@@ -79,10 +79,10 @@ impl GpuRasteriser {
         for rows in self.bands(run.view) {
             let frame = PhotoRows::band(run.view, rows);
             let shared = self.share(run, &frame);
-            let of = (&frame, &shared);
+            let bound = BoundRows { rows: &frame, group: &shared };
             self.submit(|encoder| {
-                self.nearest.record(encoder, canvas, of, &run.triangles);
-                self.mark.record(&self.gpu, encoder, canvas, of, &run.triangles, &marks);
+                self.nearest.record(encoder, canvas, bound, &run.triangles);
+                self.mark.record(&self.gpu, encoder, canvas, bound, &run.triangles, &marks);
             });
         }
         marks.read(&self.gpu, run.view)

@@ -15,7 +15,7 @@
 //! | modules | contents |
 //! |---|---|
 //! | `device`, `bindings`, `readback` | the device, what is bound on it, and what is read back |
-//! | `blocks`, `pyramids`, `texture_statistics`, `atlas`, `tile_store` | texture memory |
+//! | `blocks`, `pyramids`, `texture_statistics`, `tile_atlas`, `tile_store` | texture memory |
 //! | `frame`, `drawing`, `scan`, `workspace` | what passes of the visibility sort share: a band's rows, triangles and buffers |
 //! | `nearest`, `presence`, `count`, `fill`, `pairs`, `farthest` | its passes |
 //! | `run`, `rasteriser`, `lists`, `mark`, `stencil` | the order in which they run, and peeling, which runs them again |
@@ -24,7 +24,6 @@
 //!
 //! A module uses only modules of its own row and of rows above it in this table.
 
-mod atlas;
 mod bindings;
 mod blocks;
 mod count;
@@ -47,6 +46,7 @@ mod run;
 mod scan;
 mod stencil;
 mod texture_statistics;
+mod tile_atlas;
 mod tile_store;
 mod workspace;
 

@@ -4,7 +4,7 @@ use wgpu::{BindGroup, BindGroupLayout, CommandEncoder, CompareFunction};
 
 use super::device::Gpu;
 use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
-use super::frame::PhotoRows;
+use super::frame::BoundRows;
 
 /// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/nearest.wgsl");
@@ -31,9 +31,9 @@ impl Nearest {
         &self,
         encoder: &mut CommandEncoder,
         canvas: Attachments,
-        frame: (&PhotoRows, &BindGroup),
+        bound: BoundRows,
         triangles: &Triangles,
     ) {
-        self.draw.record(encoder, canvas, frame, &self.own, triangles);
+        self.draw.record(encoder, canvas, bound, &self.own, triangles);
     }
 }

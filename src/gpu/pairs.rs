@@ -7,11 +7,11 @@
 
 use std::ops::Range;
 
-use wgpu::{BindGroup, BindGroupLayout, Buffer, CommandEncoder, ComputePipeline, ShaderStages};
+use wgpu::{BindGroupLayout, Buffer, CommandEncoder, ComputePipeline, ShaderStages};
 
 use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use super::frame::{self, PhotoRows};
+use super::frame::{self, BoundRows, PhotoRows};
 use super::readback;
 use super::workspace::Workspace;
 use quadratura_base::error::{Error, Result};
@@ -189,11 +189,11 @@ impl Pairs {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         space: &Workspace,
-        (frame, shared): (&PhotoRows, &BindGroup),
+        bound: BoundRows,
         table: &PairTable,
     ) {
         let resources = [
-            space.places_of(frame),
+            space.places_of(bound.rows),
             space.entries.as_entire_binding(),
             table.tags.as_entire_binding(),
             table.pixels.as_entire_binding(),
@@ -202,10 +202,10 @@ impl Pairs {
         let own = bindings::bind(gpu, "pairs", &self.own, &resources);
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&self.pairs);
-        pass.set_bind_group(0, shared, &[]);
+        pass.set_bind_group(0, bound.group, &[]);
         pass.set_bind_group(1, &own, &[]);
-        let rows = frame.rows.len() as u32;
-        pass.dispatch_workgroups(frame.size[0].div_ceil(RUN), rows.div_ceil(WORKGROUP), 1);
+        let PhotoRows { size, rows, .. } = bound.rows;
+        pass.dispatch_workgroups(size[0].div_ceil(RUN), (rows.len() as u32).div_ceil(WORKGROUP), 1);
     }
 }
 

@@ -2,12 +2,12 @@
 //! at which each of the others is hidden.
 
 use bytemuck::{Pod, Zeroable};
-use wgpu::{BindGroup, BindGroupLayout, Buffer, CommandEncoder};
+use wgpu::{BindGroupLayout, Buffer, CommandEncoder};
 
 use super::bindings::{self, BindingKind};
 use super::device::Gpu;
 use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
-use super::frame::PhotoRows;
+use super::frame::BoundRows;
 use super::readback;
 use quadratura_base::error::Result;
 use quadratura_layers::rasteriser::{FragmentLists, Presence as Seen};
@@ -78,12 +78,12 @@ impl PresencePass {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         canvas: Attachments,
-        frame: (&PhotoRows, &BindGroup),
+        bound: BoundRows,
         triangles: &Triangles,
         sightings: &Sightings,
     ) {
         let nearest = wgpu::BindingResource::TextureView(canvas.depth);
         let own = self.draw.bind(gpu, &[nearest, sightings.0.as_entire_binding()]);
-        self.draw.record(encoder, canvas, frame, &own, triangles);
+        self.draw.record(encoder, canvas, bound, &own, triangles);
     }
 }

@@ -18,7 +18,7 @@ pub type MadePyramid = (LayerTextureId, Arc<Pyramid>);
 
 /// The result of decoding layer textures: the pyramids of those that could be read, and the errors of the others.
 #[derive(Debug, Default)]
-pub struct Batch {
+pub struct DecodedPyramids {
     /// The pyramids, in the order in which the layer textures were requested.
     pub made: Vec<MadePyramid>,
     /// The errors, in the same order.
@@ -62,8 +62,8 @@ impl PyramidDecoder {
     /// Decodes layer textures from their files, in parallel.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; errors of single layer textures are in the batch.
-    pub fn decode_all(&self, layer_textures: &[LayerTextureId], task: &Task) -> Result<Batch> {
+    /// [`Error::Cancelled`]; errors of single layer textures are in the decoded.
+    pub fn decode_all(&self, layer_textures: &[LayerTextureId], task: &Task) -> Result<DecodedPyramids> {
         let make = |layer_texture: &LayerTextureId| {
             task.go_on()?;
             match self.texels.layer_texture(self.mattes.source(*layer_texture).unwrap_or(*layer_texture)) {
@@ -71,14 +71,14 @@ impl PyramidDecoder {
                 read => Ok((*layer_texture, read.map(|pixels| self.of_pixels(*layer_texture, &pixels)))),
             }
         };
-        let mut batch = Batch::default();
+        let mut decoded = DecodedPyramids::default();
         for (layer_texture, made) in layer_textures.par_iter().map(make).collect::<Result<Vec<_>>>()? {
             match made {
-                Ok(pyramid) => batch.made.push((layer_texture, pyramid)),
-                Err(error) => batch.failed.push((layer_texture, error)),
+                Ok(pyramid) => decoded.made.push((layer_texture, pyramid)),
+                Err(error) => decoded.failed.push((layer_texture, error)),
             }
         }
-        Ok(batch)
+        Ok(decoded)
     }
 }
 
@@ -147,7 +147,11 @@ impl Pyramids {
     ///
     /// # Errors
     /// As [`PyramidDecoder::decode_all`].
-    pub fn get(&mut self, layer_textures: &[LayerTextureId], task: &Task) -> Result<(Batch, usize)> {
+    pub fn get(
+        &mut self,
+        layer_textures: &[LayerTextureId],
+        task: &Task,
+    ) -> Result<(DecodedPyramids, usize)> {
         let cached: Vec<_> = layer_textures
             .iter()
             .map(|layer_texture| (*layer_texture, self.cached(*layer_texture)))
@@ -157,11 +161,11 @@ impl Pyramids {
             .filter(|(_, cached)| cached.is_none())
             .map(|(layer_texture, _)| *layer_texture)
             .collect();
-        let Batch { made, failed } = self.maker.decode_all(&missing, task)?;
+        let DecodedPyramids { made, failed } = self.maker.decode_all(&missing, task)?;
         self.keep(&made);
         let decoded = made.len();
         let cached = cached.into_iter().filter_map(|(layer_texture, cached)| Some((layer_texture, cached?)));
-        Ok((Batch { made: cached.chain(made).collect(), failed }, decoded))
+        Ok((DecodedPyramids { made: cached.chain(made).collect(), failed }, decoded))
     }
 
     /// Returns the pyramid of a layer texture if it is cached.

@@ -10,7 +10,7 @@ use super::device::Gpu;
 use super::drawing::{Attachments, Triangles};
 use super::farthest::Farthest;
 use super::fill::Fill;
-use super::frame::{self, PhotoRows};
+use super::frame::{self, BoundRows, PhotoRows};
 use super::mark::MarkPass;
 use super::nearest::Nearest;
 use super::pairs::{self, Pairs};
@@ -22,7 +22,7 @@ use super::workspace::Workspace;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_layers::rasteriser::{Presence as Seen, StencilLayers, TIE};
-use quadratura_layers::{FragmentLists, Fragments, Occlusion, Rasteriser, View, count_pairs};
+use quadratura_layers::{FragmentLists, Fragments, Occlusion, ProjectedModel, Rasteriser, count_pairs};
 
 /// The largest number of pixels of a band. A photo of 8 megapixels is drawn in one piece, with about 200 MB
 /// of buffers.
@@ -100,7 +100,7 @@ impl GpuRasteriser {
     }
 
     /// Returns the bands of a view, from the top.
-    pub(super) fn bands(&self, view: &View) -> Vec<Range<u32>> {
+    pub(super) fn bands(&self, view: &ProjectedModel) -> Vec<Range<u32>> {
         frame::bands(view, self.band_pixels)
     }
 
@@ -116,7 +116,7 @@ impl GpuRasteriser {
     pub(super) fn with_workspace<T>(
         &self,
         doing: &str,
-        view: &View,
+        view: &ProjectedModel,
         work: impl FnOnce(&mut Workspace, &[Range<u32>]) -> Result<T>,
     ) -> Result<T> {
         let bands = self.bands(view);
@@ -137,7 +137,7 @@ impl GpuRasteriser {
     /// workspace keeps the nearest depths of the last band, without see-through items.
     fn sightings(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         space: &Workspace,
         bands: &[Range<u32>],
         task: &Task,
@@ -153,10 +153,10 @@ impl GpuRasteriser {
             task.go_on()?;
             let frame = PhotoRows::band(view, rows.clone());
             let shared = self.share(&run, &frame);
-            let of = (&frame, &shared);
+            let bound = BoundRows { rows: &frame, group: &shared };
             self.submit(|encoder| {
-                self.nearest.record(encoder, canvas, of, hiding);
-                self.presence.record(&self.gpu, encoder, canvas, of, &run.triangles, &sightings);
+                self.nearest.record(encoder, canvas, bound, hiding);
+                self.presence.record(&self.gpu, encoder, canvas, bound, &run.triangles, &sightings);
             });
         }
         sightings.read(&self.gpu, view.items.len())
@@ -181,7 +181,7 @@ impl GpuRasteriser {
                 self.fill(run, space, &part);
                 let band = self.read_lists(space, &part)?;
                 if self.pairs_on_device {
-                    occlusions.extend(self.pairs(run, space, (&part, &band), &mut table_bits)?);
+                    occlusions.extend(self.pairs(run, space, &part, &band, &mut table_bits)?);
                 }
                 lists.bands.push(band);
             }
@@ -195,7 +195,7 @@ impl GpuRasteriser {
 }
 
 impl Rasteriser for GpuRasteriser {
-    fn fragments(&self, view: &View, tolerance: f32, task: &Task) -> Result<Fragments> {
+    fn fragments(&self, view: &ProjectedModel, tolerance: f32, task: &Task) -> Result<Fragments> {
         if is_empty(view) {
             return Ok(nothing(view));
         }
@@ -212,7 +212,7 @@ impl Rasteriser for GpuRasteriser {
 
     fn occluded(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         alive: &[bool],
         forgiven: &[(u32, u32)],
@@ -232,7 +232,7 @@ impl Rasteriser for GpuRasteriser {
 
     fn stencil_peeling(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         working: &[bool],
         task: &Task,
@@ -248,7 +248,7 @@ impl Rasteriser for GpuRasteriser {
 }
 
 /// Returns true when the photo has no pixels, so that there is nothing to draw into.
-fn is_empty(view: &View) -> bool {
+fn is_empty(view: &ProjectedModel) -> bool {
     view.width == 0 || view.height == 0
 }
 
@@ -258,7 +258,7 @@ pub(super) fn flagged(flags: &[bool]) -> Vec<u32> {
 }
 
 /// Returns the result for a photo without pixels.
-fn nothing(view: &View) -> Fragments {
+fn nothing(view: &ProjectedModel) -> Fragments {
     Fragments {
         presence: vec![Seen::Nowhere; view.items.len()],
         lists: FragmentLists { width: view.width, bands: Vec::new() },
@@ -270,7 +270,7 @@ fn nothing(view: &View) -> Fragments {
 ///
 /// # Errors
 /// [`Error::Gpu`] when the photo is larger than what the adapter can draw.
-fn check_size(gpu: &Gpu, view: &View) -> Result<()> {
+fn check_size(gpu: &Gpu, view: &ProjectedModel) -> Result<()> {
     let most = gpu.device.limits().max_texture_dimension_2d;
     if view.width.max(view.height) <= most {
         return Ok(());

@@ -8,13 +8,13 @@ use super::frame::{self, PhotoRows};
 use super::pairs::HALF_BITS;
 use super::rasteriser::GpuRasteriser;
 use quadratura_base::error::{Error, Result};
-use quadratura_layers::View;
+use quadratura_layers::ProjectedModel;
 
 /// The items of a view that are drawn, with their triangles, on the device.
 #[derive(Debug)]
 pub struct DrawnItems<'a> {
     /// The view.
-    pub view: &'a View,
+    pub view: &'a ProjectedModel,
     /// The relative depth tolerance.
     pub tolerance: f32,
     /// The items, rising. Their index in this list is their number in pass *pairs*.
@@ -26,7 +26,7 @@ pub struct DrawnItems<'a> {
 
 impl<'a> DrawnItems<'a> {
     /// Prepares all items, without numbers.
-    pub fn of_all(gpu: &Gpu, view: &'a View, tolerance: f32) -> Self {
+    pub fn of_all(gpu: &Gpu, view: &'a ProjectedModel, tolerance: f32) -> Self {
         let planes = frame::planes(gpu, view, |_| 0);
         Self {
             view,
@@ -41,7 +41,7 @@ impl<'a> DrawnItems<'a> {
     ///
     /// # Errors
     /// [`Error::Request`] when there are more items than pass *pairs* can number.
-    pub fn some_items(gpu: &Gpu, view: &'a View, tolerance: f32, items: Vec<u32>) -> Result<Self> {
+    pub fn some_items(gpu: &Gpu, view: &'a ProjectedModel, tolerance: f32, items: Vec<u32>) -> Result<Self> {
         if items.len() > 1 << HALF_BITS {
             return Err(Error::Request(format!(
                 "one photo shows {} faces, at most {} can be sorted; simplify the model",

@@ -1,10 +1,10 @@
 //! Pass *scan* (`shaders/scan.wgsl`): converts counts to offsets by prefix sums.
 
-use wgpu::{BindGroup, BindGroupLayout, CommandEncoder, ComputePipeline, ShaderStages};
+use wgpu::{BindGroupLayout, CommandEncoder, ComputePipeline, ShaderStages};
 
 use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use super::frame::{self, PhotoRows};
+use super::frame::{self, BoundRows};
 use super::workspace::Workspace;
 
 /// The WGSL source of the pass.
@@ -42,19 +42,13 @@ impl Scan {
 
     /// Records the pass: it converts the counts in the workspace to the offsets at which each pixel's entries
     /// end. The last word, after all pixels, is the total.
-    pub fn record(
-        &self,
-        gpu: &Gpu,
-        encoder: &mut CommandEncoder,
-        space: &Workspace,
-        (frame, shared): (&PhotoRows, &BindGroup),
-    ) {
-        let runs = (frame.pixels() + 1).div_ceil(RUN);
-        let resources = [space.places_of(frame), bindings::words(&space.runs, runs)];
+    pub fn record(&self, gpu: &Gpu, encoder: &mut CommandEncoder, space: &Workspace, bound: BoundRows) {
+        let runs = (bound.rows.pixels() + 1).div_ceil(RUN);
+        let resources = [space.places_of(bound.rows), bindings::words(&space.runs, runs)];
         let own = bindings::bind(gpu, "scan", &self.own, &resources);
         let workgroups = runs.div_ceil(WORKGROUP) as u32;
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_bind_group(0, shared, &[]);
+        pass.set_bind_group(0, bound.group, &[]);
         pass.set_bind_group(1, &own, &[]);
         let steps = [(&self.sum_runs, workgroups), (&self.place_runs, 1), (&self.place_pixels, workgroups)];
         for (step, workgroups) in steps {

@@ -2,19 +2,19 @@
 //! of the published method, computed as efficiently as possible. The marks stay on the device, and one flag
 //! per item is read back per round.
 
-use wgpu::{BindGroup, BindGroupLayout, BindingResource, CommandEncoder};
+use wgpu::{BindGroupLayout, BindingResource, CommandEncoder};
 
 use super::bindings::BindingKind;
 use super::device::Gpu;
 use super::drawing::{Attachments, DrawPipeline, ITEMS, Style, Triangles};
-use super::frame::PhotoRows;
+use super::frame::{BoundRows, PhotoRows};
 use super::mark::Marks;
 use super::rasteriser::{GpuRasteriser, flagged};
 use super::run::DrawnItems;
 use super::workspace::{self, Workspace};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_layers::View;
+use quadratura_layers::ProjectedModel;
 use quadratura_layers::rasteriser::StencilLayers;
 
 /// The WGSL source of the pass.
@@ -46,20 +46,20 @@ impl Stencil {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         canvas: Attachments,
-        frame: (&PhotoRows, &BindGroup),
+        bound: BoundRows,
         triangles: &Triangles,
         marks: &Marks,
     ) {
         let items = canvas.items.expect("pass farthest has drawn the item buffer");
         let textures = [canvas.depth, items].map(BindingResource::TextureView);
         let own = self.draw.bind(gpu, &[&textures[..], &[marks.resource()]].concat());
-        self.draw.record(encoder, Attachments { items: None, ..canvas }, frame, &own, triangles);
+        self.draw.record(encoder, Attachments { items: None, ..canvas }, bound, &own, triangles);
     }
 }
 
 /// The fixed inputs of peeling a view.
 struct PeelInputs<'a> {
-    view: &'a View,
+    view: &'a ProjectedModel,
     tolerance: f32,
     canvas: Attachments<'a>,
     task: &'a Task,
@@ -69,7 +69,7 @@ impl GpuRasteriser {
     /// Peels all layers of the items flagged in `working`.
     pub(super) fn peel(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         space: &Workspace,
         working: &[bool],
@@ -125,10 +125,10 @@ impl GpuRasteriser {
         for rows in self.bands(view) {
             let frame = PhotoRows::band(view, rows);
             let shared = self.share(&run, &frame);
-            let of = (&frame, &shared);
+            let bound = BoundRows { rows: &frame, group: &shared };
             self.submit(|encoder| {
-                self.farthest.record(encoder, canvas, of, &run.triangles);
-                self.stencil.record(&self.gpu, encoder, canvas, of, &run.triangles, &marks);
+                self.farthest.record(encoder, canvas, bound, &run.triangles);
+                self.stencil.record(&self.gpu, encoder, canvas, bound, &run.triangles, &marks);
             });
         }
         marks.read(&self.gpu, view)

@@ -11,10 +11,10 @@ use std::sync::Arc;
 use glam::{DVec2, IVec2};
 use wgpu::{Buffer, SubmissionIndex, TextureView};
 
-use super::atlas::Atlas;
 use super::device::Gpu;
-use super::pyramids::{Batch, Pyramids};
+use super::pyramids::{DecodedPyramids, Pyramids};
 use super::texture_statistics::TextureStatistics;
+use super::tile_atlas::TileAtlas;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
@@ -47,7 +47,7 @@ pub struct TileStore {
     /// The textures of mattes, which are loaded with their layer textures.
     mattes: MatteTextures,
     residency: Residency,
-    atlas: Atlas,
+    atlas: TileAtlas,
     /// Per decoded layer texture, the number of texels that faces cover, and the number of texels with content.
     texels_of: Vec<[u64; 2]>,
     /// Lower bounds of confidence per layer texture, known from when it was decoded.
@@ -92,14 +92,14 @@ impl TileStore {
         let residency = Residency::new(rects.iter().copied()).with_mattes(&mattes);
         let budget = u32::try_from(options.budget_bytes / options.storage.slot_bytes()).unwrap_or(u32::MAX);
         Ok(Self {
-            atlas: Atlas::new(gpu, &residency, options.storage)?,
+            atlas: TileAtlas::new(gpu, &residency, options.storage)?,
             gpu: gpu.clone(),
             options,
             texels_of: vec![[0; 2]; rects.len()],
             least: vec![LeastConfidence::default(); rects.len()],
             corners: rects.iter().map(|rect| IVec2::new(rect.x, rect.y)).collect(),
             exact: options.storage == Storage::default(),
-            most_slots: budget.clamp(1, Atlas::most_slots(gpu)),
+            most_slots: budget.clamp(1, TileAtlas::most_slots(gpu)),
             pyramids: Pyramids::new(texels, rects, mattes.clone(), options.pyramid, options.cache_bytes),
             mattes,
             residency,
@@ -205,7 +205,7 @@ impl TileStore {
         let known = self.mattes.and_mattes(changed).iter().filter(is_known).copied().collect();
         let mut loaded = Loaded::default();
         for batch in self.pyramids.batches(known) {
-            let Batch { made, failed } = self.pyramids.maker().decode_all(&batch, task)?;
+            let DecodedPyramids { made, failed } = self.pyramids.maker().decode_all(&batch, task)?;
             self.give_up(&failed, task);
             for (layer_texture, new) in made {
                 let one = self.replace(layer_texture, new)?;

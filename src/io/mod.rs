@@ -1,7 +1,6 @@
 //! Reads and writes the files of a project: stacks, paint, masks, layered images, videos. Each format has a file or a folder of its
 //! own.
 
-pub mod agreement_file;
 pub mod baselines;
 pub mod camera_path;
 pub mod colour;
@@ -18,7 +17,6 @@ pub mod layer_reader;
 pub mod layered;
 pub mod mask_file;
 pub mod mask_store;
-pub mod matte_file;
 #[cfg(test)]
 mod mutated;
 pub mod overlay;
@@ -30,12 +28,10 @@ pub mod programs;
 pub mod project;
 pub mod recovery;
 pub mod reference;
-pub mod relief_file;
 pub mod stack_files;
 pub mod stack_readers;
 pub mod stack_store;
 pub mod stroke_file;
-pub mod surroundings_file;
 pub mod thumbnails;
 pub mod tree_paint;
 pub mod unmasked;

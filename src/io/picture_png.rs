@@ -41,7 +41,7 @@ pub fn write_picture(folder: &Path, stem: &str, size_px: [u32; 2], pixels: &[u8]
     let channels = pixels.len() / (size_px[0] as usize * size_px[1] as usize);
     let color = if channels == 4 { ColorType::Rgba } else { ColorType::Rgb };
     let placed = place(folder, stem, EXTENSION, is_unchanged);
-    write_atomically_with(&placed.path, |out| encode(out, size_px, (color, BitDepth::Eight), pixels))?;
+    write_atomically_with(&placed.path, |out| encode(out, size_px, color, BitDepth::Eight, pixels))?;
     Ok(placed)
 }
 
@@ -57,15 +57,16 @@ pub fn write_picture_16(
 ) -> Result<WrittenPicture> {
     let placed = place(folder, stem, EXTENSION, is_unchanged);
     let bytes: Vec<u8> = pixels.iter().flat_map(|value| value.to_be_bytes()).collect();
-    let kind = (ColorType::Rgba, BitDepth::Sixteen);
-    write_atomically_with(&placed.path, |out| encode(out, size_px, kind, &bytes))?;
+    let (color, depth) = (ColorType::Rgba, BitDepth::Sixteen);
+    write_atomically_with(&placed.path, |out| encode(out, size_px, color, depth, &bytes))?;
     Ok(placed)
 }
 
 fn encode(
     out: impl Write,
     [width, height]: [u32; 2],
-    (color, depth): (ColorType, BitDepth),
+    color: ColorType,
+    depth: BitDepth,
     pixels: &[u8],
 ) -> std::io::Result<()> {
     let mut encoder = Encoder::new(out, width, height);

@@ -56,19 +56,19 @@ impl ImageEditor {
     }
 
     /// Returns where installers put the editor outside the search path.
-    fn installed(self, system: System) -> &'static [Installed] {
+    fn installed(self, system: OperatingSystem) -> &'static [Installed] {
         match (system, self) {
-            (System::Linux, _) => &[],
-            (System::Mac, Self::Gimp) => {
+            (OperatingSystem::Linux, _) => &[],
+            (OperatingSystem::Mac, Self::Gimp) => {
                 const { &[Installed::new("/Applications", "GIMP", "Contents/MacOS/gimp")] }
             }
-            (System::Mac, Self::Krita) => {
+            (OperatingSystem::Mac, Self::Krita) => {
                 const { &[Installed::new("/Applications", "krita", "Contents/MacOS/krita")] }
             }
-            (System::Mac, Self::Photoshop) => {
+            (OperatingSystem::Mac, Self::Photoshop) => {
                 const { &[Installed::new("/Applications", "Adobe Photoshop", "")] }
             }
-            (System::Windows, Self::Gimp) => {
+            (OperatingSystem::Windows, Self::Gimp) => {
                 const {
                     &[
                         Installed::new("C:/Program Files", "GIMP", "bin/gimp-3.0.exe"),
@@ -77,10 +77,10 @@ impl ImageEditor {
                     ]
                 }
             }
-            (System::Windows, Self::Krita) => {
+            (OperatingSystem::Windows, Self::Krita) => {
                 const { &[Installed::new("C:/Program Files", "Krita", "bin/krita.exe")] }
             }
-            (System::Windows, Self::Photoshop) => {
+            (OperatingSystem::Windows, Self::Photoshop) => {
                 const { &[Installed::new("C:/Program Files/Adobe", "Adobe Photoshop", "Photoshop.exe")] }
             }
         }
@@ -116,18 +116,18 @@ impl Installed {
 
 /// The kinds of systems, which differ in where programs are installed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum System {
+enum OperatingSystem {
     Linux,
     Mac,
     Windows,
 }
 
-const HERE: System = if cfg!(target_os = "macos") {
-    System::Mac
+const HERE: OperatingSystem = if cfg!(target_os = "macos") {
+    OperatingSystem::Mac
 } else if cfg!(windows) {
-    System::Windows
+    OperatingSystem::Windows
 } else {
-    System::Linux
+    OperatingSystem::Linux
 };
 
 /// Returns the installed editors with the paths of their programs, in the order of [`ImageEditor::ALL`].
@@ -144,7 +144,7 @@ pub fn image_editors() -> Vec<(ImageEditor, PathBuf)> {
 fn search_path() -> Vec<PathBuf> {
     let path = env::var_os("PATH").unwrap_or_default();
     let mut folders: Vec<PathBuf> = env::split_paths(&path).collect();
-    if HERE == System::Linux {
+    if HERE == OperatingSystem::Linux {
         folders.extend(["/snap/bin", "/var/lib/flatpak/exports/bin"].map(PathBuf::from));
         folders.extend(env::home_dir().map(|home| home.join(".local/share/flatpak/exports/bin")));
     }
@@ -169,7 +169,7 @@ pub fn check_program(program: &Path) -> Result<()> {
     if is_name && on_path(&[&program.to_string_lossy()], &search_path()).is_some() {
         return Ok(());
     }
-    let is_bundle = HERE == System::Mac && program.extension() == Some(OsStr::new("app"));
+    let is_bundle = HERE == OperatingSystem::Mac && program.extension() == Some(OsStr::new("app"));
     match fs::metadata(program) {
         Err(_) => Err(Error::input(program, "", "this program does not exist", remedy)),
         Ok(found) if found.is_dir() && !is_bundle => {
@@ -199,7 +199,7 @@ fn may_run(_: &fs::Metadata) -> bool {
 /// # Errors
 /// [`Error::Io`] when it cannot be started.
 pub fn start_with(program: &Path, file: &Path, failed: impl FnOnce(String) + Send + 'static) -> Result<()> {
-    let is_bundle = HERE == System::Mac && program.extension() == Some(OsStr::new("app"));
+    let is_bundle = HERE == OperatingSystem::Mac && program.extension() == Some(OsStr::new("app"));
     let mut command = if is_bundle { Command::new("open") } else { Command::new(program) };
     if is_bundle {
         command.arg("-a").arg(program);
@@ -213,9 +213,9 @@ pub fn start_with(program: &Path, file: &Path, failed: impl FnOnce(String) + Sen
 /// [`Error::Io`] when the system's program for that cannot be started.
 pub fn open_with_system(path: &Path) -> Result<()> {
     let program = match HERE {
-        System::Linux => "xdg-open",
-        System::Mac => "open",
-        System::Windows => "explorer",
+        OperatingSystem::Linux => "xdg-open",
+        OperatingSystem::Mac => "open",
+        OperatingSystem::Windows => "explorer",
     };
     spawn(Command::new(program).arg(path), Path::new(program), |_| ())
 }

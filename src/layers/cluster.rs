@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 
 use super::constraints::ElementConstraints;
-use super::graph::Graph;
+use super::occlusion_graph::OcclusionGraph;
 use super::options::{BoxShape, Options};
 use super::parts::{ElementIndex, Layers, SortedElement};
 use super::quotient::Quotient;
@@ -95,9 +95,9 @@ pub fn cluster(
         let area = box_size(unit.bounds, options).area();
         (Reverse(area), name(p), layers.elements[p.element.index()].nodes[0], p.bounds.y, p.bounds.x)
     });
-    let mut merging = Merging { rules: &rules, quotient: together.quotient, clusters: Vec::new() };
-    units.into_iter().for_each(|unit| merging.add(unit));
-    Clusters { list: merging.finish(photo), unsatisfied }
+    let mut builder = ClusterBuilder { rules: &rules, quotient: together.quotient, clusters: Vec::new() };
+    units.into_iter().for_each(|unit| builder.add(unit));
+    Clusters { list: builder.finish(photo), unsatisfied }
 }
 
 /// The smallest side of a tile, in pixels; smaller tiles would consist of little but margin.
@@ -180,7 +180,7 @@ struct Rules<'a> {
     options: &'a Options,
     grouping: &'a ElementConstraints,
     patches: Vec<ElementPatch>,
-    order: Graph,
+    order: OcclusionGraph,
     against: Vec<(u32, u32)>,
 }
 
@@ -275,13 +275,14 @@ impl<'a> Rules<'a> {
     }
 }
 
-struct Merging<'a> {
+/// The image layers that are grown from units, one unit after the other.
+struct ClusterBuilder<'a> {
     rules: &'a Rules<'a>,
     quotient: Quotient,
     clusters: Vec<Growing>,
 }
 
-impl Merging<'_> {
+impl ClusterBuilder<'_> {
     fn add(&mut self, unit: Unit) {
         let options = self.rules.options;
         let mut by_growth: Vec<(u64, usize)> = self
@@ -340,7 +341,7 @@ impl Merging<'_> {
         }
         let edges = order.edges.iter();
         let between = edges.map(|&(f, b, px)| (cluster_of[f as usize], cluster_of[b as usize], px));
-        let order = Graph::new(count, between).longest_paths();
+        let order = OcclusionGraph::new(count, between).longest_paths();
         let mut list: Vec<Cluster> = self
             .clusters
             .iter()
@@ -362,7 +363,7 @@ impl Merging<'_> {
 
 /// Builds the graph of occlusions between patches: those of their elements, for patches whose bounds
 /// intersect.
-fn graph_of_patches(layers: &Layers, patches: &[ElementPatch]) -> Graph {
+fn graph_of_patches(layers: &Layers, patches: &[ElementPatch]) -> OcclusionGraph {
     let mut patches_of: Vec<Vec<u32>> = vec![Vec::new(); layers.elements.len()];
     for (i, patch) in patches.iter().enumerate() {
         patches_of[patch.element.index()].push(i as u32);
@@ -376,5 +377,5 @@ fn graph_of_patches(layers: &Layers, patches: &[ElementPatch]) -> Graph {
             patches_of[back as usize].iter().filter(meets).map(move |&b| (f, b, px))
         })
     });
-    Graph::new(patches.len() as u32, edges)
+    OcclusionGraph::new(patches.len() as u32, edges)
 }

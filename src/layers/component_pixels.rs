@@ -3,7 +3,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::runs::{Row, Run, Runs, is_visible, item_of};
+use super::runs::{RowRuns, Run, Runs, is_visible, item_of};
 
 /// A span of pixels of a row where several items of one component meet.
 #[derive(Debug, Clone)]
@@ -81,7 +81,7 @@ pub fn gather_components(runs: &Runs, components: &[Vec<u32>], items: usize) -> 
 }
 
 /// Iterates over the runs of a row: row, index within the row, run and entries.
-fn numbered_runs((y, row): (usize, &Row)) -> impl Iterator<Item = (u32, u32, &Run, &[u32])> {
+fn numbered_runs((y, row): (usize, &RowRuns)) -> impl Iterator<Item = (u32, u32, &Run, &[u32])> {
     (0..).zip(&row.runs).map(move |(i, run)| (y as u32, i, run, row.entries(run)))
 }
 

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::cluster::Clusters;
 use super::nodes::Nodes;
 use super::parts::Layers;
+use super::projected_model::ProjectedModel;
 use super::runs::{Run, Runs, is_visible, item_of};
-use super::view::View;
 use crate::ElementIndex;
 use quadratura_base::geometry::{PixelRect, Spans};
 
@@ -96,7 +96,7 @@ fn count(spans: &[PixelSpan]) -> u64 {
 /// Computes the content of every image layer, in the order of the clusters. `left_over` tells for each node whether it
 /// is in no image layer.
 pub fn contents(
-    view: &View,
+    view: &ProjectedModel,
     runs: &Runs,
     nodes: &Nodes,
     layers: &Layers,
@@ -150,7 +150,7 @@ fn patches_by_element(layers: &Layers, clusters: &Clusters) -> Vec<Vec<(PixelRec
 }
 
 struct Sorter<'a> {
-    view: &'a View,
+    view: &'a ProjectedModel,
     nodes: &'a Nodes,
     layers: &'a Layers,
     left_over: &'a [bool],

@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::component_pixels::{ComponentPixels, Meeting, Span, count_in, gather_components, split_span};
-use super::graph::{AcyclicGraph, Graph};
-use super::nodes::{CutSide, Node, Nodes, is_near};
+use super::nodes::{CutSide, GraphNode, Nodes, is_near};
+use super::occlusion_graph::{AcyclicGraph, OcclusionGraph};
 use super::options::Options;
+use super::projected_model::ProjectedModel;
 use super::rasteriser::{Occlusion, TIE, is_behind};
 use super::runs::{Runs, item_of};
-use super::view::View;
 
 /// The nodes after cutting, and the occlusion relation between them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -20,7 +20,7 @@ pub struct Resolved {
     /// The items of the working set, cut into pieces where that was needed.
     pub nodes: Nodes,
     /// The complete occlusion relation between nodes.
-    pub relation: Graph,
+    pub relation: OcclusionGraph,
     /// The acyclic part of the relation that was kept, and the edges that were refused.
     pub kept: AcyclicGraph,
     /// The number of cuts made.
@@ -31,13 +31,14 @@ pub struct Resolved {
 
 /// Finds the cycles in the table of occlusions, forgives or cuts them, and so makes the working set sortable.
 pub fn resolve_cycles(
-    view: &View,
+    view: &ProjectedModel,
     runs: &Runs,
     working: &[bool],
     occlusions: &[Occlusion],
     options: &Options,
 ) -> Resolved {
-    let table = Graph::new(view.items.len() as u32, occlusions.iter().map(|o| (o.front, o.back, o.px)));
+    let table =
+        OcclusionGraph::new(view.items.len() as u32, occlusions.iter().map(|o| (o.front, o.back, o.px)));
     let components = table.cyclic_components();
     let cycle_components = gather_components(runs, &components, view.items.len());
     let cut: Vec<_> = components
@@ -47,7 +48,7 @@ pub fn resolve_cycles(
             CycleComponent::cut(view, runs, options, &table.within(items), items, cycle_component)
         })
         .collect();
-    let pieces: Vec<Node> = cut.iter().flat_map(|c| c.pieces.iter().cloned()).collect();
+    let pieces: Vec<GraphNode> = cut.iter().flat_map(|c| c.pieces.iter().cloned()).collect();
     let nodes = Nodes::with_pieces(working, &pieces);
     let relation = relation_of_nodes(view, runs, &nodes, occlusions, options.tolerance);
     let kept = relation.keep_acyclic();
@@ -63,12 +64,12 @@ pub fn resolve_cycles(
 /// Builds the relation between nodes: pairs of whole items keep the rasteriser's counts, pairs with a cut
 /// item are counted anew.
 fn relation_of_nodes(
-    view: &View,
+    view: &ProjectedModel,
     runs: &Runs,
     nodes: &Nodes,
     occlusions: &[Occlusion],
     tolerance: f32,
-) -> Graph {
+) -> OcclusionGraph {
     let whole = occlusions.iter().filter_map(|o| {
         let (front, back) = (nodes.of_whole(o.front)?, nodes.of_whole(o.back)?);
         Some((front.0, back.0, o.px))
@@ -81,7 +82,7 @@ fn relation_of_nodes(
             for run in &row.runs {
                 let entries = row.entries(run);
                 if entries.len() > 1 && entries.iter().any(|&e| nodes.is_cut(item_of(e))) {
-                    count_cut_pairs(view, nodes, entries, (y as u32, run.x0..run.x1), tolerance, &mut counts);
+                    count_cut_pairs(view, nodes, entries, y as u32, run.x0..run.x1, tolerance, &mut counts);
                 }
             }
             counts
@@ -91,16 +92,17 @@ fn relation_of_nodes(
             sum
         });
     let counted = counted.into_iter().map(|((front, back), px)| (front, back, px));
-    Graph::new(nodes.len(), whole.chain(counted))
+    OcclusionGraph::new(nodes.len(), whole.chain(counted))
 }
 
 /// Counts the pairs with a cut item over columns of a row that hold the same entries. Neighbouring pixels mostly have
 /// the same front and the same back, so a stretch of such pixels is counted at once.
 fn count_cut_pairs(
-    view: &View,
+    view: &ProjectedModel,
     nodes: &Nodes,
     entries: &[u32],
-    (y, columns): (u32, Range<u32>),
+    y: u32,
+    columns: Range<u32>,
     tolerance: f32,
     counts: &mut EdgeSet,
 ) {
@@ -133,7 +135,7 @@ fn add_pixels(counts: &mut EdgeSet, pair: Option<(u32, u32)>, px: u32) {
 
 /// Returns (front, back) where one of two items is nearer by more than the tolerance; `None` where neither
 /// is.
-fn nearer(view: &View, a: u32, b: u32, x: u32, y: u32, tolerance: f32) -> Option<(u32, u32)> {
+fn nearer(view: &ProjectedModel, a: u32, b: u32, x: u32, y: u32, tolerance: f32) -> Option<(u32, u32)> {
     let inverse = |i: u32| view.items[i as usize].inverse_depth.at(x, y);
     let (inverse_a, inverse_b) = (inverse(a), inverse(b));
     if is_behind(inverse_b, inverse_a, tolerance) {
@@ -148,14 +150,14 @@ fn nearer(view: &View, a: u32, b: u32, x: u32, y: u32, tolerance: f32) -> Option
 /// A node of a component while the component is being cut, with the pixels that it covers.
 #[derive(Debug, Clone)]
 struct ComponentPart {
-    node: Node,
+    node: GraphNode,
     spans: Vec<Span>,
 }
 
 /// The result of [`CycleComponent::cut`].
 #[derive(Debug, Default)]
 struct CutComponent {
-    pieces: Vec<Node>,
+    pieces: Vec<GraphNode>,
     cuts: u32,
     free_cuts: u32,
 }
@@ -166,7 +168,7 @@ type EdgeSet = FxHashMap<(u32, u32), u32>;
 /// One strongly connected component while it is being cut. Parts are identified by their index in `parts`;
 /// those that were cut or left the working set remain there as `None`.
 struct CycleComponent<'a> {
-    view: &'a View,
+    view: &'a ProjectedModel,
     runs: &'a Runs,
     options: &'a Options,
     meetings: Vec<Meeting>,
@@ -192,10 +194,10 @@ struct CutCandidate {
 
 impl<'a> CycleComponent<'a> {
     fn cut(
-        view: &'a View,
+        view: &'a ProjectedModel,
         runs: &'a Runs,
         options: &'a Options,
-        table: &Graph,
+        table: &OcclusionGraph,
         items: &[u32],
         pixels: ComponentPixels,
     ) -> CutComponent {
@@ -208,7 +210,7 @@ impl<'a> CycleComponent<'a> {
         let parts = items
             .iter()
             .map(|&item| ComponentPart {
-                node: Node { item, sides: Vec::new() },
+                node: GraphNode { item, sides: Vec::new() },
                 spans: pixels.spans[&item].clone(),
             })
             .map(Some)
@@ -251,9 +253,9 @@ impl<'a> CycleComponent<'a> {
 
     /// Builds the component's graph over all parts. `grown` is the number of parts to assume, if it is not
     /// the present one.
-    fn graph(&self, edges: &EdgeSet, grown: Option<u32>) -> Graph {
+    fn graph(&self, edges: &EdgeSet, grown: Option<u32>) -> OcclusionGraph {
         let len = grown.unwrap_or(self.parts.len() as u32);
-        Graph::new(len, edges.iter().map(|(&(f, b), &px)| (f, b, px)))
+        OcclusionGraph::new(len, edges.iter().map(|(&(f, b), &px)| (f, b, px)))
     }
 
     fn best_candidate(&mut self, kept: &AcyclicGraph, front: u32, back: u32) -> Option<CutCandidate> {
@@ -384,7 +386,7 @@ impl<'a> CycleComponent<'a> {
     }
 
     /// Returns true when the item's fragment at this pixel belongs to the node.
-    fn holds(&self, node: &Node, x: u32, y: u32) -> bool {
+    fn holds(&self, node: &GraphNode, x: u32, y: u32) -> bool {
         node.sides.iter().all(|s| is_near(self.view, node.item, s.plane, x, y) == s.near)
     }
 

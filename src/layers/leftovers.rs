@@ -8,8 +8,8 @@ use super::constraints::ResolvedConstraints;
 use super::content::PixelSpan;
 use super::nodes::Nodes;
 use super::options::Options;
+use super::projected_model::ProjectedModel;
 use super::runs::{Run, Runs, is_visible, item_of};
-use super::view::View;
 use quadratura_base::scene::{FaceId, Model};
 
 /// A face of which a photo shows little.
@@ -39,16 +39,21 @@ pub struct Leftovers {
     pub spans: Vec<PixelSpan>,
 }
 
-/// The pixels of an item: visible, covered, and the first visible one. What is seen through see-through items alone counts
-/// as visible: where these are empty, it is.
-type Pixels = (u64, u64, Option<[u32; 2]>);
+/// The pixels of an item. What is seen through see-through items alone counts as visible: where these are empty, it is.
+#[derive(Clone, Copy, Default)]
+struct PixelCounts {
+    visible_px: u64,
+    covered_px: u64,
+    /// The first visible one, row by row.
+    first_px: Option<[u32; 2]>,
+}
 
 impl Leftovers {
     /// Finds the faces that are visible at fewer than `min_visible` pixels and at less than `min_share` of the
     /// pixels that they cover. All pieces and triangles of a face count together.
     pub fn find(
         model: &Model,
-        view: &View,
+        view: &ProjectedModel,
         runs: &Runs,
         nodes: &Nodes,
         options: &Options,
@@ -61,7 +66,8 @@ impl Leftovers {
         for group in view.items.chunk_by(|a, b| a.face == b.face) {
             let items = first..first + group.len();
             first = items.end;
-            let (visible_px, covered_px, first_px) = pixels[items.clone()].iter().fold((0, 0, None), sum);
+            let PixelCounts { visible_px, covered_px, first_px } =
+                pixels[items.clone()].iter().fold(PixelCounts::default(), sum);
             let Some(first_px) = first_px else { continue };
             let face = group[0].face;
             let object = &model.object(model.face(face).object).name;
@@ -88,30 +94,37 @@ impl Leftovers {
 }
 
 /// Adds the pixels of two items.
-fn sum(a: Pixels, b: &Pixels) -> Pixels {
+fn sum(a: PixelCounts, b: &PixelCounts) -> PixelCounts {
     let by_rows = |[x, y]: [u32; 2]| (y, x);
-    let first = [a.2, b.2].into_iter().flatten().min_by_key(|at| by_rows(*at));
-    (a.0 + b.0, a.1 + b.1, first)
+    PixelCounts {
+        visible_px: a.visible_px + b.visible_px,
+        covered_px: a.covered_px + b.covered_px,
+        first_px: [a.first_px, b.first_px].into_iter().flatten().min_by_key(|at| by_rows(*at)),
+    }
 }
 
 /// Counts the pixels of every item.
-fn pixels_of_items(view: &View, runs: &Runs) -> Vec<Pixels> {
-    let none = || vec![(0, 0, None); view.items.len()];
-    let count = |mut pixels: Vec<Pixels>, (y, row): (usize, &super::runs::Row)| {
+fn pixels_of_items(view: &ProjectedModel, runs: &Runs) -> Vec<PixelCounts> {
+    let none = || vec![PixelCounts::default(); view.items.len()];
+    let count = |mut pixels: Vec<PixelCounts>, (y, row): (usize, &super::runs::RowRuns)| {
         for run in &row.runs {
             let entries = row.entries(run);
             let seen_through = seen_through(view, [run.x0, y as u32], entries);
             for &entry in entries {
                 let visible = is_visible(entry) || seen_through == Some(item_of(entry));
                 let px = u64::from(run.len());
-                let of_run = (if visible { px } else { 0 }, px, visible.then_some([run.x0, y as u32]));
+                let of_run = PixelCounts {
+                    visible_px: if visible { px } else { 0 },
+                    covered_px: px,
+                    first_px: visible.then_some([run.x0, y as u32]),
+                };
                 let pixels = &mut pixels[item_of(entry) as usize];
                 *pixels = sum(*pixels, &of_run);
             }
         }
         pixels
     };
-    let unite = |mut a: Vec<Pixels>, b: Vec<Pixels>| {
+    let unite = |mut a: Vec<PixelCounts>, b: Vec<PixelCounts>| {
         a.iter_mut().zip(&b).for_each(|(a, b)| *a = sum(*a, b));
         a
     };
@@ -119,7 +132,7 @@ fn pixels_of_items(view: &View, runs: &Runs) -> Vec<Pixels> {
 }
 
 /// Returns the item that is the nearest solid one at the first pixel of a run that shows nothing but see-through items.
-fn seen_through(view: &View, [x, y]: [u32; 2], entries: &[u32]) -> Option<u32> {
+fn seen_through(view: &ProjectedModel, [x, y]: [u32; 2], entries: &[u32]) -> Option<u32> {
     let sees_through = |entry: &u32| view.items[item_of(*entry) as usize].see_through;
     if !entries.iter().filter(|entry| is_visible(**entry)).all(sees_through) {
         return None;
@@ -130,7 +143,7 @@ fn seen_through(view: &View, [x, y]: [u32; 2], entries: &[u32]) -> Option<u32> {
 }
 
 /// Returns the pixels at which a leftover is visible and no node that is in an image layer.
-fn spans(view: &View, runs: &Runs, nodes: &Nodes, is_left_over: &[bool]) -> Vec<PixelSpan> {
+fn spans(view: &ProjectedModel, runs: &Runs, nodes: &Nodes, is_left_over: &[bool]) -> Vec<PixelSpan> {
     let mut spans: Vec<PixelSpan> = Vec::new();
     for (y, run, entries) in runs.iter() {
         let visible = || entries.iter().filter(|&&entry| is_visible(entry)).map(|&entry| item_of(entry));

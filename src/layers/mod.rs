@@ -4,7 +4,7 @@
 
 pub mod constraints;
 pub mod options;
-pub mod view;
+pub mod projected_model;
 
 pub mod pairs;
 pub mod rasteriser;
@@ -13,8 +13,8 @@ pub mod software;
 
 mod component_pixels;
 pub mod cycles;
-pub mod graph;
 pub mod nodes;
+pub mod occlusion_graph;
 pub mod parts;
 pub mod quotient;
 pub mod stencil;
@@ -45,7 +45,7 @@ pub use constraints::{Faces, LayerConstraints};
 pub use options::{BoxShape, Method, ObjectOptions, Options};
 pub use pairs::count_pairs;
 pub use parts::ElementIndex;
+pub use projected_model::{Item, ItemId, ProjectedModel};
 pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind};
 pub use software::SoftwareRasteriser;
 pub use sort::{Sorted, sort_photo};
-pub use view::{Item, ItemId, View};

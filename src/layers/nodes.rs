@@ -1,7 +1,7 @@
 //! Nodes, the units that the sort orders: the items of the working set, and the pieces of those that were
 //! cut.
 
-use super::view::View;
+use super::projected_model::ProjectedModel;
 
 /// The index of a node in [`Nodes::list`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -18,7 +18,7 @@ pub struct CutSide {
 
 /// A whole item, or the piece of it that lies on the given sides of other items' planes.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Node {
+pub struct GraphNode {
     /// Index of the item.
     pub item: u32,
     /// The sides of the cuts that made the piece, first cut first; empty for a whole item.
@@ -36,7 +36,7 @@ enum CutTree {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Nodes {
     /// The nodes by item, near pieces before far ones.
-    pub list: Vec<Node>,
+    pub list: Vec<GraphNode>,
     /// The tree of each item: a leaf for an item that is whole or not in the working set.
     trees: Vec<CutTree>,
 }
@@ -48,25 +48,25 @@ impl Nodes {
         let mut nodes = Self { trees: vec![CutTree::Leaf(None); working.len()], ..Self::default() };
         for (item, _) in working.iter().enumerate().filter(|(_, w)| **w) {
             nodes.trees[item] = CutTree::Leaf(Some(NodeId(nodes.list.len() as u32)));
-            nodes.list.push(Node { item: item as u32, sides: Vec::new() });
+            nodes.list.push(GraphNode { item: item as u32, sides: Vec::new() });
         }
         nodes
     }
 
     /// Builds the nodes of the items flagged in `working`; items named in `pieces` are in pieces. Pieces that
     /// left the working set are not listed, and their fragments belong to no node.
-    pub fn with_pieces(working: &[bool], pieces: &[Node]) -> Self {
-        let mut list: Vec<Node> = pieces.to_vec();
+    pub fn with_pieces(working: &[bool], pieces: &[GraphNode]) -> Self {
+        let mut list: Vec<GraphNode> = pieces.to_vec();
         let is_cut = |item: u32| pieces.iter().any(|p| p.item == item);
         list.extend(
             (0..working.len() as u32)
                 .filter(|&i| working[i as usize] && !is_cut(i))
-                .map(|item| Node { item, sides: Vec::new() }),
+                .map(|item| GraphNode { item, sides: Vec::new() }),
         );
         // Near sorts before far, and whole items have one node only: the result is in model order, near
         // pieces first.
         list.sort_by(|a, b| {
-            let key = |n: &Node| n.sides.iter().map(|s| (s.plane, !s.near)).collect::<Vec<_>>();
+            let key = |n: &GraphNode| n.sides.iter().map(|s| (s.plane, !s.near)).collect::<Vec<_>>();
             (a.item, key(a)).cmp(&(b.item, key(b)))
         });
         let mut nodes = Self { trees: vec![CutTree::Leaf(None); working.len()], ..Self::default() };
@@ -107,7 +107,7 @@ impl Nodes {
     /// Returns the node that the item's fragment at the pixel in column `x`, row `y` belongs to; `None` where
     /// its piece left the working set.
     #[inline]
-    pub fn at(&self, view: &View, item: u32, x: u32, y: u32) -> Option<NodeId> {
+    pub fn at(&self, view: &ProjectedModel, item: u32, x: u32, y: u32) -> Option<NodeId> {
         let mut tree = &self.trees[item as usize];
         loop {
             match tree {
@@ -138,7 +138,7 @@ impl CutTree {
 /// Returns true when the fragment of `item` at this pixel lies on the camera's side of the plane of item
 /// `plane`.
 #[inline]
-pub fn is_near(view: &View, item: u32, plane: u32, x: u32, y: u32) -> bool {
+pub fn is_near(view: &ProjectedModel, item: u32, plane: u32, x: u32, y: u32) -> bool {
     let depth = |i: u32| view.items[i as usize].inverse_depth.at(x, y);
     depth(item) >= depth(plane)
 }

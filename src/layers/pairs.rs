@@ -5,8 +5,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::projected_model::ProjectedModel;
 use super::rasteriser::{Band, FragmentLists, Occlusion, VISIBLE, is_behind};
-use super::view::View;
 use quadratura_base::geometry::InverseDepth;
 
 /// Rows that one parallel job counts; a band may be the whole photo.
@@ -17,7 +17,7 @@ const JOB_ROWS: u32 = 64;
 ///
 /// The result depends on the lists alone: a rasteriser that counts its own table from the same lists has to
 /// produce an equal one.
-pub fn count_pairs(view: &View, lists: &FragmentLists, tolerance: f32) -> Vec<Occlusion> {
+pub fn count_pairs(view: &ProjectedModel, lists: &FragmentLists, tolerance: f32) -> Vec<Occlusion> {
     let jobs: Vec<(&Band, u32)> = lists
         .bands
         .iter()
@@ -46,7 +46,13 @@ type PairCounts = FxHashMap<(u32, u32), u32>;
 
 /// Counts the pairs of [`JOB_ROWS`] rows from `y0` on. Neighbouring pixels mostly hold the same entries, so a
 /// run of such pixels is counted at once.
-fn pairs_of_rows(view: &View, lists: &FragmentLists, band: &Band, y0: u32, tolerance: f32) -> PairCounts {
+fn pairs_of_rows(
+    view: &ProjectedModel,
+    lists: &FragmentLists,
+    band: &Band,
+    y0: u32,
+    tolerance: f32,
+) -> PairCounts {
     let mut table = PairCounts::default();
     for y in y0..(y0 + JOB_ROWS).min(band.y1) {
         let mut x = 0;
@@ -63,7 +69,14 @@ fn pairs_of_rows(view: &View, lists: &FragmentLists, band: &Band, y0: u32, toler
 }
 
 /// Counts every pair of the `entries` that all pixels of a run hold.
-fn count_run(view: &View, entries: &[u32], run: Range<u32>, y: u32, tolerance: f32, table: &mut PairCounts) {
+fn count_run(
+    view: &ProjectedModel,
+    entries: &[u32],
+    run: Range<u32>,
+    y: u32,
+    tolerance: f32,
+    table: &mut PairCounts,
+) {
     for (i, one) in entries.iter().map(|entry| entry & !VISIBLE).enumerate() {
         for other in entries[i + 1..].iter().map(|entry| entry & !VISIBLE) {
             let [p, q] = [one, other].map(|item| &view.items[item as usize].inverse_depth);

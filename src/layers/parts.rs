@@ -9,13 +9,13 @@ use serde::{Deserialize, Serialize};
 
 use super::constraints::ResolvedConstraints;
 use super::cycles::Resolved;
-use super::graph::Graph;
 use super::nodes::NodeId;
+use super::occlusion_graph::OcclusionGraph;
 use super::options::Options;
+use super::projected_model::ProjectedModel;
 use super::quotient::Quotient;
 use super::runs::Runs;
 use super::tolerated::{ObjectPart, Overlap, Overlaps};
-use super::view::View;
 use quadratura_base::scene::{Model, ObjectId};
 
 /// The index of an element in reading order of the visibility layers, which stacks number them by.
@@ -60,7 +60,7 @@ pub struct Layers {
     /// The element of each node.
     pub element_of: Vec<ElementIndex>,
     /// The occlusions between elements that agree with the order of the layers: an acyclic graph.
-    pub occlusions: Graph,
+    pub occlusions: OcclusionGraph,
     /// The occlusions that contradict the order of the layers, forgiven or left over: `(front, back, px)`,
     /// sorted.
     pub against: Vec<(u32, u32, u32)>,
@@ -80,7 +80,7 @@ pub struct Layers {
 /// first one.
 pub fn gather_parts(
     model: &Model,
-    view: &View,
+    view: &ProjectedModel,
     runs: &Runs,
     resolved: &Resolved,
     options: &Options,
@@ -122,7 +122,7 @@ pub fn gather_parts(
 }
 
 /// Returns the overlaps between nodes that are in one group now and were in two before.
-fn overlaps_within(groups: &[u32], before: &[u32], relation: &Graph) -> Vec<Overlap> {
+fn overlaps_within(groups: &[u32], before: &[u32], relation: &OcclusionGraph) -> Vec<Overlap> {
     let united =
         |f: u32, b: u32| groups[f as usize] == groups[b as usize] && before[f as usize] != before[b as usize];
     let overlaps = relation.edges.iter().filter(|&&(front, back, _)| united(front, back));
@@ -243,14 +243,14 @@ impl Gathering {
 /// ([`Layers::against`]).
 fn layers_of_groups(
     groups: &[u32],
-    relation: &Graph,
-    order: &Graph,
+    relation: &OcclusionGraph,
+    order: &OcclusionGraph,
     object_of: impl Fn(u32) -> ObjectId,
 ) -> Layers {
     let (compact, count) = compact_groups(groups);
-    let between = |g: &Graph| {
+    let between = |g: &OcclusionGraph| {
         let edges = g.edges.iter();
-        Graph::new(count, edges.map(|&(f, b, px)| (compact[f as usize], compact[b as usize], px)))
+        OcclusionGraph::new(count, edges.map(|&(f, b, px)| (compact[f as usize], compact[b as usize], px)))
     };
     let layer = between(order).longest_paths();
     from_layers(&compact, &layer, &between(relation), object_of)
@@ -260,7 +260,7 @@ fn layers_of_groups(
 pub(super) fn from_layers(
     group_of: &[u32],
     layer_of_group: &[u32],
-    relation: &Graph,
+    relation: &OcclusionGraph,
     object_of: impl Fn(u32) -> ObjectId,
 ) -> Layers {
     let mut nodes: Vec<Vec<NodeId>> = vec![Vec::new(); layer_of_group.len()];
@@ -287,7 +287,7 @@ pub(super) fn from_layers(
     against.sort_unstable();
     Layers {
         element_of: group_of.iter().map(|&g| ElementIndex(index[g as usize])).collect(),
-        occlusions: Graph::new(elements.len() as u32, along),
+        occlusions: OcclusionGraph::new(elements.len() as u32, along),
         elements,
         against,
         tolerated: Vec::new(),

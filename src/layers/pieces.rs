@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::nodes::{CutSide, Node, Nodes};
+use super::nodes::{CutSide, GraphNode, Nodes};
+use super::projected_model::ProjectedModel;
 use super::tolerated::Overlap;
-use super::view::View;
 use quadratura_base::geometry::polygon::{fit_plane, split_by_plane, triangulate};
 use quadratura_base::geometry::{Plane, Pose};
 use quadratura_base::scene::{FaceId, Model};
@@ -25,7 +25,7 @@ pub struct NodePieces {
 /// piece.
 pub fn pieces_of_nodes(
     model: &Model,
-    view: &View,
+    view: &ProjectedModel,
     nodes: &Nodes,
     tolerated: &[Overlap],
     pose: &Pose,
@@ -38,7 +38,7 @@ pub fn pieces_of_nodes(
         .zip(0u32..)
         .map(|(node, index)| {
             let item = &view.items[node.item as usize];
-            let fronts: Vec<&Node> = tolerated
+            let fronts: Vec<&GraphNode> = tolerated
                 .iter()
                 .filter(|overlap| overlap.back == index)
                 .map(|overlap| &nodes.list[overlap.front as usize])
@@ -59,7 +59,7 @@ pub fn pieces_of_nodes(
         .collect()
 }
 
-fn rings_of(model: &Model, view: &View, node: &Node, eye: DVec3) -> Vec<Vec<DVec3>> {
+fn rings_of(model: &Model, view: &ProjectedModel, node: &GraphNode, eye: DVec3) -> Vec<Vec<DVec3>> {
     let whole = vec![outline(model, view, node.item)];
     node.sides.iter().fold(whole, |rings, side| {
         let plane = plane_of(model, view, side.plane);
@@ -113,7 +113,7 @@ fn outside_shadow(
 }
 
 /// Returns the outline of an item, in world coordinates.
-pub fn outline(model: &Model, view: &View, item: u32) -> Vec<DVec3> {
+pub fn outline(model: &Model, view: &ProjectedModel, item: u32) -> Vec<DVec3> {
     let item = &view.items[item as usize];
     match item.triangle {
         None => model.ring_points(item.face).collect(),
@@ -121,7 +121,7 @@ pub fn outline(model: &Model, view: &View, item: u32) -> Vec<DVec3> {
     }
 }
 
-fn plane_of(model: &Model, view: &View, item: u32) -> Plane {
+fn plane_of(model: &Model, view: &ProjectedModel, item: u32) -> Plane {
     let face = view.items[item as usize].face;
     match view.items[item as usize].triangle {
         None => model.face(face).plane,

@@ -2,7 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::graph::Graph;
+use super::occlusion_graph::OcclusionGraph;
 
 /// A graph of groups of nodes; an edge between groups has the summed support of the edges between their
 /// nodes. Each group is identified by one of its nodes, see [`Quotient::group`].
@@ -16,7 +16,7 @@ pub struct Quotient {
 
 impl Quotient {
     /// Builds the quotient in which every node is its own group. The graph must be acyclic.
-    pub fn new(graph: &Graph) -> Self {
+    pub fn new(graph: &OcclusionGraph) -> Self {
         let n = graph.len as usize;
         let mut quotient = Self {
             group_of: (0..graph.len).collect(),
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn merging_carries_paths_along() {
         // 0 -> 1 -> 2, 3 -> 4
-        let mut quotient = Quotient::new(&Graph::new(5, [(0, 1, 5), (1, 2, 5), (3, 4, 5)]));
+        let mut quotient = Quotient::new(&OcclusionGraph::new(5, [(0, 1, 5), (1, 2, 5), (3, 4, 5)]));
         assert!(quotient.path_through_others(0, 2));
         assert!(!quotient.path_through_others(0, 1));
         assert!(quotient.connected(0, 1));

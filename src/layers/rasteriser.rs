@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::view::View;
+use super::projected_model::ProjectedModel;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 
@@ -16,9 +16,9 @@ pub fn is_behind(inverse_depth: f32, inverse_depth_of_other: f32, tolerance: f32
 /// An occlusion: `front` is nearer than `back` by more than the tolerance at `px` pixels that both cover.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Occlusion {
-    /// Index of the nearer item in [`View::items`].
+    /// Index of the nearer item in [`ProjectedModel::items`].
     pub front: u32,
-    /// Index of the farther item in [`View::items`].
+    /// Index of the farther item in [`ProjectedModel::items`].
     pub back: u32,
     /// Support: the number of pixels.
     pub px: u32,
@@ -112,7 +112,7 @@ pub enum Presence {
         x: u32,
         /// The pixel's row.
         y: u32,
-        /// The index of the owner in [`View::items`].
+        /// The index of the owner in [`ProjectedModel::items`].
         by: u32,
     },
     /// The item covers no pixel centre.
@@ -148,7 +148,7 @@ pub trait Rasteriser: Sync {
     ///
     /// # Errors
     /// [`quadratura_base::Error::Gpu`] when the device fails, [`quadratura_base::Error::Cancelled`] on request.
-    fn fragments(&self, view: &View, tolerance: f32, task: &Task) -> Result<Fragments>;
+    fn fragments(&self, view: &ProjectedModel, tolerance: f32, task: &Task) -> Result<Fragments>;
 
     /// Does one round of exact peeling on the items flagged in `alive`. Returns, per item, whether some
     /// fragment of it lies behind a fragment of another alive item by more than the tolerance. The `forgiven`
@@ -158,7 +158,7 @@ pub trait Rasteriser: Sync {
     /// As [`Rasteriser::fragments`].
     fn occluded(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         alive: &[bool],
         forgiven: &[(u32, u32)],
@@ -170,7 +170,7 @@ pub trait Rasteriser: Sync {
     /// As [`Rasteriser::fragments`].
     fn stencil_peeling(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         working: &[bool],
         task: &Task,

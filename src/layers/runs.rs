@@ -24,7 +24,7 @@ impl Run {
         self.x1 - self.x0
     }
 
-    /// Returns true when the run holds no pixel, which never happens for runs of a [`Row`].
+    /// Returns true when the run holds no pixel, which never happens for runs of a [`RowRuns`].
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.x1 <= self.x0
@@ -33,13 +33,13 @@ impl Run {
 
 /// The runs of one row; pixels without fragments are in none.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Row {
+pub struct RowRuns {
     /// The runs, from left to right.
     pub runs: Vec<Run>,
     entries: Vec<u32>,
 }
 
-impl Row {
+impl RowRuns {
     /// Returns the entries of a run in rising order of items: item indices, with [`VISIBLE`] set where the
     /// item is visible.
     #[inline]
@@ -52,7 +52,7 @@ impl Row {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Runs {
     /// The rows of pixels, from the top.
-    pub rows: Vec<Row>,
+    pub rows: Vec<RowRuns>,
 }
 
 /// Returns the item index of an entry, without the flag [`VISIBLE`].
@@ -76,7 +76,7 @@ impl Runs {
         let mut rows = Vec::new();
         for band in lists.bands {
             let height = (band.y1 - band.y0) as usize;
-            rows.par_extend((0..height).into_par_iter().map(|y| Row::from_band(&band, y * width, width)));
+            rows.par_extend((0..height).into_par_iter().map(|y| RowRuns::from_band(&band, y * width, width)));
         }
         Self { rows }
     }
@@ -84,7 +84,7 @@ impl Runs {
     /// Returns the number of fragments.
     #[inline]
     pub fn fragments(&self) -> u64 {
-        let of_row = |row: &Row| row.runs.iter().map(|r| u64::from(r.len() * r.count)).sum::<u64>();
+        let of_row = |row: &RowRuns| row.runs.iter().map(|r| u64::from(r.len() * r.count)).sum::<u64>();
         self.rows.iter().map(of_row).sum()
     }
 
@@ -98,7 +98,7 @@ impl Runs {
     }
 }
 
-impl Row {
+impl RowRuns {
     /// Builds the row of `width` pixels that begins at pixel `begin` of the band.
     fn from_band(band: &Band, begin: usize, width: usize) -> Self {
         let mut row = Self::default();

@@ -10,10 +10,10 @@ use super::leftovers::Leftovers;
 use super::nodes::Nodes;
 use super::options::{Method, Options};
 use super::parts::{Layers, gather_parts};
+use super::projected_model::ProjectedModel;
 use super::rasteriser::{Fragments, Presence, Rasteriser};
 use super::runs::{Runs, item_of};
 use super::stencil::layers_of_stencil;
-use super::view::View;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::{FaceId, Model};
@@ -23,7 +23,7 @@ use quadratura_base::task::Task;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sorted {
     /// The model as this photo sees it.
-    pub view: View,
+    pub view: ProjectedModel,
     /// The state of each item of the view.
     pub presence: Vec<Presence>,
     /// The fragments of the working set.
@@ -65,7 +65,7 @@ pub fn sort_photo(
     task: &Task,
 ) -> Result<Sorted> {
     let wanted = ResolvedConstraints::new(constraints, model);
-    let view = task.timed("view", || View::new(model, camera, pose));
+    let view = task.timed("view", || ProjectedModel::new(model, camera, pose));
     task.go_on()?;
     let Fragments { presence, lists, occlusions } =
         task.timed("fragments", || rasteriser.fragments(&view, options.tolerance, task))?;
@@ -126,7 +126,7 @@ pub fn sort_photo(
 }
 
 /// Returns the faces of each element, in rising order.
-fn faces_of_elements(view: &View, nodes: &Nodes, layers: &Layers) -> Vec<Vec<FaceId>> {
+fn faces_of_elements(view: &ProjectedModel, nodes: &Nodes, layers: &Layers) -> Vec<Vec<FaceId>> {
     let face = |node: u32| view.items[nodes.list[node as usize].item as usize].face;
     let of_element = |element: &super::parts::SortedElement| {
         let mut faces: Vec<FaceId> = element.nodes.iter().map(|node| face(node.0)).collect();
@@ -160,7 +160,7 @@ fn element_bounds(bounds_of_nodes: &[PixelRect], layers: &Layers) -> Vec<PixelRe
 
 /// Computes the bounding box of every node, in photo pixels: of its outline for a whole item, of its pixels
 /// for a piece.
-fn node_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
+fn node_bounds(view: &ProjectedModel, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
     let mut bounds = piece_bounds(view, runs, nodes);
     for (bounds, node) in bounds.iter_mut().zip(&nodes.list) {
         if !nodes.is_cut(node.item) {
@@ -171,7 +171,7 @@ fn node_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
 }
 
 /// Computes the bounding boxes of the pixels of cut items' nodes; the boxes of all other nodes are empty.
-fn piece_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
+fn piece_bounds(view: &ProjectedModel, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
     const EMPTY: PixelRect = PixelRect::EMPTY;
     let unite = |mut a: Vec<PixelRect>, b: Vec<PixelRect>| {
         for (a, b) in a.iter_mut().zip(b) {

@@ -4,10 +4,10 @@
 use rustc_hash::FxHashMap;
 
 use super::constraints::ResolvedConstraints;
-use super::graph::Graph;
+use super::occlusion_graph::OcclusionGraph;
 use super::parts::{Layers, compact_groups, from_layers};
+use super::projected_model::ProjectedModel;
 use super::rasteriser::{Occlusion, StencilLayers};
-use super::view::View;
 use quadratura_base::scene::Model;
 
 /// Builds the layers that stencil peeling leads to. Faces of an object that share a layer and overlap in at
@@ -16,7 +16,7 @@ use quadratura_base::scene::Model;
 /// working set, in model order.
 pub fn layers_of_stencil(
     model: &Model,
-    view: &View,
+    view: &ProjectedModel,
     items: &[u32],
     peeled: &StencilLayers,
     occlusions: &[Occlusion],
@@ -24,7 +24,7 @@ pub fn layers_of_stencil(
     wanted: &ResolvedConstraints,
 ) -> Layers {
     let node_of = |item: u32| items.binary_search(&item).ok().map(|n| n as u32);
-    let relation = Graph::new(
+    let relation = OcclusionGraph::new(
         items.len() as u32,
         occlusions.iter().filter_map(|o| Some((node_of(o.front)?, node_of(o.back)?, o.px))),
     );
@@ -64,6 +64,7 @@ pub fn layers_of_stencil(
         layer_of_group[group as usize] = layer_of(node as u32);
     }
     let edges = relation.edges.iter();
-    let between = Graph::new(count, edges.map(|&(f, b, px)| (compact[f as usize], compact[b as usize], px)));
+    let between =
+        OcclusionGraph::new(count, edges.map(|&(f, b, px)| (compact[f as usize], compact[b as usize], px)));
     from_layers(&compact, &layer_of_group, &between, object_of)
 }

@@ -5,7 +5,7 @@ use super::cluster::{box_size, place_box, split_into_patches};
 use super::constraints::LayerConstraints;
 use super::content::{Content, PixelSpan};
 use super::options::Options;
-use super::runs::{Row, Run, Runs, item_of};
+use super::runs::{RowRuns, Run, Runs, item_of};
 use super::sort::Sorted;
 use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::PhotoPixels;
@@ -89,7 +89,7 @@ impl Surroundings {
 
 /// Returns the pixels of the photo without any fragment.
 fn without_face(runs: &Runs, photo: PixelRect) -> Spans {
-    let empty = Row::default();
+    let empty = RowRuns::default();
     let covered = Spans::from_rows(photo.y..photo.bottom(), |y, out| {
         let row = runs.rows.get(y as usize).unwrap_or(&empty);
         out.extend(row.runs.iter().map(|run| run.x0 as i32..run.x1 as i32));
@@ -99,7 +99,7 @@ fn without_face(runs: &Runs, photo: PixelRect) -> Spans {
 
 /// Returns the pixels of the photo with see-through items alone.
 fn behind_see_through(Sorted { view, runs, .. }: &Sorted, photo: PixelRect) -> Spans {
-    let empty = Row::default();
+    let empty = RowRuns::default();
     Spans::from_rows(photo.y..photo.bottom(), |y, out| {
         let row = runs.rows.get(y as usize).unwrap_or(&empty);
         let sees_through = |&entry: &u32| view.items[item_of(entry) as usize].see_through;

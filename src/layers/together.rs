@@ -1,6 +1,6 @@
 //! Merging of items that the user wants in one image layer, as far as the order of the stack allows.
 
-use super::graph::Graph;
+use super::occlusion_graph::OcclusionGraph;
 use super::quotient::Quotient;
 
 /// The reason why two items cannot share an image layer.
@@ -48,7 +48,7 @@ pub struct MergeResult {
 /// `obstacle` returns what else keeps the members of a group (first argument) out of another group (second),
 /// and the member of the latter that is concerned.
 pub fn bring_together(
-    order: &Graph,
+    order: &OcclusionGraph,
     merges: &[Vec<u32>],
     obstacle: impl Fn(&[u32], &[u32]) -> Option<(u32, Obstacle)>,
 ) -> MergeResult {
@@ -81,7 +81,7 @@ pub fn bring_together(
 
 /// Returns the first member of a group that a path of occlusions connects with `item`, or simply the first
 /// member where only earlier merges connect them.
-fn connected_member(order: &Graph, item: u32, group: &[u32]) -> u32 {
+fn connected_member(order: &OcclusionGraph, item: u32, group: &[u32]) -> u32 {
     let leads = |a: u32, b: u32| order.shortest_path(a, b).is_some();
     group.iter().copied().find(|&member| leads(item, member) || leads(member, item)).unwrap_or(group[0])
 }
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn what_does_not_hide_each_other_is_brought_together_and_the_rest_told() {
         // 0 hides 1, which hides 2; 3 is free.
-        let order = Graph::new(4, [(0, 1, 9), (1, 2, 9)]);
+        let order = OcclusionGraph::new(4, [(0, 1, 9), (1, 2, 9)]);
         let together = bring_together(&order, &[vec![0, 2, 3]], free);
         assert_eq!(together.members, [vec![0, 3], vec![1], vec![2], vec![]]);
         assert_eq!(
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn a_merge_that_would_close_a_ring_with_an_earlier_one_is_told() {
         // 0 hides 1, 2 hides 3: {0, 3} and {1, 2} hide each other.
-        let order = Graph::new(4, [(0, 1, 9), (2, 3, 9)]);
+        let order = OcclusionGraph::new(4, [(0, 1, 9), (2, 3, 9)]);
         let together = bring_together(&order, &[vec![0, 3], vec![1, 2]], free);
         assert_eq!(together.members[0], [0, 3]);
         assert_eq!(
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn merges_that_share_a_thing_become_one() {
-        let order = Graph::new(4, []);
+        let order = OcclusionGraph::new(4, []);
         let together = bring_together(&order, &[vec![1, 2], vec![0, 2, 3]], free);
         assert!(together.members.contains(&vec![0, 1, 2, 3]) && together.unsatisfied.is_empty());
     }
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn other_obstacles_are_told_by_what_stays_out_and_what_they_lie_before() {
         // 3 is together with 2, which must not join 1.
-        let order = Graph::new(4, []);
+        let order = OcclusionGraph::new(4, []);
         let keeps = |joining: &[u32], group: &[u32]| {
             (joining.contains(&2) && group.contains(&1)).then_some((1, Obstacle::Split))
         };

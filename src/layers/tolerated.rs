@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use super::graph::Graph;
 use super::nodes::Nodes;
-use super::runs::{Row, Runs, is_visible, item_of};
-use super::view::View;
+use super::occlusion_graph::OcclusionGraph;
+use super::projected_model::ProjectedModel;
+use super::runs::{RowRuns, Runs, is_visible, item_of};
 
 /// An overlap within an element: node `front` is nearer than node `back` at `px` pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,14 +32,14 @@ pub(super) struct ObjectPart {
 
 /// The overlaps between parts of objects.
 pub(super) struct Overlaps<'a> {
-    relation: &'a Graph,
+    relation: &'a OcclusionGraph,
     /// The number of visible pixels of each node.
     visible_px: Vec<u64>,
 }
 
 impl<'a> Overlaps<'a> {
     /// Counts the visible pixels of all nodes.
-    pub fn new(view: &View, runs: &Runs, nodes: &Nodes, relation: &'a Graph) -> Self {
+    pub fn new(view: &ProjectedModel, runs: &Runs, nodes: &Nodes, relation: &'a OcclusionGraph) -> Self {
         Self { relation, visible_px: visible_px(view, runs, nodes) }
     }
 
@@ -77,9 +77,9 @@ impl<'a> Overlaps<'a> {
 }
 
 /// Counts the visible pixels of every node.
-fn visible_px(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<u64> {
+fn visible_px(view: &ProjectedModel, runs: &Runs, nodes: &Nodes) -> Vec<u64> {
     let none = || vec![0u64; nodes.list.len()];
-    let count = |mut px: Vec<u64>, (y, row): (usize, &Row)| {
+    let count = |mut px: Vec<u64>, (y, row): (usize, &RowRuns)| {
         for run in &row.runs {
             for item in row.entries(run).iter().filter(|e| is_visible(**e)).map(|e| item_of(*e)) {
                 if nodes.is_cut(item) {

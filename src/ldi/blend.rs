@@ -12,7 +12,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::layout::{Ldi, Level};
+use super::layout::{Ldi, ResolutionLevel};
 use super::occluders::{CLEARLY_FARTHER, Occluders};
 use super::splat::sums::{BLENDED, COLOUR, LEVEL, Slot, SumsCanvas};
 use super::warp::{BAND, Plan, WarpOptions, light_of_bytes};
@@ -80,7 +80,8 @@ pub struct BlendedSurface {
 /// [`quadratura_base::Error::Cancelled`].
 pub fn warp_blended(
     sources: &[BlendSource],
-    (shot, lens): (&Shot, &ViewLens),
+    shot: &Shot,
+    lens: &ViewLens,
     options: &WarpOptions,
     task: &Task,
 ) -> Result<Blended> {
@@ -93,7 +94,7 @@ pub fn warp_blended(
     let (mut rgba, mut surfaces) = (vec![0u8; 4 * count], vec![BlendedSurface::default(); count]);
     let in_band = width as usize * BAND as usize;
     let bands = rgba.par_chunks_mut(4 * in_band).zip(surfaces.par_chunks_mut(in_band)).enumerate();
-    bands.try_for_each(|(band, out)| {
+    bands.try_for_each(|(band, (rgba, surfaces))| {
         task.go_on()?;
         let band = band as u32;
         let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
@@ -103,7 +104,7 @@ pub fn warp_blended(
                 .map(|(plan, light)| plan.draw(band, SumsCanvas::<BLENDED>::new(width, rows, light)))
                 .collect()
         });
-        task.timed("resolve", || blend_band(&blender, lens, &canvases, top, out));
+        task.timed("resolve", || blend_band(&blender, lens, &canvases, top, rgba, surfaces));
         Ok(())
     })?;
     Ok(Blended { picture: Picture { width, height, rgba }, surfaces })
@@ -115,7 +116,8 @@ fn blend_band(
     lens: &ViewLens,
     canvases: &[SumsCanvas<BLENDED>],
     top: u32,
-    (rgba, surfaces): (&mut [u8], &mut [BlendedSurface]),
+    rgba: &mut [u8],
+    surfaces: &mut [BlendedSurface],
 ) {
     let width = blender.shot.camera.width;
     let mut pixels = Vec::new();
@@ -124,8 +126,8 @@ fn blend_band(
         pixels.clear();
         for (source, canvas) in canvases.iter().enumerate() {
             let [near, far] = canvas.slots(x, y);
-            pixels.extend(Part::new(source, near, 0.0));
-            pixels.extend(Part::new(source, far, near.weight()));
+            pixels.extend(ImageContribution::new(source, near, 0.0));
+            pixels.extend(ImageContribution::new(source, far, near.weight()));
         }
         let at = DVec2::new(f64::from(x) + 0.5, f64::from(top + y) + 0.5);
         let factor = lens.factor(squared_tangent(&blender.shot.camera, at));
@@ -135,7 +137,7 @@ fn blend_band(
 
 /// What one image shows of one surface at a pixel.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+struct ImageContribution {
     source: usize,
     /// Inverse depth in the picture's camera: the mean of the depth pixels around, which is that of the pixel's centre on a
     /// plane.
@@ -152,7 +154,7 @@ struct Part {
     paint: f32,
 }
 
-impl Part {
+impl ImageContribution {
     fn new(source: usize, slot: &Slot<BLENDED>, before: f32) -> Option<Self> {
         if slot.weight() <= 0.0 {
             return None;
@@ -173,8 +175,8 @@ impl Part {
 }
 
 /// Lays what one image shows of a surface in two slots, such as a window before its wall, over each other.
-fn one_of_each(surface: &[Part]) -> Vec<Part> {
-    let mut parts: Vec<Part> = Vec::with_capacity(surface.len());
+fn one_of_each(surface: &[ImageContribution]) -> Vec<ImageContribution> {
+    let mut parts: Vec<ImageContribution> = Vec::with_capacity(surface.len());
     for part in surface {
         match parts.iter_mut().find(|other| other.source == part.source) {
             Some(near) => {
@@ -187,7 +189,7 @@ fn one_of_each(surface: &[Part]) -> Vec<Part> {
     parts
 }
 
-impl Part {
+impl ImageContribution {
     /// Returns what stands for a camera that sees past a point.
     fn past(source: usize) -> Self {
         Self { source, q: 0.0, spread: 0.0, colour: [0.0; 4], spacing: 1.0, own: 1.0, paint: 0.0 }
@@ -197,7 +199,7 @@ impl Part {
 struct Blender<'a> {
     sources: &'a [BlendSource<'a>],
     /// The level of each source that is drawn.
-    levels: Vec<&'a Level>,
+    levels: Vec<&'a ResolutionLevel>,
     shot: &'a Shot,
     /// Where the cameras see outlines.
     occluders: Vec<Occluders>,
@@ -209,20 +211,23 @@ struct Blender<'a> {
 impl<'a> Blender<'a> {
     fn new(sources: &'a [BlendSource], plans: &[Plan<'a>], shot: &'a Shot) -> Self {
         let eyes = sources.iter().map(|source| source.ldi.pose.center_in_world()).collect();
-        let levels: Vec<&Level> = plans.iter().map(|plan| plan.level).collect();
-        let of_source = |(level, source): (&&Level, &BlendSource)| Occluders::new(source.ldi, level);
+        let levels: Vec<&ResolutionLevel> = plans.iter().map(|plan| plan.level).collect();
+        let of_source =
+            |(level, source): (&&ResolutionLevel, &BlendSource)| Occluders::new(source.ldi, level);
         let occluders = levels.par_iter().zip(sources).map(of_source).collect();
         Self { sources, levels, occluders, shot, eyes, viewpoint: shot.viewpoint() }
     }
 
     /// Returns the colour of a pixel at `at` of the parts that the images show there, darkened by a factor, and what it shows.
-    fn colour(&self, at: DVec2, factor: f64, parts: &mut [Part]) -> ([u8; 4], BlendedSurface) {
+    fn colour(&self, at: DVec2, factor: f64, parts: &mut [ImageContribution]) -> ([u8; 4], BlendedSurface) {
         parts.sort_by(|a, b| b.q.total_cmp(&a.q).then(a.source.cmp(&b.source)));
         let mut sum = [0.0f64; 5];
         let (mut largest, mut inverse_depth) = (0.0, 0.0);
         let mut rest = &*parts;
         while let Some(first) = rest.first() {
-            let level = |part: &Part| first.q - part.q <= SAME_SURFACE * first.q + first.spread + part.spread;
+            let level = |part: &ImageContribution| {
+                first.q - part.q <= SAME_SURFACE * first.q + first.spread + part.spread
+            };
             let (surface, farther) = rest.split_at(rest.partition_point(level));
             rest = farther;
             let colour = self.mixed(at, &one_of_each(surface));
@@ -246,16 +251,17 @@ impl<'a> Blender<'a> {
 
     /// Returns the mean of the images at one surface, less what other images contradict: linear light times share, the share of
     /// the pixel, and how much of this was filled in.
-    fn mixed(&self, at: DVec2, surface: &[Part]) -> [f64; 5] {
+    fn mixed(&self, at: DVec2, surface: &[ImageContribution]) -> [f64; 5] {
         let point = self.point(at, surface[0].q);
-        let mut places: Vec<Place> = surface.iter().map(|part| self.place(part.source, &point)).collect();
+        let mut places: Vec<ProjectedPoint> =
+            surface.iter().map(|part| self.place(part.source, &point)).collect();
         let mut penalties: Vec<f64> =
             surface.iter().zip(&places).map(|(part, place)| self.penalty(part, place)).collect();
         let shown = surface.len();
         for source in (0..self.sources.len()).filter(|i| surface.iter().all(|part| part.source != *i)) {
             let place = self.place(source, &point);
             if self.sees_past(source, &place) {
-                penalties.push(self.penalty(&Part::past(source), &place));
+                penalties.push(self.penalty(&ImageContribution::past(source), &place));
                 places.push(place);
             }
         }
@@ -270,23 +276,23 @@ impl<'a> Blender<'a> {
     }
 
     /// Returns the surface point at a pixel.
-    fn point(&self, at: DVec2, q: f32) -> Point {
+    fn point(&self, at: DVec2, q: f32) -> VisiblePoint {
         let ray = self.shot.camera.ray_in_camera(at);
         match q > 0.0 {
-            true => Point::Near(self.shot.pose.world_from_camera(ray / f64::from(q))),
-            false => Point::Far(self.shot.pose.rotation.transpose() * ray),
+            true => VisiblePoint::Near(self.shot.pose.world_from_camera(ray / f64::from(q))),
+            false => VisiblePoint::Far(self.shot.pose.rotation.transpose() * ray),
         }
     }
 
     /// Returns where a source's camera has a point.
-    fn place(&self, source: usize, point: &Point) -> Place {
+    fn place(&self, source: usize, point: &VisiblePoint) -> ProjectedPoint {
         let BlendSource { ldi, .. } = self.sources[source];
         let (in_camera, angle) = match *point {
-            Point::Near(point) => {
+            VisiblePoint::Near(point) => {
                 (ldi.pose.camera_from_world(point), angle_at(point, self.viewpoint, self.eyes[source]))
             }
             // The sky is seen under the same angle from everywhere: the nearer camera comes first.
-            Point::Far(direction) => {
+            VisiblePoint::Far(direction) => {
                 let apart = self.eyes[source].distance(self.viewpoint);
                 (ldi.pose.rotation * direction, PER_UNIT_AT_THE_SKY * apart)
             }
@@ -298,14 +304,14 @@ impl<'a> Blender<'a> {
         );
         let inverse_depth = match (in_camera.z > 0.0, point) {
             (false, _) => None,
-            (true, Point::Near(_)) => Some(1.0 / in_camera.z),
-            (true, Point::Far(_)) => Some(0.0),
+            (true, VisiblePoint::Near(_)) => Some(1.0 / in_camera.z),
+            (true, VisiblePoint::Far(_)) => Some(0.0),
         };
-        Place { px, angle, inverse_depth }
+        ProjectedPoint { px, angle, inverse_depth }
     }
 
     /// Returns the penalty of what a source shows at a place, in radians, as of a photo that is projected there.
-    fn penalty(&self, part: &Part, place: &Place) -> f64 {
+    fn penalty(&self, part: &ImageContribution, place: &ProjectedPoint) -> f64 {
         let octaves = f64::from(part.spacing).log2().max(0.0);
         let border = self.border(part.source, place);
         // Photos do not overrule paint.
@@ -320,7 +326,7 @@ impl<'a> Blender<'a> {
         claim.penalty(&self.shot.blend) + FILLED_IN * (1.0 - f64::from(part.own))
     }
 
-    fn border(&self, source: usize, place: &Place) -> f64 {
+    fn border(&self, source: usize, place: &ProjectedPoint) -> f64 {
         let Pinhole { width, height, .. } = self.sources[source].ldi.camera;
         let (width, height) = (f64::from(width), f64::from(height));
         let inside = place.px.x.min(width - place.px.x).min(place.px.y).min(height - place.px.y);
@@ -329,7 +335,7 @@ impl<'a> Blender<'a> {
     }
 
     /// Returns whether a source's camera sees past a point: it shows surfaces there, all of them clearly farther.
-    fn sees_past(&self, source: usize, place: &Place) -> bool {
+    fn sees_past(&self, source: usize, place: &ProjectedPoint) -> bool {
         let Some(inverse_depth) = place.inverse_depth else { return false };
         let level = self.levels[source];
         let reduced = f64::from(level.camera.width) / f64::from(self.sources[source].ldi.camera.width);
@@ -353,7 +359,7 @@ const PER_UNIT_AT_THE_SKY: f64 = 1e-3;
 
 /// A surface point that is seen.
 #[derive(Debug, Clone, Copy)]
-enum Point {
+enum VisiblePoint {
     /// In world coordinates.
     Near(DVec3),
     /// Infinitely far away, as a direction in world axes.
@@ -362,7 +368,7 @@ enum Point {
 
 /// Where a camera has a point.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct ProjectedPoint {
     /// In pixels of its frame.
     px: DVec2,
     /// The angle between the rays to the viewpoint and to the camera, in radians.
@@ -374,7 +380,7 @@ struct Place {
 impl BlendSource<'_> {
     /// Removes the optics from linear light times share, and share. The light has the picture's exposure already, and the
     /// offset that of the photo.
-    fn undone(&self, [r, g, b, share]: [f32; 4], place: &Place) -> [f64; 4] {
+    fn undone(&self, [r, g, b, share]: [f32; 4], place: &ProjectedPoint) -> [f64; 4] {
         let r2 = squared_radius(&self.ldi.camera, place.px);
         let share = f64::from(share);
         let mut light = [r, g, b].map(f64::from);

@@ -63,7 +63,8 @@ pub fn closed_blend(picture: &Picture, faces: &[u32], shows: &[Shows]) -> Pictur
                 continue;
             }
             let is_same = |other: usize| shows[other] == Shows::Face && faces[other] == faces[at];
-            let is_crack = |sides: &[Side; 2]| sides.iter().all(|side| side.away == 1 && is_same(side.at));
+            let is_crack =
+                |sides: &[CrackSide; 2]| sides.iter().all(|side| side.away == 1 && is_same(side.at));
             if let Some(sides) = narrowest(picture, [x as i32, y as i32], &is_crack) {
                 *pixel = filled([0; 4], sides);
             } else if shows[at] == Shows::Behind {
@@ -90,7 +91,7 @@ fn mean_around(picture: &Picture, [x, y]: [usize; 2], counts: impl Fn(usize) -> 
 
 /// A covered pixel beside a crack.
 #[derive(Debug, Clone, Copy)]
-struct Side {
+struct CrackSide {
     pixel: [u8; 4],
     /// Its index, row by row.
     at: usize,
@@ -99,8 +100,12 @@ struct Side {
 }
 
 /// Returns the sides of the narrowest crack in which a pixel is, of those that `is_crack` permits.
-fn narrowest(picture: &Picture, at: [i32; 2], is_crack: &impl Fn(&[Side; 2]) -> bool) -> Option<[Side; 2]> {
-    let width = |[one, other]: &[Side; 2]| one.away + other.away - 1;
+fn narrowest(
+    picture: &Picture,
+    at: [i32; 2],
+    is_crack: &impl Fn(&[CrackSide; 2]) -> bool,
+) -> Option<[CrackSide; 2]> {
+    let width = |[one, other]: &[CrackSide; 2]| one.away + other.away - 1;
     let cracks = ACROSS.into_iter().filter_map(|[dx, dy]| {
         let sides = [side(picture, at, [dx, dy])?, side(picture, at, [-dx, -dy])?];
         (width(&sides) <= WIDEST && is_crack(&sides)).then_some(sides)
@@ -109,19 +114,19 @@ fn narrowest(picture: &Picture, at: [i32; 2], is_crack: &impl Fn(&[Side; 2]) -> 
 }
 
 /// Returns the first covered pixel in a direction.
-fn side(picture: &Picture, [x, y]: [i32; 2], [dx, dy]: [i32; 2]) -> Option<Side> {
+fn side(picture: &Picture, [x, y]: [i32; 2], [dx, dy]: [i32; 2]) -> Option<CrackSide> {
     let (width, height) = (picture.width as i32, picture.height as i32);
     (1..=WIDEST).find_map(|away| {
         let (x, y) = (x + away * dx, y + away * dy);
         let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
         let at = is_inside.then_some((y * width + x) as usize)?;
         let pixel = picture.pixels()[at];
-        (pixel[3] >= COVERED).then_some(Side { pixel, at, away })
+        (pixel[3] >= COVERED).then_some(CrackSide { pixel, at, away })
     })
 }
 
 /// Lays a pixel over the colours between two sides. For this thin line, stored values stand for light.
-fn filled(pixel: [u8; 4], [one, other]: [Side; 2]) -> [u8; 4] {
+fn filled(pixel: [u8; 4], [one, other]: [CrackSide; 2]) -> [u8; 4] {
     let share = f32::from(pixel[3]) / 255.0;
     let near_one = other.away as f32 / (one.away + other.away) as f32;
     let value = |c: usize| {

@@ -71,7 +71,7 @@ pub fn faces_in_order(axes: &[DVec3], centre: DVec3, viewpoint: DVec3) -> Vec<us
 /// [`Error::Request`] that says why they are none.
 pub fn cube(faces: [Ldi; 6]) -> Result<LdiSet> {
     let images: Vec<Ldi> = faces.into();
-    let of_faces: Vec<Face> = images.iter().map(Face::of).collect();
+    let of_faces: Vec<CubeFace> = images.iter().map(CubeFace::of).collect();
     match flaw(&of_faces) {
         None => Ok(LdiSet { arrangement: Arrangement::Cube, images }),
         Some(found) => Err(Error::Request(format!("the images make no cube: {found}"))),
@@ -80,7 +80,7 @@ pub fn cube(faces: [Ldi; 6]) -> Result<LdiSet> {
 
 /// What must fit together in a cube.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Face {
+pub struct CubeFace {
     /// See [`Ldi::camera`].
     pub camera: Pinhole,
     /// See [`Ldi::pose`].
@@ -89,7 +89,7 @@ pub struct Face {
     pub gain: [f64; 3],
 }
 
-impl Face {
+impl CubeFace {
     /// Returns what must fit of an image.
     pub fn of(ldi: &Ldi) -> Self {
         Self { camera: ldi.camera, pose: ldi.pose, gain: ldi.gain }
@@ -99,7 +99,7 @@ impl Face {
 /// Returns what is wrong with the faces of a cube, all six or those that are left: each has a square frame of just 90 degrees
 /// in the first one's resolution, centre and exposure, and no two look in the same direction, all of them along one trihedral;
 /// `None` where nothing is wrong.
-pub fn flaw(faces: &[Face]) -> Option<String> {
+pub fn flaw(faces: &[CubeFace]) -> Option<String> {
     let first = faces.first()?;
     let centre = first.pose.center_in_world();
     let near = |a: f64, b: f64| (a - b).abs() <= TOLERANCE * b.abs().max(1.0);
@@ -144,10 +144,10 @@ mod tests {
     use super::*;
     use quadratura_base::scene::synthetic::Rng;
 
-    fn faces() -> Vec<Face> {
+    fn faces() -> Vec<CubeFace> {
         let centre = DVec3::new(3.0, -5e6, 0.25);
         cube_cameras(centre, &DMat3::IDENTITY, 64)
-            .map(|(camera, pose)| Face { camera, pose, gain: [0.1; 3] })
+            .map(|(camera, pose)| CubeFace { camera, pose, gain: [0.1; 3] })
             .into()
     }
 
@@ -217,7 +217,7 @@ mod tests {
     fn what_is_no_cube_is_told() {
         assert_eq!(flaw(&faces()), None);
         assert_eq!(flaw(&faces()[2..4]), None);
-        let says = |change: &dyn Fn(&mut Vec<Face>), what: &str| {
+        let says = |change: &dyn Fn(&mut Vec<CubeFace>), what: &str| {
             let mut faces = faces();
             change(&mut faces);
             let found = flaw(&faces).unwrap();

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::layout::{DepthPixel, Ldi, LdiKind, LdiSurface, Level};
+use super::layout::{DepthPixel, Ldi, LdiKind, LdiSurface, ResolutionLevel};
 use super::levels::pyramid;
 use super::report::LdiReport;
 use super::spacing::{distance, entry_of, normal_of, quartiles};
@@ -40,14 +40,14 @@ pub struct Unfinished {
     /// The depth pixels of each row from the top.
     pub rows: Vec<Row>,
     /// What is counted while depth pixels are found.
-    pub counts: Counts,
+    pub counts: SampleCounts,
     /// See [`LdiReport::options`].
     pub options: BTreeMap<String, String>,
 }
 
 /// What became of the samples from which depth pixels are made: see [`LdiReport`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counts {
+pub struct SampleCounts {
     /// All samples.
     pub samples: u64,
     /// Those that became part of another one's depth pixel.
@@ -60,7 +60,7 @@ pub struct Counts {
     pub unknown_surfaces: u64,
 }
 
-impl std::ops::AddAssign for Counts {
+impl std::ops::AddAssign for SampleCounts {
     fn add_assign(&mut self, other: Self) {
         self.samples += other.samples;
         self.merged += other.merged;
@@ -80,7 +80,7 @@ impl Unfinished {
         self.index_splats(&quartiles);
         let Self { kind, inputs, camera, pose, photo_rect, gain, surfaces, sources, rows, counts, options } =
             self;
-        let level = Level::of_rows(camera, rows);
+        let level = ResolutionLevel::of_rows(camera, rows);
         task.go_on()?;
         let report = LdiReport {
             depth_complexity: level.len() as f64 / level.layered().max(1) as f64,

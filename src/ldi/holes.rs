@@ -6,7 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::layout::{Ldi, Level};
+use super::layout::{Ldi, ResolutionLevel};
 use super::transfer::Transfer;
 use super::warp::{WarpOptions, last_drawn, level_of};
 use quadratura_base::error::Result;
@@ -83,13 +83,13 @@ pub fn holes_of<'a>(
         let level_index = level_of(ldi, shot, options);
         let level = &ldi.levels[level_index];
         let drawn = WarpOptions { level: Some(level_index as u8), ..*options };
-        let to_shot = Transfer::new((&level.camera, &ldi.pose), (&shot.camera, &shot.pose));
+        let to_shot = Transfer::new(&level.camera, &ldi.pose, &shot.camera, &shot.pose);
         let rims = match pixels.contains(&HolePixel::Empty) {
             true => rims_of(&depths_of(level, &to_shot, &last_drawn(ldi, shot, &drawn, task)?), size),
             false => Vec::new(),
         };
         task.go_on()?;
-        let to_level = Transfer::new((&shot.camera, &shot.pose), (&level.camera, &ldi.pose));
+        let to_level = Transfer::new(&shot.camera, &shot.pose, &level.camera, &ldi.pose);
         for (at, (found, pixel)) in found.iter_mut().zip(&pixels).enumerate() {
             let rims = match pixel {
                 HolePixel::Full => continue,
@@ -117,7 +117,7 @@ pub fn paint_holes(picture: &mut Picture, holes: &[Option<Hole>]) {
 }
 
 /// Returns the inverse depth in the picture's camera at each pixel, of the depth pixels that were drawn last; NaN where none was.
-fn depths_of(level: &Level, transfer: &Transfer, drawn: &[u32]) -> Vec<f32> {
+fn depths_of(level: &ResolutionLevel, transfer: &Transfer, drawn: &[u32]) -> Vec<f32> {
     let mut rows = vec![0u32; level.len()];
     for y in 0..level.camera.height {
         rows[level.row(y)].fill(y);
@@ -164,7 +164,7 @@ fn rims_of(depths: &[f32], [width, height]: [usize; 2]) -> Vec<[f32; 4]> {
 }
 
 /// Finds why a pixel at `position` of the picture is empty. `to_level` is the transfer from the picture to the level.
-fn hole_at(level: &Level, to_level: &Transfer, position: DVec2, rims: &[f32; 4]) -> Hole {
+fn hole_at(level: &ResolutionLevel, to_level: &Transfer, position: DVec2, rims: &[f32; 4]) -> Hole {
     let known = || rims.iter().filter(|rim| !rim.is_nan()).map(|rim| f64::from(*rim));
     if known().any(|rim| has_surface(level, to_level.homogeneous(position, rim), rim)) {
         return Hole::TooNear;
@@ -177,7 +177,7 @@ fn hole_at(level: &Level, to_level: &Transfer, position: DVec2, rims: &[f32; 4])
 
 /// Returns whether there is a depth pixel about where a point is whose homogeneous position this is; `rim` is its inverse depth
 /// in the picture's camera.
-fn has_surface(level: &Level, point: DVec3, rim: f64) -> bool {
+fn has_surface(level: &ResolutionLevel, point: DVec3, rim: f64) -> bool {
     let (x, y) = (point.x / point.z, point.y / point.z);
     let within = point.z > 0.0 && x >= 0.0 && y >= 0.0;
     if !(within && x < f64::from(level.camera.width) && y < f64::from(level.camera.height)) {

@@ -40,18 +40,18 @@ pub struct Ldi {
     /// The names of the photos or files that it was made from.
     pub sources: Vec<String>,
     /// The levels of resolution: the first has the frame's size, each other one half of the one before.
-    pub levels: Vec<Level>,
+    pub levels: Vec<ResolutionLevel>,
     /// What its making reports.
     pub report: LdiReport,
 }
 
 impl Ldi {
-    /// Returns the image with what its camera sees alone: its depth image ([`Level::nearest`]).
+    /// Returns the image with what its camera sees alone: its depth image ([`ResolutionLevel::nearest`]).
     pub fn depth_image(&self) -> Self {
-        self.with_levels(self.levels.iter().map(Level::nearest).collect())
+        self.with_levels(self.levels.iter().map(ResolutionLevel::nearest).collect())
     }
 
-    pub(super) fn with_levels(&self, levels: Vec<Level>) -> Self {
+    pub(super) fn with_levels(&self, levels: Vec<ResolutionLevel>) -> Self {
         let Self { kind, camera, pose, photo_rect, gain, .. } = *self;
         Self {
             kind,
@@ -85,14 +85,14 @@ impl Ldi {
     /// is on no surface.
     pub fn without_surroundings(&self) -> Self {
         let on_surfaces = self.kind == LdiKind::Stack && self.report.unknown_surfaces == 0;
-        let of_level = |level: &Level| level.without_surroundings(on_surfaces);
+        let of_level = |level: &ResolutionLevel| level.without_surroundings(on_surfaces);
         self.with_levels(self.levels.iter().map(of_level).collect())
     }
 
     /// Returns the image without what is infinitely far away from a row of the frame on downwards.
     pub fn without_surroundings_from(&self, row: u32) -> Self {
         let height = f64::from(self.camera.height.max(1));
-        let of_level = |level: &Level| {
+        let of_level = |level: &ResolutionLevel| {
             let row = (f64::from(row) / height * f64::from(level.camera.height)).round() as u32;
             level.without_surroundings_from(row)
         };
@@ -112,7 +112,7 @@ impl Ldi {
 
     /// Returns the bytes that its depth pixels take in memory.
     pub fn bytes(&self) -> u64 {
-        let of_level = |level: &Level| 13 * level.len() as u64 + 4 * level.rows.len() as u64;
+        let of_level = |level: &ResolutionLevel| 13 * level.len() as u64 + 4 * level.rows.len() as u64;
         self.levels.iter().map(of_level).sum()
     }
 }
@@ -202,7 +202,7 @@ impl Splat {
     }
 }
 
-/// One sample of a surface: what the arrays of a [`Level`] hold at one index.
+/// One sample of a surface: what the arrays of a [`ResolutionLevel`] hold at one index.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DepthPixel {
     /// Inverse depth 1/z along the reference camera's axis, in 1/world unit; finite, >= 0. 0 is infinitely far.
@@ -217,7 +217,7 @@ pub struct DepthPixel {
 
 /// One resolution of a layered depth image. The arrays from `columns` on have one entry a depth pixel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Level {
+pub struct ResolutionLevel {
     /// The reference camera at this resolution.
     pub camera: Pinhole,
     /// `height + 1` offsets: the depth pixels of row y are `rows[y]..rows[y + 1]`.
@@ -236,7 +236,7 @@ pub struct Level {
     pub tiles: Vec<Tile>,
 }
 
-impl Level {
+impl ResolutionLevel {
     /// Makes a level without depth pixels, to whose end rows can be added.
     pub fn without_rows(camera: Pinhole) -> Self {
         Self {
@@ -438,10 +438,10 @@ mod tests {
         DepthPixel { inverse_depth, colour: [1, 2, 3, 255], surface: 0, splat: Splat(0) }
     }
 
-    fn small() -> Level {
+    fn small() -> ResolutionLevel {
         let camera = Pinhole { width: 4, height: 2, fx: 4.0, fy: 4.0, cx: 2.0, cy: 1.0 };
         let rows = [vec![(1, pixel(2.0)), (1, pixel(1.0)), (3, pixel(0.5))], vec![(0, pixel(1.5))]];
-        Level::of_rows(camera, rows)
+        ResolutionLevel::of_rows(camera, rows)
     }
 
     #[test]
@@ -456,7 +456,7 @@ mod tests {
         assert_eq!(level.pixel(1), pixel(1.0));
         assert_eq!([0, 1, 2, 3].map(|index| level.is_hidden(index)), [false, true, false, false]);
         let one_column = Pinhole { width: 1, ..level.camera };
-        let column = Level::of_rows(one_column, [vec![(0, pixel(2.0))], vec![(0, pixel(1.0))]]);
+        let column = ResolutionLevel::of_rows(one_column, [vec![(0, pixel(2.0))], vec![(0, pixel(1.0))]]);
         assert!(!column.is_hidden(1), "it is in a row of its own");
     }
 
@@ -472,8 +472,10 @@ mod tests {
         assert!(level.without_surroundings(true).is_empty(), "nothing is on a known surface");
         assert_eq!(level.without_close(0.49), level);
         assert_eq!(level.without_close(0.5).inverse_depths, [2.0, 0.5, 1.5], "1 is half of 2 behind it");
-        let sky =
-            Level::of_rows(level.camera, [vec![(1, pixel(2.0)), (1, pixel(0.0)), (3, pixel(0.0))], vec![]]);
+        let sky = ResolutionLevel::of_rows(
+            level.camera,
+            [vec![(1, pixel(2.0)), (1, pixel(0.0)), (3, pixel(0.0))], vec![]],
+        );
         let near = sky.without_surroundings(false);
         assert_eq!((near.columns.clone(), near.inverse_depths.clone()), (vec![1], vec![2.0]));
         assert_eq!((sky.without_surroundings_from(0), sky.without_surroundings_from(1)), (near, sky));

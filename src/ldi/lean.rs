@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::layout::{Ldi, Level};
+use super::layout::{Ldi, ResolutionLevel};
 use super::segments::reach::{pivot, reach};
 use super::warp::{WarpOptions, warp};
 use quadratura_base::error::Result;
@@ -161,7 +161,7 @@ fn unit(direction: usize) -> DVec3 {
 const STRAY: f64 = 0.01;
 
 /// Returns the first row of a level that is below nearly all that the reference camera sees of the surroundings.
-fn below_sky(level: &Level) -> u32 {
+fn below_sky(level: &ResolutionLevel) -> u32 {
     let sky = |y: u32| {
         let first = level.layered_pixels(y).filter_map(|pixel| level.inverse_depths.get(pixel.start));
         first.filter(|inverse_depth| **inverse_depth == 0.0).count()
@@ -245,7 +245,7 @@ mod tests {
             row.push((299, pixel(0.0)));
             row
         };
-        let level = |rows: [u16; 4]| Level::of_rows(camera, rows.map(|sky| hidden(row(sky))));
+        let level = |rows: [u16; 4]| ResolutionLevel::of_rows(camera, rows.map(|sky| hidden(row(sky))));
         assert_eq!(below_sky(&level([300, 250, 0, 0])), 2);
         assert_eq!(below_sky(&level([300, 250, 0, 3])), 2, "one in a hundred is stray");
         assert_eq!(below_sky(&level([300, 250, 0, 60])), 4);

@@ -3,15 +3,15 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::layout::{DepthPixel, LdiSurface, Level};
-use super::merge::{Merging, Sample, merge_into};
+use super::layout::{DepthPixel, LdiSurface, ResolutionLevel};
+use super::merge::{Merging, SurfaceSample, merge_into};
 use quadratura_base::geometry::Pinhole;
 
 /// Levels end where the longer side of the frame is no longer than this, in pixels.
 const SMALLEST: u32 = 16;
 
 /// Returns the levels of a layered depth image from its first one on.
-pub fn pyramid(first: Level, surfaces: &[LdiSurface]) -> Vec<Level> {
+pub fn pyramid(first: ResolutionLevel, surfaces: &[LdiSurface]) -> Vec<ResolutionLevel> {
     let mut levels = vec![first];
     let mut pixel_size = 1.0;
     while let Some(last) = levels.last().filter(|last| last.camera.width.max(last.camera.height) > SMALLEST) {
@@ -38,7 +38,7 @@ pub fn surfaces_at(surfaces: &[LdiSurface], pixel_size: f64) -> Vec<LdiSurface> 
 }
 
 /// Returns the level of half the resolution; its pixels have `pixel_size` of those of the frame as side.
-fn halved(level: &Level, surfaces: &[LdiSurface], pixel_size: f64) -> Level {
+fn halved(level: &ResolutionLevel, surfaces: &[LdiSurface], pixel_size: f64) -> ResolutionLevel {
     let camera = half_camera(&level.camera);
     let merging = Merging { layers: usize::from(u8::MAX), ..Merging::default() };
     let row = |y: u32| {
@@ -54,7 +54,7 @@ fn halved(level: &Level, surfaces: &[LdiSurface], pixel_size: f64) -> Level {
                 while next(row, *at) == Some(column) {
                     let pixel = level.pixel(*at);
                     let (place, hidden) = (*at as u32, level.is_hidden(*at));
-                    samples.push(Sample { pixel, source: 0, place, weight: 1.0, hidden });
+                    samples.push(SurfaceSample { pixel, source: 0, place, weight: 1.0, hidden });
                     *at += 1;
                 }
             }
@@ -63,5 +63,5 @@ fn halved(level: &Level, surfaces: &[LdiSurface], pixel_size: f64) -> Level {
         out
     };
     let rows: Vec<_> = (0..camera.height).into_par_iter().map(row).collect();
-    Level::of_rows(camera, rows)
+    ResolutionLevel::of_rows(camera, rows)
 }

@@ -12,7 +12,7 @@ use quadratura_view::srgb::Srgb;
 
 /// A sample of a surface in a pixel of the reference camera.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Sample {
+pub struct SurfaceSample {
     /// Inverse depth, colour, surface and origin, all in the reference camera.
     pub pixel: DepthPixel,
     /// The number of its source; 0 is the reference camera's own photo.
@@ -60,7 +60,12 @@ pub struct Merged {
 
 /// Merges the samples of one pixel, which it sorts. `pixel_size` is the size of the pixel in those of the frame, in which the
 /// surfaces' planes are.
-pub fn merge(samples: &mut [Sample], surfaces: &[LdiSurface], pixel_size: f64, merging: &Merging) -> Merged {
+pub fn merge(
+    samples: &mut [SurfaceSample],
+    surfaces: &[LdiSurface],
+    pixel_size: f64,
+    merging: &Merging,
+) -> Merged {
     if let [sample] = samples {
         return Merged { layers: vec![sample.pixel], dropped: 0 };
     }
@@ -71,7 +76,7 @@ pub fn merge(samples: &mut [Sample], surfaces: &[LdiSurface], pixel_size: f64, m
 
 /// The same without a list: `add` gets the layers, the nearest first. Returns [`Merged::dropped`].
 pub fn merge_into(
-    samples: &mut [Sample],
+    samples: &mut [SurfaceSample],
     surfaces: &[LdiSurface],
     pixel_size: f64,
     merging: &Merging,
@@ -83,15 +88,15 @@ pub fn merge_into(
     }
     sort(samples);
     let (mut count, mut dropped) = (0, 0);
-    let mut rest: &[Sample] = samples;
+    let mut rest: &[SurfaceSample] = samples;
     // The last of too many layers, which may turn out to be the farthest one.
-    let mut beyond: Option<&[Sample]> = None;
+    let mut beyond: Option<&[SurfaceSample]> = None;
     while let Some(first) = rest.first() {
         let nearest = f64::from(first.pixel.inverse_depth);
         let nu = usize::from(first.pixel.surface).checked_sub(1).map(|index| surfaces[index].nu);
         let of_surface = nu.filter(|_| merging.slopes).map_or(0.0, |nu| slope(nu, nearest) * pixel_size);
         let reach = (merging.epsilon + of_surface) * nearest;
-        let within = |sample: &&Sample| nearest - f64::from(sample.pixel.inverse_depth) <= reach;
+        let within = |sample: &&SurfaceSample| nearest - f64::from(sample.pixel.inverse_depth) <= reach;
         let (layer, farther) = rest.split_at(rest.iter().take_while(within).count());
         rest = farther;
         // What is infinitely far away is the photo's own: what others show there is not, as what stands beyond the model.
@@ -114,9 +119,9 @@ pub fn merge_into(
 const FEW: usize = 16;
 
 /// Sorts by falling inverse depth. Most pixels have few samples, mostly in order already.
-fn sort(samples: &mut [Sample]) {
-    let key = |s: &Sample| (s.source, s.place, s.pixel.surface);
-    let compare = |a: &Sample, b: &Sample| {
+fn sort(samples: &mut [SurfaceSample]) {
+    let key = |s: &SurfaceSample| (s.source, s.place, s.pixel.surface);
+    let compare = |a: &SurfaceSample, b: &SurfaceSample| {
         let by_depth = b.pixel.inverse_depth.total_cmp(&a.pixel.inverse_depth);
         by_depth.then_with(|| key(a).cmp(&key(b)))
     };
@@ -138,7 +143,7 @@ fn sort(samples: &mut [Sample]) {
 /// opens a layer, as long as there are fewer than the largest number.
 ///
 /// In what z and epsilon are measured, the paper (section 2.2) does not say.
-pub fn merge_as_published(samples: &[Sample], merging: &Merging) -> Merged {
+pub fn merge_as_published(samples: &[SurfaceSample], merging: &Merging) -> Merged {
     let mut found = Vec::new();
     let dropped = merge_as_published_into(samples, merging, &mut Vec::new(), |pixel| found.push(pixel));
     Merged { layers: found, dropped }
@@ -147,7 +152,7 @@ pub fn merge_as_published(samples: &[Sample], merging: &Merging) -> Merged {
 /// The same without lists of its own: `layers` is overwritten, and `add` gets the layers, the nearest first. Returns
 /// [`Merged::dropped`].
 pub fn merge_as_published_into(
-    samples: &[Sample],
+    samples: &[SurfaceSample],
     merging: &Merging,
     layers: &mut Vec<PublishedLayer>,
     add: impl FnMut(DepthPixel),
@@ -202,7 +207,7 @@ impl PublishedLayer {
 
 /// Returns the depth pixel of a layer's samples, which are sorted by depth; with `keep` of those of source 0 alone, where there
 /// are some.
-fn of_layer(samples: &[Sample], keep: bool) -> DepthPixel {
+fn of_layer(samples: &[SurfaceSample], keep: bool) -> DepthPixel {
     if let [sample] = samples {
         return sample.pixel;
     }
@@ -213,10 +218,10 @@ fn of_layer(samples: &[Sample], keep: bool) -> DepthPixel {
 }
 
 /// Returns the weighted mean of samples, in linear light, with the surface of the heaviest; one sample is its own mean.
-fn mean<'a>(samples: impl Iterator<Item = &'a Sample>) -> DepthPixel {
+fn mean<'a>(samples: impl Iterator<Item = &'a SurfaceSample>) -> DepthPixel {
     let srgb = Srgb::tables();
     let (mut depth, mut light, mut opacity, mut weights, mut opaque) = (0.0, [0.0f64; 3], 0.0, 0.0, 0.0);
-    let (mut heaviest, mut count): (Option<&Sample>, usize) = (None, 0);
+    let (mut heaviest, mut count): (Option<&SurfaceSample>, usize) = (None, 0);
     for sample in samples {
         let DepthPixel { inverse_depth, colour: [r, g, b, a], .. } = sample.pixel;
         let weight = f64::from(sample.weight);

@@ -11,7 +11,6 @@ pub mod device;
 pub mod file;
 pub mod finish;
 pub mod holes;
-pub mod layers;
 pub mod layout;
 pub mod lean;
 pub mod levels;
@@ -35,8 +34,8 @@ pub mod transfer;
 pub mod warp;
 
 pub use blend::{BlendSource, Blended, BlendedSurface, warp_blended};
-pub use combine::{Combining, Frame, Source, combine};
-pub use layout::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiSurface, Level, Splat};
+pub use combine::{Combining, CommonCamera, SourceImage, combine};
+pub use layout::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiSurface, ResolutionLevel, Splat};
 pub use report::LdiReport;
 pub use set::{Arrangement, LdiSet};
 pub use show::{Shown, coloured, warp_shown};

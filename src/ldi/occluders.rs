@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::layout::{Ldi, Level};
+use super::layout::{Ldi, ResolutionLevel};
 
 /// The inverse depth that counts as clearly farther than another one, as a share of it.
 pub const CLEARLY_FARTHER: f64 = 0.95;
@@ -33,7 +33,7 @@ pub struct Occluders {
 
 impl Occluders {
     /// Finds them in a level of an image.
-    pub fn new(ldi: &Ldi, level: &Level) -> Self {
+    pub fn new(ldi: &Ldi, level: &ResolutionLevel) -> Self {
         let size = [level.camera.width as usize, level.camera.height as usize];
         let [width, height] = size;
         let reduced = level.camera.fx / ldi.camera.fx;
@@ -141,9 +141,9 @@ mod tests {
     }
 
     /// A level of half the image's size, of what is at each column and row, nearest first.
-    fn level(at: impl Fn(u16, u32) -> Vec<DepthPixel>) -> Level {
+    fn level(at: impl Fn(u16, u32) -> Vec<DepthPixel>) -> ResolutionLevel {
         let row = |y| (0..64).flat_map(|x| at(x, y).into_iter().map(move |pixel| (x, pixel))).collect();
-        Level::of_rows(centred(64, 48, 64.0), (0..48).map(row).collect::<Vec<_>>())
+        ResolutionLevel::of_rows(centred(64, 48, 64.0), (0..48).map(row).collect::<Vec<_>>())
     }
 
     const WALL: DVec3 = DVec3::new(0.0, 0.0, 0.1);
@@ -189,7 +189,8 @@ mod tests {
         assert_eq!(before(Vec::new()), 1.0);
         assert_eq!(before(vec![pixel(0.2, 2, 40), pixel(0.1, 1, 255)]), 1.0);
         assert_eq!(
-            Occluders::new(&image(&[]), &Level::without_rows(centred(0, 0, 1.0))).confidence([3.0; 2], 0.1),
+            Occluders::new(&image(&[]), &ResolutionLevel::without_rows(centred(0, 0, 1.0)))
+                .confidence([3.0; 2], 0.1),
             1.0
         );
     }

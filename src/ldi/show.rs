@@ -4,7 +4,7 @@
 use glam::DVec2;
 
 use super::holes::{Hole, HolePixel, holes_of, paint_holes};
-use super::layout::{DepthPixelOrigin, Ldi, Level};
+use super::layout::{DepthPixelOrigin, Ldi, ResolutionLevel};
 use super::set::LdiSet;
 use super::spacing::{Factors, exact};
 use super::transfer::Transfer;
@@ -110,7 +110,7 @@ pub fn warp_shown(
 
 /// Returns an image whose colours stand for a quantity, opaque and without a gain; in place of holes, its own colours without the gain.
 pub fn coloured(ldi: &Ldi, shot: &Shot, shown: Shown) -> Ldi {
-    let of_level = |level: &Level| {
+    let of_level = |level: &ResolutionLevel| {
         let colours = match shown {
             Shown::Holes => return level.clone(),
             Shown::Layer => colours_of_layers(level),
@@ -120,12 +120,12 @@ pub fn coloured(ldi: &Ldi, shot: &Shot, shown: Shown) -> Ldi {
             }
         };
         let colours = colours.into_iter().map(|[r, g, b]| [r, g, b, u8::MAX]).collect();
-        Level { colours, ..level.clone() }
+        ResolutionLevel { colours, ..level.clone() }
     };
     Ldi { gain: [0.0; 3], ..ldi.with_levels(ldi.levels.iter().map(of_level).collect()) }
 }
 
-fn colours_of_layers(level: &Level) -> Vec<[u8; 3]> {
+fn colours_of_layers(level: &ResolutionLevel) -> Vec<[u8; 3]> {
     let mut colours = Vec::with_capacity(level.len());
     for y in 0..level.camera.height {
         for pixel in level.layered_pixels(y) {
@@ -136,8 +136,8 @@ fn colours_of_layers(level: &Level) -> Vec<[u8; 3]> {
 }
 
 /// Returns the colours of the spacing at each depth pixel; those behind the picture's camera have any.
-fn colours_of_density(ldi: &Ldi, level: &Level, shot: &Shot) -> Vec<[u8; 3]> {
-    let to_shot = |camera| Transfer::new((camera, &ldi.pose), (&shot.camera, &shot.pose));
+fn colours_of_density(ldi: &Ldi, level: &ResolutionLevel, shot: &Shot) -> Vec<[u8; 3]> {
+    let to_shot = |camera| Transfer::new(camera, &ldi.pose, &shot.camera, &shot.pose);
     let transfer = to_shot(&level.camera);
     let Factors::Exact(factors) = Factors::exact(ldi, &to_shot(&ldi.camera), transfer.focal_ratio) else {
         unreachable!("these factors are made by planes")

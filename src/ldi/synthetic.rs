@@ -5,14 +5,14 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use crate::levels::pyramid;
-use crate::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
+use crate::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, LdiSurface, ResolutionLevel, Splat};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
 use quadratura_view::{Quality, Shot};
 
 /// Returns a layered depth image with these depth pixels and surfaces.
-pub fn with_level(level: Level, pose: Pose, surfaces: Vec<LdiSurface>) -> Ldi {
+pub fn with_level(level: ResolutionLevel, pose: Pose, surfaces: Vec<LdiSurface>) -> Ldi {
     let camera = level.camera;
     Ldi {
         kind: LdiKind::Depth,
@@ -86,7 +86,7 @@ pub fn of_model(
         }
         row
     };
-    let level = Level::of_rows(camera, (0..camera.height).map(row));
+    let level = ResolutionLevel::of_rows(camera, (0..camera.height).map(row));
     with_level(level, pose, surfaces)
 }
 

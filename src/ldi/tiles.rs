@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::layout::Level;
+use super::layout::ResolutionLevel;
 use quadratura_base::geometry::Pinhole;
 
 /// Columns of a tile. Their number decides the order of depth pixels that neither is before the other, so it is fixed. It
@@ -32,14 +32,14 @@ pub struct Tile {
 
 impl Tile {
     /// Makes the tiles of a level, row by row from the top left.
-    pub fn all_of(level: &Level) -> Vec<Self> {
+    pub fn all_of(level: &ResolutionLevel) -> Vec<Self> {
         let Pinhole { width, height, .. } = level.camera;
         let of_rows =
             |row: u32| (0..width).step_by(COLUMNS as usize).map(move |x| Self::of(level, x, row * ROWS));
         (0..height.div_ceil(ROWS)).into_par_iter().flat_map_iter(of_rows).collect()
     }
 
-    fn of(level: &Level, x: u32, y: u32) -> Self {
+    fn of(level: &ResolutionLevel, x: u32, y: u32) -> Self {
         let (least, largest, rows) = (f32::INFINITY, f32::NEG_INFINITY, [[0; 2]; ROWS as usize]);
         let mut tile = Self { x, y, least, largest, single: true, surfaces: Box::default(), rows };
         let mut surfaces: Vec<u16> = Vec::new();

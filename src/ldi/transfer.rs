@@ -44,10 +44,9 @@ fn inverse_matrix(camera: &Pinhole) -> DMat3 {
 }
 
 impl Transfer {
-    /// Composes the transfer from a reference camera to the camera of a picture. The difference of the centres is taken
+    /// Composes the transfer from a reference camera (1) to the camera of a picture (2). The difference of the centres is taken
     /// first, so that a world whose origin is far away costs no accuracy.
-    pub fn new(reference: (&Pinhole, &Pose), picture: (&Pinhole, &Pose)) -> Self {
-        let ((camera1, pose1), (camera2, pose2)) = (reference, picture);
+    pub fn new(camera1: &Pinhole, pose1: &Pose, camera2: &Pinhole, pose2: &Pose) -> Self {
         let forward = pose2.center_in_world() - pose1.center_in_world();
         let focal = |camera: &Pinhole| (camera.fx * camera.fy).sqrt();
         Self {

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::surface::Surface;
+use super::model_surface::ModelSurface;
 use quadratura_base::geometry::Pose;
 use quadratura_base::geometry::triangle::area_vector;
 use quadratura_base::scene::{FaceId, Model};
@@ -31,14 +31,20 @@ struct Point {
 /// What is to be seen, and what may stand in front of it.
 pub struct BestView<'a> {
     points: Vec<Point>,
-    solid: &'a Surface,
+    solid: &'a ModelSurface,
     /// The positions of photos whose directions are tried, in world coordinates.
     eyes: Vec<DVec3>,
 }
 
 impl<'a> BestView<'a> {
     /// Looks for views of these faces, and of `center` where there are none, beside photos at these positions.
-    pub fn new(model: &Model, faces: &[FaceId], center: DVec3, solid: &'a Surface, photos: &[DVec3]) -> Self {
+    pub fn new(
+        model: &Model,
+        faces: &[FaceId],
+        center: DVec3,
+        solid: &'a ModelSurface,
+        photos: &[DVec3],
+    ) -> Self {
         let eyes: Vec<DVec3> = some_of(photos, MOST_PHOTOS).copied().collect();
         let triangles: Vec<[DVec3; 3]> =
             faces.iter().flat_map(|face| model.face_triangles(*face)).map(|t| corners(model, t)).collect();
@@ -101,7 +107,7 @@ fn corners(model: &Model, triangle: &[u32; 3]) -> [DVec3; 3] {
 }
 
 /// Returns the middle of a triangle, with the side from which most photos see it.
-fn point_of(triangle: &[DVec3; 3], solid: &Surface, eyes: &[DVec3]) -> Point {
+fn point_of(triangle: &[DVec3; 3], solid: &ModelSurface, eyes: &[DVec3]) -> Point {
     let area = area_vector(triangle);
     let (at, normal) = (triangle.iter().sum::<DVec3>() / 3.0, area.normalize_or_zero());
     let sees = |eye: &&DVec3| is_free(solid, **eye, at);
@@ -112,7 +118,7 @@ fn point_of(triangle: &[DVec3; 3], solid: &Surface, eyes: &[DVec3]) -> Point {
 }
 
 /// Returns whether nothing is between an eye and a point of a surface.
-fn is_free(solid: &Surface, eye: DVec3, point: DVec3) -> bool {
+fn is_free(solid: &ModelSurface, eye: DVec3, point: DVec3) -> bool {
     solid.nearest(eye, point - eye).is_none_or(|hit| hit.t >= 1.0 - SURFACE)
 }
 
@@ -148,7 +154,7 @@ mod tests {
 
     /// The view that shows a face best, and how much of it, starting with one along `forward`.
     fn best(model: &Model, face: FaceId, photos: &[DVec3], forward: DVec3) -> (Viewpoint, f64) {
-        let solid = Surface::from_model(model);
+        let solid = ModelSurface::from_model(model);
         let center = model.ring_points(face).sum::<DVec3>() / 4.0;
         let towards =
             |forward| Viewpoint::towards(center, 2.9, forward, UP, FrameLens::with_field_of_view(0.9));

@@ -17,6 +17,7 @@ use super::surroundings::{self, SurroundingsCells};
 use super::turned::{MIRRORED, PhotoOnFace};
 use quadratura_base::geometry::clip::clipped_to_box;
 use quadratura_base::geometry::{Pinhole, PixelRect, Plane, Pose};
+use quadratura_base::raster::robust::of_rank;
 use quadratura_base::scene::{Face, FaceId, Model};
 use quadratura_view::shot::{MOST_TAPS, Mode, Quality, Shot};
 use quadratura_view::weights::{LEAST_ANGLE, OTHER_SIDE};
@@ -330,9 +331,7 @@ impl<C: TexelBounds> Finder<'_, C> {
         }
         // The (k+1)-th smallest of the upper bounds; the threshold T is nowhere larger.
         let most = if self.shot.blend.mode == Mode::Best { 1 } else { self.shot.blend.photos.max(1) };
-        if worst.len() > most as usize {
-            let (_, limit, _) = worst.select_nth_unstable_by(most as usize, f64::total_cmp);
-            let limit = *limit;
+        if let Some(limit) = of_rank(&mut worst, most as usize) {
             list.retain(|c| c.least <= limit);
         }
         list.sort_by(|a, b| a.least.total_cmp(&b.least).then(a.server.cmp(&b.server)));
@@ -352,7 +351,7 @@ impl<C: TexelBounds> Finder<'_, C> {
             false => angles(middle, radius, eye, photo.pose.center_in_world()),
         };
         let density = self.octaves(subject, patch, &photo.camera, &on_face.pose);
-        let footprint = self.footprint(patch, server, (&photo.camera, &on_face.pose), density.start)?;
+        let footprint = self.footprint(patch, server, &photo.camera, &on_face.pose, density.start)?;
         let octaves = match blend.mode {
             Mode::Debevec => 0.0..0.0,
             Mode::Best | Mode::Lumigraph | Mode::Smooth => density.start.max(0.0)..density.end.max(0.0),
@@ -395,7 +394,8 @@ impl<C: TexelBounds> Finder<'_, C> {
         &self,
         patch: &FacePatch,
         server: &Server,
-        (camera, pose): (&Pinhole, &Pose),
+        camera: &Pinhole,
+        pose: &Pose,
         octaves: f64,
     ) -> Option<PatchFootprint> {
         let middle = pose.camera_from_world(patch.middle_in_world);

@@ -72,7 +72,7 @@ struct KnownCell {
 }
 
 /// A grid without colours.
-struct Grid {
+struct ContinuationGrid {
     face: FaceId,
     frame: PlaneFrame,
     low: DVec2,
@@ -80,8 +80,8 @@ struct Grid {
     size: [u32; 2],
 }
 
-impl Grid {
-    fn new(model: &Model, face: FaceId, (most_across, least_cell): (f64, f64)) -> Option<Self> {
+impl ContinuationGrid {
+    fn new(model: &Model, face: FaceId, most_across: f64, least_cell: f64) -> Option<Self> {
         let frame = PlaneFrame::from_plane(&model.face(face).plane);
         let points = || model.ring_points(face).map(|point| frame.flat(point));
         let low = points().reduce(DVec2::min)?;
@@ -125,9 +125,9 @@ impl Continuation {
         let least_cell = LEAST_CELL * corner(DVec3::max).distance(corner(DVec3::min));
         let grid = |face: FaceId| {
             let object = model.object(model.face(face).object);
-            (!object.billboard).then(|| Grid::new(model, face, (most_across, least_cell))).flatten()
+            (!object.billboard).then(|| ContinuationGrid::new(model, face, most_across, least_cell)).flatten()
         };
-        let grids: Vec<Option<Grid>> = model.face_ids().map(grid).collect();
+        let grids: Vec<Option<ContinuationGrid>> = model.face_ids().map(grid).collect();
         let mut sums: BTreeMap<(FaceId, usize), ([f64; 3], f64)> = BTreeMap::new();
         for point in seen {
             let Some(grid) = grids.get(point.face.0 as usize).and_then(Option::as_ref) else { continue };
@@ -154,7 +154,7 @@ impl Continuation {
         let all: Vec<&KnownCell> = some_of(of_object.values().flatten().collect());
         let of_object: BTreeMap<ObjectId, Vec<&KnownCell>> =
             of_object.iter().map(|(object, known)| (*object, some_of(known.iter().collect()))).collect();
-        let colours = |grid: &Grid| {
+        let colours = |grid: &ContinuationGrid| {
             let known = of_object.get(&model.face(grid.face).object).unwrap_or(&all);
             let normal = model.face(grid.face).plane.normal;
             let light = |cell: usize| match means.get(&(grid.face, cell)) {
@@ -162,7 +162,7 @@ impl Continuation {
                 None => continued(known, grid.centre(cell), normal),
             };
             let colours = (0..grid.count()).map(|cell| stored(light(cell))).collect();
-            let Grid { frame, low, cell, size, .. } = grid;
+            let ContinuationGrid { frame, low, cell, size, .. } = grid;
             FaceColours { frame: *frame, low: *low, cell: *cell, size: *size, colours }
         };
         let mean = |c: usize| all.iter().map(|known| known.light[c]).sum::<f64>() / all.len() as f64;

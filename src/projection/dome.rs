@@ -36,7 +36,7 @@ pub const BRIGHTEST: f32 = 4.0;
 const SIDE_PX: [u32; 2] = [56, 896];
 
 /// Colours in all directions.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Dome {
     /// The length of a side of the cube in pixels.
     pub side: u32,

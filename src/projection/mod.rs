@@ -5,7 +5,7 @@
 //! |---|---|
 //! | [`frustum`], [`footprint`], [`framing`], [`backdrops`], [`exploded`], [`hatching`], [`back_to_front`], [`peeling`], [`continuation`], [`reduced`], `reducer` | what knows no layer textures: projections, orders and layers of a view, images at smaller sizes |
 //! | [`sources`], `one_photo`, [`sides`], [`turned`], [`agreement`], `texels`, `texture_memory` | photos and their layer textures, which of these may texture which side of a face, and their texels |
-//! | [`surface`], [`best_view`], [`relief`], [`skirts`] | the surface: rays, heights over coarse faces, strips along outlines |
+//! | [`model_surface`], [`best_view`], [`relief`], [`skirts`] | the surface: rays, heights over coarse faces, strips along outlines |
 //! | [`dome`], [`surroundings`], [`cells`] | what is seen where no face is; shortlists of photos |
 //! | [`exposure`] | the brightness of photos and views |
 //! | `sliced`, `renders` | the interface of renderers |
@@ -26,6 +26,7 @@ pub mod footprint;
 pub mod framing;
 pub mod frustum;
 pub mod hatching;
+pub mod model_surface;
 mod one_photo;
 pub mod peeling;
 pub mod reduced;
@@ -36,7 +37,6 @@ pub mod sides;
 pub mod skirts;
 mod sliced;
 pub mod sources;
-pub mod surface;
 pub mod surroundings;
 mod texels;
 mod texture_memory;

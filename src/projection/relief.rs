@@ -26,7 +26,7 @@ use glam::{DVec2, DVec3};
 use quadratura_base::geometry::polygon::PlaneFrame;
 
 /// The heights of one face, on a grid in its plane.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FaceRelief {
     /// The frame of flat coordinates in the face's plane, in world units.
     pub frame: PlaneFrame,
@@ -77,7 +77,7 @@ impl FaceRelief {
 pub const LEAST_FACING: f64 = 0.1;
 
 /// The relief of all faces.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Relief {
     /// The relief of each face by id; faces with `None` and those beyond the list are flat.
     pub of_face: Vec<Option<FaceRelief>>,

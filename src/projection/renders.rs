@@ -6,9 +6,9 @@ use std::sync::Arc;
 use super::agreement::Agreement;
 use super::continuation::Continuation;
 use super::exposure::ViewExposure;
+use super::model_surface::ModelSurface;
 use super::peeling::Peels;
 use super::relief::Relief;
-use super::surface::Surface;
 use super::{Gains, LayerTextureId, Sliced, Sources, Texels};
 use quadratura_base::error::Result;
 use quadratura_base::scene::{FaceId, Model};
@@ -108,7 +108,7 @@ pub struct SiteContent<'a> {
 /// A long-lived renderer of one site. Window, command line and score use a renderer through this trait alone.
 pub trait SiteRenderer: Renders + Send {
     /// Returns the model for ray casting, as it is drawn.
-    fn surface(&self) -> Arc<Surface>;
+    fn surface(&self) -> Arc<ModelSurface>;
 
     /// Replaces the table of which layer textures texture which faces; photos and layer textures remain the same.
     ///

@@ -15,10 +15,10 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::agreement::Agreement;
+use super::model_surface::{ModelSurface, RayHit};
 use super::sources::{
     FILLED, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Server, Sources, Texels,
 };
-use super::surface::{RayHit, Surface};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::clip::clipped_to_box;
 use quadratura_base::geometry::{PixelRect, Plane};
@@ -86,13 +86,13 @@ pub struct Skirts {
 }
 
 /// An edge of the model with the faces on it.
-struct Edge {
+struct ModelEdge {
     ends: [DVec3; 2],
     faces: Vec<FaceId>,
 }
 
 /// A strip along an edge.
-struct Strip {
+struct SkirtStrip {
     /// The corners, counter-clockwise as the photos see it.
     corners: [DVec3; 4],
     plane: Plane,
@@ -112,15 +112,15 @@ impl Skirts {
     }
 
     /// Finds the skirts of a site; none where the photos have no surroundings. `surface` is the model's.
-    pub fn new(model: &Arc<Model>, sources: &Arc<Sources>, surface: &Surface) -> Self {
+    pub fn new(model: &Arc<Model>, sources: &Arc<Sources>, surface: &ModelSurface) -> Self {
         let mut skirts = Self::none(model, sources);
         if sources.surroundings.is_empty() {
             return skirts;
         }
         let sees_through = model.face_ids().filter(|face| model.sees_through(*face));
         let hidden: HiddenFaces = sees_through.chain(sources.far.iter()).collect();
-        let finder = Finder { model, sources, surface, hidden: &hidden };
-        let found: Vec<(Edge, Strip)> = edges(model, &sources.far)
+        let finder = OutlineFinder { model, sources, surface, hidden: &hidden };
+        let found: Vec<(ModelEdge, SkirtStrip)> = edges(model, &sources.far)
             .into_par_iter()
             .filter_map(|edge| finder.strip(&edge).map(|strip| (edge, strip)))
             .collect();
@@ -230,9 +230,9 @@ pub fn met(model: &Model, skirt: FaceId, origin: DVec3, direction: DVec3) -> Opt
 /// Returns the edges of all faces that one does not see through, without those of far backdrops, each once, in a reproducible
 /// order. Edges that bridge a hole
 /// are none.
-fn edges(model: &Model, far: &HiddenFaces) -> Vec<Edge> {
+fn edges(model: &Model, far: &HiddenFaces) -> Vec<ModelEdge> {
     let key = |point: DVec3| point.to_array().map(|at| (at + 0.0).to_bits());
-    let mut found: BTreeMap<[[u64; 3]; 2], Edge> = BTreeMap::new();
+    let mut found: BTreeMap<[[u64; 3]; 2], ModelEdge> = BTreeMap::new();
     for face in model.face_ids().filter(|face| !model.face(*face).triangles.is_empty()) {
         if far.contains(face) || model.object(model.face(face).object).shows_what_is_behind() {
             continue;
@@ -244,7 +244,7 @@ fn edges(model: &Model, far: &HiddenFaces) -> Vec<Edge> {
             let ends = [from, to].map(|vertex| model.vertices[vertex as usize]);
             let mut keys = ends.map(key);
             keys.sort_unstable();
-            let edge = found.entry(keys).or_insert_with(|| Edge { ends, faces: Vec::new() });
+            let edge = found.entry(keys).or_insert_with(|| ModelEdge { ends, faces: Vec::new() });
             edge.faces.push(face);
         }
     }
@@ -252,10 +252,10 @@ fn edges(model: &Model, far: &HiddenFaces) -> Vec<Edge> {
 }
 
 /// The search for outlines.
-struct Finder<'a> {
+struct OutlineFinder<'a> {
     model: &'a Model,
     sources: &'a Sources,
-    surface: &'a Surface,
+    surface: &'a ModelSurface,
     /// The faces that one sees through, and those of far backdrops.
     hidden: &'a HiddenFaces,
 }
@@ -268,9 +268,9 @@ struct Outline {
     width: f64,
 }
 
-impl Finder<'_> {
+impl OutlineFinder<'_> {
     /// Returns the strip along an edge; `None` where it is an outline before surroundings in no photo.
-    fn strip(&self, edge: &Edge) -> Option<Strip> {
+    fn strip(&self, edge: &ModelEdge) -> Option<SkirtStrip> {
         let [a, b] = edge.ends;
         let along = (b - a).try_normalize()?;
         let inwards: DVec3 = edge.faces.iter().map(|face| self.inwards(*face, a, b)).sum();
@@ -301,7 +301,7 @@ impl Finder<'_> {
             corners.reverse();
         }
         let plane = Plane { normal: if is_turned { -normal } else { normal }, point: a };
-        Some(Strip { corners, plane })
+        Some(SkirtStrip { corners, plane })
     }
 
     /// Returns the unit direction from the edge into a face, within its plane.
@@ -313,7 +313,7 @@ impl Finder<'_> {
     }
 
     /// Asks a photo whether the edge is an outline in it: a face of the edge on one side, surroundings on the other.
-    fn outline(&self, edge: &Edge, along: DVec3, inwards: DVec3, photo: &Projector) -> Option<Outline> {
+    fn outline(&self, edge: &ModelEdge, along: DVec3, inwards: DVec3, photo: &Projector) -> Option<Outline> {
         let (camera, eye) = (&photo.camera, photo.pose.center_in_world());
         let middle = (edge.ends[0] + edge.ends[1]) / 2.0;
         let out = outwards(along, (eye - middle).try_normalize()?, inwards)?;
@@ -347,7 +347,7 @@ fn outwards(along: DVec3, towards: DVec3, inwards: DVec3) -> Option<DVec3> {
     Some(if across.dot(inwards) > 0.0 { -across } else { across })
 }
 
-impl Strip {
+impl SkirtStrip {
     /// Returns the server of the strip that a server of the surroundings makes with this layer texture; `None` where the photo's
     /// layer does not show the strip.
     fn server(&self, sources: &Sources, of: &Server, layer_texture: LayerTextureId) -> Option<Server> {
@@ -412,7 +412,7 @@ impl Texels for SkirtTexels {
 }
 
 /// Adds a strip to a model as a face of the object of another face. The object does not list it.
-fn push(model: &mut Model, strip: &Strip, like: &Face) {
+fn push(model: &mut Model, strip: &SkirtStrip, like: &Face) {
     let first = model.vertices.len() as u32;
     model.vertices.extend(strip.corners);
     let (ring, triangles) = (model.ring_vertices.len() as u32, model.triangles.len() as u32);

@@ -25,7 +25,7 @@ const FIRST_PER_PX_S: f64 = 1e-7;
 
 /// How large slices are.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Pace {
+enum SlicePace {
     /// Other users of the device wait: the measured time per pixel, in seconds.
     Shared(f64),
     /// Nobody waits.
@@ -54,13 +54,13 @@ pub struct Sliced {
     /// The present slice: its rows, and its tiles so far from the left, whose widths sum to `column`.
     rows: u32,
     column: u32,
-    tiles: Vec<Tile>,
-    pace: Pace,
+    tiles: Vec<DrawnTile>,
+    pace: SlicePace,
 }
 
 /// A part of the image as it was drawn, rows from the top.
 #[derive(Debug)]
-enum Tile {
+enum DrawnTile {
     Bytes(Picture),
     Linear(LinearPicture),
 }
@@ -81,7 +81,7 @@ impl Sliced {
             rows: 0,
             column: 0,
             tiles: Vec::new(),
-            pace: Pace::Shared(FIRST_PER_PX_S),
+            pace: SlicePace::Shared(FIRST_PER_PX_S),
         }
     }
 
@@ -106,12 +106,12 @@ impl Sliced {
         let above = shot.camera.width as usize * rows.start as usize;
         let (rgba, linear) = if shot.linear { (0, above) } else { (4 * above, 0) };
         let (rgba, linear) = (vec![0; rgba], vec![[0.0; 4]; linear]);
-        Self { rgba, linear, row: rows.start, end: rows.end.min(whole.end), pace: Pace::Whole, ..whole }
+        Self { rgba, linear, row: rows.start, end: rows.end.min(whole.end), pace: SlicePace::Whole, ..whole }
     }
 
     /// Returns the same where no other user of the device waits for its slices.
     pub fn alone(self) -> Self {
-        Self { pace: Pace::Alone, ..self }
+        Self { pace: SlicePace::Alone, ..self }
     }
 
     /// Returns the next tile as a view of its own: whole rows and columns of cells, so that each cell is the same as in
@@ -120,14 +120,14 @@ impl Sliced {
         let mut shot = self.drawn.clone();
         let (width, left) = (shot.camera.width, self.end.saturating_sub(self.row).max(1));
         let longest = match self.pace {
-            Pace::Whole => width,
-            Pace::Shared(_) | Pace::Alone => (LONGEST_PX / cell_px).max(1) * cell_px,
+            SlicePace::Whole => width,
+            SlicePace::Shared(_) | SlicePace::Alone => (LONGEST_PX / cell_px).max(1) * cell_px,
         };
         if self.column == 0 {
             let px = match self.pace {
-                Pace::Whole => f64::INFINITY,
-                Pace::Alone => MOST_PX,
-                Pace::Shared(per_px_s) => (WANTED_S / per_px_s).clamp(LEAST_PX, MOST_PX),
+                SlicePace::Whole => f64::INFINITY,
+                SlicePace::Alone => MOST_PX,
+                SlicePace::Shared(per_px_s) => (WANTED_S / per_px_s).clamp(LEAST_PX, MOST_PX),
             };
             let rows = (px / f64::from(width.min(longest))).ceil().min(f64::from(left)) as u32;
             self.rows = rows.next_multiple_of(cell_px).clamp(1, left);
@@ -154,19 +154,19 @@ impl Sliced {
             (self.rgba, self.linear) = (Vec::new(), Vec::new());
         }
         let width = tile.width;
-        self.take(Tile::Bytes(tile), width)
+        self.take(DrawnTile::Bytes(tile), width)
     }
 
     /// As [`Self::add`], of an image in linear light.
     pub fn add_linear(&mut self, tile: LinearPicture) -> bool {
         let width = tile.width;
-        self.take(Tile::Linear(tile), width)
+        self.take(DrawnTile::Linear(tile), width)
     }
 
-    fn take(&mut self, tile: Tile, width: u32) -> bool {
+    fn take(&mut self, tile: DrawnTile, width: u32) -> bool {
         self.tiles.push(match (tile, self.shot.linear) {
-            (Tile::Bytes(tile), true) => Tile::Linear(LinearPicture::of(&tile)),
-            (Tile::Linear(tile), false) => Tile::Bytes(tile.picture()),
+            (DrawnTile::Bytes(tile), true) => DrawnTile::Linear(LinearPicture::of(&tile)),
+            (DrawnTile::Linear(tile), false) => DrawnTile::Bytes(tile.picture()),
             (tile, _) => tile,
         });
         self.column += width;
@@ -182,16 +182,16 @@ impl Sliced {
     }
 
     /// Appends a row of a tile to an image that is drawn as it is asked for.
-    fn append(&mut self, tile: &Tile, row: usize) {
+    fn append(&mut self, tile: &DrawnTile, row: usize) {
         if self.reducer.is_some() {
             return;
         }
         match tile {
-            Tile::Bytes(tile) => {
+            DrawnTile::Bytes(tile) => {
                 let width = 4 * tile.width as usize;
                 self.rgba.extend_from_slice(&tile.rgba[row * width..(row + 1) * width]);
             }
-            Tile::Linear(tile) => {
+            DrawnTile::Linear(tile) => {
                 let width = tile.width as usize;
                 self.linear.extend_from_slice(&tile.rgba[row * width..(row + 1) * width]);
             }
@@ -199,20 +199,20 @@ impl Sliced {
     }
 
     /// Reduces the rows of a finer image.
-    fn reduce(&mut self, tiles: &[Tile]) {
+    fn reduce(&mut self, tiles: &[DrawnTile]) {
         let Some(reducer) = &mut self.reducer else { return };
         let width = self.drawn.camera.width as usize;
         let mut rows = Vec::with_capacity(width * self.rows as usize);
         for row in 0..self.rows as usize {
             for tile in tiles {
                 match tile {
-                    Tile::Bytes(tile) => {
+                    DrawnTile::Bytes(tile) => {
                         let width = tile.width as usize;
                         rows.extend(
                             tile.pixels()[row * width..(row + 1) * width].iter().map(values_of_bytes),
                         );
                     }
-                    Tile::Linear(tile) => {
+                    DrawnTile::Linear(tile) => {
                         let width = tile.width as usize;
                         rows.extend(tile.rgba[row * width..(row + 1) * width].iter().map(values_of_light));
                     }
@@ -228,7 +228,7 @@ impl Sliced {
 
     /// Sets the measured time per pixel, in seconds.
     pub fn costs(&mut self, per_px_s: f64) {
-        if let Pace::Shared(known) = &mut self.pace {
+        if let SlicePace::Shared(known) = &mut self.pace {
             *known = per_px_s;
         }
     }
@@ -321,7 +321,7 @@ mod tests {
         let shot = Shot { linear: true, ..Shot::new(centred(2, 3, 5.0), camera_is_world()) };
         let mut sliced = Sliced::new(&shot, ViewExposure::default());
         let row = |light: f32| LinearPicture { width: 2, height: 1, rgba: vec![[light; 4]; 2], depths: None };
-        sliced.pace = Pace::Shared(1e9);
+        sliced.pace = SlicePace::Shared(1e9);
         let one = |sliced: &mut Sliced| sliced.rows = sliced.tile(1).camera.height.min(1);
         one(&mut sliced);
         assert!(!sliced.add_linear(row(2.5)));

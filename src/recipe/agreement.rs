@@ -16,15 +16,15 @@ use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
 use quadratura_base::task::Task;
 use quadratura_document::{Decisions, Stack};
+use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_files::hash::hash_bytes;
-use quadratura_io::agreement_file::{read_agreement, write_agreement};
 use quadratura_io::reference::reference;
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::agreement::{
     AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, outlines,
     photo_agreement, things, undecided_share, votes,
 };
-use quadratura_layers::fill::{Donor, DonorContent, Surfaces};
+use quadratura_layers::fill::{Donor, DonorContent, FillSurfaces};
 use quadratura_projection::framing::scaled;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::{Gains, Projector};
@@ -32,6 +32,9 @@ use quadratura_view::hidden::HiddenFaces;
 
 /// A counter of changes in how the same photos are compared, or in the relief on which they are.
 const VERSION: u32 = 5;
+
+/// The file `cache/agreement.bin`.
+const CACHED: CachedKind = CachedKind { name: "agreement", version: 5 };
 
 /// The share of a photo's compared pixels with as many votes against them as for them from which on that is told: the
 /// photos differ as a whole, and nobody can know which of them are right.
@@ -70,7 +73,7 @@ pub struct SiteAgreement {
     whole: Arc<[PhotoEvidence]>,
     /// The photos prepared for comparison, once they were needed, with the gains that they were prepared with.
     reduced: Option<(Gains, Vec<Option<ReducedPhoto>>)>,
-    surfaces: Surfaces,
+    surfaces: FillSurfaces,
     /// The faces that views show as surroundings.
     far: HiddenFaces,
 }
@@ -97,13 +100,12 @@ impl SiteAgreement {
         let file = folder.join("cache/agreement.bin");
         let options = AgreementOptions::default();
         let hash = hash_bytes(format!("{} {} {options:?}", inputs.hash, inputs.tolerance).as_bytes());
-        let faces = site.model.faces.len();
-        let surfaces = Surfaces::from_model(&site.model);
+        let surfaces = FillSurfaces::from_model(&site.model);
         let far = FarBackdrops::new(site).faces(site);
         let mut opened =
             Self { site: site.clone(), inputs, options, whole: Arc::default(), reduced: None, surfaces, far };
         let fits = |found: &Vec<PhotoEvidence>| found.len() == site.photos.len() && opened.has_sizes(found);
-        if let Some(evidence) = read_agreement(&file, &hash, faces).filter(fits) {
+        if let Some(evidence) = read_cached(&file, CACHED, &hash).filter(fits) {
             opened.whole = evidence.into();
             // The same photos are told the same, whether they were compared now or earlier.
             opened.note_undecided(task);
@@ -113,7 +115,7 @@ impl SiteAgreement {
         opened.note_undecided(task);
         // What was found without some photo must not be cached as that of all photos.
         let is_whole = opened.reduced.iter().flat_map(|(_, photos)| photos).all(Option::is_some);
-        if is_whole && let Err(error) = write_agreement(&file, &opened.whole, &hash) {
+        if is_whole && let Err(error) = write_cached(&file, CACHED, &hash, &opened.whole[..]) {
             task.note(Message::from("the agreement of photos cannot be cached: ").and(&error));
         }
         // Prepared photos are large; few pictures need them again.

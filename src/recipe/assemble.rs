@@ -11,13 +11,13 @@ use quadratura_base::scene::builder::SURROUNDINGS;
 use quadratura_base::scene::{FaceId, Model, ObjectId, Photo};
 use quadratura_document::FilesInUse;
 use quadratura_document::stack::{
-    Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
-    ToleratedOverlap,
+    Element, FacePiece, ImageLayer, STACK_VERSION, Stack, StackCamera, StackCounts, StackPhoto, StackSurface,
+    Support, ToleratedOverlap,
 };
 use quadratura_layers::ElementIndex;
 use quadratura_layers::cluster::Cluster;
 use quadratura_layers::content::Content;
-use quadratura_layers::nodes::Node;
+use quadratura_layers::nodes::GraphNode;
 use quadratura_layers::pieces::{NodePieces, outline, pieces_of_nodes};
 use quadratura_layers::surroundings::{Surroundings, SurroundingsLayer};
 use quadratura_layers::{Faces, LayerConstraints, Method, Options, Sorted};
@@ -180,15 +180,15 @@ fn surfaces(model: &Model, sorted: &Sorted) -> Vec<StackSurface> {
 }
 
 /// Converts the pieces of all cut faces.
-fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<Piece> {
-    let of_node = |(node, p): (&Node, &Option<NodePieces>)| {
+fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<FacePiece> {
+    let of_node = |(node, p): (&GraphNode, &Option<NodePieces>)| {
         let Some(p) = p else { return Vec::new() };
         let face = model.face(p.face);
         let triangle = sorted.view.items[node.item as usize].triangle;
         let object = model.object(face.object).name.clone();
         (p.first..)
             .zip(&p.rings)
-            .map(|(piece, ring)| Piece {
+            .map(|(piece, ring)| FacePiece {
                 object: object.clone(),
                 face: face.index,
                 piece,
@@ -230,7 +230,7 @@ fn image_layers(
             let name = name(sorted, cluster, content, name_of);
             let Cluster { order, rect, patches } = cluster;
             let elements = patches.iter().map(|patch| patch.element).collect();
-            image_layer(photo, (*order, *rect), elements, content, name, id)
+            image_layer(photo, *order, *rect, elements, content, name, id)
         })
         .collect()
 }
@@ -238,7 +238,8 @@ fn image_layers(
 /// Makes an image layer of some order and rectangle.
 fn image_layer(
     photo: &Photo,
-    (order, rect): (u32, PixelRect),
+    order: u32,
+    rect: PixelRect,
     elements: Vec<ElementIndex>,
     content: &Content,
     name: String,
@@ -330,7 +331,7 @@ pub fn add_surroundings(stack: &mut Stack, photo: &Photo, surroundings: &Surroun
     for SurroundingsLayer { rect, content } in layers {
         let id = free_token(&photo.name, &[&element], *rect, &mut taken);
         let name = NAME_OF_SURROUNDINGS.to_owned();
-        let layer = image_layer(photo, (order, *rect), vec![index], content, name, id);
+        let layer = image_layer(photo, order, *rect, vec![index], content, name, id);
         stack.texels += rect.area();
         stack.texels_unmerged += rect.area();
         stack.texels_used += layer.texels_used;
@@ -383,7 +384,7 @@ fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
 }
 
 /// Counts what reports need.
-fn counts(sorted: &Sorted, options: &Options) -> Counts {
+fn counts(sorted: &Sorted, options: &Options) -> StackCounts {
     let stencil = options.method == Method::Stencil;
     let is_noise = |refused: &&(u32, u32, u32)| refused.2 <= options.min_support;
     let layers = &sorted.layers;
@@ -393,7 +394,7 @@ fn counts(sorted: &Sorted, options: &Options) -> Counts {
         sorted.nodes.list.iter().map(|n| sorted.view.items[n.item as usize].face).collect();
     faces.sort_unstable();
     faces.dedup();
-    Counts {
+    StackCounts {
         fragments: sorted.runs.fragments(),
         faces: faces.len() as u32,
         elements: layers.elements.len() as u32,

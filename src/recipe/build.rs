@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::assemble::{add_surroundings, assemble};
 use super::budget::default_memory;
+use super::faces_to_keep::FacesToKeep;
 use super::inputs::Inputs;
-use super::keeping::Keeping;
 use super::layer_names::rename;
 use super::named::photos_named;
 use super::side_by_side::ParallelPhotos;
@@ -113,8 +113,8 @@ fn build_or_check(
     let photos = photos_named(site, &options.photos)?;
     let inputs = Inputs::new(&site.model, &options.layers, &options.decisions);
     let paint = PaintStore::new(store.project()).read()?;
-    let keeping = Keeping::new(&options.decisions, &paint);
-    let job = BuildJob { site, store, rasteriser, options, inputs, keeping, turns };
+    let to_keep = FacesToKeep::new(&options.decisions, &paint);
+    let job = BuildJob { site, store, rasteriser, options, inputs, to_keep, turns };
     let at_a_time = ParallelPhotos { threads: options.threads, memory: options.memory, stage: STAGE };
     let work = |photo: &&Photo| job.photo(photo, &task.with_subject(&photo.name));
     at_a_time.run(&photos, |photo| bytes_for(photo), work, task)
@@ -137,7 +137,7 @@ struct BuildJob<'a> {
     rasteriser: &'a dyn Rasteriser,
     options: &'a BuildOptions,
     inputs: Inputs<'a>,
-    keeping: Keeping<'a>,
+    to_keep: FacesToKeep<'a>,
     /// The turns of the update that this belongs to.
     turns: Option<&'a Turns<'a>>,
 }
@@ -171,7 +171,7 @@ impl BuildJob<'_> {
         let inputs = self.inputs.hash(photo)?;
         if !self.options.force
             && let Some(stack) = self.store.up_to_date(&photo.name, &inputs)?
-            && self.keeping.agrees(&stack)
+            && self.to_keep.agrees(&stack)
         {
             let (stack, kept) = self.with_names(stack, task)?;
             return Ok((stack, true, kept));
@@ -180,7 +180,7 @@ impl BuildJob<'_> {
         let model = &self.site.model.facing(&Facing::of_pose(&photo.pose));
         let options = &decided.options.applied_to(&self.options.layers);
         let camera = &photo.camera;
-        let constraints = self.keeping.constraints(&photo.name);
+        let constraints = self.to_keep.constraints(&photo.name);
         let sorted = sort_photo(model, camera, &photo.pose, self.rasteriser, options, &constraints, task)?;
         let assembled = || assemble(model, photo, &sorted, options, &constraints, &inputs);
         let mut stack = task.timed("assemble", assembled);

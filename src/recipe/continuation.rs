@@ -12,7 +12,7 @@ use quadratura_base::scene::{Model, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_projection::Gains;
 use quadratura_projection::continuation::{Continuation, SeenPoint};
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_view::hidden::{Culling, HiddenFaces};
 use quadratura_view::srgb::Srgb;
 
@@ -33,7 +33,7 @@ impl SiteContinuation {
     /// # Errors
     /// [`quadratura_base::Error::Cancelled`].
     pub fn new(folder: &Path, site: &Site, task: &Task) -> Result<Self> {
-        let (surface, nothing) = (Surface::from_model(&site.model), HiddenFaces::default());
+        let (surface, nothing) = (ModelSurface::from_model(&site.model), HiddenFaces::default());
         let rays = site.photos.len() * (SMALL_PX * SMALL_PX) as usize * 2 / 3;
         let step = (rays as f64 / MOST_RAYS as f64).sqrt().ceil().max(1.0) as usize;
         let of_photo = |id: PhotoId| -> Result<Vec<SeenPoint>> {

@@ -3,10 +3,11 @@
 
 use serde::Serialize;
 
+use quadratura_base::raster::robust;
 use quadratura_document::stack::{Support, UntexturedReason};
 use quadratura_document::{Element, ImageLayer, Stack};
 use quadratura_layers::ElementIndex;
-use quadratura_layers::graph::Graph;
+use quadratura_layers::occlusion_graph::OcclusionGraph;
 
 /// The number of visible pixels below which an image layer is small.
 pub const SMALL_PX: u64 = 500;
@@ -72,12 +73,7 @@ fn visible_share(layer: &ImageLayer) -> f64 {
 
 /// Returns the median; 0 of nothing.
 fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    match values.len() {
-        0 => 0.0,
-        n if n % 2 == 1 => values[n / 2],
-        n => f64::midpoint(values[n / 2 - 1], values[n / 2]),
-    }
+    robust::median(&mut values).unwrap_or(0.0)
 }
 
 /// What explains small layers.
@@ -85,7 +81,7 @@ struct SmallReasons<'a> {
     stack: &'a Stack,
     elements: &'a [&'a Element],
     /// The occlusions between elements of different objects.
-    between: Graph,
+    between: OcclusionGraph,
 }
 
 impl<'a> SmallReasons<'a> {
@@ -93,7 +89,7 @@ impl<'a> SmallReasons<'a> {
         let object = |index: ElementIndex| elements.get(index.index()).map(|element| &element.object);
         let others = stack.occlusions.iter().filter(|s| object(s.front) != object(s.back));
         let supports = others.map(|s| (s.front.0, s.back.0, s.px));
-        Self { stack, elements, between: Graph::new(elements.len() as u32, supports) }
+        Self { stack, elements, between: OcclusionGraph::new(elements.len() as u32, supports) }
     }
 
     fn small_layer(&self, layer: &ImageLayer) -> SmallLayer {

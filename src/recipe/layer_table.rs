@@ -69,7 +69,7 @@ fn share(part: u64, all: u64) -> f64 {
 
 /// A column of the table of layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Column {
+pub enum LayerColumn {
     /// The name: [`ImageLayer::name`].
     Name,
     /// The depth: [`ImageLayer::order`].
@@ -89,7 +89,7 @@ pub enum Column {
     Trust,
 }
 
-impl Column {
+impl LayerColumn {
     /// All columns from left to right.
     pub const ALL: [Self; 8] = [
         Self::Name,
@@ -113,21 +113,21 @@ impl Column {
 /// known.
 pub fn sorted(
     stack: &Stack,
-    column: Column,
+    column: LayerColumn,
     falling: bool,
     trust: impl Fn(LayerIndex) -> Option<f64>,
 ) -> Vec<LayerIndex> {
     let value = |(index, layer): (LayerIndex, &ImageLayer)| {
         let figures = LayerFigures::from_layer(layer);
         let value = match column {
-            Column::Name => None,
-            Column::Depth => Some(f64::from(layer.order)),
-            Column::Size => Some(figures.texels as f64),
-            Column::Used => Some(figures.used_share()),
-            Column::Waste => Some(figures.waste as f64),
-            Column::Hidden => Some(figures.hidden_share()),
-            Column::Filled => figures.filled_share(),
-            Column::Trust => trust(index),
+            LayerColumn::Name => None,
+            LayerColumn::Depth => Some(f64::from(layer.order)),
+            LayerColumn::Size => Some(figures.texels as f64),
+            LayerColumn::Used => Some(figures.used_share()),
+            LayerColumn::Waste => Some(figures.waste as f64),
+            LayerColumn::Hidden => Some(figures.hidden_share()),
+            LayerColumn::Filled => figures.filled_share(),
+            LayerColumn::Trust => trust(index),
         };
         (value, index)
     };
@@ -139,7 +139,7 @@ pub fn sorted(
             (Some(a), Some(b)) => turned(a.total_cmp(b)),
             (Some(_), None) => Ordering::Less,
             (None, Some(_)) => Ordering::Greater,
-            (None, None) if column == Column::Name => turned(by_name(name(at), name(bt))),
+            (None, None) if column == LayerColumn::Name => turned(by_name(name(at), name(bt))),
             (None, None) => Ordering::Equal,
         };
         by_value.then(at.cmp(bt))
@@ -199,16 +199,18 @@ mod tests {
         let names = ["Window", "arch", "tower", "Wall", "box"];
         stack.image_layers.iter_mut().zip(names).for_each(|(layer, name)| layer.name = name.into());
         let sorted = |column, falling| sorted(&stack, column, falling, |_| None);
-        let by_name: Vec<&str> =
-            sorted(Column::Name, false).into_iter().map(|index| stack.layer(index).name.as_str()).collect();
+        let by_name: Vec<&str> = sorted(LayerColumn::Name, false)
+            .into_iter()
+            .map(|index| stack.layer(index).name.as_str())
+            .collect();
         let mut expected: Vec<&str> = names[..count].to_vec();
         expected.sort_by_key(|name| name.to_lowercase());
         assert_eq!(by_name, expected);
         let waste = |index: LayerIndex| LayerFigures::from_layer(stack.layer(index)).waste;
-        assert!(sorted(Column::Waste, true).windows(2).all(|pair| waste(pair[0]) >= waste(pair[1])));
-        assert!(sorted(Column::Waste, false).windows(2).all(|pair| waste(pair[0]) <= waste(pair[1])));
+        assert!(sorted(LayerColumn::Waste, true).windows(2).all(|pair| waste(pair[0]) >= waste(pair[1])));
+        assert!(sorted(LayerColumn::Waste, false).windows(2).all(|pair| waste(pair[0]) <= waste(pair[1])));
         assert_eq!(
-            sorted(Column::Depth, false),
+            sorted(LayerColumn::Depth, false),
             stack.layer_indices().collect::<Vec<_>>(),
             "as they lie in the stack"
         );
@@ -232,10 +234,10 @@ mod tests {
             });
         }
         for falling in [false, true] {
-            let by_filled = sorted(&stack, Column::Filled, falling, |_| None);
+            let by_filled = sorted(&stack, LayerColumn::Filled, falling, |_| None);
             assert_eq!(by_filled.last(), Some(&whole));
             let by_trust =
-                sorted(&stack, Column::Trust, falling, |place| (place != LayerIndex(1)).then_some(0.5));
+                sorted(&stack, LayerColumn::Trust, falling, |place| (place != LayerIndex(1)).then_some(0.5));
             assert_eq!(by_trust.last(), Some(&LayerIndex(1)));
         }
     }

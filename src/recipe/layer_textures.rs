@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use self::dome::KNOWN;
-use self::filling::Filling;
+use self::filling::TextureFilling;
 use self::see_through::lay_see_through_paint;
 use self::surroundings::lower_beside_outlines;
 use super::far_backdrops::FarBackdrops;
@@ -328,16 +328,16 @@ impl Texels for LayerTextureFiles {
         let mut needed = read_mask(&file.needed, file.rect, rect)?;
         mark_bleed(&rgba, &mut needed, rect.w as usize);
         let mut filling =
-            file.filled.as_ref().map(|files| Filling::read(files, file.rect, rect)).transpose()?;
+            file.filled.as_ref().map(|files| TextureFilling::read(files, file.rect, rect)).transpose()?;
         if file.propagated_alone {
-            filling = filling.map(Filling::propagated_alone);
+            filling = filling.map(TextureFilling::propagated_alone);
         }
         if let Some(longest) = file.longest_of_surroundings {
             let filled = filling.as_ref().map(|filling| &filling.confidence[..]);
             lower_beside_outlines(&mut rgba, filled, rect, longest);
         }
         if let Some(projected) = self.projected.get(&layer_texture) {
-            filling.get_or_insert_with(|| Filling::of_nothing(rect)).take(projected, rect, &rgba);
+            filling.get_or_insert_with(|| TextureFilling::of_nothing(rect)).take(projected, rect, &rgba);
         }
         let mut matte = None;
         if let Some(filling) = filling {

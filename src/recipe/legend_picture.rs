@@ -20,7 +20,7 @@ const INK: [u8; 3] = [0xf4, 0xf4, 0xf4];
 const PAPER: [u8; 3] = [0x20, 0x22, 0x26];
 
 /// A line of a legend.
-enum Line<'a> {
+enum LegendLine<'a> {
     Text(String),
     Colour(&'a str, [u8; 3]),
     Ramp(ColourRamp),
@@ -28,7 +28,7 @@ enum Line<'a> {
 }
 
 /// The line about surfaces without a colour of the legend.
-const UNCOVERED_LINE: Line<'_> = Line::Colour(UNCOVERED_NAME, UNCOVERED);
+const UNCOVERED_LINE: LegendLine<'_> = LegendLine::Colour(UNCOVERED_NAME, UNCOVERED);
 
 /// Draws a legend over the lower left corner of a picture, opaque. Entries that do not fit are counted.
 pub fn draw_legend(picture: &mut Picture, legend: &Legend) {
@@ -47,16 +47,16 @@ pub fn draw_key(picture: &mut Picture, lists: &[KeyList]) {
     let scale = (picture.height / PX_PER_SCALE).max(1);
     let room = (picture.height / scale).saturating_sub(2 * MARGIN) / LINE;
     let of_list = lists.iter().flat_map(|(title, entries)| {
-        let colours = entries.iter().map(|(text, colour)| Line::Colour(text, *colour));
-        std::iter::once(Line::Text(title.clone())).chain(colours)
+        let colours = entries.iter().map(|(text, colour)| LegendLine::Colour(text, *colour));
+        std::iter::once(LegendLine::Text(title.clone())).chain(colours)
     });
-    let lines: Vec<Line> = of_list.take(room as usize).collect();
+    let lines: Vec<LegendLine> = of_list.take(room as usize).collect();
     draw_lines(picture, scale, &lines);
 }
 
 /// Draws lines of text over the lower left corner of a picture.
-fn draw_lines(picture: &mut Picture, scale: u32, lines: &[Line]) {
-    let wide = lines.iter().map(Line::width).max().unwrap_or(0) + 2 * MARGIN;
+fn draw_lines(picture: &mut Picture, scale: u32, lines: &[LegendLine]) {
+    let wide = lines.iter().map(LegendLine::width).max().unwrap_or(0) + 2 * MARGIN;
     let high = lines.len() as u32 * LINE + 2 * MARGIN;
     let top = (picture.height / scale).saturating_sub(high);
     let mut canvas = Scaled { picture, scale, top };
@@ -67,21 +67,26 @@ fn draw_lines(picture: &mut Picture, scale: u32, lines: &[Line]) {
 }
 
 /// Returns the lines of a legend, at most `room`, each of at most `columns` letters.
-fn lines(legend: &Legend, room: usize, columns: usize) -> Vec<Line<'_>> {
+fn lines(legend: &Legend, room: usize, columns: usize) -> Vec<LegendLine<'_>> {
     match legend {
         Legend::Entries { title, entries } => {
             let fit = room.saturating_sub(2);
             let listed = if entries.len() > fit { fit.saturating_sub(1) } else { entries.len() };
             let more = entries.len() - listed;
-            let colours = entries.iter().take(listed).map(|(text, colour)| Line::Colour(text, *colour));
-            let more = (more > 0).then(|| Line::Text(format!("and {more} more")));
-            let title = std::iter::once(Line::Text((*title).to_owned()));
+            let colours = entries.iter().take(listed).map(|(text, colour)| LegendLine::Colour(text, *colour));
+            let more = (more > 0).then(|| LegendLine::Text(format!("and {more} more")));
+            let title = std::iter::once(LegendLine::Text((*title).to_owned()));
             title.chain(colours).chain(more).chain([UNCOVERED_LINE]).collect()
         }
         Legend::Scale { title, ramp, marks } => {
-            vec![Line::Text((*title).to_owned()), Line::Ramp(ramp), Line::Marks(marks), UNCOVERED_LINE]
+            vec![
+                LegendLine::Text((*title).to_owned()),
+                LegendLine::Ramp(ramp),
+                LegendLine::Marks(marks),
+                UNCOVERED_LINE,
+            ]
         }
-        Legend::Words(words) => wrapped(words, columns.max(1)).into_iter().map(Line::Text).collect(),
+        Legend::Words(words) => wrapped(words, columns.max(1)).into_iter().map(LegendLine::Text).collect(),
     }
 }
 
@@ -100,7 +105,7 @@ fn wrapped(text: &str, columns: usize) -> Vec<String> {
     lines
 }
 
-impl Line<'_> {
+impl LegendLine<'_> {
     /// Returns the width in pixels at scale 1.
     fn width(&self) -> u32 {
         match self {
@@ -205,8 +210,8 @@ mod tests {
         let of_photos = legend(DisplayMode::Weights, &names, &[]).unwrap();
         let listed = lines(&of_photos, 20, 80);
         assert_eq!(listed.len(), 20);
-        assert!(matches!(&listed[18], Line::Text(text) if text == "and 73 more"));
-        assert!(matches!(listed[19], Line::Colour(text, UNCOVERED) if text == UNCOVERED_NAME));
+        assert!(matches!(&listed[18], LegendLine::Text(text) if text == "and 73 more"));
+        assert!(matches!(listed[19], LegendLine::Colour(text, UNCOVERED) if text == UNCOVERED_NAME));
         for (width, height) in [(1, 1), (30, 8), (4000, 3000)] {
             assert_eq!(drawn(&of_photos, width, height).rgba.len(), (4 * width * height) as usize);
         }

@@ -40,8 +40,8 @@ use quadratura_layers::device::{PlantedRenderer, SiteDevice};
 use quadratura_layers::{Options, SoftwareRasteriser};
 use quadratura_projection::agreement::Agreement;
 use quadratura_projection::continuation::Continuation;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::relief::Relief;
-use quadratura_projection::surface::Surface;
 use quadratura_projection::{
     Gains, LayerTextureId, Renders, SiteContent, SiteRenderer, Sources, Texels, TextureOptions,
 };
@@ -209,7 +209,7 @@ fn after_a_save_the_book_of_paint_is_not_read_again() {
 
 /// A renderer as small as one can be: pictures of one shade.
 struct Plain {
-    surface: Arc<Surface>,
+    surface: Arc<ModelSurface>,
     /// The requests that it has received.
     asked: Arc<Mutex<Vec<&'static str>>>,
 }
@@ -237,7 +237,7 @@ struct PlainDevice(Arc<Mutex<Vec<&'static str>>>);
 
 impl SiteDevice for PlainDevice {
     fn renderer(&self, site: SiteContent<'_>, _: TextureOptions) -> Result<Box<dyn PlantedRenderer>> {
-        let surface = Arc::new(Surface::from_model(&site.model));
+        let surface = Arc::new(ModelSurface::from_model(&site.model));
         Ok(Box::new(Plain { surface, asked: self.0.clone() }))
     }
 }
@@ -250,7 +250,7 @@ impl PlantedRenderer for Plain {
 }
 
 impl SiteRenderer for Plain {
-    fn surface(&self) -> Arc<Surface> {
+    fn surface(&self) -> Arc<ModelSurface> {
         self.surface.clone()
     }
 

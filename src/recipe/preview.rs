@@ -39,9 +39,9 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_layers::agreement::PhotoEvidence;
 use quadratura_layers::device::{PlantedRenderer, SiteDevice};
 use quadratura_layers::sky_model::Daylight;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::pyramid::PyramidOptions;
 use quadratura_projection::relief::Relief;
-use quadratura_projection::surface::Surface;
 use quadratura_projection::twin::ReferenceRenderer;
 use quadratura_projection::{Gains, LayerTextureId, SiteContent, Sources};
 use quadratura_view::{DisplayMode, Shot};
@@ -383,7 +383,7 @@ impl Preview {
     }
 
     /// Returns the model's surface, for ray casts and for drawing.
-    pub fn surface(&self) -> Arc<Surface> {
+    pub fn surface(&self) -> Arc<ModelSurface> {
         self.renderer.surface()
     }
 

@@ -9,11 +9,14 @@ use super::budget::Budget;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_io::relief_file::{read_relief, write_relief};
+use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::Projector;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::relief::{Relief, ReliefOptions, SweepView, estimate_relief, relief_without};
-use quadratura_projection::surface::Surface;
+
+/// The file `cache/relief.bin`.
+const CACHED: CachedKind = CachedKind { name: "relief", version: 2 };
 
 /// The relief of a site, and of the site without some of the photos.
 pub struct SiteRelief {
@@ -36,7 +39,7 @@ impl SiteRelief {
         let options = ReliefOptions::default();
         let inputs = &format!("{inputs} {}", options.fingerprint());
         let mut opened = Self { site: site.clone(), memory, whole: Arc::default(), sweep_views: None };
-        if let Some(relief) = read_relief(&file, inputs) {
+        if let Some(relief) = read_cached(&file, CACHED, inputs) {
             opened.whole = Arc::new(relief);
             return Ok(opened);
         }
@@ -45,7 +48,7 @@ impl SiteRelief {
         let relief = estimate_relief(&site.model, sweep_views, &options, task)?;
         // A relief made without some photo must not be cached as that of all photos.
         if sweep_views.iter().all(SweepView::has_pixels)
-            && let Err(error) = write_relief(&file, &relief, inputs)
+            && let Err(error) = write_cached(&file, CACHED, inputs, &relief)
         {
             task.note(Message::from("the relief cannot be cached: ").and(&error));
         }
@@ -77,7 +80,7 @@ impl SiteRelief {
         if self.sweep_views.is_some() {
             return Ok(());
         }
-        let surface = Surface::from_model(&self.site.model);
+        let surface = ModelSurface::from_model(&self.site.model);
         let budget = Budget::new(self.memory);
         let sweep_view = |photo: &Photo| {
             task.go_on()?;

@@ -170,7 +170,7 @@ pub fn render(
     if !options.only_film() {
         make_folder(&options.out)?;
     }
-    let writer = Writer { options, film, report: RenderReport::default(), task };
+    let writer = PictureWriter { options, film, report: RenderReport::default(), task };
     std::thread::scope(|scope| {
         let (sender, receiver) = sync_channel(WAITING);
         let written = scope.spawn(move || writer.run(&receiver));
@@ -187,13 +187,14 @@ impl RenderOptions {
     }
 }
 
-type Drawn<'a> = (&'a RequestedView, Result<DrawnPicture>);
+/// A view with its picture, or why there is none.
+type DrawnView<'a> = (&'a RequestedView, Result<DrawnPicture>);
 
 /// Draws all views and sends the pictures to the writer.
 fn draw_all<'a>(
     views: &'a [RequestedView],
     draw: &mut Draw,
-    sender: &SyncSender<Drawn<'a>>,
+    sender: &SyncSender<DrawnView<'a>>,
     task: &Task,
 ) -> Result<()> {
     for (done, view) in (0..).zip(views) {
@@ -230,7 +231,7 @@ fn started(film: &VideoOptions, views: &[RequestedView], stereo: bool) -> Result
 }
 
 /// The thread that writes the drawn pictures.
-struct Writer<'a> {
+struct PictureWriter<'a> {
     options: &'a RenderOptions,
     /// The video in progress; `None` after it failed.
     film: Option<Film>,
@@ -238,9 +239,9 @@ struct Writer<'a> {
     task: &'a Task,
 }
 
-impl Writer<'_> {
+impl PictureWriter<'_> {
     /// Writes all pictures that arrive.
-    fn run(mut self, pictures: &Receiver<Drawn>) -> Result<RenderReport> {
+    fn run(mut self, pictures: &Receiver<DrawnView>) -> Result<RenderReport> {
         while let Ok((view, picture)) = pictures.recv() {
             self.task.go_on()?;
             let written = picture.and_then(|mut picture| {

@@ -44,8 +44,9 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
             let model = &site.model.facing(&Facing::of_pose(&pose));
             let pinned = &pinned;
             let stack = stack.borrow();
-            let mut reader = StackReader { model, faces: &faces, photo, id, stack, decided, pinned, far };
-            reader.read(&mut sources.layer_textures, &mut servers, &mut surroundings);
+            let mut converter =
+                StackConverter { model, faces: &faces, photo, id, stack, decided, pinned, far };
+            converter.read(&mut sources.layer_textures, &mut servers, &mut surroundings);
         }
     }
     // The sort is stable, so that servers of a face are ordered by photo, then layer texture.
@@ -133,7 +134,7 @@ impl<'a> FacesByName<'a> {
 }
 
 /// Converts one photo's stack.
-struct StackReader<'a> {
+struct StackConverter<'a> {
     model: &'a Model,
     faces: &'a FacesByName<'a>,
     photo: &'a Photo,
@@ -144,7 +145,7 @@ struct StackReader<'a> {
     far: &'a FarBackdrops,
 }
 
-impl StackReader<'_> {
+impl StackConverter<'_> {
     /// Adds the layer textures of the stack, the faces that they serve, and those that serve the surroundings.
     fn read(
         &mut self,
@@ -213,7 +214,7 @@ impl StackReader<'_> {
 
     /// Returns the convex parts of a piece as domains.
     fn piece(&self, object: &str, index: FaceIndex, piece: u32) -> Vec<Domain> {
-        let same = |p: &&quadratura_document::stack::Piece| {
+        let same = |p: &&quadratura_document::stack::FacePiece| {
             p.object == object && p.face == index && p.piece == piece
         };
         let Some(found) = self.stack.pieces.iter().find(same) else { return Vec::new() };

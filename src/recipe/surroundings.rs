@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::budget::{Budget, default_memory};
 use super::dome_picture::{dome_side, picture_dome, picture_stamp};
@@ -25,10 +26,10 @@ use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_document::paint::{PaintBook, PaintEntry};
+use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
-use quadratura_io::surroundings_file::{ComparedSurroundings, read_surroundings, write_surroundings};
 use quadratura_layers::agreement::directions::{DirectionPhoto, direction_agreement, surroundings_agreement};
 use quadratura_layers::agreement::far_colours::FarColours;
 use quadratura_layers::agreement::thin::lower_thin;
@@ -45,6 +46,9 @@ use quadratura_view::srgb::Srgb;
 /// A counter of changes in how the same surroundings are compared and blended.
 const VERSION: u32 = 6;
 
+/// The file `cache/surroundings.bin`.
+const CACHED: CachedKind = CachedKind { name: "surroundings", version: 3 };
+
 /// The longer side of the reduced photos that are compared and blended.
 const LONGEST_PX: u32 = 1024;
 
@@ -56,6 +60,17 @@ const GROUND_BELOW: f64 = 0.17;
 
 /// The least alpha of texels that are compared and blended: that of a photo's own beside outlines.
 const LEAST_ALPHA: u8 = 3;
+
+/// What photos tell about their surroundings.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct ComparedSurroundings {
+    /// How far others confirm each photo's surroundings, in the site's order.
+    agreement: Vec<PhotoAgreement>,
+    /// The factors that bring each photo's surroundings to one sky, in the site's order; `None` for photos that show none.
+    factors: Vec<Option<SurroundingsFactors>>,
+    /// What is seen in every direction; `None` where no photo shows any surroundings.
+    dome: Option<Dome>,
+}
 
 /// What the photos tell about the surroundings.
 #[derive(Debug, Clone, Default)]
@@ -140,14 +155,12 @@ impl SiteSurroundings {
             return Ok(found);
         }
         let file = folder.join("cache/surroundings.bin");
-        if let Some(kept) = read_surroundings(&file, &inputs, dome_side(site))
-            && kept.agreement.len() == site.photos.len()
-        {
+        if let Some(kept) = read_cached(&file, CACHED, &inputs) {
             found.take_whole(kept);
             return Ok(found);
         }
         let compared = found.compared(&[], gains, task)?;
-        if let Err(error) = write_surroundings(&file, &compared, &inputs) {
+        if let Err(error) = write_cached(&file, CACHED, &inputs, &compared) {
             task.note(Message::from("the surroundings cannot be cached: ").and(&error));
         }
         found.take_whole(compared);

@@ -1,7 +1,7 @@
 //! The state of a project's photos: which have a stack, which are out of date, which layers have a face.
 
+use super::faces_to_keep::FacesToKeep;
 use super::inputs::Inputs;
-use super::keeping::Keeping;
 use super::layer_names::rename;
 use super::open::Opened;
 use super::unknown_name::no_such;
@@ -88,7 +88,7 @@ impl<'a> Survey<'a> {
 
     /// Returns true when the stack has the image layers that paint and decisions ask for.
     fn keeps_its_faces(&self, stack: &Stack) -> bool {
-        Keeping::new(self.decisions, &self.paint).agrees(stack)
+        FacesToKeep::new(self.decisions, &self.paint).agrees(stack)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::linked::is_linkable;
 use quadratura_base::scene::FaceIndex;
 use quadratura_document::Element;
-use quadratura_layers::graph::Graph;
+use quadratura_layers::occlusion_graph::OcclusionGraph;
 use quadratura_layers::together::{Obstacle, Unsatisfied};
 use quadratura_layers::{Faces, LayerConstraints, Sorted};
 
@@ -83,7 +83,7 @@ fn is_met_otherwise(merge: &[Faces], item: u32, unsatisfied: &[&Unsatisfied], el
 }
 
 /// Returns the sentence why an element stays out of a merge; `order` is the graph of occlusions between elements.
-pub fn in_words(unsatisfied: &Unsatisfied, order: &Graph, elements: &[Element]) -> String {
+pub fn in_words(unsatisfied: &Unsatisfied, order: &OcclusionGraph, elements: &[Element]) -> String {
     let name = |element: u32| elements[element as usize].known_by().to_string();
     let (item, with) = (name(unsatisfied.item), name(unsatisfied.with));
     let both = if item == with { format!("two pieces of {item}") } else { format!("{item} and {with}") };
@@ -116,13 +116,13 @@ pub fn in_words(unsatisfied: &Unsatisfied, order: &Graph, elements: &[Element]) 
 
 /// Returns the elements from the nearer of the two to the farther, each in front of the next; `None` where only earlier
 /// merges connect them.
-fn path_between(unsatisfied: &Unsatisfied, order: &Graph) -> Option<Vec<u32>> {
+fn path_between(unsatisfied: &Unsatisfied, order: &OcclusionGraph) -> Option<Vec<u32>> {
     let Unsatisfied { item, with, .. } = *unsatisfied;
     order.shortest_path(item, with).or_else(|| order.shortest_path(with, item))
 }
 
 /// Returns the clause about one element in front of another: `box[0] lies in front of a part of wall[0] (12 pixels)`.
-fn in_front(step: &[u32], order: &Graph, elements: &[Element]) -> String {
+fn in_front(step: &[u32], order: &OcclusionGraph, elements: &[Element]) -> String {
     let [front, back] = [step[0], step[1]].map(|element| elements[element as usize].known_by().to_string());
     let px = support(order, step[0], step[1]);
     match front == back {
@@ -131,7 +131,7 @@ fn in_front(step: &[u32], order: &Graph, elements: &[Element]) -> String {
     }
 }
 
-fn support(order: &Graph, front: u32, back: u32) -> u32 {
+fn support(order: &OcclusionGraph, front: u32, back: u32) -> u32 {
     order.edges_of(front).iter().find(|edge| edge.1 == back).map_or(0, |edge| edge.2)
 }
 
@@ -145,7 +145,11 @@ pub struct TolerableOverlap {
 
 /// Returns the overlap that keeps an element out of a merge where it can be tolerated: it occludes another part of its
 /// own object, or is occluded by it, with nothing else between.
-pub fn tolerable(unsatisfied: &Unsatisfied, order: &Graph, elements: &[Element]) -> Option<TolerableOverlap> {
+pub fn tolerable(
+    unsatisfied: &Unsatisfied,
+    order: &OcclusionGraph,
+    elements: &[Element],
+) -> Option<TolerableOverlap> {
     let Unsatisfied { item, with, .. } = *unsatisfied;
     let path = path_between(unsatisfied, order).filter(|_| unsatisfied.why == Obstacle::Occluded)?;
     let [object, other] = [item, with].map(|element| &elements[element as usize].object);

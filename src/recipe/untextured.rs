@@ -6,9 +6,9 @@ use quadratura_base::scene::{Face, FaceId, FaceIndex, Model, PhotoPixels};
 use quadratura_document::stack::{Untextured, UntexturedReason};
 use quadratura_document::{PhotoDecisions, Stack};
 use quadratura_layers::leftovers::BarelyVisible;
+use quadratura_layers::projected_model::Absence;
 use quadratura_layers::rasteriser::Presence;
 use quadratura_layers::runs::{is_visible, item_of};
-use quadratura_layers::view::Absence;
 use quadratura_layers::{LayerIndex, Sorted};
 
 /// Lists the faces that a photo gives no texture: those in its stack, then those that are excluded.

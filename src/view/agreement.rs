@@ -22,7 +22,7 @@ const OUTVOTED: u8 = 128;
 pub const NO_FACE: FaceId = FaceId(u32::MAX);
 
 /// A pixel of a reduced photo that other photos contradict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct ContradictedPixel {
     /// Column and row in the reduced photo.
     pub at: [u16; 2],
@@ -33,7 +33,7 @@ pub struct ContradictedPixel {
 }
 
 /// The agreement of one photo, on a grid of cells: the pixels of a reduced photo.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct PhotoAgreement {
     /// The number of columns and rows of cells.
     pub size: [u32; 2],

@@ -123,7 +123,7 @@ fn an_arrow_to_a_lower_floor_and_one_within_a_floor_are_fine() {
         assert_eq!(found, [""; 0], "{text}");
     }
     let elsewhere = |path: &str| floors().forbidden_arrows(&Source::new(path, "use crate::scene::Site;"));
-    assert_eq!([elsewhere("layers/view.rs"), elsewhere("base/tests/task.rs")].concat(), [""; 0]);
+    assert_eq!([elsewhere("layers/projected_model.rs"), elsewhere("base/tests/task.rs")].concat(), [""; 0]);
 }
 
 #[test]

@@ -33,7 +33,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("exr", &["io/depth_image/", "io/picture_exr.rs"]),
     ("image", &["import/photo/", "io/", "ldi/page/"]),
     ("exif", &["import/photo/"]),
-    ("png", &["files/png_error.rs", "import/photo/", "io/", "ldi/layers/"]),
+    ("png", &["files/png_error.rs", "import/photo/", "io/"]),
     ("csv", &["foliage/files/list.rs"]),
     ("unicode_normalization", &["base/scene/alike.rs"]),
     ("chardetng", &["files/text.rs"]),
@@ -53,10 +53,11 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("indicatif", &["cli/"]),
     ("ctrlc", &["cli/"]),
     ("eframe", &["app/"]),
-    ("egui_tiles", &["app/shell/layout.rs"]),
+    ("egui_tiles", &["app/shell/pane_layout.rs"]),
     ("rfd", &["app/"]),
     ("pulldown_cmark", &["app/work/pages.rs"]),
     ("rustix", &["app/shell/frame_times.rs", "app/work/priority.rs"]),
+    ("postcard", &["files/cached.rs"]),
     ("thiserror", &["base/error/mod.rs"]),
 ];
 

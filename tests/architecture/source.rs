@@ -3,7 +3,7 @@
 /// A file below `src/`.
 #[derive(Clone)]
 pub struct Source {
-    /// Below `src/`, with `/`: `layers/view.rs`.
+    /// Below `src/`, with `/`: `layers/runs.rs`.
     pub path: String,
     /// As it is in the file.
     pub text: String,
@@ -19,8 +19,8 @@ pub struct Token<'a> {
     pub line: usize,
 }
 
-/// A path that the code names, with its room: in `layers`, `crate::view::View` is `["layers", "view", "View"]`, and in all rooms
-/// `quadratura_layers::View` is `["layers", "View"]`.
+/// A path that the code names, with its room: in `layers`, `crate::runs::Runs` is `["layers", "runs", "Runs"]`, and in all rooms
+/// `quadratura_layers::Options` is `["layers", "Options"]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsedPath {
     pub segments: Vec<String>,
@@ -42,7 +42,7 @@ impl Source {
         has_path_of_tests(&self.path)
     }
 
-    /// The file's own place, with its room: `layers/view.rs` is `["layers", "view"]`.
+    /// The file's own place, with its room: `layers/runs.rs` is `["layers", "runs"]`.
     pub fn module_path(&self) -> Vec<String> {
         let stem = self.path.trim_end_matches(".rs");
         let mut path: Vec<String> = stem.split('/').map(String::from).collect();

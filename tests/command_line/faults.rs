@@ -71,7 +71,6 @@ fn a_place_that_cannot_be_written_to_is_told_before_the_work() {
         "ldi render left.ldi --out file",
         "ldi export left.ldi --format page --out file/page",
         "ldi export left.ldi --format page --out file",
-        "ldi export left.ldi --format layers --out file",
         "ldi export left.ldi --format ply --out file/points.ply",
         "tree render oak --cameras orbit --out file/views",
         "tree render oak --cameras orbit --method flakes --images file --out views",

@@ -155,7 +155,8 @@ fn views_are_made_from_layered_depth_images_instead_of_the_model() {
     }
     // Arguments without an effect are refused, not ignored.
     for (words, named) in [
-        ("--as ldi --guard 0.1", "--from site or --published"),
+        ("--as ldi --guard 0.1", "--from site"),
+        ("--as ldi --layers 2", "--from site or --published"),
         ("--as ldi --epsilon 0.1", "--published"),
         ("--as ldi --splat over", "--splat"),
         ("--from site", "--as ldi"),
@@ -200,14 +201,9 @@ fn several_photos_become_one_image_of_the_published_system() {
 }
 
 #[test]
-fn images_are_exported_as_layers_and_points() {
+fn images_are_exported_as_points() {
     let Some(site) = Site::built() else { return };
     site.run("ldi build project --photo left --out left.ldi").success();
-    let layers = site.json("ldi export left.ldi --format layers --out layers --json");
-    assert!(
-        site.path("layers/ldi.json").is_file() && site.path("layers/depth-00.png").is_file(),
-        "{layers:#}"
-    );
     let points = site.json("ldi export left.ldi --format ply --out left.ply --json");
     let info = site.json("ldi info left.ldi --json");
     let all = points["points"].as_u64().unwrap() + points["at_infinity"].as_u64().unwrap();
@@ -360,23 +356,18 @@ fn an_image_of_the_site_without_filling_is_another_one() {
 }
 
 #[test]
-fn a_folder_of_layers_is_an_image_for_all_commands() {
+fn what_does_not_fit_a_format_or_a_command_is_refused_with_what_does() {
     let Some(site) = Site::built() else { return };
     site.run("ldi build project --photo left --out left.ldi").success();
-    site.run("ldi export left.ldi --format layers --out layered").success();
-    let [file, folder] = ["left.ldi", "layered"]
-        .map(|path| site.json(&format!("ldi info {path} --json"))["histogram"].clone());
-    assert_eq!(file, folder);
-    site.run("ldi render layered --out own --splat pixel").success();
+    site.run("ldi render left.ldi --out own --splat pixel").success();
     let [own, photo] = ["own/left.png", "photos/left.png"].map(|file| image::open(site.path(file)).unwrap());
     assert!(own.to_rgba8() == photo.to_rgba8(), "its own camera sees the photo");
-    site.run("ldi export layered --format ply --out left.ply").success();
     for (words, status, needed) in [
-        ("ldi export layered --format ply --out x.ply --caption hello", 2, "--format page"),
-        ("ldi export layered --format ply --out x.obj", 2, "--out x.ply"),
-        ("ldi export layered --format glb --out x.gltf", 2, "--out x.glb"),
-        ("ldi export layered --format layers --out x --quality 5", 2, "--format glb"),
-        ("ldi render project --out x", 1, "another folder"),
+        ("ldi export left.ldi --format ply --out x.ply --caption hello", 2, "--format page"),
+        ("ldi export left.ldi --format ply --out x.obj", 2, "--out x.ply"),
+        ("ldi export left.ldi --format glb --out x.gltf", 2, "--out x.glb"),
+        ("ldi export left.ldi --format ply --out x.ply --quality 5", 2, "--format glb"),
+        ("ldi render project --out x", 1, "it is a folder"),
         ("render project --as model --memory 1G --cameras photos --out x", 2, "--as ldi"),
         ("ldi build project --photo left --out project", 1, "no plain file"),
     ] {

@@ -112,22 +112,6 @@ fn a_gltf_plant_with_instances_is_counted_and_rendered() {
 }
 
 #[test]
-fn a_rayshade_plant_is_counted_and_rendered_and_its_errors_name_the_line() {
-    let site = Site::new();
-    let text = "surface leaf diffuse .1 .3 .1\nname leaf triangle leaf -1 0 0 1 0 0 0 0 2\n\
-                object leaf\nobject leaf rotate 0 0 1 90\n";
-    fs::write(site.path("tree.ray"), text).unwrap();
-    let info = site.json("tree info tree.ray --json");
-    assert_eq!((&info["counts"]["polygons"], &info["name"]), (&2.into(), &"tree.ray".into()));
-    let rendered = site.json("tree render tree.ray --cameras orbit --out views --size 40x40 --json");
-    let seen = |picture: &serde_json::Value| picture["textured"].as_f64().unwrap() > 0.02;
-    assert!(rendered["pictures"].as_array().unwrap().iter().all(seen), "{rendered:#}");
-    fs::write(site.path("tree.ray"), format!("{text}object twig\n")).unwrap();
-    let refused = stderr_of(&site.run("tree info tree.ray").failure().code(1));
-    assert!(refused.contains("tree.ray, line 5: `object \"twig\"`"), "{refused}");
-}
-
-#[test]
 fn pictures_are_the_same_for_any_number_of_threads() {
     let site = Site::new();
     for threads in [1, 3] {

@@ -8,7 +8,9 @@ use quadratura::task::Task;
 use quadratura::testing::geometry::{InverseDepth, PixelRect};
 use quadratura::testing::gpu::GpuRasteriser;
 use quadratura::testing::layers::rasteriser::{Presence, VISIBLE};
-use quadratura::testing::layers::{FragmentLists, Fragments, Item, Rasteriser, SoftwareRasteriser, View};
+use quadratura::testing::layers::{
+    FragmentLists, Fragments, Item, ProjectedModel, Rasteriser, SoftwareRasteriser,
+};
 use quadratura::testing::layers::{Occlusion, is_behind};
 use quadratura::testing::scene::FaceId;
 use quadratura::testing::scene::synthetic::{Rng, Scene, closed_form, large, random};
@@ -20,11 +22,11 @@ fn rasteriser() -> Option<GpuRasteriser> {
     common::gpu_rasteriser().map(|rasteriser| rasteriser.counting_pairs_on_device(true))
 }
 
-fn view(scene: &Scene) -> View {
-    View::new(&scene.model, &scene.camera, &scene.pose)
+fn view(scene: &Scene) -> ProjectedModel {
+    ProjectedModel::new(&scene.model, &scene.camera, &scene.pose)
 }
 
-fn draw(rasteriser: &dyn Rasteriser, view: &View) -> Fragments {
+fn draw(rasteriser: &dyn Rasteriser, view: &ProjectedModel) -> Fragments {
     rasteriser.fragments(view, TOLERANCE, &Task::silent()).expect("the device works")
 }
 
@@ -48,7 +50,7 @@ fn pixels(lists: &FragmentLists) -> impl Iterator<Item = (u32, u32, Vec<u32>)> +
 }
 
 /// The table of pairs, pixel by pixel.
-fn recounted(view: &View, lists: &FragmentLists) -> Vec<Occlusion> {
+fn recounted(view: &ProjectedModel, lists: &FragmentLists) -> Vec<Occlusion> {
     let mut table = BTreeMap::new();
     for (x, y, entries) in pixels(lists) {
         let items: Vec<u32> = entries.iter().map(|entry| entry & !VISIBLE).collect();
@@ -63,7 +65,7 @@ fn recounted(view: &View, lists: &FragmentLists) -> Vec<Occlusion> {
 }
 
 /// Everything that follows from the lists alone.
-fn assert_consistent(name: &str, view: &View, drawn: &Fragments) {
+fn assert_consistent(name: &str, view: &ProjectedModel, drawn: &Fragments) {
     assert_eq!(drawn.occlusions, recounted(view, &drawn.lists), "{name}: the table of pairs");
     let mut rows = 0;
     for band in &drawn.lists.bands {
@@ -94,9 +96,10 @@ fn a_photo_that_sees_nothing_is_drawn_like_any_other() {
     let Some(gpu) = common::gpu_rasteriser() else { return };
     let scene = random::soup(1, 10);
     let seen = view(&scene);
-    let nothing = View { width: 40, height: 30, largest_inverse_depth: 1.0, ..View::default() };
+    let nothing =
+        ProjectedModel { width: 40, height: 30, largest_inverse_depth: 1.0, ..ProjectedModel::default() };
     let outside = seen.corners.iter().map(|triangle| triangle.map(|[x, y, w]| [x + 9.0 * w.abs(), y, w]));
-    let beside = View { corners: outside.collect(), ..seen.clone() };
+    let beside = ProjectedModel { corners: outside.collect(), ..seen.clone() };
     for (name, view) in [("no items", nothing), ("items beside the photo", beside)] {
         let (drawn, twin) = (draw(&gpu, &view), draw(&SoftwareRasteriser, &view));
         assert!(drawn.lists.is_empty() && drawn.occlusions.is_empty(), "{name}");
@@ -233,8 +236,8 @@ fn stencil_peeling_finds_the_layers_of_the_twin_where_both_cover_the_same_pixels
 #[test]
 fn several_threads_may_draw_at_a_time() {
     let Some(rasteriser) = common::gpu_rasteriser() else { return };
-    let views: Vec<View> = random_scenes(12).map(|scene| view(&scene)).collect();
-    let sorted = |view: &View| {
+    let views: Vec<ProjectedModel> = random_scenes(12).map(|scene| view(&scene)).collect();
+    let sorted = |view: &ProjectedModel| {
         let drawn = draw(&rasteriser, view);
         (drawn.presence.clone(), pixels(&drawn.lists).collect::<Vec<_>>(), drawn.occlusions)
     };
@@ -275,7 +278,7 @@ fn a_row_that_fits_no_buffer_is_an_error_that_names_it() {
 
 /// Thousands of small upright rectangles at random places and depths: tens of thousands of pairs,
 /// though few faces lie behind each other at any one pixel.
-fn confetti(count: u32) -> View {
+fn confetti(count: u32) -> ProjectedModel {
     let mut rng = Rng::new(7);
     let card = |_| {
         let depth = rng.between(2.0, 20.0) as f32;
@@ -286,8 +289,9 @@ fn confetti(count: u32) -> View {
 }
 
 /// A view of 160 x 120 pixels of cards that face it: each has a depth and is seen from these columns and rows to the others.
-fn cards(all: impl Iterator<Item = (f32, [f32; 4])>) -> View {
-    let mut view = View { width: 160, height: 120, largest_inverse_depth: 1.0, ..View::default() };
+fn cards(all: impl Iterator<Item = (f32, [f32; 4])>) -> ProjectedModel {
+    let mut view =
+        ProjectedModel { width: 160, height: 120, largest_inverse_depth: 1.0, ..ProjectedModel::default() };
     for (item, (depth, [left, top, right, bottom])) in (0..).zip(all) {
         let corner = |x: f32, y: f32| [(x / 80.0 - 1.0) * depth, (1.0 - y / 60.0) * depth, depth];
         let [a, b, c, d] =

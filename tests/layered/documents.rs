@@ -10,7 +10,7 @@ use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::io::layered::psd::{self, PsdVariant};
 use quadratura::testing::io::layered::xcf::{self, XcfVersion};
 use quadratura::testing::io::layered::{
-    Depth, FormatFit, Group, Layer, LayerNode, LayeredDocument, PixelSource, Raster, ora,
+    Depth, FormatFit, Group, LayerNode, LayeredDocument, PixelLayer, PixelSource, Raster, ora,
 };
 use quadratura::testing::scene::Samples;
 
@@ -90,14 +90,14 @@ impl Plan {
         LayeredDocument { width, height, depth, icc, key: KEY.into(), title: "a.png".into(), nodes, merged }
     }
 
-    fn layer<'a>(&'a self, index: usize, layer: &'a LayerPlan) -> Layer<'a> {
+    fn layer<'a>(&'a self, index: usize, layer: &'a LayerPlan) -> PixelLayer<'a> {
         let pixels = Box::new(move || Ok(Arc::new(layer.pixels(self.depth))));
-        Layer {
+        PixelLayer {
             id: Some(layer.id(index)),
             visible: layer.visible,
             locked: layer.locked,
             selected: index == 0,
-            ..Layer::new(layer.name(index), layer.rect, pixels)
+            ..PixelLayer::new(layer.name(index), layer.rect, pixels)
         }
     }
 

@@ -6,8 +6,8 @@ use glam::DVec2;
 use quadratura::Result;
 use quadratura::task::Task;
 use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::projection::model_surface::ModelSurface;
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::projection::{
     Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Renders, Server, Sources, Texels,
 };
@@ -82,7 +82,7 @@ fn where_nothing_is_hidden_layers_show_what_the_whole_photo_shows() {
 
 /// For each pixel whether the photo shows what it sees, and nothing else nearby.
 fn unhidden(bench: &Bench, shot: &Shot) -> Vec<bool> {
-    let surface = Surface::from_model(&bench.site.model);
+    let surface = ModelSurface::from_model(&bench.site.model);
     let photo = &bench.site.photos[0];
     let owner = |camera: &quadratura::testing::geometry::Pinhole,
                  pose: &quadratura::testing::geometry::Pose,

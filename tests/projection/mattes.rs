@@ -6,9 +6,9 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use quadratura::error::Result;
 use quadratura::task::Task;
+use quadratura::testing::projection::model_surface::ModelSurface;
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::sources::{COVERED, FILLED};
-use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::projection::{LayerTextureId, LayerTexturePixels, Renders, Sources, Texels};
 use quadratura::testing::scene::impostor::Facing;
 use quadratura::testing::scene::light::{linear_of_srgb, srgb_from_linear};
@@ -113,7 +113,7 @@ fn see_through(bench: &Bench) -> BTreeSet<FaceId> {
 }
 
 /// The faces in a pixel, from back to front: the opaque one, and the see-through ones in front of it.
-fn faces_in(bench: &Bench, surface: &Surface, shot: &Shot, px: DVec2) -> Vec<FaceId> {
+fn faces_in(bench: &Bench, surface: &ModelSurface, shot: &Shot, px: DVec2) -> Vec<FaceId> {
     let through = see_through(bench);
     let hidden: HiddenFaces = through.iter().copied().chain(shot.hidden.iter()).collect();
     let (eye, ray) = (shot.viewpoint(), shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px));
@@ -134,7 +134,7 @@ fn is_inside(faces: &[Vec<FaceId>], i: usize, width: usize) -> bool {
 }
 
 fn stacks(bench: &Bench, shot: &Shot) -> Vec<Vec<FaceId>> {
-    let surface = Surface::from_model(&bench.site.model).with_backs(&bench.site.model, &bench.sources);
+    let surface = ModelSurface::from_model(&bench.site.model).with_backs(&bench.site.model, &bench.sources);
     let (width, height) = (shot.camera.width, shot.camera.height);
     let at = |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
     (0..width * height).map(|i| faces_in(bench, &surface, shot, at(i))).collect()

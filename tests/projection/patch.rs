@@ -14,7 +14,7 @@ use quadratura::testing::geometry::polygon::PlaneFrame;
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::gpu::Renderer;
 use quadratura::testing::projection::Renders;
-use quadratura::testing::projection::surface::Surface;
+use quadratura::testing::projection::model_surface::ModelSurface;
 use quadratura::testing::scene::synthetic::Rng;
 use quadratura::testing::scene::{FaceId, Model};
 use quadratura::testing::view::hidden::Culling;
@@ -39,7 +39,13 @@ impl Patch {
     /// Somewhere in what a view shows. `texel`: what a photo's pixel covers at a distance of 1; pixels of
     /// the patch are from half as large as that to four times as large. `None` where there is nothing
     /// planar, or next to edge-on.
-    pub fn random(surface: &Surface, model: &Model, view: &Shot, texel: f64, rng: &mut Rng) -> Option<Self> {
+    pub fn random(
+        surface: &ModelSurface,
+        model: &Model,
+        view: &Shot,
+        texel: f64,
+        rng: &mut Rng,
+    ) -> Option<Self> {
         let share = DVec2::new(rng.unit(), rng.unit());
         let px = share * DVec2::new(view.camera.width.into(), view.camera.height.into());
         let scale = (2.0_f64).powf(rng.between(-1.0, 2.0));

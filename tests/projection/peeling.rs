@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use glam::{DVec2, DVec3};
 use quadratura::task::Task;
 use quadratura::testing::projection::Renders;
+use quadratura::testing::projection::model_surface::ModelSurface;
 use quadratura::testing::projection::peeling::{Peeled, PeeledLayer, Peels};
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::scene::FaceId;
 use quadratura::testing::scene::synthetic::{Rng, Scene, random};
 use quadratura::testing::view::hidden::{Culling, HiddenFaces};
@@ -44,7 +44,7 @@ fn ray(shot: &Shot, pixel: usize) -> DVec3 {
 }
 
 /// The faces along a ray, of those level with each other the last in the model.
-fn expected(surface: &Surface, shot: &Shot, pixel: usize, faces: &BTreeSet<FaceId>) -> Vec<FaceId> {
+fn expected(surface: &ModelSurface, shot: &Shot, pixel: usize, faces: &BTreeSet<FaceId>) -> Vec<FaceId> {
     let culling = Culling { backs: true, hidden: &HiddenFaces::default() };
     let mut hits = surface.through(shot.viewpoint(), ray(shot, pixel), faces, culling);
     hits.reverse();
@@ -67,7 +67,7 @@ fn layers_hold_all_faces_along_each_ray_from_front_to_back() {
         let shot = view(&scene, &mut rng);
         let layers = layers(&mut renderer, &shot);
         let (_, parts) = renderer.parts();
-        let surface = Surface::from_model(&bench.site.model);
+        let surface = ModelSurface::from_model(&bench.site.model);
         let faces: BTreeSet<FaceId> = bench.site.model.face_ids().collect();
         for pixel in 0..(shot.camera.width * shot.camera.height) as usize {
             let found: Vec<FaceId> = layers

@@ -19,8 +19,8 @@ use quadratura::testing::gpu::Renderer;
 use quadratura::testing::projection::Renders;
 use quadratura::testing::projection::cells::{Unknown, cells};
 use quadratura::testing::projection::exposure::visible_shares;
+use quadratura::testing::projection::model_surface::ModelSurface;
 use quadratura::testing::projection::relief::{FaceRelief, Relief};
-use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::projection::twin::ReferenceRenderer;
 use quadratura::testing::scene::light::srgb_from_linear;
 use quadratura::testing::scene::synthetic::{Rng, random};
@@ -67,7 +67,7 @@ const STEPS_PER_LOG: f64 = 255.0 * 1.055 / 2.4;
 /// A stretch of a flight with the surface points that can be seen all along it.
 struct Stretch<'a> {
     bench: &'a Bench,
-    surface: Surface,
+    surface: ModelSurface,
     flight: Flight,
     first_s: f64,
     /// Of each face; those beyond the list have none.
@@ -84,7 +84,7 @@ impl<'a> Stretch<'a> {
         (renderer, twin): (&mut Renderer, &mut ReferenceRenderer),
         heights: &'a [f64],
     ) -> Self {
-        let surface = Surface::from_model(&bench.site.model);
+        let surface = ModelSurface::from_model(&bench.site.model);
         let mut stretch = Self { bench, surface, flight, first_s, heights, patches: Vec::new() };
         let (eyes, mut rng) = (stretch.eyes(), Rng::new(seed));
         let texel = 1.0 / bench.site.photos[0].camera.fx;

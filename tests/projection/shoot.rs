@@ -8,7 +8,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::io::layered::Raster;
 use quadratura::testing::io::layered::png::write_rgba;
-use quadratura::testing::projection::surface::Surface;
+use quadratura::testing::projection::model_surface::ModelSurface;
 use quadratura::testing::scene::synthetic::{Rng, Scene};
 use quadratura::testing::scene::{FaceId, Photo, Samples, Site};
 use quadratura::testing::view::hidden::Culling;
@@ -39,7 +39,7 @@ impl Shoot {
 
     /// The site of a scene, its photos in `folder`.
     pub fn site(&self, scene: &Scene, rng: &mut Rng, folder: &Path) -> Site {
-        let surface = Surface::from_model(&scene.model);
+        let surface = ModelSurface::from_model(&scene.model);
         let photo = |number: u32| {
             let pose = self.pose(scene, rng, 0.2);
             let shade = [(); 3].map(|()| rng.between(-1.0, 1.0) * self.difference);
@@ -54,7 +54,7 @@ impl Shoot {
 }
 
 /// A photo whose colours are off by `shade`.
-fn taken(surface: &Surface, camera: &Pinhole, pose: &Pose, shade: [f64; 3]) -> Raster {
+fn taken(surface: &ModelSurface, camera: &Pinhole, pose: &Pose, shade: [f64; 3]) -> Raster {
     let pixel = |i: u32| {
         let px = DVec2::new(f64::from(i % camera.width) + 0.5, f64::from(i / camera.width) + 0.5);
         let (eye, ray) = (pose.center_in_world(), pose.rotation.transpose() * camera.ray_in_camera(px));

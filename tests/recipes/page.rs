@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::ldi::levels::pyramid;
 use quadratura::testing::ldi::{
-    DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat, WarpOptions, warp,
+    DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, ResolutionLevel, Splat, WarpOptions, warp,
 };
 use quadratura::testing::recipe::ldi::export::{MeshOptions, export_page};
 
@@ -59,7 +59,7 @@ fn scene() -> Ldi {
         };
         (0..width).flat_map(of).collect::<Vec<_>>()
     };
-    let level = Level::of_rows(camera, (0..height).map(row));
+    let level = ResolutionLevel::of_rows(camera, (0..height).map(row));
     Ldi {
         kind: LdiKind::Depth,
         inputs: String::new(),

@@ -11,7 +11,9 @@ use quadratura::testing::io::layered::composite::lay_over;
 use quadratura::testing::io::layered::png::write_rgba;
 use quadratura::testing::io::layered::psd::{self, PsdVariant};
 use quadratura::testing::io::layered::xcf::{self, XcfVersion};
-use quadratura::testing::io::layered::{Depth, Layer, LayerNode, LayeredDocument, Raster, ora, read_layered};
+use quadratura::testing::io::layered::{
+    Depth, LayerNode, LayeredDocument, PixelLayer, Raster, ora, read_layered,
+};
 
 /// R, G, B, A in 16 bits.
 pub type Colour = [u16; 4];
@@ -83,7 +85,11 @@ impl Paper {
             let pixels = Arc::new(sheet.pixels.clone());
             let pixels = Box::new(move || Ok(pixels.clone()));
             let (id, visible) = (sheet.id.clone(), sheet.visible);
-            LayerNode::Layer(Layer { id, visible, ..Layer::new(sheet.name.clone(), sheet.rect, pixels) })
+            LayerNode::Layer(PixelLayer {
+                id,
+                visible,
+                ..PixelLayer::new(sheet.name.clone(), sheet.rect, pixels)
+            })
         };
         let merged = Arc::new(Raster::blank(self.width, self.height, self.depth));
         LayeredDocument {

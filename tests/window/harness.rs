@@ -38,7 +38,7 @@ pub fn opened(project: &Path) -> Harness<'static, Editor> {
     harness
 }
 
-/// A project of the piazza's first photos at half their size, in a folder of its own.
+/// A project of the piazza's first photos, made smaller, in a folder of its own.
 pub fn first_photos(folder: &Path, photos: usize) -> PathBuf {
     let (site, project) = (folder.join("site"), folder.join("project"));
     small_piazza(&site, photos);
@@ -157,24 +157,27 @@ pub fn copy_of_piazza(to: &Path, photos: usize) {
     }
 }
 
-/// A copy of it with its first photos at half their size, for tests that make layers: these have a fourth of the pixels then.
+/// The factor by which photos are made smaller for tests that make layers: their sides have 540 and 360 pixels then.
+const SMALLER: u32 = 4;
+
+/// A copy of it with its first photos, made smaller.
 pub fn small_piazza(to: &Path, photos: usize) {
     copy_of_piazza(to, photos);
     for photo in files_of(&to.join("photos")) {
         let pixels = image::open(&photo).unwrap().into_rgb8();
-        let (width, height) = (pixels.width() / 2, pixels.height() / 2);
+        let (width, height) = (pixels.width() / SMALLER, pixels.height() / SMALLER);
         image::imageops::resize(&pixels, width, height, FilterType::Triangle).save(&photo).unwrap();
     }
-    let half = |number: &str| (number.parse::<f64>().unwrap() / 2.0).to_string();
+    let smaller = |number: &str| (number.parse::<f64>().unwrap() / f64::from(SMALLER)).to_string();
     // Number and model come before all that is in pixels.
     let camera = |line: &str| {
-        let in_pixels = |(place, word): (usize, &str)| if place < 2 { word.to_owned() } else { half(word) };
+        let in_pixels = |(place, word): (usize, &str)| if place < 2 { word.to_owned() } else { smaller(word) };
         line.split_whitespace().enumerate().map(in_pixels).collect::<Vec<_>>().join(" ")
     };
     // Of each point two coordinates, then its number; every other line has points.
     let points = |line: &str| {
         let in_pixels =
-            |(place, word): (usize, &str)| if place % 3 == 2 { word.to_owned() } else { half(word) };
+            |(place, word): (usize, &str)| if place % 3 == 2 { word.to_owned() } else { smaller(word) };
         line.split_whitespace().enumerate().map(in_pixels).collect::<Vec<_>>().join(" ")
     };
     let written = |name: &str, changed: &dyn Fn(usize, &str) -> String| {

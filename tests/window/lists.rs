@@ -24,7 +24,7 @@ use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::LayerIndex;
 use quadratura::testing::layers::fill::{FillOptions, Invent, Propagation};
 use quadratura::testing::recipe::fill::lookouts::Viewpoints;
-use quadratura::testing::recipe::layer_table::{Column, sorted};
+use quadratura::testing::recipe::layer_table::{LayerColumn, sorted};
 use quadratura::testing::scene::{FaceIndex, PhotoId};
 
 /// A project of the first photos of the piazza.
@@ -205,7 +205,7 @@ fn the_table_is_sorted_by_its_headings_and_a_range_goes_by_what_is_listed() {
     let Some(mut harness) = built(folder.path()) else { return };
     click(&mut harness, Role::Button, "Layers as table");
     click(&mut harness, Role::ColumnHeader, "Sort by size");
-    let by_size = |editor: &Editor, falling| sorted(stack(editor), Column::Size, falling, |_| None);
+    let by_size = |editor: &Editor, falling| sorted(stack(editor), LayerColumn::Size, falling, |_| None);
     let name = |editor: &Editor, layer: LayerIndex| stack(editor).layer(layer).name.clone();
     for falling in [true, false] {
         let expected: Vec<String> =
@@ -248,7 +248,7 @@ fn the_table_is_sorted_by_its_headings_and_a_range_goes_by_what_is_listed() {
     // Columns without room are in a menu.
     click(&mut harness, Role::Button, "More columns");
     click(&mut harness, Role::Button, "Sort by waste");
-    assert_eq!(harness.state().settings.layer_list.column, Column::Waste);
+    assert_eq!(harness.state().settings.layer_list.column, LayerColumn::Waste);
     harness.get_by_role_and_label(Role::ColumnHeader, "Sort by waste");
 }
 

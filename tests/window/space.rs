@@ -12,7 +12,7 @@ use quadratura::testing::app::ask::{DecideAsk, QualityAsk, TreeAsk};
 use quadratura::testing::app::command::{self, images, view};
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
-use quadratura::testing::app::sight::Sight;
+use quadratura::testing::app::view_pixel::ViewPixel;
 use quadratura::testing::document::trees::{PlantSource, TreeSpecies};
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::projection::Renders;
@@ -308,14 +308,14 @@ fn wait_for_trees(harness: &mut Harness<'_, Editor>) {
 
 /// Returns a place in the view where something is found, also a hundredth of the view to each side: what is on an edge in one picture may
 /// not be in the next.
-fn place_of(harness: &Harness<'_, Editor>, found: impl Fn(&Editor, &Sight) -> bool) -> Pos2 {
+fn place_of(harness: &Harness<'_, Editor>, found: impl Fn(&Editor, &ViewPixel) -> bool) -> Pos2 {
     let view = harness.get_by_label("3D view").rect();
     let editor = harness.state();
     let size_px = editor.space.size_px();
     let is_found = |[x, y]: [i32; 2]| {
         let [x, y] = [f64::from(x) / 100.0, f64::from(y) / 100.0];
         let at_px = glam::DVec2::new(x * f64::from(size_px[0]), y * f64::from(size_px[1]));
-        found(editor, &Sight { viewpoint: editor.space.viewpoint, size_px, at_px })
+        found(editor, &ViewPixel { viewpoint: editor.space.viewpoint, size_px, at_px })
     };
     let is_inside = |[x, y]: &[i32; 2]| (-1..=1).all(|dy| (-1..=1).all(|dx| is_found([x + dx, y + dy])));
     let mut places = (10..90).rev().flat_map(|y| (10..90).map(move |x| [x, y]));
@@ -334,7 +334,7 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
         harness.state().session.as_ref().unwrap().history.undoes().map(str::to_owned)
     };
     let placing = Some("placing of bush_1".to_owned());
-    let ground = place_of(&harness, |editor, sight| editor.ground_at(sight).is_some());
+    let ground = place_of(&harness, |editor, pixel| editor.ground_at(pixel).is_some());
     harness.drag_at(ground);
     harness.step();
     assert_eq!(harness.state().selected_tree().unwrap().name, "bush_1");
@@ -353,7 +353,7 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
     // It is picked by what is drawn, and named in the list.
     wait_for_trees(&mut harness);
     harness.state_mut().select(Selection::Nothing);
-    let on_tree = place_of(&harness, |editor, sight| editor.tree_at(sight).is_some());
+    let on_tree = place_of(&harness, |editor, pixel| editor.tree_at(pixel).is_some());
     harness.drag_at(on_tree);
     harness.drop_at(on_tree);
     wait(&mut harness, "the selection", |editor| editor.selected_tree().is_some());
@@ -393,7 +393,7 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
             f64::from(at.x) * f64::from(size_px[0]),
             f64::from(at.y) * f64::from(size_px[1]),
         );
-        editor.tree_at(&Sight { viewpoint: editor.space.viewpoint, size_px, at_px })
+        editor.tree_at(&ViewPixel { viewpoint: editor.space.viewpoint, size_px, at_px })
     };
     // On a busy machine, the trees that are sent may still be those before.
     wait(&mut harness, "that the tree is hidden", |editor| number(editor).is_none());

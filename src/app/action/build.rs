@@ -24,16 +24,16 @@ use crate::state::quality::QualityState;
 use crate::state::running::JobKind;
 use crate::state::selection::Selection;
 use crate::state::session::{PhotoStatus, Session, stacks_of, survey};
-use crate::state::space::Space;
+use crate::state::space::SpaceView;
 use crate::state::space::brush::SpaceBrush;
 use crate::state::trees::{ShownTrees, TreesState};
 use crate::state::updating::Updating;
 use crate::work::MadePainter;
 use crate::work::Work;
-use crate::work::autosave::Autosave;
+use crate::work::autosave::AutosaveWriter;
 use crate::work::jobs::arrival;
-use crate::work::painter::{Change, Painter};
-use crate::work::pictures::Pictures;
+use crate::work::painter::{Painter, PreviewChange};
+use crate::work::pictures::PhotoPictures;
 use quadratura_base::error::{Error, Message};
 use quadratura_base::task::Task;
 use quadratura_document::paint::PaintBook;
@@ -99,14 +99,14 @@ impl State {
 /// Shows a project that was opened.
 pub fn opened(state: &mut State, work: &mut Work, session: Session) {
     remember_opened(state, work, &session.folder);
-    state.space = Space::from_session(&session);
+    state.space = SpaceView::from_session(&session);
     state.selection = Selection::Nothing;
     state.photo = session.opened.site.photo_ids().next();
     state.flat.forget();
     state.lists.forget();
     state.masking = Masking::default();
     state.trees = TreesState::default();
-    let autosave = Arc::new(Autosave::new(&session.folder, session.lock.clone()));
+    let autosave = Arc::new(AutosaveWriter::new(&session.folder, session.lock.clone()));
     work.ending.keeps(&autosave);
     work.autosave = Some(autosave);
     work.drop_painter(state);
@@ -141,7 +141,7 @@ pub fn close_project(state: &mut State, work: &mut Work) {
     state.flat.forget();
     state.lists.forget();
     state.masking = Masking::default();
-    work.pictures = Pictures::default();
+    work.pictures = PhotoPictures::default();
 }
 
 /// Starts the job that makes the renderer of the 3D view from the stacks as they are known, and replaces the current one
@@ -178,8 +178,7 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
             let read = read_stacks(&opened, &photos);
             let preview = preview::open_read(&folder, &opened, read, &gpu, &options, task)?;
             preview.problems().into_iter().for_each(|problem| task.note(problem));
-            let project = (folder.clone(), opened.clone());
-            Painter::new(preview, project, &gpu, task.clone(), waker)
+            Painter::new(preview, folder.clone(), opened.clone(), &gpu, task.clone(), waker)
         });
         let model = opened.site.model.clone();
         let ask = match made {
@@ -214,19 +213,19 @@ pub fn painter_made(state: &mut State, work: &mut Work) {
     let Some(session) = state.session.as_mut().filter(is_wanted) else { return };
     session.solid = painter.surface.clone();
     // The painter was made from earlier decisions: it gets the current ones, and paint that has come since.
-    painter.change(Change::Decisions(session.opened.clone()));
+    painter.change(PreviewChange::Decisions(session.opened.clone()));
     let is_newer = |now: &&Arc<PaintBook>| book.as_ref().is_none_or(|then| !Arc::ptr_eq(then, now));
     let mut is_repainted_around = false;
     if let Some(now) = state.round_trip.book.as_ref().filter(is_newer) {
         let entries = now.entries.iter().chain(book.iter().flat_map(|then| &then.entries));
         let photos: BTreeSet<String> = entries.map(|entry| entry.photo.clone()).collect();
-        painter.change(Change::Paint(photos.into_iter().collect(), now.clone()));
+        painter.change(PreviewChange::Paint(photos.into_iter().collect(), now.clone()));
         is_repainted_around = is_repainted(book.as_deref(), now);
     }
     // Stacks that were made meanwhile; where their layers are others, another painter is needed.
     let change = StackChange::between(&stacks, &stacks_of(&session.photos));
     if change == StackChange::Fillings {
-        painter.change(Change::Fillings(stacks_of(&session.photos)));
+        painter.change(PreviewChange::Fillings(stacks_of(&session.photos)));
     }
     state.device = Some(painter.adapter.clone());
     work.painter = Some(painter);
@@ -270,7 +269,7 @@ pub fn site_read(state: &mut State, work: &mut Work, is_same: bool) {
 /// Starts making the thumbnails of the photos again.
 fn look_at_photos(state: &mut State, work: &mut Work) {
     state.trees.files_changed();
-    work.pictures = Pictures::default();
+    work.pictures = PhotoPictures::default();
     if let Some(session) = &state.session {
         work.pictures.start(&session.folder, &session.opened, &mut work.jobs, &mut state.running);
     }
@@ -423,7 +422,7 @@ pub fn redecide(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     match &mut work.painter {
         Some(painter) => {
-            painter.change(Change::Decisions(session.opened.clone()));
+            painter.change(PreviewChange::Decisions(session.opened.clone()));
             state.space.redraw();
         }
         // The reason has been reported; `Restart 3D view` tries again.

@@ -140,7 +140,10 @@ fn project(state: &mut State, work: &mut Work, ask: ProjectAsk) {
     match ask {
         ProjectAsk::Open(project) => open_project(state, work, project),
         ProjectAsk::OpenNow(project) => open_now(state, work, project),
-        ProjectAsk::Opened(opened) => arrived(state, work, *opened),
+        ProjectAsk::Opened(opened) => {
+            let (session, recovered) = *opened;
+            arrived(state, work, session, recovered);
+        }
         ProjectAsk::Created(parts, made) => created(state, work, &parts, *made),
         ProjectAsk::Save => drop(save_project(state, work)),
         ProjectAsk::Life(event) => happens(state, work, event),

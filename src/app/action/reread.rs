@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::state::State;
 use crate::state::ask::{BuildAsk, MaskAsk};
-use crate::state::notes::{Note, Remedy, Weight};
+use crate::state::notes::{Note, NoteRemedy, Weight};
 use crate::state::pending::Invalidation;
 use crate::state::running::JobKind;
 use crate::state::selection::Selection;
@@ -97,6 +97,6 @@ pub fn not_followed(folder: PathBuf, invalidation: Invalidation, error: Error) -
             error => (Weight::Problem, error.to_string()),
         };
         let text = format!("The site was not reloaded ({why}): views and photos show its previous state.");
-        state.tell(Note::new(weight, text).with("Reload from disk", Remedy::ReadAgain));
+        state.tell(Note::new(weight, text).with("Reload from disk", NoteRemedy::ReadAgain));
     })
 }

@@ -7,7 +7,7 @@ use crate::state::State;
 use crate::state::ask::SpaceAsk;
 use crate::state::notes::{Note, Weight};
 use crate::state::panes::Pane;
-use crate::state::space::Drawn;
+use crate::state::space::FrameFacts;
 use crate::state::space::exploded::Panes3D;
 use crate::work::Work;
 use quadratura_base::error::Error;
@@ -88,12 +88,12 @@ fn receive(state: &mut State, work: &mut Work) {
 }
 
 /// Requests the picture that is due from the painter.
-fn draw(state: &mut State, work: &mut Work, drawn: Drawn) {
+fn draw(state: &mut State, work: &mut Work, frame: FrameFacts) {
     let Some(painter) = &mut work.painter else { return };
     let now_s = state.window.now_s;
-    let moves = drawn.moves || state.space.flies(now_s) || state.plays();
+    let moves = frame.moves || state.space.flies(now_s) || state.plays();
     state.space.images.stands_in = state.settings.images_while_moving;
-    let (request, again_s) = state.space.due(Drawn { moves, ..drawn }, now_s, painter.is_busy());
+    let (request, again_s) = state.space.due(FrameFacts { moves, ..frame }, now_s, painter.is_busy());
     let tells_in_s = state.space.tells_in_s();
     again_s.into_iter().chain(tells_in_s).for_each(|seconds| state.window.wake_within(seconds));
     request.into_iter().for_each(|request| painter.ask(request));

@@ -13,12 +13,12 @@ use crate::state::notes::{Note, Weight};
 use crate::state::panes::Pane;
 use crate::state::running::JobKind;
 use crate::state::selection::Selection;
-use crate::state::space::sight::Sight;
+use crate::state::space::view_pixel::ViewPixel;
 use crate::state::trees::ShownTrees;
 use crate::state::trees::hand::{HeldTree, Hold};
 use crate::work::Work;
 use crate::work::jobs::arrival;
-use crate::work::painter::Change;
+use crate::work::painter::PreviewChange;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::up;
 use quadratura_base::task::Task;
@@ -49,8 +49,8 @@ pub fn apply(state: &mut State, work: &mut Work, ask: TreeAsk) {
         TreeAsk::WantFigures => want_figures(state, work),
         TreeAsk::Hand => take_up(state),
         TreeAsk::Choose(species) => state.trees.hand.species = species,
-        TreeAsk::Press(sight) => press(state, &sight),
-        TreeAsk::Drag(sight, hold) => drag(state, &sight, hold),
+        TreeAsk::Press(pixel) => press(state, &pixel),
+        TreeAsk::Drag(pixel, hold) => drag(state, &pixel, hold),
         TreeAsk::Release => {
             state.trees.hand.held = None;
             state.end_gesture();
@@ -86,9 +86,9 @@ pub fn follow_trees(state: &mut State, work: &mut Work) {
         Some(sent) if sent.looks_like(&shown) => (),
         sent => {
             if sent.as_ref().is_some_and(|sent| sent.plants_version != plants_version) {
-                painter.change(Change::Plants);
+                painter.change(PreviewChange::Plants);
             }
-            painter.change(Change::Trees(shown.clone()));
+            painter.change(PreviewChange::Trees(shown.clone()));
             state.space.redraw();
             state.window.wake_within(0.0);
         }
@@ -174,7 +174,7 @@ fn want_figures(state: &mut State, work: &mut Work) {
             task.go_on()?;
             // The 3D view tells what is wrong with a plant.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let figures = species_figures(&folder, (&name, &species), &quiet);
+            let figures = species_figures(&folder, &name, &species, &quiet);
             found.push((species, figures.map_err(|error| error.to_string())));
         }
         // What was found of files that have changed since is found again.
@@ -225,7 +225,7 @@ pub fn follow_images(state: &mut State, work: &mut Work) {
         for (name, species) in &named {
             // The 3D view tells what is wrong with a plant.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let Ok(plant) = species_plant(&folder, (name, species), &quiet) else { continue };
+            let Ok(plant) = species_plant(&folder, name, species, &quiet) else { continue };
             match species_images(&folder, &plant, PlantParts::Images, task) {
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
                 Err(error) => task.note(error.message()),
@@ -258,11 +258,11 @@ fn take_up(state: &mut State) {
 }
 
 /// Takes the tree under the pointer, or places one where a surface is.
-fn press(state: &mut State, sight: &Sight) {
+fn press(state: &mut State, pixel: &ViewPixel) {
     let Some(session) = &state.session else { return };
     let before = session.history.present().clone();
     state.end_gesture();
-    if state.shows_tree_of_before(sight) {
+    if state.shows_tree_of_before(pixel) {
         state.tell(Note::new(
             Weight::Info,
             "Place tree: the trees in the picture have just changed; click again",
@@ -270,19 +270,19 @@ fn press(state: &mut State, sight: &Sight) {
         return;
     }
     // A tree that was placed just now is taken as well, before it is drawn.
-    if let Some(index) = state.tree_at(sight).or_else(|| state.undrawn_tree_at(sight)) {
+    if let Some(index) = state.tree_at(pixel).or_else(|| state.undrawn_tree_at(pixel)) {
         state.select(Selection::Tree(index));
-    } else if !place(state, sight) {
+    } else if !place(state, pixel) {
         return;
     }
     let Some(tree) = state.selected_tree().cloned() else { return };
     let size = held_size(state, &tree);
-    state.trees.hand.held = Some(HeldTree::new(before, tree, size, sight.at_px));
+    state.trees.hand.held = Some(HeldTree::new(before, tree, size, pixel.at_px));
 }
 
 /// Places a tree with its foot on the surface under the pointer, and selects it; returns false where that is not possible.
-fn place(state: &mut State, sight: &Sight) -> bool {
-    let Some(ground) = state.ground_at(sight) else {
+fn place(state: &mut State, pixel: &ViewPixel) -> bool {
+    let Some(ground) = state.ground_at(pixel) else {
         let text = "Place tree: there is no surface here to stand on";
         state.tell(Note::new(Weight::Info, text));
         return false;
@@ -312,12 +312,12 @@ fn held_size(state: &State, tree: &PlacedTree) -> [f64; 2] {
 }
 
 /// Drags the tree that is held, as a part of the gesture that began with the press.
-fn drag(state: &mut State, sight: &Sight, hold: Hold) {
+fn drag(state: &mut State, pixel: &ViewPixel, hold: Hold) {
     let Some(mut held) = state.trees.hand.held.take() else { return };
     let Some(now) = state.trees().and_then(|trees| trees.find(held.name())).cloned() else { return };
-    held.hold_for(hold, &now, held_size(state, &now), sight.at_px);
-    let ground = |at_px| -> Option<DVec3> { state.ground_at(&Sight { at_px, ..*sight }) };
-    if let Some(tree) = held.dragged(sight, ground).filter(|tree| *tree != now) {
+    held.hold_for(hold, &now, held_size(state, &now), pixel.at_px);
+    let ground = |at_px| -> Option<DVec3> { state.ground_at(&ViewPixel { at_px, ..*pixel }) };
+    if let Some(tree) = held.dragged(pixel, ground).filter(|tree| *tree != now) {
         let name = tree.name.clone();
         set(state, &name, &tree, hold.word(), true);
     }

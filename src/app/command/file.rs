@@ -44,7 +44,7 @@ pub const COMMANDS: &[&Command] = &[
     &SAMPLE,
     &GUIDE,
     &WINDOW,
-    &PAINTING,
+    &EDITING,
     &PLANTS,
     &GLOSSARY,
     &FORMATS,
@@ -292,7 +292,7 @@ macro_rules! document {
 
 document!(GUIDE, "Opens the guide from photos to painted layers and novel views in the browser.", true);
 document!(WINDOW, "Opens the document on this window in the browser.", false);
-document!(PAINTING, "Opens the document on painting in image editors in the browser.", false);
+document!(EDITING, "Opens the document on painting in image editors in the browser.", false);
 document!(PLANTS, "Opens the document on trees and plants in the browser.", false);
 document!(GLOSSARY, "Opens the list of words in the browser.", false);
 document!(FORMATS, "Opens the document on files and formats in the browser.", false);

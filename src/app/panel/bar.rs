@@ -42,12 +42,13 @@ const NARROW: f32 = 480.0;
 const SHORT_RAIL: f32 = 56.0;
 
 /// Draws a toolbar: the name of its subject as far as it fits, and its parts. Parts are in the order of their
-/// importance: the last ones move to the menu first.
+/// importance: the last ones move to the menu first. `of` is the kind of the subject, for screen readers.
 pub fn bar_ui<M>(
     ui: &mut Ui,
     state: &State,
     memory: &mut M,
-    (of, name): (&str, Option<&str>),
+    of: &str,
+    name: Option<&str>,
     parts: &[BarPart<M>],
     asks: &mut Vec<Ask>,
 ) {
@@ -77,7 +78,7 @@ pub fn bar_ui<M>(
             *width = part_ui(ui, state, memory, part, asks);
         }
         if shown < parts.len() {
-            more_ui(ui, state, memory, (id, of, &parts[shown..]), asks);
+            more_ui(ui, state, memory, id, of, &parts[shown..], asks);
         }
         if widths.is_none() {
             ui.ctx().request_discard("a bar is measured");
@@ -114,7 +115,9 @@ fn more_ui<M>(
     ui: &mut Ui,
     state: &State,
     memory: &mut M,
-    (id, of, parts): (Id, &str, &[BarPart<M>]),
+    id: Id,
+    of: &str,
+    parts: &[BarPart<M>],
     asks: &mut Vec<Ask>,
 ) {
     let button = ui.add(Button::new("…").min_size([MORE_BUTTON, 0.0].into()));

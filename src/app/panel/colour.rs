@@ -2,7 +2,7 @@
 
 use eframe::egui::{Button, ComboBox, DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
 
-use super::{name_cell, room_for_names, slider_ui, text_width, toggle_ui};
+use super::{NameCell, name_cell, room_for_names, slider_ui, text_width, toggle_ui};
 use crate::command::flat;
 use crate::state::State;
 use crate::state::ask::{Ask, QualityAsk, SelectAsk};
@@ -259,7 +259,8 @@ fn all(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     Grid::new("exposures").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
         for (id, photo) in PhotoId::all(report.photos.len()).zip(&report.photos) {
             let others = beside(id.index(), |place| Some(report.photos.get(place)?.photo.as_str()));
-            if name_cell(ui, state.photo == Some(id), (&photo.photo, &others), names).clicked() {
+            let cell = NameCell { name: &photo.photo, others: &others, width: names };
+            if name_cell(ui, state.photo == Some(id), &cell).clicked() {
                 asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
             }
             let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);

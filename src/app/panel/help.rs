@@ -76,15 +76,22 @@ pub fn help_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
     }
 }
 
-/// A line of the help: keys, what they do, and more about that.
-type Line = (String, &'static str, &'static str);
+/// A line of the help.
+struct HelpEntry {
+    keys: String,
+    /// What the keys do.
+    what: &'static str,
+    /// More about that, for the tooltip; empty for none.
+    more: &'static str,
+}
 
-fn lines(state: &State, context: &Context) -> Vec<Line> {
+fn lines(state: &State, context: &Context) -> Vec<HelpEntry> {
     let mouse = mouse(state.settings.navigation);
-    let of_mouse = mouse.iter().chain(LISTS).map(|(keys, what)| ((*keys).to_owned(), *what, ""));
+    let of_mouse =
+        mouse.iter().chain(LISTS).map(|(keys, what)| HelpEntry { keys: (*keys).to_owned(), what, more: "" });
     let commands = command::all().filter(|command| !command.keys.is_empty()).map(|command| {
         let keys: Vec<String> = command.keys.iter().map(|keys| command::keys_text(context, keys)).collect();
-        (keys.join(", "), command.name, command.tooltip)
+        HelpEntry { keys: keys.join(", "), what: command.name, more: command.tooltip }
     });
     of_mouse.chain(commands).collect()
 }
@@ -92,10 +99,10 @@ fn lines(state: &State, context: &Context) -> Vec<Line> {
 /// The share of a column that the keys take.
 const KEYS_SHARE: f32 = 0.4;
 
-fn column_ui(ui: &mut Ui, place: usize, lines: &[Line]) {
+fn column_ui(ui: &mut Ui, place: usize, lines: &[HelpEntry]) {
     let keys_width = KEYS_SHARE * ui.available_width();
     Grid::new(("help", place)).num_columns(2).striped(true).min_col_width(keys_width).show(ui, |ui| {
-        for (keys, what, more) in lines {
+        for HelpEntry { keys, what, more } in lines {
             ui.scope(|ui| {
                 ui.set_max_width(keys_width);
                 ui.add(Label::new(RichText::new(keys).strong()).wrap());

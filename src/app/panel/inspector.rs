@@ -26,7 +26,7 @@ pub fn inspector_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match state.selection {
         Selection::Object(object) => object_page(ui, state, object, asks),
         Selection::Face(face) => face_page(ui, state, face, asks),
-        Selection::Layer { photo, layer } => layer_page(ui, state, (photo, layer), asks),
+        Selection::Layer { photo, layer } => layer_page(ui, state, photo, layer, asks),
         Selection::Tree(tree) => tree_page(ui, state, tree, asks),
         Selection::Trees => trees_page(ui, state, asks),
         Selection::Nothing | Selection::Photo(_) => {

@@ -117,28 +117,28 @@ pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut 
         if own.is_default() { "Layer options: project defaults" } else { "Layer options: its own values" };
     CollapsingHeader::new(title).id_salt("photo options").show(ui, |ui| {
         let all = own.applied_to(&project.options);
-        let mut rows = Rows { photo, ui, asks };
-        rows.row(&TOLERANCE, (percent(all.tolerance), own.tolerance.is_some()), |value| PhotoOptions {
+        let mut rows = PhotoOptionRows { photo, ui, asks };
+        rows.row(&TOLERANCE, percent(all.tolerance), own.tolerance.is_some(), |value| PhotoOptions {
             tolerance: value.map(share),
             ..own
         });
-        rows.row(&SUPPORT, (all.min_support.into(), own.min_support.is_some()), |value| PhotoOptions {
+        rows.row(&SUPPORT, all.min_support.into(), own.min_support.is_some(), |value| PhotoOptions {
             min_support: value.map(whole),
             ..own
         });
-        rows.row(&MARGIN, (all.margin.into(), own.margin.is_some()), |value| PhotoOptions {
+        rows.row(&MARGIN, all.margin.into(), own.margin.is_some(), |value| PhotoOptions {
             margin: value.map(whole),
             ..own
         });
-        rows.row(&LEAST_VISIBLE, (all.min_visible.into(), own.min_visible.is_some()), |value| PhotoOptions {
+        rows.row(&LEAST_VISIBLE, all.min_visible.into(), own.min_visible.is_some(), |value| PhotoOptions {
             min_visible: value.map(whole),
             ..own
         });
-        rows.row(&LEAST_SHARE, (percent(all.min_share), own.min_share.is_some()), |value| PhotoOptions {
+        rows.row(&LEAST_SHARE, percent(all.min_share), own.min_share.is_some(), |value| PhotoOptions {
             min_share: value.map(share),
             ..own
         });
-        rows.row(&TOLERATED, (percent(all.tolerated), own.tolerated.is_some()), |value| PhotoOptions {
+        rows.row(&TOLERATED, percent(all.tolerated), own.tolerated.is_some(), |value| PhotoOptions {
             tolerated: value.map(share),
             ..own
         });
@@ -148,15 +148,16 @@ pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut 
     });
 }
 
-struct Rows<'a> {
+/// Draws the rows of a photo's own options.
+struct PhotoOptionRows<'a> {
     photo: &'a str,
     ui: &'a mut Ui,
     asks: &'a mut Vec<Ask>,
 }
 
-impl Rows<'_> {
+impl PhotoOptionRows<'_> {
     /// Draws a number; a photo's own one has a button that resets it to the project's.
-    fn row(&mut self, of: &Number, (value, is_own): (f64, bool), with: impl Fn(Option<f64>) -> PhotoOptions) {
+    fn row(&mut self, of: &Number, value: f64, is_own: bool, with: impl Fn(Option<f64>) -> PhotoOptions) {
         let Self { photo, ui, asks } = self;
         let edit = |options| OptionsEdit::Photo((*photo).to_owned(), options);
         if let Some((moved, goes_on)) = number(ui, of, value, asks) {

@@ -125,9 +125,18 @@ pub fn named(response: &Response, name: &str) {
     response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
 }
 
-/// Draws a selectable name in a table, shortened to `width` points so that it differs from those beside it; its tooltip has
-/// the full name.
-fn name_cell(ui: &mut Ui, selected: bool, (name, others): (&str, &[&str]), width: f32) -> Response {
+/// A name in a table.
+struct NameCell<'a> {
+    name: &'a str,
+    /// The names beside it, from which it differs also when it is shortened.
+    others: &'a [&'a str],
+    /// The width of the column, in points.
+    width: f32,
+}
+
+/// Draws a selectable name in a table, shortened to the width of its column; its tooltip has the full name.
+fn name_cell(ui: &mut Ui, selected: bool, cell: &NameCell<'_>) -> Response {
+    let NameCell { name, others, width } = *cell;
     let size = vec2(width, ui.spacing().interact_size.y);
     let layout = Layout::left_to_right(Align::Center);
     let room = width - 2.0 * ui.spacing().button_padding.x;

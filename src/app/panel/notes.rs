@@ -8,7 +8,7 @@ use crate::command::file::READ_AGAIN;
 use crate::command::words::worded;
 use crate::state::State;
 use crate::state::ask::{Ask, MaskAsk, SelectAsk, WindowAsk};
-use crate::state::notes::{Note, Remedy, Weight};
+use crate::state::notes::{Note, NoteRemedy, Weight};
 use crate::state::selection::Selection;
 
 /// Draws the panel.
@@ -44,7 +44,7 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     for (id, job) in state.running.all() {
         ui.horizontal(|ui| {
             bar_ui(ui, job);
-            stop_ui(ui, (id, job), asks);
+            stop_ui(ui, id, job, asks);
             ui.label(&job.name);
             ui.weak(job.in_words());
             ui.weak(left(job));
@@ -123,11 +123,11 @@ fn line(note: &Note) -> String {
 }
 
 /// Returns the ask of a remedy that was clicked.
-fn remedy_ask(remedy: &Remedy, state: &State) -> Ask {
+fn remedy_ask(remedy: &NoteRemedy, state: &State) -> Ask {
     match remedy {
-        Remedy::ReadAgain => READ_AGAIN.asked(state),
-        Remedy::SetMask(change) => MaskAsk::Set((**change).clone()).into(),
-        Remedy::ChooseMask(unmasked) => MaskAsk::Choose(unmasked.clone()).into(),
+        NoteRemedy::ReadAgain => READ_AGAIN.asked(state),
+        NoteRemedy::SetMask(change) => MaskAsk::Set((**change).clone()).into(),
+        NoteRemedy::ChooseMask(unmasked) => MaskAsk::Choose(unmasked.clone()).into(),
     }
 }
 

@@ -21,7 +21,7 @@ use quadratura_document::paint::PaintImport;
 use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 use quadratura_recipe::import::elsewhere::PaintElsewhere;
 use quadratura_recipe::import::pictures::ChangedLayer;
-use quadratura_recipe::import::report::{FileReport, LayerReport, LayerState};
+use quadratura_recipe::import::report::{FileReport, LayerImportReport, LayerState};
 use quadratura_view::Picture;
 
 /// The pictures of the last import's changes on the device.
@@ -73,7 +73,10 @@ pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: 
         question_ui(ui, state, &mut textures.question, asks);
         textures.follow(state.round_trip.report.as_ref(), ui.ctx());
         match &state.round_trip.report {
-            Some(report) => report_ui(ui, state, (report, &textures.textures), asks),
+            Some(report) => {
+                let shown = ShownReport { report, textures: &textures.textures };
+                report_ui(ui, state, shown, asks);
+            }
             None => {
                 // The report of an import is that of this session; the imports before are listed below.
                 ui.weak(
@@ -88,10 +91,15 @@ pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: 
 }
 
 /// A report with the textures of its changes.
-type ShownReport<'a> = (&'a Report, &'a [[TextureHandle; 2]]);
+#[derive(Clone, Copy)]
+struct ShownReport<'a> {
+    report: &'a Report,
+    /// The pictures of each change, before and after.
+    textures: &'a [[TextureHandle; 2]],
+}
 
 fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<Ask>) {
-    let (report, _) = shown;
+    let report = shown.report;
     let imported = &report.imported;
     ui.horizontal_wrapped(|ui| {
         match imported.number {
@@ -122,7 +130,7 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<
     for file in &imported.files {
         ui.add_space(6.0);
         ui.strong(shown_path(&folder, &file.file));
-        file_ui(ui, (state, file), shown, asks);
+        file_ui(ui, state, file, shown, asks);
     }
     for (path, problem) in &imported.failed {
         ui.add_space(6.0);
@@ -142,17 +150,12 @@ fn only_here(ui: &mut Ui, state: &State, number: u32, asks: &mut Vec<Ask>) {
     }
 }
 
-fn file_ui(
-    ui: &mut Ui,
-    (state, file): (&State, &FileReport),
-    (report, textures): ShownReport<'_>,
-    asks: &mut Vec<Ask>,
-) {
-    let looks = || report.looks.iter().zip(textures);
+fn file_ui(ui: &mut Ui, state: &State, file: &FileReport, shown: ShownReport<'_>, asks: &mut Vec<Ask>) {
+    let looks = || shown.report.looks.iter().zip(shown.textures);
     file.notes.iter().for_each(|note| {
         ui.weak(note);
     });
-    let plain = |layer: &&LayerReport| {
+    let plain = |layer: &&LayerImportReport| {
         layer.state == LayerState::Unchanged && layer.changed == 0 && layer.moved.is_none() && !layer.renamed
     };
     for layer in file.layers.iter().filter(|layer| !plain(layer)) {
@@ -176,7 +179,7 @@ fn file_ui(
     }
 }
 
-fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn layer_ui(state: &State, file: &FileReport, layer: &LayerImportReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
         let warns =
             !matches!(layer.state, LayerState::Unchanged | LayerState::Painted | LayerState::Restored);
@@ -212,7 +215,7 @@ fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, 
 }
 
 /// Describes an imported layer in a line.
-fn facts(layer: &LayerReport) -> String {
+fn facts(layer: &LayerImportReport) -> String {
     let count = |number: u64, word: &str| (number > 0).then(|| format!("{} px {word}", grouped(number)));
     let parts = [
         count(layer.painted, "painted"),
@@ -231,7 +234,7 @@ fn facts(layer: &LayerReport) -> String {
 }
 
 /// Returns the current layer that matches a layer of a file.
-fn index_of(state: &State, file: &FileReport, layer: &LayerReport) -> Option<Selection> {
+fn index_of(state: &State, file: &FileReport, layer: &LayerImportReport) -> Option<Selection> {
     let session = state.session.as_ref()?;
     let photo = session.opened.site.photo_named(&file.photo)?;
     let layer = session.stack_of(photo)?.layer_with_token(layer.token.as_ref()?)?;

@@ -32,11 +32,11 @@ const BETWEEN: f32 = 1.0;
 /// The side of a state's symbol, in points.
 const SIGN: f32 = 10.0;
 
-/// Returns the thumbnail of a photo, once it is made.
-pub type Thumbnails<'a> = &'a dyn Fn(PhotoId) -> Option<SizedTexture>;
+/// Looks up the thumbnail of a photo: there is none until it is made.
+pub type ThumbnailLookup<'a> = &'a dyn Fn(PhotoId) -> Option<SizedTexture>;
 
 /// Draws the list.
-pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: Thumbnails<'_>, asks: &mut Vec<Ask>) {
+pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: ThumbnailLookup<'_>, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     let Some(session) = &state.session else { return };
     let behind = session.photos.iter().filter(|photo| !photo.is_current()).count();
@@ -59,7 +59,7 @@ pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: Thumbnails<'_>, asks: &
             show_row(ui, photo.index(), rows.start);
         }
         for id in rows.map(PhotoId::new) {
-            row(ui, (state, session), id, thumbnails(id), asks);
+            row(ui, state, session, id, thumbnails(id), asks);
         }
     });
 }
@@ -81,7 +81,8 @@ fn show_row(ui: &Ui, index: usize, first: usize) {
 
 fn row(
     ui: &mut Ui,
-    (state, session): (&State, &Session),
+    state: &State,
+    session: &Session,
     id: PhotoId,
     thumbnail: Option<SizedTexture>,
     asks: &mut Vec<Ask>,

@@ -4,7 +4,7 @@ use eframe::egui::Ui;
 
 use super::lists::outliner::outliner_ui;
 use super::paint::PaintTextures;
-use super::photos::{Thumbnails, photos_ui};
+use super::photos::{ThumbnailLookup, photos_ui};
 use super::pictures::PhotoTextures;
 use super::side::side_ui;
 use crate::state::State;
@@ -23,22 +23,26 @@ const RIGHT_MOST: f32 = 0.33;
 pub fn sides_ui(
     ui: &mut Ui,
     state: &State,
-    (sizes, lists): (&mut PanelSizes, &mut ListsState),
-    (photos, paint): (&PhotoTextures, &mut PaintTextures),
+    sizes: &mut PanelSizes,
+    lists: &mut ListsState,
+    photos: &PhotoTextures,
+    paint: &mut PaintTextures,
     asks: &mut Vec<Ask>,
 ) {
     let width = ui.available_width();
     if state.settings.lists_shown {
-        let (place, most) = ((PanelEdge::Left, "outliner"), LEFT_MOST * width);
+        let most = LEFT_MOST * width;
         let height = &mut sizes.photos;
-        let thumbnails: Thumbnails<'_> = &|photo| photos.small(photo).map(Into::into);
-        sized_panel(ui, place, &mut sizes.left, most, |ui| {
-            left_ui(ui, state, thumbnails, (height, lists), asks);
+        let thumbnails: ThumbnailLookup<'_> = &|photo| photos.small(photo).map(Into::into);
+        sized_panel(ui, PanelEdge::Left, "outliner", &mut sizes.left, most, |ui| {
+            left_ui(ui, state, thumbnails, height, lists, asks);
         });
     }
     if state.settings.side_shown {
-        let (place, most) = ((PanelEdge::Right, "inspector"), RIGHT_MOST * width);
-        sized_panel(ui, place, &mut sizes.right, most, |ui| side_ui(ui, state, paint, asks));
+        let most = RIGHT_MOST * width;
+        sized_panel(ui, PanelEdge::Right, "inspector", &mut sizes.right, most, |ui| {
+            side_ui(ui, state, paint, asks)
+        });
     }
 }
 
@@ -49,11 +53,12 @@ const PHOTOS_MOST: f32 = 0.55;
 fn left_ui(
     ui: &mut Ui,
     state: &State,
-    thumbnails: Thumbnails<'_>,
-    (height, lists): (&mut f32, &mut ListsState),
+    thumbnails: ThumbnailLookup<'_>,
+    height: &mut f32,
+    lists: &mut ListsState,
     asks: &mut Vec<Ask>,
 ) {
     let most = PHOTOS_MOST * ui.available_height();
-    sized_panel(ui, (PanelEdge::Top, "photos"), height, most, |ui| photos_ui(ui, state, thumbnails, asks));
+    sized_panel(ui, PanelEdge::Top, "photos", height, most, |ui| photos_ui(ui, state, thumbnails, asks));
     outliner_ui(ui, state, lists, asks);
 }

@@ -38,7 +38,7 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     };
     bar_ui(ui, job);
     // The button comes before the words, whose length changes, so that it stays under the pointer.
-    stop_ui(ui, (id, job), asks);
+    stop_ui(ui, id, job, asks);
     ui.label(&job.name);
     if !job.progress.in_words().is_empty() {
         let words = ui.weak(job.progress.in_words());
@@ -70,7 +70,7 @@ pub fn bar_ui(ui: &mut Ui, job: &Job) {
 }
 
 /// Draws the button that stops a job; an update in the background is paused.
-pub fn stop_ui(ui: &mut Ui, (id, job): (JobId, &Job), asks: &mut Vec<Ask>) {
+pub fn stop_ui(ui: &mut Ui, id: JobId, job: &Job, asks: &mut Vec<Ask>) {
     let (name, tooltip) = match job.kind {
         JobKind::Update => ("Pause", "Switches “Keep everything up to date” off."),
         _ => ("Stop", "Stops this job; finished results are kept."),

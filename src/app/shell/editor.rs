@@ -10,10 +10,10 @@ use eframe::{Frame, Storage};
 use super::APP_ID;
 use super::crash::crash_ui;
 use super::frame_times::FrameTimes;
-use super::layout::{Layout, centre_ui};
+use super::input_splitter::InputSplitter;
 use super::look::apply_look;
+use super::pane_layout::{PaneLayout, centre_ui};
 use super::textures::Textures;
-use super::turns::Turns;
 use crate::action::end::end;
 use crate::action::known::{follow_known, remember};
 use crate::action::opening::{take_dropped, watch_opening};
@@ -62,7 +62,7 @@ pub struct Editor {
     /// The threads beside the window.
     pub work: Work,
     /// The layout of the views of the centre.
-    pub layout: Layout,
+    pub layout: PaneLayout,
     /// The textures that panels draw.
     pub textures: Textures,
     /// The times of frames.
@@ -99,13 +99,13 @@ impl Editor {
         // Without storage, hints would return in every run.
         settings.hints &= storage.is_some();
         apply_look(&settings, context);
-        context.add_plugin(Turns::default());
+        context.add_plugin(InputSplitter::default());
         let wakes = context.clone();
         let mut editor = Self {
             look: (settings.colours, settings.scale),
             state: State { settings, ..State::default() },
             work: Work::new(Waker::new(move || wakes.request_repaint())),
-            layout: Layout::stored(storage),
+            layout: PaneLayout::stored(storage),
             textures: Textures::default(),
             frame_times: FrameTimes::default(),
             crash: None,
@@ -208,7 +208,7 @@ impl Editor {
         let resets = std::mem::take(&mut self.state.window.resets);
         if resets {
             context.memory_mut(|memory| *memory = egui::Memory::default());
-            self.layout = Layout::default();
+            self.layout = PaneLayout::default();
         }
         if resets || self.look != wanted {
             apply_look(&self.state.settings, context);
@@ -292,22 +292,23 @@ impl Editor {
         Panel::bottom("status").show(ui, |ui| panel::status::status_ui(&self.state, ui, &mut asks));
         let mut sizes = self.state.settings.sizes;
         if self.state.settings.notes_shown {
-            let (place, most) = ((PanelEdge::Bottom, "notes"), BELOW_MOST * ui.available_height());
-            sized_panel(ui, place, &mut sizes.notes, most, |ui| {
+            let most = BELOW_MOST * ui.available_height();
+            sized_panel(ui, PanelEdge::Bottom, "notes", &mut sizes.notes, most, |ui| {
                 panel::notes::notes_ui(&self.state, ui, &mut asks)
             });
         }
         if self.state.session.is_some() && self.state.flights.shown {
-            let (place, most) = ((PanelEdge::Bottom, "flight"), BELOW_MOST * ui.available_height());
-            sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(ui, &self.state, &mut asks));
+            let most = BELOW_MOST * ui.available_height();
+            sized_panel(ui, PanelEdge::Bottom, "flight", &mut sizes.flight, most, |ui| {
+                timeline_ui(ui, &self.state, &mut asks)
+            });
         }
         if self.state.session.is_some() {
             self.state.look_up_selection();
             // The lists change while the rest of the state is read.
             let mut lists = std::mem::take(&mut self.state.lists);
-            let textures = (&self.textures.photos, &mut self.textures.paint);
-            let kept = (&mut sizes, &mut lists);
-            panel::sides::sides_ui(ui, &self.state, kept, textures, &mut asks);
+            let (photos, paint) = (&self.textures.photos, &mut self.textures.paint);
+            panel::sides::sides_ui(ui, &self.state, &mut sizes, &mut lists, photos, paint, &mut asks);
             self.state.lists = lists;
         }
         self.state.settings.sizes = sizes;

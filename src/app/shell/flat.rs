@@ -4,7 +4,7 @@ use eframe::egui::Ui;
 
 use super::textures::Textures;
 use crate::panel::layer::layer_ui;
-use crate::panel::photo::{PhotoMemory, PhotoTextures, photo_ui};
+use crate::panel::photo::{PhotoMemory, PhotoViewTextures, photo_ui};
 use crate::state::State;
 use crate::state::ask::Ask;
 
@@ -13,7 +13,7 @@ pub fn photo_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, asks:
     let (mut pane, mut stroke) = (state.flat.photo.clone(), state.masking.stroke.take());
     let mut sizes = state.settings.sizes;
     let memory = PhotoMemory { pane: &mut pane, stroke: &mut stroke, sizes: &mut sizes };
-    let mut drawn = PhotoTextures {
+    let mut drawn = PhotoViewTextures {
         photos: &textures.photos,
         flat: &mut textures.flat,
         masks: &mut textures.masks,

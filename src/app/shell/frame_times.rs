@@ -10,10 +10,11 @@ const CLASSES_PER_S: f64 = 10_000.0;
 
 /// The frame times of a run, shared so that they can be read after the window is closed.
 #[derive(Debug, Clone, Default)]
-pub struct FrameTimes(Arc<Mutex<Kept>>);
+pub struct FrameTimes(Arc<Mutex<FrameTally>>);
 
+/// The frames of a run as they are counted.
 #[derive(Debug, Default)]
-struct Kept {
+struct FrameTally {
     /// The processor time of the window's thread when the last frame began, in seconds.
     used_s: Option<f64>,
     idle: Counted,
@@ -67,35 +68,35 @@ impl FrameTimes {
     /// report it, `drawn_s` is the time of drawing by the clock.
     pub fn begin(&self, drawn_s: Option<f32>, jobs_run: bool) {
         let used_s = used_by_thread();
-        let mut kept = self.kept();
-        let before = std::mem::replace(&mut kept.used_s, used_s);
+        let mut tally = self.tally();
+        let before = std::mem::replace(&mut tally.used_s, used_s);
         let spent_s = match (before, used_s) {
             (Some(before), Some(now)) => Some(now - before),
             _ => drawn_s.map(f64::from),
         };
-        spent_s.into_iter().for_each(|spent_s| kept.counted(jobs_run).whole.add(spent_s));
+        spent_s.into_iter().for_each(|spent_s| tally.counted(jobs_run).whole.add(spent_s));
     }
 
     /// Marks the end of this program's part of the frame.
     pub fn end(&self, jobs_run: bool) {
-        let mut kept = self.kept();
-        if let (Some(began), Some(now)) = (kept.used_s, used_by_thread()) {
-            kept.counted(jobs_run).own.add(now - began);
+        let mut tally = self.tally();
+        if let (Some(began), Some(now)) = (tally.used_s, used_by_thread()) {
+            tally.counted(jobs_run).own.add(now - began);
         }
     }
 
     /// Returns the statistics of all frames so far.
     pub fn report(&self) -> FrameReport {
-        let kept = self.kept();
-        FrameReport { idle: kept.idle.frames(), while_jobs_ran: kept.while_jobs_ran.frames() }
+        let tally = self.tally();
+        FrameReport { idle: tally.idle.frames(), while_jobs_ran: tally.while_jobs_ran.frames() }
     }
 
-    fn kept(&self) -> MutexGuard<'_, Kept> {
+    fn tally(&self) -> MutexGuard<'_, FrameTally> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Kept {
+impl FrameTally {
     fn counted(&mut self, jobs_run: bool) -> &mut Counted {
         if jobs_run { &mut self.while_jobs_ran } else { &mut self.idle }
     }

@@ -4,10 +4,10 @@ mod crash;
 pub mod editor;
 mod flat;
 pub mod frame_times;
-pub mod layout;
+mod input_splitter;
 mod look;
+pub mod pane_layout;
 pub mod textures;
-mod turns;
 
 /// The application id in the window system; settings are stored under it.
 pub const APP_ID: &str = "quadratura";

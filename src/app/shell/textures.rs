@@ -9,7 +9,7 @@ use crate::panel::photo::masked::MaskMeshes;
 use crate::panel::photo::picture::SelectedHidden;
 use crate::panel::pictures::PhotoTextures;
 use crate::panel::space::SpaceTextures;
-use crate::work::pictures::{Pictures, PicturesId};
+use crate::work::pictures::{PhotoPictures, PicturesId};
 
 /// The textures of the window.
 #[derive(Default)]
@@ -34,7 +34,7 @@ pub struct Textures {
 
 impl Textures {
     /// Uploads pictures of photos that were made.
-    pub fn take_in(&mut self, context: &Context, pictures: &mut Pictures) {
+    pub fn take_in(&mut self, context: &Context, pictures: &mut PhotoPictures) {
         self.flat.pictures.drop_gone();
         if self.photos_of != pictures.id {
             (self.photos, self.photos_of) = (PhotoTextures::default(), pictures.id.clone());

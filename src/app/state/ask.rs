@@ -26,7 +26,7 @@ use super::save_image::{ImageFormat, SaveImage};
 use super::selection::Selection;
 use super::session::Session;
 use super::settings::{Colours, Navigation};
-use super::space::Drawn;
+use super::space::FrameFacts;
 use super::space::visibility::Uncovered;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
@@ -44,7 +44,7 @@ use quadratura_layers::{LayerIndex, Options};
 use quadratura_recipe::decide::LayerEdit;
 use quadratura_recipe::discover::SiteParts;
 use quadratura_recipe::fill::lookouts::LookoutView;
-use quadratura_recipe::layer_table::Column;
+use quadratura_recipe::layer_table::LayerColumn;
 use quadratura_recipe::open::UnusableMask;
 use quadratura_view::DisplayMode;
 
@@ -209,7 +209,7 @@ pub enum SpaceAsk {
     /// Pulls the selected photo's layers apart in place of another one's.
     FollowSelection,
     /// Requests the picture that is due, of a view that was drawn.
-    Draw(Drawn),
+    Draw(FrameFacts),
     /// Makes the pictures of the layers that are pulled apart.
     WantLayerPictures,
     /// Shows an object or hides it, by name; the model stays as it is.
@@ -428,7 +428,7 @@ pub enum WindowAsk {
     /// Shows or hides the palette.
     Palette,
     /// Sorts the table of layers by a column.
-    SortLayers(Column),
+    SortLayers(LayerColumn),
     /// Sets the colours of the window.
     Theme(Colours),
     /// Scales text and buttons by this many steps of a tenth.

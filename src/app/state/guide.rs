@@ -29,7 +29,7 @@ macro_rules! documents {
 documents! {
     GUIDE: "Guide", "guide";
     WINDOW: "The window", "window";
-    PAINTING: "Painting", "editing";
+    EDITING: "Image editors", "editing";
     PLANTS: "Trees and plants", "trees";
     GLOSSARY: "Glossary", "glossary";
     FORMATS: "Files and formats", "formats";

@@ -44,7 +44,7 @@ use self::flight::Flights;
 use self::life::Life;
 use self::lists::ListsState;
 use self::masking::Masking;
-use self::notes::{Note, Notes, Weight};
+use self::notes::{Note, NoteLog, Weight};
 use self::opening::Opening;
 use self::palette::Palette;
 use self::panes::Panes;
@@ -55,7 +55,7 @@ use self::save_image::SaveImage;
 use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
-use self::space::Space;
+use self::space::SpaceView;
 use self::trees::TreesState;
 use self::updating::Updating;
 use quadratura_base::scene::PhotoId;
@@ -69,7 +69,7 @@ pub struct State {
     /// The running jobs.
     pub running: Running,
     /// The messages.
-    pub notes: Notes,
+    pub notes: NoteLog,
     /// The settings, which are stored from run to run.
     pub settings: Settings,
     /// The main selection.
@@ -83,7 +83,7 @@ pub struct State {
     /// Cached facts about the selection.
     pub inspect: Inspect,
     /// The 3D view.
-    pub space: Space,
+    pub space: SpaceView,
     /// The name of the device that draws the 3D view; none while no renderer runs.
     pub device: Option<String>,
     /// Bookmarks and the flight.
@@ -125,12 +125,12 @@ pub struct State {
     /// The dialog that saves a layered depth image.
     pub save_image: Option<SaveImage>,
     /// The window's clock, and requests to it.
-    pub window: Window,
+    pub window: WindowState,
 }
 
 /// The facts about the window that the state depends on, and requests to it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Window {
+pub struct WindowState {
     /// The time of this frame by the window's clock, in seconds.
     pub now_s: f64,
     /// Screen pixels per point.
@@ -145,13 +145,13 @@ pub struct Window {
     pub copies: Option<String>,
 }
 
-impl Default for Window {
+impl Default for WindowState {
     fn default() -> Self {
         Self { now_s: 0.0, density: 1.0, closes: false, resets: false, next_frame_s: None, copies: None }
     }
 }
 
-impl Window {
+impl WindowState {
     /// Requests a frame within this time, in seconds.
     pub fn wake_within(&mut self, seconds: f64) {
         self.next_frame_s = Some(self.next_frame_s.map_or(seconds, |known| known.min(seconds)));

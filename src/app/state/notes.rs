@@ -19,7 +19,7 @@ pub enum Weight {
 
 /// A remedy that a note offers by click.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Remedy {
+pub enum NoteRemedy {
     /// Reads the site again.
     ReadAgain,
     /// Replaces a mask that cannot be used by another one, or removes it.
@@ -42,7 +42,7 @@ pub struct Note {
     /// The number of times that the note was repeated in a row.
     pub times: u32,
     /// The remedies, each with a short label.
-    pub remedies: Vec<(String, Remedy)>,
+    pub remedies: Vec<(String, NoteRemedy)>,
 }
 
 impl Note {
@@ -64,7 +64,7 @@ impl Note {
     }
 
     /// Adds a remedy to the note.
-    pub fn with(mut self, words: impl Into<String>, remedy: Remedy) -> Self {
+    pub fn with(mut self, words: impl Into<String>, remedy: NoteRemedy) -> Self {
         self.remedies.push((words.into(), remedy));
         self
     }
@@ -92,13 +92,13 @@ const MOST: usize = 500;
 
 /// The list of notes, the newest last.
 #[derive(Debug, Default)]
-pub struct Notes {
+pub struct NoteLog {
     list: Vec<Note>,
     /// The number of notes that the user has seen.
     seen: usize,
 }
 
-impl Notes {
+impl NoteLog {
     /// Adds a note; a repetition of the last one is only counted.
     pub fn add(&mut self, note: Note) {
         if let Some(last) = self.list.last_mut().filter(|l| l.text == note.text && l.subject == note.subject)
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn the_same_note_again_is_counted_and_old_ones_are_dropped() {
-        let mut notes = Notes::default();
+        let mut notes = NoteLog::default();
         (0..3).for_each(|_| notes.add(Note::new(Weight::Warning, "dust")));
         assert_eq!((notes.list().len(), notes.list()[0].times), (1, 3));
         (0..MOST).for_each(|i| notes.add(Note::new(Weight::Info, i.to_string())));
@@ -201,8 +201,8 @@ mod tests {
 
     #[test]
     fn what_helps_is_offered_once_where_it_was_said_last() {
-        let mut notes = Notes::default();
-        let gone = || Note::new(Weight::Problem, "gone").with("Again", Remedy::ReadAgain);
+        let mut notes = NoteLog::default();
+        let gone = || Note::new(Weight::Problem, "gone").with("Again", NoteRemedy::ReadAgain);
         [gone(), Note::new(Weight::Info, "dust"), gone()].into_iter().for_each(|note| notes.add(note));
         let texts: Vec<String> = notes.list().iter().map(|note| note.text.to_string()).collect();
         assert_eq!(texts, ["dust", "gone"]);

@@ -21,7 +21,7 @@ use quadratura_io::recovery::{UnsavedChanges, read_unsaved};
 use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
 use quadratura_projection::backdrops::without_backdrops;
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_recipe::layer_table::LayerFigures;
 use quadratura_recipe::open::{Opened, open_site};
 use quadratura_recipe::site_stamp::SiteStamp;
@@ -44,7 +44,7 @@ pub struct Session {
     /// The points of what *Show everything* shows: the model without backdrops and wide ground.
     pub home: Vec<DVec3>,
     /// The surface that rays intersect; back faces are known once the painter knows them.
-    pub solid: Arc<Surface>,
+    pub solid: Arc<ModelSurface>,
     /// The outlines of faces.
     pub edges: Edges,
     /// Whether superseded versions of stacks may be on disk, which views showed until they were replaced.
@@ -271,7 +271,7 @@ impl Session {
             folder: folder.to_path_buf(),
             scene_frame: SceneFrame::new(&model.vertices, up(&opened.site.photos)),
             home: home(&opened),
-            solid: Arc::new(Surface::from_model(model)),
+            solid: Arc::new(ModelSurface::from_model(model)),
             edges: Edges::from_model(model),
             has_former: false,
             seen,
@@ -290,7 +290,7 @@ impl Session {
     pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
         self.scene_frame = SceneFrame::new(&opened.site.model.vertices, up(&opened.site.photos));
         self.home = home(&opened);
-        self.solid = Arc::new(Surface::from_model(&opened.site.model));
+        self.solid = Arc::new(ModelSurface::from_model(&opened.site.model));
         self.edges = Edges::from_model(&opened.site.model);
         // Decisions made while the site was read are kept.
         let present = Project::clone(self.history.present());

@@ -25,7 +25,8 @@ const SAME: f32 = 1.0;
 /// clipped: a panel that grew with its contents would lose the user's size.
 pub fn sized_panel(
     ui: &mut Ui,
-    (edge, salt): (PanelEdge, &'static str),
+    edge: PanelEdge,
+    salt: &'static str,
     wanted: &mut f32,
     most: f32,
     contents: impl FnOnce(&mut Ui),

@@ -1,8 +1,8 @@
 //! The autosave: keeps unsaved changes beside the project, however the program ends.
 //!
-//! Every edit sets the contents of the file ([`Keeper::want`]), and a job writes it at once. When the program is ended
+//! Every edit sets the contents of the file ([`AutosaveWriter::want`]), and a job writes it at once. When the program is ended
 //! by a signal, a lost display connection or a fault, the contents that no job has written yet are written from here;
-//! so they are when the keeper is dropped, which happens in a panic, too.
+//! so they are when the writer is dropped, which happens in a panic, too.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,8 +14,8 @@ use quadratura_document::Project;
 use quadratura_files::lock::ProjectLock;
 use quadratura_io::recovery::{UNSAVED_FILE, forget_unsaved, write_unsaved};
 
-/// The autosave of one project.
-pub struct Autosave {
+/// Writes the autosave of one project.
+pub struct AutosaveWriter {
     folder: PathBuf,
     wanted: Mutex<AutosaveContents>,
     /// A lock for writing or removing the file: without it the file could be written after a save.
@@ -35,7 +35,7 @@ struct AutosaveContents {
     is_held: bool,
 }
 
-impl Autosave {
+impl AutosaveWriter {
     /// Makes the autosave of the project in `folder`, without unsaved changes.
     pub fn new(folder: &Path, lock: Arc<ProjectLock>) -> Self {
         let (wanted, writing) = (Mutex::default(), Mutex::default());
@@ -100,7 +100,7 @@ impl Autosave {
     }
 }
 
-impl Drop for Autosave {
+impl Drop for AutosaveWriter {
     fn drop(&mut self) {
         // An error cannot be reported any more.
         let _ = self.write();
@@ -120,7 +120,7 @@ pub struct Ending(Arc<Outside>);
 struct Outside {
     is_asked: AtomicBool,
     waker: OnceLock<Waker>,
-    autosave: Mutex<Weak<Autosave>>,
+    autosave: Mutex<Weak<AutosaveWriter>>,
     /// The folder of the project that was open last.
     folder: Mutex<PathBuf>,
 }
@@ -151,7 +151,7 @@ impl Ending {
     }
 
     /// Sets the autosave of the open project.
-    pub fn keeps(&self, autosave: &Arc<Autosave>) {
+    pub fn keeps(&self, autosave: &Arc<AutosaveWriter>) {
         *locked(&self.0.autosave) = Arc::downgrade(autosave);
         locked(&self.0.folder).clone_from(&autosave.folder);
     }
@@ -176,11 +176,11 @@ mod tests {
         Arc::new(Project { options: Options { margin, ..Options::default() }, ..project })
     }
 
-    fn bench() -> (tempfile::TempDir, Arc<Autosave>) {
+    fn bench() -> (tempfile::TempDir, Arc<AutosaveWriter>) {
         let folder = tempfile::tempdir().unwrap();
         write_project(folder.path(), &project(0)).unwrap();
         let lock = Arc::new(ProjectLock::take(folder.path()).unwrap());
-        let autosave = Arc::new(Autosave::new(folder.path(), lock));
+        let autosave = Arc::new(AutosaveWriter::new(folder.path(), lock));
         (folder, autosave)
     }
 

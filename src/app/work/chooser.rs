@@ -20,7 +20,7 @@ pub struct Chooser {
 
 /// The answer of a file dialog.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Chosen {
+pub enum FileDialogAnswer {
     /// The user chose this path.
     Path(PathBuf),
     /// The user closed the dialog.
@@ -45,16 +45,16 @@ impl Chooser {
     }
 
     /// Takes the answer of the file dialog, once the user has given it.
-    pub fn take(&mut self) -> Option<(Purpose, Chosen)> {
+    pub fn take(&mut self) -> Option<(Purpose, FileDialogAnswer)> {
         let (_, since, receive) = self.waiting.as_ref()?;
         let at_once = since.elapsed() < NEVER_SEEN;
-        let chosen = match receive.try_recv() {
-            Ok(Some(path)) => Chosen::Path(path),
-            Ok(None) | Err(TryRecvError::Disconnected) if at_once => Chosen::NoDialog,
-            Ok(None) | Err(TryRecvError::Disconnected) => Chosen::Nothing,
+        let answer = match receive.try_recv() {
+            Ok(Some(path)) => FileDialogAnswer::Path(path),
+            Ok(None) | Err(TryRecvError::Disconnected) if at_once => FileDialogAnswer::NoDialog,
+            Ok(None) | Err(TryRecvError::Disconnected) => FileDialogAnswer::Nothing,
             Err(TryRecvError::Empty) => return None,
         };
-        self.waiting.take().map(|(purpose, ..)| (purpose, chosen))
+        self.waiting.take().map(|(purpose, ..)| (purpose, answer))
     }
 }
 
@@ -96,7 +96,7 @@ mod tests {
         let (mut chooser, send) = waiting(NEVER_SEEN);
         assert_eq!(chooser.take(), None);
         send.send(Some("site".into())).unwrap();
-        assert_eq!(chooser.take(), Some((Purpose::Folder, Chosen::Path("site".into()))));
+        assert_eq!(chooser.take(), Some((Purpose::Folder, FileDialogAnswer::Path("site".into()))));
         assert_eq!(chooser.take(), None);
     }
 
@@ -104,9 +104,9 @@ mod tests {
     fn a_dialog_that_is_gone_at_once_was_never_shown_and_a_later_one_was_closed() {
         let (mut chooser, send) = waiting(2 * NEVER_SEEN);
         send.send(None).unwrap();
-        assert_eq!(chooser.take(), Some((Purpose::Folder, Chosen::Nothing)));
+        assert_eq!(chooser.take(), Some((Purpose::Folder, FileDialogAnswer::Nothing)));
         let (mut chooser, send) = waiting(Duration::ZERO);
         drop(send);
-        assert_eq!(chooser.take(), Some((Purpose::Folder, Chosen::NoDialog)));
+        assert_eq!(chooser.take(), Some((Purpose::Folder, FileDialogAnswer::NoDialog)));
     }
 }

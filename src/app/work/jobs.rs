@@ -27,7 +27,8 @@ pub fn arrival(change: impl FnOnce(&mut State) + Send + 'static) -> Arrival {
     })
 }
 
-enum Message {
+/// What the thread of a job sends to the window.
+enum JobMessage {
     Reported(JobId, Event),
     Ended(JobId, Result<Arrival>),
 }
@@ -36,8 +37,8 @@ enum Message {
 pub struct Jobs {
     next: u64,
     stops: BTreeMap<JobId, Arc<AtomicBool>>,
-    send: Sender<Message>,
-    receive: Receiver<Message>,
+    send: Sender<JobMessage>,
+    receive: Receiver<JobMessage>,
     waker: Waker,
     threads: Vec<JoinHandle<()>>,
     /// The jobs whose project was left.
@@ -100,13 +101,13 @@ impl Jobs {
         let id = JobId(self.next);
         self.next += 1;
         let (send, waker) = (self.send.clone(), self.waker.clone());
-        let tell = move |message: Message| {
+        let tell = move |message: JobMessage| {
             // The receiver is gone while the window closes.
             let _ = send.send(message);
             waker.wake();
         };
         let message = tell.clone();
-        let task = Task::new(move |event| message(Message::Reported(id, event)));
+        let task = Task::new(move |event| message(JobMessage::Reported(id, event)));
         let job = Job::new(kind, name.into());
         let thread_name = job.name.clone();
         running.begun(id, job);
@@ -118,13 +119,13 @@ impl Jobs {
             }
             let ended =
                 catch_unwind(AssertUnwindSafe(|| work(&task))).unwrap_or_else(|panic| Err(fault(&*panic)));
-            tell(Message::Ended(id, ended));
+            tell(JobMessage::Ended(id, ended));
         };
         match std::thread::Builder::new().name(thread_name).spawn(run) {
             Ok(thread) => self.threads.push(thread),
             Err(error) => {
                 let refused = Error::Request(format!("the system cannot start a thread for it: {error}"));
-                let _ = self.send.send(Message::Ended(id, Err(refused)));
+                let _ = self.send.send(JobMessage::Ended(id, Err(refused)));
             }
         }
         id
@@ -136,11 +137,11 @@ impl Jobs {
         let (mut notes, mut arrivals) = (Vec::new(), Vec::new());
         while let Ok(message) = self.receive.try_recv() {
             match message {
-                Message::Reported(id, event) => {
+                JobMessage::Reported(id, event) => {
                     let note = note_of_event(running, id, event);
                     notes.extend(note.filter(|_| !self.left.contains(&id)));
                 }
-                Message::Ended(id, ended) => {
+                JobMessage::Ended(id, ended) => {
                     self.stops.remove(&id);
                     let was_left = self.left.remove(&id);
                     let Some(job) = running.ended(id) else { continue };

@@ -26,7 +26,7 @@ pub type PhotoStops = BTreeMap<String, Arc<AtomicBool>>;
 /// The open project, shared with the thread of an update.
 #[derive(Clone, Default)]
 pub struct LiveProject {
-    shared: Arc<Mutex<Shared>>,
+    inputs: Arc<Mutex<UpdateInputs>>,
     /// Whether imports or masks come first.
     gives_way: Arc<AtomicBool>,
     /// The number of photos, or groups of them, that updates are done with.
@@ -37,8 +37,9 @@ pub struct LiveProject {
     pub paint: WriteLock,
 }
 
+/// What an update reads: the project as it was published last, and the flags that stop its photos.
 #[derive(Default)]
-struct Shared {
+struct UpdateInputs {
     now: Option<Published>,
     stops: PhotoStops,
 }
@@ -59,21 +60,21 @@ impl LiveProject {
     /// decisions say. Photos that are being updated from other inputs are stopped. Returns whether anything has changed
     /// that stacks depend on.
     pub fn publish(&self, session: Option<&Session>) -> bool {
-        let mut shared = self.shared();
+        let mut inputs = self.inputs();
         let Some(session) = session else {
-            shared.now = None;
+            inputs.now = None;
             return false;
         };
-        let before = shared.now.as_ref().filter(|now| now.folder == session.folder);
+        let before = inputs.now.as_ref().filter(|now| now.folder == session.folder);
         if before.is_some_and(|now| Arc::ptr_eq(&now.latest, &session.opened) && now.seen == session.seen) {
             return false;
         }
         let same = before.map(|now| &now.opened).filter(|opened| makes_the_same(opened, &session.opened));
         let (opened, is_other) = (same.unwrap_or(&session.opened).clone(), same.is_none());
         if let Some(before) = before.filter(|_| is_other) {
-            stop_changed(&shared.stops, &before.opened, &opened);
+            stop_changed(&inputs.stops, &before.opened, &opened);
         }
-        shared.now = Some(Published {
+        inputs.now = Some(Published {
             folder: session.folder.clone(),
             latest: session.opened.clone(),
             opened,
@@ -95,21 +96,21 @@ impl LiveProject {
 
     /// Returns new flags for an update of all photos, in place of those of the last one.
     pub fn new_stops(&self) -> PhotoStops {
-        let mut shared = self.shared();
-        let photos = shared.now.iter().flat_map(|now| &now.opened.site.photos);
+        let mut inputs = self.inputs();
+        let photos = inputs.now.iter().flat_map(|now| &now.opened.site.photos);
         let stops: PhotoStops = photos.map(|photo| (photo.name.clone(), Arc::default())).collect();
-        shared.stops = stops.clone();
+        inputs.stops = stops.clone();
         stops
     }
 
-    fn shared(&self) -> MutexGuard<'_, Shared> {
+    fn inputs(&self) -> MutexGuard<'_, UpdateInputs> {
         // Its parts are replaced as wholes, so they are valid after a panic elsewhere.
-        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+        self.inputs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Returns the lock of the project while it is open.
     fn project_lock(&self) -> Result<Arc<ProjectLock>> {
-        let lock = self.shared().now.as_ref().and_then(|now| now.lock.upgrade());
+        let lock = self.inputs().now.as_ref().and_then(|now| now.lock.upgrade());
         lock.ok_or(Error::Cancelled)
     }
 
@@ -119,21 +120,21 @@ impl LiveProject {
         matches!(self.next_turn(), Ok(Some(_)))
     }
 
-    fn next_turn(&self) -> Result<Option<Turn>> {
+    fn next_turn(&self) -> Result<Option<UpdateTurn>> {
         let lock = self.project_lock()?;
         let waits = self.gives_way.load(Ordering::Relaxed) || self.paint.try_take().is_none();
         let stacks = self.stacks.try_take().filter(|_| !waits);
-        Ok(stacks.map(|stacks| Turn { _locks: (lock, stacks), ended: self.turns.clone() }))
+        Ok(stacks.map(|stacks| UpdateTurn { _locks: (lock, stacks), ended: self.turns.clone() }))
     }
 }
 
 /// The right to write during one turn of an update.
-struct Turn {
+struct UpdateTurn {
     _locks: (Arc<ProjectLock>, WriteGuard),
     ended: Arc<AtomicUsize>,
 }
 
-impl Drop for Turn {
+impl Drop for UpdateTurn {
     fn drop(&mut self) {
         self.ended.fetch_add(1, Ordering::Relaxed);
     }
@@ -155,11 +156,11 @@ impl UpdateSource for LiveProject {
     /// Returns the project with its unsaved decisions. The update ends where files of the site have changed on disk: they
     /// are reloaded only by the user.
     fn project(&self, _: &Task) -> Result<Arc<Opened>> {
-        let now = |shared: &Shared| {
-            let now = shared.now.as_ref()?;
+        let now = |inputs: &UpdateInputs| {
+            let now = inputs.now.as_ref()?;
             Some((now.folder.clone(), now.opened.clone(), now.seen.clone()))
         };
-        let (folder, opened, seen) = now(&self.shared()).ok_or(Error::Cancelled)?;
+        let (folder, opened, seen) = now(&self.inputs()).ok_or(Error::Cancelled)?;
         match seen.changes(&SiteStamp::new(&folder, &opened.project)).is_empty() {
             true => Ok(opened),
             false => Err(Error::Cancelled),

@@ -21,7 +21,7 @@ pub mod write_lock;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use self::autosave::{Autosave, Ending};
+use self::autosave::{AutosaveWriter, Ending};
 use self::chooser::Chooser;
 use self::choosing::Choosing;
 use self::jobs::Jobs;
@@ -29,7 +29,7 @@ use self::known::KnownFile;
 use self::live_project::LiveProject;
 use self::on_disk::OnDisk;
 use self::painter::Painter;
-use self::pictures::Pictures;
+use self::pictures::PhotoPictures;
 use self::waker::Waker;
 use self::watching::Watching;
 use super::state::State;
@@ -48,7 +48,7 @@ pub struct Work {
     /// The slot in which a job leaves a painter that was made.
     pub made: PainterSlot,
     /// The autosave of the open project.
-    pub autosave: Option<Arc<Autosave>>,
+    pub autosave: Option<Arc<AutosaveWriter>>,
     /// What all windows know about projects.
     pub known: KnownFile,
     /// The folder of the documents' pages, where the system names one for files of the program.
@@ -56,7 +56,7 @@ pub struct Work {
     /// The handle that ends the window from outside.
     pub ending: Ending,
     /// The pictures of photos.
-    pub pictures: Pictures,
+    pub pictures: PhotoPictures,
     /// The system dialog for files and folders of projects.
     pub chooser: Chooser,
     /// The system dialog for layered files and programs.
@@ -111,7 +111,7 @@ impl Work {
             known: KnownFile::default(),
             pages: None,
             ending: Ending::default(),
-            pictures: Pictures::default(),
+            pictures: PhotoPictures::default(),
             chooser: Chooser::default(),
             choosing: None,
             on_disk: None,

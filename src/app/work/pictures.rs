@@ -41,7 +41,7 @@ impl PartialEq for PicturesId {
 }
 
 /// The pictures of one project's photos.
-pub struct Pictures {
+pub struct PhotoPictures {
     /// Identifies these pictures.
     pub id: PicturesId,
     /// The photos whose large pictures are kept, the one used last at the end.
@@ -53,7 +53,7 @@ pub struct Pictures {
     receive: Receiver<MadePicture>,
 }
 
-impl Default for Pictures {
+impl Default for PhotoPictures {
     fn default() -> Self {
         let (send, receive) = channel();
         let id = PicturesId::default();
@@ -61,7 +61,7 @@ impl Default for Pictures {
     }
 }
 
-impl Pictures {
+impl PhotoPictures {
     /// Starts the job that makes the thumbnails of the project in `folder`, or loads cached ones.
     pub fn start(&mut self, folder: &Path, opened: &Arc<Opened>, jobs: &mut Jobs, running: &mut Running) {
         let (folder, opened, send) = (folder.to_path_buf(), opened.clone(), self.send.clone());
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn the_large_pictures_used_last_are_kept_and_each_picture_is_handed_out_once() {
-        let mut pictures = Pictures::default();
+        let mut pictures = PhotoPictures::default();
         for photo in PhotoId::all(MOST_LARGE + 1) {
             pictures.send.send(made(photo, true)).unwrap();
             pictures.send.send(made(photo, false)).unwrap();
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn a_large_picture_that_is_used_again_outlives_one_that_is_not() {
-        let mut pictures = Pictures::default();
+        let mut pictures = PhotoPictures::default();
         for photo in PhotoId::all(MOST_LARGE) {
             pictures.send.send(made(photo, true)).unwrap();
             pictures.next_made();
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn pictures_of_another_reading_have_another_id() {
-        let pictures = Pictures::default();
-        assert!(pictures.id == pictures.id.clone() && pictures.id != Pictures::default().id);
+        let pictures = PhotoPictures::default();
+        assert!(pictures.id == pictures.id.clone() && pictures.id != PhotoPictures::default().id);
     }
 }

@@ -56,10 +56,10 @@ impl fmt::Display for Remedy {
 
 /// A text that may name remedies. It is displayed with their names; [`Message::worded`] words them for one face.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Message(Vec<Part>);
+pub struct Message(Vec<MessagePart>);
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Part {
+enum MessagePart {
     Text(String),
     Remedy(Remedy),
 }
@@ -74,16 +74,16 @@ impl Message {
 
     /// Returns the text with the remedies in the given words.
     pub fn worded(&self, words: &dyn Fn(&Remedy) -> String) -> String {
-        let text = |part: &Part| match part {
-            Part::Text(text) => text.clone(),
-            Part::Remedy(remedy) => words(remedy),
+        let text = |part: &MessagePart| match part {
+            MessagePart::Text(text) => text.clone(),
+            MessagePart::Remedy(remedy) => words(remedy),
         };
         self.0.iter().map(text).collect()
     }
 
     /// Returns true for a message without text.
     pub fn is_empty(&self) -> bool {
-        self.0.iter().all(|part| matches!(part, Part::Text(text) if text.is_empty()))
+        self.0.iter().all(|part| matches!(part, MessagePart::Text(text) if text.is_empty()))
     }
 
     /// Joins messages with a text between each two.
@@ -102,7 +102,7 @@ impl fmt::Display for Message {
 
 impl From<&str> for Message {
     fn from(text: &str) -> Self {
-        Self(vec![Part::Text(text.to_owned())])
+        Self(vec![MessagePart::Text(text.to_owned())])
     }
 }
 
@@ -114,7 +114,7 @@ impl From<&String> for Message {
 
 impl From<String> for Message {
     fn from(text: String) -> Self {
-        Self(vec![Part::Text(text)])
+        Self(vec![MessagePart::Text(text)])
     }
 }
 
@@ -127,14 +127,18 @@ impl From<&Error> for Message {
 
 impl From<Remedy> for Message {
     fn from(remedy: Remedy) -> Self {
-        Self(vec![Part::Remedy(remedy)])
+        Self(vec![MessagePart::Remedy(remedy)])
     }
 }
 
 /// A remedy with the text before and after it: `("run ", Remedy::Build, " to make it again")`.
 impl<Before: Into<String>> From<(Before, Remedy, &str)> for Message {
     fn from((before, remedy, after): (Before, Remedy, &str)) -> Self {
-        Self(vec![Part::Text(before.into()), Part::Remedy(remedy), Part::Text(after.to_owned())])
+        Self(vec![
+            MessagePart::Text(before.into()),
+            MessagePart::Remedy(remedy),
+            MessagePart::Text(after.to_owned()),
+        ])
     }
 }
 

@@ -9,7 +9,7 @@ use super::PixelRect;
 pub type ColumnRun = Range<i32>;
 
 /// A set of texels as disjoint, ascending runs that never touch, row by row from `top`.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Spans {
     top: i32,
     /// The index in `runs` where each row begins, and where the last one ends; empty for the empty set.

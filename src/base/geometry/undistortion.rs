@@ -26,7 +26,7 @@ const MOST_PIXELS: f64 = 2.0;
 
 /// A rectangle in pixels of the pinhole plane, before its corner is moved to (0, 0).
 #[derive(Debug, Clone, Copy)]
-struct Bounds {
+struct PlaneRect {
     min: DVec2,
     max: DVec2,
 }
@@ -73,12 +73,12 @@ impl Undistortion {
 
     /// Returns what the photo covers of the pinhole plane: the bounds of the photo's outline within the lens's
     /// range, and of the range's outline within the photo.
-    fn bounds(&self) -> Option<Bounds> {
+    fn bounds(&self) -> Option<PlaneRect> {
         let outline = outline_points(&self.photo).filter_map(|at| self.pinhole_from_photo(at));
         let range = self.range_points().filter(|&at| self.photo_from_pinhole(at).is_some());
-        outline.chain(range).fold(None, |bounds: Option<Bounds>, at| {
-            let Bounds { min, max } = bounds.unwrap_or(Bounds { min: at, max: at });
-            Some(Bounds { min: min.min(at), max: max.max(at) })
+        outline.chain(range).fold(None, |bounds: Option<PlaneRect>, at| {
+            let PlaneRect { min, max } = bounds.unwrap_or(PlaneRect { min: at, max: at });
+            Some(PlaneRect { min: min.min(at), max: max.max(at) })
         })
     }
 
@@ -123,15 +123,16 @@ fn outline_points(photo: &Pinhole) -> impl Iterator<Item = DVec2> + use<> {
 }
 
 /// Cuts off what is farthest from the axis until at most [`MOST_PIXELS`] times the photo's pixels are left.
-fn within_budget(bounds: Bounds, plane: &Pinhole) -> Bounds {
+fn within_budget(bounds: PlaneRect, plane: &Pinhole) -> PlaneRect {
     let budget = MOST_PIXELS * f64::from(plane.width) * f64::from(plane.height);
     let (center, focal) = (DVec2::new(plane.cx, plane.cy), DVec2::new(plane.fx, plane.fy));
-    let cut = |tangent: f64| Bounds {
+    let cut = |tangent: f64| PlaneRect {
         min: bounds.min.max(center - focal * tangent),
         max: bounds.max.min(center + focal * tangent),
     };
     // Rounding to pixel centres may add one row and one column.
-    let fits = |b: &Bounds| (b.max.x - b.min.x + 1.0).max(0.0) * (b.max.y - b.min.y + 1.0).max(0.0) <= budget;
+    let fits =
+        |b: &PlaneRect| (b.max.x - b.min.x + 1.0).max(0.0) * (b.max.y - b.min.y + 1.0).max(0.0) <= budget;
     if fits(&bounds) {
         return bounds;
     }

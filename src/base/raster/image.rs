@@ -7,7 +7,7 @@ use crate::geometry::PixelRect;
 ///
 /// The rectangle may lie anywhere: an image layer's lies in its photo, and may reach outside of it. Rows are from the
 /// top, pixels in a row from the left, without gaps.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Image<P> {
     rect: PixelRect,
     pixels: Vec<P>,

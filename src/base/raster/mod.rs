@@ -1,5 +1,5 @@
 //! Pixels on a grid: an image whose pixel format is its type, what lies between its pixels, its half, one colour
-//! over another, and robust statistics. Pure computation; no files, no cameras.
+//! over another, sums around a cell, and robust statistics. Pure computation; no files, no cameras.
 //!
 //! Where two uses need different rules, each rule has a name here, and the caller chooses:
 //!
@@ -12,6 +12,7 @@
 //! | [`sample`] | rounding: to the nearest; 16 bits to 8 by their full ranges |
 
 pub mod bilinear;
+pub mod box_filter;
 pub mod halving;
 pub mod image;
 pub mod over;

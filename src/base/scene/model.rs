@@ -11,7 +11,7 @@ use super::impostor::Impostor;
 use crate::geometry::{Plane, Similarity};
 
 /// The index of a face: faces are numbered through all objects in file order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct FaceId(pub u32);
 
 /// The index of a face within its object, in file order. Files and users name a face by its object and this index, so it

@@ -114,15 +114,14 @@ impl LdiBuildArgs {
 
 #[derive(Debug, Args)]
 pub struct LdiInfoArgs {
-    /// A file, a folder that `ldi export --format layers` wrote, or a project folder
+    /// A file or a project folder
     #[arg(value_name = "FILE|PROJECT")]
     pub path: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub struct LdiRenderArgs {
-    /// The files, of single images, cubes or sets, and folders that `ldi export --format layers` wrote; with several, each view is made from the one with the camera that is
-    /// nearest to it
+    /// The files, of single images, cubes or sets; with several, each view is made from the one with the camera that is nearest to it
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     #[arg(long, value_name = "PATH", help = format!(
@@ -251,11 +250,8 @@ impl CombinedArgs {
     /// # Errors
     /// [`quadratura_base::Error::Usage`] that names the arguments.
     pub fn refuse_of_photos(&self) -> Result<()> {
-        let given = [
-            (self.guard.is_some(), "--guard"),
-            (self.ldi_scale.is_some(), "--ldi-scale"),
-            (self.layers.is_some(), "--layers"),
-        ];
+        refuse(&[(self.guard.is_some(), "--guard")], "--from site")?;
+        let given = [(self.ldi_scale.is_some(), "--ldi-scale"), (self.layers.is_some(), "--layers")];
         refuse(&given, "--from site or --published")?;
         self.refuse_of_merging()
     }
@@ -322,12 +318,12 @@ fn within(text: &str, low: f64, high: f64, expected: &str) -> std::result::Resul
 
 #[derive(Debug, Args)]
 pub struct LdiExportArgs {
-    /// The file, or a folder that --format layers wrote
+    /// The file
     pub file: PathBuf,
     /// What to write
     #[arg(long, value_enum)]
     pub format: LdiExportFormat,
-    /// The folder (page, layers) or file (.glb, .ply) to write. One that this program did not write, or that was changed since, stays, and
+    /// The folder (page) or file (.glb, .ply) to write. One that this program did not write, or that was changed since, stays, and
     /// NAME-2 is written
     #[arg(long, value_name = "PATH")]
     pub out: PathBuf,
@@ -353,8 +349,6 @@ pub enum LdiExportFormat {
     Page,
     /// Binary glTF: textured meshes without lighting, and the camera
     Glb,
-    /// A folder of pictures: colours, depths of 16 bits and surfaces of each layer, which can be read back
-    Layers,
     /// A cloud of points with colours and normals, binary PLY
     Ply,
 }

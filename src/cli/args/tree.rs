@@ -48,8 +48,8 @@ pub enum TreeCommand {
 /// A plant, and how it is grown.
 #[derive(Debug, Args)]
 pub struct PlantArgs {
-    /// The plant: a file of the keyword format (.plant), of glTF (.gltf, .glb) or of Rayshade (.ray), a species to be
-    /// grown (.json), or `maple` or `oak` (for files of these names give ./maple)
+    /// The plant: a file of the keyword format (.plant) or of glTF (.gltf, .glb), a species to be grown
+    /// (.json), or `maple` or `oak` (for files of these names give ./maple)
     #[arg(value_name = "PLANT")]
     pub plant: PathBuf,
     /// Grow another plant of the species [default: the species' own number]

@@ -85,7 +85,7 @@ fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcom
         photos = vec![*first];
     }
     if args.cube || args.set.is_some() {
-        return several::run(args, (project, &opened), (photos, from), task);
+        return several::run(args, project, &opened, photos, from, task);
     }
     let usual = if args.out.is_some() { Packing::Deflate } else { Packing::None };
     let packing = args.packing.unwrap_or(usual);

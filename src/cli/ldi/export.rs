@@ -13,7 +13,6 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_beside;
 use quadratura_ldi::Ldi;
-use quadratura_ldi::layers::write_ldi_layers;
 use quadratura_ldi::mesh::write_ply;
 use quadratura_ldi::segments::SegmentOptions;
 use quadratura_recipe::ldi::export::{ExportedMesh, MeshOptions, export_glb, export_page};
@@ -35,7 +34,6 @@ pub fn run(args: &LdiExportArgs, task: &Task) -> Result<Outcome> {
     match args.format {
         LdiExportFormat::Page => page(args, &ldi, task),
         LdiExportFormat::Glb => glb(args, &ldi, task),
-        LdiExportFormat::Layers => layers(args, &ldi, task),
         LdiExportFormat::Ply => ply(args, &ldi, task),
     }
 }
@@ -58,11 +56,11 @@ fn refuse_ending(args: &LdiExportArgs) -> Result<()> {
     let (format, kind, ending) = match args.format {
         LdiExportFormat::Glb => ("glb", "one file of binary glTF", "glb"),
         LdiExportFormat::Ply => ("ply", "a cloud of points", "ply"),
-        LdiExportFormat::Page | LdiExportFormat::Layers if args.out.is_file() => {
+        LdiExportFormat::Page if args.out.is_file() => {
             let found = "this is a file, and the export is a folder";
             return Err(Error::input(&args.out, "", found, "give the name of a new folder"));
         }
-        LdiExportFormat::Page | LdiExportFormat::Layers => return Ok(()),
+        LdiExportFormat::Page => return Ok(()),
     };
     if args.out.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending)) {
         return Ok(());
@@ -72,28 +70,6 @@ fn refuse_ending(args: &LdiExportArgs) -> Result<()> {
         "--format {format} writes {kind}, and {given} does not end in .{ending}; give --out {}",
         meant.display()
     )))
-}
-
-fn layers(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
-    let written = task.timed("write", || write_ldi_layers(&args.out, ldi))?;
-    note_spared(&written.spared, &written.folder, task);
-    if !written.error.exact_enough {
-        task.note(format!(
-            "depths of 16 bits err by {:.2} pixels for a step of {:.3} world units; use the file itself where that is too much",
-            written.error.pixels, written.error.step
-        ));
-    }
-    let (layers, size) = (counted(written.layers, "layer"), readable_bytes(written.bytes));
-    let text = format!("{}: {layers}, {size}\n", written.folder.display());
-    let json = json!({
-        "path": written.folder,
-        "layers": written.layers,
-        "bytes": written.bytes,
-        "error": written.error,
-        "spared": written.spared,
-        "problems": [],
-    });
-    Ok(Outcome { text, json, problems: Vec::new() })
 }
 
 fn ply(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {

@@ -13,7 +13,6 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_ldi::file::{LdiCamera, LdiFile, LdiHeader, Packing, WholeRows};
-use quadratura_ldi::layers::{is_ldi_layers, read_ldi_layers};
 use quadratura_ldi::{Arrangement, DepthPixelOrigin, Ldi};
 use quadratura_recipe::ldi::view::name_of;
 use quadratura_recipe::ldi::{LdiSite, LdiState, StackLdiOptions, ldi_state};
@@ -31,7 +30,6 @@ const ORIGINS: [(DepthPixelOrigin, &str, &str); 4] = [
 pub fn run(args: &LdiInfoArgs, task: &Task) -> Result<Outcome> {
     match &args.path {
         path if !path.is_dir() => of_file(path, task),
-        folder if is_ldi_layers(folder) => of_layers(folder, task),
         folder => of_project(folder, task),
     }
 }
@@ -46,20 +44,8 @@ fn of_file(path: &Path, task: &Task) -> Result<Outcome> {
     let OfImage { header, ldi, rows, fault } = OfImage::read(&file, 0, task)?;
     let problems: Vec<String> = fault.iter().map(error_text).collect();
     let packing = packing_name(header.packing);
-    let json = described((header.camera, packing), &ldi, rows, bytes, &problems);
+    let json = described(header.camera, packing, &ldi, rows, bytes, &problems);
     Ok(Outcome { text: text(packing, &ldi, rows, bytes), json, problems })
-}
-
-/// Describes a folder of pictures of layers.
-fn of_layers(folder: &Path, task: &Task) -> Result<Outcome> {
-    let ldi = read_ldi_layers(folder, task)?;
-    let sizes = std::fs::read_dir(folder).map_err(Error::io(folder, "list it"))?;
-    let bytes =
-        sizes.flatten().filter_map(|entry| entry.metadata().ok()).map(|metadata| metadata.len()).sum();
-    let height = ldi.camera.height;
-    let rows = WholeRows { whole: height, height };
-    let json = described((LdiCamera::of_ldi(&ldi), "pictures"), &ldi, rows, bytes, &[]);
-    Ok(Outcome { text: text("pictures", &ldi, rows, bytes), json, problems: Vec::new() })
 }
 
 /// Returns the name of how a file is packed.
@@ -124,7 +110,7 @@ fn of_several(file: &LdiFile, bytes: u64, task: &Task) -> Result<Outcome> {
             readable_bytes(header.report.bytes),
         ]);
         let packing = packing_name(header.packing);
-        images.push(described((header.camera, packing), &ldi, rows, header.report.bytes, &[]));
+        images.push(described(header.camera, packing, &ldi, rows, header.report.bytes, &[]));
     }
     let mut problems: Vec<String> = errors.iter().map(error_text).collect();
     problems.dedup();
@@ -198,7 +184,8 @@ fn text(packing: &str, ldi: &Ldi, rows: WholeRows, bytes: u64) -> String {
 }
 
 fn described(
-    (camera, packing): (LdiCamera, &str),
+    camera: LdiCamera,
+    packing: &str,
     ldi: &Ldi,
     rows: WholeRows,
     bytes: u64,
@@ -238,7 +225,7 @@ fn of_project(folder: &Path, task: &Task) -> Result<Outcome> {
     let mut table = Table::new(&["photo", "state", "depth pixels", "complexity", "layers", "empty", "size"]);
     let (mut list, mut waiting) = (Vec::new(), 0);
     for (id, photo) in PhotoId::all(opened.site.photos.len()).zip(&opened.site.photos) {
-        let state = ldi_state(folder, &site, (id, &photo.name), &StackLdiOptions::default());
+        let state = ldi_state(folder, &site, id, &photo.name, &StackLdiOptions::default());
         let (word, header) = match &state {
             LdiState::Current(header) => ("up to date", Some(header)),
             LdiState::Stale(header) => ("out of date", Some(header)),

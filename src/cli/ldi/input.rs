@@ -1,41 +1,36 @@
-//! What the commands on layered depth images read: files of one image or several, and folders of pictures of layers.
+//! What the commands on layered depth images read: files of one image or several.
 
 use std::path::Path;
 
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_ldi::file::{LdiFile, read_ldi, read_ldi_set};
-use quadratura_ldi::layers::{is_ldi_layers, read_ldi_layers};
-use quadratura_ldi::{Arrangement, Ldi, LdiSet};
+use quadratura_ldi::{Ldi, LdiSet};
 
-/// Reads the images of a file, or the image of a folder of layers.
+/// Reads the images of a file.
 ///
 /// # Errors
-/// Those of [`read_ldi_set`] and [`read_ldi_layers`], [`Error::Input`] for another folder.
+/// Those of [`read_ldi_set`], and [`Error::Input`] for a folder.
 pub fn read_images(path: &Path, task: &Task) -> Result<LdiSet> {
-    if path.is_dir() {
-        let images = vec![read_folder(path, task)?];
-        return Ok(LdiSet { arrangement: Arrangement::Single, images });
-    }
+    check_file(path)?;
     read_ldi_set(path, task)
 }
 
-/// Reads the image of a file of one, or of a folder of layers.
+/// Reads the image of a file of one.
 ///
 /// # Errors
-/// As [`read_images`], and [`Error::Input`] for a file of several.
+/// Those of [`read_ldi`], and [`Error::Input`] for a folder.
 pub fn read_image(path: &Path, task: &Task) -> Result<Ldi> {
-    if path.is_dir() { read_folder(path, task) } else { read_ldi(path, task) }
+    check_file(path)?;
+    read_ldi(path, task)
 }
 
-/// Reads the image of a folder of layers.
-fn read_folder(folder: &Path, task: &Task) -> Result<Ldi> {
-    if is_ldi_layers(folder) {
-        return read_ldi_layers(folder, task);
+fn check_file(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        let remedy = "give a file; those of a project's photos are in its folder cache/ldi";
+        return Err(Error::input(path, "", "it is a folder", remedy));
     }
-    let remedy = "give a file, or a folder that `quadratura ldi export --format layers` wrote; files of a project's photos \
-                  are in its folder cache/ldi";
-    Err(Error::input(folder, "", "it is another folder", remedy))
+    Ok(())
 }
 
 /// Reads what is left of the images of a file; images of which nothing is left are noted.

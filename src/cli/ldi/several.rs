@@ -23,8 +23,10 @@ use quadratura_recipe::open::Opened;
 /// Builds a cube or a set.
 pub fn run(
     args: &LdiBuildArgs,
-    (project, opened): (&Path, &Opened),
-    (photos, from): (Vec<PhotoId>, BuildFrom),
+    project: &Path,
+    opened: &Opened,
+    photos: Vec<PhotoId>,
+    from: BuildFrom,
     task: &Task,
 ) -> Result<Outcome> {
     let out = args.out.as_deref().ok_or_else(|| Error::Usage("give --out FILE".into()))?;

@@ -19,7 +19,7 @@ pub fn run(args: &TreeBakeArgs, task: &Task) -> Result<Outcome> {
     // What cannot be kept is reported before the work, not after it.
     check_folder(&args.project.join("cache"))?;
     let request = BakeRequest { force: args.force, from_parts: args.from_parts };
-    let (species, problems) = baked(&args.project, &project.trees, (&args.species, request), task)?;
+    let (species, problems) = baked(&args.project, &project.trees, &args.species, request, task)?;
     let problems: Vec<String> = problems.iter().map(worded).collect();
     let text = match species.is_empty() && problems.is_empty() {
         true => "no species; `quadratura tree species` or `quadratura tree place` adds one\n".to_owned(),

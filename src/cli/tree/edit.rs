@@ -65,7 +65,7 @@ pub fn place(args: &TreePlaceArgs, task: &Task) -> Result<Outcome> {
     let (_lock, mut project) = lock_and_read(&args.project, task)?;
     let change = args.change.change();
     let PlacedList { trees, names } = match (&args.list, args.species.as_deref()) {
-        (Some(list), species) => place_list(args, &project, (list, species), task)?,
+        (Some(list), species) => place_list(args, &project, list, species, task)?,
         (None, species) => place_some(args, &project, species.unwrap_or_default(), &change)?,
     };
     if names.is_empty() {
@@ -99,7 +99,7 @@ fn place_some(
         let opened = open_site(&args.project, project.clone(), &Task::silent())?;
         let whole = whole_model(&args.project, project, &Task::silent())?;
         let up = up(&opened.site.photos);
-        placed_on(&project.trees, species, &args.on, (&whole, up), change)?
+        placed_on(&project.trees, species, &args.on, &whole, up, change)?
     };
     Ok(PlacedList { trees, names })
 }
@@ -108,7 +108,8 @@ fn place_some(
 fn place_list(
     args: &TreePlaceArgs,
     project: &Project,
-    (file, species): (&Path, Option<&str>),
+    file: &Path,
+    species: Option<&str>,
     task: &Task,
 ) -> Result<PlacedList> {
     let list = read_tree_list(file)?;
@@ -122,7 +123,7 @@ fn place_list(
     if [first, second] != ["x", "y"] {
         task.note(format!("x and y of the list are {first} and {second} of the world, which are level"));
     }
-    let placed = placed_list(&project.trees, (file, list), species, &ground, &args.change.change());
+    let placed = placed_list(&project.trees, file, list, species, &ground, &args.change.change());
     placed.inspect_err(|_| task.note("no tree of the list was placed"))
 }
 

@@ -34,7 +34,7 @@ pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {
     let SiteTrees { wood, problems } = trees.expect("some trees are placed");
     let problems: Vec<String> = problems.iter().map(worded).collect();
     let photos = opened.photos_named(&args.photos.names)?;
-    let edits = tree_masks(&opened, &photos, (&wood, &names), args.margin, task)?;
+    let edits = tree_masks(&opened, &photos, &wood, &names, args.margin, task)?;
     opened.project.masks = edited(&args.project, &masks, &edits, &opened.site)?;
     write_project(&args.project, &opened.project)?;
     attach(&args.project, &opened.project.masks, &mut opened.site.photos);

@@ -28,7 +28,7 @@ pub fn export(args: &TreeExportArgs, task: &Task) -> Result<Outcome> {
     check_folder(&args.out)?;
     let (_lock, project) = lock_and_read(&args.project, task)?;
     let options = TreeExportOptions { format: args.format, part: args.part.clone() };
-    let done = export_species(&args.project, (&project.trees, &args.species), &args.out, &options, task)?;
+    let done = export_species(&args.project, &project.trees, &args.species, &args.out, &options, task)?;
     let mut table = Table::new(&["species", "views", "layers", "size", "file"]);
     let (views, layers, size) =
         (done.groups.to_string(), done.layers.to_string(), readable_bytes(done.bytes));

@@ -14,9 +14,11 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_folder;
 use quadratura_foliage::files::read_plant;
-use quadratura_foliage::{BakeOptions, FlakeOptions, LayeredOptions, Plant, Similarity};
+use quadratura_foliage::{BakeOptions, FlakeOptions, LayeredOptions, PictureSimilarity, Plant};
 use quadratura_recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
-use quadratura_recipe::trees::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_images, plant_views};
+use quadratura_recipe::trees::{
+    PlantDrawing, PlantMethod, PlantViews, ViewComparison, plant_images, plant_views,
+};
 use quadratura_recipe::views::{RequestedView, RequestedViews, Size};
 
 /// The value of `--cameras` that stands for views around the plant.
@@ -52,7 +54,7 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
     note_empty(&report, task);
     let mut problems: Vec<String> = views.problems.iter().map(error_text).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
-    Ok(outcome(args, &plant, (&report, &drawing), views.path.is_some(), problems))
+    Ok(outcome(args, &plant, &report, &drawing, views.path.is_some(), problems))
 }
 
 /// Returns whether the plant is drawn with its shadows on itself.
@@ -147,7 +149,8 @@ fn note_empty(report: &RenderReport, task: &Task) {
 fn outcome(
     args: &TreeRenderArgs,
     plant: &Plant,
-    (report, drawing): (&RenderReport, &PlantDrawing),
+    report: &RenderReport,
+    drawing: &PlantDrawing,
     is_flight: bool,
     problems: Vec<String>,
 ) -> Outcome {
@@ -179,14 +182,14 @@ fn outcome(
 }
 
 /// Returns the table of views beside brute force, with the means.
-fn similarity_table(compared: &[Compared]) -> String {
-    let line = |name: &str, similarity: &Similarity, speedup: f64| {
-        let Similarity { ssim, coverage, light, height_px, .. } = similarity;
+fn similarity_table(compared: &[ViewComparison]) -> String {
+    let line = |name: &str, similarity: &PictureSimilarity, speedup: f64| {
+        let PictureSimilarity { ssim, coverage, light, height_px, .. } = similarity;
         let percent = |ratio: f64| 100.0 * (ratio - 1.0);
         let (coverage, light) = (percent(*coverage), percent(*light));
         format!("{name:<16} {height_px:>8} {ssim:>8.4} {coverage:>+9.2} % {light:>+8.2} % {speedup:>8.1} x\n")
     };
-    let shown: Vec<(&Compared, Similarity)> =
+    let shown: Vec<(&ViewComparison, PictureSimilarity)> =
         compared.iter().filter_map(|of| of.similarity.map(|similarity| (of, similarity))).collect();
     let mut text = format!(
         "{:<16} {:>8} {:>8} {:>11} {:>10} {:>10}\n",
@@ -195,10 +198,10 @@ fn similarity_table(compared: &[Compared]) -> String {
     for (of, similarity) in &shown {
         text += &line(&of.view, similarity, of.speedup);
     }
-    let mean = |value: &dyn Fn(&Similarity) -> f64| {
+    let mean = |value: &dyn Fn(&PictureSimilarity) -> f64| {
         shown.iter().map(|(_, similarity)| value(similarity)).sum::<f64>() / shown.len().max(1) as f64
     };
-    let similarity = Similarity {
+    let similarity = PictureSimilarity {
         ssim: mean(&|of| of.ssim),
         coverage: mean(&|of| of.coverage),
         light: mean(&|of| of.light),
@@ -210,7 +213,7 @@ fn similarity_table(compared: &[Compared]) -> String {
 }
 
 /// Returns the line on jumps between frames, where there are frames.
-fn jumps(compared: &[Compared]) -> String {
+fn jumps(compared: &[ViewComparison]) -> String {
     let with_jumps = || compared.iter().filter_map(|of| of.jump.map(|jump| (of, jump)));
     let Some((at, largest)) = with_jumps().max_by(|a, b| a.1.most.total_cmp(&b.1.most)) else {
         return String::new();

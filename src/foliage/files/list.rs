@@ -112,7 +112,7 @@ fn list_of(file: &Path, text: &str) -> Result<TreeList> {
     let ignored = ignored.map(|(name, _)| name.clone()).collect();
     let mut list = TreeList { ignored, ..TreeList::default() };
     for record in records {
-        match place_of(file, &record, (head.fields.len(), columns), separator) {
+        match place_of(file, &record, head.fields.len(), columns, separator) {
             Ok(place) => list.places.push(place),
             Err(error) => list.problems.push((record.line, error)),
         }
@@ -125,7 +125,7 @@ fn list_of(file: &Path, text: &str) -> Result<TreeList> {
 }
 
 /// Returns the numbers of the columns, from 1, in the order of [`Column`].
-fn columns_of(file: &Path, head: &Record) -> Result<[Option<usize>; 7]> {
+fn columns_of(file: &Path, head: &CsvRecord) -> Result<[Option<usize>; 7]> {
     let mut columns = [None; 7];
     for (name, number) in head.fields.iter().zip(1..) {
         let Some(column) = NAMES.iter().position(|known| name.eq_ignore_ascii_case(known)) else { continue };
@@ -151,8 +151,9 @@ fn columns_of(file: &Path, head: &Record) -> Result<[Option<usize>; 7]> {
 
 fn place_of(
     file: &Path,
-    record: &Record,
-    (most, columns): (usize, [Option<usize>; 7]),
+    record: &CsvRecord,
+    most: usize,
+    columns: [Option<usize>; 7],
     separator: char,
 ) -> Result<ListedPlace> {
     if record.fields.len() > most {
@@ -212,14 +213,14 @@ fn place(line: usize, number: Option<usize>, column: Column) -> String {
 }
 
 /// The fields between separators, up to the end of a line outside of quotes.
-struct Record {
+struct CsvRecord {
     /// The line on which it begins, from 1.
     line: usize,
     fields: Vec<String>,
 }
 
 /// Returns the records of a text that are not empty. White space around a field does not belong to it.
-fn records(file: &Path, text: &str, separator: char) -> Result<Vec<Record>> {
+fn records(file: &Path, text: &str, separator: char) -> Result<Vec<CsvRecord>> {
     if let Some(line) = unclosed_quote(text) {
         return Err(Error::input(file, format!("line {line}"), "a quote that is not closed", REMEDY));
     }
@@ -239,7 +240,7 @@ fn records(file: &Path, text: &str, separator: char) -> Result<Vec<Record>> {
         counted = begin;
         let fields: Vec<String> = record.iter().map(str::to_owned).collect();
         if fields.iter().any(|field| !field.is_empty()) {
-            records.push(Record { line, fields });
+            records.push(CsvRecord { line, fields });
         }
     }
     Ok(records)

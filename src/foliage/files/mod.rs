@@ -1,4 +1,4 @@
-//! Reads plants: files of the keyword format (`.plant`), of glTF (`.gltf`, `.glb`) and of Rayshade (`.ray`), and files (`.json`) and names of
+//! Reads plants: files of the keyword format (`.plant`) and of glTF (`.gltf`, `.glb`), and files (`.json`) and names of
 //! species that are grown. [`images`] are the pictures that are made of them, [`list`] where trees stand.
 
 mod gltf;
@@ -9,7 +9,6 @@ pub mod list;
 mod maps;
 mod notes;
 mod pictures;
-mod rayshade;
 mod remedies;
 mod species;
 mod stamp;
@@ -25,7 +24,6 @@ use std::path::Path;
 
 use self::gltf::read_gltf;
 use self::keyword::read_keyword;
-use self::rayshade::read_rayshade;
 pub use self::species::built_in_plant;
 use self::species::{built_in, grown, read_species};
 pub use self::stamp::plant_stamp;
@@ -34,7 +32,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::guarded::guarded;
 
-/// Reads or grows a plant: a `.plant`, `.gltf`, `.glb` or `.ray` file, a species (`.json`), or `maple` or `oak` where no file has
+/// Reads or grows a plant: a `.plant`, `.gltf` or `.glb` file, a species (`.json`), or `maple` or `oak` where no file has
 /// that name. A seed replaces that of the species. What is left out is noted.
 ///
 /// # Errors
@@ -50,15 +48,14 @@ fn decoded(path: &Path, seed: Option<u64>, task: &Task) -> Result<Plant> {
     }
     match path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).as_deref() {
         Some("json") => grown(path, read_species(path)?, seed),
-        None | Some("plant" | "gltf" | "glb" | "ray") if seed.is_some() => Err(Error::Request(
+        None | Some("plant" | "gltf" | "glb") if seed.is_some() => Err(Error::Request(
             "--seed has no effect on a plant of a file, which is not grown; leave it out".into(),
         )),
         None | Some("plant") => read_keyword(path, task),
         Some("gltf" | "glb") => read_gltf(path, task),
-        Some("ray") => read_rayshade(path, task),
         Some(other) => {
             let found = format!(
-                "a file called .{other}, expected a plant: .plant, .gltf, .glb or .ray, or a species: .json"
+                "a file called .{other}, expected a plant: .plant, .gltf or .glb, or a species: .json"
             );
             Err(Error::input(path, "", found, "give such a file, or one of the names maple and oak"))
         }

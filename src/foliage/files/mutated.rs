@@ -14,8 +14,7 @@ use quadratura_base::scene::synthetic::Rng;
 /// Reads mutations of a text as a file of this name. Some must be plants, and some not.
 fn check(name: &str, text: &str, words: &[&str], usual: u32) {
     let count = mutations(usual);
-    let files =
-        Files::new(&[("leaf.plant", TRIANGLE), ("leaf.ray", "name leaf triangle 0 0 0 1 0 0 0 1 0\n")]);
+    let files = Files::new(&[("leaf.plant", TRIANGLE)]);
     fs::write(files.path(name), text).unwrap();
     files.read(name).unwrap();
     let mut rng = Rng::new(77);
@@ -46,54 +45,6 @@ fn mutated_files_of_keywords_give_a_plant_or_an_error_and_never_a_fault() {
     let words =
         ["{", "}", "use tree", "use leaf", "transform", "polygon 3", "limb 4", "tube 3 1", "material x", "#"];
     check("tree.plant", &text, &words, 8000);
-}
-
-#[test]
-fn mutated_files_of_rayshade_give_a_plant_or_an_error_and_never_a_fault() {
-    let text = "/* a tree */\n#define TALL 3\n#include \"leaf.ray\"\n#ifndef NEVER\ndefine angle 30\n#endif\n\
-                eyep 0 -9 4\nlight 1 point 0 0 9\nsurface bark diffuse .3 .2 .1 specular 0 0 0\n\
-                surface leaf diffuse .1 .4 .1 translu .5 .2 1 .2 3\n\
-                name twig grid 3 3 3\n\tcylinder bark .1 0 0 0 0 0 1\n\tdisc .1 0 0 1 0 0 1\n\
-                \tobject leaf rotate 0 1 0 (angle * dtor + 2 ^ 3) translate 0 0 1\nend\n\
-                name tree list\n\tapplysurf leaf\n\tcone bark .3 0 0 0 .1 0 0 TALL\n\tsphere 1 0 0 TALL\n\
-                \tobject twig scale 2 2 2 rotate 0 0 1 (hypot(3, 4) * 10)\n\tobject leaf twig transform 1 0 0 0 1 0 0 0 1 0 0 2\n\
-                \tpoly 0 0 0 1 0 0 1 1 0 0 1 0\n\tbox -1 -1 -1 1 1 0 texture checker bark scale 2 2 2\n\
-                \tlist triangleuv 0 0 0 0 0 1 0 0 1 0 0 0 0 1 1 0 0 1 0 0 0 1 0 1 end\nend\n\
-                plane 0 0 0 0 0 1\nobject tree\nobject tree translate 5 0 0\n";
-    let words = [
-        "list",
-        "end",
-        "name tree",
-        "object tree",
-        "object twig",
-        "(",
-        ")",
-        "/*",
-        "*/",
-        "\n#define TALL TALL TALL\n",
-        "\n#define end TALL end\n",
-        "\n#include \"tree.ray\"\n",
-        "\n#ifdef TALL\n",
-        "\n#else\n",
-        "\n#endif\n",
-        "surface",
-        "applysurf",
-        "cursurf",
-        "texture image leaf.ray map uv",
-        "union",
-        "difference",
-        "rotate",
-        "scale 0 0 0",
-        "diffuse",
-        "translu",
-        "triangle",
-        "(1 / 0)",
-        "sphere",
-        "blob",
-        "define angle",
-        "sqrt (-1)",
-    ];
-    check("tree.ray", text, &words, 8000);
 }
 
 #[test]

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use quadratura_files::stamp::Stamp;
 
-/// The endings of the files that plants refer to: other sub-objects, vertex data, included files and pictures.
-const ENDINGS: [&str; 12] =
-    ["plant", "gltf", "glb", "bin", "ray", "inc", "png", "jpg", "jpeg", "tif", "tiff", "webp"];
+/// The endings of the files that plants refer to: other sub-objects, vertex data and pictures.
+const ENDINGS: [&str; 10] = ["plant", "gltf", "glb", "bin", "png", "jpg", "jpeg", "tif", "tiff", "webp"];
 
 /// Takes the stamp of the file of a plant and of all files in its folder that it may refer to, and, unless it is `shallow`, of those
 /// below it.

@@ -23,7 +23,7 @@ struct Slab {
     paint: PaintedSlab,
     view_from_object: DMat3,
     /// The points in rotated coordinates, less the corner of the image, in texels; in the order of `first`.
-    points: Vec<Point>,
+    points: Vec<SlabPoint>,
     /// Columns and rows of texels that have points: the first ones, and how many.
     low: [i32; 2],
     size: [usize; 2],
@@ -34,7 +34,7 @@ struct Slab {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Point {
+struct SlabPoint {
     at: [f32; 3],
     change: Change,
     leaf: bool,
@@ -42,12 +42,12 @@ struct Point {
 
 /// A change that was found, with how far it is, in texels.
 #[derive(Clone, Copy)]
-struct Found {
+struct FoundChange {
     distance: f64,
     change: Change,
 }
 
-impl Found {
+impl FoundChange {
     fn nearer(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
             (Some(a), Some(b)) => Some(if b.distance < a.distance { b } else { a }),
@@ -92,13 +92,13 @@ impl PaintField {
 
 /// Returns the change that one file makes at a point.
 fn in_document(slabs: &[Slab], point: DVec3, is_leaf: bool) -> Option<Change> {
-    let (mut best, mut of_direction): (Option<Found>, Option<Found>) = (None, None);
-    let painted = |found: Option<Found>| found.filter(|found| !found.change.is_none());
+    let (mut best, mut of_direction): (Option<FoundChange>, Option<FoundChange>) = (None, None);
+    let painted = |found: Option<FoundChange>| found.filter(|found| !found.change.is_none());
     for (index, slab) in slabs.iter().enumerate() {
-        of_direction = Found::nearer(of_direction, slab.find(point, is_leaf));
+        of_direction = FoundChange::nearer(of_direction, slab.find(point, is_leaf));
         let next = slabs.get(index + 1);
         if next.is_none_or(|next| next.paint.direction != slab.paint.direction) {
-            best = Found::nearer(best, painted(of_direction.take()));
+            best = FoundChange::nearer(best, painted(of_direction.take()));
         }
     }
     best.map(|found| found.change)
@@ -110,10 +110,10 @@ impl Slab {
         let [x, y] = paint.corner;
         let corner = DVec3::new(x, y, 0.0);
         let in_texels = |at: DVec3| (view_from_object * at - corner) / paint.delta;
-        let mut points: Vec<([i32; 2], Point)> = Vec::with_capacity(paint.points.len());
+        let mut points: Vec<([i32; 2], SlabPoint)> = Vec::with_capacity(paint.points.len());
         for of in &paint.points {
             let at = in_texels(of.at.as_dvec3());
-            let point = Point { at: at.as_vec3().to_array(), change: of.change, leaf: of.leaf };
+            let point = SlabPoint { at: at.as_vec3().to_array(), change: of.change, leaf: of.leaf };
             points.push((texel(at), point));
         }
         // Stable: points of one texel stay in their order.
@@ -143,7 +143,7 @@ impl Slab {
 
     /// Returns the points of a texel.
     #[inline]
-    fn of_texel(&self, column: i32, row: i32) -> &[Point] {
+    fn of_texel(&self, column: i32, row: i32) -> &[SlabPoint] {
         let (x, y) = (i64::from(column) - i64::from(self.low[0]), i64::from(row) - i64::from(self.low[1]));
         if x < 0 || y < 0 || x >= self.size[0] as i64 || y >= self.size[1] as i64 {
             return &[];
@@ -153,29 +153,30 @@ impl Slab {
     }
 
     /// Returns what is nearest to a point.
-    fn find(&self, point: DVec3, is_leaf: bool) -> Option<Found> {
+    fn find(&self, point: DVec3, is_leaf: bool) -> Option<FoundChange> {
         let at = self.in_texels(point);
         let [nearest, far] = self.depths;
         if at.z < nearest - REACH || at.z > far + REACH {
             return None;
         }
         let [column, row] = texel(at);
-        let mut best: Option<Found> = None;
+        let mut best: Option<FoundChange> = None;
         for (dx, dy) in [-1, 0, 1].into_iter().flat_map(|dy| [-1, 0, 1].map(|dx| (dx, dy))) {
             for of in self.of_texel(column.saturating_add(dx), row.saturating_add(dy)) {
                 let distance = DVec3::from_array(of.at.map(f64::from)).distance(at);
                 if distance <= REACH {
-                    best = Found::nearer(best, Some(Found { distance, change: of.change }));
+                    best = FoundChange::nearer(best, Some(FoundChange { distance, change: of.change }));
                 }
             }
         }
         if best.is_some() || !is_leaf || at.z > far {
             return best;
         }
-        let hides = |of: &&Point| of.leaf && f64::from(of.at[2]) < at.z;
+        let hides = |of: &&SlabPoint| of.leaf && f64::from(of.at[2]) < at.z;
         let hiding = self.of_texel(column, row).iter().filter(hides);
-        let behind = |of: &Point| Found { distance: REACH + at.z - f64::from(of.at[2]), change: of.change };
-        hiding.map(behind).fold(None, |best, found| Found::nearer(best, Some(found)))
+        let behind =
+            |of: &SlabPoint| FoundChange { distance: REACH + at.z - f64::from(of.at[2]), change: of.change };
+        hiding.map(behind).fold(None, |best, found| FoundChange::nearer(best, Some(found)))
     }
 
     /// Returns whether something in a ball may be painted.
@@ -191,7 +192,7 @@ impl Slab {
             let last = (at[axis] + radius - low + 1.0).ceil().clamp(0.0, count as f64) as usize;
             first..last
         };
-        let may_reach = |of: &Point| !of.change.is_none() && f64::from(of.at[2]) <= at.z + radius;
+        let may_reach = |of: &SlabPoint| !of.change.is_none() && f64::from(of.at[2]) <= at.z + radius;
         range(1).any(|row| {
             let columns = range(0);
             let of_row = row * self.size[0];

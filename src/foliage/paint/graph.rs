@@ -47,7 +47,7 @@ pub(super) fn painted_within(
         let below = object.uses.iter().any(|of| has_own_below[of.child] || fields.contains_key(&of.child));
         has_own_below[index] = below;
     }
-    let mut painter = Painter {
+    let mut painter = PlantPainter {
         plant,
         fields,
         has_own_below,
@@ -58,11 +58,11 @@ pub(super) fn painted_within(
         unpainted: 0,
     };
     let root = painter.add(top, &[]);
-    let Painter { objects, unpainted, .. } = painter;
+    let PlantPainter { objects, unpainted, .. } = painter;
     PaintedPlant { plant: Plant { objects, root, up: plant.up, unit: plant.unit }, unpainted }
 }
 
-struct Painter<'a> {
+struct PlantPainter<'a> {
     plant: &'a Plant,
     fields: &'a BTreeMap<usize, Arc<PaintField>>,
     /// Whether something that a sub-object uses, directly or not, has paint of its own.
@@ -76,7 +76,7 @@ struct Painter<'a> {
     unpainted: u64,
 }
 
-impl Painter<'_> {
+impl PlantPainter<'_> {
     /// Adds an instance of a sub-object that paint from above may reach; returns its index.
     fn add(&mut self, object: usize, from_above: &[PaintAt]) -> usize {
         let of = &self.plant.objects[object];

@@ -68,7 +68,7 @@ pub struct SlabTally {
 pub type SlabPixels = Vec<(u32, u32, [u16; 4])>;
 
 /// A view with its samples by texel.
-struct Texels<'a> {
+struct SlabTexels<'a> {
     view: &'a MBuffer,
     frame: &'a SlabFrame,
     direction: usize,
@@ -76,7 +76,7 @@ struct Texels<'a> {
     first: Vec<usize>,
 }
 
-impl<'a> Texels<'a> {
+impl<'a> SlabTexels<'a> {
     fn new(view: &'a MBuffer, frame: &'a SlabFrame, direction: usize) -> Self {
         let starts = view.counts.iter().scan(0, |next, count| {
             let first = *next;
@@ -124,7 +124,7 @@ impl<'a> Texels<'a> {
 /// Returns what the slabs of a direction show, nearest first: for each `side` x `side` texels row by row, R, G, B as sRGB and the
 /// share that is covered, straight alpha.
 pub fn slab_pictures(view: &MBuffer, frame: &SlabFrame, direction: usize) -> Vec<Vec<[u8; 4]>> {
-    let texels = Texels::new(view, frame, direction);
+    let texels = SlabTexels::new(view, frame, direction);
     let places = || (0..frame.side).flat_map(|y| (0..frame.side).map(move |x| (x, y)));
     (0..usize::from(frame.slabs)).map(|slab| places().map(|at| texels.shown(at, slab)).collect()).collect()
 }
@@ -137,7 +137,7 @@ pub fn painted_slabs(
     direction: usize,
     painted: &BTreeMap<usize, SlabPixels>,
 ) -> BTreeMap<usize, (PaintedSlab, SlabTally)> {
-    let texels = Texels::new(view, frame, direction);
+    let texels = SlabTexels::new(view, frame, direction);
     let places = |pixels: &SlabPixels| pixels.iter().map(|(x, y, _)| (*x, *y)).collect::<BTreeSet<_>>();
     let places: BTreeMap<usize, BTreeSet<(u32, u32)>> =
         painted.iter().map(|(slab, pixels)| (*slab, places(pixels))).collect();
@@ -146,12 +146,12 @@ pub fn painted_slabs(
 }
 
 fn one_slab(
-    texels: &Texels,
+    texels: &SlabTexels,
     slab: usize,
     pixels: &SlabPixels,
     places: &BTreeMap<usize, BTreeSet<(u32, u32)>>,
 ) -> (PaintedSlab, SlabTally) {
-    let Texels { frame, direction, .. } = *texels;
+    let SlabTexels { frame, direction, .. } = *texels;
     let corner = frame.corner(direction);
     let (mut points, mut beside, mut tally) = (Vec::new(), Vec::new(), SlabTally::default());
     for &(x, y, colour) in pixels {
@@ -194,7 +194,7 @@ fn change(shown: [u8; 4], painted: [u16; 4], ratio: f32) -> Change {
 
 /// Returns the points around painted texels that were not painted, of this slab and of those before and behind it.
 fn rim<'a>(
-    texels: &'a Texels,
+    texels: &'a SlabTexels,
     slab: usize,
     painted: &BTreeSet<(u32, u32)>,
     places: &'a BTreeMap<usize, BTreeSet<(u32, u32)>>,

@@ -66,7 +66,8 @@ fn srgb16(colour: Vec3, alpha: f32) -> [u16; 4] {
 
 /// Paints all texels of the images from +x in which something of the chosen points is, in one colour.
 fn painted_from_x(
-    (plant, copy): (&Plant, &ImageCopy),
+    plant: &Plant,
+    copy: &ImageCopy,
     chosen: &dyn Fn(DVec3) -> bool,
     colour: [u16; 4],
 ) -> Vec<PaintedSlab> {
@@ -136,7 +137,7 @@ fn a_branch_reddened_from_one_side_is_red_from_all_in_all_copies_and_in_its_own_
 {
     let plant = branchy();
     let copy = finest(&plant);
-    let paint = painted_from_x((&plant, &copy), &|at| in_branch(at, 0.0), srgb16(RED, 1.0));
+    let paint = painted_from_x(&plant, &copy, &|at| in_branch(at, 0.0), srgb16(RED, 1.0));
     let PaintedPlant { plant: red, unpainted } = painted(&plant, plant.root, &field(vec![paint], plant.root));
     assert_eq!((unpainted, red.whole().counts), (0, plant.whole().counts));
     // One branch of five is of its own, with triangles for each of its twigs.
@@ -164,7 +165,7 @@ fn a_texel_that_was_painted_shows_its_colour_in_the_next_images_and_texels_besid
     let plant = branchy();
     let copy = finest(&plant);
     let half = |at: DVec3| in_branch(at, 0.0) && at.z > middle_of(BRANCH).z;
-    let paint = painted_from_x((&plant, &copy), &half, srgb16(RED, 1.0));
+    let paint = painted_from_x(&plant, &copy, &half, srgb16(RED, 1.0));
     let after = painted(&plant, plant.root, &field(vec![paint.clone()], plant.root)).plant;
     let frame = SlabFrame::of(&plant.whole().bounds, &copy, OPTIONS.slabs);
     let again = finest(&after);
@@ -213,7 +214,7 @@ fn erased_texels_take_samples_away_from_all_sides_and_half_erased_ones_half_of_t
         images.views[0].samples.iter().map(|sample| sample.mask.count_ones()).sum()
     };
     let with = |alpha: f32| {
-        let mut paint = painted_from_x((&plant, &copy), &|at| in_branch(at, 0.0), srgb16(RED, alpha));
+        let mut paint = painted_from_x(&plant, &copy, &|at| in_branch(at, 0.0), srgb16(RED, alpha));
         // Relative to full coverage, so that all texels lose the same share.
         paint.iter_mut().flat_map(|slab| &mut slab.points).for_each(|point| {
             if !point.change.is_none() {
@@ -250,7 +251,7 @@ fn paint_on_a_sub_object_is_on_all_its_instances_and_none_becomes_one_of_its_own
     let alone = painted(&plant, branch, &BTreeMap::new()).plant;
     assert_eq!(alone.whole().name, "branch");
     let copy = finest(&alone);
-    let paint = painted_from_x((&alone, &copy), &|_| true, srgb16(RED, 1.0));
+    let paint = painted_from_x(&alone, &copy, &|_| true, srgb16(RED, 1.0));
     let after = painted(&plant, plant.root, &field(vec![paint], branch)).plant;
     assert_eq!(after.objects.iter().filter(|object| object.name == "branch").count(), 1);
     let images = bake(&after, &OPTIONS, &Task::silent()).unwrap();
@@ -263,7 +264,7 @@ fn a_second_file_changes_what_the_first_one_shows() {
     let plant = branchy();
     let copy = finest(&plant);
     let all = |colour: Vec3, from: Vec3| {
-        let mut paint = painted_from_x((&plant, &copy), &|at| in_branch(at, 0.0), srgb16(colour, 1.0));
+        let mut paint = painted_from_x(&plant, &copy, &|at| in_branch(at, 0.0), srgb16(colour, 1.0));
         let change = Change::of_colour(from, colour);
         paint
             .iter_mut()
@@ -295,7 +296,7 @@ fn a_second_file_changes_what_the_first_one_shows() {
 fn what_would_make_a_plant_too_large_keeps_its_colours_and_is_counted() {
     let plant = branchy();
     let copy = finest(&plant);
-    let paint = painted_from_x((&plant, &copy), &|at| in_branch(at, 0.0), srgb16(RED, 1.0));
+    let paint = painted_from_x(&plant, &copy, &|at| in_branch(at, 0.0), srgb16(RED, 1.0));
     let within = painted_within(&plant, plant.root, &field(vec![paint], plant.root), 3000);
     // Ten twigs of 300 leaves have room, and the others do not.
     assert_eq!(within.unpainted, 3000);
@@ -306,7 +307,7 @@ fn what_would_make_a_plant_too_large_keeps_its_colours_and_is_counted() {
 fn what_paint_reaches_keeps_all_its_polygons() {
     let plant = crate::tests::layered::branch();
     let copy = finest(&plant);
-    let paint = painted_from_x((&plant, &copy), &|at| at.z > 0.5, srgb16(RED, 1.0));
+    let paint = painted_from_x(&plant, &copy, &|at| at.z > 0.5, srgb16(RED, 1.0));
     let red = painted(&plant, plant.root, &field(vec![paint], plant.root)).plant;
     let levels = |reached: bool| {
         let of = red.objects.iter().filter(move |object| object.paint.is_empty() != reached);

@@ -102,7 +102,7 @@ pub struct Target {
 
 /// An edge of a triangle: at least 0 on the inside, in integers.
 #[derive(Clone, Copy)]
-struct Edge {
+struct EdgeFunction {
     /// The change by a step to the right and down.
     change: [i64; 2],
     /// The value at the origin of steps, made less by 1 where sub-pixels on the edge are not the triangle's.
@@ -111,7 +111,7 @@ struct Edge {
     bias: i64,
 }
 
-impl Edge {
+impl EdgeFunction {
     #[inline]
     fn new([ax, ay]: [i64; 2], [bx, by]: [i64; 2]) -> Self {
         let (dx, dy) = (bx - ax, by - ay);
@@ -137,7 +137,7 @@ pub fn rasterise(
     mut each: impl FnMut(&Fragment),
 ) {
     let Some(samples) = covered_samples(&target.bounds, &corners) else { return };
-    let Some(triangle) = Triangle::new(target.perspective, corners) else { return };
+    let Some(triangle) = PreparedTriangle::new(target.perspective, corners) else { return };
     let [x0, x1, y0, y1] = samples;
     for y in y0.div_euclid(4)..=y1.div_euclid(4) {
         for x in x0.div_euclid(4)..=x1.div_euclid(4) {
@@ -180,8 +180,8 @@ fn higher(a: i64, b: i64) -> i64 {
 }
 
 /// A triangle that is ready to be tested. Edge `i` is the one opposite of corner `i`.
-struct Triangle {
-    edges: [Edge; 3],
+struct PreparedTriangle {
+    edges: [EdgeFunction; 3],
     nearness: [f64; 3],
     /// 1 over twice the area in steps.
     per_area: f64,
@@ -190,7 +190,7 @@ struct Triangle {
     turned: bool,
 }
 
-impl Triangle {
+impl PreparedTriangle {
     /// Prepares a triangle; `None` where it has no area.
     #[inline]
     fn new(perspective: bool, [a, b, c]: [ImageCorner; 3]) -> Option<Self> {
@@ -198,7 +198,8 @@ impl Triangle {
         let twice = ab[0] * ac[1] - ab[1] * ac[0];
         let turned = twice < 0;
         let (b, c, twice) = if turned { (c, b, -twice) } else { (b, c, twice) };
-        let edges = [Edge::new(b.at, c.at), Edge::new(c.at, a.at), Edge::new(a.at, b.at)];
+        let edges =
+            [EdgeFunction::new(b.at, c.at), EdgeFunction::new(c.at, a.at), EdgeFunction::new(a.at, b.at)];
         let nearness = [a.nearness, b.nearness, c.nearness];
         (twice > 0).then(|| Self { edges, nearness, per_area: (twice as f64).recip(), perspective, turned })
     }

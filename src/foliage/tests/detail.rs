@@ -10,7 +10,9 @@ use crate::layered::{LayeredOptions, draw_layered};
 use crate::mesh::Mesh;
 use crate::primitive::{Limb, Shape};
 use crate::walk::WalkOptions;
-use crate::{CurvePoint, Directions, Light, Material, Plant, PlantImages, Primitive, assemble, similarity};
+use crate::{
+    CurvePoint, Directions, Material, OutdoorLight, Plant, PlantImages, Primitive, assemble, similarity,
+};
 use quadratura_base::geometry::bvh::Bvh;
 use quadratura_base::scene::synthetic::Rng;
 use quadratura_base::task::Task;
@@ -149,8 +151,8 @@ fn near_by_a_branch_looks_the_same_with_half_of_its_triangles() {
         let view = from(&plant, towards, 150);
         let draw = |threshold: f64| {
             let options = LayeredOptions { walk: WalkOptions { threshold }, ..LayeredOptions::FINAL };
-            let light = Light::day(plant.up);
-            draw_layered((&plant, &images), &view, &light, &options, &Task::silent()).unwrap()
+            let light = OutdoorLight::day(plant.up);
+            draw_layered(&plant, &images, &view, &light, &options, &Task::silent()).unwrap()
         };
         // A threshold near 0 asks for full detail.
         let (all, of_all) = draw(1e-9);

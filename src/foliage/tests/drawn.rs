@@ -6,7 +6,9 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::{draft, plant_of, square};
 use crate::leaf_picture::leaf_picture;
-use crate::{LeafShape, Light, Material, Pixels, Plant, Projection, Species, View, assemble, draw, grow};
+use crate::{
+    LeafShape, Material, OutdoorLight, Pixels, Plant, Projection, Species, View, assemble, draw, grow,
+};
 use quadratura_base::error::Error;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
@@ -14,12 +16,12 @@ use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_base::task::Task;
 use quadratura_view::Picture;
 
-fn sun(towards_sun: DVec3) -> Light {
+fn sun(towards_sun: DVec3) -> OutdoorLight {
     let none = Vec3::ZERO;
-    Light { towards_sun, up: DVec3::Z, sun: Vec3::ONE, sky: none, ground: none }
+    OutdoorLight { towards_sun, up: DVec3::Z, sun: Vec3::ONE, sky: none, ground: none }
 }
 
-fn drawn(plant: &Plant, view: &View, light: &Light) -> Picture {
+fn drawn(plant: &Plant, view: &View, light: &OutdoorLight) -> Picture {
     draw(plant, view, light, &Task::silent()).unwrap().picture
 }
 
@@ -187,7 +189,7 @@ fn pictures_have_the_same_bytes_for_any_number_of_threads() {
     let view = View::perspective(centred(70, 90, 80.0), &pose, &plant.whole().bounds.ball);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| draw(&plant, &view, &Light::day(DVec3::Z), &Task::silent()).unwrap())
+        pool.install(|| draw(&plant, &view, &OutdoorLight::day(DVec3::Z), &Task::silent()).unwrap())
     };
     let [one, two, three] = [1, 2, 3].map(with);
     assert!(one == two && two == three);
@@ -213,7 +215,7 @@ fn an_instance_is_drawn_as_its_polygons_would_be_in_place() {
     let alone = plant_of(Material::default());
     let view = along_z(40);
     let placed = View { view_from_plant: turn, ..view };
-    let light = Light { sky: Vec3::ZERO, ..sun(DVec3::Z) };
+    let light = OutdoorLight { sky: Vec3::ZERO, ..sun(DVec3::Z) };
     let alpha = |picture: Picture| picture.pixels().iter().map(|pixel| pixel[3]).collect::<Vec<_>>();
     // Light stays in the plant's frame, which differs; what is covered does not.
     let covered = alpha(drawn(&used.unwrap(), &view, &light));

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use super::layered::{SMALL, ball, branch, brute, from};
 use super::{draft, square};
 use crate::{
-    BakeOptions, Directions, FlakeOptions, Light, LightCorrection, Material, Plant, PlantImages, View,
+    BakeOptions, Directions, FlakeOptions, LightCorrection, Material, OutdoorLight, Plant, PlantImages, View,
     WalkOptions, assemble, bake, draw_flakes, similarity,
 };
 use quadratura_base::scene::synthetic::Rng;
@@ -15,7 +15,7 @@ use quadratura_view::Picture;
 const SLABS: BakeOptions = BakeOptions { side: 96, least_side: 96, most_side: 96, ..BakeOptions::SLABS };
 
 fn flaked(plant: &Plant, images: &PlantImages, view: &View, options: &FlakeOptions) -> Picture {
-    draw_flakes((plant, images), view, &Light::day(plant.up), options, &Task::silent()).unwrap().0
+    draw_flakes(plant, images, view, &OutdoorLight::day(plant.up), options, &Task::silent()).unwrap().0
 }
 
 #[test]
@@ -61,9 +61,9 @@ fn texel_by_texel_a_branch_looks_as_its_polygons_do() {
         for ((side, options), least) in pictures.into_iter().zip(least) {
             for towards in directions {
                 let view = from(&plant, towards, side);
-                let light = Light::day(plant.up);
+                let light = OutdoorLight::day(plant.up);
                 let (picture, cost) =
-                    draw_flakes((&plant, &images), &view, &light, &options, &Task::silent()).unwrap();
+                    draw_flakes(&plant, &images, &view, &light, &options, &Task::silent()).unwrap();
                 let found = similarity(&brute(&plant, &view), &picture).unwrap();
                 let within = |ratio: f64, most: f64| (ratio - 1.0).abs() < most;
                 let is_like =

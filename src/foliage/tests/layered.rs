@@ -6,9 +6,9 @@ use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::{draft, plant_of, square};
 use crate::{
-    BakeOptions, Corner, Directions, Drawn, ImageCopy, LayeredOptions, Light, LightCorrection, MBuffer,
-    Material, ObjectImages, Part, Plant, PlantImages, Primitive, Projection, Shape, Species, TriangleList,
-    View, WalkOptions, assemble, bake, draw, draw_layered, grow, similarity, walk,
+    BakeOptions, Corner, Directions, Drawn, ImageCopy, LayeredOptions, LightCorrection, MBuffer, Material,
+    ObjectImages, OutdoorLight, Part, Plant, PlantImages, Primitive, Projection, Shape, Species,
+    TriangleList, View, WalkOptions, assemble, bake, draw, draw_layered, grow, similarity, walk,
 };
 use quadratura_base::scene::synthetic::{Rng, centred, look_at};
 use quadratura_base::task::Task;
@@ -53,11 +53,11 @@ pub fn from(plant: &Plant, towards: DVec3, side: u32) -> View {
 }
 
 fn layered(plant: &Plant, images: &PlantImages, view: &View, options: &LayeredOptions) -> Picture {
-    draw_layered((plant, images), view, &Light::day(plant.up), options, &Task::silent()).unwrap().0
+    draw_layered(plant, images, view, &OutdoorLight::day(plant.up), options, &Task::silent()).unwrap().0
 }
 
 pub fn brute(plant: &Plant, view: &View) -> Picture {
-    draw(plant, view, &Light::day(plant.up), &Task::silent()).unwrap().picture
+    draw(plant, view, &OutdoorLight::day(plant.up), &Task::silent()).unwrap().picture
 }
 
 #[test]
@@ -75,9 +75,9 @@ fn from_images_a_branch_looks_as_its_polygons_do_from_any_side_and_distance() {
     ] {
         for towards in directions {
             let view = from(&plant, towards, side);
-            let light = Light::day(plant.up);
+            let light = OutdoorLight::day(plant.up);
             let (picture, cost) =
-                draw_layered((&plant, &images), &view, &light, &options, &Task::silent()).unwrap();
+                draw_layered(&plant, &images, &view, &light, &options, &Task::silent()).unwrap();
             let found = similarity(&brute(&plant, &view), &picture).unwrap();
             let within = |ratio: f64, most: f64| (ratio - 1.0).abs() < most;
             let is_like = found.ssim > least && within(found.coverage, 0.05) && within(found.light, 0.1);

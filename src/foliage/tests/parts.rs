@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::bushy;
 use super::layered::{brute, from};
 use crate::{
-    BakeOptions, FlakeOptions, LayeredOptions, Light, PlantImages, WalkOptions, bake, draw_flakes,
+    BakeOptions, FlakeOptions, LayeredOptions, OutdoorLight, PlantImages, WalkOptions, bake, draw_flakes,
     draw_layered, similarity,
 };
 use quadratura_base::task::Task;
@@ -18,7 +18,7 @@ const SLABS: BakeOptions =
 #[test]
 fn images_made_from_those_of_parts_look_nearly_as_those_made_from_all_polygons() {
     let (plant, task) = (bushy(), Task::silent());
-    let (view, light) = (from(&plant, DVec3::new(1.0, 0.4, 0.3), 48), Light::day(plant.up));
+    let (view, light) = (from(&plant, DVec3::new(1.0, 0.4, 0.3), 48), OutdoorLight::day(plant.up));
     let truth = brute(&plant, &view);
     let walk = WalkOptions { threshold: 4.0 };
     for options in [LAYERS, SLABS] {
@@ -29,15 +29,14 @@ fn images_made_from_those_of_parts_look_nearly_as_those_made_from_all_polygons()
         assert!(whole.objects[bushel] == parts.objects[bushel], "it has no parts with images");
         assert!(whole.objects[bush] != parts.objects[bush], "it has parts with images");
         let like = |images: &PlantImages| {
-            let of = (&plant, images);
             let (picture, cost) = match options.slabs {
                 1 => {
                     let options = LayeredOptions { walk, ..LayeredOptions::FINAL };
-                    draw_layered(of, &view, &light, &options, &task).unwrap()
+                    draw_layered(&plant, images, &view, &light, &options, &task).unwrap()
                 }
                 _ => {
                     let options = FlakeOptions { walk, ..FlakeOptions::FINAL };
-                    draw_flakes(of, &view, &light, &options, &task).unwrap()
+                    draw_flakes(&plant, images, &view, &light, &options, &task).unwrap()
                 }
             };
             assert_eq!((cost.images, cost.triangles), (1, 0), "the whole bush is drawn by its image");

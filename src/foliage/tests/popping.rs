@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::layered::{branch, brute};
 use crate::{
-    BakeOptions, FlakeOptions, Light, Plant, PlantImages, View, WalkOptions, bake, draw_flakes, jump,
+    BakeOptions, FlakeOptions, OutdoorLight, Plant, PlantImages, View, WalkOptions, bake, draw_flakes, jump,
 };
 use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_base::task::Task;
@@ -21,7 +21,7 @@ fn on_spiral(plant: &Plant, share: f64) -> View {
 
 fn drawn(plant: &Plant, images: &PlantImages, view: &View, walk: WalkOptions) -> Picture {
     let options = FlakeOptions { walk, ..FlakeOptions::PREVIEW };
-    draw_flakes((plant, images), view, &Light::day(plant.up), &options, &Task::silent()).unwrap().0
+    draw_flakes(plant, images, view, &OutdoorLight::day(plant.up), &options, &Task::silent()).unwrap().0
 }
 
 #[test]

@@ -6,8 +6,8 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::{draft, plant_of, square};
 use crate::{
-    Ball, Caster, Light, Material, Openness, Plant, Projection, Shades, Shadow, Species, SunShade, View,
-    assemble, draw, draw_in_lights, draw_shaded, grow,
+    Ball, Caster, Material, Openness, OutdoorLight, Plant, Projection, Shades, Shadow, Species, SunShade,
+    View, assemble, draw, draw_in_lights, draw_shaded, grow,
 };
 use quadratura_base::scene::light::linear_of_srgb;
 use quadratura_base::task::Task;
@@ -134,7 +134,7 @@ fn an_oak_with_shadows_covers_the_same_and_is_darker_inside() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/oak.json");
     let species: Species = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
     let plant = grow(&species).unwrap();
-    let (light, ball) = (Light::day(plant.up), plant.whole().bounds.ball);
+    let (light, ball) = (OutdoorLight::day(plant.up), plant.whole().bounds.ball);
     // In parallel from the sun, as its own view is.
     let centre_px = DVec2::splat(50.0);
     let projection = Projection::Parallel { width: 100, height: 100, scale: 48.0 / ball.radius, centre_px };
@@ -154,10 +154,10 @@ fn an_oak_with_shadows_covers_the_same_and_is_darker_inside() {
     assert!((0.3..0.95).contains(&(dark / bright)), "{dark} of {bright}");
     // What the sun sees is lit by it, but for the borders of leaves, over which shadows are interpolated: a pixel of the sun's
     // view on either side, where a leaf is some five of them wide.
-    let sun = Light { sky: Vec3::ZERO, ground: Vec3::ZERO, ..light };
+    let sun = OutdoorLight { sky: Vec3::ZERO, ground: Vec3::ZERO, ..light };
     let nothing = vec![f32::NEG_INFINITY; 100 * 100];
     let parts = |shades: Option<&Shades<'_>>| {
-        let drawn = draw_in_lights(&plant, &view, [sun, light], (&nothing, shades), &Task::silent()).unwrap();
+        let drawn = draw_in_lights(&plant, &view, [sun, light], &nothing, shades, &Task::silent()).unwrap();
         drawn.iter().map(|pixel| pixel.sums[0].y).sum::<f32>()
     };
     let share = parts(Some(&shades)) / parts(None);
@@ -188,14 +188,14 @@ fn the_sun_lights_a_crown_that_is_known_cell_by_cell_as_much_as_one_that_is_know
     };
     for towards_sun in [DVec3::new(0.5, 0.2, 0.8), DVec3::new(-0.9, 0.1, 0.1), DVec3::new(0.1, -0.7, -0.7)] {
         let towards_sun = towards_sun.normalize();
-        let light = Light { towards_sun, up: DVec3::Z, sun: Vec3::ONE, sky: Vec3::ZERO, ground: Vec3::ZERO };
+        let light =
+            OutdoorLight { towards_sun, up: DVec3::Z, sun: Vec3::ONE, sky: Vec3::ZERO, ground: Vec3::ZERO };
         let shadow = shadow(&plant, world_from_plant.transpose() * towards_sun);
         let sum = |sun: Option<SunShade<'_>>| {
             let shades = sun.map(|sun| Shades { sun, openness: &openness });
             let nothing = vec![f32::NEG_INFINITY; 100 * 100];
-            let drawn =
-                draw_in_lights(&plant, &view, [light; 2], (&nothing, shades.as_ref()), &Task::silent())
-                    .unwrap();
+            let drawn = draw_in_lights(&plant, &view, [light; 2], &nothing, shades.as_ref(), &Task::silent())
+                .unwrap();
             drawn.iter().map(|pixel| pixel.sums[0].y).sum::<f32>()
         };
         let by_leaf = sum(Some(SunShade::Shadow { shadow: &shadow, frame_from_plant: DAffine3::IDENTITY }));
@@ -213,11 +213,14 @@ fn two_lights_are_drawn_as_each_alone_where_nothing_hides_the_plant() {
     let projection =
         Projection::Parallel { width: 8, height: 8, scale: 3.0, centre_px: DVec2::new(4.0, 4.0) };
     let view = View { projection, view_from_plant: DAffine3::IDENTITY, light_from_view: DMat3::IDENTITY };
-    let day = Light::day(DVec3::Z);
-    let lights = [Light { sun: Vec3::ZERO, ..day }, Light { sky: Vec3::ZERO, ground: Vec3::ZERO, ..day }];
+    let day = OutdoorLight::day(DVec3::Z);
+    let lights = [
+        OutdoorLight { sun: Vec3::ZERO, ..day },
+        OutdoorLight { sky: Vec3::ZERO, ground: Vec3::ZERO, ..day },
+    ];
     let mut hiding = vec![f32::NEG_INFINITY; 64];
     hiding[3 * 8 + 3] = 1.0;
-    let drawn = draw_in_lights(&plant, &view, lights, (&hiding, None), &Task::silent()).unwrap();
+    let drawn = draw_in_lights(&plant, &view, lights, &hiding, None, &Task::silent()).unwrap();
     let picture = draw(&plant, &view, &day, &Task::silent()).unwrap().picture;
     for (at, (pixel, [_, g, _, a])) in drawn.iter().zip(picture.pixels()).enumerate() {
         if at == 3 * 8 + 3 {

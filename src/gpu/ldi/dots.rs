@@ -3,7 +3,7 @@
 
 use wgpu::{ComputePass, ComputePipeline};
 
-use super::uploaded::Part;
+use super::uploaded::LevelChunk;
 use super::view::WORKGROUP;
 use quadratura_ldi::splat::sums::{CLOSED_BY_ONE, COVERS, LARGEST, LEAST, LEVEL};
 use quadratura_ldi::stretch::{CLOSED, LEAST_FACTOR, LEAST_SQUARES, LONGEST};
@@ -24,13 +24,13 @@ pub fn constants(single: bool) -> String {
     )
 }
 
-/// Records a pass over the depth pixels `within` of the parts of a level.
-pub fn record(pass: &mut ComputePass, pipeline: &ComputePipeline, parts: &[Part], within: [u32; 2]) {
+/// Records a pass over the depth pixels `within` of the chunks of a level.
+pub fn record(pass: &mut ComputePass, pipeline: &ComputePipeline, chunks: &[LevelChunk], within: [u32; 2]) {
     pass.set_pipeline(pipeline);
-    for part in parts {
-        let (first, end) = (part.pixels.start.max(within[0]), part.pixels.end.min(within[1]));
+    for chunk in chunks {
+        let (first, end) = (chunk.pixels.start.max(within[0]), chunk.pixels.end.min(within[1]));
         if first < end {
-            pass.set_bind_group(1, &part.group, &[]);
+            pass.set_bind_group(1, &chunk.group, &[]);
             pass.dispatch_workgroups((end - first).div_ceil(WORKGROUP), 1, 1);
         }
     }

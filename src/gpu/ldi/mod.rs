@@ -38,10 +38,10 @@ use wgpu::{ComputePass, ComputePipeline};
 
 use self::space::Space;
 pub use self::uploaded::GpuLdi;
-use self::uploaded::Part;
+use self::uploaded::LevelChunk;
 use self::view::{Layouts, ViewTables, ViewUniform, WORKGROUP};
 use super::device::Gpu;
-use super::renderer::target::judge;
+use super::renderer::render_target::judge;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_ldi::stretch::LONGEST;
@@ -51,7 +51,7 @@ use quadratura_view::{Picture, Shot};
 
 /// The passes by which a kind of splat is drawn: over depth pixels, one after the other, then over the picture's pixels.
 #[derive(Debug)]
-struct Passes {
+struct SplatPasses {
     over_dots: Vec<ComputePipeline>,
     over_pixels: ComputePipeline,
 }
@@ -61,12 +61,12 @@ struct Passes {
 pub struct GpuWarp {
     gpu: Gpu,
     layouts: Layouts,
-    sums: Passes,
-    single: Passes,
+    sums: SplatPasses,
+    single: SplatPasses,
     tables: ViewTables,
     space: Space,
     /// The largest number of depth pixels in one binding.
-    most_of_part: u64,
+    most_of_chunk: u64,
     /// The largest number of pixels that are drawn at once.
     most_pixels: u64,
 }
@@ -80,11 +80,11 @@ impl GpuWarp {
         gpu.guarded("preparing the warp of layered depth images", || {
             let layouts = Layouts::new(gpu);
             Ok(Self {
-                sums: Passes::of_sums(gpu, &layouts),
-                single: Passes::of_single_pixels(gpu, &layouts, gpu.has_wide_atomics()),
+                sums: SplatPasses::of_sums(gpu, &layouts),
+                single: SplatPasses::of_single_pixels(gpu, &layouts, gpu.has_wide_atomics()),
                 tables: ViewTables::new(gpu),
                 space: Space::new(gpu, &layouts),
-                most_of_part: uploaded::most_of_part(gpu),
+                most_of_chunk: uploaded::most_of_chunk(gpu),
                 most_pixels: space::most_pixels(gpu),
                 layouts,
                 gpu: gpu.clone(),
@@ -92,11 +92,11 @@ impl GpuWarp {
         })
     }
 
-    /// Divides images into parts of at most so many depth pixels, and pictures into rows of at most so many pixels, as on a
-    /// device with small bindings. Images that were uploaded before keep their parts.
+    /// Divides images into chunks of at most so many depth pixels, and pictures into rows of at most so many pixels, as on a
+    /// device with small bindings. Images that were uploaded before keep their chunks.
     #[must_use]
-    pub fn with_limits(mut self, most_of_part: u64, most_pixels: u64) -> Self {
-        self.most_of_part = most_of_part.min(self.most_of_part);
+    pub fn with_limits(mut self, most_of_chunk: u64, most_pixels: u64) -> Self {
+        self.most_of_chunk = most_of_chunk.min(self.most_of_chunk);
         self.most_pixels = most_pixels.min(self.most_pixels);
         self
     }
@@ -104,7 +104,7 @@ impl GpuWarp {
     /// Finds single pixels in two runs, as on a device that has no maxima of words of 64 bits.
     #[must_use]
     pub fn without_wide_atomics(mut self) -> Self {
-        self.single = Passes::of_single_pixels(&self.gpu, &self.layouts, false);
+        self.single = SplatPasses::of_single_pixels(&self.gpu, &self.layouts, false);
         self
     }
 
@@ -114,7 +114,7 @@ impl GpuWarp {
     /// [`Error::Gpu`] when the device has not enough memory.
     pub fn upload(&self, ldi: Arc<Ldi>) -> Result<GpuLdi> {
         self.gpu.guarded("uploading a layered depth image", || {
-            Ok(GpuLdi::new(&self.gpu, &self.layouts, ldi, self.most_of_part))
+            Ok(GpuLdi::new(&self.gpu, &self.layouts, ldi, self.most_of_chunk))
         })
     }
 
@@ -162,7 +162,7 @@ impl GpuWarp {
             task.go_on()?;
             let rows = top..height.min(top + rows);
             let view = self.view_of(&moves, &rows, [width, height], options.splat);
-            let (colours, near) = self.draw_rows(ldi.parts(moves.level), &view, options.splat)?;
+            let (colours, near) = self.draw_rows(ldi.chunks(moves.level), &view, options.splat)?;
             rgba.extend_from_slice(bytemuck::cast_slice(&colours));
             too_near += u64::from(near);
         }
@@ -172,7 +172,12 @@ impl GpuWarp {
     }
 
     /// Draws some rows of a picture; returns their colours and the number of depth pixels that are magnified too much.
-    fn draw_rows(&mut self, parts: &[Part], view: &ViewUniform, splat: SplatKind) -> Result<(Vec<u32>, u32)> {
+    fn draw_rows(
+        &mut self,
+        chunks: &[LevelChunk],
+        view: &ViewUniform,
+        splat: SplatKind,
+    ) -> Result<(Vec<u32>, u32)> {
         let with_sums = splat == SplatKind::Sums;
         let pixels = u64::from(view.rows[1] - view.rows[0]) * u64::from(view.size[0]);
         self.space.reserve(&self.gpu, &self.layouts, pixels, with_sums);
@@ -184,9 +189,9 @@ impl GpuWarp {
         pass.set_bind_group(2, &self.space.group, &[]);
         let passes = if with_sums { &self.sums } else { &self.single };
         for pipeline in &passes.over_dots {
-            dots::record(&mut pass, pipeline, parts, view.within);
+            dots::record(&mut pass, pipeline, chunks, view.within);
         }
-        passes.record_over_pixels(&mut pass, parts, pixels, with_sums);
+        passes.record_over_pixels(&mut pass, chunks, pixels, with_sums);
         drop(pass);
         self.gpu.queue.submit([encoder.finish()]);
         self.space.read(&self.gpu, pixels)
@@ -195,11 +200,11 @@ impl GpuWarp {
     /// Returns the uniform for some rows of a picture.
     fn view_of(&self, moves: &Moves, rows: &Range<u32>, size: [u32; 2], splat: SplatKind) -> ViewUniform {
         let reach = if splat == SplatKind::Sums { LONGEST } else { 0.0 };
-        view::uniform(moves, size, (rows, &moves.within(rows, reach)))
+        view::uniform(moves, size, rows, &moves.within(rows, reach))
     }
 }
 
-impl Passes {
+impl SplatPasses {
     fn of_sums(gpu: &Gpu, layouts: &Layouts) -> Self {
         let runs = [false, true].map(|far| level::FILLING.map(|pass| pass.pipeline(gpu, layouts, far)));
         Self { over_dots: runs.into_iter().flatten().collect(), over_pixels: resolve::pipeline(gpu, layouts) }
@@ -211,12 +216,12 @@ impl Passes {
         Self { over_dots, over_pixels: show::pipeline(gpu, layouts, wide) }
     }
 
-    /// Records the last pass: once, or, where it reads depth pixels, for each part.
-    fn record_over_pixels(&self, pass: &mut ComputePass, parts: &[Part], pixels: u64, once: bool) {
+    /// Records the last pass: once, or, where it reads depth pixels, for each chunk.
+    fn record_over_pixels(&self, pass: &mut ComputePass, chunks: &[LevelChunk], pixels: u64, once: bool) {
         pass.set_pipeline(&self.over_pixels);
-        let count = if once { 1 } else { parts.len() };
-        for part in parts.iter().take(count) {
-            pass.set_bind_group(1, &part.group, &[]);
+        let count = if once { 1 } else { chunks.len() };
+        for chunk in chunks.iter().take(count) {
+            pass.set_bind_group(1, &chunk.group, &[]);
             pass.dispatch_workgroups(pixels.div_ceil(u64::from(WORKGROUP)) as u32, 1, 1);
         }
     }

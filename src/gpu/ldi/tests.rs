@@ -14,7 +14,7 @@ use quadratura_base::geometry::Pose;
 use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
 use quadratura_base::task::Task;
 use quadratura_ldi::synthetic::{of_model, with_level};
-use quadratura_ldi::{Ldi, Level, Spacing, SplatKind, WarpOptions, Warped, warp};
+use quadratura_ldi::{Ldi, ResolutionLevel, Spacing, SplatKind, WarpOptions, Warped, warp};
 use quadratura_view::Shot;
 
 /// The kinds of splats that the GPU draws.
@@ -54,7 +54,8 @@ fn shot(width: u32, height: u32) -> Shot {
 #[test]
 fn an_image_without_depth_pixels_gives_an_empty_picture() {
     let camera = centred(40, 30, 40.0);
-    let empty = with_level(Level::of_rows(camera, vec![Vec::new(); 30]), camera_is_world(), Vec::new());
+    let empty =
+        with_level(ResolutionLevel::of_rows(camera, vec![Vec::new(); 30]), camera_is_world(), Vec::new());
     // The second device only validates.
     for mut gpu in [on_adapter(), GpuWarp::new(&Gpu::noop()).ok()].into_iter().flatten() {
         let empty = uploaded(&gpu, empty.clone());

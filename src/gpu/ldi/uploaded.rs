@@ -9,7 +9,7 @@ use super::view::{Layouts, WORKGROUP};
 use crate::bindings;
 use crate::device::Gpu;
 use crate::renderer::table::GrowingBuffer;
-use quadratura_ldi::{Ldi, Level};
+use quadratura_ldi::{Ldi, ResolutionLevel};
 
 /// The bytes of a depth pixel on the device: position, inverse depth, colour and surface.
 const BYTES: u64 = 16;
@@ -21,28 +21,28 @@ pub const MOST_WORKGROUPS: u32 = 65_535;
 #[derive(Debug)]
 pub struct GpuLdi {
     ldi: Arc<Ldi>,
-    /// The parts of each level.
-    levels: Vec<Vec<Part>>,
+    /// The chunks of each level.
+    levels: Vec<Vec<LevelChunk>>,
 }
 
 /// A part of a level that fits into one binding.
 #[derive(Debug)]
-pub struct Part {
+pub struct LevelChunk {
     /// The indices of its depth pixels in the level.
     pub pixels: Range<u32>,
     /// The bindings of its index and its depth pixels.
     pub group: BindGroup,
 }
 
-/// Returns the largest number of depth pixels that a part can have on a device.
-pub fn most_of_part(gpu: &Gpu) -> u64 {
+/// Returns the largest number of depth pixels that a chunk can have on a device.
+pub fn most_of_chunk(gpu: &Gpu) -> u64 {
     (gpu.largest_binding() / BYTES).min(u64::from(MOST_WORKGROUPS * WORKGROUP))
 }
 
 impl GpuLdi {
-    /// Uploads all levels, in parts of at most `most` depth pixels that end between rays.
+    /// Uploads all levels, in chunks of at most `most` depth pixels that end between rays.
     pub(super) fn new(gpu: &Gpu, layouts: &Layouts, ldi: Arc<Ldi>, most: u64) -> Self {
-        let levels = ldi.levels.iter().map(|level| parts(gpu, layouts, level, most as usize)).collect();
+        let levels = ldi.levels.iter().map(|level| chunks(gpu, layouts, level, most as usize)).collect();
         Self { ldi, levels }
     }
 
@@ -56,25 +56,25 @@ impl GpuLdi {
         self.ldi.levels.iter().map(|level| BYTES * level.len() as u64).sum()
     }
 
-    /// Returns the parts of a level.
-    pub(super) fn parts(&self, level: usize) -> &[Part] {
+    /// Returns the chunks of a level.
+    pub(super) fn chunks(&self, level: usize) -> &[LevelChunk] {
         &self.levels[level]
     }
 }
 
-fn parts(gpu: &Gpu, layouts: &Layouts, level: &Level, most: usize) -> Vec<Part> {
-    let mut parts = Vec::new();
+fn chunks(gpu: &Gpu, layouts: &Layouts, level: &ResolutionLevel, most: usize) -> Vec<LevelChunk> {
+    let mut chunks = Vec::new();
     let mut start = 0;
     while start < level.len() {
-        let end = end_of_part(level, start, most);
-        parts.push(part(gpu, layouts, level, start..end));
+        let end = end_of_chunk(level, start, most);
+        chunks.push(chunk(gpu, layouts, level, start..end));
         start = end;
     }
-    parts
+    chunks
 }
 
-/// Returns where a part ends that holds at most so many depth pixels: not within a ray, if it can hold one.
-fn end_of_part(level: &Level, start: usize, most: usize) -> usize {
+/// Returns where a chunk ends that holds at most so many depth pixels: not within a ray, if it can hold one.
+fn end_of_chunk(level: &ResolutionLevel, start: usize, most: usize) -> usize {
     let end = start + most.max(1);
     if end >= level.len() {
         return level.len();
@@ -85,7 +85,7 @@ fn end_of_part(level: &Level, start: usize, most: usize) -> usize {
     (start + 1..=end).rev().find(is_between).unwrap_or(end)
 }
 
-fn part(gpu: &Gpu, layouts: &Layouts, level: &Level, pixels: Range<usize>) -> Part {
+fn chunk(gpu: &Gpu, layouts: &Layouts, level: &ResolutionLevel, pixels: Range<usize>) -> LevelChunk {
     let mut words: Vec<[u32; 4]> = Vec::with_capacity(pixels.len());
     let mut row = level.rows.partition_point(|&end| end as usize <= pixels.start).saturating_sub(1);
     for at in pixels.clone() {
@@ -101,8 +101,8 @@ fn part(gpu: &Gpu, layouts: &Layouts, level: &Level, pixels: Range<usize>) -> Pa
     let buffer = bindings::storage(gpu, "LDI depth pixels", 4 * words.len() as u64, false);
     gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&words));
     let pixels = pixels.start as u32..pixels.end as u32;
-    let mut first = GrowingBuffer::new(gpu, "LDI part", BufferUsages::UNIFORM);
+    let mut first = GrowingBuffer::new(gpu, "LDI chunk", BufferUsages::UNIFORM);
     first.write(gpu, &[pixels.start, 0, 0, 0]);
     let resources = [first.binding(), buffer.as_entire_binding()];
-    Part { group: bindings::bind(gpu, "LDI part", &layouts.part, &resources), pixels }
+    LevelChunk { group: bindings::bind(gpu, "LDI chunk", &layouts.chunk, &resources), pixels }
 }

@@ -44,8 +44,8 @@ pub struct ViewUniform {
 pub struct Layouts {
     /// The view and its tables.
     pub view: BindGroupLayout,
-    /// A part of a level.
-    pub part: BindGroupLayout,
+    /// A chunk of a level.
+    pub chunk: BindGroupLayout,
     /// The buffers of the picture's pixels.
     pub space: BindGroupLayout,
 }
@@ -59,7 +59,7 @@ impl Layouts {
                 "LDI view",
                 &[BindingKind::Uniform, BindingKind::Read, BindingKind::Read, BindingKind::Read],
             ),
-            part: of("LDI part", &[BindingKind::Uniform, BindingKind::Read]),
+            chunk: of("LDI chunk", &[BindingKind::Uniform, BindingKind::Read]),
             space: of("LDI space", &[BindingKind::Write; 3]),
         }
     }
@@ -67,7 +67,7 @@ impl Layouts {
     /// Compiles a pass.
     pub fn pipeline(&self, gpu: &Gpu, entry: &str, source: &str) -> wgpu::ComputePipeline {
         let module = bindings::shader(gpu, entry, source);
-        bindings::compute(gpu, entry, &module, &[&self.view, &self.part, &self.space])
+        bindings::compute(gpu, entry, &module, &[&self.view, &self.chunk, &self.space])
     }
 }
 
@@ -125,7 +125,7 @@ fn exposed(options: &WarpOptions) -> Vec<u32> {
 }
 
 /// Returns the uniform for some rows of a picture, with the depth pixels that can be on them.
-pub fn uniform(moves: &Moves, size: [u32; 2], (rows, within): (&Range<u32>, &Range<u32>)) -> ViewUniform {
+pub fn uniform(moves: &Moves, size: [u32; 2], rows: &Range<u32>, within: &Range<u32>) -> ViewUniform {
     ViewUniform {
         step: moves.rows.step,
         zero: 0,

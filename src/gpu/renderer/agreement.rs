@@ -9,7 +9,7 @@ use wgpu::{
     TextureView,
 };
 
-use super::packing::Packing;
+use super::grid_packing::GridPacking;
 use crate::bindings;
 use crate::device::Gpu;
 use quadratura_projection::LayerTextureId;
@@ -29,13 +29,18 @@ pub struct PlaceWords {
 /// The longest side of the texture: 64 MiB in all.
 const LONGEST_SIDE: u32 = 8192;
 
-/// A grid: the image layer, and whether it is that of its outlines.
-type GridKey = (LayerTextureId, bool);
+/// Names one of the two grids of an image layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct GridKey {
+    id: LayerTextureId,
+    /// Whether it is that of the layer's outlines.
+    is_outline: bool,
+}
 
 /// Returns the grid of an image layer.
-fn grid(agreement: &Agreement, (id, is_outline): GridKey) -> Option<&AgreementGrid> {
-    let grids = if is_outline { &agreement.outlines } else { &agreement.of_texture };
-    grids.get(id.0 as usize)?.as_ref()
+fn grid(agreement: &Agreement, key: GridKey) -> Option<&AgreementGrid> {
+    let grids = if key.is_outline { &agreement.outlines } else { &agreement.of_texture };
+    grids.get(key.id.0 as usize)?.as_ref()
 }
 
 /// The agreement's texture and table.
@@ -59,14 +64,14 @@ impl AgreementTexture {
     pub fn new(gpu: &Gpu, mut agreement: Agreement, layer_textures: usize) -> Self {
         let keys = || {
             [false, true].into_iter().flat_map(|is_outline| {
-                (0..layer_textures as u32).map(move |id| (LayerTextureId(id), is_outline))
+                (0..layer_textures as u32).map(move |id| GridKey { id: LayerTextureId(id), is_outline })
             })
         };
         let longest = gpu.device.limits().max_texture_dimension_2d.min(LONGEST_SIDE);
         let mut halvings = 0;
         let packing = loop {
             let grids = keys().filter_map(|key| Some((key, grid(&agreement, key)?.size)));
-            let packing = Packing::new(grids, longest);
+            let packing = GridPacking::new(grids, longest);
             if packing.is_complete {
                 break packing;
             }
@@ -76,9 +81,9 @@ impl AgreementTexture {
         let mut cells = vec![u8::MAX; packing.cells()];
         let layers = layer_textures.max(1);
         let mut places = vec![PlaceWords::zeroed(); 2 * layers];
-        for &((id, is_outline), corner) in &packing.positions {
-            let Some(grid) = grid(&agreement, (id, is_outline)) else { continue };
-            places[usize::from(is_outline) * layers + id.0 as usize] = words(grid, corner);
+        for &(key, corner) in &packing.positions {
+            let Some(grid) = grid(&agreement, key) else { continue };
+            places[usize::from(key.is_outline) * layers + key.id.0 as usize] = words(grid, corner);
             packing.copy(&mut cells, &grid.values, corner, grid.size[0]);
         }
         Self {
@@ -100,11 +105,11 @@ impl AgreementTexture {
             let is_same = (before.corner, before.size) == (present.corner, present.size);
             is_same.then_some((key, *self.corners.get(&key)?, present))
         };
-        let of_layer = |id: &LayerTextureId| [(*id, false), (*id, true)];
+        let of_layer = |id: &LayerTextureId| [false, true].map(|is_outline| GridKey { id: *id, is_outline });
         let is_any = |key: &GridKey| grid(agreement, *key).is_some() || grid(&self.agreement, *key).is_some();
         let keys = changed.iter().flat_map(of_layer).filter(is_any);
         let Some(grids) = keys.map(same).collect::<Option<Vec<_>>>() else { return false };
-        for ((id, is_outline), [x, y], grid) in grids {
+        for (GridKey { id, is_outline }, [x, y], grid) in grids {
             let [width, height] = grid.size;
             let texture = self.texture.texture();
             let origin = Origin3d { x, y, z: 0 };

@@ -15,7 +15,7 @@ const TOLERANCE: f32 = 1e-4;
 /// The uniform in the layout of the shaders (`Frame`), which document the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct FrameUniform {
+pub struct CameraUniform {
     pub right: [f32; 3],
     pub focal_x: f32,
     pub down: [f32; 3],
@@ -48,7 +48,7 @@ pub struct FrameUniform {
     pub pad1: u32,
 }
 
-impl FrameUniform {
+impl CameraUniform {
     /// Builds the uniform of a view. `origin` is the world point that positions are relative to.
     pub fn new(shot: &Shot, lens: &ViewLens, origin: DVec3, cells: &Cells, sources: &Sources) -> Self {
         let scale = sources.surroundings_scale;

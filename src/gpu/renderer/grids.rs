@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use half::f16;
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 
-use super::packing::Packing;
+use super::grid_packing::GridPacking;
 use crate::bindings;
 use crate::device::Gpu;
 use quadratura_base::geometry::polygon::PlaneFrame;
@@ -55,7 +55,7 @@ impl FaceGrids {
     /// Uploads the relief, and no colours; `origin` is the world point that positions are relative to.
     pub fn new(gpu: &Gpu, model: &Model, relief: &Relief, origin: DVec3) -> Self {
         let words = vec![FaceGridsWords::zeroed(); model.faces.len().max(1)];
-        let none = Packing::new(std::iter::empty::<(FaceId, [u32; 2])>(), LEAST_SIDE);
+        let none = GridPacking::new(std::iter::empty::<(FaceId, [u32; 2])>(), LEAST_SIDE);
         let empty = |format, bytes: usize| none.texture(gpu, "grids", format, &vec![0; bytes * none.cells()]);
         let mut grids = Self {
             heights: empty(TextureFormat::R16Float, 2),
@@ -73,14 +73,18 @@ impl FaceGrids {
         let faces = || (0..self.words.len() as u32).map(FaceId);
         // Faces whose grids exceed the device's textures stay flat.
         let grids = faces().filter_map(|face| Some((face, relief.of(face)?.size)));
-        let packing = Packing::new(grids, gpu.device.limits().max_texture_dimension_2d);
+        let packing = GridPacking::new(grids, gpu.device.limits().max_texture_dimension_2d);
         let mut cells = vec![f16::ZERO; packing.cells()];
         self.largest = vec![0.0; self.words.len()];
         self.words.iter_mut().for_each(|words| words.relief = GridWords::zeroed());
         for &(face, corner) in &packing.positions {
             let Some(heights) = relief.of(face) else { continue };
-            let place =
-                Placed { frame: &heights.frame, low: heights.low, cell: heights.cell, size: heights.size };
+            let place = PlacedGrid {
+                frame: &heights.frame,
+                low: heights.low,
+                cell: heights.cell,
+                size: heights.size,
+            };
             self.words[face.0 as usize].relief = place.words(corner, origin);
             self.largest[face.0 as usize] = heights.largest();
             let values: Vec<f16> = heights.heights.iter().map(|height| f16::from_f32(*height)).collect();
@@ -95,13 +99,17 @@ impl FaceGrids {
     pub fn set_continuation(&mut self, gpu: &Gpu, continuation: &Continuation, origin: DVec3) {
         let faces = || (0..self.words.len() as u32).map(FaceId);
         let grids = faces().filter_map(|face| Some((face, continuation.of(face)?.size)));
-        let packing = Packing::new(grids, gpu.device.limits().max_texture_dimension_2d);
+        let packing = GridPacking::new(grids, gpu.device.limits().max_texture_dimension_2d);
         let mut cells = vec![[0u8; 4]; packing.cells()];
         self.words.iter_mut().for_each(|words| words.continued = GridWords::zeroed());
         for &(face, corner) in &packing.positions {
             let Some(colours) = continuation.of(face) else { continue };
-            let place =
-                Placed { frame: &colours.frame, low: colours.low, cell: colours.cell, size: colours.size };
+            let place = PlacedGrid {
+                frame: &colours.frame,
+                low: colours.low,
+                cell: colours.cell,
+                size: colours.size,
+            };
             self.words[face.0 as usize].continued = place.words(corner, origin);
             let values: Vec<[u8; 4]> =
                 colours.colours.iter().map(|[r, g, b]| [*r, *g, *b, u8::MAX]).collect();
@@ -120,14 +128,14 @@ fn table(gpu: &Gpu, words: &[FaceGridsWords]) -> Buffer {
 }
 
 /// A grid in the plane of a face, in world units.
-struct Placed<'a> {
+struct PlacedGrid<'a> {
     frame: &'a PlaneFrame,
     low: DVec2,
     cell: f64,
     size: [u32; 2],
 }
 
-impl Placed<'_> {
+impl PlacedGrid<'_> {
     fn words(&self, corner: [u32; 2], origin: DVec3) -> GridWords {
         // Flat coordinates are affine, so their directions are what a step along each world axis adds.
         let zero = self.frame.flat(origin);

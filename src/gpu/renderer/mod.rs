@@ -8,13 +8,14 @@
 mod agreement;
 mod bounds;
 mod frame;
+mod grid_packing;
 mod grids;
-mod packing;
 mod peel;
 mod pipeline;
 mod plants;
 mod program;
 mod project;
+pub(super) mod render_target;
 mod seen;
 mod shadows;
 mod site;
@@ -23,7 +24,6 @@ mod sliced;
 mod surfaces;
 pub(super) mod table;
 mod tables;
-pub(super) mod target;
 #[cfg(test)]
 mod tests;
 pub(super) mod texels;
@@ -37,16 +37,16 @@ use glam::DVec3;
 use agreement::AgreementTexture;
 use bounds::StoredBounds;
 use grids::FaceGrids;
-use plants::{Plants, TreeProgram};
-use program::{Content, Program};
+use plants::{Plants, SampledProgram, TreeProgram};
+use program::{Program, SiteFeatures};
 use project::{Pass, Passes};
+use render_target::{FLAT_LINEAR, RenderTarget, TargetKey};
 use shadows::Shadows;
 pub use site::start_device;
 use sky::SkyFactors;
 use surfaces::ModelBuffers;
 use table::GrowingBuffer;
 use tables::{TableData, Tables};
-use target::{FLAT_LINEAR, Target, TargetKey};
 use wanted::wants;
 
 use super::TileStore;
@@ -58,9 +58,9 @@ use quadratura_base::task::Task;
 use quadratura_projection::agreement::Agreement;
 use quadratura_projection::cells::{Cells, TexelBounds, cells};
 use quadratura_projection::exposure::{Shares, ViewExposure, visible_shares};
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::skirts::Skirts;
-use quadratura_projection::surface::Surface;
 use quadratura_projection::{
     Gains, Renders, SiteContent, SiteRenderer, Sliced, Sources, Texels, TextureOptions,
 };
@@ -95,7 +95,7 @@ pub struct Renderer {
     /// The corners of the skirts and the see-through faces of a view, each from back to front.
     see_through: GrowingBuffer,
     gains: Gains,
-    surface: Arc<Surface>,
+    surface: Arc<ModelSurface>,
     tiles: TileStore,
     /// The source of the texels of the site's own layer textures; `None` where no skirts are made of them.
     texels: Option<Arc<dyn Texels>>,
@@ -117,7 +117,7 @@ pub struct Renderer {
     plants: Option<Plants>,
     /// What shadows these cast on faces; made when they cast some for the first time.
     shadows: Option<Shadows>,
-    targets: BTreeMap<TargetKey, Target>,
+    targets: BTreeMap<TargetKey, RenderTarget>,
 }
 
 impl Renderer {
@@ -127,7 +127,7 @@ impl Renderer {
     /// [`quadratura_base::Error::Gpu`].
     pub fn of_site(gpu: &Gpu, site: SiteContent<'_>, textures: TextureOptions) -> Result<Self> {
         let SiteContent { model, sources, gains, relief, agreement, texels } = site;
-        let surface = Surface::from_model(&model);
+        let surface = ModelSurface::from_model(&model);
         let skirts = Skirts::new(&model, &sources, &surface);
         let tiles =
             TileStore::new(gpu, &skirts.sources, skirts.texels(texels.clone(), &agreement), textures)?;
@@ -164,7 +164,7 @@ impl Renderer {
     ) -> Result<Self> {
         gpu.guarded("preparing the renderer", || {
             let sources = skirts.sources.clone();
-            let surface = Surface::from_model(&site_model).with_backs(&site_model, &sources);
+            let surface = ModelSurface::from_model(&site_model).with_backs(&site_model, &sources);
             // Impostors have one rectangle each from here on, which turns with the views.
             let model = skirts.model.facing(&Facing { eye: DVec3::ZERO, right: DVec3::X });
             let surfaces = ModelBuffers::new(gpu, &model, &sources, surface.sides(), &skirts);
@@ -345,10 +345,11 @@ impl Renderer {
     /// Draws the image of a view, or of a band of the image of `whole`, whose exposure is given, and reads it back.
     fn drawn<T>(
         &mut self,
-        (shot, whole): (&Shot, &Shot),
+        shot: &Shot,
+        whole: &Shot,
         side_px: u32,
         exposure: Option<&ViewExposure>,
-        read: impl FnOnce(&Target, &Gpu) -> Result<T>,
+        read: impl FnOnce(&RenderTarget, &Gpu) -> Result<T>,
         task: &Task,
     ) -> Result<T> {
         if shot.display == DisplayMode::Provenance && self.origins.is_none() {
@@ -359,7 +360,7 @@ impl Renderer {
             let prepared = self.prepare(shot, side_px, exposure, task)?;
             let casts = self.cast_shadows(whole, task)?;
             task.timed("draw", || {
-                let program = Program::new(shot, &self.content(prepared.undoes_optics)).with_shadows(casts);
+                let program = Program::new(shot, &self.features(prepared.undoes_optics)).with_shadows(casts);
                 // Faces and numbers of faces are shown without what is behind them.
                 let has_surroundings = prepared.has_surroundings && shot.display != DisplayMode::Item;
                 let prepared = Prepared { has_surroundings, ..prepared };
@@ -370,11 +371,11 @@ impl Renderer {
     }
 
     /// Returns what the programs of a view must do.
-    fn content(&self, undoes_optics: bool) -> Content {
+    fn features(&self, undoes_optics: bool) -> SiteFeatures {
         let agreement = &self.agreement.agreement;
         let (contradicted, outlines) = (!agreement.is_full(), agreement.has_outlines());
         let (pins, impostors, mattes) = (self.pins, self.model.has_impostors(), self.mattes);
-        Content { undoes_optics, pins, impostors, contradicted, mattes, outlines }
+        SiteFeatures { undoes_optics, pins, impostors, contradicted, mattes, outlines }
     }
 
     /// Draws a view with a program, and its see-through faces with another one.
@@ -391,17 +392,17 @@ impl Renderer {
         };
         // Targets of other sizes are unlikely to be needed again soon.
         self.targets.retain(|other, _| (other.width, other.height) == (key.width, key.height));
-        let target = self.targets.entry(key).or_insert_with(|| Target::new(&self.gpu, key));
+        let samples = self.targets.entry(key).or_insert_with(|| RenderTarget::new(&self.gpu, key)).samples;
         let see_through = (prepared.skirts + prepared.see_through > 0).then_some(program_of_see_through);
-        let samples = target.samples;
-        self.passes.make(&self.gpu, program, (samples, see_through, prepared.has_surroundings));
+        self.passes.make(&self.gpu, program, samples, see_through, prepared.has_surroundings);
         let of_trees = match program {
             Program::Faces => TreeProgram::Numbered,
             Program::Picture { .. } => TreeProgram::of_picture(shot),
         };
+        let trees = SampledProgram { program: of_trees, samples };
         let drawn = self.plants.as_mut().filter(|_| shot.trees != TreeMethod::None);
         let has_trees = match drawn {
-            Some(plants) => plants.prepare(&self.gpu, shot, (of_trees, samples), prepared.of_common)?,
+            Some(plants) => plants.prepare(&self.gpu, shot, trees, prepared.of_common)?,
             None => false,
         };
         let pass = Pass {
@@ -431,7 +432,7 @@ impl Renderer {
     fn pass<'a>(
         &'a self,
         shot: &Shot,
-        target: &'a Target,
+        target: &'a RenderTarget,
         prepared: &Prepared,
         program_of_see_through: Program,
     ) -> Pass<'a> {
@@ -456,10 +457,10 @@ impl Renderer {
 
 impl Renders for Renderer {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
-        if shot.supersampled || target::judge(&self.gpu, shot).is_err() {
+        if shot.supersampled || render_target::judge(&self.gpu, shot).is_err() {
             return self.sliced_picture(shot, task);
         }
-        self.drawn((shot, shot), self.cell_px(shot), None, Target::picture, task)
+        self.drawn(shot, shot, self.cell_px(shot), None, RenderTarget::picture, task)
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {

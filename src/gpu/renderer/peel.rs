@@ -13,7 +13,7 @@ use wgpu::{
 use super::pipeline::{PipelineDescription, SURFACES};
 use super::program::Program;
 use super::project::{Pass, Passes, source};
-use super::target::{self, COLOR, FACES, Target, TargetKey};
+use super::render_target::{self, COLOR, FACES, RenderTarget, TargetKey};
 use super::{Prepared, Renderer};
 use crate::device::Gpu;
 use crate::drawing::DEPTH;
@@ -27,7 +27,7 @@ use quadratura_view::{Picture, Shot};
 
 /// A pass by which a layer is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Step {
+enum LayerPass {
     Nearness,
     Surfaces,
     Colours(Program),
@@ -36,7 +36,7 @@ enum Step {
 /// The pipelines that peel layers off, as far as they were made.
 #[derive(Debug)]
 pub struct Peeling {
-    pipelines: FxHashMap<Step, RenderPipeline>,
+    pipelines: FxHashMap<LayerPass, RenderPipeline>,
     /// What is bound as the depth of the layer before where no layers are peeled off.
     nothing: TextureView,
 }
@@ -73,14 +73,16 @@ impl Passes {
     fn make_peeling(&mut self, gpu: &Gpu, programs: [Program; 2]) {
         let Self { shot, texels, photos, peeling, .. } = self;
         let both: &[&BindGroupLayout] = &[shot, &texels.layout];
-        let colours = programs.map(Step::Colours);
-        for step in [Step::Nearness, Step::Surfaces].into_iter().chain(colours) {
+        let colours = programs.map(LayerPass::Colours);
+        for step in [LayerPass::Nearness, LayerPass::Surfaces].into_iter().chain(colours) {
             let (vertex, fragment, groups, text) = match step {
-                Step::Nearness => ("peeled_nearness", ("unpeeled", None), &both[..1], SURFACES.to_owned()),
-                Step::Surfaces => {
+                LayerPass::Nearness => {
+                    ("peeled_nearness", ("unpeeled", None), &both[..1], SURFACES.to_owned())
+                }
+                LayerPass::Surfaces => {
                     ("peeled_owner", ("peeled_surfaces", Some(FACES)), both, SURFACES.to_owned())
                 }
-                Step::Colours(program) => {
+                LayerPass::Colours(program) => {
                     ("peeled_drawn", ("peeled", Some(COLOR)), both, source(program, photos))
                 }
             };
@@ -98,9 +100,9 @@ impl Passes {
         let mut encoder = pass.gpu.device.create_command_encoder(&Default::default());
         let faces = pass.target.faces_view.as_ref().expect("layers are drawn without samples");
         for (step, color) in [
-            (Step::Nearness, None),
-            (Step::Surfaces, Some(faces)),
-            (Step::Colours(programs[0]), Some(&pass.target.color_view)),
+            (LayerPass::Nearness, None),
+            (LayerPass::Surfaces, Some(faces)),
+            (LayerPass::Colours(programs[0]), Some(&pass.target.color_view)),
         ] {
             let attachment = color.map(|view| {
                 Some(wgpu::RenderPassColorAttachment {
@@ -124,7 +126,7 @@ impl Passes {
                 }),
                 ..Default::default()
             });
-            self.draw_layer(&mut drawing, pass, (step, programs[1]), surfaces, &groups);
+            self.draw_layer(&mut drawing, pass, step, programs[1], surfaces, &groups);
         }
         let size = peeled.size();
         encoder.copy_texture_to_texture(
@@ -140,23 +142,24 @@ impl Passes {
         &self,
         drawing: &mut wgpu::RenderPass,
         pass: &Pass,
-        (step, of_see_through): (Step, Program),
+        step: LayerPass,
+        of_see_through: Program,
         surfaces: Peeled,
         [shot, texels]: &[BindGroup; 2],
     ) {
-        let pipeline = |step: Step| &self.peeling.pipelines[&step];
+        let pipeline = |step: LayerPass| &self.peeling.pipelines[&step];
         drawing.set_bind_group(0, shot, &[]);
-        if step != Step::Nearness {
+        if step != LayerPass::Nearness {
             drawing.set_bind_group(1, texels, &[]);
         }
         let see_through = match step {
-            Step::Nearness | Step::Surfaces => step,
-            Step::Colours(_) => Step::Colours(of_see_through),
+            LayerPass::Nearness | LayerPass::Surfaces => step,
+            LayerPass::Colours(_) => LayerPass::Colours(of_see_through),
         };
         match surfaces {
             Peeled::Faces => {
                 drawing.set_vertex_buffer(0, pass.surfaces.corners.slice(..));
-                let mut draw = |step: Step, ranges: &[Range<u32>]| {
+                let mut draw = |step: LayerPass, ranges: &[Range<u32>]| {
                     drawing.set_pipeline(pipeline(step));
                     ranges.iter().for_each(|range| drawing.draw(range.clone(), 0..1));
                 };
@@ -191,10 +194,10 @@ impl Peels for Renderer {
         let hidden = self.site_model.face_ids().collect();
         let shot = &Shot { hidden, surroundings: true, linear: false, ..shot.clone() };
         let gpu = self.gpu.clone();
-        target::judge(&gpu, shot)?;
+        render_target::judge(&gpu, shot)?;
         gpu.guarded("drawing surroundings", || {
             let prepared = self.prepare_layers(shot, task)?;
-            let program = Program::new(shot, &self.content(prepared.undoes_optics));
+            let program = Program::new(shot, &self.features(prepared.undoes_optics));
             self.draw(shot, [program, program.of_see_through()], &prepared, task)?;
             self.targets[&TargetKey::of_picture(shot)].picture(&gpu)
         })
@@ -214,16 +217,16 @@ impl Peels for Renderer {
         // Without surroundings there are no skirts, and without these no surroundings are needed.
         let shot = &Shot { surroundings: surfaces == Peeled::Skirts, linear: false, ..shot.clone() };
         let gpu = self.gpu.clone();
-        target::judge(&gpu, shot)?;
+        render_target::judge(&gpu, shot)?;
         let (width, height) = (shot.camera.width, shot.camera.height);
         let (prepared, target, peeled, programs) = gpu.guarded("preparing layers", || {
             let prepared = self.prepare_layers(shot, task)?;
-            let program = Program::new(shot, &self.content(prepared.undoes_optics)).without_outlines();
+            let program = Program::new(shot, &self.features(prepared.undoes_optics)).without_outlines();
             let programs = [program, program.of_see_through()];
             self.passes.make_peeling(&gpu, programs);
             let peeled = depth_texture(&gpu, width, height);
             clear(&gpu, &peeled);
-            Ok((prepared, Target::new(&gpu, TargetKey::of_faces(shot)), peeled, programs))
+            Ok((prepared, RenderTarget::new(&gpu, TargetKey::of_faces(shot)), peeled, programs))
         })?;
         loop {
             task.go_on()?;

@@ -2,7 +2,7 @@
 
 use wgpu::{BindGroupLayout, CompareFunction, RenderPipeline, TextureFormat};
 
-use super::surfaces::Corner;
+use super::surfaces::SurfaceVertex;
 use crate::bindings;
 use crate::device::Gpu;
 use crate::drawing::DEPTH;
@@ -27,7 +27,7 @@ impl PipelineDescription<'_> {
     pub(super) fn pipeline(&self, gpu: &Gpu, source: &str) -> RenderPipeline {
         let module = bindings::shader(gpu, self.vertex, source);
         let corner = wgpu::VertexBufferLayout {
-            array_stride: size_of::<Corner>() as u64,
+            array_stride: size_of::<SurfaceVertex>() as u64,
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Uint32],
         };

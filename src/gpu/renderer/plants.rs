@@ -24,7 +24,7 @@ pub(super) mod view;
 
 use std::sync::Arc;
 
-pub use self::pipeline::TreeProgram;
+pub use self::pipeline::{SampledProgram, TreeProgram};
 use self::slices::Slices;
 use self::stock::Stock;
 use self::view::{Onto, PlantsView};
@@ -58,11 +58,11 @@ impl Plants {
         &mut self,
         gpu: &Gpu,
         shot: &Shot,
-        of: (TreeProgram, u32),
+        program: SampledProgram,
         of_common: [f64; 3],
     ) -> Result<bool> {
         let Self { stock, view } = self;
-        view.prepare(gpu, (stock, &|_| true), shot, of, of_common)
+        view.prepare(gpu, stock, &|_| true, shot, program, of_common)
     }
 
     /// Forgets the picture that was drawn last, because trees or faces have changed.
@@ -94,9 +94,9 @@ impl Plants {
         slices: &mut Slices,
         onto: &Onto,
         frame: wgpu::BindingResource,
-        of: (TreeProgram, u32),
+        program: SampledProgram,
     ) -> Result<()> {
-        self.view.draw(&self.stock, slices, onto, frame, of)
+        self.view.draw(&self.stock, slices, onto, frame, program)
     }
 }
 

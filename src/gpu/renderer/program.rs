@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use wgpu::TextureFormat;
 
-use super::target::{COLOR, FACES, LINEAR};
+use super::render_target::{COLOR, FACES, LINEAR};
 use quadratura_projection::turned::MOST_ON_IMPOSTORS;
 use quadratura_view::legend::{
     AGREEMENT, CONFIDENCE, CONTINUED, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES,
@@ -54,7 +54,7 @@ pub enum Program {
 
 /// What a site has that its programs must do.
 #[derive(Debug, Clone, Copy)]
-pub struct Content {
+pub struct SiteFeatures {
     /// Whether there are optics to undo.
     pub undoes_optics: bool,
     /// Whether some face is pinned to a photo.
@@ -71,8 +71,8 @@ pub struct Content {
 
 impl Program {
     /// Returns the program that draws a view's image.
-    pub fn new(shot: &Shot, content: &Content) -> Self {
-        let Content { undoes_optics, pins, impostors, contradicted, mattes, outlines } = *content;
+    pub fn new(shot: &Shot, features: &SiteFeatures) -> Self {
+        let SiteFeatures { undoes_optics, pins, impostors, contradicted, mattes, outlines } = *features;
         let single = match shot.display {
             DisplayMode::BestPhoto
             | DisplayMode::Group
@@ -113,9 +113,10 @@ impl Program {
 
     /// Returns the program that draws the see-through faces of a view where something of them is there. Optics change
     /// colours alone.
-    pub fn of_seen_faces(shot: &Shot, content: &Content) -> Self {
+    pub fn of_seen_faces(shot: &Shot, features: &SiteFeatures) -> Self {
         let shot = Shot { display: DisplayMode::Matte, quality: Quality::Preview, ..shot.clone() };
-        let mut program = Self::new(&shot, &Content { undoes_optics: false, ..*content }).of_see_through();
+        let mut program =
+            Self::new(&shot, &SiteFeatures { undoes_optics: false, ..*features }).of_see_through();
         if let Self::Picture { numbers, .. } = &mut program {
             *numbers = true;
         }
@@ -446,6 +447,6 @@ fn finished(display: DisplayMode, see_through: bool, outlines: bool) -> String {
 
 /// Returns the constants and functions that are the same for all programs.
 pub fn preamble() -> String {
-    let flat = super::target::FLAT_LINEAR;
+    let flat = super::render_target::FLAT_LINEAR;
     format!("const UNSERVED = vec4f({flat}, {flat}, {flat}, 0.0);\n{PALETTE}")
 }

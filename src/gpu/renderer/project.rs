@@ -13,14 +13,14 @@ use super::peel::Peeling;
 use super::pipeline::{PipelineDescription, SURFACES};
 use super::plants::slices::Slices;
 use super::plants::view::{BeginPass, Onto};
-use super::plants::{Plants, TreeProgram};
+use super::plants::{Plants, SampledProgram, TreeProgram};
 use super::program::{self, Program};
+use super::render_target::RenderTarget;
 use super::shadows;
 use super::sky::SkyFactors;
 use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
 use super::tables::{PhotoWords, Tables};
-use super::target::Target;
 use super::texels::{self, TexelGroup};
 use crate::TileStore;
 use crate::bindings::{self, BindingKind};
@@ -50,7 +50,7 @@ pub struct Pass<'a> {
     /// The texels to sample.
     pub tiles: &'a TileStore,
     /// The textures to draw into.
-    pub target: &'a Target,
+    pub target: &'a RenderTarget,
     /// True when the surroundings are drawn where no face is.
     pub surroundings: bool,
     /// What is there before anything is drawn, linear light and alpha.
@@ -237,7 +237,9 @@ impl Passes {
         &mut self,
         gpu: &Gpu,
         program: Program,
-        (samples, see_through, has_surroundings): (u32, Option<Program>, bool),
+        samples: u32,
+        see_through: Option<Program>,
+        has_surroundings: bool,
     ) {
         let Self { shot, texels, shadows, photos, nearness, programs, surroundings, .. } = self;
         nearness.entry(samples).or_insert_with(|| {
@@ -311,7 +313,8 @@ fn record_trees(slices: &mut Slices, pass: &Pass, program: Program) -> Result<()
         })
     };
     let onto = Onto { begin, depths: &pass.target.depth };
-    plants.draw(slices, &onto, pass.tables.frame.binding(), (of_trees, pass.target.samples))
+    let program = SampledProgram { program: of_trees, samples: pass.target.samples };
+    plants.draw(slices, &onto, pass.tables.frame.binding(), program)
 }
 
 /// Returns what a program draws on: what is there already, or the background.

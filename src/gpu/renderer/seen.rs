@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::program::Program;
+use super::render_target::{self, RenderTarget, TargetKey};
 use super::tables::TableData;
-use super::target::{self, Target, TargetKey};
 use super::{LEAST_CELL_PX, Prepared, Renderer};
 use crate::device::Gpu;
 use quadratura_base::error::Result;
@@ -25,7 +25,7 @@ impl Renderer {
     /// Draws the faces that a view shows, on a site with mattes.
     pub(super) fn drawn_seen(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         let gpu = self.gpu.clone();
-        target::judge(&gpu, shot)?;
+        render_target::judge(&gpu, shot)?;
         gpu.guarded("drawing faces", || {
             // The window draws the picture of the same view first, so that its tables and tiles serve again.
             let ready = self.ready.as_ref().filter(|(of, _)| of == shot).map(|(_, prepared)| *prepared);
@@ -33,7 +33,7 @@ impl Renderer {
                 Some(prepared) => prepared,
                 None => self.prepare(shot, self.cell_px(shot), None, task)?,
             };
-            let seen = Program::of_seen_faces(shot, &self.content(false));
+            let seen = Program::of_seen_faces(shot, &self.features(false));
             self.draw(&of_seen(shot), [Program::Faces, seen], &prepared, task)?;
             self.targets[&TargetKey::of_faces(shot)].faces(&gpu)
         })
@@ -44,10 +44,10 @@ impl Renderer {
         &mut self,
         shot: &Shot,
         task: &Task,
-        read: impl FnOnce(&Target, &Gpu, f64) -> Result<T>,
+        read: impl FnOnce(&RenderTarget, &Gpu, f64) -> Result<T>,
     ) -> Result<T> {
         let gpu = self.gpu.clone();
-        target::judge(&gpu, shot)?;
+        render_target::judge(&gpu, shot)?;
         gpu.guarded("drawing faces", || {
             self.face(shot);
             // Without a known scale, depths would be so small that their differences vanish.

@@ -12,14 +12,14 @@ use wgpu::{
     TextureView,
 };
 
-use self::maps::{Layer, Maps};
+use self::maps::{Maps, ShadowLayer};
 use super::Renderer;
-use super::frame::FrameUniform;
+use super::frame::CameraUniform;
 use super::pipeline::{PipelineDescription, SURFACES};
 use super::plants::slices::Slices;
 use super::plants::stock::Stock;
 use super::plants::view::{BeginPass, Onto, PlantsView};
-use super::plants::{Plants, TreeProgram};
+use super::plants::{Plants, SampledProgram, TreeProgram};
 use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
 use super::tables::FaceCellsWords;
@@ -30,7 +30,7 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
 use quadratura_foliage::{
-    Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, TreePace, WalkOptions, sun_views,
+    Ball, MOST_SUN_VIEWS, OutdoorLight, SunScene, SunView, Tree, TreePace, WalkOptions, sun_views,
 };
 use quadratura_projection::Sources;
 use quadratura_projection::cells::Cells;
@@ -100,6 +100,18 @@ struct Catching<'a> {
     model: &'a Model,
     surfaces: &'a ModelBuffers,
     sources: &'a Sources,
+}
+
+/// What the maps of a view are drawn for, and with.
+#[derive(Clone, Copy)]
+struct Casting<'a> {
+    gpu: &'a Gpu,
+    task: &'a Task,
+    catching: Catching<'a>,
+    /// The view.
+    shot: &'a Shot,
+    /// Whether it moves.
+    moves: bool,
 }
 
 /// The shadows of trees on faces.
@@ -214,7 +226,7 @@ impl Shadows {
         if !views.is_empty() {
             let maps = self.maps[usize::from(is_final)].take().filter(|maps| maps.side == side);
             let mut maps = maps.unwrap_or_else(|| Maps::new(gpu, side));
-            let words = self.fill(&mut maps, (gpu, task), stock, catching, (&views, shot, moves));
+            let words = self.fill(&mut maps, stock, &views, Casting { gpu, task, catching, shot, moves });
             let [of_trees, of_faces] = maps.views(None);
             self.maps[usize::from(is_final)] = Some(maps);
             self.words.write(gpu, &[words?]);
@@ -234,22 +246,22 @@ impl Shadows {
     fn fill(
         &mut self,
         maps: &mut Maps,
-        on: (&Gpu, &Task),
         stock: &mut Stock,
-        catching: Catching<'_>,
-        (views, shot, moves): (&[SunView], &Shot, bool),
+        views: &[SunView],
+        casting: Casting<'_>,
     ) -> Result<ShadowsWords> {
+        let Casting { shot, moves, .. } = casting;
         let mut words = ShadowsWords::new(&stock.wood.light, views.len());
         for (index, view) in views.iter().enumerate() {
             self.trees.pace.set(self.paces[index]);
             let threshold = self.threshold(view, moves);
-            let wanted = Layer { view: *view, near: 0.0, trees: shot.trees, threshold };
+            let wanted = ShadowLayer { view: *view, near: 0.0, trees: shot.trees, threshold };
             let held = maps.layers[index].take().filter(|held| held.serves(&wanted, moves));
             let layer = match held {
                 Some(held) => held,
                 None => {
                     let onto = maps.views(Some(index as u32));
-                    let drawn = self.draw(on, stock, catching, (view, shot), &onto);
+                    let drawn = self.draw(stock, view, casting, &onto);
                     self.paces[index] = self.trees.pace.get();
                     drawn?
                 }
@@ -270,12 +282,12 @@ impl Shadows {
     /// Draws what one view from the sun sees of trees and of faces.
     fn draw(
         &mut self,
-        (gpu, task): (&Gpu, &Task),
         stock: &mut Stock,
-        catching: Catching<'_>,
-        (view, shown): (&SunView, &Shot),
+        view: &SunView,
+        casting: Casting<'_>,
         [of_trees, of_faces]: &[TextureView; 2],
-    ) -> Result<Layer> {
+    ) -> Result<ShadowLayer> {
+        let Casting { gpu, task, catching, shot: shown, .. } = casting;
         let Catching { model, surfaces, sources } = catching;
         let within = shown.trees_within.filter(|_| shown.quality == Quality::Preview);
         let shot = Shot {
@@ -285,26 +297,26 @@ impl Shadows {
             ..Shot::new(view.camera, view.pose)
         };
         let cells = Cells { side_px: 1, depths: view.depths, ..Cells::default() };
-        let frame = FrameUniform::new(&shot, &ViewLens::default(), surfaces.origin(), &cells, sources);
+        let frame = CameraUniform::new(&shot, &ViewLens::default(), surfaces.origin(), &cells, sources);
         self.frame.write(gpu, &[frame]);
         self.all_faces.write(gpu, &vec![FaceCellsWords::zeroed(); model.faces.len().max(1)]);
         let casts = |tree: &Tree| tree.casts;
-        let of = (TreeProgram::Shadow, 1);
+        let program = SampledProgram { program: TreeProgram::Shadow, samples: 1 };
         self.trees.finest = finest(view);
-        let has_trees = self.trees.prepare(gpu, (stock, &casts), &shot, of, [1.0; 3])?;
+        let has_trees = self.trees.prepare(gpu, stock, &casts, &shot, program, [1.0; 3])?;
         let mut slices = Slices::new(gpu, task, self.trees.most_at_once());
         self.draw_faces(gpu, slices.encoder(), surfaces, of_faces);
         let begin: &BeginPass = &|encoder, is_first| depths(encoder, of_trees, is_first);
         if has_trees {
             let onto = Onto { begin, depths: of_trees };
-            self.trees.draw(stock, &mut slices, &onto, self.frame.binding(), of)?;
+            self.trees.draw(stock, &mut slices, &onto, self.frame.binding(), program)?;
         } else {
             drop(begin(slices.encoder(), true));
         }
         slices.submit();
         // Without trees the map is as fine as any.
         let threshold = if has_trees { self.trees.options.threshold } else { finest(view).threshold };
-        Ok(Layer { view: *view, near: frame.near, trees: shown.trees, threshold })
+        Ok(ShadowLayer { view: *view, near: frame.near, trees: shown.trees, threshold })
     }
 
     /// Draws the faces that keep the sun from others.
@@ -363,9 +375,9 @@ fn depths<'a>(
 }
 
 impl ShadowsWords {
-    fn new(light: &Light, count: usize) -> Self {
+    fn new(light: &OutdoorLight, count: usize) -> Self {
         let direction = |direction: DVec3| direction.as_vec3().to_array();
-        let Light { towards_sun, up, sun, sky, ground } = light;
+        let OutdoorLight { towards_sun, up, sun, sky, ground } = light;
         Self {
             towards_sun: direction(*towards_sun),
             count: count as u32,

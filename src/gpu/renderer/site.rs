@@ -17,10 +17,10 @@ use quadratura_foliage::Wood;
 use quadratura_layers::device::{PlantedRenderer, SiteDevice};
 use quadratura_projection::agreement::Agreement;
 use quadratura_projection::continuation::Continuation;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::peeling::Peels;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::skirts::Skirts;
-use quadratura_projection::surface::Surface;
 use quadratura_projection::{
     Gains, LayerTextureId, SiteContent, SiteRenderer, Sources, Texels, TextureOptions,
 };
@@ -49,7 +49,7 @@ impl PlantedRenderer for Renderer {
 }
 
 impl SiteRenderer for Renderer {
-    fn surface(&self) -> Arc<Surface> {
+    fn surface(&self) -> Arc<ModelSurface> {
         self.surface.clone()
     }
 
@@ -59,7 +59,7 @@ impl SiteRenderer for Renderer {
             sources.layer_textures == self.skirts.own_textures(&self.sources),
             "texels on the device go by layer textures"
         );
-        let surface = Surface::from_model(&self.site_model).with_backs(&self.site_model, &sources);
+        let surface = ModelSurface::from_model(&self.site_model).with_backs(&self.site_model, &sources);
         let skirts = match self.texels {
             Some(_) => Skirts::new(&self.site_model, &sources, &surface),
             None => Skirts::none(&self.site_model, &sources),

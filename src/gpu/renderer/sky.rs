@@ -4,7 +4,7 @@
 use half::f16;
 use wgpu::{TextureFormat, TextureView};
 
-use super::packing::texture;
+use super::grid_packing::texture;
 use crate::device::Gpu;
 use quadratura_base::scene::PhotoId;
 use quadratura_projection::exposure::SurroundingsGains;

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::Renderer;
-use super::target::{self, Target};
+use super::render_target::{self, RenderTarget};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_projection::exposure::{resolution, visible_shares};
@@ -12,7 +12,7 @@ use quadratura_view::{Picture, Shot};
 
 impl Renderer {
     pub(super) fn begun(&mut self, shot: &Shot) -> Result<Sliced> {
-        target::judge_size(shot)?;
+        render_target::judge_size(shot)?;
         self.face(shot);
         let cells = || self.cells(shot, self.cell_px(shot), &[], self.store(shot));
         if !shot.supersampled {
@@ -30,13 +30,21 @@ impl Renderer {
     pub(super) fn advanced(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         let side_px = self.cell_px(sliced.drawn());
         let (start, tile) = (Instant::now(), sliced.tile(side_px));
-        target::judge(&self.gpu, &tile)?;
-        let shots = (&tile, sliced.drawn());
+        render_target::judge(&self.gpu, &tile)?;
+        let whole = sliced.drawn();
         let is_complete = if tile.linear {
-            let drawn = self.drawn(shots, side_px, Some(sliced.exposure()), Target::linear_picture, task)?;
+            let drawn = self.drawn(
+                &tile,
+                whole,
+                side_px,
+                Some(sliced.exposure()),
+                RenderTarget::linear_picture,
+                task,
+            )?;
             sliced.add_linear(drawn)
         } else {
-            let drawn = self.drawn(shots, side_px, Some(sliced.exposure()), Target::picture, task)?;
+            let drawn =
+                self.drawn(&tile, whole, side_px, Some(sliced.exposure()), RenderTarget::picture, task)?;
             sliced.add(drawn)
         };
         let px = f64::from(tile.camera.width) * f64::from(tile.camera.height);

@@ -20,7 +20,7 @@ use quadratura_projection::skirts::Skirts;
 /// A corner of a triangle in the layout of the shader (`Corner`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct Corner {
+pub struct SurfaceVertex {
     high: [f32; 3],
     low: [f32; 3],
     surface: u32,
@@ -130,7 +130,7 @@ impl ModelBuffers {
         // An empty model has a buffer, too, because no binding may be empty.
         if surfaces.is_empty() {
             surfaces.push(SurfaceWords::zeroed());
-            corners.push(Corner::zeroed());
+            corners.push(SurfaceVertex::zeroed());
         }
         Self {
             origin,
@@ -164,7 +164,7 @@ impl ModelBuffers {
         model: &Model,
         eye: DVec3,
         is_in_view: impl Fn(FaceId) -> bool,
-    ) -> Vec<Corner> {
+    ) -> Vec<SurfaceVertex> {
         let seen = self.see_through.iter().filter(|surface| is_in_view(surface.face));
         let pieces = seen.flat_map(|SeeThrough { face, surface, triangles }| {
             let piece = |triangle: &[u32; 3]| {
@@ -178,7 +178,7 @@ impl ModelBuffers {
         let ordered = back_to_front(pieces.collect(), eye);
         let corner = |point: DVec3, surface: u32| {
             let (high, low) = split(point - self.origin);
-            Corner { high, low, surface }
+            SurfaceVertex { high, low, surface }
         };
         let corners = |piece: &Piece| {
             let surface = piece.surface;
@@ -188,7 +188,7 @@ impl ModelBuffers {
     }
 
     /// Returns the corners of these skirts, as triangles.
-    pub fn corners_of_skirts(&self, model: &Model, skirts: &Skirts, drawn: &[FaceId]) -> Vec<Corner> {
+    pub fn corners_of_skirts(&self, model: &Model, skirts: &Skirts, drawn: &[FaceId]) -> Vec<SurfaceVertex> {
         let corners = |face: &FaceId| {
             let surface = self.skirts.start + (face.0 - skirts.faces().start);
             corners_of(model, model.face_triangles(*face), self.origin, surface)
@@ -200,8 +200,8 @@ impl ModelBuffers {
     pub fn turn(&self, gpu: &Gpu, model: &Model) {
         for &Turning { face, surface, corner } in &self.turning {
             let triangles = model.face_triangles(face);
-            let corners: Vec<Corner> = corners_of(model, triangles, self.origin, surface).collect();
-            let at = u64::from(corner) * size_of::<Corner>() as u64;
+            let corners: Vec<SurfaceVertex> = corners_of(model, triangles, self.origin, surface).collect();
+            let at = u64::from(corner) * size_of::<SurfaceVertex>() as u64;
             gpu.queue.write_buffer(&self.corners, at, bytemuck::cast_slice(&corners));
             // Impostors have no back sides.
             let plane = model.face(face).plane;
@@ -253,10 +253,10 @@ fn corners_of(
     triangles: &[[u32; 3]],
     origin: DVec3,
     surface: u32,
-) -> impl Iterator<Item = Corner> {
+) -> impl Iterator<Item = SurfaceVertex> {
     triangles.iter().flatten().map(move |&vertex| {
         let (high, low) = split(model.vertices[vertex as usize] - origin);
-        Corner { high, low, surface }
+        SurfaceVertex { high, low, surface }
     })
 }
 

@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 use wgpu::BufferUsages;
 
-use super::frame::FrameUniform;
+use super::frame::CameraUniform;
 use super::sky::SkyFactors;
 use super::table::GrowingBuffer;
 use crate::device::Gpu;
@@ -125,12 +125,12 @@ impl Tables {
         }
         self.face_cells.write(gpu, &self.face_words(shot, cells));
         let (ranges, mut candidates) = candidate_words(sources, cells);
-        let frame = FrameUniform {
+        let frame = CameraUniform {
             light_first: candidates.len() as u32,
             light_groups: exposure.surfaces.count() as u32,
             of_common: exposure.of_common.map(|factor| factor as f32),
             of_sky: exposure.surroundings.of_sky.map(|factor| factor as f32),
-            ..FrameUniform::new(shot, &exposure.lens, origin, cells, sources)
+            ..CameraUniform::new(shot, &exposure.lens, origin, cells, sources)
         };
         self.frame.write(gpu, &[frame]);
         push_light(&mut candidates, &exposure.surfaces, self.faces);

@@ -9,18 +9,18 @@ use naga::TypeInner;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 use super::agreement::PlaceWords;
-use super::frame::FrameUniform;
-use super::grids::{FaceGridsWords, GridWords as FaceGridWords};
+use super::frame::CameraUniform;
+use super::grids::{FaceGridsWords, GridWords};
 use super::plants;
-use super::plants::daylight::{CrownWords, DaylightWords, GridWords};
+use super::plants::daylight::{CrownGridWords, CrownWords, DaylightWords};
 use super::plants::flake::{self, FlakeImageWords, FlakeRowsWords};
 use super::plants::flaked::{self, ShownWords};
-use super::plants::flakes::{self, Run};
+use super::plants::flakes::{self, SamplePass};
 use super::plants::hidden::{self, TestedWords};
 use super::plants::pipeline::{self, Cuts, PlacementWords};
 use super::plants::ratio::RatioWords;
 use super::plants::species::MatterWords;
-use super::program::{Content, Program};
+use super::program::{Program, SiteFeatures};
 use super::project::{PhotoTable, source};
 use super::shadows::{ShadowsWords, SunViewWords};
 use super::surfaces::SurfaceWords;
@@ -86,7 +86,7 @@ fn programs() -> Vec<Program> {
         }
     }
     let quality = Quality::Final;
-    let everything = Content {
+    let everything = SiteFeatures {
         undoes_optics: true,
         pins: true,
         impostors: true,
@@ -119,7 +119,7 @@ pub(super) fn cancelled_before_drawing() -> Task {
 
 #[test]
 fn a_colour_times_its_alpha_becomes_straight() {
-    use super::target::straight;
+    use super::render_target::straight;
     assert_eq!([straight([9, 8, 7, 255]), straight([0, 0, 0, 0])], [[9, 8, 7, 255], [0, 0, 0, 0]]);
     // Half the light of sRGB 255 is 188, that of 187 is 137.
     assert_eq!(straight([188, 137, 0, 128]), [255, 187, 0, 128]);
@@ -161,7 +161,7 @@ macro_rules! assert_alike {
 #[test]
 fn structs_lie_alike_in_rust_and_in_wgsl() {
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final));
-    assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
+    assert_alike!(&module, "Frame", CameraUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief backs
         transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale dome_first
         light_first light_groups pad0 of_common continues of_sky pad1);
@@ -171,7 +171,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain left
         axis falloff leaning group sky sky_share);
     assert_alike!(&module, "FaceGrids", FaceGridsWords: relief continued);
-    assert_alike!(&module, "FaceGrid", FaceGridWords: across across_high up up_high across_low up_low corner size pad0);
+    assert_alike!(&module, "FaceGrid", GridWords: across across_high up up_high across_low up_low corner size pad0);
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final).with_shadows(true));
     assert_alike!(&module, "SunView", SunViewWords: row_u row_v row_z near until texel widest);
     assert_alike!(&module, "Shadows", ShadowsWords: views towards_sun count up pad0 sun pad1 sky pad2 ground pad3);
@@ -192,7 +192,7 @@ fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
         assert_alike!(&module, "Shown", ShownWords: tint number plain crown first_ratio ratio_count sunlit pad0);
         assert_alike!(&module, "Ratio", RatioWords: x y w corner weight pad0);
         assert_alike!(&module, "Crown", CrownWords: x y z suns weights);
-        assert_alike!(&module, "Grid", GridWords: size pad0);
+        assert_alike!(&module, "Grid", CrownGridWords: size pad0);
         assert_alike!(&module, "Daylight", DaylightWords: towards_sun pad0 up pad1 sun pad2 sky pad3 ground pad4);
         assert_alike!(&module, "Matter", MatterWords: reflected leaf through cutout size pad0);
     }
@@ -213,9 +213,11 @@ fn passes_over_images_of_trees_are_valid_and_their_structs_lie_alike() {
         compute.map(|entry| entry.workgroup_size).collect()
     };
     for samples in [1, 4] {
-        for (run, is_software) in [Run::Only, Run::First, Run::Second].into_iter().zip([true, false, true]) {
+        for (pass, is_software) in
+            [SamplePass::Only, SamplePass::First, SamplePass::Second].into_iter().zip([true, false, true])
+        {
             let invocations = flakes::invocations(is_software);
-            let module = valid(flakes::source(samples, invocations, run));
+            let module = valid(flakes::source(samples, invocations, pass));
             assert_alike!(&module, "FlakeImage", FlakeImageWords: right down forward normal_right delta normal_down
                 depth_step normal_forward first_depth through half gain length first count before of_direction of_part tree species first_block);
             assert_eq!(workgroups(&module), [[invocations, 1, 1]]);

@@ -7,8 +7,8 @@ use rustc_hash::FxHashMap;
 use wgpu::PollType;
 
 use super::{Loaded, TileStore};
-use crate::atlas::{Strip, place};
-use crate::pyramids::{Batch, MadePyramid};
+use crate::pyramids::{DecodedPyramids, MadePyramid};
+use crate::tile_atlas::{SlotStrip, place};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_projection::LayerTextureId;
@@ -23,14 +23,14 @@ const ENOUGH_SEEN: f64 = 0.2;
 
 /// The progress of a load.
 #[derive(Debug, Clone, Copy)]
-struct Progress {
+struct LoadProgress {
     /// The number of tiles uploaded.
     tiles: usize,
     /// The share of the new layer textures that is decoded, including those being uploaded now.
     share: f64,
 }
 
-impl Progress {
+impl LoadProgress {
     /// Estimates the number of tiles of the complete load, assuming that the remaining layer textures are like the
     /// decoded ones.
     fn of_all(&self, tiles_now: usize) -> f64 {
@@ -69,7 +69,7 @@ impl TileStore {
             return Ok(());
         }
         let texels: u64 = unknown.iter().map(|layer_texture| self.pyramids.area(*layer_texture)).sum();
-        let (mut decoded, mut seen) = (Batch::default(), 0);
+        let (mut decoded, mut seen) = (DecodedPyramids::default(), 0);
         for batch in self.pyramids.batches(unknown).into_iter().chain([Vec::new()]) {
             task.step("load layers", seen, texels)?;
             self.give_up(&decoded.failed, task);
@@ -78,7 +78,7 @@ impl TileStore {
             let all = decoded.made.iter().map(|(layer_texture, _)| layer_texture).chain(failed);
             seen += all.map(|layer_texture| self.pyramids.area(*layer_texture)).sum::<u64>();
             let maker = self.pyramids.maker();
-            let progress = Progress { tiles: loaded.tiles, share: seen as f64 / texels as f64 };
+            let progress = LoadProgress { tiles: loaded.tiles, share: seen as f64 / texels as f64 };
             let (brought, next) = rayon::join(
                 || self.bring_new(wants, &decoded.made, progress),
                 || maker.decode_all(&batch, task),
@@ -94,7 +94,7 @@ impl TileStore {
         &mut self,
         wants: &[TileRequest],
         decoded: &[MadePyramid],
-        progress: Progress,
+        progress: LoadProgress,
     ) -> Result<usize> {
         if decoded.is_empty() {
             return Ok(0);
@@ -121,7 +121,7 @@ impl TileStore {
         &self,
         wants: &[TileRequest],
         decoded: &[MadePyramid],
-        progress: Progress,
+        progress: LoadProgress,
     ) -> Vec<TileKey> {
         let fits = |keys: &[TileKey]| progress.of_all(keys.len()) <= f64::from(self.most_slots);
         let all: Vec<TileRequest> =
@@ -147,7 +147,7 @@ impl TileStore {
         let layer_textures: BTreeSet<LayerTextureId> = missing.iter().map(|key| key.layer_texture).collect();
         for batch in self.pyramids.batches(layer_textures) {
             task.go_on()?;
-            let (Batch { made: pyramids, failed }, decoded) = self.pyramids.get(&batch, task)?;
+            let (DecodedPyramids { made: pyramids, failed }, decoded) = self.pyramids.get(&batch, task)?;
             self.give_up(&failed, task);
             loaded.layer_textures += decoded;
             let is_own = |key: &&TileKey| {
@@ -203,13 +203,13 @@ impl TileStore {
         let storage = self.atlas.storage();
         let cut = |strip: &[(TileKey, u32)]| {
             let texels = cut_strip(strip, |key| pyramids[&key.layer_texture]);
-            Strip::new(strip[0].1, strip.len() as u32, texels, storage)
+            SlotStrip::new(strip[0].1, strip.len() as u32, texels, storage)
         };
         let neighbours =
             |a: &(TileKey, u32), b: &(TileKey, u32)| a.1 + 1 == b.1 && place(a.1)[1..] == place(b.1)[1..];
         let strips: Vec<&[(TileKey, u32)]> = slots.chunk_by(neighbours).collect();
         for some in strips.chunks(BATCH_STRIPS) {
-            let cut: Vec<Strip> = some.par_iter().map(|strip| cut(strip)).collect();
+            let cut: Vec<SlotStrip> = some.par_iter().map(|strip| cut(strip)).collect();
             cut.iter().for_each(|strip| self.atlas.write(strip));
             self.flush()?;
         }

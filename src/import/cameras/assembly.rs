@@ -9,7 +9,7 @@ use super::kept::{CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS};
 use super::photo_name::{objection, short};
 use super::photo_paths::PhotoPath;
 use super::pose::is_on_a_map;
-use super::raw::{Objection, Problems, RawCamera, RawImage, RawPhoto};
+use super::raw::{Problems, RawCamera, RawImage, RawPhoto};
 use super::reconstruction::ReconstructionFiles;
 use super::rigs::Rigs;
 use super::sizes::SizeSource;
@@ -17,6 +17,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pinhole, Pose};
 use quadratura_base::scene::SparsePoint;
 use quadratura_base::task::Task;
+use quadratura_files::text::Objection;
 
 /// A parsed camera, or the problem with it.
 type RawResult = Result<RawCamera, Objection>;
@@ -139,7 +140,7 @@ impl<'s> Assembly<'s> {
         let name = &name.replace('\\', "/");
         self.listed += 1;
         if let Some(rigs) = &mut self.rigs {
-            pose = rigs.pose_of(id, (name, camera), pose);
+            pose = rigs.pose_of(id, name, camera, pose);
         }
         let judged = self.judged_number(id, name).and_then(|()| {
             let raw = RawPhoto { name, camera: self.camera_of(name, camera), pose };

@@ -17,12 +17,13 @@ use super::lines::LineReader;
 use super::photo_name::short;
 use super::photo_paths::{PhotoPath, photo_paths};
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
-use super::raw::{Objection, RawCamera};
+use super::raw::RawCamera;
 use super::recognise::{beginning, has_name, recognised};
 use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pose};
 use quadratura_base::task::Task;
+use quadratura_files::text::Objection;
 
 /// The format.
 pub(super) struct Bundler;
@@ -57,8 +58,8 @@ impl CameraFormat for Bundler {
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
         let list = &files.others[0];
-        let mut tokens = Tokens::open(&files.images)?;
-        let [cameras, points] = tokens.head(task)?;
+        let mut reader = NumberReader::open(&files.images)?;
+        let [cameras, points] = reader.head(task)?;
         let names = read_list(list, usize::try_from(cameras).ok(), task)?;
         if cameras != names.len() as u64 {
             let found =
@@ -72,8 +73,8 @@ impl CameraFormat for Bundler {
         }
         let paths: Vec<&str> = names.iter().map(String::as_str).collect();
         let photos = photo_paths(&paths, &folders_of(list));
-        let placed = read_cameras(&mut tokens, &photos, assembly, task)?;
-        read_points(&mut tokens, points, &placed, assembly, task)
+        let placed = read_cameras(&mut reader, &photos, assembly, task)?;
+        read_points(&mut reader, points, &placed, assembly, task)
     }
 }
 
@@ -97,7 +98,7 @@ struct UsedCamera {
 }
 
 fn read_cameras(
-    tokens: &mut Tokens<'_>,
+    reader: &mut NumberReader<'_>,
     photos: &[PhotoPath],
     assembly: &mut Assembly<'_>,
     task: &Task,
@@ -106,8 +107,8 @@ fn read_cameras(
     let sizes = assembly.sizes(photos, task)?;
     for (index, (photo, size)) in photos.iter().zip(sizes).enumerate() {
         let what = format!("camera {index} of {}", photos.len());
-        let place = tokens.place_of_next(&what, task)?;
-        let numbers = tokens.numbers::<15>(&what, task)?;
+        let place = reader.place_of_next(&what, task)?;
+        let numbers = reader.numbers::<15>(&what, task)?;
         if matches!(numbers, Ok([0.0, ..])) {
             unregistered += 1;
             placed.push(None);
@@ -120,7 +121,7 @@ fn read_cameras(
         placed.push(kept.zip(pose.ok()).map(|(photo, pose)| UsedCamera { photo, pose, middle }));
     }
     if unregistered > 0 {
-        let (file, all) = (tokens.lines.path.display(), photos.len());
+        let (file, all) = (reader.lines.path.display(), photos.len());
         assembly.note(format!("{file}: {unregistered} of {all} photos are not registered (focal length 0)"));
     }
     Ok(placed)
@@ -143,7 +144,7 @@ fn pose(numbers: &[f64; 15]) -> Result<Pose, Objection> {
 }
 
 fn read_points(
-    tokens: &mut Tokens<'_>,
+    reader: &mut NumberReader<'_>,
     count: u64,
     placed: &[Option<UsedCamera>],
     assembly: &mut Assembly<'_>,
@@ -152,15 +153,15 @@ fn read_points(
     let (mut seen, mut behind) = (0u64, 0u64);
     for index in 0..count {
         let what = format!("point {index} of {count}");
-        let place = tokens.place_of_next(&what, task)?;
-        let position = tokens.numbers::<3>(&what, task)?;
+        let place = reader.place_of_next(&what, task)?;
+        let position = reader.numbers::<3>(&what, task)?;
         for _colour in 0..3 {
-            tokens.next(&what, task)?;
+            reader.next(&what, task)?;
         }
-        let views = tokens.count("the number of photos that show a point", &what, task)?;
+        let views = reader.count("the number of photos that show a point", &what, task)?;
         let mut observations = Vec::new();
         for _ in 0..views {
-            let view = tokens.view(&what, placed, task)?;
+            let view = reader.view(&what, placed, task)?;
             match view {
                 Ok(Some((photo, at))) => {
                     if let Ok(position) = position {
@@ -170,30 +171,30 @@ fn read_points(
                     observations.push((photo.photo, at));
                 }
                 Ok(None) => (),
-                Err(objection) => assembly.problem(tokens.lines.path, tokens.lines.place(), objection),
+                Err(objection) => assembly.problem(reader.lines.path, reader.lines.place(), objection),
             }
         }
         match position {
             Ok(position) => assembly.seen_point(place, index, position, observations),
-            Err(objection) => assembly.problem(tokens.lines.path, place, objection),
+            Err(objection) => assembly.problem(reader.lines.path, place, objection),
         }
     }
     if 2 * behind > seen {
         let found = format!("{behind} of {seen} observed points lie behind the photo that shows them");
         let remedy = "export Bundler's format with cameras that look along -z (\"negative Z\")";
-        return Err(Error::input(tokens.lines.path, "", found, remedy));
+        return Err(Error::input(reader.lines.path, "", found, remedy));
     }
     Ok(())
 }
 
 /// The file as a sequence of numbers separated by white space.
-struct Tokens<'a> {
+struct NumberReader<'a> {
     lines: LineReader<'a>,
     line: String,
     at: usize,
 }
 
-impl<'a> Tokens<'a> {
+impl<'a> NumberReader<'a> {
     fn open(path: &'a Path) -> Result<Self> {
         Ok(Self { lines: LineReader::open(path)?, line: String::new(), at: 0 })
     }

@@ -1,7 +1,8 @@
 //! COLMAP's camera models: their numbers, names and parameters.
 
-use super::raw::{Objection, RawCamera};
+use super::raw::RawCamera;
 use quadratura_base::geometry::Lens;
+use quadratura_files::text::Objection;
 
 /// One of COLMAP's camera models.
 pub(super) struct ColmapModel {

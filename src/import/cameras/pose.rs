@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::raw::Objection;
 use quadratura_base::geometry::Pose;
+use quadratura_files::text::Objection;
 
 /// The largest difference of the entries of `M^T M` of a rotation from those of the identity: a rotation written with
 /// three decimals is within it, a visible shear or stretch is not.

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 
 use quadratura_base::error::Error;
 use quadratura_base::geometry::{Lens, Pinhole, Pose};
-
-/// A problem and its remedy.
-pub(super) type Objection = (String, &'static str);
+use quadratura_files::text::Objection;
 
 /// A parsed camera before its checks.
 pub struct RawCamera {

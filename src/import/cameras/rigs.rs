@@ -15,11 +15,11 @@ use super::binary::Records;
 use super::lines::LineReader;
 use super::photo_name::short;
 use super::pose::pose_of_quaternion;
-use super::raw::Objection;
 use super::text::parse;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Pose;
 use quadratura_base::task::Task;
+use quadratura_files::text::Objection;
 
 /// The photos that a note names.
 const NAMED: usize = 5;
@@ -44,14 +44,14 @@ pub(super) struct Rigs {
     rigs: FxHashMap<u32, Sensors>,
     /// The camera and, where it is known, the pose, world to camera, of each photo.
     photos: FxHashMap<u32, (u32, Option<Pose>)>,
-    compared: Vec<Compared>,
+    compared: Vec<PoseDifference>,
     /// The photos without a pose here.
     without: Vec<String>,
 }
 
 /// How far the pose of a photo in `images` is from the one here.
 #[derive(Debug)]
-struct Compared {
+struct PoseDifference {
     name: String,
     degrees: f64,
     distance: f64,
@@ -59,7 +59,7 @@ struct Compared {
 }
 
 /// A frame as its file has it.
-struct Frame {
+struct RigFrame {
     rig: u32,
     pose: Result<Pose, Objection>,
     /// The numbers of cameras, and of their photos.
@@ -132,8 +132,8 @@ impl Rigs {
     }
 
     /// Takes the photos of a frame.
-    fn take(&mut self, frame: Frame) -> Result<(), Objection> {
-        let Frame { rig, pose, photos } = frame;
+    fn take(&mut self, frame: RigFrame) -> Result<(), Objection> {
+        let RigFrame { rig, pose, photos } = frame;
         let sensors = self.rigs.get(&rig).ok_or_else(|| {
             (
                 format!("a frame of rig {rig}, which is not in the rigs file"),
@@ -163,7 +163,8 @@ impl Rigs {
     pub fn pose_of(
         &mut self,
         id: u32,
-        (name, camera): (&str, u32),
+        name: &str,
+        camera: u32,
         stated: Result<Pose, Objection>,
     ) -> Result<Pose, Objection> {
         let Some(&(_, Some(pose))) = self.photos.get(&id).filter(|(of, _)| *of == camera) else {
@@ -175,7 +176,7 @@ impl Rigs {
             Ok(stated) => (degrees_between(&pose, &stated), centre.distance(centre_of(&stated))),
             Err(_) => (0.0, 0.0),
         };
-        self.compared.push(Compared { name: short(name), degrees, distance, centre });
+        self.compared.push(PoseDifference { name: short(name), degrees, distance, centre });
         Ok(pose)
     }
 
@@ -198,7 +199,7 @@ impl Rigs {
         let mut notes = Vec::new();
         let file = self.frames_file.display();
         if !self.compared.is_empty() {
-            let by = |it: &Compared| {
+            let by = |it: &PoseDifference| {
                 format!("{} by {:.3} degrees and {:.4} units", it.name, it.degrees, it.distance)
             };
             let by = names(self.compared.iter().map(by).collect());
@@ -257,7 +258,7 @@ fn rig_of_line(line: &str) -> Result<(u32, Sensors), Objection> {
 }
 
 /// `FRAME_ID RIG_ID QW QX QY QZ TX TY TZ NUM_DATA_IDS`, then `SENSOR_TYPE SENSOR_ID DATA_ID` for each.
-fn frame_of_line(line: &str) -> Result<Frame, Objection> {
+fn frame_of_line(line: &str) -> Result<RigFrame, Objection> {
     let mut fields = line.split_ascii_whitespace();
     let _: u64 = parse(fields.next(), "FRAME_ID")?;
     let rig = parse(fields.next(), "RIG_ID")?;
@@ -270,7 +271,7 @@ fn frame_of_line(line: &str) -> Result<Frame, Objection> {
         photos.extend(is_camera.then_some(data));
     }
     no_more(fields, count)?;
-    Ok(Frame { rig, pose: Ok(pose), photos })
+    Ok(RigFrame { rig, pose: Ok(pose), photos })
 }
 
 fn no_more(mut fields: SplitAsciiWhitespace, count: u64) -> Result<(), Objection> {
@@ -327,7 +328,7 @@ fn rig_of_record(file: &mut Records) -> Result<(u32, SensorsRead)> {
 }
 
 /// A frame of the binary file: numbers as in the text, in 32 bits, but `DATA_ID` and the pose in 64 each.
-fn frame_of_record(file: &mut Records) -> Result<Frame> {
+fn frame_of_record(file: &mut Records) -> Result<RigFrame> {
     let (_, rig) = (file.u32()?, file.u32()?);
     let pose = pose_of_values(values(file)?);
     let mut photos = Vec::new();
@@ -335,7 +336,7 @@ fn frame_of_record(file: &mut Records) -> Result<Frame> {
         let (kind, sensor, data) = (file.u32()?, file.u32()?, file.u64()?);
         photos.extend((kind == CAMERA).then_some((sensor, data)));
     }
-    Ok(Frame { rig, pose, photos })
+    Ok(RigFrame { rig, pose, photos })
 }
 
 fn values(file: &mut Records) -> Result<[f64; 7]> {

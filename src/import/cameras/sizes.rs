@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::photo_paths::PhotoPath;
-use super::raw::Objection;
 use crate::photo::{Match, PhotoFolder, picture_size};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::named_file::NamedFiles;
+use quadratura_files::text::Objection;
 
 /// The source of sizes.
 #[derive(Debug, Clone, Copy)]

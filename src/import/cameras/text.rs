@@ -8,10 +8,11 @@ use super::colmap_model::{ColmapModel, MODELS};
 use super::lines::LineReader;
 use super::photo_name::short;
 use super::pose::pose_of_quaternion;
-use super::raw::{Objection, RawImage};
+use super::raw::RawImage;
 use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
+use quadratura_files::text::Objection;
 
 /// Reads all files into `assembly`.
 pub(super) fn read(files: &ReconstructionFiles, assembly: &mut Assembly, task: &Task) -> Result<()> {

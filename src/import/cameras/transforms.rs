@@ -14,7 +14,6 @@ use super::assembly::Assembly;
 use super::format::CameraFormat;
 use super::photo_paths::photo_paths;
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
-use super::raw::Objection;
 use super::recognise::{beginning, has_name, recognised};
 use super::reconstruction::ReconstructionFiles;
 use super::transforms_lens::{Fields, camera};
@@ -22,6 +21,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pose;
 use quadratura_base::task::Task;
 use quadratura_files::foreign_json::{no_number, parse_foreign_json, text_of};
+use quadratura_files::text::Objection;
 use quadratura_files::text::{BYTE_ORDER_MARK, SAVE_AS_UTF8, not_utf16};
 
 /// The format.

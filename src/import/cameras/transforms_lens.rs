@@ -3,9 +3,10 @@
 
 use serde_json::{Map, Value};
 
-use super::raw::{Objection, RawCamera};
+use super::raw::RawCamera;
 use super::transforms::kind;
 use quadratura_base::geometry::Lens;
+use quadratura_files::text::Objection;
 
 /// The fields of a frame, and those of the whole file as their defaults.
 #[derive(Clone, Copy)]

@@ -17,7 +17,7 @@
 //!   comment, which ends with its line.
 //! - Lines end with LF, CR LF or CR.
 
-mod names;
+mod object_names;
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -25,7 +25,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use self::names::Names;
+use self::object_names::ObjectNames;
 use super::limits::{check_count, check_position};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::builder::says_billboard;
@@ -51,7 +51,7 @@ pub fn read(
     task: &Task,
     notes: &mut Vec<String>,
 ) -> Result<ModelBuilder> {
-    let mut statements = Statements { path, lines: Lines::new(input), number: 0 };
+    let mut statements = StatementReader { path, lines: Lines::new(input), number: 0 };
     let mut reader = ObjReader::new(path);
     let mut statement = Vec::new();
     let mut last_step = 0;
@@ -66,13 +66,13 @@ pub fn read(
 }
 
 /// A reader of statements with the number of the first line of each.
-struct Statements<'a, R> {
+struct StatementReader<'a, R> {
     path: &'a Path,
     lines: Lines<R>,
     number: u64,
 }
 
-impl<R: BufRead> Statements<'_, R> {
+impl<R: BufRead> StatementReader<'_, R> {
     /// Reads the next statement into `statement`, with the lines that continue it and without comments behind numbers; false at
     /// the end of the file.
     fn next_into(&mut self, statement: &mut Vec<u8>) -> Result<bool> {
@@ -171,7 +171,7 @@ const NO_OBJ: &str = "check that it is an OBJ file, or export the model again";
 struct ObjReader<'a> {
     path: &'a Path,
     builder: ModelBuilder,
-    names: Names,
+    names: ObjectNames,
     /// The name after the last `o`.
     object: Option<Vec<u8>>,
     /// The name after the last `g`.
@@ -189,7 +189,7 @@ impl<'a> ObjReader<'a> {
         Self {
             path,
             builder: ModelBuilder::new(),
-            names: Names::default(),
+            names: ObjectNames::default(),
             object: None,
             group: None,
             billboard_material: false,

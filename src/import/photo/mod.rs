@@ -195,13 +195,13 @@ fn most_memory(width: u32, height: u32) -> u64 {
 const MEMORY_OF_A_HEADER: u64 = 64 << 20;
 
 /// A decoder that has read a file's header.
-struct Opened<'a> {
+struct OpenDecoder<'a> {
     decoder: Box<dyn ImageDecoder + 'a>,
     /// Remarks for the user about the file.
     notes: Vec<String>,
 }
 
-fn decoder<'a>(path: &Path, mut input: impl BufRead + Seek + 'a, memory: u64) -> Result<Opened<'a>> {
+fn decoder<'a>(path: &Path, mut input: impl BufRead + Seek + 'a, memory: u64) -> Result<OpenDecoder<'a>> {
     let start = input.fill_buf().map_err(Error::io(path, "read it"))?;
     let kind = kind_of(path, &start[..start.len().min(kind::START)]);
     let Kind::Photo(format) = kind else { return Err(refusal(path, kind)) };
@@ -209,7 +209,7 @@ fn decoder<'a>(path: &Path, mut input: impl BufRead + Seek + 'a, memory: u64) ->
     if format == ImageFormat::Tiff {
         let decoder = tiff::TiffPhoto::open(path, input, memory)?;
         notes.extend_from_slice(decoder.notes());
-        return Ok(Opened { decoder: Box::new(decoder), notes });
+        return Ok(OpenDecoder { decoder: Box::new(decoder), notes });
     }
     notes.extend(parameters::unapplied(format, &mut input).map_err(Error::io(path, "read it"))?);
     let mut reader = ImageReader::with_format(input, format);
@@ -217,11 +217,11 @@ fn decoder<'a>(path: &Path, mut input: impl BufRead + Seek + 'a, memory: u64) ->
     limits.max_alloc = Some(memory);
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|error| unreadable(path, &error))?;
-    Ok(Opened { decoder: Box::new(decoder), notes })
+    Ok(OpenDecoder { decoder: Box::new(decoder), notes })
 }
 
 /// Checks size and sample type.
-fn fitting(path: &Path, opened: &mut Opened, width: u32, height: u32) -> Result<PhotoHeader> {
+fn fitting(path: &Path, opened: &mut OpenDecoder, width: u32, height: u32) -> Result<PhotoHeader> {
     let decoder = &mut opened.decoder;
     use ColorType::{L8, L16, La8, La16, Rgb8, Rgb16, Rgba8, Rgba16};
     let color = decoder.color_type();

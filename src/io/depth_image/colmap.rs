@@ -1,13 +1,13 @@
 //! COLMAP's dense depth maps, `*.geometric.bin` and `*.photometric.bin`: `width&height&channels&` as text, then 32-bit floats,
 //! little-endian, x fastest (`mvs/mat.h` of COLMAP). A map of depths has one channel, one of normals three.
 
-use super::source::{COPY, Source};
+use super::depth_file::{COPY, DepthFile};
 use quadratura_base::error::Result;
 
 /// Reads the numbers of a file, rows from the top.
-pub(super) fn read(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {
+pub(super) fn read(source: &mut DepthFile, size: [u32; 2]) -> Result<Vec<f32>> {
     let mut header = 0;
-    let mut next = |source: &mut Source, what: &str| {
+    let mut next = |source: &mut DepthFile, what: &str| {
         let word = source.word(|byte| byte == b'&', &mut header)?;
         source.number(&word, what)
     };

@@ -9,7 +9,7 @@ use exr::meta::attribute::{ChannelDescription, SampleType};
 use exr::meta::header::Header;
 use exr::prelude::{IntegerBounds, f16};
 
-use super::source::{COPY, Source, check_size};
+use super::depth_file::{COPY, DepthFile, check_size};
 use quadratura_base::error::{Error, Result};
 use quadratura_ldi::layout::LONGEST_SIDE;
 
@@ -29,13 +29,13 @@ const REWRITE: &str =
 
 /// A channel of one of the file's parts.
 #[derive(Debug, Clone, Copy)]
-struct Chosen {
+struct ExrChannel {
     part: usize,
     channel: usize,
 }
 
 /// Reads the numbers of a file, rows from the top. Pixels of the picture that the file's data window leaves out have none.
-pub(super) fn read(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {
+pub(super) fn read(source: &mut DepthFile, size: [u32; 2]) -> Result<Vec<f32>> {
     let (path, length) = (source.path.clone(), source.length);
     let unreadable = |error: exr::error::Error| unreadable(&path, &error);
     let reader = block::read(&mut source.reader, false).map_err(unreadable)?;
@@ -48,15 +48,15 @@ pub(super) fn read(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {
         index.layer == chosen.part && (index.level.0, index.level.1) == (0, 0)
     };
     let mut blocks = reader.filter_chunks(false, wanted).map_err(unreadable)?.sequential_decompressor(false);
-    let mut placed = Placed::new(&header, display, size);
+    let mut picture = PictureValues::new(&header, display, size);
     while let Some(block) = blocks.decompress_next_block() {
-        placed.add(&block.map_err(unreadable)?, chosen, &header).map_err(unreadable)?;
+        picture.add(&block.map_err(unreadable)?, chosen, &header).map_err(unreadable)?;
     }
-    if placed.filled < placed.expected {
-        let found = format!("{} of {} numbers; the file is cut short", placed.filled, placed.expected);
+    if picture.filled < picture.expected {
+        let found = format!("{} of {} numbers; the file is cut short", picture.filled, picture.expected);
         return Err(Error::input(&path, "", found, COPY));
     }
-    Ok(placed.values)
+    Ok(picture.values)
 }
 
 /// Returns the error of the package with what helps.
@@ -75,11 +75,11 @@ fn last_name(channel: &ChannelDescription) -> String {
 }
 
 /// Returns the channel of depth: the one of a known name, or the only one.
-fn chosen(path: &Path, headers: &[Header]) -> Result<Chosen> {
-    let channels: Vec<(Chosen, &ChannelDescription)> = (headers.iter().enumerate())
+fn chosen(path: &Path, headers: &[Header]) -> Result<ExrChannel> {
+    let channels: Vec<(ExrChannel, &ChannelDescription)> = (headers.iter().enumerate())
         .flat_map(|(part, header)| {
             let channels = header.channels.list.iter().enumerate();
-            channels.map(move |(channel, description)| (Chosen { part, channel }, description))
+            channels.map(move |(channel, description)| (ExrChannel { part, channel }, description))
         })
         .collect();
     if let [(only, _)] = channels[..] {
@@ -140,7 +140,7 @@ fn check_header(path: &Path, headers: &[Header], header: &Header, length: u64) -
 }
 
 /// The numbers of a picture while blocks of the data window are put into it.
-struct Placed {
+struct PictureValues {
     values: Vec<f32>,
     size: [i64; 2],
     /// Where the data window begins in the picture.
@@ -150,7 +150,7 @@ struct Placed {
     filled: u64,
 }
 
-impl Placed {
+impl PictureValues {
     fn new(header: &Header, display: IntegerBounds, size: [u32; 2]) -> Self {
         let position = header.own_attributes.layer_position;
         let start = [(position.0, display.position.0), (position.1, display.position.1)];
@@ -164,7 +164,12 @@ impl Placed {
     }
 
     /// Puts the lines of the chosen channel into the picture.
-    fn add(&mut self, block: &UncompressedBlock, chosen: Chosen, header: &Header) -> exr::error::UnitResult {
+    fn add(
+        &mut self,
+        block: &UncompressedBlock,
+        chosen: ExrChannel,
+        header: &Header,
+    ) -> exr::error::UnitResult {
         let lines = block.lines(&header.channels).filter(|line| line.location.channel == chosen.channel);
         for line in lines {
             let numbers = numbers(line, header.channels.list[chosen.channel].sample_type)?;

@@ -184,7 +184,7 @@ pub fn read_list(file: &Path, task: &Task) -> Result<DepthList> {
         .map(|note| Message::from(note.clone()))
         .chain(problems)
         .for_each(|note| task.note(note));
-    let reading = Reading { file, folder, cameras: &cameras };
+    let reading = DepthListReader { file, folder, cameras: &cameras };
     let (mut images, mut problems) = (Vec::new(), Vec::new());
     for (number, value) in (1..).zip(list.images) {
         task.go_on()?;
@@ -197,13 +197,13 @@ pub fn read_list(file: &Path, task: &Task) -> Result<DepthList> {
 }
 
 /// A list while its images are read.
-struct Reading<'a> {
+struct DepthListReader<'a> {
     file: &'a Path,
     folder: &'a Path,
     cameras: &'a Cameras,
 }
 
-impl Reading<'_> {
+impl DepthListReader<'_> {
     fn entry(&self, number: usize, mut value: Value) -> Result<DepthEntry> {
         let named = value.get("colour").and_then(Value::as_str).unwrap_or_default().to_owned();
         let place =

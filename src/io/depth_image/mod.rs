@@ -3,19 +3,19 @@
 //! The numbers are those of the file. What they mean is said in a list of depth images ([`read_list`]).
 
 mod colmap;
+mod depth_file;
 mod exr;
 mod list;
 mod pfm;
 mod png16;
-mod source;
 #[cfg(test)]
 mod tests;
 
 use std::io::BufRead;
 use std::path::Path;
 
+use self::depth_file::DepthFile;
 pub use self::list::{DepthEntry, DepthKind, DepthList, read_list};
-use self::source::Source;
 use quadratura_base::error::{Error, Result};
 use quadratura_files::guarded::guarded;
 
@@ -40,7 +40,7 @@ impl DepthMap {
 
 /// A format of depth images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Format {
+enum DepthFormat {
     Exr,
     Pfm,
     Png,
@@ -58,21 +58,21 @@ const FORMATS: &str =
 /// [`Error::Io`]; [`Error::Input`] with place, finding and remedy where the file is in no known format, of another size, cut
 /// short or damaged.
 pub fn read_depth_map(file: &Path, size: [u32; 2]) -> Result<DepthMap> {
-    guarded(file, source::COPY, || read_source(&mut Source::open(file)?, size))
+    guarded(file, depth_file::COPY, || read_source(&mut DepthFile::open(file)?, size))
 }
 
-fn read_source(source: &mut Source, size: [u32; 2]) -> Result<DepthMap> {
+fn read_source(source: &mut DepthFile, size: [u32; 2]) -> Result<DepthMap> {
     let values = match format_of(source)? {
-        Format::Exr => exr::read(source, size)?,
-        Format::Pfm => pfm::read(source, size)?,
-        Format::Png => png16::read(source, size)?,
-        Format::Colmap => colmap::read(source, size)?,
+        DepthFormat::Exr => exr::read(source, size)?,
+        DepthFormat::Pfm => pfm::read(source, size)?,
+        DepthFormat::Png => png16::read(source, size)?,
+        DepthFormat::Colmap => colmap::read(source, size)?,
     };
     Ok(DepthMap { width: size[0], height: size[1], values })
 }
 
 /// Returns the format that the first bytes show.
-fn format_of(source: &mut Source) -> Result<Format> {
+fn format_of(source: &mut DepthFile) -> Result<DepthFormat> {
     const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
     const PNG: [u8; 4] = [0x89, b'P', b'N', b'G'];
     let start = source.reader.fill_buf().map_err(Error::io(&source.path, "read it"))?;
@@ -84,11 +84,11 @@ fn format_of(source: &mut Source) -> Result<Format> {
                 "copy it again from a complete original",
             ));
         }
-        start if start.starts_with(&EXR) => Format::Exr,
-        start if start.starts_with(&PNG) => Format::Png,
-        [b'P', b'f' | b'F', ..] => Format::Pfm,
+        start if start.starts_with(&EXR) => DepthFormat::Exr,
+        start if start.starts_with(&PNG) => DepthFormat::Png,
+        [b'P', b'f' | b'F', ..] => DepthFormat::Pfm,
         [first, ..] if first.is_ascii_digit() && start.iter().take(12).any(|byte| *byte == b'&') => {
-            Format::Colmap
+            DepthFormat::Colmap
         }
         _ => return Err(source.wrong("", "the file is no depth image in a known format", FORMATS)),
     })

@@ -3,11 +3,11 @@
 //! Debevec's format: `Pf` for one channel, width and height, and a scale whose sign is the byte order (negative: little-endian).
 //! Its absolute value is not applied, as most programs write 1 there whatever they mean; the list's `scale` is.
 
-use super::source::{COPY, Source};
+use super::depth_file::{COPY, DepthFile};
 use quadratura_base::error::Result;
 
 /// Reads the numbers of a file, rows from the top.
-pub(super) fn read(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {
+pub(super) fn read(source: &mut DepthFile, size: [u32; 2]) -> Result<Vec<f32>> {
     let mut header = 0;
     let ends = |byte: u8| byte.is_ascii_whitespace();
     let kind = source.word(ends, &mut header)?;
@@ -18,7 +18,7 @@ pub(super) fn read(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {
     if kind != "Pf" {
         return Err(source.wrong("header", format!("{kind:?}; expected \"Pf\""), COPY));
     }
-    let mut next = |source: &mut Source| loop {
+    let mut next = |source: &mut DepthFile| loop {
         // Words may have several spaces between them; what follows the last one is data.
         let word = source.word(ends, &mut header)?;
         if !word.is_empty() {

@@ -2,14 +2,14 @@
 
 use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
-use super::source::{COPY, Source, check_size};
+use super::depth_file::{COPY, DepthFile, check_size};
 use quadratura_base::error::{Error, Result};
 
 /// Bytes that a decoder may take beside the picture: for chunks of text and profiles.
 const SLACK: usize = 64 << 20;
 
 /// Reads the numbers of a file, 0 to 65535, rows from the top.
-pub(super) fn read(source: &mut Source, size: [u32; 2]) -> Result<Vec<f32>> {
+pub(super) fn read(source: &mut DepthFile, size: [u32; 2]) -> Result<Vec<f32>> {
     let bytes = 2 * size[0] as usize * size[1] as usize;
     let path = source.path.clone();
     let unreadable = |error: png::DecodingError| {

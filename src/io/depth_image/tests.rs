@@ -42,7 +42,7 @@ fn written(folder: &TempDir, name: &str, bytes: &[u8]) -> PathBuf {
 
 fn read(bytes: &[u8], size: [u32; 2]) -> Result<DepthMap> {
     let content = Box::new(Cursor::new(bytes.to_vec()));
-    read_source(&mut Source::new(Path::new("a.depth"), content, bytes.len() as u64), size)
+    read_source(&mut DepthFile::new(Path::new("a.depth"), content, bytes.len() as u64), size)
 }
 
 fn error(bytes: &[u8], size: [u32; 2]) -> String {

@@ -1,6 +1,6 @@
 //! Composites layers: the picture that an editor shows, and the proof that a stack reproduces its photo.
 
-use super::document::{Layer, LayeredDocument};
+use super::document::{LayeredDocument, PixelLayer};
 use super::raster::Raster;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
@@ -16,7 +16,10 @@ use quadratura_base::scene::Samples;
 ///
 /// # Errors
 /// The error of a layer's pixel source.
-pub fn composite<'a>(document: &LayeredDocument<'a>, wanted: impl Fn(&Layer<'a>) -> bool) -> Result<Raster> {
+pub fn composite<'a>(
+    document: &LayeredDocument<'a>,
+    wanted: impl Fn(&PixelLayer<'a>) -> bool,
+) -> Result<Raster> {
     let mut canvas = Raster::blank(document.width, document.height, document.depth);
     for layer in document.layers().filter(|layer| wanted(layer)) {
         lay_over(&mut canvas, &*document.pixels_of(layer)?, layer.rect);

@@ -49,7 +49,7 @@ pub struct LayeredDocument<'a> {
 /// A layer or a group of layers.
 pub enum LayerNode<'a> {
     /// A layer outside any group.
-    Layer(Layer<'a>),
+    Layer(PixelLayer<'a>),
     /// A group of layers.
     Group(Group<'a>),
 }
@@ -59,11 +59,11 @@ pub struct Group<'a> {
     /// The group's unique name, at most [`LONGEST_NAME`] characters.
     pub name: String,
     /// The group's layers, from bottom to top.
-    pub layers: Vec<Layer<'a>>,
+    pub layers: Vec<PixelLayer<'a>>,
 }
 
 /// A layer: pixels at a position on the canvas.
-pub struct Layer<'a> {
+pub struct PixelLayer<'a> {
     /// The layer's unique name, at most [`LONGEST_NAME`] characters. It is the only property of a layer that
     /// every editor preserves.
     pub name: String,
@@ -86,7 +86,7 @@ pub struct Layer<'a> {
     pub pixels: PixelSource<'a>,
 }
 
-impl<'a> Layer<'a> {
+impl<'a> PixelLayer<'a> {
     /// Creates a visible, unlocked layer without token and colour tag. `pixels` provides pixels of the size
     /// of `rect`.
     pub fn new(name: impl Into<String>, rect: PixelRect, pixels: PixelSource<'a>) -> Self {
@@ -119,7 +119,7 @@ pub enum Tag {
 
 impl<'a> LayeredDocument<'a> {
     /// Yields all layers, from bottom to top.
-    pub fn layers(&self) -> impl Iterator<Item = &Layer<'a>> {
+    pub fn layers(&self) -> impl Iterator<Item = &PixelLayer<'a>> {
         self.nodes.iter().flat_map(|node| match node {
             LayerNode::Layer(layer) => std::slice::from_ref(layer),
             LayerNode::Group(group) => group.layers.as_slice(),
@@ -158,7 +158,7 @@ impl<'a> LayeredDocument<'a> {
     }
 
     /// Returns the size in bytes of a layer's pixels in memory.
-    pub fn bytes_of(&self, layer: &Layer<'a>) -> u64 {
+    pub fn bytes_of(&self, layer: &PixelLayer<'a>) -> u64 {
         4 * layer.rect.area() * self.depth.bytes()
     }
 
@@ -166,7 +166,7 @@ impl<'a> LayeredDocument<'a> {
     ///
     /// # Errors
     /// The error of the source; [`Error::Request`] when it returns another size or depth than the layer has.
-    pub fn pixels_of(&self, layer: &Layer<'a>) -> Result<Arc<Raster>> {
+    pub fn pixels_of(&self, layer: &PixelLayer<'a>) -> Result<Arc<Raster>> {
         self.fetched(&layer.pixels, &layer.name, layer.rect.w, layer.rect.h)
     }
 
@@ -197,10 +197,10 @@ impl<'a> LayeredDocument<'a> {
 mod tests {
     use super::*;
 
-    fn layer(name: &str) -> Layer<'static> {
+    fn layer(name: &str) -> PixelLayer<'static> {
         let rect = PixelRect::of_size(2, 2);
         let pixels: PixelSource = Box::new(|| Ok(Arc::new(Raster::blank(2, 3, Depth::Eight))));
-        Layer::new(name, rect, pixels)
+        PixelLayer::new(name, rect, pixels)
     }
 
     fn document(nodes: Vec<LayerNode<'static>>) -> LayeredDocument<'static> {

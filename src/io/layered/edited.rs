@@ -161,7 +161,7 @@ impl EditedMask {
     /// Returns the pixels of a mask that several layers share, to be read on request.
     pub(crate) fn shared_pixels(mask: &Arc<Self>) -> Lazy<Grey> {
         let (pixels, code) = (mask.clone(), mask.clone());
-        let code: Read<String> = Box::new(move || {
+        let code: ReadFn<String> = Box::new(move || {
             code.pixels.code().map(|code| code.expect("it was there when the mask was shared"))
         });
         Lazy {
@@ -172,12 +172,12 @@ impl EditedMask {
     }
 }
 
-type Read<T> = Box<dyn Fn() -> Result<T> + Send + Sync>;
+type ReadFn<T> = Box<dyn Fn() -> Result<T> + Send + Sync>;
 
 /// Data that is read on request: any number of times, from any thread, anew each time.
 pub struct Lazy<T> {
-    read: Read<T>,
-    code: Option<Read<String>>,
+    read: ReadFn<T>,
+    code: Option<ReadFn<String>>,
     /// The layered file, which errors of decoders name.
     file: PathBuf,
 }
@@ -199,7 +199,7 @@ impl<T> Lazy<T> {
         T: 'static,
     {
         let Self { read, code, file } = self;
-        let code = code.map(|code| -> Read<String> { Box::new(move || Ok(format!("{} {how}", code()?))) });
+        let code = code.map(|code| -> ReadFn<String> { Box::new(move || Ok(format!("{} {how}", code()?))) });
         Self { read: Box::new(move || Ok(change(read()?))), code, file }
     }
 

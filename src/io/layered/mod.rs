@@ -14,6 +14,7 @@ pub mod folder;
 pub mod format;
 pub mod grey;
 mod groups;
+pub mod image_turn;
 mod inflate;
 pub mod ora;
 mod place;
@@ -24,7 +25,6 @@ pub mod raster;
 pub mod read;
 mod sink;
 pub mod srgb;
-pub mod turn;
 pub mod xcf;
 
 /// Name of the file with the document key in folders and OpenRaster files.
@@ -33,13 +33,13 @@ pub const KEY_FILE: &str = "quadratura-key.txt";
 pub use bytes::FileBytes;
 pub use composite::composite;
 pub use depth::Depth;
-pub use document::{Group, Layer, LayerNode, LayeredDocument, PixelSource, Tag};
+pub use document::{Group, LayerNode, LayeredDocument, PixelLayer, PixelSource, Tag};
 pub use edited::{BlendMode, EditedDocument, EditedLayer, EditedMask, Lazy, Rounding, StoredColours};
 pub use grey::Grey;
+pub use image_turn::ImageTurn;
 pub use raster::Raster;
 pub use read::read_layered;
 pub use sink::FormatFit;
-pub use turn::Turn;
 
 /// All formats, the default first: each has its entry beside its codec.
 pub static FORMATS: &[format::LayeredFormat] = &[psd::FORMAT, xcf::FORMAT, ora::FORMAT, folder::FORMAT];

@@ -27,7 +27,7 @@ const STREAMS: [(&str, u64); 6] =
 
 /// The first line of the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Header {
+struct PaintPointsHeader {
     format: String,
     version: u32,
     /// One of [`DIRECTION_NAMES`].
@@ -67,7 +67,7 @@ pub fn coat_bytes(coat: &PaintedSlab) -> Vec<u8> {
         of_beside(&|pixel, out| pixel.at.iter().for_each(|at| out.extend(at.to_le_bytes()))),
         of_beside(&|pixel, out| pixel.colour.iter().for_each(|value| out.extend(value.to_le_bytes()))),
     ];
-    let header = Header {
+    let header = PaintPointsHeader {
         format: FORMAT.into(),
         version: VERSION,
         direction: DIRECTION_NAMES[coat.direction].into(),
@@ -94,7 +94,7 @@ pub fn parse_coat(file: &Path, bytes: &[u8]) -> Result<PaintedSlab> {
 }
 
 fn parsed(bytes: &[u8]) -> Result<PaintedSlab, Fault> {
-    let (header, mut rest): (Header, &[u8]) = first_line(bytes)?;
+    let (header, mut rest): (PaintPointsHeader, &[u8]) = first_line(bytes)?;
     if header.format != FORMAT || header.version != VERSION {
         let found =
             format!("{:?} version {}, expected {FORMAT:?} version {VERSION}", header.format, header.version);

@@ -30,7 +30,7 @@ use quadratura_base::scene::FaceId;
 use quadratura_view::agreement::{ContradictedPixel, PhotoAgreement};
 
 /// What the other photos say of one photo.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct PhotoEvidence {
     /// The agreement of the photo's pixels.
     pub agreement: PhotoAgreement,

@@ -37,7 +37,7 @@ const BESIDE_PX: u16 = 2;
 
 /// What a pixel of a reduced photo shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Shows {
+enum PixelContent {
     /// A face of the model.
     Face,
     /// Surroundings.
@@ -53,11 +53,11 @@ pub fn outlines(donor: &Donor, pixels: &PhotoPixels, is_far: impl Fn(FaceId) -> 
     let places = || (0..donor.camera.height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let face = |(x, y): (u32, u32)| donor.owner(x, y).map(|item| donor.seen(item).face);
     let shows = |(x, y): (u32, u32)| match face((x, y)) {
-        _ if !pixels.is_valid(x, y) => Shows::Nothing,
-        Some(face) if !is_far(face) => Shows::Face,
-        _ => Shows::Around,
+        _ if !pixels.is_valid(x, y) => PixelContent::Nothing,
+        Some(face) if !is_far(face) => PixelContent::Face,
+        _ => PixelContent::Around,
     };
-    let shows: Vec<Shows> = places().map(shows).collect();
+    let shows: Vec<PixelContent> = places().map(shows).collect();
     let colour = |(x, y): (u32, u32)| {
         let [r, g, b, _] = pixels.rgba16(x, y);
         [r, g, b].map(|value| f32::from(value) / f32::from(u16::MAX))
@@ -69,7 +69,7 @@ pub fn outlines(donor: &Donor, pixels: &PhotoPixels, is_far: impl Fn(FaceId) -> 
     }
     let contradicted = places().zip(&values).zip(&shows).filter_map(|(((x, y), value), shows)| {
         let agreement = ((value * 255.0).round() as u8).max(1);
-        let face = face((x, y)).filter(|_| *shows == Shows::Face).unwrap_or(NO_FACE);
+        let face = face((x, y)).filter(|_| *shows == PixelContent::Face).unwrap_or(NO_FACE);
         (agreement < u8::MAX).then_some(ContradictedPixel { at: [x as u16, y as u16], face, agreement })
     });
     let contradicted = contradicted.collect();
@@ -78,14 +78,16 @@ pub fn outlines(donor: &Donor, pixels: &PhotoPixels, is_far: impl Fn(FaceId) -> 
 
 /// Returns the pixels of faces that are sky, and those of sky within the same distance beyond outlines, with the share of sky in them.
 /// Colours are sRGB, 0 to 1.
-fn sky_along(size: [usize; 2], shows: &[Shows], colours: &[[f32; 3]]) -> Vec<(usize, f32)> {
+fn sky_along(size: [usize; 2], shows: &[PixelContent], colours: &[[f32; 3]]) -> Vec<(usize, f32)> {
     let band = (BAND * size[0].max(size[1]) as f64).ceil() as u16;
-    let steps_to =
-        |what: Shows| steps_inside(&shows.iter().map(|shows| *shows != what).collect::<Vec<bool>>(), size);
-    let (within, beyond) = (steps_to(Shows::Around), steps_to(Shows::Face));
-    let is_sky = |at: usize| shows[at] == Shows::Around && beyond[at] >= band;
-    let is_face = |at: usize| shows[at] == Shows::Face && within[at] >= band;
-    let (skies, faces) = (Sums::new(size, colours, is_sky), Sums::new(size, colours, is_face));
+    let steps_to = |what: PixelContent| {
+        steps_inside(&shows.iter().map(|shows| *shows != what).collect::<Vec<bool>>(), size)
+    };
+    let (within, beyond) = (steps_to(PixelContent::Around), steps_to(PixelContent::Face));
+    let is_sky = |at: usize| shows[at] == PixelContent::Around && beyond[at] >= band;
+    let is_face = |at: usize| shows[at] == PixelContent::Face && within[at] >= band;
+    let (skies, faces) =
+        (SummedAreaTable::new(size, colours, is_sky), SummedAreaTable::new(size, colours, is_face));
     let radius = REACH * usize::from(band);
     let share = |at: usize| -> f32 {
         let (Some(sky), Some(face)) = (skies.colour(at, radius), faces.colour(at, radius)) else {
@@ -100,20 +102,20 @@ fn sky_along(size: [usize; 2], shows: &[Shows], colours: &[[f32; 3]]) -> Vec<(us
         (1.0 - t * t * (3.0 - 2.0 * t)) as f32
     };
     let is_near = |at: usize| match shows[at] {
-        Shows::Face => within[at] < band,
-        Shows::Around => beyond[at] < band,
-        Shows::Nothing => false,
+        PixelContent::Face => within[at] < band,
+        PixelContent::Around => beyond[at] < band,
+        PixelContent::Nothing => false,
     };
     let shares: Vec<f32> =
         (0..shows.len()).into_par_iter().map(|at| if is_near(at) { share(at) } else { 0.0 }).collect();
     // From the sky beside the outline inwards, and one pixel farther, where sky and face are mixed.
-    let is_around = |at: usize| shows[at] == Shows::Around;
+    let is_around = |at: usize| shows[at] == PixelContent::Around;
     let is_beside = |at: usize| is_around(at) && beyond[at] <= BESIDE_PX && shares[at] > 0.5;
     let mut reached: Vec<bool> = (0..shows.len()).map(is_beside).collect();
     let mut open: Vec<usize> = (0..shows.len()).filter(|at| reached[*at]).collect();
     while let Some(at) = open.pop() {
         for next in around(size, at, 1) {
-            let is_open = shows[next] == Shows::Face && shares[next] > 0.0;
+            let is_open = shows[next] == PixelContent::Face && shares[next] > 0.0;
             if is_open && !std::mem::replace(&mut reached[next], true) && shares[next] > 0.5 {
                 open.push(next);
             }
@@ -128,7 +130,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// The colours around a pixel.
-struct Colours {
+struct ColourSpread {
     mean: [f64; 3],
     /// The standard deviation, over all channels.
     deviation: f64,
@@ -136,13 +138,13 @@ struct Colours {
 
 /// Sums of the colours of some pixels over all rectangles that begin at the first pixel (Crow, *Summed-area tables for texture mapping*,
 /// SIGGRAPH 1984).
-struct Sums {
+struct SummedAreaTable {
     size: [usize; 2],
     /// R, G, B, their squares, and the number of pixels, in rows one longer than those of the picture.
     sums: Vec<[f64; 5]>,
 }
 
-impl Sums {
+impl SummedAreaTable {
     fn new(size: [usize; 2], colours: &[[f32; 3]], is_summed: impl Fn(usize) -> bool) -> Self {
         let row = size[0] + 1;
         let mut sums = vec![[0.0; 5]; row * (size[1] + 1)];
@@ -158,7 +160,7 @@ impl Sums {
     }
 
     /// Returns the colours within a square around a pixel; `None` where there are too few.
-    fn colour(&self, at: usize, radius: usize) -> Option<Colours> {
+    fn colour(&self, at: usize, radius: usize) -> Option<ColourSpread> {
         let (x, y) = (at % self.size[0], at / self.size[0]);
         let row = self.size[0] + 1;
         let [left, top] = [x, y].map(|low| low.saturating_sub(radius));
@@ -171,7 +173,7 @@ impl Sums {
         (count >= LEAST_COUNT).then(|| {
             let mean = [0, 1, 2].map(|c| sum[c] / count);
             let square = mean.iter().map(|mean| mean * mean).sum::<f64>();
-            Colours { mean, deviation: (sum[3] / count - square).max(0.0).sqrt() }
+            ColourSpread { mean, deviation: (sum[3] / count - square).max(0.0).sqrt() }
         })
     }
 }
@@ -184,8 +186,9 @@ mod tests {
 
     /// A picture with a model below row 40 of which the photo's building fills what is below row `built`.
     fn found(sky: [f32; 3], wall: [f32; 3], built: usize, detail: f32) -> Vec<(usize, f32)> {
-        let shows: Vec<Shows> =
-            (0..400 * 80).map(|at| if at / 400 >= 40 { Shows::Face } else { Shows::Around }).collect();
+        let shows: Vec<PixelContent> = (0..400 * 80)
+            .map(|at| if at / 400 >= 40 { PixelContent::Face } else { PixelContent::Around })
+            .collect();
         let colour = |at: usize| {
             let (x, y) = (at % 400, at / 400);
             let noise = detail * (((x * 7 + y * 13) % 5) as f32 - 2.0) / 2.0;
@@ -210,8 +213,9 @@ mod tests {
     #[test]
     fn windows_that_mirror_the_sky_stay_with_their_wall() {
         let sky = [0.7, 0.8, 0.95];
-        let shows: Vec<Shows> =
-            (0..400 * 80).map(|at| if at / 400 >= 40 { Shows::Face } else { Shows::Around }).collect();
+        let shows: Vec<PixelContent> = (0..400 * 80)
+            .map(|at| if at / 400 >= 40 { PixelContent::Face } else { PixelContent::Around })
+            .collect();
         let window = |at: usize| (41..43).contains(&(at / 400)) && (100..140).contains(&(at % 400));
         let colour = |at: usize| if at / 400 < 40 || window(at) { sky } else { [0.4, 0.3, 0.25] };
         let colours: Vec<[f32; 3]> = (0..400 * 80).map(colour).collect();

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::tints::TintLevels;
-use crate::fill::{Donor, SurfaceId, Surfaces};
+use crate::fill::{Donor, FillSurfaceId, FillSurfaces};
 use quadratura_projection::exposure::LightGroups;
 use quadratura_projection::relief::Relief;
 use quadratura_view::agreement::PhotoAgreement;
@@ -66,7 +66,7 @@ pub struct ReducedPhotos<'a> {
     /// The reduced photos, in the site's order; `None` where a photo cannot be read.
     pub photos: &'a [Option<ReducedPhoto>],
     /// The surfaces of the model in world coordinates.
-    pub surfaces: &'a Surfaces,
+    pub surfaces: &'a FillSurfaces,
     /// The photos' groups of light.
     pub groups: &'a LightGroups,
     /// The heights of the true surface over the model's.
@@ -76,7 +76,7 @@ pub struct ReducedPhotos<'a> {
 impl ReducedPhotos<'_> {
     /// Returns the surface that a photo shows at a pixel, and the point in world coordinates; `None` beside depth
     /// discontinuities, at grazing angles, and on billboards, through which one sees what is behind.
-    pub fn visible_point(&self, photo: &ReducedPhoto, x: u32, y: u32) -> Option<(SurfaceId, DVec3)> {
+    pub fn visible_point(&self, photo: &ReducedPhoto, x: u32, y: u32) -> Option<(FillSurfaceId, DVec3)> {
         let donor = &photo.donor;
         let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let item = donor.owner(x, y)?;
@@ -99,7 +99,7 @@ impl ReducedPhotos<'_> {
     }
 
     /// Returns the pixel position at which a photo shows a surface point, well inside what it shows of the surface.
-    pub fn seen(&self, photo: &ReducedPhoto, id: SurfaceId, point: DVec3) -> Option<DVec2> {
+    pub fn seen(&self, photo: &ReducedPhoto, id: FillSurfaceId, point: DVec3) -> Option<DVec2> {
         let item = photo.donor.item(id)?;
         let normal = self.surfaces.get(id).plane.normal;
         let ray = (point - photo.donor.pose.center_in_world()).normalize();

@@ -9,7 +9,7 @@ use super::{
     AgreementOptions, PhotoAgreement, ReducedPhoto, ReducedPhotos, Votes, contradicted_regions,
     photo_agreement, things, votes,
 };
-use crate::fill::{Donor, DonorContent, PaintedSurface, SurfaceId, Surfaces};
+use crate::fill::{Donor, DonorContent, FillSurfaceId, FillSurfaces, PaintedSurface};
 use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::raster::Image;
 use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
@@ -58,7 +58,7 @@ fn on_plane(projector: &Projector, x: i32, y: i32, at: f64) -> DVec3 {
 fn reduced(
     projector: &Projector,
     model: &std::sync::Arc<Model>,
-    surfaces: &Surfaces,
+    surfaces: &FillSurfaces,
     colour: impl FnMut((i32, i32)) -> [u8; 3],
 ) -> ReducedPhoto {
     let samples = PixelRect::of_size(SIZE[0], SIZE[1]).pixels().flat_map(colour).collect();
@@ -99,7 +99,7 @@ fn compared_in_groups(
     groups: &LightGroups,
 ) -> (Vec<Votes>, PhotoAgreement, usize) {
     let model = model();
-    let surfaces = Surfaces::from_model(&model);
+    let surfaces = FillSurfaces::from_model(&model);
     let photo = |(x, shows_it): (&f64, &bool)| {
         let projector = projector(*x);
         let pixels = pixels(&projector, shows_it.then_some(thing));
@@ -188,16 +188,16 @@ fn what_lies_beside_a_contradicted_face_has_the_agreement_of_that_face() {
 fn fillings_take_paint_but_nothing_outvoted_from_a_photo() {
     let (_, agreement, _) = compared(&[0.0, -2.0, -1.0, 1.0, 2.0], &[true, false, false, false, false]);
     let (model, projector) = (model(), projector(0.0));
-    let surfaces = Surfaces::from_model(&model);
+    let surfaces = FillSurfaces::from_model(&model);
     let pixels = pixels(&projector, Some(THING));
     let middle = projector.camera.image_from_camera(projector.pose.camera_from_world(THING.0)).unwrap();
     let corner = [middle.x as i32 - 1, middle.y as i32 - 1];
     let rect = PixelRect::from_edges(corner[0], corner[1], corner[0] + 3, corner[1] + 3);
     let paint = Image::new(rect, vec![Some([10, 200, 10, 255]); 9]);
-    let painted = [PaintedSurface { surface: SurfaceId(WALL.0), pixels: paint }];
+    let painted = [PaintedSurface { surface: FillSurfaceId(WALL.0), pixels: paint }];
     let content = DonorContent { pixels: &pixels, painted: &painted, agreement: Some(&agreement) };
     let donor = Donor::new(&projector, &content, &model, &surfaces, 1e-4);
-    let item = donor.item(SurfaceId(WALL.0)).unwrap();
+    let item = donor.item(FillSurfaceId(WALL.0)).unwrap();
     let shows = |radius: f64| {
         let around = (0..16).map(|i| f64::from(i) * std::f64::consts::TAU / 16.0);
         around
@@ -243,7 +243,7 @@ fn things_in(seen: Seen) -> (Vec<super::Thing>, Projector) {
     m.object("wall").quad_facing(DVec3::NEG_Y, DVec3::new(-9.0, 6.0, 0.0), DVec3::X * 18.0, DVec3::Z * 3.0);
     m.object("ground").quad(DVec3::new(-9.0, -9.0, 0.0), DVec3::X * 18.0, DVec3::Y * 15.0);
     let model = m.finish();
-    let surfaces = Surfaces::from_model(&model);
+    let surfaces = FillSurfaces::from_model(&model);
     let photo = |x: f64| {
         let projector = projector(x);
         let colour = |(u, v): (i32, i32)| {
@@ -307,7 +307,7 @@ fn haze_over_windows_is_light_and_no_thing() {
 /// reaches this far before the wall, and the others show it or the wall alone.
 fn nearby(before_wall: f64, others_show_it: bool) -> f32 {
     let model = model();
-    let surfaces = Surfaces::from_model(&model);
+    let surfaces = FillSurfaces::from_model(&model);
     let on_block = |projector: &Projector, x: i32, y: i32| {
         let point = on_plane(projector, x, y, 6.0 - before_wall);
         ((-1.0..2.0).contains(&point.x) && (1.0..3.0).contains(&point.z)).then_some(point)

@@ -18,7 +18,7 @@ use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::PhotoId;
 
 /// A thing that a photo alone shows, or light that it alone has.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Thing {
     /// The whole of it, without holes, in pixels of the reduced photo.
     pub pixels: Spans,

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::reduced_photo::{ReducedPhoto, ReducedPhotos};
-use crate::fill::SurfaceId;
+use crate::fill::FillSurfaceId;
 use quadratura_base::error::Result;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
@@ -128,26 +128,26 @@ struct Other<'a> {
 
 /// What a photo shows at the point.
 #[derive(Clone, Copy)]
-struct Voter<'a> {
+struct PointVoter<'a> {
     photo: &'a ReducedPhoto,
     px: DVec2,
     /// Reduced pixels per unit of the surface, as a logarithm to base 2.
     detail: f64,
 }
 
-impl Voter<'_> {
+impl PointVoter<'_> {
     /// Returns the distance of this photo's colour from those of another around the point, at the coarser of their
     /// footprints.
-    fn distance(&self, other: &Voter) -> f32 {
+    fn distance(&self, other: &PointVoter) -> f32 {
         let finer = (self.detail - other.detail).round();
         let (own, others) = (finer.max(0.0) as usize, (-finer).max(0.0) as usize);
         other.photo.tints.distance(self.photo.tints.tint(self.px, own), other.px, others)
     }
 }
 
-impl Voter<'_> {
+impl PointVoter<'_> {
     /// Returns the brightness that the photo shows, at the footprint of another where that is coarser.
-    fn brightness(&self, other: &Voter) -> Option<f32> {
+    fn brightness(&self, other: &PointVoter) -> Option<f32> {
         self.photo.tints.brightness(self.px, (self.detail - other.detail).round().max(0.0) as usize)
     }
 }
@@ -157,7 +157,7 @@ impl Poll<'_> {
         let (id, point) = self.photos.visible_point(self.tested, x, y)?;
         let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let own = self.voter(self.tested, id, point, px);
-        let mut voters: [Option<Voter>; MOST_VOTES] = [None; MOST_VOTES];
+        let mut voters: [Option<PointVoter>; MOST_VOTES] = [None; MOST_VOTES];
         let mut weights = [0.0f32; MOST_VOTES];
         let mut count = 0;
         let (mut agreeing, mut apart) = (1.0, 0.0);
@@ -180,7 +180,7 @@ impl Poll<'_> {
         if apart <= agreeing {
             return Some(Votes { own: agreeing, against: apart, ..Votes::ALONE });
         }
-        let voters: Vec<Voter> = voters[..count].iter().flatten().copied().collect();
+        let voters: Vec<PointVoter> = voters[..count].iter().flatten().copied().collect();
         let against = largest_set(&mutual_agreement(&voters), &weights[..count]);
         let shown = voters
             .iter()
@@ -192,17 +192,23 @@ impl Poll<'_> {
         Some(Votes { own: agreeing, against, distance: distance / apart, expected })
     }
 
-    fn voter<'a>(&self, photo: &'a ReducedPhoto, id: SurfaceId, point: DVec3, px: DVec2) -> Voter<'a> {
+    fn voter<'a>(
+        &self,
+        photo: &'a ReducedPhoto,
+        id: FillSurfaceId,
+        point: DVec3,
+        px: DVec2,
+    ) -> PointVoter<'a> {
         let plane = &self.photos.surfaces.get(id).plane;
         let eye = photo.donor.pose.center_in_world();
         let depth = photo.donor.pose.camera_from_world(point).z;
         let detail = pixels_per_unit(&photo.donor.camera, plane, eye, depth).log2();
-        Voter { photo, px, detail }
+        PointVoter { photo, px, detail }
     }
 }
 
 /// Returns how far each two voters agree with each other, row by row: as far as the less agreeing of both.
-fn mutual_agreement(voters: &[Voter]) -> Vec<f32> {
+fn mutual_agreement(voters: &[PointVoter]) -> Vec<f32> {
     let count = voters.len();
     let mut mutual = vec![1.0f32; count * count];
     for i in 0..count {

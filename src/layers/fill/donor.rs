@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::painted::{LEVELS, Paint, PaintSample, PaintedSurface};
 use super::silhouettes::{CLEAR, INSIDE, mark_clear, mark_inside};
-use super::surfaces::{SurfaceId, Surfaces};
+use super::surfaces::{FillSurfaceId, FillSurfaces};
+use crate::projected_model::{Item, ProjectedModel};
 use crate::software::owners;
-use crate::view::{Item, View};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, PixelRect, Plane, Pose};
 use quadratura_base::raster::bilinear::Clamped;
@@ -71,7 +71,7 @@ pub struct Donor {
     pub bits: u8,
     /// The photo's ICC colour profile.
     pub icc: Option<Vec<u8>>,
-    view: View,
+    view: ProjectedModel,
     planes: Vec<Plane>,
     /// The item in `view` of each surface, or [`NOWHERE`].
     item_of: Vec<u32>,
@@ -80,7 +80,7 @@ pub struct Donor {
     levels: Vec<DonorLevel>,
     /// The paint on each item.
     paint: BTreeMap<u32, Paint>,
-    /// How impostors, by item, are turned from where [`Surfaces`] have them towards the photo.
+    /// How impostors, by item, are turned from where [`FillSurfaces`] have them towards the photo.
     turned: BTreeMap<u32, Turn>,
 }
 
@@ -95,11 +95,12 @@ impl Donor {
         projector: &Projector,
         content: &DonorContent,
         model: &Arc<Model>,
-        surfaces: &Surfaces,
+        surfaces: &FillSurfaces,
         tolerance: f32,
     ) -> Self {
         let DonorContent { pixels, painted, agreement } = *content;
-        let Sight { camera, pose, view, item_of, planes, turned } = Sight::new(projector, model, surfaces);
+        let DonorView { camera, pose, view, item_of, planes, turned } =
+            DonorView::new(projector, model, surfaces);
         let owners = owners(&view, tolerance);
         let bits = pixels.bits();
         let icc = pixels.icc.clone();
@@ -130,9 +131,10 @@ impl Donor {
         projector: &Projector,
         painted: &[PaintedSurface],
         model: &Arc<Model>,
-        surfaces: &Surfaces,
+        surfaces: &FillSurfaces,
     ) -> Self {
-        let Sight { camera, pose, view, item_of, planes, turned } = Sight::new(projector, model, surfaces);
+        let DonorView { camera, pose, view, item_of, planes, turned } =
+            DonorView::new(projector, model, surfaces);
         let owners = vec![0; camera.width as usize * camera.height as usize];
         // As many levels as the photo has, because their number decides which one of the paint is sampled.
         let least = camera.width.min(camera.height).max(1);
@@ -145,13 +147,13 @@ impl Donor {
         donor
     }
 
-    /// Returns the pose from which points of an item's surface, where [`Surfaces`] have it, are seen where the photo shows
+    /// Returns the pose from which points of an item's surface, where [`FillSurfaces`] have it, are seen where the photo shows
     /// them.
     pub fn pose_on(&self, item: u32) -> Pose {
         self.turned.get(&item).map_or(self.pose, |turn| turn.before(&self.pose))
     }
 
-    /// Returns a point in the direction from which the photo sees a point of an item's surface, where [`Surfaces`] have
+    /// Returns a point in the direction from which the photo sees a point of an item's surface, where [`FillSurfaces`] have
     /// it.
     pub fn seen_from(&self, item: u32, point: DVec3) -> DVec3 {
         let centre = self.pose.center_in_world();
@@ -223,12 +225,12 @@ impl Donor {
     }
 
     /// Returns the model as the photo sees it.
-    pub fn view(&self) -> &View {
+    pub fn view(&self) -> &ProjectedModel {
         &self.view
     }
 
     /// Returns the item of a surface; `None` where the surface cannot cover pixels of this photo.
-    pub fn item(&self, surface: SurfaceId) -> Option<u32> {
+    pub fn item(&self, surface: FillSurfaceId) -> Option<u32> {
         Some(self.item_of[surface.0 as usize]).filter(|item| *item != NOWHERE)
     }
 
@@ -314,21 +316,21 @@ impl Donor {
 }
 
 /// The surfaces of a model as a photo sees them.
-struct Sight {
+struct DonorView {
     camera: Pinhole,
     pose: Pose,
-    view: View,
+    view: ProjectedModel,
     item_of: Vec<u32>,
     planes: Vec<Plane>,
     turned: BTreeMap<u32, Turn>,
 }
 
-impl Sight {
-    fn new(projector: &Projector, model: &Arc<Model>, surfaces: &Surfaces) -> Self {
+impl DonorView {
+    fn new(projector: &Projector, model: &Arc<Model>, surfaces: &FillSurfaces) -> Self {
         let Projector { camera, pose, .. } = projector;
         let facing = Facing::of_pose(pose);
         let model = model.facing(&facing);
-        let view = View::new(&model, camera, pose);
+        let view = ProjectedModel::new(&model, camera, pose);
         let mut item_of = vec![NOWHERE; surfaces.len()];
         let mut planes = Vec::with_capacity(view.items.len());
         let mut turned = BTreeMap::new();

@@ -53,7 +53,7 @@ pub use propagated::{PropagatedPaint, PropagationStatistics, propagate_paint};
 pub use propagation::{OnlyHere, PaintPlace, Propagation};
 use quadratura_base::scene::PhotoId;
 pub use region::{HiddenSpan, Region, Regions};
-pub use surfaces::{SurfaceId, Surfaces};
+pub use surfaces::{FillSurfaceId, FillSurfaces};
 
 /// The source of a filled texel's colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

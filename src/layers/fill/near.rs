@@ -8,9 +8,9 @@ use glam::DVec3;
 use super::donor::{PARALLEL, SAME_DEPTH};
 use super::painted::LEVELS;
 use super::silhouettes::INSIDE_PX;
-use super::surfaces::{SurfaceId, Surfaces};
+use super::surfaces::{FillSurfaceId, FillSurfaces};
+use crate::projected_model::{Item, ProjectedModel};
 use crate::software::owners;
-use crate::view::{Item, View};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::Model;
 use quadratura_base::scene::impostor::Facing;
@@ -26,12 +26,12 @@ pub fn surfaces_near(
     projector: &Projector,
     rects: &[PixelRect],
     model: &Arc<Model>,
-    surfaces: &Surfaces,
+    surfaces: &FillSurfaces,
     tolerance: f32,
-) -> BTreeSet<SurfaceId> {
+) -> BTreeSet<FillSurfaceId> {
     let facing = Facing::of_pose(&projector.pose);
     let model = model.facing(&facing);
-    let view = View::new(&model, &projector.camera, &projector.pose);
+    let view = ProjectedModel::new(&model, &projector.camera, &projector.pose);
     let owners = owners(&view, tolerance);
     let frame = projector.camera.rect();
     let mut near = BTreeSet::new();
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn only_surfaces_that_the_photo_shows_there_are_near() {
         let scene = closed_form::two_quads();
-        let surfaces = Surfaces::from_model(&scene.model);
+        let surfaces = FillSurfaces::from_model(&scene.model);
         let photo = scene.photo();
         let projector = Projector { name: photo.name, camera: photo.camera, pose: photo.pose };
         let near = |rect| surfaces_near(&projector, &[rect], &scene.model, &surfaces, 1e-4);

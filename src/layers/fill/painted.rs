@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use super::surfaces::SurfaceId;
+use super::surfaces::FillSurfaceId;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Image;
 use quadratura_base::raster::bilinear::BilinearCorner;
@@ -21,7 +21,7 @@ pub(super) const LEVELS: usize = 4;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PaintedSurface {
     /// The surface.
-    pub surface: SurfaceId,
+    pub surface: FillSurfaceId,
     /// In photo pixels; the bounds may reach outside the photo. R, G, B, A in the photo's encoding, with alpha 0 where
     /// paint was erased; `None` where there is no paint.
     pub pixels: Image<Option<[u8; 4]>>,
@@ -170,7 +170,7 @@ mod tests {
         for (x, y, colour) in pixels {
             *all.get_mut(*x, *y).unwrap() = Some(*colour);
         }
-        PaintedSurface { surface: SurfaceId(0), pixels: all }
+        PaintedSurface { surface: FillSurfaceId(0), pixels: all }
     }
 
     fn centre(x: i32, y: i32) -> DVec2 {

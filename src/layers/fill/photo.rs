@@ -15,7 +15,7 @@ use super::region::Region;
 use super::remnant::LastResort;
 use super::seam::seam;
 use super::see_through::LayerMatte;
-use super::surfaces::{FillSurface, SurfaceId, Surfaces};
+use super::surfaces::{FillSurface, FillSurfaceId, FillSurfaces};
 use super::{DIFFUSED_CONFIDENCE, FillOptions, FillOrigin, INVENTED_CONFIDENCE};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
@@ -28,7 +28,7 @@ pub struct FillContext<'a> {
     /// The photos, in the site's order.
     pub photos: &'a [Projector],
     /// The surfaces of the model in world coordinates.
-    pub surfaces: &'a Surfaces,
+    pub surfaces: &'a FillSurfaces,
     /// Per face, the photos that have it in their working set and are not excluded from it, rising.
     pub serving: &'a [Vec<PhotoId>],
     /// Per face, the photos that have paint on it which other photos may see, rising.
@@ -119,7 +119,7 @@ impl PhotoFilling {
 pub const MOST_DONORS: usize = 24;
 
 /// The texels of a filling that are as they were, by surface, in the order of the spans of its region.
-pub type KeptTexels = BTreeMap<SurfaceId, Vec<FilledTexel>>;
+pub type KeptTexels = BTreeMap<FillSurfaceId, Vec<FilledTexel>>;
 
 /// Fills the occluded regions of a photo; those of surfaces in `kept` get the texels that are there. Plates that are
 /// needed are made and cached for the next photo.

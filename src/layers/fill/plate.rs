@@ -15,7 +15,7 @@ use super::donor::Donor;
 use super::exemplar::{Cell, ExemplarImage, invent};
 use super::photo::FillContext;
 use super::ranked_donors::{ColourQuery, given, ranked_donors};
-use super::surfaces::{FillSurface, SurfaceId};
+use super::surfaces::{FillSurface, FillSurfaceId};
 use super::{FillOrigin, Invent};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::clip::clipped_to_box;
@@ -71,8 +71,14 @@ impl RectifiedTexture {
     }
 }
 
-/// A surface and the side of it that is seen: true for its back.
-pub type SurfaceSide = (SurfaceId, bool);
+/// A surface and the side of it that is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SurfaceSide {
+    /// The surface.
+    pub id: FillSurfaceId,
+    /// True for its back.
+    pub back: bool,
+}
 
 /// A cache of the plates made so far.
 #[derive(Debug, Default)]
@@ -107,20 +113,20 @@ impl RectifiedTextures {
     }
 }
 
-fn plate(context: &FillContext, (id, back): SurfaceSide) -> Result<Option<RectifiedTexture>> {
-    let surface = context.surfaces.get(id);
+fn plate(context: &FillContext, side: SurfaceSide) -> Result<Option<RectifiedTexture>> {
+    let surface = context.surfaces.get(side.id);
     let Some(layout) = PlateLayout::of_surface(context, surface) else { return Ok(None) };
     let donors = context.donors(&layout.photos)?;
     let mut canvas = layout.canvas(surface);
-    layout.gather(&mut canvas, context, &donors, ((id, back), true));
+    layout.gather(&mut canvas, context, &donors, side, true);
     if canvas.is_too_little() {
-        layout.gather(&mut canvas, context, &donors, ((id, back), false));
+        layout.gather(&mut canvas, context, &donors, side, false);
     }
     if canvas.cells.iter().all(|cell| *cell != Cell::Known) {
         return Ok(None);
     }
     // The seed is the surface's own id, so that the plate is the same whatever else is filled.
-    let by_example = context.options.invent == Invent::Exemplar && invent(&mut canvas, u64::from(id.0));
+    let by_example = context.options.invent == Invent::Exemplar && invent(&mut canvas, u64::from(side.id.0));
     let Some(colours) = canvas.diffused() else { return Ok(None) };
     let stored = |value: f32| (value / MOST_ROOT * 65535.0).round().clamp(0.0, 65535.0) as u16;
     let roots = colours.into_iter().map(|colour| colour.map(stored)).collect();
@@ -197,13 +203,14 @@ impl PlateLayout {
     }
 
     /// Sets unknown cells within the outline to the colours that the photos have there; only to those clear of the outlines of nearer
-    /// surfaces where the side comes with true.
+    /// surfaces where `clearly` is true.
     fn gather(
         &self,
         canvas: &mut ExemplarImage,
         context: &FillContext,
         donors: &[(PhotoId, Arc<Donor>)],
-        side: (SurfaceSide, bool),
+        side: SurfaceSide,
+        clearly: bool,
     ) {
         let [width, height] = self.size;
         let columns = width.div_ceil(BLOCK);
@@ -215,8 +222,10 @@ impl PlateLayout {
             })
             .collect();
         let cells = &canvas.cells;
-        let found: Vec<Vec<(usize, [f32; 3])>> =
-            blocks.par_iter().map(|block| self.gather_block(cells, context, donors, side, *block)).collect();
+        let found: Vec<Vec<(usize, [f32; 3])>> = blocks
+            .par_iter()
+            .map(|block| self.gather_block(cells, context, donors, side, clearly, *block))
+            .collect();
         for (index, colour) in found.into_iter().flatten() {
             (canvas.cells[index], canvas.colours[index]) = (Cell::Known, colour);
         }
@@ -228,7 +237,8 @@ impl PlateLayout {
         cells: &[Cell],
         context: &FillContext,
         donors: &[(PhotoId, Arc<Donor>)],
-        ((id, back), clearly): (SurfaceSide, bool),
+        SurfaceSide { id, back }: SurfaceSide,
+        clearly: bool,
         (x0, y0): (usize, usize),
     ) -> Vec<(usize, [f32; 3])> {
         let [width, height] = self.size;

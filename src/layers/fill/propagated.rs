@@ -16,7 +16,7 @@ use super::queries::{Asking, Query, centre};
 use super::ranked_donors::{OfferedPaint, PaintOffer, paints_differ};
 use super::region::Region;
 use super::seam::seam;
-use super::surfaces::SurfaceId;
+use super::surfaces::FillSurfaceId;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
@@ -34,7 +34,7 @@ pub struct PropagatedPaint {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PropagationStatistics {
     /// The surface.
-    pub surface: SurfaceId,
+    pub surface: FillSurfaceId,
     /// The photo that was painted on.
     pub from: PhotoId,
     /// The number of texels that show the surface and received the paint.
@@ -150,7 +150,7 @@ impl Asking<'_> {
 }
 
 fn offers(
-    surface: SurfaceId,
+    surface: FillSurfaceId,
     offered: &[Option<OfferedPaint>],
     fates: &[Option<Fate>],
 ) -> Vec<PropagationStatistics> {

@@ -73,8 +73,8 @@ impl Serialize for Propagation {
 
 impl<'de> Deserialize<'de> for Propagation {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
+        struct PropagationVisitor;
+        impl<'de> Visitor<'de> for PropagationVisitor {
             type Value = Propagation;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -96,7 +96,7 @@ impl<'de> Deserialize<'de> for Propagation {
                 Ok(if patterns.is_empty() { Propagation::Undecided } else { Propagation::Of(patterns) })
             }
         }
-        from.deserialize_any(Reader)
+        from.deserialize_any(PropagationVisitor)
     }
 }
 

@@ -15,7 +15,7 @@ use super::ranked_donors::{
     ColourQuery, DonatedColour, OfferedPaint, RankedDonor, given, offered, ranked_donors,
 };
 use super::region::{HiddenSpan, Region};
-use super::surfaces::{FillSurface, SurfaceId};
+use super::surfaces::{FillSurface, FillSurfaceId};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{PixelRect, Pose};
 use quadratura_base::scene::PhotoId;
@@ -63,7 +63,7 @@ impl Asking<'_> {
     /// see it.
     pub fn side(&self, region: &Region) -> Option<SurfaceSide> {
         let item = self.own.item(region.surface)?;
-        Some((region.surface, self.own.seen(item).back))
+        Some(SurfaceSide { id: region.surface, back: self.own.seen(item).back })
     }
 
     /// Answers the query of each pixel of the regions; `answer` gets the query's block and the pixel's
@@ -177,10 +177,10 @@ impl Asking<'_> {
     /// Returns the point, in world coordinates, of a region's true surface (with relief) that is seen at a
     /// photo position in pixels.
     pub fn met(&self, region: &Region, px: DVec2) -> DVec3 {
-        self.on_surface((region.surface, self.context.surfaces.get(region.surface)), px)
+        self.on_surface(region.surface, self.context.surfaces.get(region.surface), px)
     }
 
-    fn on_surface(&self, (id, surface): (SurfaceId, &FillSurface), px: DVec2) -> DVec3 {
+    fn on_surface(&self, id: FillSurfaceId, surface: &FillSurface, px: DVec2) -> DVec3 {
         let pose = self.own.item(id).map_or(self.own.pose, |item| self.own.pose_on(item));
         let eye = pose.center_in_world();
         let ray = pose.rotation.transpose() * self.own.camera.ray_in_camera(px);
@@ -220,7 +220,8 @@ fn blocks(index: usize, region: &Region) -> Vec<QueryBlock<'_>> {
 /// A query for points of one block: the donors ranked for it.
 pub(super) struct Query<'a> {
     asking: &'a Asking<'a>,
-    surface: (SurfaceId, &'a FillSurface),
+    id: FillSurfaceId,
+    surface: &'a FillSurface,
     /// The pose from which the photo sees the surface.
     pose: Pose,
     ranked_donors: Vec<RankedDonor<'a>>,
@@ -231,7 +232,7 @@ pub(super) struct Query<'a> {
 impl<'a> Query<'a> {
     /// Ranks the donors for a block; returns `None` where no donor may know anything.
     fn new(asking: &'a Asking<'a>, region: &Region, [x, y]: [u32; 2]) -> Option<Self> {
-        let (id, back) = asking.side(region)?;
+        let SurfaceSide { id, back } = asking.side(region)?;
         let surface = asking.context.surfaces.get(id);
         let own = asking.own;
         let item = own.item(id)?;
@@ -240,9 +241,8 @@ impl<'a> Query<'a> {
         let (low, high) = (0.5, f64::from(BLOCK) - 0.5);
         let middle = f64::from(BLOCK) / 2.0;
         let offsets = [(middle, middle), (low, low), (high, low), (low, high), (high, high)];
-        let probes = offsets.map(|(dx, dy)| {
-            asking.on_surface((id, surface), DVec2::new(f64::from(x) + dx, f64::from(y) + dy))
-        });
+        let probes = offsets
+            .map(|(dx, dy)| asking.on_surface(id, surface, DVec2::new(f64::from(x) + dx, f64::from(y) + dy)));
         let depth = pose.camera_from_world(probes[0]).z;
         // The block's middle may lie beyond the horizon of the plane, where no point of it is met.
         let depth = if depth > 0.0 { depth } else { pose.camera_from_world(surface.outline[0]).z.abs() };
@@ -254,18 +254,17 @@ impl<'a> Query<'a> {
         let spot = ColourQuery { surface: id, plane, back, viewpoint, most_angle, density, probes, clearly };
         let ranked_donors = ranked_donors(asking.donors, asking.context.gains, &spot);
         let painted = ranked_donors.iter().any(|ranked_donor| may_have_paint(ranked_donor, probes));
-        (!ranked_donors.is_empty()).then_some(Self {
-            asking,
-            surface: (id, surface),
-            pose,
-            ranked_donors,
-            painted,
-        })
+        (!ranked_donors.is_empty()).then_some(Self { asking, id, surface, pose, ranked_donors, painted })
+    }
+
+    /// Returns the point that the photo sees at a position in pixels.
+    fn point(&self, px: DVec2) -> DVec3 {
+        self.asking.on_surface(self.id, self.surface, px)
     }
 
     /// Returns the donors' colour for the point that the photo sees at a position in pixels.
     pub fn given(&self, px: DVec2, coarser: usize) -> Option<DonatedColour> {
-        given(&self.ranked_donors, self.asking.on_surface(self.surface, px), coarser)
+        given(&self.ranked_donors, self.point(px), coarser)
     }
 
     /// Returns the paint that the donors have there.
@@ -274,12 +273,11 @@ impl<'a> Query<'a> {
             return None;
         }
         let Asking { context, own, .. } = self.asking;
-        let (_, surface) = self.surface;
-        let (plane, point) = (&surface.plane, self.asking.on_surface(self.surface, px));
+        let (plane, point) = (&self.surface.plane, self.point(px));
         let (eye, depth) = (self.pose.center_in_world(), self.pose.camera_from_world(point).z);
         let density = pixels_per_unit(&own.camera, plane, eye, depth);
-        let serving = &context.serving[surface.face.0 as usize];
-        offered(&self.ranked_donors, serving, (plane, point), density)
+        let serving = &context.serving[self.surface.face.0 as usize];
+        offered(&self.ranked_donors, serving, plane, point, density)
     }
 }
 

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::donor::Donor;
 use super::painted::{Paint, PaintSample};
-use super::surfaces::SurfaceId;
+use super::surfaces::FillSurfaceId;
 use super::{FillOrigin, MOST_CONFIDENCE};
 use quadratura_base::geometry::{Plane, Pose};
 use quadratura_base::raster::robust;
@@ -46,7 +46,7 @@ pub(super) const BLACK: f32 = 2e-3;
 /// A query for colours: a small neighbourhood on a surface.
 pub struct ColourQuery<'a> {
     /// The surface.
-    pub surface: SurfaceId,
+    pub surface: FillSurfaceId,
     /// The plane of the surface, in world coordinates.
     pub plane: Plane,
     /// True when the back of the surface is queried.
@@ -292,7 +292,8 @@ pub fn given(ranked_donors: &[RankedDonor], point: DVec3, coarser: usize) -> Opt
 pub fn offered(
     ranked_donors: &[RankedDonor],
     serving: &[PhotoId],
-    (plane, point): (&Plane, DVec3),
+    plane: &Plane,
+    point: DVec3,
     density: f64,
 ) -> Option<OfferedPaint> {
     let serves =

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::surfaces::SurfaceId;
+use super::surfaces::FillSurfaceId;
 use crate::LayerIndex;
 use crate::content::PixelSpan;
+use crate::projected_model::{ProjectedModel, clip_from_camera};
 use crate::software::TriangleFootprint;
-use crate::view::{View, clip_from_camera};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 
 /// A span of occluded pixels of a row, in one image layer.
@@ -26,7 +26,7 @@ pub struct HiddenSpan {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Region {
     /// The surface.
-    pub surface: SurfaceId,
+    pub surface: FillSurfaceId,
     /// The spans, rising by row and column.
     pub spans: Vec<HiddenSpan>,
 }
@@ -75,7 +75,7 @@ impl Region {
 /// A builder of regions, to which occluded pixels are added image layer by image layer.
 #[derive(Debug, Default)]
 pub struct Regions {
-    of_surface: BTreeMap<SurfaceId, Vec<(PixelSpan, LayerIndex)>>,
+    of_surface: BTreeMap<FillSurfaceId, Vec<(PixelSpan, LayerIndex)>>,
 }
 
 impl Regions {
@@ -86,7 +86,7 @@ impl Regions {
         &mut self,
         layer: LayerIndex,
         rect: PixelRect,
-        surfaces: &[Option<SurfaceId>],
+        surfaces: &[Option<FillSurfaceId>],
         hidden: &[bool],
     ) {
         let width = rect.w as usize;
@@ -110,7 +110,7 @@ impl Regions {
 
     /// Returns the regions, one per surface.
     pub fn finish(self) -> Vec<Region> {
-        let region = |(surface, mut spans): (SurfaceId, Vec<(PixelSpan, LayerIndex)>)| {
+        let region = |(surface, mut spans): (FillSurfaceId, Vec<(PixelSpan, LayerIndex)>)| {
             spans.sort_unstable();
             let mut first = 0;
             let counted = spans.into_iter().map(|(span, layer)| {
@@ -126,9 +126,9 @@ impl Regions {
 
 /// Returns the surface of each occluded pixel of a row; `None` where the pixel is not occluded, or the row
 /// has no surface.
-fn surface_of_hidden(surfaces: &[Option<SurfaceId>], hidden: &[bool]) -> Vec<Option<SurfaceId>> {
+fn surface_of_hidden(surfaces: &[Option<FillSurfaceId>], hidden: &[bool]) -> Vec<Option<FillSurfaceId>> {
     let mut last = surfaces.iter().zip(hidden).find_map(|(surface, hidden)| surface.filter(|_| *hidden));
-    let name = |(surface, hidden): (&Option<SurfaceId>, &bool)| {
+    let name = |(surface, hidden): (&Option<FillSurfaceId>, &bool)| {
         last = surface.or(last);
         last.filter(|_| *hidden)
     };
@@ -138,13 +138,13 @@ fn surface_of_hidden(surfaces: &[Option<SurfaceId>], hidden: &[bool]) -> Vec<Opt
 /// The footprint of an outline that an image layer holds: a whole surface, or a piece of one.
 pub struct RegionShape {
     /// The surface that the outline belongs to.
-    pub surface: SurfaceId,
+    pub surface: FillSurfaceId,
     footprints: Vec<TriangleFootprint>,
 }
 
 impl RegionShape {
     /// Builds the shape of a whole item of a view.
-    pub fn of_item(surface: SurfaceId, view: &View, item: u32) -> Self {
+    pub fn of_item(surface: FillSurfaceId, view: &ProjectedModel, item: u32) -> Self {
         let first = view.triangle_items.partition_point(|i| *i < item);
         let of_item = view.triangle_items[first..].iter().take_while(|i| **i == item);
         let corners = of_item.zip(&view.corners[first..]).map(|(_, corners)| *corners);
@@ -153,23 +153,23 @@ impl RegionShape {
 
     /// Builds the shape of triangles in world coordinates.
     pub fn from_triangles(
-        surface: SurfaceId,
+        surface: FillSurfaceId,
         triangles: &[[DVec3; 3]],
         camera: &Pinhole,
         pose: &Pose,
-        view: &View,
+        view: &ProjectedModel,
     ) -> Self {
         let clip = |corner: DVec3| clip_from_camera(pose.camera_from_world(corner), camera);
         Self { surface, footprints: footprints(triangles.iter().map(|t| t.map(clip)), view) }
     }
 }
 
-fn footprints(corners: impl Iterator<Item = [[f32; 3]; 3]>, view: &View) -> Vec<TriangleFootprint> {
+fn footprints(corners: impl Iterator<Item = [[f32; 3]; 3]>, view: &ProjectedModel) -> Vec<TriangleFootprint> {
     corners.filter_map(|corners| TriangleFootprint::new(&corners, view.width, view.height)).collect()
 }
 
 /// Returns the surface at each pixel of `rect`, row by row: that of the last shape that covers the pixel.
-pub fn painted(shapes: &[RegionShape], rect: PixelRect) -> Vec<Option<SurfaceId>> {
+pub fn painted(shapes: &[RegionShape], rect: PixelRect) -> Vec<Option<FillSurfaceId>> {
     let mut painted = vec![None; rect.area() as usize];
     for shape in shapes {
         for footprint in &shape.footprints {
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn hidden_pixels_become_spans_by_surface_and_those_without_one_take_their_neighbours() {
         let rect = PixelRect { x: 10, y: 5, w: 6, h: 1 };
-        let [a, b] = [0, 1].map(|id| Some(SurfaceId(id)));
+        let [a, b] = [0, 1].map(|id| Some(FillSurfaceId(id)));
         let mut regions = Regions::default();
         let hidden = [true, true, false, true, true, true];
         regions.add(LayerIndex(3), rect, &[None, a, a, a, b, None], &hidden);

@@ -37,7 +37,7 @@ mod tests {
     use super::*;
     use crate::LayerIndex;
     use crate::content::PixelSpan;
-    use crate::fill::{HiddenSpan, Region, SurfaceId};
+    use crate::fill::{FillSurfaceId, HiddenSpan, Region};
     use quadratura_base::geometry::PixelRect;
 
     #[test]
@@ -47,7 +47,7 @@ mod tests {
             layer: LayerIndex(0),
             first: (y - 20) * 40,
         };
-        let region = Region { surface: SurfaceId(0), spans: (20..60).map(span).collect() };
+        let region = Region { surface: FillSurfaceId(0), spans: (20..60).map(span).collect() };
         let cells = RegionCells::around(&region, PixelRect::of_size(200, 100));
         let outside: Vec<(usize, DVec2)> =
             cells.near().filter(|(_, px)| px.x < 38.0 || px.x > 82.0).collect();

@@ -11,7 +11,7 @@ mod from_others;
 use std::collections::BTreeMap;
 
 use super::region::Region;
-use super::surfaces::SurfaceId;
+use super::surfaces::FillSurfaceId;
 use super::{FillOrigin, FilledRegion, FilledTexel, PhotoFilling};
 use crate::LayerIndex;
 use crate::matte::{Known, Matte};
@@ -30,7 +30,7 @@ pub struct SeeThroughLayer {
     /// The rectangle in photo pixels; the lists have one value per pixel of it, row by row.
     pub rect: PixelRect,
     /// The surface that covers each pixel.
-    pub surfaces: Vec<Option<SurfaceId>>,
+    pub surfaces: Vec<Option<FillSurfaceId>>,
     /// Whether the photo shows the surface there.
     pub visible: Vec<bool>,
 }
@@ -93,14 +93,14 @@ pub struct SeeThroughPhoto<'a> {
     /// Its pixels.
     pub pixels: &'a PhotoPixels,
     /// Its own mattes.
-    pub mattes: BTreeMap<SurfaceId, &'a Matte>,
+    pub mattes: BTreeMap<FillSurfaceId, &'a Matte>,
     /// Its image layers of see-through surfaces, nearest first.
     pub layers: Vec<SeeThroughLayer>,
 }
 
 impl SeeThroughPhoto<'_> {
     /// Returns the surfaces behind mixtures: their texels depend on the matte as well as on other photos.
-    pub fn mixed_surfaces<'r>(&self, regions: impl Iterator<Item = &'r Region>) -> Vec<SurfaceId> {
+    pub fn mixed_surfaces<'r>(&self, regions: impl Iterator<Item = &'r Region>) -> Vec<FillSurfaceId> {
         let mixed = |x: u32, y: u32| {
             self.layers.iter().any(|layer| {
                 let (x, y) = (x as i32, y as i32);
@@ -197,8 +197,14 @@ impl LayerMatte {
     }
 }
 
-/// Where a texel of a filling is: the region, counted with the surroundings last, and its index there.
-type TexelPlace = (usize, usize);
+/// Where a texel of a filling is.
+#[derive(Clone, Copy)]
+struct TexelPlace {
+    /// The region, counted with the surroundings last.
+    region: usize,
+    /// The texel's index there.
+    texel: usize,
+}
 
 /// The texels of a filling by image layer and pixel.
 struct TexelIndex {
@@ -228,7 +234,8 @@ impl TexelIndex {
         let spans = &self.spans[layer];
         let next = spans.partition_point(|span| (span.0, span.1) <= (y, x));
         let &(row, x0, x1, region, first) = spans.get(next.checked_sub(1)?)?;
-        (row == y && x < x1).then_some((region as usize, (first + x - x0) as usize))
+        let texel = (first + x - x0) as usize;
+        (row == y && x < x1).then_some(TexelPlace { region: region as usize, texel })
     }
 
     /// Returns the nearest texel behind a layer at a pixel, with its layer.
@@ -285,14 +292,14 @@ struct Laying<'a, 'b> {
 }
 
 impl Laying<'_, '_> {
-    fn texel(&mut self, (region, at): TexelPlace) -> &mut FilledTexel {
+    fn texel(&mut self, TexelPlace { region, texel }: TexelPlace) -> &mut FilledTexel {
         let PhotoFilling { regions, surroundings, .. } = &mut *self.filling;
         let count = regions.len();
         let filled = match region < count {
             true => &mut regions[region],
             false => surroundings.as_mut().expect("it is the region after the last one"),
         };
-        &mut filled.texels[at]
+        &mut filled.texels[texel]
     }
 
     /// Returns the photo's own matte of a layer's texel that is seen through another one, if the layer is of see-through

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::view::View;
+use crate::projected_model::ProjectedModel;
 
 /// The distance in pixels from a depth discontinuity within which a photo is not sampled: models are wrong by
 /// a few pixels, and the background at an edge must not be taken for the foreground.
@@ -31,7 +31,7 @@ const OVER_BACKDROPS: f64 = 0.015;
 
 /// Sets [`INSIDE`] at pixels without a depth discontinuity within [`INSIDE_PX`] pixels along rows and
 /// columns.
-pub(super) fn mark_inside(owners: &mut [u32], view: &View) {
+pub(super) fn mark_inside(owners: &mut [u32], view: &ProjectedModel) {
     let (width, height) = (view.width as usize, view.height as usize);
     let unmarked = &*owners;
     let differs = |x: usize, y: usize| {
@@ -70,7 +70,7 @@ fn grown_along(row: &[u8]) -> Vec<u8> {
 
 /// Returns true when the depth jumps between two neighbouring pixels: neither plane explains the other's
 /// depth.
-fn is_jump(view: &View, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool {
+fn is_jump(view: &ProjectedModel, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool {
     if owners[0] == owners[1] {
         return false;
     }
@@ -89,7 +89,7 @@ fn is_jump(view: &View, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool 
 
 /// Sets [`CLEAR`] at pixels that have no outline of a nearer surface within a distance along their row and column. The items of
 /// backdrops have a larger one.
-pub(super) fn mark_clear(owners: &mut [u32], view: &View, is_backdrop: &[bool]) {
+pub(super) fn mark_clear(owners: &mut [u32], view: &ProjectedModel, is_backdrop: &[bool]) {
     let (width, height) = (view.width as usize, view.height as usize);
     let longer = f64::from(view.width.max(view.height));
     let reaches = [OVERHANG, OVER_BACKDROPS].map(|share| (share * longer).round() as u32);
@@ -138,7 +138,7 @@ pub(super) fn mark_clear(owners: &mut [u32], view: &View, is_backdrop: &[bool]) 
 }
 
 /// Returns true when the second of two neighbouring pixels shows something farther than the first.
-fn is_farther(view: &View, owners: [u32; 2], places: [[usize; 2]; 2]) -> bool {
+fn is_farther(view: &ProjectedModel, owners: [u32; 2], places: [[usize; 2]; 2]) -> bool {
     let [near, far] = [0, 1].map(|i| {
         let [x, y] = places[i].map(|at| at as u32);
         view.items[owners[i] as usize - 1].inverse_depth.at(x, y)
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn what_is_close_behind_an_outline_is_not_clear_and_the_nearer_side_is() {
         let scene = closed_form::two_quads();
-        let view = View::new(&scene.model, &scene.camera, &scene.pose);
+        let view = ProjectedModel::new(&scene.model, &scene.camera, &scene.pose);
         let far =
             view.items.iter().position(|item| scene.model.face_name(item.face).starts_with("far")).unwrap();
         let bare = owners(&view, 1e-4);

@@ -7,12 +7,12 @@ use quadratura_base::geometry::polygon::fit_plane;
 use quadratura_base::scene::builder::says_backdrop;
 use quadratura_base::scene::{FaceId, Model};
 
-/// The index of a surface in [`Surfaces`].
+/// The index of a surface in [`FillSurfaces`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct SurfaceId(pub u32);
+pub struct FillSurfaceId(pub u32);
 
-impl SurfaceId {
-    /// Stands for the surroundings in regions. [`Surfaces`] does not have it.
+impl FillSurfaceId {
+    /// Stands for the surroundings in regions. [`FillSurfaces`] does not have it.
     pub const SURROUNDINGS: Self = Self(u32::MAX);
 }
 
@@ -36,13 +36,13 @@ pub struct FillSurface {
 
 /// The surfaces of a model, in the order of its faces.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Surfaces {
+pub struct FillSurfaces {
     list: Vec<FillSurface>,
     /// The index of each face's first surface.
     first: Vec<u32>,
 }
 
-impl Surfaces {
+impl FillSurfaces {
     /// Lists the surfaces of a model (in world coordinates). Those of impostors have the rectangle that faces a camera of no
     /// photo; each donor sees it turned towards itself ([`super::Donor::pose_on`]).
     pub fn from_model(model: &Model) -> Self {
@@ -90,14 +90,14 @@ impl Surfaces {
     }
 
     /// Returns the surface with this id.
-    pub fn get(&self, id: SurfaceId) -> &FillSurface {
+    pub fn get(&self, id: FillSurfaceId) -> &FillSurface {
         &self.list[id.0 as usize]
     }
 
     /// Returns the surface of a planar face, or of one triangle of a face; the face must have it (see
     /// [`Self::find`]).
-    pub fn id(&self, face: FaceId, triangle: Option<u32>) -> SurfaceId {
-        SurfaceId(self.first[face.0 as usize] + triangle.unwrap_or(0))
+    pub fn id(&self, face: FaceId, triangle: Option<u32>) -> FillSurfaceId {
+        FillSurfaceId(self.first[face.0 as usize] + triangle.unwrap_or(0))
     }
 
     /// Returns true when a face is one surface, not one per triangle.
@@ -108,17 +108,17 @@ impl Surfaces {
     }
 
     /// Returns all surfaces of the face that a surface belongs to.
-    pub fn of_same_face(&self, id: SurfaceId) -> impl Iterator<Item = SurfaceId> + '_ {
+    pub fn of_same_face(&self, id: FillSurfaceId) -> impl Iterator<Item = FillSurfaceId> + '_ {
         let face = self.get(id).face;
         let first = self.first[face.0 as usize];
         (first..)
-            .map(SurfaceId)
+            .map(FillSurfaceId)
             .take_while(move |id| self.list.get(id.0 as usize).is_some_and(|s| s.face == face))
     }
 
     /// Returns the surface of a face or of one of its triangles; `None` when the face has no such triangle,
     /// or is planar when it should not be (or the reverse).
-    pub fn find(&self, face: FaceId, triangle: Option<u32>) -> Option<SurfaceId> {
+    pub fn find(&self, face: FaceId, triangle: Option<u32>) -> Option<FillSurfaceId> {
         let id = self.id(face, triangle);
         let surface = self.list.get(id.0 as usize)?;
         (surface.face == face && surface.triangle == triangle).then_some(id)
@@ -126,7 +126,7 @@ impl Surfaces {
 
     /// Returns the surface of a face that a polygon (world coordinates) lies on: the one whose plane and
     /// centroid are nearest to it.
-    pub fn nearest_to_polygon(&self, face: FaceId, polygon: &[DVec3]) -> SurfaceId {
+    pub fn nearest_to_polygon(&self, face: FaceId, polygon: &[DVec3]) -> FillSurfaceId {
         let mean = |ring: &[DVec3]| ring.iter().sum::<DVec3>() / ring.len() as f64;
         let middle = mean(polygon);
         let far = |surface: &FillSurface| {
@@ -137,7 +137,7 @@ impl Surfaces {
         let first = self.first[face.0 as usize];
         let of_face = self.list[first as usize..].iter().take_while(|surface| surface.face == face);
         let nearest = (first..).zip(of_face).min_by(|a, b| far(a.1).total_cmp(&far(b.1)));
-        SurfaceId(nearest.map_or(first, |(id, _)| id))
+        FillSurfaceId(nearest.map_or(first, |(id, _)| id))
     }
 }
 
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn a_bent_face_has_a_surface_a_triangle_and_its_pieces_find_theirs() {
         let scene = closed_form::bent_quad();
-        let surfaces = Surfaces::from_model(&scene.model);
+        let surfaces = FillSurfaces::from_model(&scene.model);
         let bent = scene.model.face_ids().find(|face| !scene.model.face(*face).planar).unwrap();
         for (t, _) in (0..).zip(scene.model.face_triangles(bent)) {
             let id = surfaces.id(bent, Some(t));

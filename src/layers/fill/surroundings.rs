@@ -271,7 +271,7 @@ mod tests {
     use super::*;
     use crate::LayerIndex;
     use crate::content::PixelSpan;
-    use crate::fill::{HiddenSpan, SurfaceId};
+    use crate::fill::{FillSurfaceId, HiddenSpan};
     use quadratura_base::geometry::{Pinhole, Pose};
     use quadratura_projection::LayerTexturePixels;
     use quadratura_projection::dome::{CubeMap, Dome};
@@ -318,7 +318,7 @@ mod tests {
             layer: LayerIndex(0),
             first: (y - 60) * 20,
         };
-        let region = Region { surface: SurfaceId::SURROUNDINGS, spans: (60..70).map(span).collect() };
+        let region = Region { surface: FillSurfaceId::SURROUNDINGS, spans: (60..70).map(span).collect() };
         let donors: Vec<&SurroundingsDonor> = donors.iter().collect();
         let filling = SurroundingsFilling { own: &own, bits: 8, donors: &donors, dome, scale: 1.0 };
         filling.fill(region, &Task::silent()).unwrap()

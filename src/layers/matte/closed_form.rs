@@ -61,7 +61,7 @@ pub fn closed_form(
         Some(_) => system.unknown.iter().map(guessed).collect(),
         None => system.start(known),
     };
-    system.solve(&right, &mut solution, weight, (options, given.len()), task)?;
+    system.solve(&right, &mut solution, weight, options, given.len(), task)?;
     for (index, value) in system.unknown.iter().zip(&solution) {
         alpha.pixels_mut()[*index as usize] = value.clamp(0.0, 1.0) as f32;
     }
@@ -71,7 +71,7 @@ pub fn closed_form(
 /// The mean colour of a window of 3 x 3 pixels, and the inverse of the covariance of its colours: in f64, because colours of
 /// two surfaces lie on a line, and the covariance is nearly singular.
 #[derive(Clone, Copy)]
-struct Window {
+struct WindowStatistics {
     mean: DVec3,
     inverse: DMat3,
 }
@@ -103,9 +103,9 @@ impl System {
         let pixels = colours.pixels();
         let window = |index: usize| {
             let touches = is_inner(index) && around(index, width).into_iter().any(is_unknown);
-            touches.then(|| Window::new(pixels, index, width, flat))
+            touches.then(|| WindowStatistics::new(pixels, index, width, flat))
         };
-        let windows: Vec<Option<Window>> = (0..pixels.len()).into_par_iter().map(window).collect();
+        let windows: Vec<Option<WindowStatistics>> = (0..pixels.len()).into_par_iter().map(window).collect();
         let row = |index: &u32| row(*index as usize, pixels, &windows, [width, height]);
         let rows: Vec<[f32; REACHED]> = unknown.par_iter().map(row).collect();
         let diagonal = rows.iter().map(|row| (f64::from(row[REACHED / 2]) + weight).max(1e-9)).collect();
@@ -157,7 +157,8 @@ impl System {
         right: &[f64],
         solution: &mut [f64],
         weight: f64,
-        (options, pixels): (&ClosedForm, usize),
+        options: &ClosedForm,
+        pixels: usize,
         task: &Task,
     ) -> Result<()> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -204,7 +205,7 @@ impl System {
 fn row(
     index: usize,
     colours: &[Vec3],
-    windows: &[Option<Window>],
+    windows: &[Option<WindowStatistics>],
     [width, height]: [usize; 2],
 ) -> [f32; REACHED] {
     let mut row = [0.0f64; REACHED];
@@ -224,7 +225,7 @@ fn row(
     row.map(|factor| factor as f32)
 }
 
-impl Window {
+impl WindowStatistics {
     fn new(colours: &[Vec3], middle: usize, width: usize, flat: f32) -> Self {
         let indices = around(middle, width);
         let mean = indices.iter().map(|i| colours[*i].as_dvec3()).sum::<DVec3>() / 9.0;

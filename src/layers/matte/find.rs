@@ -8,6 +8,7 @@ use super::{ClosedForm, Known, Matte, closed_form, foreground};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Image;
+use quadratura_base::raster::box_filter::box_range;
 use quadratura_base::task::Task;
 use quadratura_projection::sources::LEAST_MATTE;
 use quadratura_view::srgb::Srgb;
@@ -65,7 +66,7 @@ pub fn find_mattes(
     options: &FindOptions,
     task: &Task,
 ) -> Result<Vec<Matte>> {
-    let found = Found::new(likely, options, task)?;
+    let found = JointMatte::new(likely, options, task)?;
     let rects = found.rects(names.len());
     let of_object = |((index, name), rect): ((u16, &&str), Option<PixelRect>)| {
         rect.map(|rect| found.matte(name, index, rect))
@@ -74,7 +75,7 @@ pub fn find_mattes(
 }
 
 /// The matte of all see-through objects together.
-struct Found<'a> {
+struct JointMatte<'a> {
     likely: &'a Likely<'a>,
     alpha: Image<f32>,
     /// The objects' own colours.
@@ -83,7 +84,7 @@ struct Found<'a> {
     known: Vec<Known>,
 }
 
-impl<'a> Found<'a> {
+impl<'a> JointMatte<'a> {
     fn new(likely: &'a Likely<'a>, options: &FindOptions, task: &Task) -> Result<Self> {
         let rect = likely.colours.rect();
         let odds = odds(likely, options);
@@ -187,15 +188,14 @@ fn odds(likely: &Likely, options: &FindOptions) -> Vec<f32> {
 
 /// Returns the means of the values within a reach, row by row.
 fn mean(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec<f32> {
-    let around = |at: usize, count: usize| at.saturating_sub(reach)..(at + reach + 1).min(count);
     let along = |index: usize| {
-        let (row, columns) = (index / width * width, around(index % width, width));
+        let (row, columns) = (index / width * width, box_range(index % width, width, reach));
         let count = columns.len() as f32;
         values[row + columns.start..row + columns.end].iter().sum::<f32>() / count
     };
     let rows: Vec<f32> = (0..values.len()).into_par_iter().map(along).collect();
     let across = |index: usize| {
-        let lines = around(index / width, height);
+        let lines = box_range(index / width, height, reach);
         let count = lines.len() as f32;
         lines.map(|y| rows[y * width + index % width]).sum::<f32>() / count
     };

@@ -41,7 +41,7 @@ pub fn foreground(colours: &Image<Vec3>, alpha: &Image<f32>) -> Foreground {
         (all as f32).powf(share).round().clamp(1.0, all as f32) as usize
     };
     let mean = colours.pixels().iter().sum::<Vec3>() / colours.pixels().len().max(1) as f32;
-    let mut found = Level { size: [1, 1], front: vec![mean], behind: vec![mean] };
+    let mut found = ForegroundLevel { size: [1, 1], front: vec![mean], behind: vec![mean] };
     for level in 0..=levels {
         let size = if level == levels { [width, height] } else { [side(width, level), side(height, level)] };
         found = found.resized(size);
@@ -54,13 +54,13 @@ pub fn foreground(colours: &Image<Vec3>, alpha: &Image<f32>) -> Foreground {
 }
 
 /// The estimate at one resolution.
-struct Level {
+struct ForegroundLevel {
     size: [usize; 2],
     front: Vec<Vec3>,
     behind: Vec<Vec3>,
 }
 
-impl Level {
+impl ForegroundLevel {
     fn resized(self, size: [usize; 2]) -> Self {
         let image = |pixels: Vec<Vec3>| {
             Image::new(PixelRect::of_size(self.size[0] as u32, self.size[1] as u32), pixels)

@@ -25,7 +25,7 @@ pub use silhouette::{SeenImpostor, Silhouette};
 use quadratura_base::raster::Image;
 
 /// The matte of an object in a photo, or of one of its faces, and the object's own colours.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Matte {
     /// The unique name of an impostor's object; of other objects the name of the face, `object[index]`, and for a triangle of a
     /// face that is not planar `object[index].triangle`.
@@ -38,7 +38,7 @@ pub struct Matte {
 }
 
 /// What is known of a pixel of a matte. The matte of pixels of which nothing is known is 255.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[repr(u8)]
 pub enum Known {
     /// The photo shows nothing of the object's surface here: something else is in front, or the photo is not valid.

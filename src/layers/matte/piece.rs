@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use super::silhouette::{Expected, SeenImpostor, Silhouette};
 use quadratura_base::geometry::{Pinhole, Plane, Pose};
 use quadratura_base::raster::bilinear::Clamped;
+use quadratura_base::raster::box_filter::box_sums;
 
 /// The least and the largest number of cells along the longer side of a face.
 const CELLS: [f64; 2] = [16.0, 768.0];
@@ -156,7 +157,7 @@ impl PieceSilhouette {
                 let mut sums = vec![(0.0f32, 0.0f32); cells.len()];
                 for other in others {
                     let Self::Face(_, of_other) = other else { continue };
-                    let blurred = blurred(of_other, grid.cells);
+                    let blurred = box_sums(of_other, grid.cells, BLUR);
                     for (sum, (likely, count)) in sums.iter_mut().zip(blurred) {
                         if count > 0.0 {
                             *sum = (sum.0 + likely / count, sum.1 + 1.0);
@@ -169,17 +170,6 @@ impl PieceSilhouette {
             }
         }
     }
-}
-
-/// Returns the sums over the cells around each one.
-fn blurred(cells: &[(f32, f32)], [width, height]: [usize; 2]) -> Vec<(f32, f32)> {
-    let around = |at: usize, count: usize| at.saturating_sub(BLUR)..(at + BLUR + 1).min(count);
-    let sum = |index: usize| {
-        let (columns, rows) = (around(index % width, width), around(index / width, height));
-        let places = rows.flat_map(|row| columns.clone().map(move |column| row * width + column));
-        places.fold((0.0, 0.0), |sum, place| (sum.0 + cells[place].0, sum.1 + cells[place].1))
-    };
-    (0..cells.len()).map(sum).collect()
 }
 
 /// What photos tell of where an object is on a piece.

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::raster::bilinear::Clamped;
+use quadratura_base::raster::box_filter::{box_range, box_sums};
 use quadratura_base::scene::impostor::{Facing, Impostor};
 
 /// The cells across a rectangle and along it.
@@ -107,15 +108,13 @@ impl Silhouette {
 
 /// Returns the means of the cells around each one.
 fn blurred(cells: &[(f32, f32)]) -> Vec<(f32, f32)> {
-    let around = |at: usize, count: usize| at.saturating_sub(BLUR)..(at + BLUR + 1).min(count);
-    let mean = |index: usize| {
-        let (columns, rows) = (around(index % CELLS[0], CELLS[0]), around(index / CELLS[0], CELLS[1]));
-        let count = (columns.len() * rows.len()) as f32;
-        let places = rows.flat_map(|row| columns.clone().map(move |column| row * CELLS[0] + column));
-        let sum = places.fold((0.0, 0.0), |sum, place| (sum.0 + cells[place].0, sum.1 + cells[place].1));
-        (sum.0 / count, sum.1 / count)
+    let mean = |(index, (likely, weight)): (usize, (f32, f32))| {
+        let around = [index % CELLS[0], index / CELLS[0]];
+        let [columns, rows] = [0, 1].map(|axis| box_range(around[axis], CELLS[axis], BLUR).len());
+        let count = (columns * rows) as f32;
+        (likely / count, weight / count)
     };
-    (0..cells.len()).map(mean).collect()
+    box_sums(cells, CELLS, BLUR).into_iter().enumerate().map(mean).collect()
 }
 
 /// What photos tell of where an object is on its rectangle.

@@ -22,7 +22,7 @@ pub struct TriangleFootprint {
 
 impl TriangleFootprint {
     /// Builds the coverage from corners in homogeneous clip coordinates (see
-    /// [`crate::View::corners`]). Returns `None` for a triangle that is behind the camera, seen
+    /// [`crate::ProjectedModel::corners`]). Returns `None` for a triangle that is behind the camera, seen
     /// edge-on, or above or below the photo.
     pub fn new(corners: &[[f32; 3]; 3], width: u32, height: u32) -> Option<Self> {
         let corners = corners.map(|corner| homogeneous_pixels(corner, width, height));

@@ -20,8 +20,8 @@ mod peeling;
 pub use coverage::TriangleFootprint;
 
 use super::pairs::count_pairs;
+use super::projected_model::ProjectedModel;
 use super::rasteriser::{Fragments, Presence, Rasteriser, StencilLayers};
-use super::view::View;
 use passes::SoftwareDrawing;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
@@ -31,7 +31,7 @@ use quadratura_base::task::Task;
 pub struct SoftwareRasteriser;
 
 impl Rasteriser for SoftwareRasteriser {
-    fn fragments(&self, view: &View, tolerance: f32, task: &Task) -> Result<Fragments> {
+    fn fragments(&self, view: &ProjectedModel, tolerance: f32, task: &Task) -> Result<Fragments> {
         let drawing = SoftwareDrawing::new(view);
         let mut presence = passes::presence(&drawing, task)?;
         let working: Vec<bool> = presence.iter().map(|p| *p == Presence::Working).collect();
@@ -43,7 +43,7 @@ impl Rasteriser for SoftwareRasteriser {
 
     fn occluded(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         alive: &[bool],
         forgiven: &[(u32, u32)],
@@ -54,7 +54,7 @@ impl Rasteriser for SoftwareRasteriser {
 
     fn stencil_peeling(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         working: &[bool],
         task: &Task,
@@ -66,7 +66,7 @@ impl Rasteriser for SoftwareRasteriser {
 
 /// Finds the owner of each pixel, row by row from the top: the index plus one of the last item in model order
 /// among those visible at the pixel (within the tolerance of the nearest); 0 where there is none.
-pub fn owners(view: &View, tolerance: f32) -> Vec<u32> {
+pub fn owners(view: &ProjectedModel, tolerance: f32) -> Vec<u32> {
     passes::owners(&SoftwareDrawing::new(view), tolerance)
 }
 

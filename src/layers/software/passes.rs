@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::coverage::TriangleFootprint;
 use crate::is_behind;
+use crate::projected_model::{ItemId, ProjectedModel};
 use crate::rasteriser::{Band, FragmentLists, Presence, TIE, VISIBLE};
-use crate::view::{ItemId, View};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 
@@ -17,14 +17,14 @@ const BAND_ROWS: u32 = 32;
 /// A view with the footprints of its triangles.
 pub struct SoftwareDrawing<'a> {
     /// The view that is drawn.
-    pub view: &'a View,
+    pub view: &'a ProjectedModel,
     /// The item and footprint of every triangle that may cover pixels, in model order.
     triangles: Vec<(ItemId, TriangleFootprint)>,
 }
 
 impl<'a> SoftwareDrawing<'a> {
     /// Computes the footprints of a view's triangles.
-    pub fn new(view: &'a View) -> Self {
+    pub fn new(view: &'a ProjectedModel) -> Self {
         let footprint = |(corners, &item)| {
             Some((ItemId(item), TriangleFootprint::new(corners, view.width, view.height)?))
         };

@@ -5,14 +5,19 @@ use rayon::prelude::*;
 
 use crate::is_behind;
 use crate::pairs::pixels;
+use crate::projected_model::ProjectedModel;
 use crate::rasteriser::{FragmentLists, StencilLayers, VISIBLE};
-use crate::view::View;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 
 /// Returns, per item, whether a fragment of it lies behind a fragment of another item by more than the
 /// tolerance. The `forgiven` pairs (front, back), sorted, are ignored.
-pub fn occluded(view: &View, lists: &FragmentLists, tolerance: f32, forgiven: &[(u32, u32)]) -> Vec<bool> {
+pub fn occluded(
+    view: &ProjectedModel,
+    lists: &FragmentLists,
+    tolerance: f32,
+    forgiven: &[(u32, u32)],
+) -> Vec<bool> {
     marked(view, lists, |fragments, mark| {
         for &(back, inverse_depth) in fragments {
             let hides = |&(front, nearer): &(u32, f32)| {
@@ -31,7 +36,7 @@ pub fn occluded(view: &View, lists: &FragmentLists, tolerance: f32, forgiven: &[
 /// items that won a pixel with a count leave the set. When no pixel has a count, the remaining set is a
 /// layer, and the items that left are the next set.
 pub fn stencil(
-    view: &View,
+    view: &ProjectedModel,
     lists: &FragmentLists,
     tolerance: f32,
     working: &[bool],
@@ -62,7 +67,12 @@ pub fn stencil(
 
 /// Peels one layer off the `rest`: returns its items, or `None` when a round emptied the set, and the number
 /// of rounds.
-fn peel_one(view: &View, lists: &FragmentLists, tolerance: f32, rest: &[bool]) -> (Option<Vec<bool>>, u32) {
+fn peel_one(
+    view: &ProjectedModel,
+    lists: &FragmentLists,
+    tolerance: f32,
+    rest: &[bool],
+) -> (Option<Vec<bool>>, u32) {
     let mut set = rest.to_vec();
     for rounds in 1.. {
         let hidden = farthest_of_several(view, lists, tolerance, &set);
@@ -81,7 +91,12 @@ fn peel_one(view: &View, lists: &FragmentLists, tolerance: f32, rest: &[bool]) -
 
 /// Returns, per item of the `set`, whether it is the farthest item at a pixel where another one is nearer. Of
 /// equally far fragments the last in model order wins.
-fn farthest_of_several(view: &View, lists: &FragmentLists, tolerance: f32, set: &[bool]) -> Vec<bool> {
+fn farthest_of_several(
+    view: &ProjectedModel,
+    lists: &FragmentLists,
+    tolerance: f32,
+    set: &[bool],
+) -> Vec<bool> {
     marked(view, lists, |fragments, mark| {
         let alive = || fragments.iter().filter(|(item, _)| set[*item as usize]);
         let farthest = alive().copied().min_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
@@ -94,7 +109,11 @@ fn farthest_of_several(view: &View, lists: &FragmentLists, tolerance: f32, set: 
 
 /// Collects marks per item over all pixels: `look` gets each pixel's fragments (item, inverse depth) and the
 /// marks so far.
-fn marked(view: &View, lists: &FragmentLists, look: impl Fn(&[(u32, f32)], &mut [bool]) + Sync) -> Vec<bool> {
+fn marked(
+    view: &ProjectedModel,
+    lists: &FragmentLists,
+    look: impl Fn(&[(u32, f32)], &mut [bool]) + Sync,
+) -> Vec<bool> {
     let none = || vec![false; view.items.len()];
     let either = |a: Vec<bool>, b: Vec<bool>| a.into_iter().zip(b).map(|(a, b)| a | b).collect();
     let in_band = |band| {

@@ -10,12 +10,12 @@ use quadratura_base::scene::FaceId;
 const TOLERANCE: f32 = 1e-4;
 
 /// Returns a view of 16 x 8 pixels without items.
-fn empty_view() -> View {
-    View { width: 16, height: 8, largest_inverse_depth: 1.0, ..View::default() }
+fn empty_view() -> ProjectedModel {
+    ProjectedModel { width: 16, height: 8, largest_inverse_depth: 1.0, ..ProjectedModel::default() }
 }
 
 /// Adds an item with the inverse depth `a (X - u0) + c`, u0 = 8, and triangles of clip corners.
-fn add_item(view: &mut View, a: f32, c: f32, triangles: &[[[f32; 3]; 3]]) {
+fn add_item(view: &mut ProjectedModel, a: f32, c: f32, triangles: &[[[f32; 3]; 3]]) {
     let item = view.items.len() as u32;
     let inverse_depth = InverseDepth { a, b: 0.0, c, u0: 8.0, v0: 4.0 };
     let bounds = PixelRect::of_size(view.width, view.height);
@@ -32,17 +32,17 @@ fn add_item(view: &mut View, a: f32, c: f32, triangles: &[[[f32; 3]; 3]]) {
 }
 
 /// Adds an upright rectangle of whole pixels `[x0, x1) x [y0, y1)` at one depth.
-fn add_rectangle(view: &mut View, depth: f32, [x0, y0, x1, y1]: [f32; 4]) {
+fn add_rectangle(view: &mut ProjectedModel, depth: f32, [x0, y0, x1, y1]: [f32; 4]) {
     let corner = |x: f32, y: f32| [(x / 8.0 - 1.0) * depth, (1.0 - y / 4.0) * depth, depth];
     let [a, b, c, d] = [corner(x0, y0), corner(x0, y1), corner(x1, y1), corner(x1, y0)];
     add_item(view, 0.0, 1.0 / depth, &[[a, b, c], [a, c, d]]);
 }
 
-fn draw(view: &View) -> Fragments {
+fn draw(view: &ProjectedModel) -> Fragments {
     SoftwareRasteriser.fragments(view, TOLERANCE, &Task::silent()).expect("it is not stopped")
 }
 
-fn layers(view: &View) -> StencilLayers {
+fn layers(view: &ProjectedModel) -> StencilLayers {
     let working = vec![true; view.items.len()];
     SoftwareRasteriser.stencil_peeling(view, TOLERANCE, &working, &Task::silent()).expect("it is not stopped")
 }

@@ -5,8 +5,8 @@ use std::ops::Range;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::neighbourhood::Neighbourhood;
-use crate::layout::{DepthPixel, DepthPixelOrigin, Ldi, Level, Splat};
-use crate::merge::Sample;
+use crate::layout::{DepthPixel, DepthPixelOrigin, Ldi, ResolutionLevel, Splat};
+use crate::merge::SurfaceSample;
 use crate::splat::{Canvas, Dot};
 use crate::transfer::Transfer;
 
@@ -35,7 +35,7 @@ const OVERLAP_OF_UNKNOWN: f64 = 0.1;
 /// A source as it is warped into the common camera.
 pub struct Collected<'a> {
     /// The level of the source that is warped.
-    level: &'a Level,
+    level: &'a ResolutionLevel,
     /// The number that its samples carry.
     source: u16,
     /// The change of inverse depth from pixel to pixel, by number of surface; `None` for the unknown one.
@@ -57,10 +57,12 @@ impl<'a> Collected<'a> {
     /// for the reference camera's own photo; `numbers` are those of its surfaces in the common list, and `bytes` are stored
     /// values at the common exposure by stored value: R, G, B. If `single`, each source pixel gives one sample.
     pub fn new(
-        (ldi, level): (&'a Ldi, &'a Level),
+        ldi: &'a Ldi,
+        level: &'a ResolutionLevel,
         source: u16,
         transfer: Transfer,
-        (numbers, bytes): (&'a [u16], &'a [[u8; 256]; 3]),
+        numbers: &'a [u16],
+        bytes: &'a [[u8; 256]; 3],
         single: bool,
     ) -> Self {
         // The surfaces' planes are in pixels of the source's frame.
@@ -86,7 +88,7 @@ impl<'a> Collected<'a> {
 
     /// Returns the sample at the middle of a source pixel, whose longest side has this square in the common camera.
     #[inline]
-    fn sample(&self, dot: &Dot, longest_squared: f64) -> Sample {
+    fn sample(&self, dot: &Dot, longest_squared: f64) -> SurfaceSample {
         let Collected { level, numbers, source, .. } = self;
         let origin = match level.splats[dot.index].origin() {
             DepthPixelOrigin::Photo if *source != 0 => DepthPixelOrigin::OtherPhotos,
@@ -96,7 +98,7 @@ impl<'a> Collected<'a> {
         // centre of a pixel shows as little of it: where it counted by the whole pixel, three of four sites were predicted worse
         // (docs/quality.md).
         let weight = f64::from(dot.s * dot.s).min(1.0 / longest_squared) as f32;
-        Sample {
+        SurfaceSample {
             pixel: DepthPixel {
                 inverse_depth: dot.q,
                 colour: self.exposed(dot.colour),
@@ -113,7 +115,7 @@ impl<'a> Collected<'a> {
 
 /// The samples of a strip of the common camera, [`STRIP`] rows: the index of the pixel in the strip, and the sample, in no particular
 /// order.
-pub type Strip = Vec<(u32, Sample)>;
+pub type Strip = Vec<(u32, SurfaceSample)>;
 
 /// Rows of the common camera in which samples are collected.
 pub struct CollectCanvas<'a> {
@@ -135,14 +137,14 @@ impl<'a> CollectCanvas<'a> {
 
     /// Adds a sample at a pixel.
     #[inline]
-    fn add(&mut self, column: u32, row: u32, sample: Sample) {
+    fn add(&mut self, column: u32, row: u32, sample: SurfaceSample) {
         let [width, _] = self.size;
         self.strips[(row / STRIP) as usize].push((row % STRIP * width + column, sample));
     }
 
     /// Adds a sample at a position of the rows, unless it is outside.
     #[inline]
-    fn add_at(&mut self, u: f64, v: f64, sample: Sample) {
+    fn add_at(&mut self, u: f64, v: f64, sample: SurfaceSample) {
         let [width, rows] = self.size;
         if u >= 0.0 && u < f64::from(width) && v >= 0.0 && v < f64::from(rows) {
             self.add(u as u32, v as u32, sample);
@@ -151,18 +153,18 @@ impl<'a> CollectCanvas<'a> {
 
     /// Returns what a source pixel covers in the common camera, where its plane has this gradient.
     #[inline]
-    fn footprint(&self, dot: &Dot, gradient: DVec2) -> Footprint {
+    fn footprint(&self, dot: &Dot, gradient: DVec2) -> PixelFootprint {
         let Collected { level, transfer, from_infinity, .. } = self.of;
         let (u, v, q) = (f64::from(dot.u), f64::from(dot.v) + self.top, f64::from(dot.q));
         let per_omega = match q > 0.0 {
             true => q / f64::from(level.inverse_depths[dot.index]),
             false => (*from_infinity * DVec3::new(u, v, 1.0)).z,
         };
-        Footprint::new(transfer, (DVec2::new(u, v), q, per_omega), gradient)
+        PixelFootprint::new(transfer, DVec2::new(u, v), q, per_omega, gradient)
     }
 
     /// Adds a sample for each pixel of the common camera whose centre a source pixel covers.
-    fn add_covered(&mut self, dot: &Dot, footprint: &Footprint, overlap: f64) {
+    fn add_covered(&mut self, dot: &Dot, footprint: &PixelFootprint, overlap: f64) {
         let (u, v) = (f64::from(dot.u), f64::from(dot.v));
         let within = 0.5 + overlap;
         let [width, height] = self.size;
@@ -191,14 +193,14 @@ impl<'a> CollectCanvas<'a> {
                 let inverse_depth = (f64::from(dot.q) + footprint.gradient.dot(affine)).max(0.0) as f32;
                 let colour = of.exposed(self.around.colour(of.level, offset));
                 let pixel = DepthPixel { inverse_depth, colour, ..sample.pixel };
-                let sample = Sample { pixel, ..*sample };
+                let sample = SurfaceSample { pixel, ..*sample };
                 self.add(column, row, sample);
             }
         }
     }
 
     /// Adds several samples of a source pixel, at points of its own, on its plane.
-    fn add_many(&mut self, dot: &Dot, footprint: &Footprint) {
+    fn add_many(&mut self, dot: &Dot, footprint: &PixelFootprint) {
         let [columns, rows] = footprint.samples();
         let of = self.of;
         of.look_around(&mut self.around, dot);
@@ -220,7 +222,7 @@ impl<'a> CollectCanvas<'a> {
                 let inverse_depth = (inverse_depth / omega) as f32;
                 let colour = of.exposed(self.around.colour(of.level, by));
                 let pixel = DepthPixel { inverse_depth, colour, ..sample.pixel };
-                self.add_at(at.x, at.y, Sample { pixel, ..sample });
+                self.add_at(at.x, at.y, SurfaceSample { pixel, ..sample });
             }
         }
     }
@@ -235,7 +237,7 @@ impl<'a> CollectCanvas<'a> {
 /// What a source pixel covers in the common camera: with the offset s from its middle, in its pixels, H moves a point to an offset of
 /// J s / (1 + w . s) from its position, where J is the derivative of H and w how omega changes.
 #[derive(Debug, Clone, Copy)]
-struct Footprint {
+struct PixelFootprint {
     /// J: its sides along the rows and the columns of the source, in pixels. Those of the homography H = A + b nu^T are
     /// (H_i - (u, v) H_3i) / omega.
     right: DVec2,
@@ -250,11 +252,11 @@ struct Footprint {
     area: f64,
 }
 
-impl Footprint {
+impl PixelFootprint {
     /// Makes that of a source pixel whose middle is at this position, with this inverse depth and 1 / omega, on a plane with this
     /// gradient, in 1/world unit a pixel of the source.
     #[inline]
-    fn new(transfer: &Transfer, (at, q, per_omega): (DVec2, f64, f64), gradient: DVec2) -> Self {
+    fn new(transfer: &Transfer, at: DVec2, q: f64, per_omega: f64, gradient: DVec2) -> Self {
         let side = |column: DVec3, slope: f64| {
             let moved = column + slope * transfer.b;
             let along = moved.truncate() - at * moved.z;
@@ -375,11 +377,11 @@ mod tests {
             let mut number = |size: f64| rng.between(-size, size);
             let mut eye = || DVec3::new(number(2.0), number(2.0), number(1.0));
             let poses = [eye(), eye()].map(|eye| look_at(eye, DVec3::new(0.3, -0.2, 9.0)));
-            let transfer = Transfer::new((&source, &poses[0]), (&common, &poses[1]));
+            let transfer = Transfer::new(&source, &poses[0], &common, &poses[1]);
             let centre = DVec2::new(20.5 + number(15.0).floor(), 15.5 + number(10.0).floor());
             let (depth, gradient) = (0.12 + number(0.04), DVec2::new(number(0.01), number(0.01)));
             let (at, omega) = transfer.position(centre, depth).unwrap();
-            let footprint = Footprint::new(&transfer, (at, depth / omega, 1.0 / omega), gradient);
+            let footprint = PixelFootprint::new(&transfer, at, depth / omega, 1.0 / omega, gradient);
             let inverse = footprint.inverse();
             for (x, y) in (-5..=5).flat_map(|y| (-5..=5).map(move |x| (x, y))) {
                 let s = 0.1 * DVec2::new(f64::from(x), f64::from(y));
@@ -398,7 +400,7 @@ mod tests {
 
     #[test]
     fn what_is_behind_the_camera_has_no_offset() {
-        let footprint = Footprint {
+        let footprint = PixelFootprint {
             right: DVec2::X,
             down: DVec2::Y,
             gradient: DVec2::ZERO,

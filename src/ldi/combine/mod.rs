@@ -19,9 +19,9 @@ use rayon::prelude::*;
 
 use self::collect::{CollectCanvas, Collected, STRIP, Strip};
 use self::surfaces::CommonSurfaces;
-use super::finish::{Counts, Row, Unfinished};
+use super::finish::{Row, SampleCounts, Unfinished};
 use super::layout::{Ldi, LdiKind};
-use super::merge::{Merging, Sample, merge_as_published_into, merge_into};
+use super::merge::{Merging, SurfaceSample, merge_as_published_into, merge_into};
 use super::transfer::Transfer;
 use super::warp::{Plan, WarpOptions};
 use quadratura_base::error::Result;
@@ -35,12 +35,12 @@ use quadratura_view::Shot;
 const SAMPLES_AT_ONCE: usize = 1 << 21;
 /// The least number of rows of which samples are collected at once: source pixels that are up to 16 rows away are looked at, too.
 const LEAST_ROWS: u32 = 64;
-/// How many pieces of a source one thread takes at once.
-const PIECES: usize = 8;
+/// How many parts of tiles of a source one thread takes at once.
+const TILE_PARTS: usize = 8;
 
 /// The camera into which sources are combined.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
+pub struct CommonCamera {
     /// The camera, with the size of the frame in pixels.
     pub camera: Pinhole,
     /// The pose, world to camera.
@@ -51,11 +51,11 @@ pub struct Frame {
     pub gain: [f64; 3],
 }
 
-impl Frame {
+impl CommonCamera {
     /// Makes the frame of a camera, grown on each side by the share `guard` of its width and height: the guard band, which
     /// keeps what moves into the picture when the viewpoint does. Growth is in whole pixels, so that the photo's pixels stay
     /// pixels.
-    pub fn new((camera, pose): (Pinhole, Pose), gain: [f64; 3], guard: f64, is_photo: bool) -> Self {
+    pub fn new(camera: Pinhole, pose: Pose, gain: [f64; 3], guard: f64, is_photo: bool) -> Self {
         let [x, y] = [camera.width, camera.height].map(|side| (f64::from(side) * guard).round() as u32);
         let photo_rect = PixelRect { x: x as i32, y: y as i32, w: camera.width, h: camera.height };
         let (width, height) = (camera.width + 2 * x, camera.height + 2 * y);
@@ -67,7 +67,7 @@ impl Frame {
 
 /// A layered depth image, or a depth image, which is one of a single layer, that is combined with others.
 #[derive(Debug, Clone, Copy)]
-pub struct Source<'a> {
+pub struct SourceImage<'a> {
     /// The image.
     pub ldi: &'a Ldi,
     /// Whether it is of the camera into which all are combined. At most one is.
@@ -91,8 +91,8 @@ pub struct Combining {
 /// [`quadratura_base::Error::Cancelled`].
 pub fn combine(
     kind: LdiKind,
-    frame: &Frame,
-    sources: &[Source],
+    frame: &CommonCamera,
+    sources: &[SourceImage],
     combining: &Combining,
     options: BTreeMap<String, String>,
     task: &Task,
@@ -107,8 +107,8 @@ pub fn combine(
 /// [`LEAST_ROWS`] on the result does not depend on their number.
 pub(super) fn combine_in_parts(
     kind: LdiKind,
-    frame: &Frame,
-    sources: &[Source],
+    frame: &CommonCamera,
+    sources: &[SourceImage],
     combining: &Combining,
     options: BTreeMap<String, String>,
     rows_at_once: u32,
@@ -125,7 +125,7 @@ pub(super) fn combine_in_parts(
             names.push(name.clone());
         }
     });
-    let Frame { camera, pose, photo_rect, gain } = *frame;
+    let CommonCamera { camera, pose, photo_rect, gain } = *frame;
     let (surfaces, inputs) = (surfaces.list, String::new());
     let unfinished = Unfinished {
         kind,
@@ -145,19 +145,19 @@ pub(super) fn combine_in_parts(
 
 /// Warps all sources into the frame and merges the samples of each pixel.
 fn merged_rows(
-    frame: &Frame,
-    sources: &[Source],
+    frame: &CommonCamera,
+    sources: &[SourceImage],
     surfaces: &CommonSurfaces,
     combining: &Combining,
     rows_at_once: u32,
     task: &Task,
-) -> Result<(Vec<Row>, Counts)> {
+) -> Result<(Vec<Row>, SampleCounts)> {
     let shot = Shot { backs: false, ..Shot::new(frame.camera, frame.pose) };
     // The published system has one resolution.
     let level = combining.published.then_some(0);
     let options = WarpOptions { level, ..WarpOptions::default() };
     let plans: Vec<Plan> = sources.iter().map(|source| Plan::new(source.ldi, &shot, &options)).collect();
-    let exposed = |source: &Source| match combining.published {
+    let exposed = |source: &SourceImage| match combining.published {
         true => exposed(&frame.gain, frame),
         false => exposed(&source.ldi.gain, frame),
     };
@@ -165,16 +165,16 @@ fn merged_rows(
     let collected = |i: usize| {
         let source = &sources[i];
         let (ldi, level) = (source.ldi, plans[i].level);
-        let transfer = Transfer::new((&level.camera, &ldi.pose), (&frame.camera, &frame.pose));
+        let transfer = Transfer::new(&level.camera, &ldi.pose, &frame.camera, &frame.pose);
         // The camera's own photo is source 0, which merging keeps.
         let number = if source.is_own { 0 } else { i as u16 + 1 };
-        let shared = (&surfaces.numbers[i][..], &exposed[i]);
-        Collected::new((ldi, level), number, transfer, shared, combining.published)
+        let (numbers, bytes) = (&surfaces.numbers[i][..], &exposed[i]);
+        Collected::new(ldi, level, number, transfer, numbers, bytes, combining.published)
     };
     let collected: Vec<Collected> = (0..sources.len()).map(collected).collect();
     let Pinhole { width, height, .. } = frame.camera;
     let rows_at_once = (rows_at_once / STRIP * STRIP).clamp(STRIP, height.next_multiple_of(STRIP));
-    let (mut rows, mut counts) = (Vec::with_capacity(height as usize), Counts::default());
+    let (mut rows, mut counts) = (Vec::with_capacity(height as usize), SampleCounts::default());
     for top in (0..height).step_by(rows_at_once as usize) {
         let part = top..height.min(top + rows_at_once);
         let parts = collected_in(&plans, &collected, width, &part, task)?;
@@ -203,15 +203,16 @@ fn collected_in(
     rows: &Range<u32>,
     task: &Task,
 ) -> Result<Vec<Vec<Strip>>> {
-    let pieces: Vec<Vec<usize>> =
-        plans.par_iter().map(|plan| plan.pieces_on::<CollectCanvas>(rows)).collect();
-    let parts = pieces.iter().enumerate();
-    let parts = parts.flat_map(|(source, pieces)| pieces.chunks(PIECES).map(move |part| (source, part)));
+    let tile_parts: Vec<Vec<usize>> =
+        plans.par_iter().map(|plan| plan.tile_parts_on::<CollectCanvas>(rows)).collect();
+    let parts = tile_parts.iter().enumerate();
+    let parts =
+        parts.flat_map(|(source, tile_parts)| tile_parts.chunks(TILE_PARTS).map(move |part| (source, part)));
     let parts: Vec<(usize, &[usize])> = parts.collect();
-    let of_part = |(source, pieces): (usize, &[usize])| {
+    let of_part = |(source, tile_parts): (usize, &[usize])| {
         task.go_on()?;
         let canvas = CollectCanvas::new(&collected[source], width, rows);
-        Ok(plans[source].draw_pieces(pieces, rows, canvas).strips)
+        Ok(plans[source].draw_tile_parts(tile_parts, rows, canvas).strips)
     };
     parts.into_par_iter().map(of_part).collect()
 }
@@ -222,11 +223,11 @@ fn merged(
     [width, rows]: [u32; 2],
     surfaces: &[super::LdiSurface],
     combining: &Combining,
-) -> (Vec<Row>, Counts) {
+) -> (Vec<Row>, SampleCounts) {
     let mut out: Vec<Row> = vec![Row::new(); rows as usize];
     let mut layers = Vec::new();
     let (mut sorted, ends) = by_pixel(samples, (width * rows) as usize);
-    let mut counts = Counts { samples: sorted.len() as u64, ..Counts::default() };
+    let mut counts = SampleCounts { samples: sorted.len() as u64, ..SampleCounts::default() };
     let mut start = 0;
     for (pixel, &end) in (0..).zip(&ends) {
         let group = &mut sorted[start..end as usize];
@@ -250,7 +251,7 @@ fn merged(
 
 /// Returns samples pixel by pixel, those of one pixel in the order in which they were, and the end of each of the `pixels`
 /// pixels.
-fn by_pixel(samples: &[&Strip], pixels: usize) -> (Vec<Sample>, Vec<u32>) {
+fn by_pixel(samples: &[&Strip], pixels: usize) -> (Vec<SurfaceSample>, Vec<u32>) {
     let mut ends = vec![0u32; pixels];
     for (pixel, _) in samples.iter().copied().flatten() {
         ends[*pixel as usize] += 1;
@@ -260,7 +261,7 @@ fn by_pixel(samples: &[&Strip], pixels: usize) -> (Vec<Sample>, Vec<u32>) {
         // At first where the pixel begins; its samples move it to its end.
         (sum, *end) = (sum + *end, sum);
     }
-    let mut sorted = vec![Sample::default(); sum as usize];
+    let mut sorted = vec![SurfaceSample::default(); sum as usize];
     for (pixel, sample) in samples.iter().copied().flatten() {
         let at = &mut ends[*pixel as usize];
         sorted[*at as usize] = *sample;
@@ -270,7 +271,7 @@ fn by_pixel(samples: &[&Strip], pixels: usize) -> (Vec<Sample>, Vec<u32>) {
 }
 
 /// Returns stored values at the frame's exposure by stored values at another one.
-fn exposed(gain: &[f64; 3], frame: &Frame) -> [[u8; 256]; 3] {
+fn exposed(gain: &[f64; 3], frame: &CommonCamera) -> [[u8; 256]; 3] {
     std::array::from_fn(|c| match frame.gain[c] - gain[c] {
         0.0 => std::array::from_fn(|byte| byte as u8),
         difference => bytes_of_light_times(difference.exp()),

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec2, Vec4};
 
-use crate::layout::Level;
+use crate::layout::ResolutionLevel;
 use quadratura_view::srgb::Srgb;
 
 /// The share by which the inverse depth of a neighbour may differ from that of the plane to be on it.
@@ -56,7 +56,7 @@ impl Neighbourhood {
 
     /// Moves to a depth pixel. `slope` is the change of its inverse depth from pixel to pixel; where it is `None`, it is estimated from
     /// neighbours.
-    pub fn move_to(&mut self, level: &Level, index: usize, slope: Option<DVec2>) {
+    pub fn move_to(&mut self, level: &ResolutionLevel, index: usize, slope: Option<DVec2>) {
         if !self.indices.contains(&index) {
             let y = level.rows.partition_point(|first| *first as usize <= index) as u32 - 1;
             let row = |y: Option<u32>| match y.filter(|y| *y < level.camera.height) {
@@ -94,7 +94,7 @@ impl Neighbourhood {
     }
 
     /// Returns the depth pixels of a row in its column and the ones beside it.
-    fn columns(&mut self, level: &Level, row: usize) -> Range<usize> {
+    fn columns(&mut self, level: &ResolutionLevel, row: usize) -> Range<usize> {
         let (from, to) = (self.x.saturating_sub(1), self.x.saturating_add(1));
         let (Range { start, end }, at) = &mut self.rows[row];
         while *at > *start && level.columns[*at - 1] >= from {
@@ -110,7 +110,7 @@ impl Neighbourhood {
     /// Finds the light of a row, 0 above, 1 beside and 2 below the pixel, in its column and in those to the left and to the right if
     /// these are asked for. Returns the inverse depths of the neighbours there.
     #[inline]
-    fn find(&mut self, level: &Level, row: usize, [left, right]: [bool; 2]) -> [Option<f64>; 3] {
+    fn find(&mut self, level: &ResolutionLevel, row: usize, [left, right]: [bool; 2]) -> [Option<f64>; 3] {
         let (here, x) = (self.inverse_depth, self.x);
         let surface = level.surfaces[self.index];
         let in_middle = here + (row as f64 - 1.0) * self.gradient.y;
@@ -140,7 +140,7 @@ impl Neighbourhood {
     }
 
     /// Interpolates the colour at an offset of about half a pixel at most, in linear light.
-    pub fn colour(&mut self, level: &Level, by: DVec2) -> [u8; 4] {
+    pub fn colour(&mut self, level: &ResolutionLevel, by: DVec2) -> [u8; 4] {
         let right = by.x >= 0.0;
         let (column, row) = (if right { 2 } else { 0 }, if by.y < 0.0 { 0 } else { 2 });
         let (x, y) = (by.x.abs() as f32, by.y.abs() as f32);

@@ -24,18 +24,18 @@ pub struct CommonSurfaces {
 }
 
 /// What identifies a surface: object and face.
-type Key<'a> = (&'a str, Option<FaceIndex>);
+type ObjectFace<'a> = (&'a str, Option<FaceIndex>);
 
 impl CommonSurfaces {
     /// Finds the surfaces of sources in a camera. Surfaces of one object and face are one; where there are too many, those
     /// with the fewest depth pixels are unknown, and so are planes in which the camera is.
     pub fn new(camera: &Pinhole, pose: &Pose, sources: &[&Ldi]) -> Self {
-        let mut found: BTreeMap<Key, (LdiSurface, u64)> = BTreeMap::new();
+        let mut found: BTreeMap<ObjectFace, (LdiSurface, u64)> = BTreeMap::new();
         let mut unknown = 0;
         for ldi in sources {
             let pixels = depth_pixels_of_surfaces(ldi);
             for (surface, pixels) in ldi.surfaces.iter().zip(&pixels[1..]) {
-                match in_camera(surface, (ldi, camera, pose)) {
+                match in_camera(surface, ldi, camera, pose) {
                     Some(nu) => {
                         let entry = found.entry(key(surface));
                         let new = || (LdiSurface { nu, ..surface.clone() }, 0);
@@ -45,14 +45,15 @@ impl CommonSurfaces {
                 }
             }
         }
-        let mut kept: Vec<(&Key, &(LdiSurface, u64))> = found.iter().collect();
+        let mut kept: Vec<(&ObjectFace, &(LdiSurface, u64))> = found.iter().collect();
         unknown += kept.len().saturating_sub(MOST_SURFACES) as u64;
         if kept.len() > MOST_SURFACES {
             kept.sort_by_key(|(key, (_, pixels))| (std::cmp::Reverse(*pixels), **key));
             kept.truncate(MOST_SURFACES);
             kept.sort_by_key(|(key, _)| **key);
         }
-        let number: BTreeMap<Key, u16> = kept.iter().zip(1..).map(|((key, _), i)| (**key, i)).collect();
+        let number: BTreeMap<ObjectFace, u16> =
+            kept.iter().zip(1..).map(|((key, _), i)| (**key, i)).collect();
         let numbers = sources
             .iter()
             .map(|ldi| {
@@ -64,7 +65,7 @@ impl CommonSurfaces {
     }
 }
 
-fn key(surface: &LdiSurface) -> Key<'_> {
+fn key(surface: &LdiSurface) -> ObjectFace<'_> {
     (&surface.object, surface.face)
 }
 
@@ -76,7 +77,7 @@ fn depth_pixels_of_surfaces(ldi: &Ldi) -> Vec<u64> {
 }
 
 /// Returns nu of a surface in another camera; `None` where this camera is in the surface's plane.
-fn in_camera(surface: &LdiSurface, (ldi, camera, pose): (&Ldi, &Pinhole, &Pose)) -> Option<DVec3> {
+fn in_camera(surface: &LdiSurface, ldi: &Ldi, camera: &Pinhole, pose: &Pose) -> Option<DVec3> {
     if surface.nu == DVec3::ZERO {
         return Some(DVec3::ZERO);
     }

@@ -125,7 +125,7 @@ impl LdiHeader {
     /// Makes the first line of a layered depth image whose levels have these chunks.
     pub(super) fn of(ldi: &Ldi, packing: Packing, chunks: Vec<Vec<ChunkEntry>>) -> Self {
         let bytes = chunks.iter().flatten().map(|chunk| chunk.bytes).sum();
-        let level = |(level, chunks): (&crate::Level, Vec<ChunkEntry>)| LevelEntry {
+        let level = |(level, chunks): (&crate::ResolutionLevel, Vec<ChunkEntry>)| LevelEntry {
             width: level.camera.width,
             height: level.camera.height,
             depth_pixels: level.len() as u64,

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::check::{check, check_format};
-use super::fault::{Checked, Fault, ensure};
+use super::defect::{CheckResult, FileDefect, ensure};
 use super::hash::short_hash;
 use super::header::{ALIGNMENT, LdiHeader};
 use super::set_header::SET_FORMAT;
@@ -18,7 +18,7 @@ pub(super) const LONGEST_LINE: usize = 16 << 20;
 
 /// What every version of the format says.
 #[derive(Deserialize)]
-struct Probe {
+struct FormatAndVersion {
     format: String,
     version: u32,
 }
@@ -29,14 +29,14 @@ fn last_field(before: &[u8]) -> String {
 }
 
 /// Returns the first line with its line feed.
-pub(super) fn to_line(header: &impl Serialize) -> Checked<Vec<u8>> {
+pub(super) fn to_line(header: &impl Serialize) -> CheckResult<Vec<u8>> {
     let mut line = serde_json::to_vec(header).expect("plain data is JSON");
     line.pop();
     let last = last_field(&line);
     line.extend_from_slice(last.as_bytes());
     line.resize((line.len() + 1).next_multiple_of(ALIGNMENT) - 1, b' ');
     line.push(b'\n');
-    ensure(line.len() <= LONGEST_LINE, || Fault::of_line(too_long()))?;
+    ensure(line.len() <= LONGEST_LINE, || FileDefect::of_line(too_long()))?;
     Ok(line)
 }
 
@@ -59,13 +59,13 @@ impl Line {
             } else {
                 format!("the file ends after {} bytes, within its first line", text.len())
             };
-            return Err(Fault::of_line(found).into_input(file, remedy));
+            return Err(FileDefect::of_line(found).into_input(file, remedy));
         }
         if !text.starts_with(b"{") {
             let found = "the file is no layered depth image, which would begin with a line of JSON";
             return Err(Error::input(file, "", found, "give a file that `quadratura ldi build` made"));
         }
-        let Probe { format, version } = parse_json(file, &text, remedy)?;
+        let FormatAndVersion { format, version } = parse_json(file, &text, remedy)?;
         Ok(Self { text, format, version })
     }
 
@@ -76,7 +76,7 @@ impl Line {
 
     /// Returns what it says, once its hash was checked.
     pub fn content<T: serde::de::DeserializeOwned>(&self, file: &Path, remedy: &str) -> Result<T> {
-        check_hash(&self.text).map_err(|fault| fault.into_input(file, remedy))?;
+        check_hash(&self.text).map_err(|defect| defect.into_input(file, remedy))?;
         parse_json(file, &self.text, remedy)
     }
 }
@@ -89,21 +89,21 @@ pub(super) fn read_line(file: &Path, from: impl BufRead, remedy: &str) -> Result
         let remedy = "give a file of one image; `quadratura ldi render` and `ldi info` take both";
         return Err(Error::input(file, "", found, remedy));
     }
-    let input = |fault: Fault| fault.into_input(file, remedy);
+    let input = |defect: FileDefect| defect.into_input(file, remedy);
     check_format(&line.format, line.version).map_err(input)?;
     let header = line.content(file, remedy)?;
     check(&header).map_err(input)?;
     Ok((header, line.bytes()))
 }
 
-fn check_hash(line: &[u8]) -> Checked {
+fn check_hash(line: &[u8]) -> CheckResult {
     let text = line.trim_ascii_end();
     let (before, last) = text.split_at(text.len().saturating_sub(last_field(&[]).len()));
     ensure((line.len() + 1).is_multiple_of(ALIGNMENT), || {
-        Fault::of_line(format!("it has {} bytes; expected a multiple of {ALIGNMENT}", line.len() + 1))
+        FileDefect::of_line(format!("it has {} bytes; expected a multiple of {ALIGNMENT}", line.len() + 1))
     })?;
     ensure(last_field(before).as_bytes() == last, || {
-        Fault::of_line(
+        FileDefect::of_line(
             "its content is not the one that its `line_hash` was made of; it was changed or damaged",
         )
     })

@@ -5,12 +5,12 @@
 //! a first line, then each image as it would be in a file of its own.
 
 mod check;
-mod fault;
+mod chunk_pixels;
+mod defect;
 mod hash;
 mod header;
 mod line;
 mod packing;
-mod piece;
 mod prediction;
 mod read;
 mod set;
@@ -30,26 +30,10 @@ pub use self::read::{
 pub use self::set::{LdiFile, PackedSet, read_ldi_set};
 pub use self::set_header::{MOST_IMAGES, SET_FORMAT, SET_VERSION};
 pub use self::write::write_ldi;
-use quadratura_base::geometry::PixelRect;
 
 /// Returns what is wrong with a camera: its frame's size, K, R or t; `None` where nothing is.
 pub fn wrong_camera(camera: &LdiCamera) -> Option<String> {
-    check::check_camera(camera).err().map(|fault| fault.found)
-}
-
-/// Returns what is wrong in what is said of a layered depth image: its kind, gain, camera or surfaces; `None` where nothing is.
-pub(super) fn wrong_content(
-    kind: &str,
-    gain: [f64; 3],
-    camera: &LdiCamera,
-    surfaces: &[SurfaceEntry],
-) -> Option<String> {
-    check::check_content(kind, gain, camera, surfaces).err().map(|fault| fault.found)
-}
-
-/// Returns what is wrong with where a photo lies in the frame; `None` where nothing is.
-pub(super) fn wrong_photo_rect(rect: Option<&PixelRect>, camera: &LdiCamera) -> Option<String> {
-    check::check_photo_rect(rect, camera).err().map(|fault| fault.found)
+    check::check_camera(camera).err().map(|defect| defect.found)
 }
 
 #[cfg(test)]

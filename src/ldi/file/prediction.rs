@@ -3,18 +3,18 @@
 
 use glam::DVec3;
 
-use super::piece::Places;
+use super::chunk_pixels::Places;
 use crate::{LdiSurface, Splat};
 
 /// The planes of the surfaces, at the resolution of a level.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Planes<'a> {
+pub(super) struct LevelPlanes<'a> {
     pub surfaces: &'a [LdiSurface],
     /// The side of a pixel of the level in those of the frame: 2 to the power of the level.
     pub pixel_size: f64,
 }
 
-impl Planes<'_> {
+impl LevelPlanes<'_> {
     /// Returns the inverse depth of a surface at the centre of a pixel; `None` where the surface is unknown or that is no
     /// finite number.
     fn at(&self, surface: u16, x: u16, y: u32) -> Option<f32> {
@@ -53,7 +53,12 @@ fn from_planes(bytes: &[u8], index: usize) -> u32 {
 /// Calls `visit` with the index of each depth pixel and the bits that its inverse depth is expected to have, a sum of two
 /// parts: those of its plane, and how far the bits of the one before are from those of its own plane, if that is of the same
 /// surface. Relief is smooth. Without a plane they are the bits of the one before. `visit` returns the bits that it has.
-fn each_depth(places: &Places, surfaces: &[u16], planes: &Planes, mut visit: impl FnMut(usize, u32) -> u32) {
+fn each_depth(
+    places: &Places,
+    surfaces: &[u16],
+    planes: &LevelPlanes,
+    mut visit: impl FnMut(usize, u32) -> u32,
+) {
     let (mut bits_before, mut off_before) = (0u32, 0u32);
     each(places, |index, y, before| {
         let surface = surfaces[index];
@@ -69,7 +74,12 @@ fn each_depth(places: &Places, surfaces: &[u16], planes: &Planes, mut visit: imp
 }
 
 /// Returns the stream of inverse depths.
-pub(super) fn depth_bytes(places: &Places, surfaces: &[u16], planes: &Planes, depths: &[f32]) -> Vec<u8> {
+pub(super) fn depth_bytes(
+    places: &Places,
+    surfaces: &[u16],
+    planes: &LevelPlanes,
+    depths: &[f32],
+) -> Vec<u8> {
     let mut differences = vec![0; depths.len()];
     each_depth(places, surfaces, planes, |index, expected| {
         let bits = depths[index].to_bits();
@@ -80,7 +90,7 @@ pub(super) fn depth_bytes(places: &Places, surfaces: &[u16], planes: &Planes, de
 }
 
 /// Returns the inverse depths of their stream.
-pub(super) fn depths(places: &Places, surfaces: &[u16], planes: &Planes, bytes: &[u8]) -> Vec<f32> {
+pub(super) fn depths(places: &Places, surfaces: &[u16], planes: &LevelPlanes, bytes: &[u8]) -> Vec<f32> {
     let mut depths = vec![0f32; surfaces.len()];
     each_depth(places, surfaces, planes, |index, expected| {
         let bits = from_planes(bytes, index).wrapping_add(expected);

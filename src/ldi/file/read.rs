@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::fault::{Checked, Fault};
+use super::chunk_pixels::ChunkPixels;
+use super::defect::{CheckResult, FileDefect};
 use super::hash::short_hash;
 use super::header::{CHUNK_ROWS, ChunkEntry, LdiCamera, LdiHeader, LevelEntry};
 use super::line::read_line;
 use super::packing::Packing;
-use super::piece::Piece;
-use super::prediction::Planes;
-use super::streams::{self, Shape};
+use super::prediction::LevelPlanes;
+use super::streams::{self, ChunkShape};
 use crate::levels::{half_camera, pyramid, surfaces_at};
-use crate::{Ldi, LdiKind, LdiSurface, Level};
+use crate::{Ldi, LdiKind, LdiSurface, ResolutionLevel};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 
@@ -141,7 +141,7 @@ impl Reading {
         self.check_length()?;
         let mut levels = Vec::new();
         for index in 0..self.header.levels.len() {
-            let refuse = |_, fault: Fault| Err(fault.into_input(&self.path, PARTIAL));
+            let refuse = |_, defect: FileDefect| Err(defect.into_input(&self.path, PARTIAL));
             let (level, _) = self.level(index, task, refuse)?;
             levels.push(level);
         }
@@ -152,7 +152,7 @@ impl Reading {
     fn one_level(mut self, index: usize, task: &Task) -> Result<Ldi> {
         self.check_length()?;
         let index = index.min(self.header.levels.len() - 1);
-        let refuse = |_, fault: Fault| Err(fault.into_input(&self.path, AGAIN));
+        let refuse = |_, defect: FileDefect| Err(defect.into_input(&self.path, AGAIN));
         let (level, _) = self.level(index, task, refuse)?;
         self.header.camera = LdiCamera::of(&level.camera, &self.header.camera.pose());
         self.header.photo_rect = None;
@@ -209,13 +209,13 @@ impl Reading {
         (within.count() as u32 * CHUNK_ROWS).min(level.height)
     }
 
-    /// Reads a level, with the number of rows that are missing: those of chunks for whose fault `missing` gives no error.
+    /// Reads a level, with the number of rows that are missing: those of chunks for whose defect `missing` gives no error.
     fn level(
         &self,
         index: usize,
         task: &Task,
-        mut missing: impl FnMut(usize, Fault) -> Result<()>,
-    ) -> Result<(Level, u32)> {
+        mut missing: impl FnMut(usize, FileDefect) -> Result<()>,
+    ) -> Result<(ResolutionLevel, u32)> {
         let entry = &self.header.levels[index];
         let mut level = self.empty_level(index);
         let mut at = self.start + chunk_bytes(&self.header.levels[..index]);
@@ -227,13 +227,15 @@ impl Reading {
                 batch.push(self.load(at, chunk.bytes)?);
                 at += chunk.bytes;
             }
-            let pieces =
-                batch.par_iter().enumerate().map(|(i, bytes)| self.piece(index, first + i, bytes.as_deref()));
-            for (i, piece) in pieces.collect::<Vec<_>>().into_iter().enumerate() {
-                match piece {
-                    Ok(piece) => piece.add_to(&mut level),
-                    Err(fault) => {
-                        missing(first + i, fault)?;
+            let read = batch
+                .par_iter()
+                .enumerate()
+                .map(|(i, bytes)| self.chunk_pixels(index, first + i, bytes.as_deref()));
+            for (i, pixels) in read.collect::<Vec<_>>().into_iter().enumerate() {
+                match pixels {
+                    Ok(pixels) => pixels.add_to(&mut level),
+                    Err(defect) => {
+                        missing(first + i, defect)?;
                         let rows = entry.rows_of(first + i);
                         level.rows.extend(std::iter::repeat_n(level.len() as u32, rows as usize));
                         lost += rows;
@@ -245,11 +247,11 @@ impl Reading {
     }
 
     /// Returns a level without rows. It has room for those that it will have where the file is long enough for them.
-    fn empty_level(&self, index: usize) -> Level {
+    fn empty_level(&self, index: usize) -> ResolutionLevel {
         let mut cameras =
             std::iter::successors(Some(self.header.camera.pinhole()), |camera| Some(half_camera(camera)));
         let camera = cameras.nth(index).expect("there is a half of every camera");
-        let mut level = Level::without_rows(camera);
+        let mut level = ResolutionLevel::without_rows(camera);
         let entry = &self.header.levels[index];
         if chunk_bytes(std::slice::from_ref(entry)) <= self.end - self.start {
             let depth_pixels = entry.depth_pixels as usize;
@@ -275,21 +277,21 @@ impl Reading {
     }
 
     /// Returns a chunk of a level, checked; `bytes` are `None` where the file ends before it.
-    fn piece(&self, level: usize, index: usize, bytes: Option<&[u8]>) -> Checked<Piece> {
+    fn chunk_pixels(&self, level: usize, index: usize, bytes: Option<&[u8]>) -> CheckResult<ChunkPixels> {
         let entry = &self.header.levels[level];
         let first_row = index as u32 * CHUNK_ROWS;
         let rows = entry.rows_of(index);
         let place = format!("level {level}, rows {first_row} to {}", first_row + rows - 1);
-        let bytes = bytes.ok_or_else(|| Fault::at(&place, "the file ends before them"))?;
+        let bytes = bytes.ok_or_else(|| FileDefect::at(&place, "the file ends before them"))?;
         let chunk = &entry.chunks[index];
-        let shape = Shape { first_row, rows, width: entry.width, depth_pixels: chunk.depth_pixels };
-        let planes = Planes { surfaces: &self.surfaces, pixel_size: f64::from(1u32 << level) };
-        let piece = unpacked(bytes, chunk, shape, self.header.packing, &planes);
-        piece.map_err(|found| Fault::at(place, found))
+        let shape = ChunkShape { first_row, rows, width: entry.width, depth_pixels: chunk.depth_pixels };
+        let planes = LevelPlanes { surfaces: &self.surfaces, pixel_size: f64::from(1u32 << level) };
+        let pixels = unpacked(bytes, chunk, shape, self.header.packing, &planes);
+        pixels.map_err(|found| FileDefect::at(place, found))
     }
 
     /// Returns the layered depth image of its levels; of the first one alone, the others are made.
-    fn into_ldi(self, mut levels: Vec<Level>) -> Ldi {
+    fn into_ldi(self, mut levels: Vec<ResolutionLevel>) -> Ldi {
         let Self { header, surfaces, .. } = self;
         if levels.len() == 1 {
             levels = levels.pop().map_or_else(Vec::new, |first| pyramid(first, &surfaces));
@@ -319,10 +321,10 @@ fn chunk_bytes(levels: &[LevelEntry]) -> u64 {
 fn unpacked(
     bytes: &[u8],
     chunk: &ChunkEntry,
-    shape: Shape,
+    shape: ChunkShape,
     packing: Packing,
-    planes: &Planes,
-) -> Result<Piece, String> {
+    planes: &LevelPlanes,
+) -> Result<ChunkPixels, String> {
     let hash = short_hash(bytes);
     if hash != chunk.hash {
         return Err(format!(
@@ -330,12 +332,12 @@ fn unpacked(
             chunk.hash
         ));
     }
-    let piece = streams::from_bytes(bytes, shape, packing, planes)?;
-    piece.check(planes.surfaces.len())?;
-    let (near, far) = piece.near_and_far();
+    let pixels = streams::from_bytes(bytes, shape, packing, planes)?;
+    pixels.check(planes.surfaces.len())?;
+    let (near, far) = pixels.near_and_far();
     if (near, far) != (chunk.near, chunk.far) {
         let expected = format!("{} to {}", chunk.far, chunk.near);
         return Err(format!("inverse depths from {far} to {near}; expected {expected}"));
     }
-    Ok(piece)
+    Ok(pixels)
 }

@@ -4,14 +4,14 @@ use std::io::BufReader;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::fault::Fault;
+use super::defect::FileDefect;
 use super::header::LdiHeader;
 use super::line::{Line, to_line};
 use super::packing::Packing;
 use super::read::{AGAIN, PARTIAL, Reading, WholeRows, open_plain};
 use super::set_header::{SET_FORMAT, SET_VERSION, SetHeader};
-use super::write::{Content, write_all};
-use crate::cube::{Face, flaw};
+use super::write::{PackedImage, write_all};
+use crate::cube::{CubeFace, flaw};
 use crate::{Arrangement, Ldi, LdiSet};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
@@ -49,10 +49,10 @@ impl LdiFile {
             let found = format!(
                 "`version` is {version}; expected {SET_VERSION}: a newer version of quadratura may read it"
             );
-            return Err(Fault::of_line(found).into_input(&path, AGAIN));
+            return Err(FileDefect::of_line(found).into_input(&path, AGAIN));
         }
         let header: SetHeader = line.content(&path, AGAIN)?;
-        let arrangement = header.check().map_err(|fault| fault.into_input(&path, AGAIN))?;
+        let arrangement = header.check().map_err(|defect| defect.into_input(&path, AGAIN))?;
         let mut at = line.bytes();
         let parts = header.images.iter().map(|image| {
             let from = at;
@@ -109,7 +109,7 @@ impl LdiFile {
         }
         let headers: Vec<LdiHeader> =
             (0..self.count()).map(|image| self.header(image)).collect::<Result<_>>()?;
-        let faces: Vec<Face> = headers.iter().map(face).collect();
+        let faces: Vec<CubeFace> = headers.iter().map(face).collect();
         self.check_faces(&faces)
     }
 
@@ -118,10 +118,10 @@ impl LdiFile {
     /// # Errors
     /// [`Error::Input`].
     pub fn check_images(&self, images: &[Ldi]) -> Result<()> {
-        self.check_faces(&images.iter().map(Face::of).collect::<Vec<_>>())
+        self.check_faces(&images.iter().map(CubeFace::of).collect::<Vec<_>>())
     }
 
-    fn check_faces(&self, faces: &[Face]) -> Result<()> {
+    fn check_faces(&self, faces: &[CubeFace]) -> Result<()> {
         match flaw(faces).filter(|_| self.arrangement == Arrangement::Cube) {
             Some(found) => {
                 Err(Error::input(&self.path, "", format!("the images make no cube: {found}"), AGAIN))
@@ -147,8 +147,8 @@ impl LdiFile {
     }
 }
 
-fn face(header: &LdiHeader) -> Face {
-    Face { camera: header.camera.pinhole(), pose: header.camera.pose(), gain: header.gain }
+fn face(header: &LdiHeader) -> CubeFace {
+    CubeFace { camera: header.camera.pinhole(), pose: header.camera.pose(), gain: header.gain }
 }
 
 /// Reads a file of one layered depth image or of several and checks all of it. The memory that it takes is limited by what the
@@ -167,8 +167,8 @@ pub fn read_ldi_set(file: &Path, task: &Task) -> Result<LdiSet> {
 pub struct PackedSet {
     arrangement: Arrangement,
     packing: Packing,
-    parts: Vec<Content>,
-    faces: Vec<Face>,
+    parts: Vec<PackedImage>,
+    faces: Vec<CubeFace>,
 }
 
 impl PackedSet {
@@ -182,10 +182,10 @@ impl PackedSet {
     /// # Errors
     /// As [`super::write_ldi`].
     pub fn add(&mut self, file: &Path, ldi: &Ldi) -> Result<u64> {
-        let content = Content::of(ldi, self.packing).map_err(|fault| fault.into_request(file))?;
+        let content = PackedImage::of(ldi, self.packing).map_err(|defect| defect.into_request(file))?;
         let bytes = content.bytes();
         self.parts.push(content);
-        self.faces.push(Face::of(ldi));
+        self.faces.push(CubeFace::of(ldi));
         Ok(bytes)
     }
 
@@ -194,17 +194,17 @@ impl PackedSet {
     /// # Errors
     /// [`Error::Request`] where the images make no cube, or there is none; [`Error::Io`].
     pub fn write(&self, file: &Path) -> Result<u64> {
-        let request = |fault: Fault| fault.into_request(file);
-        let header = SetHeader::new(self.arrangement, self.parts.iter().map(Content::bytes));
+        let request = |defect: FileDefect| defect.into_request(file);
+        let header = SetHeader::new(self.arrangement, self.parts.iter().map(PackedImage::bytes));
         header.check().map_err(request)?;
         if let Some(found) = flaw(&self.faces).filter(|_| self.arrangement == Arrangement::Cube) {
-            return Err(request(Fault::at("", found)));
+            return Err(request(FileDefect::at("", found)));
         }
         let line = to_line(&header).map_err(request)?;
         write_all(file, |out| {
             out.write_all(&line)?;
             self.parts.iter().try_for_each(|part| part.write_to(out))
         })?;
-        Ok(line.len() as u64 + self.parts.iter().map(Content::bytes).sum::<u64>())
+        Ok(line.len() as u64 + self.parts.iter().map(PackedImage::bytes).sum::<u64>())
     }
 }

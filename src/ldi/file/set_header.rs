@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::fault::{Checked, Fault, ensure};
+use super::defect::{CheckResult, FileDefect, ensure};
 use super::header::ALIGNMENT;
 use crate::Arrangement;
 
@@ -50,32 +50,34 @@ impl SetHeader {
     }
 
     /// Checks what it says, and returns how the images belong together.
-    pub fn check(&self) -> Checked<Arrangement> {
+    pub fn check(&self) -> CheckResult<Arrangement> {
         let known = Arrangement::OF_SEVERAL.into_iter().find(|known| known.name() == self.arrangement);
         let arrangement = known.ok_or_else(|| {
             let names = Arrangement::OF_SEVERAL.map(Arrangement::name).join(", ");
-            Fault::of_line(format!("`arrangement` is {:?}; expected one of: {names}", self.arrangement))
+            FileDefect::of_line(format!("`arrangement` is {:?}; expected one of: {names}", self.arrangement))
         })?;
         let count = self.images.len();
         match arrangement {
             Arrangement::Cube => ensure(count == FACES, || {
-                Fault::of_line(format!("there are {count} images of a cube; expected {FACES}"))
+                FileDefect::of_line(format!("there are {count} images of a cube; expected {FACES}"))
             })?,
-            _ => ensure(count > 0, || Fault::of_line("there is no image in the set; expected one at least"))?,
+            _ => ensure(count > 0, || {
+                FileDefect::of_line("there is no image in the set; expected one at least")
+            })?,
         }
         ensure(count <= MOST_IMAGES, || {
-            Fault::of_line(format!("there are {count} images; expected {MOST_IMAGES} at most"))
+            FileDefect::of_line(format!("there are {count} images; expected {MOST_IMAGES} at most"))
         })?;
         for (index, image) in self.images.iter().enumerate() {
             let bytes = image.bytes;
             ensure(bytes > 0 && bytes.is_multiple_of(ALIGNMENT as u64), || {
                 let place = format!("first line, image {index}");
-                Fault::at(place, format!("{bytes} bytes; expected a multiple of {ALIGNMENT} above 0"))
+                FileDefect::at(place, format!("{bytes} bytes; expected a multiple of {ALIGNMENT} above 0"))
             })?;
         }
         let sum = self.images.iter().map(|image| image.bytes).try_fold(0u64, u64::checked_add);
         ensure(sum.is_some_and(|sum| sum < 1 << 63), || {
-            Fault::of_line("the images have more bytes than any file")
+            FileDefect::of_line("the images have more bytes than any file")
         })?;
         Ok(arrangement)
     }

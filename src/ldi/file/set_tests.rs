@@ -12,7 +12,7 @@ use super::tests::{PACKINGS, random, same};
 use super::*;
 use crate::cube::cube_cameras;
 use crate::levels::pyramid;
-use crate::{Arrangement, Ldi, LdiSet, Level};
+use crate::{Arrangement, Ldi, LdiSet, ResolutionLevel};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 
@@ -25,7 +25,7 @@ fn faces(side: u32) -> Vec<Ldi> {
             let level = &ldi.levels[0];
             level.row(y).map(|index| (level.columns[index], level.pixel(index))).collect()
         });
-        let levels = pyramid(Level::of_rows(camera, rows), &ldi.surfaces);
+        let levels = pyramid(ResolutionLevel::of_rows(camera, rows), &ldi.surfaces);
         Ldi { camera, pose, gain: [0.25; 3], levels, ..ldi }
     };
     cameras.map(face).collect()
@@ -36,13 +36,13 @@ fn any() -> Vec<Ldi> {
     [(1, 9, 5), (2, 3, 70), (3, 20, 20)].map(|(seed, width, height)| random(seed, width, height)).into()
 }
 
-struct Written {
+struct WrittenSet {
     _folder: TempDir,
     file: PathBuf,
     bytes: Vec<u8>,
 }
 
-impl Written {
+impl WrittenSet {
     fn new(arrangement: Arrangement, images: &[Ldi], packing: Packing) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("new/a.ldi");
@@ -78,7 +78,7 @@ fn all_same(a: &[Ldi], b: &[Ldi]) -> bool {
 fn cubes_and_sets_are_read_as_they_were_written() {
     for packing in PACKINGS {
         for (arrangement, images) in [(Arrangement::Cube, faces(20)), (Arrangement::Set, any())] {
-            let written = Written::new(arrangement, &images, packing);
+            let written = WrittenSet::new(arrangement, &images, packing);
             let read = read_ldi_set(&written.file, &Task::silent()).unwrap();
             assert!(read.arrangement == arrangement && all_same(&read.images, &images));
         }
@@ -89,7 +89,7 @@ fn cubes_and_sets_are_read_as_they_were_written() {
 fn each_image_is_in_the_file_as_in_a_file_of_its_own() {
     let images = any();
     for packing in PACKINGS {
-        let written = Written::new(Arrangement::Set, &images, packing);
+        let written = WrittenSet::new(Arrangement::Set, &images, packing);
         let mut at = written.bytes.iter().position(|byte| *byte == b'\n').unwrap() + 1;
         for image in &images {
             assert_eq!(at % 8, 0);
@@ -110,7 +110,7 @@ fn a_file_of_one_image_is_one_alone_and_readers_of_one_refuse_several_by_name() 
     write_ldi(&file, &image, Packing::Deflate).unwrap();
     let read = read_ldi_set(&file, &Task::silent()).unwrap();
     assert!(read.arrangement == Arrangement::Single && all_same(&read.images, &[image]));
-    let several = Written::new(Arrangement::Set, &any(), Packing::None);
+    let several = WrittenSet::new(Arrangement::Set, &any(), Packing::None);
     for refused in [
         read_ldi(&several.file, &Task::silent()).map(drop),
         read_ldi_header(&several.file).map(drop),
@@ -128,7 +128,7 @@ fn a_file_of_one_image_is_one_alone_and_readers_of_one_refuse_several_by_name() 
 #[test]
 fn every_beginning_of_a_file_of_several_is_refused() {
     for packing in PACKINGS {
-        let written = Written::new(Arrangement::Set, &any(), packing);
+        let written = WrittenSet::new(Arrangement::Set, &any(), packing);
         let file = fs::File::options().write(true).open(&written.file).unwrap();
         for length in (0..written.bytes.len()).rev() {
             file.set_len(length as u64).unwrap();
@@ -145,7 +145,7 @@ fn every_beginning_of_a_file_of_several_is_refused() {
 fn every_flipped_byte_gives_an_error_or_the_same_images() {
     let images = [random(9, 6, 9), random(10, 5, 3)];
     for packing in PACKINGS {
-        let written = Written::new(Arrangement::Set, &images, packing);
+        let written = WrittenSet::new(Arrangement::Set, &images, packing);
         let mut refused = 0;
         for index in 0..written.bytes.len() {
             for flip in [0x01, 0x20, 0xff] {
@@ -165,10 +165,10 @@ fn every_flipped_byte_gives_an_error_or_the_same_images() {
 #[test]
 fn what_is_left_of_a_file_that_is_cut_short_is_read_image_by_image() {
     let images = any();
-    let written = Written::new(Arrangement::Set, &images, Packing::None);
+    let written = WrittenSet::new(Arrangement::Set, &images, Packing::None);
     let opened = LdiFile::open(&written.file).unwrap();
     assert_eq!(opened.count(), 3);
-    let last = write::Content::of(&images[2], Packing::None).unwrap().bytes() as usize;
+    let last = write::PackedImage::of(&images[2], Packing::None).unwrap().bytes() as usize;
     fs::write(&written.file, &written.bytes[..written.bytes.len() - last - 8]).unwrap();
     let opened = LdiFile::open(&written.file).unwrap();
     opened.check().unwrap_err();
@@ -183,7 +183,7 @@ fn what_is_left_of_a_file_that_is_cut_short_is_read_image_by_image() {
 
 #[test]
 fn a_first_line_that_cannot_be_true_is_refused() {
-    let written = Written::new(Arrangement::Set, &any(), Packing::Deflate);
+    let written = WrittenSet::new(Arrangement::Set, &any(), Packing::Deflate);
     let end = written.bytes.iter().position(|byte| *byte == b'\n').unwrap();
     let mut header: serde_json::Value = serde_json::from_slice(&written.bytes[..end]).unwrap();
     header.as_object_mut().unwrap().remove("line_hash");
@@ -209,7 +209,7 @@ fn a_first_line_that_cannot_be_true_is_refused() {
 fn six_images_that_make_no_cube_are_neither_written_nor_read() {
     let mut images = faces(4);
     images.swap(0, 1);
-    let written = Written::new(Arrangement::Cube, &images, Packing::Deflate);
+    let written = WrittenSet::new(Arrangement::Cube, &images, Packing::Deflate);
     assert!(read_ldi_set(&written.file, &Task::silent()).is_ok(), "their order in the file is free");
     images[3] = images[2].clone();
     let file = written.file.with_file_name("none.ldi");
@@ -223,7 +223,7 @@ fn six_images_that_make_no_cube_are_neither_written_nor_read() {
     let message = packed(Arrangement::Cube, &images).write(&file).unwrap_err().to_string();
     assert!(message.contains("faces 2 and 3") && !file.exists(), "{message}");
     // As a set they are written, and no cube is made of it by name alone.
-    let set = Written::new(Arrangement::Set, &images, Packing::None);
+    let set = WrittenSet::new(Arrangement::Set, &images, Packing::None);
     let end = set.bytes.iter().position(|byte| *byte == b'\n').unwrap();
     let mut header: serde_json::Value = serde_json::from_slice(&set.bytes[..end]).unwrap();
     header.as_object_mut().unwrap().remove("line_hash");

@@ -6,10 +6,10 @@ use flate2::Compression;
 use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
 
+use super::chunk_pixels::{ChunkPixels, Places, stream_sizes};
 use super::header::ALIGNMENT;
 use super::packing::Packing;
-use super::piece::{Piece, Places, stream_sizes};
-use super::prediction::{self, Planes};
+use super::prediction::{self, LevelPlanes};
 use crate::Splat;
 
 /// The level of deflate: 9 makes the file of a photo 3 % smaller and takes six times as long.
@@ -20,14 +20,14 @@ const COMPRESSION: u32 = 6;
 /// # Errors
 /// What was found, where a position has more depth pixels than the file can say.
 pub(super) fn to_bytes(
-    piece: &Piece,
+    pixels: &ChunkPixels,
     width: u32,
     packing: Packing,
-    planes: &Planes,
+    planes: &LevelPlanes,
 ) -> Result<Vec<u8>, String> {
-    let counts = piece.places.counts(width)?;
+    let counts = pixels.places.counts(width)?;
     let mut bytes = Vec::new();
-    let Piece { places, inverse_depths, colours, surfaces, splats } = piece;
+    let ChunkPixels { places, inverse_depths, colours, surfaces, splats } = pixels;
     if packing == Packing::Deflate {
         let streams = [
             counts,
@@ -63,7 +63,7 @@ fn add_packed(bytes: &mut Vec<u8>, stream: &[u8]) {
 
 /// Where a chunk is, and what the first line says of it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shape {
+pub(super) struct ChunkShape {
     pub first_row: u32,
     pub rows: u32,
     pub width: u32,
@@ -76,10 +76,10 @@ pub(super) struct Shape {
 /// What was found, and what was expected.
 pub(super) fn from_bytes(
     bytes: &[u8],
-    shape: Shape,
+    shape: ChunkShape,
     packing: Packing,
-    planes: &Planes,
-) -> Result<Piece, String> {
+    planes: &LevelPlanes,
+) -> Result<ChunkPixels, String> {
     let layered = u64::from(shape.width) * u64::from(shape.rows);
     let sizes = stream_sizes(layered, shape.depth_pixels).map(|size| size as usize);
     let mut rest = bytes;
@@ -131,9 +131,9 @@ fn take_packed(rest: &mut &[u8], size: usize) -> Result<Vec<u8>, String> {
     Ok(stream)
 }
 
-fn plain(places: Places, streams: &[Vec<u8>]) -> Piece {
-    let [_, depths, colours, surfaces, splats] = streams else { return Piece::default() };
-    Piece {
+fn plain(places: Places, streams: &[Vec<u8>]) -> ChunkPixels {
+    let [_, depths, colours, surfaces, splats] = streams else { return ChunkPixels::default() };
+    ChunkPixels {
         places,
         inverse_depths: depths.as_chunks().0.iter().copied().map(f32::from_le_bytes).collect(),
         colours: colours.as_chunks().0.to_vec(),
@@ -142,10 +142,10 @@ fn plain(places: Places, streams: &[Vec<u8>]) -> Piece {
     }
 }
 
-fn predicted(places: Places, streams: &[Vec<u8>], planes: &Planes) -> Piece {
-    let [_, depths, colours, surfaces, splats] = streams else { return Piece::default() };
+fn predicted(places: Places, streams: &[Vec<u8>], planes: &LevelPlanes) -> ChunkPixels {
+    let [_, depths, colours, surfaces, splats] = streams else { return ChunkPixels::default() };
     let surfaces = prediction::surfaces(&places, surfaces);
-    Piece {
+    ChunkPixels {
         inverse_depths: prediction::depths(&places, &surfaces, planes, depths),
         colours: prediction::colours(&places, &surfaces, colours),
         splats: prediction::splats(&places, splats),

@@ -9,7 +9,7 @@ use tempfile::TempDir;
 use super::hash::short_hash;
 use super::*;
 use crate::levels::pyramid;
-use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
+use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, ResolutionLevel, Splat};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
 use quadratura_base::scene::FaceIndex;
@@ -113,7 +113,7 @@ pub(super) fn random(seed: u64, width: u32, height: u32) -> Ldi {
         pose,
         photo_rect: (seed.is_multiple_of(2)).then(|| lower_right(&camera)),
         gain: [0.0, -0.25, rng.share()],
-        levels: pyramid(Level::of_rows(camera, rows), &surfaces),
+        levels: pyramid(ResolutionLevel::of_rows(camera, rows), &surfaces),
         surfaces,
         sources: vec!["a b.jpg".to_owned(), "nord/0028.jpg".to_owned()],
         report,
@@ -319,7 +319,7 @@ fn rows_that_are_whole_are_read_from_a_file_that_is_cut_short() {
                 let row = if *kept { row.clone() } else { 0..0 };
                 row.map(|index| (ldi.levels[0].columns[index], ldi.levels[0].pixel(index))).collect()
             });
-            let first = Level::of_rows(ldi.camera, rows);
+            let first = ResolutionLevel::of_rows(ldi.camera, rows);
             assert!(
                 same(&read, &Ldi { levels: pyramid(first, &ldi.surfaces), ..ldi.clone() }),
                 "{length} bytes"
@@ -408,7 +408,7 @@ fn three() -> Ldi {
     };
     let ldi = random(13, 2, 1);
     let rows = [vec![(0, pixel(3.0, 1)), (0, pixel(2.0, 0)), (1, pixel(1.0, 3))]];
-    Ldi { levels: vec![Level::of_rows(ldi.camera, rows)], ..ldi }
+    Ldi { levels: vec![ResolutionLevel::of_rows(ldi.camera, rows)], ..ldi }
 }
 
 #[test]
@@ -453,7 +453,7 @@ fn what_the_file_cannot_hold_is_not_written() {
     let ldi = three();
     let deep = (0..256).map(|_| (1, ldi.levels[0].pixel(0))).collect();
     refused(
-        Ldi { levels: vec![Level::of_rows(ldi.camera, [deep])], ..three() },
+        Ldi { levels: vec![ResolutionLevel::of_rows(ldi.camera, [deep])], ..three() },
         "more depth pixels than 255",
     );
     let mut negative = three();

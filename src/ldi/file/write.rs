@@ -6,17 +6,17 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::check::check;
-use super::fault::{Checked, Fault, ensure};
+use super::chunk_pixels::ChunkPixels;
+use super::defect::{CheckResult, FileDefect, ensure};
 use super::hash::short_hash;
 use super::header::{CHUNK_ROWS, ChunkEntry, LdiHeader};
 use super::line::to_line;
 use super::packing::Packing;
-use super::piece::Piece;
-use super::prediction::Planes;
+use super::prediction::LevelPlanes;
 use super::streams;
 use crate::layout::LONGEST_SIDE;
 use crate::levels::half_camera;
-use crate::{Ldi, LdiSurface, Level};
+use crate::{Ldi, LdiSurface, ResolutionLevel};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::write_atomically_with;
 
@@ -31,7 +31,7 @@ type WrittenChunk = (ChunkEntry, Vec<u8>);
 /// [`Error::Request`] where the content breaks a rule of the layout, or has more than 255 depth pixels at one position;
 /// [`Error::Io`].
 pub fn write_ldi(file: &Path, ldi: &Ldi, packing: Packing) -> Result<u64> {
-    let content = Content::of(ldi, packing).map_err(|fault| fault.into_request(file))?;
+    let content = PackedImage::of(ldi, packing).map_err(|defect| defect.into_request(file))?;
     write_all(file, |out| content.write_to(out))?;
     Ok(content.bytes())
 }
@@ -47,14 +47,14 @@ pub(super) fn write_all(
 }
 
 /// An image as bytes: its first line and its chunks.
-pub(super) struct Content {
+pub(super) struct PackedImage {
     line: Vec<u8>,
     chunks: Vec<Vec<u8>>,
 }
 
-impl Content {
+impl PackedImage {
     /// Packs an image.
-    pub fn of(ldi: &Ldi, packing: Packing) -> Checked<Self> {
+    pub fn of(ldi: &Ldi, packing: Packing) -> CheckResult<Self> {
         check_levels(ldi)?;
         let levels = match packing {
             Packing::None => &ldi.levels[..],
@@ -62,7 +62,7 @@ impl Content {
         };
         let chunks = levels.iter().enumerate();
         let chunks = chunks.map(|(index, level)| to_chunks(index, level, &ldi.surfaces, packing));
-        let chunks = chunks.collect::<Checked<Vec<_>>>()?;
+        let chunks = chunks.collect::<CheckResult<Vec<_>>>()?;
         let entries = chunks.iter().map(|level| level.iter().map(|(entry, _)| entry.clone()).collect());
         let header = LdiHeader::of(ldi, packing, entries.collect());
         check(&header)?;
@@ -83,25 +83,28 @@ impl Content {
 }
 
 /// Checks that the arrays have the sizes that they need to be cut into chunks.
-fn check_levels(ldi: &Ldi) -> Checked {
+fn check_levels(ldi: &Ldi) -> CheckResult {
     let mut camera = ldi.camera;
     for (index, level) in ldi.levels.iter().enumerate() {
         let sides = 1..=LONGEST_SIDE;
         ensure(sides.contains(&level.camera.width) && sides.contains(&level.camera.height), || {
             let found = format!("{} x {} pixels", level.camera.width, level.camera.height);
-            Fault::at(place(index), format!("{found}; expected sides of 1 to {LONGEST_SIDE}"))
+            FileDefect::at(place(index), format!("{found}; expected sides of 1 to {LONGEST_SIDE}"))
         })?;
         ensure(level.camera == camera, || {
-            Fault::at(place(index), "its camera is not the one of half the resolution of the level before")
+            FileDefect::at(
+                place(index),
+                "its camera is not the one of half the resolution of the level before",
+            )
         })?;
-        ensure(has_layout(level), || Fault::at(place(index), "its arrays do not fit together"))?;
+        ensure(has_layout(level), || FileDefect::at(place(index), "its arrays do not fit together"))?;
         camera = half_camera(&camera);
     }
     Ok(())
 }
 
-fn has_layout(level: &Level) -> bool {
-    let Level { camera, rows, columns, inverse_depths, colours, surfaces, splats, .. } = level;
+fn has_layout(level: &ResolutionLevel) -> bool {
+    let ResolutionLevel { camera, rows, columns, inverse_depths, colours, surfaces, splats, .. } = level;
     let sizes = [inverse_depths.len(), colours.len(), surfaces.len(), splats.len()];
     let in_row = |row: &[u32]| {
         let columns = &columns[row[0] as usize..row[1] as usize];
@@ -121,26 +124,31 @@ fn place(level: usize) -> String {
 
 fn to_chunks(
     index: usize,
-    level: &Level,
+    level: &ResolutionLevel,
     surfaces: &[LdiSurface],
     packing: Packing,
-) -> Checked<Vec<WrittenChunk>> {
-    let planes = Planes { surfaces, pixel_size: f64::from(1u32 << index) };
+) -> CheckResult<Vec<WrittenChunk>> {
+    let planes = LevelPlanes { surfaces, pixel_size: f64::from(1u32 << index) };
     let chunks = level.camera.height.div_ceil(CHUNK_ROWS) as usize;
     let chunks: Vec<_> =
         (0..chunks).into_par_iter().map(|chunk| to_chunk(level, chunk, packing, &planes)).collect();
-    // In order, so that the same fault is reported for any number of threads.
-    chunks.into_iter().collect::<Result<_, String>>().map_err(|found| Fault::at(place(index), found))
+    // In order, so that the same defect is reported for any number of threads.
+    chunks.into_iter().collect::<Result<_, String>>().map_err(|found| FileDefect::at(place(index), found))
 }
 
-fn to_chunk(level: &Level, index: usize, packing: Packing, planes: &Planes) -> Result<WrittenChunk, String> {
-    let piece = Piece::of(level, index);
-    piece.check(planes.surfaces.len())?;
-    let bytes = streams::to_bytes(&piece, level.camera.width, packing, planes)?;
-    let (near, far) = piece.near_and_far();
+fn to_chunk(
+    level: &ResolutionLevel,
+    index: usize,
+    packing: Packing,
+    planes: &LevelPlanes,
+) -> Result<WrittenChunk, String> {
+    let pixels = ChunkPixels::of(level, index);
+    pixels.check(planes.surfaces.len())?;
+    let bytes = streams::to_bytes(&pixels, level.camera.width, packing, planes)?;
+    let (near, far) = pixels.near_and_far();
     let entry = ChunkEntry {
         bytes: bytes.len() as u64,
-        depth_pixels: piece.surfaces.len() as u64,
+        depth_pixels: pixels.surfaces.len() as u64,
         near,
         far,
         hash: short_hash(&bytes),

@@ -1,7 +1,7 @@
 //! Writes a layered depth image as GLB (binary glTF 2.0): its segments as meshes without lighting, and the reference camera.
 //!
 //! The axes are glTF's: y up, the camera at the origin, looking along -z; lengths are world units. What is infinitely far is on
-//! a sphere around the camera ([`Mesh::sky`]). glTF has no textures that are divided per pixel; the segments' cells are small
+//! a sphere around the camera ([`GlbContent::sky`]). glTF has no textures that are divided per pixel; the segments' cells are small
 //! enough ([`crate::segments::SegmentOptions::undivided`]).
 
 use std::io::Write;
@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
 use crate::page::pictures::{jpeg, rgba_png};
-use crate::segments::{Atlas, Piece, Segments, Vertex};
+use crate::segments::{Atlas, Segments, TexturedPart, Vertex};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_files::atomic::write_atomically_with;
@@ -23,7 +23,7 @@ mod tests;
 
 /// The content of a GLB file.
 #[derive(Debug, Clone, Copy)]
-pub struct Mesh<'a> {
+pub struct GlbContent<'a> {
     /// The name of the meshes.
     pub name: &'a str,
     /// The reference camera.
@@ -48,7 +48,7 @@ const CUT: f64 = 0.5;
 ///
 /// # Errors
 /// [`quadratura_base::Error::Io`].
-pub fn write_glb(file: &Path, mesh: &Mesh<'_>) -> Result<u64> {
+pub fn write_glb(file: &Path, mesh: &GlbContent<'_>) -> Result<u64> {
     let bytes = glb(mesh);
     write_atomically_with(file, |out| out.write_all(&bytes))?;
     Ok(bytes.len() as u64)
@@ -71,7 +71,7 @@ fn is_unchanged(mut bytes: Vec<u8>) -> bool {
 }
 
 /// Returns the bytes of a GLB file.
-fn glb(mesh: &Mesh<'_>) -> Vec<u8> {
+fn glb(mesh: &GlbContent<'_>) -> Vec<u8> {
     let mut writer = Writer::default();
     let json = writer.document(mesh);
     let mut text = json.to_string().into_bytes();
@@ -104,7 +104,7 @@ struct Writer {
 }
 
 impl Writer {
-    fn document(&mut self, mesh: &Mesh<'_>) -> Value {
+    fn document(&mut self, mesh: &GlbContent<'_>) -> Value {
         let sky = mesh.sky();
         let (mut primitives, mut materials, mut textures, mut images) = (vec![], vec![], vec![], vec![]);
         for (number, atlas) in mesh.segments.atlases.iter().enumerate() {
@@ -146,19 +146,18 @@ impl Writer {
         })
     }
 
-    /// Adds the pieces of an atlas.
-    fn primitive(&mut self, mesh: &Mesh<'_>, number: usize, sky: f64) -> Value {
+    /// Adds the parts of an atlas.
+    fn primitive(&mut self, mesh: &GlbContent<'_>, number: usize, sky: f64) -> Value {
         let atlas = &mesh.segments.atlases[number];
         let (mut positions, mut texels, mut indices) = (Vec::new(), Vec::new(), Vec::<u32>::new());
-        for piece in mesh.segments.pieces.iter().filter(|piece| piece.atlas == number) {
+        for part in mesh.segments.parts.iter().filter(|part| part.atlas == number) {
             let first = positions.len() as u32;
             positions
-                .extend(piece.vertices.iter().map(|vertex| mesh.position(vertex, sky).as_vec3().to_array()));
-            texels.extend(piece.vertices.iter().map(|vertex| texture_coordinates(piece, vertex, atlas)));
+                .extend(part.vertices.iter().map(|vertex| mesh.position(vertex, sky).as_vec3().to_array()));
+            texels.extend(part.vertices.iter().map(|vertex| texture_coordinates(part, vertex, atlas)));
             // Counter-clockwise from the front, as glTF has it.
             indices.extend(
-                piece
-                    .triangles
+                part.triangles
                     .iter()
                     .flat_map(|&[a, b, c]| [a, c, b])
                     .map(|corner| first + u32::from(corner)),
@@ -218,10 +217,10 @@ const ELEMENTS: u32 = 34963;
 const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
 
-impl Mesh<'_> {
+impl GlbContent<'_> {
     /// Returns the radius of the sphere on which what is infinitely far is drawn, in world units.
     pub fn sky(&self) -> f64 {
-        let vertices = self.segments.pieces.iter().flat_map(|piece| &piece.vertices);
+        let vertices = self.segments.parts.iter().flat_map(|part| &part.vertices);
         let depths = vertices.map(|vertex| f64::from(vertex.inverse_depth)).filter(|depth| *depth > 0.0);
         let farthest = depths.map(f64::recip).fold(0.0, f64::max);
         SKY * if farthest > 0.0 { farthest } else { 1000.0 * self.segments.reach }
@@ -236,8 +235,8 @@ impl Mesh<'_> {
     }
 }
 
-fn texture_coordinates(piece: &Piece, vertex: &Vertex, atlas: &Atlas) -> [f32; 2] {
-    let texel = Segments::texel(piece, vertex);
+fn texture_coordinates(part: &TexturedPart, vertex: &Vertex, atlas: &Atlas) -> [f32; 2] {
+    let texel = Segments::texel(part, vertex);
     [(texel.x / f64::from(atlas.width)) as f32, (texel.y / f64::from(atlas.height)) as f32]
 }
 

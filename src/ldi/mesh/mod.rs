@@ -3,5 +3,5 @@
 mod glb;
 mod ply;
 
-pub use self::glb::{Mesh, place_of_glb, write_glb};
+pub use self::glb::{GlbContent, place_of_glb, write_glb};
 pub use self::ply::{WrittenPly, write_ply};

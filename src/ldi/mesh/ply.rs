@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::spacing::normal_of;
-use crate::{Ldi, Level};
+use crate::{Ldi, ResolutionLevel};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::atomic::AtomicFile;
 use quadratura_files::free_path::free_path;
@@ -130,7 +130,7 @@ fn world_normal(ldi: &Ldi, surface: &crate::LdiSurface) -> DVec3 {
 }
 
 /// Returns the points of a row.
-fn row(ldi: &Ldi, level: &Level, y: u32, normals: &[DVec3]) -> Vec<u8> {
+fn row(ldi: &Ldi, level: &ResolutionLevel, y: u32, normals: &[DVec3]) -> Vec<u8> {
     let mut bytes = Vec::new();
     for pixels in level.layered_pixels(y) {
         for (layer, index) in (0u16..).zip(pixels) {

@@ -1,11 +1,11 @@
 //! The meshes of a page as a stream of whole numbers, which the viewer reads in the same order.
 //!
-//! Seven bits a byte, the lowest first, the eighth tells that more follow; signed ones alternate: 0, -1, 1, -2, 2. A piece: 1
+//! Seven bits a byte, the lowest first, the eighth tells that more follow; signed ones alternate: 0, -1, 1, -2, 2. A part: 1
 //! and the bits of two f32 (least inverse depth, step) where its segment begins, else 0; its atlas; what is added to columns
 //! and rows of the frame to get texels; the number of corners; their column, row and inverse depth in steps, each less that
 //! of the corner before; the number of triangles; their corners, each less the one before.
 
-use crate::segments::{Piece, Segments};
+use crate::segments::{Segments, TexturedPart};
 
 /// Inverse depths of a segment are whole numbers of steps, from 0 to this: exact to a part in a million of its range.
 const STEPS: f64 = (1 << 20) as f64;
@@ -13,29 +13,29 @@ const STEPS: f64 = (1 << 20) as f64;
 /// Returns the meshes as bytes.
 pub fn geometry(segments: &Segments) -> Vec<u8> {
     let mut out = Stream::default();
-    for group in segments.pieces.chunk_by(|a, b| a.segment == b.segment) {
-        let depths = Depths::new(group);
-        for (i, piece) in group.iter().enumerate() {
+    for group in segments.parts.chunk_by(|a, b| a.segment == b.segment) {
+        let depths = DepthSteps::new(group);
+        for (i, part) in group.iter().enumerate() {
             out.number(u32::from(i == 0));
             if i == 0 {
                 out.number(depths.low.to_bits());
                 out.number(depths.step.to_bits());
             }
-            out.piece(piece, &depths);
+            out.part(part, &depths);
         }
     }
     out.bytes
 }
 
-/// How the inverse depths of a segment are written: the corners that its pieces share have the same bits.
-struct Depths {
+/// How the inverse depths of a segment are written: the corners that its parts share have the same bits.
+struct DepthSteps {
     low: f32,
     step: f32,
 }
 
-impl Depths {
-    fn new(pieces: &[Piece]) -> Self {
-        let depths = || pieces.iter().flat_map(|piece| &piece.vertices).map(|vertex| vertex.inverse_depth);
+impl DepthSteps {
+    fn new(parts: &[TexturedPart]) -> Self {
+        let depths = || parts.iter().flat_map(|part| &part.vertices).map(|vertex| vertex.inverse_depth);
         let (low, high) = (depths().fold(f32::INFINITY, f32::min), depths().fold(0.0, f32::max));
         Self { low, step: (f64::from(high - low) / STEPS) as f32 }
     }
@@ -67,19 +67,19 @@ impl Stream {
         self.number(if value < 0 { -2 * value - 1 } else { 2 * value } as u32);
     }
 
-    fn piece(&mut self, piece: &Piece, depths: &Depths) {
-        self.number(piece.atlas as u32);
-        (0..2).for_each(|axis| self.signed(i64::from(piece.at[axis]) - i64::from(piece.origin[axis])));
-        self.number(piece.vertices.len() as u32);
+    fn part(&mut self, part: &TexturedPart, depths: &DepthSteps) {
+        self.number(part.atlas as u32);
+        (0..2).for_each(|axis| self.signed(i64::from(part.at[axis]) - i64::from(part.origin[axis])));
+        self.number(part.vertices.len() as u32);
         let mut last = [0; 3];
-        for vertex in &piece.vertices {
+        for vertex in &part.vertices {
             let now = [vertex.x.into(), vertex.y.into(), depths.steps(vertex.inverse_depth)];
             (0..3).for_each(|i| self.signed(now[i] - last[i]));
             last = now;
         }
-        self.number(piece.triangles.len() as u32);
+        self.number(part.triangles.len() as u32);
         let mut last = 0;
-        for &corner in piece.triangles.as_flattened() {
+        for &corner in part.triangles.as_flattened() {
             self.signed(i64::from(corner) - last);
             last = corner.into();
         }

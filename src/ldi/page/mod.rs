@@ -183,7 +183,7 @@ fn data(page: &Page<'_>) -> String {
         "safe": { "across": page.safe.across, "along": page.safe.along },
         "backdrop": backdrop,
         "atlases": atlases,
-        "pieces": page.segments.pieces.len(),
+        "pieces": page.segments.parts.len(),
         "geometry": to_base64(&geometry::geometry(page.segments)),
     });
     format!("window.QuadraturaPhoto = {photo};\n")

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Page, PagePlace, place_of_page, write_page};
 use crate::lean::{DIRECTIONS, SafeRegion, Window};
-use crate::segments::{Atlas, Piece, Segments, Vertex};
+use crate::segments::{Atlas, Segments, TexturedPart, Vertex};
 use quadratura_base::geometry::Pinhole;
 use quadratura_view::Picture;
 
@@ -12,7 +12,7 @@ const CAMERA: Pinhole = Pinhole { width: 16, height: 8, fx: 10.0, fy: 10.0, cx: 
 
 fn one_square() -> Segments {
     let vertices = [[0, 0], [8, 0], [8, 8]].map(|[x, y]| Vertex { x, y, inverse_depth: 0.5 }).to_vec();
-    let piece = Piece {
+    let part = TexturedPart {
         segment: 0,
         atlas: 0,
         origin: [-2, -2],
@@ -29,7 +29,7 @@ fn one_square() -> Segments {
         rgb: vec![90; 768],
         opacity: vec![255; 256],
     };
-    Segments { count: 1, pieces: vec![piece], atlases: vec![atlas], reach: 0.3, parallax: 0.5 }
+    Segments { count: 1, parts: vec![part], atlases: vec![atlas], reach: 0.3, parallax: 0.5 }
 }
 
 fn write(place: &PagePlace, caption: &str) -> Vec<String> {

@@ -1,4 +1,4 @@
-//! Atlases: the rectangles of pieces are packed into pictures.
+//! Atlases: the rectangles of parts are packed into pictures.
 
 /// How many texels of what is beyond a rectangle's cells it holds, for the pixel by which rims are moved and for filtering.
 pub const BORDER: u32 = 2;
@@ -7,12 +7,12 @@ pub const BLOCK: u32 = 8;
 /// The longest side of an atlas: what nearly all devices with WebGL 2 draw.
 pub const LONGEST: u32 = 4096;
 
-/// A picture with the colours of pieces.
+/// A picture with the colours of parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Atlas {
     /// Whether it shows mostly what the reference camera sees first, and not what is hidden behind it.
     pub first: bool,
-    /// Whether its pieces have neither rims nor translucent texels.
+    /// Whether its parts have neither rims nor translucent texels.
     pub opaque: bool,
     /// Width in texels.
     pub width: u32,
@@ -25,7 +25,7 @@ pub struct Atlas {
 }
 
 impl Atlas {
-    pub(super) fn new((first, opaque): (bool, bool), [width, height]: [u32; 2]) -> Self {
+    pub(super) fn new(first: bool, opaque: bool, [width, height]: [u32; 2]) -> Self {
         let texels = width as usize * height as usize;
         Self { first, opaque, width, height, rgb: vec![0; 3 * texels], opacity: vec![0; texels] }
     }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::join::Labels;
 use super::{SMALLEST_CELL, TILE};
-use crate::layout::{Ldi, LdiSurface, Level};
+use crate::layout::{Ldi, LdiSurface, ResolutionLevel};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 
@@ -167,7 +167,7 @@ pub fn patches(ldi: &Ldi, labels: &Labels, task: &Task) -> Result<Vec<Patch>> {
 }
 
 /// Collects the depth pixels of a tile by segments.
-fn collected(level: &Level, labels: &Labels, tile: [u32; 2]) -> Vec<Patch> {
+fn collected(level: &ResolutionLevel, labels: &Labels, tile: [u32; 2]) -> Vec<Patch> {
     let [left, top] = tile.map(|at| at * TILE);
     let mut pixels: Vec<(u32, PatchPixel)> = Vec::new();
     for y in top..level.camera.height.min(top + TILE) {
@@ -188,7 +188,7 @@ fn collected(level: &Level, labels: &Labels, tile: [u32; 2]) -> Vec<Patch> {
 
 /// A patch that is divided.
 struct Divider<'a> {
-    level: &'a Level,
+    level: &'a ResolutionLevel,
     surfaces: &'a [LdiSurface],
     tile: [u32; 2],
     /// By place in the tile, the index of the depth pixel.
@@ -197,7 +197,7 @@ struct Divider<'a> {
 }
 
 impl<'a> Divider<'a> {
-    fn new(level: &'a Level, surfaces: &'a [LdiSurface], patch: &Patch) -> Self {
+    fn new(level: &'a ResolutionLevel, surfaces: &'a [LdiSurface], patch: &Patch) -> Self {
         let mut grid = vec![NONE; SIDE * SIDE];
         for pixel in &patch.pixels {
             grid[usize::from(pixel.y) * SIDE + usize::from(pixel.x)] = pixel.index;
@@ -250,7 +250,7 @@ impl<'a> Divider<'a> {
         let middle = |axis: usize| f64::from(self.tile[axis] * TILE) + f64::from(at[axis]) + half;
         let centre = [middle(0), middle(1)];
         let depth = |index: usize| f64::from(self.level.inverse_depths[index]);
-        let mut sums = Sums::default();
+        let mut sums = PlaneFitSums::default();
         let mut range = [f32::INFINITY, f32::NEG_INFINITY];
         for (x, y, index) in self.pixels(at, side) {
             let d = self.level.inverse_depths[index];
@@ -288,7 +288,7 @@ pub(super) struct Ray {
 
 impl Ray {
     /// Finds them for a depth pixel of a row.
-    pub fn of(level: &Level, y: u32, index: usize) -> Self {
+    pub fn of(level: &ResolutionLevel, y: u32, index: usize) -> Self {
         // The depth pixel before it may be the last one of the row above, of the same column.
         let row = level.row(y);
         let of_ray = |other: &usize| row.contains(other) && level.columns[*other] == level.columns[index];
@@ -296,12 +296,12 @@ impl Ray {
     }
 
     /// Returns whether one is nearer than the depth pixel.
-    pub fn has_nearer(&self, level: &Level, index: usize) -> bool {
+    pub fn has_nearer(&self, level: &ResolutionLevel, index: usize) -> bool {
         self.nearer.is_some_and(|nearer| level.inverse_depths[nearer] > level.inverse_depths[index])
     }
 
     /// Returns the least difference of inverse depth to them; infinite where there is none or where both are level.
-    pub fn gap(&self, level: &Level, index: usize) -> f64 {
+    pub fn gap(&self, level: &ResolutionLevel, index: usize) -> f64 {
         let depth = f64::from(level.inverse_depths[index]);
         let gap = |other: usize| (f64::from(level.inverse_depths[other]) - depth).abs();
         let gaps = [self.nearer, self.farther].into_iter().flatten().map(gap);
@@ -311,7 +311,7 @@ impl Ray {
 
 /// The sums of a fit of a + b x + c y, x and y within -1..1.
 #[derive(Default)]
-struct Sums {
+struct PlaneFitSums {
     count: f64,
     x: f64,
     y: f64,
@@ -323,7 +323,7 @@ struct Sums {
     yv: f64,
 }
 
-impl Sums {
+impl PlaneFitSums {
     fn add(&mut self, x: f64, y: f64, v: f64) {
         self.count += 1.0;
         (self.x, self.y, self.v) = (self.x + x, self.y + y, self.v + v);

@@ -6,8 +6,8 @@ use rustc_hash::FxHashSet;
 
 use super::TILE;
 use super::cells::{CLOSEST, Limits, Patch, Ray};
-use super::mesh::{Cell, Mesher, Shape, Vertex};
-use crate::layout::Level;
+use super::mesh::{CellMesh, MeshCell, Mesher, Vertex};
+use crate::layout::ResolutionLevel;
 
 /// The error of triangles is no more than this times that of cells: corners are means of two cells or more.
 const COMPROMISE: f64 = 2.0;
@@ -34,7 +34,7 @@ impl Exceptions {
     }
 
     /// Divides cells, or gives them corners of their own where they have no quarters. Returns whether that changes anything.
-    pub fn add(&mut self, cells: &[Cell]) -> bool {
+    pub fn add(&mut self, cells: &[MeshCell]) -> bool {
         let mut changed = false;
         for cell in cells {
             let kind = if cell.node.quarters == [0; 4] { &mut self.alone } else { &mut self.divided };
@@ -46,7 +46,7 @@ impl Exceptions {
 
 impl<'a> Mesher<'a> {
     /// Returns the cells whose triangles miss one of their depth pixels by more than is allowed.
-    pub fn poor_cells(&self, level: &Level, limits: &Limits) -> Vec<Cell<'a>> {
+    pub fn poor_cells(&self, level: &ResolutionLevel, limits: &Limits) -> Vec<MeshCell<'a>> {
         let most = COMPROMISE * limits.error;
         let mut poor = Vec::new();
         for (patch, cells) in self.group.iter().zip(&self.cells) {
@@ -86,7 +86,7 @@ fn rows_of(patch: &Patch) -> Vec<usize> {
 fn pixels_in<'a>(
     patch: &'a Patch,
     rows: &'a [usize],
-    cell: &Cell<'_>,
+    cell: &MeshCell<'_>,
 ) -> impl Iterator<Item = (u8, u8, u32)> + use<'a> {
     let ([left, top], side) = (cell.node.at, cell.node.side);
     (top..top + side).flat_map(move |y| {
@@ -97,9 +97,9 @@ fn pixels_in<'a>(
     })
 }
 
-impl Shape {
+impl CellMesh {
     /// Returns the largest difference of a corner from the cell's own plane.
-    fn differs_most(&self, cell: &Cell) -> f64 {
+    fn differs_most(&self, cell: &MeshCell) -> f64 {
         let off = |Vertex { x, y, inverse_depth }: Vertex| {
             (f64::from(inverse_depth) - cell.node.inverse_depth(x, y)).abs()
         };

@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use crate::layout::{LdiSurface, Level};
+use crate::layout::{LdiSurface, ResolutionLevel};
 use crate::merge::slope;
 use glam::DVec3;
 use quadratura_base::error::Result;
@@ -35,18 +35,18 @@ const ROWS_A_STEP: usize = 32;
 ///
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
-pub fn label(level: &Level, surfaces: &[LdiSurface], epsilon: f64, task: &Task) -> Result<Labels> {
-    let grid = Grid::new(level, surfaces, epsilon);
+pub fn label(level: &ResolutionLevel, surfaces: &[LdiSurface], epsilon: f64, task: &Task) -> Result<Labels> {
+    let positions = PositionIndex::new(level, surfaces, epsilon);
     let mut labels = vec![NONE; level.len()];
-    let mut taken = vec![NONE; grid.width * grid.height];
+    let mut taken = vec![NONE; positions.width * positions.height];
     let mut count = 0;
-    for y in 0..grid.height {
+    for y in 0..positions.height {
         if y.is_multiple_of(ROWS_A_STEP) {
-            task.step("join", y as u64, grid.height as u64)?;
+            task.step("join", y as u64, positions.height as u64)?;
         }
         for seed in level.row(y as u32) {
             if labels[seed] == NONE {
-                grid.grow(seed as u32, y, count, &mut labels, &mut taken);
+                positions.grow(seed as u32, y, count, &mut labels, &mut taken);
                 count += 1;
             }
         }
@@ -55,8 +55,8 @@ pub fn label(level: &Level, surfaces: &[LdiSurface], epsilon: f64, task: &Task) 
 }
 
 /// A level whose depth pixels are found by position.
-struct Grid<'a> {
-    level: &'a Level,
+struct PositionIndex<'a> {
+    level: &'a ResolutionLevel,
     surfaces: &'a [LdiSurface],
     epsilon: f64,
     width: usize,
@@ -67,14 +67,14 @@ struct Grid<'a> {
 
 /// A depth pixel with its position, column and row.
 #[derive(Debug, Clone, Copy)]
-struct Placed {
+struct PositionedPixel {
     index: u32,
     x: usize,
     y: usize,
 }
 
-impl<'a> Grid<'a> {
-    fn new(level: &'a Level, surfaces: &'a [LdiSurface], epsilon: f64) -> Self {
+impl<'a> PositionIndex<'a> {
+    fn new(level: &'a ResolutionLevel, surfaces: &'a [LdiSurface], epsilon: f64) -> Self {
         let (width, height) = (level.camera.width as usize, level.camera.height as usize);
         let mut starts = Vec::with_capacity(width * height + 1);
         for y in 0..height {
@@ -94,7 +94,11 @@ impl<'a> Grid<'a> {
     /// Gives a number to everything that belongs together with a depth pixel that has none.
     fn grow(&self, seed: u32, y: usize, segment: u32, labels: &mut [u32], taken: &mut [u32]) {
         let (mut of_surface, mut others) = (VecDeque::new(), VecDeque::new());
-        others.push_back(Placed { index: seed, x: usize::from(self.level.columns[seed as usize]), y });
+        others.push_back(PositionedPixel {
+            index: seed,
+            x: usize::from(self.level.columns[seed as usize]),
+            y,
+        });
         while let Some(at) = of_surface.pop_front().or_else(|| others.pop_front()) {
             let position = at.y * self.width + at.x;
             if labels[at.index as usize] != NONE || taken[position] == segment {
@@ -107,7 +111,7 @@ impl<'a> Grid<'a> {
                     continue;
                 }
                 for index in self.pixels(x, y).filter(|&index| labels[index as usize] == NONE) {
-                    let there = Placed { index, x, y };
+                    let there = PositionedPixel { index, x, y };
                     match self.joins(at, there) {
                         Joined::BySurface => of_surface.push_back(there),
                         Joined::ByDepth => others.push_back(there),
@@ -118,7 +122,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    fn neighbours(&self, at: Placed) -> impl Iterator<Item = (usize, usize)> + use<> {
+    fn neighbours(&self, at: PositionedPixel) -> impl Iterator<Item = (usize, usize)> + use<> {
         let (width, height) = (self.width, self.height);
         let beside =
             [(at.x.wrapping_sub(1), at.y), (at.x + 1, at.y), (at.x, at.y.wrapping_sub(1)), (at.x, at.y + 1)];
@@ -130,12 +134,12 @@ impl<'a> Grid<'a> {
         self.starts[position]..self.starts[position + 1]
     }
 
-    fn joins(&self, a: Placed, b: Placed) -> Joined {
-        let surface = |placed: Placed| self.level.surfaces[placed.index as usize];
+    fn joins(&self, a: PositionedPixel, b: PositionedPixel) -> Joined {
+        let surface = |placed: PositionedPixel| self.level.surfaces[placed.index as usize];
         if surface(a) != 0 && surface(a) == surface(b) {
             return Joined::BySurface;
         }
-        let depth = |placed: Placed| f64::from(self.level.inverse_depths[placed.index as usize]);
+        let depth = |placed: PositionedPixel| f64::from(self.level.inverse_depths[placed.index as usize]);
         let (d, other) = (depth(a), depth(b));
         let joined = if d == 0.0 || other == 0.0 {
             d == other
@@ -149,8 +153,8 @@ impl<'a> Grid<'a> {
     }
 
     /// Returns the larger slope of two neighbours' surfaces, at most [`STEEPEST`].
-    fn slope(&self, a: Placed, b: Placed) -> f64 {
-        let of = |at: Placed, from: Placed| {
+    fn slope(&self, a: PositionedPixel, b: PositionedPixel) -> f64 {
+        let of = |at: PositionedPixel, from: PositionedPixel| {
             let d = f64::from(self.level.inverse_depths[at.index as usize]);
             match self.level.surfaces[at.index as usize] {
                 0 => self.slope_from_neighbour(at, from, d),
@@ -170,7 +174,7 @@ impl<'a> Grid<'a> {
     }
 
     /// Returns the change of an unknown surface to the neighbour that is opposite to `from`; 0 where there is none of it.
-    fn slope_from_neighbour(&self, at: Placed, from: Placed, d: f64) -> f64 {
+    fn slope_from_neighbour(&self, at: PositionedPixel, from: PositionedPixel, d: f64) -> f64 {
         let (x, y) = ((2 * at.x).wrapping_sub(from.x), (2 * at.y).wrapping_sub(from.y));
         if x >= self.width || y >= self.height {
             return 0.0;

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use super::cells::{Limits, Node, Patch};
 use super::check::Exceptions;
 use super::{SMALLEST_CELL, TILE};
-use crate::layout::Level;
+use crate::layout::ResolutionLevel;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 
@@ -29,7 +29,7 @@ pub struct Vertex {
 
 /// A part of a segment whose texels are a rectangle of an atlas.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Piece {
+pub struct TexturedPart {
     /// The number of the segment.
     pub segment: u32,
     /// The atlas.
@@ -50,12 +50,12 @@ pub struct Piece {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SegmentMesh {
     /// The parts.
-    pub parts: Vec<Part>,
+    pub parts: Vec<MeshPart>,
 }
 
 /// A part of a mesh.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct MeshPart {
     /// The number of the segment.
     pub segment: u32,
     /// The rectangle that its cells cover, in pixels of the frame: left, top, right, bottom.
@@ -79,7 +79,12 @@ impl SegmentMesh {
 ///
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
-pub fn meshes(level: &Level, patches: &[Patch], limits: &Limits, task: &Task) -> Result<Vec<SegmentMesh>> {
+pub fn meshes(
+    level: &ResolutionLevel,
+    patches: &[Patch],
+    limits: &Limits,
+    task: &Task,
+) -> Result<Vec<SegmentMesh>> {
     let mut first = 0;
     let groups: Vec<(usize, &[Patch])> = patches
         .chunk_by(|a, b| a.segment == b.segment)
@@ -145,7 +150,7 @@ fn rectangles(group: &[Patch]) -> Vec<Vec<usize>> {
 
 /// A cell in the frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cell<'a> {
+pub(super) struct MeshCell<'a> {
     x: i32,
     y: i32,
     side: i32,
@@ -156,7 +161,7 @@ pub(super) struct Cell<'a> {
     is_alone: bool,
 }
 
-impl Cell<'_> {
+impl MeshCell<'_> {
     /// Its corners, clockwise from the upper left.
     fn corners(&self) -> [[i32; 2]; 4] {
         let (right, bottom) = (self.x + self.side, self.y + self.side);
@@ -173,7 +178,7 @@ impl Cell<'_> {
 
 /// What the cells around a corner say.
 #[derive(Debug, Clone, Copy, Default)]
-struct Corner {
+struct SharedCorner {
     /// Its place, which may be moved outwards.
     moved: [i32; 2],
     weight: f64,
@@ -184,8 +189,8 @@ struct Corner {
 pub(super) struct Mesher<'a> {
     pub group: &'a [Patch],
     /// The cells of each patch.
-    pub cells: Vec<Vec<Cell<'a>>>,
-    corners: FxHashMap<[i32; 2], Corner>,
+    pub cells: Vec<Vec<MeshCell<'a>>>,
+    corners: FxHashMap<[i32; 2], SharedCorner>,
     /// By tile, which squares of the smallest cells are covered, a word a row.
     covered: FxHashMap<[i32; 2], [u32; (TILE / SMALLEST_CELL) as usize]>,
 }
@@ -203,7 +208,7 @@ impl<'a> Mesher<'a> {
                 let [x, y] = node.at.map(i32::from);
                 let (place, side) = ((i, number), node.side.into());
                 let is_alone = exceptions.is_alone(place);
-                cells.push(Cell { x: left + x, y: top + y, side, node, place, is_alone });
+                cells.push(MeshCell { x: left + x, y: top + y, side, node, place, is_alone });
             });
             for cell in &cells {
                 mesher.cover(cell);
@@ -229,7 +234,7 @@ impl<'a> Mesher<'a> {
         mesher
     }
 
-    fn cover(&mut self, cell: &Cell) {
+    fn cover(&mut self, cell: &MeshCell) {
         let tile = [cell.x, cell.y].map(|at| at.div_euclid(TILE as i32));
         let rows = self.covered.entry(tile).or_default();
         let [x, y, side] =
@@ -258,8 +263,12 @@ impl<'a> Mesher<'a> {
 
     fn mesh(&self, first: usize) -> SegmentMesh {
         let part = |places: Vec<usize>| {
-            let mut part =
-                PartMesh { mesher: self, numbers: FxHashMap::default(), vertices: vec![], triangles: vec![] };
+            let mut part = MeshPartBuilder {
+                mesher: self,
+                numbers: FxHashMap::default(),
+                vertices: vec![],
+                triangles: vec![],
+            };
             let mut bounds = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
             for cell in places.iter().flat_map(|&place| &self.cells[place]) {
                 let [[left, top], _, [right, bottom], _] = cell.corners();
@@ -269,14 +278,14 @@ impl<'a> Mesher<'a> {
             }
             let (vertices, triangles) = (part.vertices, part.triangles);
             let patches = places.iter().map(|place| first + place).collect();
-            Part { segment: self.group[0].segment, bounds, vertices, triangles, patches }
+            MeshPart { segment: self.group[0].segment, bounds, vertices, triangles, patches }
         };
         SegmentMesh { parts: rectangles(self.group).into_iter().map(part).collect() }
     }
 }
 
 /// Returns the places on the sides of a cell that can be corners, clockwise from the upper left one.
-fn sides(cell: &Cell) -> impl Iterator<Item = [i32; 2]> + use<> {
+fn sides(cell: &MeshCell) -> impl Iterator<Item = [i32; 2]> + use<> {
     let corners = cell.corners();
     let steps = cell.side / STEP;
     (0..4).flat_map(move |side| {
@@ -287,7 +296,7 @@ fn sides(cell: &Cell) -> impl Iterator<Item = [i32; 2]> + use<> {
 }
 
 /// The mesh of a cell.
-pub(super) struct Shape {
+pub(super) struct CellMesh {
     /// The corners on its sides, clockwise from the upper left one: where each was before it was moved, and what it is.
     ring: Vec<([i32; 2], Vertex)>,
     /// A corner within it.
@@ -296,7 +305,7 @@ pub(super) struct Shape {
     triangles: Vec<[usize; 3]>,
 }
 
-impl Shape {
+impl CellMesh {
     /// Returns the corners of the triangles.
     pub fn triangles(&self) -> impl Iterator<Item = [Vertex; 3]> + '_ {
         let corner =
@@ -307,7 +316,7 @@ impl Shape {
 
 impl Mesher<'_> {
     /// Returns the mesh of a cell.
-    pub fn shape(&self, cell: &Cell) -> Shape {
+    pub fn shape(&self, cell: &MeshCell) -> CellMesh {
         let vertex = |at: [i32; 2]| {
             let corner = self.corners.get(&at)?;
             let [x, y] = corner.moved;
@@ -321,17 +330,17 @@ impl Mesher<'_> {
             // The diagonal that changes less follows ridges and valleys.
             let along = (depth(0) - depth(2)).abs() <= (depth(1) - depth(3)).abs();
             let triangles = if along { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] };
-            return Shape { ring, centre: None, triangles: triangles.to_vec() };
+            return CellMesh { ring, centre: None, triangles: triangles.to_vec() };
         }
         let (x, y) = (cell.x + cell.side / 2, cell.y + cell.side / 2);
         let centre = Vertex { x, y, inverse_depth: middle(&ring, cell, [x, y]) as f32 };
         let triangles = (0..ring.len()).map(|i| [ring.len(), i, (i + 1) % ring.len()]).collect();
-        Shape { ring, centre: Some(centre), triangles }
+        CellMesh { ring, centre: Some(centre), triangles }
     }
 }
 
 /// Returns the inverse depth in the middle of a cell: its own, moved as its corners were.
-fn middle(ring: &[([i32; 2], Vertex)], cell: &Cell, [x, y]: [i32; 2]) -> f64 {
+fn middle(ring: &[([i32; 2], Vertex)], cell: &MeshCell, [x, y]: [i32; 2]) -> f64 {
     let plane = cell.node.plane;
     let off = |(_, Vertex { x, y, inverse_depth }): &([i32; 2], Vertex)| {
         f64::from(*inverse_depth) - plane.dot(DVec3::new((*x).into(), (*y).into(), 1.0))
@@ -342,16 +351,16 @@ fn middle(ring: &[([i32; 2], Vertex)], cell: &Cell, [x, y]: [i32; 2]) -> f64 {
 }
 
 /// A part whose mesh is made.
-struct PartMesh<'a> {
+struct MeshPartBuilder<'a> {
     mesher: &'a Mesher<'a>,
     numbers: FxHashMap<[i32; 2], u16>,
     vertices: Vec<Vertex>,
     triangles: Vec<[u16; 3]>,
 }
 
-impl PartMesh<'_> {
+impl MeshPartBuilder<'_> {
     /// Adds the triangles of a cell.
-    fn add(&mut self, cell: &Cell) {
+    fn add(&mut self, cell: &MeshCell) {
         let shape = self.mesher.shape(cell);
         let mut numbers: Vec<u16> = Vec::with_capacity(shape.ring.len() + 1);
         for (at, vertex) in &shape.ring {

@@ -20,7 +20,7 @@ use glam::DVec2;
 
 pub use self::atlas::{Atlas, BORDER};
 use self::cells::Limits;
-pub use self::mesh::{Piece, Vertex};
+pub use self::mesh::{TexturedPart, Vertex};
 use super::layout::Ldi;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
@@ -57,7 +57,7 @@ pub struct Segments {
     /// The number of segments.
     pub count: u32,
     /// The parts of the segments, each with its place in an atlas; those of one segment follow each other.
-    pub pieces: Vec<Piece>,
+    pub parts: Vec<TexturedPart>,
     /// The colours.
     pub atlases: Vec<Atlas>,
     /// The reach in world units: see [`reach`].
@@ -69,17 +69,17 @@ pub struct Segments {
 impl Segments {
     /// Returns the number of triangles.
     pub fn triangles(&self) -> usize {
-        self.pieces.iter().map(|piece| piece.triangles.len()).sum()
+        self.parts.iter().map(|part| part.triangles.len()).sum()
     }
 
     /// Returns the number of vertices.
     pub fn vertices(&self) -> usize {
-        self.pieces.iter().map(|piece| piece.vertices.len()).sum()
+        self.parts.iter().map(|part| part.vertices.len()).sum()
     }
 
     /// Returns a vertex's position in its atlas, in texels.
-    pub fn texel(piece: &Piece, vertex: &Vertex) -> DVec2 {
-        let along = |i: usize, at: i32| f64::from(at - piece.origin[i] + piece.at[i] as i32);
+    pub fn texel(part: &TexturedPart, vertex: &Vertex) -> DVec2 {
+        let along = |i: usize, at: i32| f64::from(at - part.origin[i] + part.at[i] as i32);
         DVec2::new(along(0, vertex.x), along(1, vertex.y))
     }
 }
@@ -112,9 +112,9 @@ pub fn segments(ldi: &Ldi, options: &SegmentOptions, task: &Task) -> Result<Segm
             let triangles: usize = meshes.iter().map(mesh::SegmentMesh::triangles).sum();
             // Cells that keep layers apart stay, whatever the error that is allowed.
             if triangles <= options.triangles || (coarsest && triangles >= last) {
-                let (pieces, atlases) =
+                let (parts, atlases) =
                     task.timed("atlas", || paint::painted(level, &patches, meshes, task))?;
-                return Ok(Segments { count: labels.count, pieces, atlases, reach, parallax });
+                return Ok(Segments { count: labels.count, parts, atlases, reach, parallax });
             }
             last = triangles;
         }

@@ -1,4 +1,4 @@
-//! The texels of pieces are taken from the depth pixels, and carried past rims.
+//! The texels of parts are taken from the depth pixels, and carried past rims.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -6,13 +6,13 @@ use rustc_hash::FxHashMap;
 use super::TILE;
 use super::atlas::{Atlas, BLOCK, BORDER, packed};
 use super::cells::Patch;
-use super::mesh::{Part, Piece, SegmentMesh};
-use crate::layout::Level;
+use super::mesh::{MeshPart, SegmentMesh, TexturedPart};
+use crate::layout::ResolutionLevel;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 
 /// A rectangle of texels.
-struct Texels {
+struct TexelRect {
     size: [usize; 2],
     rgba: Vec<[u8; 4]>,
     /// Which ones have a colour.
@@ -24,13 +24,13 @@ struct Texels {
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
 pub(super) fn painted(
-    level: &Level,
+    level: &ResolutionLevel,
     patches: &[Patch],
     meshes: Vec<SegmentMesh>,
     task: &Task,
-) -> Result<(Vec<Piece>, Vec<Atlas>)> {
-    let parts: Vec<Part> = meshes.into_iter().flat_map(|mesh| mesh.parts).collect();
-    let kind = |part: &Part| (is_first(level, patches, part), is_opaque(level, patches, part));
+) -> Result<(Vec<TexturedPart>, Vec<Atlas>)> {
+    let parts: Vec<MeshPart> = meshes.into_iter().flat_map(|mesh| mesh.parts).collect();
+    let kind = |part: &MeshPart| (is_first(level, patches, part), is_opaque(level, patches, part));
     let kinds: Vec<(bool, bool)> = parts.par_iter().map(kind).collect();
     let sizes: Vec<[u32; 2]> = parts.iter().map(size_of).collect();
     let mut places = vec![(0, [0; 2]); parts.len()];
@@ -41,14 +41,14 @@ pub(super) fn painted(
         for (&i, (picture, at)) in members.iter().zip(packed.places) {
             places[i] = (atlases.len() + picture, at);
         }
-        atlases.extend(packed.sizes.into_iter().map(|size| Atlas::new(kind, size)));
+        atlases.extend(packed.sizes.into_iter().map(|size| Atlas::new(kind.0, kind.1, size)));
     }
     let whose: FxHashMap<(u32, [u32; 2]), usize> =
         patches.iter().map(|patch| (patch.segment, patch.tile)).zip(0..).collect();
     // As many at once as there are threads, and not all: they are as large as the atlases.
     for (chunk, start) in parts.chunks(256).zip((0..).step_by(256)) {
         task.step("atlas", start as u64, parts.len() as u64)?;
-        let texels: Vec<Texels> = chunk
+        let texels: Vec<TexelRect> = chunk
             .par_iter()
             .zip(&sizes[start..])
             .map(|(part, size)| texels_of(level, patches, &whose, part, *size))
@@ -57,7 +57,7 @@ pub(super) fn painted(
             texels.copy_to(&mut atlases[atlas], at);
         }
     }
-    let piece = |((part, size), (atlas, at)): ((Part, [u32; 2]), (usize, [u32; 2]))| Piece {
+    let textured = |((part, size), (atlas, at)): ((MeshPart, [u32; 2]), (usize, [u32; 2]))| TexturedPart {
         segment: part.segment,
         atlas,
         origin: origin_of(&part),
@@ -66,11 +66,11 @@ pub(super) fn painted(
         vertices: part.vertices,
         triangles: part.triangles,
     };
-    Ok((parts.into_iter().zip(sizes).zip(places).map(piece).collect(), atlases))
+    Ok((parts.into_iter().zip(sizes).zip(places).map(textured).collect(), atlases))
 }
 
 /// Returns whether most depth pixels of a part are the nearest ones of their rays.
-fn is_first(level: &Level, patches: &[Patch], part: &Part) -> bool {
+fn is_first(level: &ResolutionLevel, patches: &[Patch], part: &MeshPart) -> bool {
     let (mut first, mut all) = (0, 0);
     for patch in part.patches.iter().map(|&place| &patches[place]) {
         for pixel in &patch.pixels {
@@ -84,34 +84,34 @@ fn is_first(level: &Level, patches: &[Patch], part: &Part) -> bool {
 }
 
 /// Returns whether a part covers all of its rectangle with opaque depth pixels.
-fn is_opaque(level: &Level, patches: &[Patch], part: &Part) -> bool {
+fn is_opaque(level: &ResolutionLevel, patches: &[Patch], part: &MeshPart) -> bool {
     let [left, top, right, bottom] = part.bounds;
     let pixels = || part.patches.iter().flat_map(|&place| &patches[place].pixels);
     pixels().count() == ((right - left) * (bottom - top)) as usize
         && pixels().all(|pixel| level.colours[pixel.index as usize][3] == 255)
 }
 
-fn origin_of(part: &Part) -> [i32; 2] {
+fn origin_of(part: &MeshPart) -> [i32; 2] {
     [part.bounds[0] - BORDER as i32, part.bounds[1] - BORDER as i32]
 }
 
-fn size_of(part: &Part) -> [u32; 2] {
+fn size_of(part: &MeshPart) -> [u32; 2] {
     let [left, top, right, bottom] = part.bounds;
     [right - left, bottom - top].map(|side| (side as u32 + 2 * BORDER).next_multiple_of(BLOCK))
 }
 
 /// Takes the texels of a part, with those of the segment around it.
 fn texels_of(
-    level: &Level,
+    level: &ResolutionLevel,
     patches: &[Patch],
     whose: &FxHashMap<(u32, [u32; 2]), usize>,
-    part: &Part,
+    part: &MeshPart,
     size: [u32; 2],
-) -> Texels {
+) -> TexelRect {
     let origin = origin_of(part);
     let size = size.map(|side| side as usize);
     let mut texels =
-        Texels { size, rgba: vec![[0; 4]; size[0] * size[1]], held: vec![false; size[0] * size[1]] };
+        TexelRect { size, rgba: vec![[0; 4]; size[0] * size[1]], held: vec![false; size[0] * size[1]] };
     let tiles = |axis: usize| {
         let last = origin[axis] + size[axis] as i32 - 1;
         (origin[axis].max(0) as u32 / TILE)..=(last.max(0) as u32 / TILE)
@@ -133,7 +133,7 @@ fn texels_of(
     texels
 }
 
-impl Texels {
+impl TexelRect {
     /// Gives each texel beside ones with a colour their mean, and no opacity.
     fn carry(&mut self) {
         let [width, height] = self.size;

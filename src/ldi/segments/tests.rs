@@ -5,10 +5,10 @@ use glam::{DVec2, DVec3};
 use super::atlas::packed;
 use super::cells::{Limits, patches};
 use super::join::label;
-use super::{Piece, SegmentOptions, Segments, Vertex, segments};
+use super::{SegmentOptions, Segments, TexturedPart, Vertex, segments};
 use crate::levels::pyramid;
 use crate::tests::tower;
-use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat};
+use crate::{DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, ResolutionLevel, Splat};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::Rng;
 use quadratura_base::task::Task;
@@ -25,7 +25,7 @@ fn image(size: [u32; 2], surfaces: Vec<LdiSurface>, of: impl Fn(u32, u32) -> Vec
     let row = |y| {
         (0..width).flat_map(|x| of(x, y).into_iter().map(move |pixel| (x as u16, pixel))).collect::<Vec<_>>()
     };
-    let level = Level::of_rows(camera, (0..height).map(row));
+    let level = ResolutionLevel::of_rows(camera, (0..height).map(row));
     Ldi {
         kind: LdiKind::Depth,
         inputs: String::new(),
@@ -54,11 +54,11 @@ fn made(ldi: &Ldi, options: &SegmentOptions) -> Segments {
 }
 
 /// Returns the inverse depth of triangles at a position of the frame, and how many of them hold it.
-fn depths_at(pieces: &[Piece], position: DVec2) -> Vec<f64> {
+fn depths_at(parts: &[TexturedPart], position: DVec2) -> Vec<f64> {
     let mut found = Vec::new();
-    for piece in pieces {
-        for triangle in &piece.triangles {
-            let corners = triangle.map(|corner| piece.vertices[usize::from(corner)]);
+    for part in parts {
+        for triangle in &part.triangles {
+            let corners = triangle.map(|corner| part.vertices[usize::from(corner)]);
             let at = corners.map(|Vertex { x, y, .. }| DVec2::new(x.into(), y.into()));
             let area = |a: DVec2, b: DVec2, c: DVec2| (b - a).perp_dot(c - a);
             let whole = area(at[0], at[1], at[2]);
@@ -144,9 +144,9 @@ fn cells_of_different_size_meet_without_gap_or_overlap() {
     let made = made(&ldi, &SegmentOptions { parallax: 1e-3 * 200.0 / 16.0, ..SegmentOptions::default() });
     // Every edge is in two triangles, in opposite directions, but for those of the outline; corners are the same to the bit.
     let mut edges = std::collections::BTreeMap::new();
-    for piece in &made.pieces {
-        for triangle in &piece.triangles {
-            let corners = triangle.map(|corner| piece.vertices[usize::from(corner)]);
+    for part in &made.parts {
+        for triangle in &part.triangles {
+            let corners = triangle.map(|corner| part.vertices[usize::from(corner)]);
             let key = |v: Vertex| (v.x, v.y, v.inverse_depth.to_bits());
             for i in 0..3 {
                 *edges.entry((key(corners[i]), key(corners[(i + 1) % 3]))).or_insert(0) += 1;
@@ -167,7 +167,7 @@ fn cells_of_different_size_meet_without_gap_or_overlap() {
     let mut rng = Rng::new(3);
     for _ in 0..400 {
         let (x, y) = (rng.between(0.0, 200.0) as u32, rng.between(0.0, 136.0) as u32);
-        let found = depths_at(&made.pieces, DVec2::new(f64::from(x) + 0.497, f64::from(y) + 0.489));
+        let found = depths_at(&made.parts, DVec2::new(f64::from(x) + 0.497, f64::from(y) + 0.489));
         let level = &ldi.levels[0];
         let expected = f64::from(level.inverse_depths[level.at(x, y).start]);
         assert_eq!(found.len(), 1, "at {x}, {y}");
@@ -182,7 +182,7 @@ fn a_plane_takes_few_large_cells_and_is_exact() {
     });
     let made = made(&ldi, &SegmentOptions::default());
     assert_eq!((made.count, made.triangles()), (1, 2 * 4 * 2));
-    for vertex in made.pieces.iter().flat_map(|piece| &piece.vertices) {
+    for vertex in made.parts.iter().flat_map(|part| &part.vertices) {
         let exact = 0.001 * f64::from(vertex.x) + 0.002 * f64::from(vertex.y) + 1.0;
         // Single precision.
         assert!((f64::from(vertex.inverse_depth) - exact).abs() < 1e-6, "{vertex:?}");
@@ -193,8 +193,8 @@ fn a_plane_takes_few_large_cells_and_is_exact() {
 fn what_a_wall_hides_stays_behind_it_also_where_both_meet() {
     let ldi = tower();
     let made = made(&ldi, &SegmentOptions::default());
-    let (front, side): (Vec<Piece>, Vec<Piece>) =
-        made.pieces.into_iter().partition(|piece| piece.segment == 0);
+    let (front, side): (Vec<TexturedPart>, Vec<TexturedPart>) =
+        made.parts.into_iter().partition(|part| part.segment == 0);
     let level = &ldi.levels[0];
     let mut compared = 0;
     for (x, y) in (0..160).flat_map(|y| (0..400).map(move |x| (x, y))) {
@@ -253,27 +253,27 @@ fn no_triangle_spans_a_jump_and_every_depth_pixel_has_its_texel() {
     });
     let made = made(&ldi, &SegmentOptions::default());
     assert_eq!(made.count, 2);
-    for piece in &made.pieces {
-        let depths: Vec<f32> = piece.vertices.iter().map(|vertex| vertex.inverse_depth).collect();
+    for part in &made.parts {
+        let depths: Vec<f32> = part.vertices.iter().map(|vertex| vertex.inverse_depth).collect();
         assert!(depths.iter().all(|depth| (depth - depths[0]).abs() < 1e-6), "{depths:?}");
     }
     let mut covered = 0;
-    for piece in &made.pieces {
-        let atlas = &made.atlases[piece.atlas];
-        for (row, column) in (0..piece.size[1]).flat_map(|y| (0..piece.size[0]).map(move |x| (y, x))) {
-            let at = ((piece.at[1] + row) * atlas.width + piece.at[0] + column) as usize;
-            let (x, y) = (piece.origin[0] + column as i32, piece.origin[1] + row as i32);
+    for part in &made.parts {
+        let atlas = &made.atlases[part.atlas];
+        for (row, column) in (0..part.size[1]).flat_map(|y| (0..part.size[0]).map(move |x| (y, x))) {
+            let at = ((part.at[1] + row) * atlas.width + part.at[0] + column) as usize;
+            let (x, y) = (part.origin[0] + column as i32, part.origin[1] + row as i32);
             if atlas.opacity[at] == 255 {
                 let colour = [atlas.rgb[3 * at], atlas.rgb[3 * at + 1], atlas.rgb[3 * at + 2]];
                 let expected = if colour[2] == 99 { [y as u8, x as u8, 99] } else { [x as u8, y as u8, 7] };
                 assert_eq!(colour, expected, "at {x}, {y}");
-                covered += usize::from(piece.vertices.iter().any(|vertex| vertex.x > x));
+                covered += usize::from(part.vertices.iter().any(|vertex| vertex.x > x));
             }
         }
     }
     assert!(covered >= 96 * 80 + 900, "{covered}");
     // Colours go on two texels past a rim, without opacity.
-    let square = made.pieces.iter().find(|piece| piece.vertices[0].inverse_depth > 1.5).unwrap();
+    let square = made.parts.iter().find(|part| part.vertices[0].inverse_depth > 1.5).unwrap();
     let atlas = &made.atlases[square.atlas];
     let outside = ((square.at[1] + (21 - square.origin[1]) as u32) * atlas.width
         + square.at[0]
@@ -285,7 +285,7 @@ fn no_triangle_spans_a_jump_and_every_depth_pixel_has_its_texel() {
 fn what_is_infinitely_far_stays_there() {
     let ldi = image([70, 70], Vec::new(), |_, _| vec![pixel(0.0, 0)]);
     let made = made(&ldi, &SegmentOptions::default());
-    assert!(made.pieces.iter().flat_map(|piece| &piece.vertices).all(|vertex| vertex.inverse_depth == 0.0));
+    assert!(made.parts.iter().flat_map(|part| &part.vertices).all(|vertex| vertex.inverse_depth == 0.0));
 }
 
 #[test]

@@ -36,7 +36,7 @@ pub struct Dot<'a> {
 
 /// Where the depth pixels of a batch are: slices of equal length.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed<'a> {
+pub struct BatchPositions<'a> {
     /// Columns of the picture, in pixels; NaN where a depth pixel is not to be seen.
     pub u: &'a [f32],
     /// Rows of the picture, in pixels; NaN likewise.
@@ -83,7 +83,7 @@ pub trait Canvas: Send {
     }
     /// Prepares to draw a batch of depth pixels.
     #[inline(always)]
-    fn begin(&mut self, _batch: &Placed) {}
+    fn begin(&mut self, _batch: &BatchPositions) {}
     /// Draws all depth pixels of the batch, which have these colours, from the first to the last or back, if it can do that
     /// faster than one by one. Returns whether it did.
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Depth pixels drawn as single pixels: the fastest splat, which leaves cracks where a surface is magnified.
 
-use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
+use super::{BatchPositions, Canvas, Dot, floor_of_positive, index_of};
 use crate::transfer::Positions;
 
 /// The size of a band, and the pixels of a batch of depth pixels in it.
@@ -20,7 +20,7 @@ impl Targets {
     // Iterators are calls in the profile `quick`, which does not optimise across all functions.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    fn find(&mut self, batch: &Placed) {
+    fn find(&mut self, batch: &BatchPositions) {
         let Self { size, of_batch } = self;
         let (size, outside) = (*size, (size[0] * size[1]) as u32);
         let count = batch.u.len();
@@ -66,7 +66,7 @@ impl Canvas for PixelCanvas<'_> {
     const REACH: f32 = 0.0;
 
     #[inline(always)]
-    fn begin(&mut self, batch: &Placed) {
+    fn begin(&mut self, batch: &BatchPositions) {
         self.targets.find(batch);
     }
 
@@ -136,7 +136,7 @@ impl Canvas for IndexCanvas {
     const REACH: f32 = 0.0;
 
     #[inline(always)]
-    fn begin(&mut self, batch: &Placed) {
+    fn begin(&mut self, batch: &BatchPositions) {
         self.targets.find(batch);
     }
 

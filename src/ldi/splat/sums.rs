@@ -10,8 +10,8 @@ use std::f32::consts::SQRT_2;
 use glam::Vec4;
 
 pub use self::slot::Slot;
-use self::slot::{Sample, add_apart, add_to_four};
-use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
+use self::slot::{SlotAddition, add_apart, add_to_four};
+use super::{BatchPositions, Canvas, Dot, floor_of_positive, index_of};
 use crate::layout::DepthPixelOrigin;
 use crate::stretch::{CLOSED, LONGEST, Parallelogram};
 use crate::transfer::Positions;
@@ -94,7 +94,7 @@ impl Fours {
     /// Finds the pixels of a batch in a band.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    fn find(&mut self, batch: &Placed, [width, height]: [f32; 2]) {
+    fn find(&mut self, batch: &BatchPositions, [width, height]: [f32; 2]) {
         let Self { at, weights: [a, b, c, d] } = self;
         let count = batch.u.len();
         let (us, vs, ss) = (batch.u, &batch.v[..count], &batch.s[..count]);
@@ -241,7 +241,7 @@ impl<const N: usize> Canvas for SumsCanvas<'_, N> {
     }
 
     #[inline(always)]
-    fn begin(&mut self, batch: &Placed) {
+    fn begin(&mut self, batch: &BatchPositions) {
         self.fours.find(batch, [self.width as f32, self.height as f32]);
     }
 
@@ -256,11 +256,11 @@ impl<const N: usize> Canvas for SumsCanvas<'_, N> {
         }
         let [a, b, c, d] = &self.fours.weights;
         let weights = Vec4::new(a[dot.at], b[dot.at], c[dot.at], d[dot.at]);
-        let (at, stride, sample) = (at as usize, self.stride(), self.sample(dot, 1.0));
+        let (at, stride, addition) = (at as usize, self.stride(), self.addition(dot, 1.0));
         let (upper, lower) = self.near[at..at + stride + 2].split_at_mut(stride);
         let ([a, b, ..], [c, d]) = (upper, lower) else { return };
-        if !add_to_four([a, b, c, d], weights, &sample) {
-            let copied = sample;
+        if !add_to_four([a, b, c, d], weights, &addition) {
+            let copied = addition;
             self.add_one_by_one(at, weights.to_array(), &copied);
         }
     }
@@ -269,7 +269,7 @@ impl<const N: usize> Canvas for SumsCanvas<'_, N> {
 impl<const N: usize> SumsCanvas<'_, N> {
     /// Returns what a depth pixel adds whose splat has this half side.
     #[inline(always)]
-    fn sample(&self, dot: &Dot, radius: f32) -> Sample<N> {
+    fn addition(&self, dot: &Dot, radius: f32) -> SlotAddition<N> {
         let [r, g, b, a] = dot.colour;
         let opacity = f32::from(a) * (1.0 / 255.0);
         let light = |c: usize, value: u8| self.light[c][usize::from(value)];
@@ -281,7 +281,7 @@ impl<const N: usize> SumsCanvas<'_, N> {
             seen[COLOUR] = Vec4::new(dot.s.abs(), own, paint, dot.q);
         }
         let along = APART_PIXELS * radius;
-        Sample { q: dot.q, surface: dot.surface as f32, slope: dot.slope, along, seen }
+        SlotAddition { q: dot.q, surface: dot.surface as f32, slope: dot.slope, along, seen }
     }
 
     /// Draws a depth pixel that is magnified, stretched, or outside of the band.
@@ -297,7 +297,7 @@ impl<const N: usize> SumsCanvas<'_, N> {
         // Positions that are no numbers fail both comparisons.
         if dot.s > CLOSED_BY_ONE && within && v > -radius && v < self.height as f32 - 1.0 + radius {
             self.too_near += u64::from(dot.s > LARGEST);
-            self.add_around(u, v, radius, &self.sample(dot, radius));
+            self.add_around(u, v, radius, &self.addition(dot, radius));
         }
     }
 
@@ -319,7 +319,7 @@ impl<const N: usize> SumsCanvas<'_, N> {
         }
         self.too_near += u64::from(shape.is_cut);
         let [of_u, of_v] = dot.stretch.gradient;
-        let mut sample = self.sample(dot, 1.0);
+        let mut addition = self.addition(dot, 1.0);
         // Numbers below -16 may be rounded up: they are left of the band, or above it, either way.
         let rows = (floor(v - along_v) + 1).max(0)..(floor(v + along_v) + 1).min(self.height);
         for j in rows {
@@ -327,13 +327,13 @@ impl<const N: usize> SumsCanvas<'_, N> {
             let [low, high] = shape.extent(dv);
             for i in (floor(u + low) + 1).max(0)..(floor(u + high) + 1).min(self.width) {
                 let du = i as f32 - u;
-                sample.q = dot.q + of_u * du + of_v * dv;
+                addition.q = dot.q + of_u * du + of_v * dv;
                 if N == BLENDED {
-                    sample.seen[COLOUR].w = sample.q;
+                    addition.seen[COLOUR].w = addition.q;
                 }
                 // Behind the plane's horizon it is not seen.
-                if sample.q >= 0.0 {
-                    self.add(start + i as usize, shape.weight(du, dv), &sample);
+                if addition.q >= 0.0 {
+                    self.add(start + i as usize, shape.weight(du, dv), &addition);
                 }
             }
         }
@@ -341,32 +341,32 @@ impl<const N: usize> SumsCanvas<'_, N> {
 
     /// Adds a depth pixel to the slots of four pixels, of which `at` is the left upper one.
     #[inline(never)]
-    fn add_one_by_one(&mut self, at: usize, weights: [f32; 4], sample: &Sample<N>) {
+    fn add_one_by_one(&mut self, at: usize, weights: [f32; 4], addition: &SlotAddition<N>) {
         let stride = self.stride();
         let [a, b, c, d] = weights;
-        self.add(at, a, sample);
-        self.add(at + 1, b, sample);
-        self.add(at + stride, c, sample);
-        self.add(at + stride + 1, d, sample);
+        self.add(at, a, addition);
+        self.add(at + 1, b, addition);
+        self.add(at + stride, c, addition);
+        self.add(at + stride + 1, d, addition);
     }
 
     /// Adds to the slots of a pixel. Empty slots hold zeros, to which their first depth pixel is added.
     #[inline]
-    fn add(&mut self, at: usize, weight: f32, sample: &Sample<N>) {
+    fn add(&mut self, at: usize, weight: f32, addition: &SlotAddition<N>) {
         if weight <= 0.0 {
             return;
         }
         let near = &mut self.near[at];
-        if near.holds(sample) | (near.weight() == 0.0) {
-            near.add(weight, sample);
+        if near.holds(addition) | (near.weight() == 0.0) {
+            near.add(weight, addition);
         } else {
             self.far_used[at / FAR_BLOCK] = true;
-            add_apart(near, &mut self.far[at], weight, sample);
+            add_apart(near, &mut self.far[at], weight, addition);
         }
     }
 
     /// Adds a depth pixel to the pixels whose centres are nearer than `radius`, along either axis.
-    fn add_around(&mut self, u: f32, v: f32, radius: f32, sample: &Sample<N>) {
+    fn add_around(&mut self, u: f32, v: f32, radius: f32, addition: &SlotAddition<N>) {
         let per_radius = 1.0 / radius;
         let columns = (floor(u - radius) + 1).max(0)..(floor(u + radius) + 1).min(self.width);
         let rows = (floor(v - radius) + 1).max(0)..(floor(v + radius) + 1).min(self.height);
@@ -375,7 +375,7 @@ impl<const N: usize> SumsCanvas<'_, N> {
             let start = (j + 1) as usize * self.stride() + 1;
             for i in columns.clone() {
                 let weight = of_row * (1.0 - (i as f32 - u).abs() * per_radius);
-                self.add(start + i as usize, weight, sample);
+                self.add(start + i as usize, weight, addition);
             }
         }
     }

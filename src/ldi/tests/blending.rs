@@ -16,7 +16,7 @@ fn plain(ldi: &Ldi) -> BlendSource<'_> {
 
 fn blended(sources: &[BlendSource], shot: &Shot) -> Picture {
     let options = WarpOptions { level: Some(0), ..WarpOptions::default() };
-    warp_blended(sources, (shot, &ViewLens::default()), &options, &Task::silent()).unwrap().picture
+    warp_blended(sources, shot, &ViewLens::default(), &options, &Task::silent()).unwrap().picture
 }
 
 /// Returns images of one scene from several cameras, the first one's pose, and what they look at.

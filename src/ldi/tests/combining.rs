@@ -5,21 +5,21 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::{of_model, step_aside};
-use crate::combine::{Combining, Frame, Source, combine, combine_in_parts};
-use crate::finish::{Counts, Unfinished};
+use crate::combine::{Combining, CommonCamera, SourceImage, combine, combine_in_parts};
+use crate::finish::{SampleCounts, Unfinished};
 use crate::merge::Merging;
 use crate::transfer::Transfer;
-use crate::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, Level};
+use crate::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, ResolutionLevel};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::{Rng, centred, closed_form, look_at, random};
 use quadratura_base::task::Task;
 
-fn combined(frame: &Frame, sources: &[Source], combining: &Combining) -> Ldi {
+fn combined(frame: &CommonCamera, sources: &[SourceImage], combining: &Combining) -> Ldi {
     combine(LdiKind::Photos, frame, sources, combining, BTreeMap::new(), &Task::silent()).unwrap()
 }
 
-fn frame_of(ldi: &Ldi, guard: f64) -> Frame {
-    Frame::new((ldi.camera, ldi.pose), ldi.gain, guard, true)
+fn frame_of(ldi: &Ldi, guard: f64) -> CommonCamera {
+    CommonCamera::new(ldi.camera, ldi.pose, ldi.gain, guard, true)
 }
 
 /// Returns depth images of a scene of boxes from several cameras, each coloured by the face and a pattern on it.
@@ -46,7 +46,7 @@ fn boxes(seed: u64, count: u32) -> Vec<Ldi> {
         .collect()
 }
 
-fn same_depth_pixels(a: &Level, b: &Level) -> bool {
+fn same_depth_pixels(a: &ResolutionLevel, b: &ResolutionLevel) -> bool {
     (&a.rows, &a.columns, &a.inverse_depths, &a.colours)
         == (&b.rows, &b.columns, &b.inverse_depths, &b.colours)
 }
@@ -57,10 +57,10 @@ fn one_image_in_its_own_camera_stays_as_it_is_and_a_guard_band_moves_it_by_whole
     for published in [false, true] {
         let combining = Combining { published, ..Combining::default() };
         for is_own in [true, false] {
-            let same = combined(&frame_of(one, 0.0), &[Source { ldi: one, is_own }], &combining);
+            let same = combined(&frame_of(one, 0.0), &[SourceImage { ldi: one, is_own }], &combining);
             assert!(same_depth_pixels(&same.levels[0], &one.levels[0]));
         }
-        let grown = combined(&frame_of(one, 0.3), &[Source { ldi: one, is_own: true }], &combining);
+        let grown = combined(&frame_of(one, 0.3), &[SourceImage { ldi: one, is_own: true }], &combining);
         let rect = grown.photo_rect.unwrap();
         assert_eq!((rect.x, rect.y, rect.w, rect.h), (29, 22, 96, 72));
         assert_eq!((grown.camera.width, grown.camera.height), (96 + 58, 72 + 44));
@@ -78,7 +78,8 @@ fn copies_of_an_image_give_its_own_bytes() {
     let one = &boxes(32, 1)[0];
     let merging = Merging::default();
     for copies in [2, 5] {
-        let sources: Vec<Source> = (0..copies).map(|i| Source { ldi: one, is_own: i == 0 }).collect();
+        let sources: Vec<SourceImage> =
+            (0..copies).map(|i| SourceImage { ldi: one, is_own: i == 0 }).collect();
         let all = combined(&frame_of(one, 0.0), &sources, &Combining { merging, published: false });
         assert!(same_depth_pixels(&all.levels[0], &one.levels[0]));
         assert_eq!(all.report.merged, (copies - 1) * one.levels[0].len() as u64);
@@ -89,7 +90,7 @@ fn copies_of_an_image_give_its_own_bytes() {
 fn the_order_of_sources_does_not_count_unless_it_is_published() {
     let images = boxes(33, 4);
     let frame = frame_of(&images[0], 0.2);
-    let sources = |order: [usize; 4]| order.map(|i| Source { ldi: &images[i], is_own: i == 0 });
+    let sources = |order: [usize; 4]| order.map(|i| SourceImage { ldi: &images[i], is_own: i == 0 });
     let combining = Combining::default();
     let expected = combined(&frame, &sources([0, 1, 2, 3]), &combining);
     for order in [[0, 3, 2, 1], [2, 0, 1, 3], [3, 1, 2, 0]] {
@@ -103,7 +104,7 @@ fn the_order_of_sources_does_not_count_unless_it_is_published() {
 }
 
 /// Combines in one part and in several ones, which give the same.
-fn combined_in_any_parts(frame: &Frame, sources: &[Source], combining: &Combining) -> Ldi {
+fn combined_in_any_parts(frame: &CommonCamera, sources: &[SourceImage], combining: &Combining) -> Ldi {
     let in_parts = |rows: u32| {
         let (kind, options) = (LdiKind::Photos, BTreeMap::new());
         combine_in_parts(kind, frame, sources, combining, options, rows, &Task::silent()).unwrap()
@@ -123,8 +124,8 @@ fn every_number_of_rows_at_once_gives_the_same() {
     // 116 rows.
     let frame = frame_of(&images[0], 0.3);
     for own in [None, Some(0)] {
-        let source = |(i, ldi)| Source { ldi, is_own: own == Some(i) };
-        let sources: Vec<Source> = images.iter().enumerate().map(source).collect();
+        let source = |(i, ldi)| SourceImage { ldi, is_own: own == Some(i) };
+        let sources: Vec<SourceImage> = images.iter().enumerate().map(source).collect();
         for published in [false, true] {
             combined_in_any_parts(&frame, &sources, &Combining { published, ..Combining::default() });
         }
@@ -139,7 +140,7 @@ fn large_source_pixels_are_found_across_borders_of_parts() {
     let Pinhole { width, height, fx, fy, cx, cy } = camera;
     let [fx, fy, cx, cy] = [fx, fy, cx, cy].map(|value| 8.0 * value);
     let large = Pinhole { width: 8 * width, height: 8 * height, fx, fy, cx, cy };
-    let frame = Frame::new((large, pose), gain, 0.0, false);
+    let frame = CommonCamera::new(large, pose, gain, 0.0, false);
     for is_known in [true, false] {
         if !is_known {
             for image in &mut images {
@@ -147,7 +148,7 @@ fn large_source_pixels_are_found_across_borders_of_parts() {
                 image.levels[0].surfaces.fill(0);
             }
         }
-        let sources: Vec<Source> = images.iter().map(|ldi| Source { ldi, is_own: false }).collect();
+        let sources: Vec<SourceImage> = images.iter().map(|ldi| SourceImage { ldi, is_own: false }).collect();
         let all = combined_in_any_parts(&frame, &sources, &Combining::default());
         assert!(all.levels[0].layered() > 32 * images[0].levels[0].layered());
     }
@@ -156,10 +157,10 @@ fn large_source_pixels_are_found_across_borders_of_parts() {
 #[test]
 fn frames_of_one_row_or_column_and_no_sources_are_combined() {
     let images = boxes(37, 2);
-    let sources: Vec<Source> = images.iter().map(|ldi| Source { ldi, is_own: false }).collect();
+    let sources: Vec<SourceImage> = images.iter().map(|ldi| SourceImage { ldi, is_own: false }).collect();
     let Ldi { camera, pose, gain, .. } = images[0];
     for (width, height) in [(1, 72), (96, 1), (1, 1)] {
-        let frame = Frame::new((Pinhole { width, height, ..camera }, pose), gain, 0.0, false);
+        let frame = CommonCamera::new(Pinhole { width, height, ..camera }, pose, gain, 0.0, false);
         let all = combined_in_any_parts(&frame, &sources, &Combining::default());
         assert_eq!(all.levels[0].rows.len(), height as usize + 1);
         assert!(combined_in_any_parts(&frame, &[], &Combining::default()).levels[0].is_empty());
@@ -170,8 +171,8 @@ fn frames_of_one_row_or_column_and_no_sources_are_combined() {
 fn every_number_of_threads_gives_the_same() {
     let images = boxes(34, 3);
     let frame = frame_of(&images[0], 0.3);
-    let sources: Vec<Source> =
-        images.iter().enumerate().map(|(i, ldi)| Source { ldi, is_own: i == 0 }).collect();
+    let sources: Vec<SourceImage> =
+        images.iter().enumerate().map(|(i, ldi)| SourceImage { ldi, is_own: i == 0 }).collect();
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| combined(&frame, &sources, &Combining::default()))
@@ -184,8 +185,8 @@ fn every_number_of_threads_gives_the_same() {
 fn what_the_reference_camera_hid_comes_from_others() {
     let images = boxes(35, 4);
     let own = &images[0];
-    let sources: Vec<Source> =
-        images.iter().enumerate().map(|(i, ldi)| Source { ldi, is_own: i == 0 }).collect();
+    let sources: Vec<SourceImage> =
+        images.iter().enumerate().map(|(i, ldi)| SourceImage { ldi, is_own: i == 0 }).collect();
     let all = combined(&frame_of(own, 0.0), &sources, &Combining::default());
     let level = &all.levels[0];
     let hidden = (0..level.len()).filter(|i| level.pixel(*i).splat.origin() == DepthPixelOrigin::OtherPhotos);
@@ -200,8 +201,8 @@ fn what_the_reference_camera_hid_comes_from_others() {
 fn surfaces_have_their_planes_in_the_common_camera() {
     let images = boxes(36, 3);
     let frame = frame_of(&images[0], 0.25);
-    let sources: Vec<Source> =
-        images.iter().enumerate().map(|(i, ldi)| Source { ldi, is_own: i == 0 }).collect();
+    let sources: Vec<SourceImage> =
+        images.iter().enumerate().map(|(i, ldi)| SourceImage { ldi, is_own: i == 0 }).collect();
     // Samples of different surfaces stay apart, since their mean is on neither plane.
     let merging = Merging { epsilon: 1e-7, slopes: false, ..Merging::default() };
     let all = combined(&frame, &sources, &Combining { merging, published: false });
@@ -241,7 +242,7 @@ fn a_coarse_source_has_no_cracks_unless_it_is_published_also_where_its_pixels_ar
     let covered = |coarse: Pinhole, published: bool| {
         let source = wall(coarse, pose);
         let combining = Combining { published, ..Combining::default() };
-        let all = combined(&frame, &[Source { ldi: &source, is_own: false }], &combining);
+        let all = combined(&frame, &[SourceImage { ldi: &source, is_own: false }], &combining);
         // Pixels of the truth that are surrounded by surface, so that the rim of a coarse pixel does not count.
         let (level, rim) = (&all.levels[0], (fine.fy / coarse.fy) as u32);
         let (mut inside, mut held) = (0, 0);
@@ -292,9 +293,10 @@ fn each_pixel_whose_centre_a_source_covers_has_one_sample_there() {
         let source = wall(camera(scale), pose);
         let merging = Merging { epsilon: 1e-6, slopes: false, ..Merging::default() };
         let combining = Combining { merging, published: false };
-        let all = combined(&frame_of(&truth, 0.0), &[Source { ldi: &source, is_own: false }], &combining);
+        let all =
+            combined(&frame_of(&truth, 0.0), &[SourceImage { ldi: &source, is_own: false }], &combining);
         let (level, expected) = (&all.levels[0], &truth.levels[0]);
-        let transfer = Transfer::new((&truth.camera, &truth.pose), (&source.camera, &source.pose));
+        let transfer = Transfer::new(&truth.camera, &truth.pose, &source.camera, &source.pose);
         let mut compared = 0;
         // More than the neighbours of a pixel of the source, also along a diagonal.
         let reach = (1.5f64 / scale).ceil() as u32 + 1;
@@ -354,7 +356,7 @@ fn a_source_of_unknown_planes_with_errors_of_depth_has_no_holes() {
     level.surfaces.fill(0);
     // Of the parallax of 4 pixels at depth 10, two hundredths of a pixel.
     level.inverse_depths.iter_mut().for_each(|depth| *depth *= 1.0 + rng.between(-0.005, 0.005) as f32);
-    let all = combined(&frame, &[Source { ldi: &source, is_own: false }], &Combining::default());
+    let all = combined(&frame, &[SourceImage { ldi: &source, is_own: false }], &Combining::default());
     // The near quad is in front of x from 0 to 4 and y from -2 to 2, 8 away.
     let at = |x: f64, y: f64| ((30.0 + 60.0 * x / 8.0) as u32, (40.0 + 60.0 * y / 8.0) as u32);
     let ((left, top), (right, bottom)) = (at(0.5, -1.5), at(3.5, 1.5));
@@ -373,7 +375,7 @@ fn colours_come_in_the_exposure_of_the_reference_camera() {
     images[1].gain = [0.5; 3];
     let plain = boxes(37, 2);
     let of = |images: &[Ldi]| {
-        let sources = [0, 1].map(|i| Source { ldi: &images[i], is_own: i == 0 });
+        let sources = [0, 1].map(|i| SourceImage { ldi: &images[i], is_own: i == 0 });
         combined(&frame_of(&images[0], 0.0), &sources, &Combining::default())
     };
     let (same, expected) = (of(&images), of(&plain));
@@ -406,7 +408,7 @@ fn row_of_depths(depths: &[f64]) -> Ldi {
         surfaces: Vec::new(),
         sources: vec!["row".into()],
         rows: vec![row],
-        counts: Counts::default(),
+        counts: SampleCounts::default(),
         options: BTreeMap::new(),
     };
     unfinished.finish(&Task::silent()).unwrap()
@@ -415,8 +417,8 @@ fn row_of_depths(depths: &[f64]) -> Ldi {
 #[test]
 fn the_published_rule_takes_samples_in_turn_and_means_of_stored_values() {
     let images = [row_of_depths(&[2.0, 3.0]), row_of_depths(&[2.01, 0.0]), row_of_depths(&[2.1, 3.2])];
-    let sources: Vec<Source> =
-        images.iter().enumerate().map(|(i, ldi)| Source { ldi, is_own: i == 0 }).collect();
+    let sources: Vec<SourceImage> =
+        images.iter().enumerate().map(|(i, ldi)| SourceImage { ldi, is_own: i == 0 }).collect();
     let merging = Merging { epsilon: 0.01, layers: 10, ..Merging::default() };
     let published = Combining { merging, published: true };
     let all = combined(&frame_of(&images[0], 0.0), &sources, &published);

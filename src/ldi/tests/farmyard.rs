@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::of_model;
-use crate::combine::{Combining, Frame, Source, combine};
+use crate::combine::{Combining, CommonCamera, SourceImage, combine};
 use crate::merge::Merging;
 use crate::{Ldi, LdiKind};
 use quadratura_base::scene::synthetic::farmyard;
@@ -31,8 +31,8 @@ fn combined(images: &[Ldi], combining: &Combining) -> (f64, u32, u64) {
         .windows(3)
         .map(|three| {
             let [left, own, right] = three else { unreachable!("windows of three") };
-            let frame = Frame::new((own.camera, own.pose), own.gain, 0.0, true);
-            let source = |ldi, is_own| Source { ldi, is_own };
+            let frame = CommonCamera::new(own.camera, own.pose, own.gain, 0.0, true);
+            let source = |ldi, is_own| SourceImage { ldi, is_own };
             let sources = [source(own, true), source(left, false), source(right, false)];
             let task = Task::silent();
             combine(LdiKind::Photos, &frame, &sources, combining, BTreeMap::new(), &task).unwrap()

@@ -7,7 +7,7 @@ use super::super::order::quadrants;
 use super::super::splat::{Canvas, Dot};
 use super::super::warp::{DrawingOrder, WarpOptions, drawn_in_order, last_drawn};
 use super::{of_model, step_aside, with_level};
-use crate::{DepthPixelOrigin, Ldi, Level, Splat};
+use crate::{DepthPixelOrigin, Ldi, ResolutionLevel, Splat};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::{Rng, centred, closed_form, look_at, random};
 use quadratura_base::task::Task;
@@ -27,16 +27,16 @@ fn pixel(inverse_depth: f64) -> DepthPixel {
 }
 
 /// Points of the frame on one ray of the picture's camera: pixel, inverse depth, and distance along the ray.
-type Ray = Vec<(IVec2, f64, f64)>;
+type PointsOnRay = Vec<(IVec2, f64, f64)>;
 
 /// Returns rays through pixel centres for an epipole at the pixel centre `e` with C2 at depth `lambda` there: on the ray of
 /// slope m along the lattice direction g, the points are p = e + k g with d = (1 - m k) / lambda, at k / d.
-fn rays_around(e: IVec2, lambda: f64, rng: &mut Rng) -> Vec<Ray> {
+fn rays_around(e: IVec2, lambda: f64, rng: &mut Rng) -> Vec<PointsOnRay> {
     let mut rays = Vec::new();
     for g in [IVec2::new(1, 0), IVec2::new(0, 1), IVec2::new(1, 1), IVec2::new(2, -1), IVec2::new(-1, 3)] {
         for sign in [1, -1] {
             let m = rng.between(-0.2, 0.2);
-            let mut ray: Ray = Vec::new();
+            let mut ray: PointsOnRay = Vec::new();
             for k in 1..120 {
                 let p = e + sign * k * g;
                 let d = (1.0 - m * f64::from(sign * k)) / lambda;
@@ -57,7 +57,7 @@ fn rays_around(e: IVec2, lambda: f64, rng: &mut Rng) -> Vec<Ray> {
 }
 
 /// Returns a layered depth image of all points of some rays, and for each ray its points as index and distance.
-fn of_rays(rays: &[Ray]) -> (Ldi, Vec<Vec<(usize, f64)>>) {
+fn of_rays(rays: &[PointsOnRay]) -> (Ldi, Vec<Vec<(usize, f64)>>) {
     let mut points: Vec<(i32, i32, f64, usize, f64)> = Vec::new();
     for (number, ray) in rays.iter().enumerate() {
         points.extend(ray.iter().map(|(p, d, distance)| (p.y, p.x, *d, number, *distance)));
@@ -67,7 +67,7 @@ fn of_rays(rays: &[Ray]) -> (Ldi, Vec<Vec<(usize, f64)>>) {
         let of_row = points.iter().filter(move |point| point.0 == y as i32);
         of_row.map(|point| (point.1 as u16, pixel(point.2))).collect()
     };
-    let level = Level::of_rows(reference(), (0..HIGH).map(row));
+    let level = ResolutionLevel::of_rows(reference(), (0..HIGH).map(row));
     let mut by_ray = vec![Vec::new(); rays.len()];
     points.iter().enumerate().for_each(|(index, point)| by_ray[point.3].push((index, point.4)));
     (with_level(level, Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO }, Vec::new()), by_ray)
@@ -157,7 +157,7 @@ fn with_parallel_epipolar_lines_the_order_holds_too() {
                 .filter(|(p, d)| p.x >= 0 && p.y >= 0 && p.x < WIDE as i32 && p.y < HIGH as i32 && *d > 1e-3);
             inside.map(|(p, d)| (p, d, 1.0 / d)).collect()
         };
-        let (ldi, by_ray) = of_rays(&(0..HIGH as i32).map(ray).collect::<Vec<Ray>>());
+        let (ldi, by_ray) = of_rays(&(0..HIGH as i32).map(ray).collect::<Vec<PointsOnRay>>());
         for _ in 0..6 {
             let shot = looking_anywhere(centre, &mut rng);
             let (pairs_here, wrong) = pairs(&ldi, &by_ray, &shot, DrawingOrder::McMillan);
@@ -177,8 +177,7 @@ fn behind_the_nearest(ldi: &Ldi, shot: &Shot, order: DrawingOrder) -> [u64; 3] {
     let options = WarpOptions { order, level: Some(0), ..WarpOptions::default() };
     let last = last_drawn(ldi, shot, &options, &Task::silent()).unwrap();
     let level = &ldi.levels[0];
-    let transfer =
-        super::super::transfer::Transfer::new((&ldi.camera, &ldi.pose), (&shot.camera, &shot.pose));
+    let transfer = super::super::transfer::Transfer::new(&ldi.camera, &ldi.pose, &shot.camera, &shot.pose);
     let mut nearest = vec![(0.0f64, IVec2::ZERO); last.len()];
     let mut places = vec![IVec2::ZERO; level.len()];
     let mut depths = vec![0.0f64; level.len()];
@@ -267,7 +266,7 @@ fn an_epipole_that_runs_to_infinity_changes_nothing_abruptly() {
 fn a_camera_that_looks_at_its_own_reference_draws_the_last_layer_first() {
     let pose = look_at(DVec3::ZERO, DVec3::Y);
     let rows = |y: u32| if y == 2 { vec![(3, pixel(1.0)), (3, pixel(0.5))] } else { Vec::new() };
-    let ldi = with_level(Level::of_rows(reference(), (0..HIGH).map(rows)), pose, Vec::new());
+    let ldi = with_level(ResolutionLevel::of_rows(reference(), (0..HIGH).map(rows)), pose, Vec::new());
     let options = WarpOptions { level: Some(0), ..WarpOptions::default() };
     let drawn = drawn_in_order(&ldi, &Shot::new(reference(), pose), &options, Recorder(Vec::new()));
     assert_eq!(drawn.0, [1, 0]);

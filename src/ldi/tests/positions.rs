@@ -5,7 +5,7 @@ use glam::{DMat3, DVec2, DVec3};
 use super::super::spacing::{Factors, entry_of, exact, factor, is_from_behind, normal_of, normal_of_entry};
 use super::super::transfer::{Positions, RUN, Transfer};
 use super::{step_aside, with_level};
-use crate::{DepthPixel, DepthPixelOrigin, LdiSurface, Level, Splat};
+use crate::{DepthPixel, DepthPixelOrigin, LdiSurface, ResolutionLevel, Splat};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::Rng;
 
@@ -28,7 +28,7 @@ fn the_transfer_is_projection_through_the_world() {
     let mut rng = Rng::new(5);
     for _ in 0..50 {
         let ([(camera1, pose1), (camera2, pose2)], _) = two_cameras(DVec3::ZERO, &mut rng);
-        let transfer = Transfer::new((&camera1, &pose1), (&camera2, &pose2));
+        let transfer = Transfer::new(&camera1, &pose1, &camera2, &pose2);
         for _ in 0..20 {
             let position = DVec2::new(rng.between(0.0, 3072.0), rng.between(0.0, 2048.0));
             let depth = rng.between(2.0, 40.0);
@@ -55,7 +55,7 @@ fn positions_in_single_precision_are_right_to_a_hundredth_of_a_pixel_also_far_fr
     for origin in [DVec3::ZERO, DVec3::new(3e6, -4e6, 1e5)] {
         for _ in 0..40 {
             let ([(camera1, pose1), (camera2, pose2)], _) = two_cameras(origin, &mut rng);
-            let transfer = Transfer::new((&camera1, &pose1), (&camera2, &pose2));
+            let transfer = Transfer::new(&camera1, &pose1, &camera2, &pose2);
             let rows = transfer.rows();
             let y = rng.whole(0, 2047);
             let first = rng.whole(0, 11) * RUN;
@@ -82,7 +82,7 @@ fn positions_in_single_precision_are_right_to_a_hundredth_of_a_pixel_also_far_fr
 fn positions_do_not_depend_on_where_a_batch_begins() {
     let mut rng = Rng::new(7);
     let ([(camera1, pose1), (camera2, pose2)], _) = two_cameras(DVec3::ZERO, &mut rng);
-    let rows = Transfer::new((&camera1, &pose1), (&camera2, &pose2)).rows();
+    let rows = Transfer::new(&camera1, &pose1, &camera2, &pose2).rows();
     let columns: Vec<u16> = (512..768).collect();
     let depths: Vec<f32> = columns.iter().map(|_| rng.between(0.0, 0.4) as f32).collect();
     let (mut whole, mut part) = (Positions::default(), Positions::default());
@@ -97,7 +97,7 @@ fn positions_do_not_depend_on_where_a_batch_begins() {
 }
 
 /// A plane through the target, as it is in the reference camera.
-fn plane(normal: DVec3, target: DVec3, (camera, pose): &(Pinhole, Pose)) -> LdiSurface {
+fn plane(normal: DVec3, target: DVec3, camera: &Pinhole, pose: &Pose) -> LdiSurface {
     let normal = pose.rotation * normal;
     let scaled = normal / normal.dot(pose.camera_from_world(target));
     let Pinhole { fx, fy, cx, cy, .. } = *camera;
@@ -111,9 +111,9 @@ fn the_exact_spacing_is_that_of_finite_differences() {
     let mut compared = 0;
     for _ in 0..200 {
         let ([one, two], target) = two_cameras(DVec3::ZERO, &mut rng);
-        let transfer = Transfer::new((&one.0, &one.1), (&two.0, &two.1));
+        let transfer = Transfer::new(&one.0, &one.1, &two.0, &two.1);
         let normal = DVec3::new(rng.between(-1.0, 1.0), -1.0, rng.between(-1.0, 1.0)).normalize();
-        let wall = plane(normal, target, &one);
+        let wall = plane(normal, target, &one.0, &one.1);
         let position = DVec2::new(rng.between(200.0, 2800.0), rng.between(200.0, 1800.0));
         let at = |position: DVec2| {
             let depth = wall.nu.dot(position.extend(1.0));
@@ -140,8 +140,8 @@ fn a_surface_is_seen_from_behind_beyond_its_plane() {
     let identity = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
     let beyond = Pose { rotation: DMat3::IDENTITY, translation: DVec3::new(0.0, 0.0, -8.0) };
     let camera = Pinhole { width: 64, height: 48, fx: 50.0, fy: 50.0, cx: 32.0, cy: 24.0 };
-    let wall = plane(-DVec3::Z, DVec3::new(0.0, 0.0, 4.0), &(camera, identity));
-    let to = |pose: &Pose| Transfer::new((&camera, &identity), (&camera, pose));
+    let wall = plane(-DVec3::Z, DVec3::new(0.0, 0.0, 4.0), &camera, &identity);
+    let to = |pose: &Pose| Transfer::new(&camera, &identity, &camera, pose);
     assert!(!is_from_behind(&wall, &to(&identity)) && is_from_behind(&wall, &to(&beyond)));
     let ahead = normal_of(&wall, &camera);
     assert!(ahead.distance(-DVec3::Z) < 1e-12);
@@ -154,9 +154,9 @@ fn the_published_table_is_the_truth_within_a_factor_of_two() {
     let (mut good, mut all) = (0, 0);
     for _ in 0..300 {
         let ([one, two], target) = two_cameras(DVec3::ZERO, &mut rng);
-        let transfer = Transfer::new((&one.0, &one.1), (&two.0, &two.1));
+        let transfer = Transfer::new(&one.0, &one.1, &two.0, &two.1);
         let normal = DVec3::new(rng.between(-0.6, 0.6), -1.0, rng.between(-0.6, 0.6)).normalize();
-        let wall = plane(normal, target, &one);
+        let wall = plane(normal, target, &one.0, &one.1);
         let position = DVec2::new(rng.between(200.0, 2800.0), rng.between(200.0, 1800.0));
         let depth = wall.nu.dot(position.extend(1.0));
         let Some((_, omega)) = transfer.position(position, depth).filter(|_| depth > 0.02) else { continue };
@@ -168,7 +168,8 @@ fn the_published_table_is_the_truth_within_a_factor_of_two() {
         let splat = Splat::new(entry, DepthPixelOrigin::Photo);
         let sample = DepthPixel { inverse_depth: depth as f32, colour: [255; 4], surface: 1, splat };
         let small = Pinhole { width: 1, height: 1, ..one.0 };
-        let mut ldi = with_level(Level::of_rows(small, [vec![(0, sample)]]), one.1, vec![wall.clone()]);
+        let mut ldi =
+            with_level(ResolutionLevel::of_rows(small, [vec![(0, sample)]]), one.1, vec![wall.clone()]);
         ldi.report.quartiles = quartiles;
         let Factors::Table(table) = Factors::table(&ldi, &two.1, transfer.focal_ratio) else {
             unreachable!()

@@ -12,7 +12,7 @@ use quadratura_base::task::Task;
 use quadratura_view::Shot;
 
 /// A scene with the cameras that look at it, and what is told of it.
-struct Moves {
+struct CameraMoves {
     name: &'static str,
     scene: Scene,
     poses: Vec<Pose>,
@@ -51,37 +51,37 @@ fn scene(name: &str, mut model: Modeller) -> Scene {
     }
 }
 
-fn all() -> Vec<Moves> {
+fn all() -> Vec<CameraMoves> {
     let fence = picket_fence();
     let aside = |scene: &Scene, by: f64| {
         let places = [DVec3::new(by, 0.0, 0.0), DVec3::new(-by, 0.3 * by, 0.0), DVec3::new(0.0, -by, 0.2)];
         places.map(|place| at(scene, place, 0.0)).to_vec()
     };
-    let moves = |name, scene: Scene| Moves { name, poses: aside(&scene, 0.5), scene };
+    let moves = |name, scene: Scene| CameraMoves { name, poses: aside(&scene, 0.5), scene };
     let ground = closed_form::ground_behind_the_camera().resized(200);
     let along = [DVec3::Z * 2.0, DVec3::Z * -1.0, DVec3::new(0.5, 0.0, 1.0)];
     vec![
-        Moves { name: "fence, sideways", poses: aside(&fence, 0.7), scene: fence.clone() },
+        CameraMoves { name: "fence, sideways", poses: aside(&fence, 0.7), scene: fence.clone() },
         // The epipole is in the picture.
-        Moves {
+        CameraMoves {
             name: "fence, forward",
             poses: vec![at(&fence, DVec3::new(0.2, -0.1, 1.5), 0.0), at(&fence, DVec3::Z, 0.2)],
             scene: fence.clone(),
         },
-        Moves {
+        CameraMoves {
             name: "fence, backward",
             poses: vec![at(&fence, DVec3::new(0.3, 0.2, -1.5), 0.0), at(&fence, DVec3::Z * -1.0, -0.2)],
             scene: fence.clone(),
         },
         // Between the fence and the wall, towards the reference camera.
-        Moves {
+        CameraMoves {
             name: "fence, looking back",
             poses: vec![at(&fence, DVec3::new(0.3, -0.2, 7.0), std::f64::consts::PI)],
             scene: fence,
         },
         moves("three beams", closed_form::three_beams().resized(200)),
         moves("crossing boxes", closed_form::crossing_boxes().resized(200)),
-        Moves {
+        CameraMoves {
             name: "ground behind the camera",
             poses: along.into_iter().map(|place| at(&ground, place, 0.1)).collect(),
             scene: ground,
@@ -135,7 +135,7 @@ fn wrong(ldi: &Ldi, truth: &Ldi, pose: Pose, options: &WarpOptions) -> [f64; 2] 
 
 #[test]
 fn pictures_show_the_nearest_surface_whichever_way_the_camera_moves_and_reversed_they_do_not() {
-    for Moves { name, scene, poses } in all() {
+    for CameraMoves { name, scene, poses } in all() {
         let ldi = of_model(&scene.model, scene.camera, scene.pose, by_face);
         let (mut in_order_wrong, mut reversed_wrong) = (0.0f64, 0.0f64);
         for (i, pose) in poses.into_iter().enumerate() {

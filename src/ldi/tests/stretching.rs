@@ -107,12 +107,12 @@ fn jacobians_are_finite_differences_and_their_squares_are_bounded() {
     for _ in 0..300 {
         let nu = DVec3::new(rng.between(-2e-3, 2e-3), rng.between(-2e-3, 2e-3), rng.between(0.05, 0.4));
         let surface = LdiSurface { nu, object: "wall".into(), face: None };
-        let level = crate::Level::of_rows(centred(320, 240, 300.0), (0..240).map(|_| Vec::new()));
+        let level = crate::ResolutionLevel::of_rows(centred(320, 240, 300.0), (0..240).map(|_| Vec::new()));
         let ldi = super::with_level(level, camera_is_world(), vec![surface]);
         let eye = DVec3::ZERO;
         let pose = step_aside(&mut rng, eye, DVec3::new(0.5, 4.0, 0.3), 0.8);
-        let reference: (&Pinhole, &Pose) = (&ldi.camera, &look_at(eye, DVec3::Y * 4.0));
-        let transfer = Transfer::new(reference, (&centred(200, 160, 250.0), &pose));
+        let looking = look_at(eye, DVec3::Y * 4.0);
+        let transfer = Transfer::new(&ldi.camera, &looking, &centred(200, 160, 250.0), &pose);
         // Of the level whose pixels are twice as large.
         let maps = plane_maps(&ldi, &transfer, 2.0);
         assert_eq!(maps[0], [[0.0; 2]; 3], "the unknown surface");

@@ -65,7 +65,7 @@ fn of_two_surfaces_at_nearly_the_same_depth_the_nearer_one_is_shown_as_far_as_it
     for (opacity, expected) in [(255, [255, 255, 255]), (128, [188, 188, 188]), (0, [0, 0, 0])] {
         let column = |x: u16| [(x, pixel(0.5, [255, 255, 255, opacity])), (x, pixel(0.497, [0, 0, 0, 255]))];
         let rows = (0..30).map(|_| (0..40).flat_map(column).collect());
-        let level = crate::Level::of_rows(camera, rows);
+        let level = crate::ResolutionLevel::of_rows(camera, rows);
         let ldi = super::with_level(level, camera_is_world(), Vec::new());
         let found = picture(&ldi, &Shot::new(camera, camera_is_world()), &of_splat(SplatKind::Sums)).picture;
         let middle = found.pixels()[40 * 15 + 20];
@@ -339,7 +339,7 @@ fn what_is_infinitely_far_turns_with_the_camera_and_does_not_move() {
             })
             .collect()
     };
-    ldi.levels = vec![crate::Level::of_rows(camera, (0..48).map(row))];
+    ldi.levels = vec![crate::ResolutionLevel::of_rows(camera, (0..48).map(row))];
     let moved = Pose { rotation: DMat3::IDENTITY, translation: DVec3::new(5.0, -3.0, 2.0) };
     for splat in [SplatKind::Pixel, SplatKind::Sums] {
         let at = |pose| picture(&ldi, &Shot::new(camera, pose), &of_splat(splat)).picture;

@@ -4,11 +4,11 @@
 use std::ops::Range;
 
 use super::Plan;
-use super::pieces::Piece;
+use super::tile_parts::TilePart;
 use crate::layout::{DepthPixelOrigin, Splat};
 use crate::spacing::{Factors, exact};
 use crate::splat::sums::{COVERS, LEVEL};
-use crate::splat::{Canvas, Dot, Placed};
+use crate::splat::{BatchPositions, Canvas, Dot};
 use crate::stretch::{Stretch, jacobian};
 use crate::transfer::{Positions, RunStart};
 
@@ -97,36 +97,36 @@ impl Dots<'_> {
 }
 
 impl Plan<'_> {
-    /// Draws the depth pixels of a row of a piece, in batches that end between layered depth pixels.
+    /// Draws the depth pixels of a row of a tile's part, in batches that end between layered depth pixels.
     #[inline(always)]
     pub(super) fn draw_row<C: Canvas>(
         &self,
         canvas: &mut C,
-        piece: &Piece,
+        part: &TilePart,
         y: u32,
         top: f32,
         batch: &mut Batch,
     ) {
-        let mut rest = piece.row(self.level, y);
-        let single = self.level.tiles[piece.tile].single;
+        let mut rest = part.row(self.level, y);
+        let single = self.level.tiles[part.tile].single;
         while !rest.is_empty() {
-            let range = self.next_batch(&rest, piece.right);
-            if piece.right {
+            let range = self.next_batch(&rest, part.right);
+            if part.right {
                 rest.start = range.end;
             } else {
                 rest.end = range.start;
             }
-            let run = self.place::<C>(&range, (y, single, self.unculled || piece.can_be_stretched()), batch);
-            self.draw_batch(canvas, piece, (range, &run), top, batch);
+            let run = self.place::<C>(&range, y, single, self.unculled || part.can_be_stretched(), batch);
+            self.draw_batch(canvas, part, range, &run, top, batch);
         }
     }
 
-    /// Asks the processor to fetch the depth pixels of the row of a piece that is drawn after `before` others. By itself it
+    /// Asks the processor to fetch the depth pixels of the row of a tile's part that is drawn after `before` others. By itself it
     /// waits for each line of memory, because rows of a tile are far apart.
     #[inline(always)]
-    pub(super) fn fetch_row<C: Canvas>(&self, piece: &Piece, before: u32) {
-        let Some(y) = piece.row_in_order(before) else { return };
-        let range = piece.row(self.level, y);
+    pub(super) fn fetch_row<C: Canvas>(&self, part: &TilePart, before: u32) {
+        let Some(y) = part.row_in_order(before) else { return };
+        let range = part.row(self.level, y);
         fetch(&self.level.columns[range.clone()]);
         fetch(&self.level.inverse_depths[range.clone()]);
         fetch(&self.level.colours[range.clone()]);
@@ -135,8 +135,8 @@ impl Plan<'_> {
         }
     }
 
-    /// Returns the next batch of a row of a piece: as many depth pixels as fit, without a part of a layered depth pixel
-    /// only. A piece's columns are in one run, since its tile's are.
+    /// Returns the next batch of a row of a tile's part: as many depth pixels as fit, without cutting a layered depth pixel. Its
+    /// columns are in one run, since its tile's are.
     #[inline]
     fn next_batch(&self, rest: &Range<usize>, right: bool) -> Range<usize> {
         if rest.len() <= Positions::MOST {
@@ -162,7 +162,9 @@ impl Plan<'_> {
     fn place<C: Canvas>(
         &self,
         range: &Range<usize>,
-        (y, single, stretched): (u32, bool, bool),
+        y: u32,
+        single: bool,
+        stretched: bool,
         batch: &mut Batch,
     ) -> RunStart {
         let level = self.level;
@@ -268,15 +270,16 @@ impl Plan<'_> {
     fn draw_batch<C: Canvas>(
         &self,
         canvas: &mut C,
-        piece: &Piece,
-        (range, run): (Range<usize>, &RunStart),
+        part: &TilePart,
+        range: Range<usize>,
+        run: &RunStart,
         top: f32,
         batch: &Batch,
     ) {
         let count = range.len();
         let (first, columns) = (range.start, &self.level.columns[range.clone()]);
         let (u, v) = (&batch.positions.u[..count], &batch.positions.v[..count]);
-        canvas.begin(&Placed { u, v, s: &batch.s[..count], top });
+        canvas.begin(&BatchPositions { u, v, s: &batch.s[..count], top });
         let (colours, splats) = (&self.level.colours[range.clone()], &self.level.splats[range.clone()]);
         let surfaces = &self.level.surfaces[range];
         let dots = Dots { batch, colours, splats, surfaces, slopes: &self.slopes, first, top };
@@ -284,8 +287,8 @@ impl Plan<'_> {
         let last_first =
             |i: usize| (self.rows.omega_at_infinity(run, columns[i].into()) >= 0.0) != self.reversed;
         let ends = [last_first(0), last_first(count - 1)];
-        let single = self.level.tiles[piece.tile].single;
-        match (piece.right, ends) {
+        let single = self.level.tiles[part.tile].single;
+        match (part.right, ends) {
             (true, [false, false]) => dots.draw_forwards(canvas),
             (false, [true, true]) => dots.draw_backwards(canvas),
             (right, _) if single && right => dots.draw_forwards(canvas),

@@ -9,7 +9,7 @@ use quadratura_base::scene::light::bytes_of_light_times;
 use quadratura_base::task::Task;
 
 /// What the bands of a picture share.
-pub struct Drawing<'a> {
+pub struct BandDrawing<'a> {
     images: &'a [Exposed<'a>],
     splat: SplatKind,
     width: u32,
@@ -19,7 +19,7 @@ pub struct Drawing<'a> {
     bytes: Option<[[u8; 256]; 3]>,
 }
 
-impl<'a> Drawing<'a> {
+impl<'a> BandDrawing<'a> {
     /// Prepares the drawing of images one after the other on a picture that is so wide.
     pub fn new(images: &'a [Exposed], splat: SplatKind, width: u32) -> Self {
         let lights = images.iter().map(|image| *light_of_bytes(image.exposure)).collect();

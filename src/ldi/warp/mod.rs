@@ -8,20 +8,20 @@
 mod batch;
 mod drawing;
 pub mod moves;
-mod pieces;
 mod several;
+mod tile_parts;
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use self::batch::Batch;
-use self::drawing::Drawing;
-use self::pieces::{Piece, pieces_in_order};
+use self::drawing::BandDrawing;
 #[cfg(test)]
 pub use self::several::set_drawn_in_order;
 pub use self::several::{check_splat, common_level, warp_set};
-use super::layout::{Ldi, Level};
+use self::tile_parts::{TilePart, tile_parts_in_order};
+use super::layout::{Ldi, ResolutionLevel};
 use super::spacing::{Factors, Spacing, gradients, is_from_behind, largest, slope};
 use super::splat::Canvas;
 use super::splat::pixel::IndexCanvas;
@@ -117,7 +117,7 @@ struct Exposed<'a> {
 fn drawn(images: &[Exposed], shot: &Shot, splat: SplatKind, task: &Task) -> Result<Warped> {
     let (width, height) = (shot.camera.width, shot.camera.height);
     let mut rgba = vec![0u8; 4 * width as usize * height as usize];
-    let drawing = Drawing::new(images, splat, width);
+    let drawing = BandDrawing::new(images, splat, width);
     let bands = rgba.par_chunks_mut(4 * width as usize * BAND as usize).enumerate();
     let too_near = bands.map_init(
         || None,
@@ -157,7 +157,7 @@ pub(super) fn level_of(ldi: &Ldi, shot: &Shot, options: &WarpOptions) -> usize {
     match options.level {
         Some(level) => usize::from(level).min(ldi.levels.len() - 1),
         None => {
-            let transfer = Transfer::new((&ldi.levels[0].camera, &ldi.pose), (&shot.camera, &shot.pose));
+            let transfer = Transfer::new(&ldi.levels[0].camera, &ldi.pose, &shot.camera, &shot.pose);
             level_by(&mut spacings_in_view(ldi, &transfer), ldi.levels.len(), shot.quality)
         }
     }
@@ -178,7 +178,7 @@ pub fn light_of_bytes(exposure: [f64; 3]) -> Box<[[f32; 256]; 3]> {
 /// Everything that the bands of one picture share.
 pub(crate) struct Plan<'a> {
     /// The level that is drawn.
-    pub level: &'a Level,
+    pub level: &'a ResolutionLevel,
     level_index: usize,
     transfer: Transfer,
     rows: RowTransfer,
@@ -194,8 +194,8 @@ pub(crate) struct Plan<'a> {
     /// By number of surface, whether the view shows the side that the reference camera does not see, where such sides are not
     /// drawn; empty where all are.
     behind: Vec<bool>,
-    /// The pieces of tiles in drawing order.
-    pieces: Vec<Piece>,
+    /// The parts of tiles in drawing order.
+    parts: Vec<TilePart>,
     /// True when the layers of a pixel are drawn in the wrong order on purpose.
     reversed: bool,
     unculled: bool,
@@ -204,7 +204,8 @@ pub(crate) struct Plan<'a> {
 impl<'a> Plan<'a> {
     /// Prepares the drawing of a view.
     pub fn new(ldi: &'a Ldi, shot: &Shot, options: &WarpOptions) -> Self {
-        let to_shot = |level: &Level| Transfer::new((&level.camera, &ldi.pose), (&shot.camera, &shot.pose));
+        let to_shot =
+            |level: &ResolutionLevel| Transfer::new(&level.camera, &ldi.pose, &shot.camera, &shot.pose);
         let of_frame = to_shot(&ldi.levels[0]);
         let level_index = level_of(ldi, shot, options);
         let level = &ldi.levels[level_index];
@@ -222,14 +223,14 @@ impl<'a> Plan<'a> {
         let (rows, gradients) = (transfer.rows(), gradients(ldi, &of_frame));
         let squares: Vec<Squares> = maps.iter().map(Squares::new).collect();
         let roots: Vec<f32> = squares.iter().map(|squares| squares.largest_root(rows.half)).collect();
-        let mut pieces = pieces_in_order(level, &transfer, reversed);
-        for piece in &mut pieces {
-            let surfaces = &level.tiles[piece.tile].surfaces;
-            piece.largest_spacing = largest(factors.largest(surfaces), piece.least_omega);
+        let mut parts = tile_parts_in_order(level, &transfer, reversed);
+        for part in &mut parts {
+            let surfaces = &level.tiles[part.tile].surfaces;
+            part.largest_spacing = largest(factors.largest(surfaces), part.least_omega);
             let root = surfaces.iter().filter_map(|surface| roots.get(usize::from(*surface)));
             let root = root.copied().fold(0.0, f32::max);
             // No number where all planes are unknown, and some points are behind the camera.
-            piece.largest_stretch = (root / piece.least_omega).max(0.0);
+            part.largest_stretch = (root / part.least_omega).max(0.0);
         }
         Self {
             level,
@@ -242,61 +243,61 @@ impl<'a> Plan<'a> {
             squares,
             maps,
             behind: if shot.backs { Vec::new() } else { seen_from_behind(ldi, &of_frame) },
-            pieces,
+            parts,
             reversed,
             unculled: options.unculled,
         }
     }
 
-    /// Draws the pieces that meet a band on its canvas.
+    /// Draws the parts of tiles that meet a band on its canvas.
     pub fn draw<C: Canvas>(&self, band: u32, canvas: C) -> C {
         let rows = band * BAND..(band + 1) * BAND;
-        self.draw_pieces(&self.pieces_on::<C>(&rows), &rows, canvas)
+        self.draw_tile_parts(&self.tile_parts_on::<C>(&rows), &rows, canvas)
     }
 
-    /// Returns the indices of the pieces that meet rows of the picture, in drawing order.
-    pub fn pieces_on<C: Canvas>(&self, rows: &Range<u32>) -> Vec<usize> {
-        let meets = |(_, piece): &(usize, &Piece)| {
-            let (rows, reach) = reached::<C>(piece, rows);
-            self.unculled || piece.meets(rows, reach)
+    /// Returns the indices of the parts of tiles that meet rows of the picture, in drawing order.
+    pub fn tile_parts_on<C: Canvas>(&self, rows: &Range<u32>) -> Vec<usize> {
+        let meets = |(_, part): &(usize, &TilePart)| {
+            let (rows, reach) = reached::<C>(part, rows);
+            self.unculled || part.meets(rows, reach)
         };
-        self.pieces.iter().enumerate().filter(meets).map(|(index, _)| index).collect()
+        self.parts.iter().enumerate().filter(meets).map(|(index, _)| index).collect()
     }
 
-    /// Draws some pieces, in their order, on a canvas of these rows of the picture.
-    pub fn draw_pieces<C: Canvas>(&self, pieces: &[usize], rows: &Range<u32>, canvas: C) -> C {
+    /// Draws some parts of tiles, in their order, on a canvas of these rows of the picture.
+    pub fn draw_tile_parts<C: Canvas>(&self, parts: &[usize], rows: &Range<u32>, canvas: C) -> C {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: the processor has what the function is compiled for.
-            return unsafe { self.draw_by_avx2(pieces, rows, canvas) };
+            return unsafe { self.draw_by_avx2(parts, rows, canvas) };
         }
-        self.draw_by_any(pieces, rows, canvas)
+        self.draw_by_any(parts, rows, canvas)
     }
 
     /// The same, compiled for processors with AVX2. No operations are fused and none is estimated, so the results are those of
     /// any other processor.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn draw_by_avx2<C: Canvas>(&self, pieces: &[usize], rows: &Range<u32>, canvas: C) -> C {
-        self.draw_by_any(pieces, rows, canvas)
+    fn draw_by_avx2<C: Canvas>(&self, parts: &[usize], rows: &Range<u32>, canvas: C) -> C {
+        self.draw_by_any(parts, rows, canvas)
     }
 
     #[inline(always)]
-    fn draw_by_any<C: Canvas>(&self, pieces: &[usize], rows: &Range<u32>, mut canvas: C) -> C {
+    fn draw_by_any<C: Canvas>(&self, parts: &[usize], rows: &Range<u32>, mut canvas: C) -> C {
         let top = rows.start as f32;
         let mut batch = Batch::default();
-        let mut pieces = pieces.iter().map(|index| &self.pieces[*index]).peekable();
-        while let Some(piece) = pieces.next() {
-            let next = pieces.peek();
-            let (rows, _) = reached::<C>(piece, rows);
-            let is_whole = self.unculled || piece.is_within(rows);
+        let mut parts = parts.iter().map(|index| &self.parts[*index]).peekable();
+        while let Some(part) = parts.next() {
+            let next = parts.peek();
+            let (rows, _) = reached::<C>(part, rows);
+            let is_whole = self.unculled || part.is_within(rows);
             let mut drawn = 0;
-            while let Some(y) = piece.row_in_order(drawn) {
+            while let Some(y) = part.row_in_order(drawn) {
                 if let Some(next) = next {
                     self.fetch_row::<C>(next, drawn);
                 }
-                if is_whole || piece.row_meets(self.level, &self.transfer, y, rows) {
-                    self.draw_row(&mut canvas, piece, y, top, &mut batch);
+                if is_whole || part.row_meets(self.level, &self.transfer, y, rows) {
+                    self.draw_row(&mut canvas, part, y, top, &mut batch);
                 }
                 drawn += 1;
             }
@@ -305,10 +306,10 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Returns the rows on which the points of a piece may be that is drawn on these rows, and how far its splats reach.
+/// Returns the rows on which the points of a tile's part may be that is drawn on these rows, and how far its splats reach.
 #[inline]
-fn reached<C: Canvas>(piece: &Piece, rows: &Range<u32>) -> ((f32, f32), f32) {
-    let reach = C::reach(piece.largest_spacing, piece.largest_stretch);
+fn reached<C: Canvas>(part: &TilePart, rows: &Range<u32>) -> ((f32, f32), f32) {
+    let reach = C::reach(part.largest_spacing, part.largest_stretch);
     ((rows.start as f32 - reach, rows.end as f32 + reach), reach)
 }
 
@@ -324,11 +325,11 @@ fn seen_from_behind(ldi: &Ldi, transfer: &Transfer) -> Vec<bool> {
 fn spacings_in_view(ldi: &Ldi, transfer: &Transfer) -> Vec<(f64, u64)> {
     let level = &ldi.levels[0];
     let mut spacings: Vec<(f64, u64)> = Vec::new();
-    for piece in pieces_in_order(level, transfer, false) {
-        let tile = &level.tiles[piece.tile];
+    for part in tile_parts_in_order(level, transfer, false) {
+        let tile = &level.tiles[part.tile];
         let middle = f64::midpoint(f64::from(tile.least), f64::from(tile.largest));
-        let omega = transfer.homogeneous(piece.centre(), middle).z;
-        if omega > 0.0 && piece.meets((0.0, transfer.size[1] as f32), 0.0) {
+        let omega = transfer.homogeneous(part.centre(), middle).z;
+        if omega > 0.0 && part.meets((0.0, transfer.size[1] as f32), 0.0) {
             spacings.push((transfer.focal_ratio / omega, u64::from(tile.len())));
         }
     }

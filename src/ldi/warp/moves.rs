@@ -75,9 +75,9 @@ impl<'a> Moves<'a> {
     /// pixels: from the first to the last row of the frame that has one.
     pub fn within(&self, rows: &Range<u32>, reach: f32) -> Range<u32> {
         let band = (rows.start as f32 - reach, rows.end as f32 + reach);
-        let met = self.plan.pieces.iter().filter(|piece| piece.meets(band, reach));
+        let met = self.plan.parts.iter().filter(|part| part.meets(band, reach));
         let (mut from, mut to) = (u32::MAX, 0);
-        for rows in met.map(super::pieces::Piece::rows) {
+        for rows in met.map(super::tile_parts::TilePart::rows) {
             (from, to) = (from.min(rows.start), to.max(rows.end));
         }
         let offsets = &self.plan.level.rows;

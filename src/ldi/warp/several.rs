@@ -92,7 +92,7 @@ pub fn common_level(set: &LdiSet, shot: &Shot) -> Option<u8> {
         return None;
     }
     let in_view = |image: &Ldi| {
-        let transfer = Transfer::new((&image.levels[0].camera, &image.pose), (&shot.camera, &shot.pose));
+        let transfer = Transfer::new(&image.levels[0].camera, &image.pose, &shot.camera, &shot.pose);
         spacings_in_view(image, &transfer)
     };
     let mut spacings: Vec<(f64, u64)> = set.images.iter().flat_map(in_view).collect();

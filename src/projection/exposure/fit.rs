@@ -66,7 +66,7 @@ pub(super) fn fitted(
     let shared = colours.iter().filter(usable).count();
     let reach = typical_distance(points);
     let (meter, meters) = if groups.is_one() {
-        (Meter::new(photos, points, &colours, (&fit.of_photo, &fit.component), reach), Vec::new())
+        (Meter::new(photos, points, &colours, &fit.of_photo, &fit.component, reach), Vec::new())
     } else {
         let corrected = MeasuredColours {
             colours: colours.to_vec(),
@@ -144,7 +144,7 @@ fn group_meters(
         if points.is_empty() {
             return Meter::default();
         }
-        Meter::new(&own, &points, &colours, (&gains, &component), reach).among(&kept, photos.len())
+        Meter::new(&own, &points, &colours, &gains, &component, reach).among(&kept, photos.len())
     };
     (0..groups.count()).map(of_group).collect()
 }

@@ -48,7 +48,7 @@ pub struct GroupSupport {
 }
 
 /// What groups are found from.
-pub(super) struct Evidence<'a> {
+pub(super) struct GroupingEvidence<'a> {
     pub photos: &'a [Projector],
     pub points: &'a [SharedPoint],
     pub colours: &'a [Vec<PatchColour>],
@@ -61,7 +61,7 @@ struct Trial<'a> {
     gains: Vec<[f64; 3]>,
 }
 
-impl Evidence<'_> {
+impl GroupingEvidence<'_> {
     /// Finds the groups, and what speaks for them.
     pub fn groups(&self) -> (LightGroups, GroupSupport) {
         let distances = Distances::new(self);
@@ -219,7 +219,7 @@ struct Distances {
 }
 
 impl Distances {
-    fn new(evidence: &Evidence) -> Self {
+    fn new(evidence: &GroupingEvidence) -> Self {
         let count = evidence.photos.len();
         let mut of_pair: Vec<Vec<[f64; 3]>> = vec![Vec::new(); count * count];
         for ratio in evidence.ratios {

@@ -170,7 +170,7 @@ impl PredictedPoints {
     fn at_points(photos: &[Projector], measured: &MeasuredColours, photo: PhotoId) -> Self {
         let points = measured.points.iter().zip(&measured.colours).filter(|(point, _)| point.own == photo);
         let predicted = points.filter_map(|(point, colours)| {
-            predicted_point(photos, (photo, Some(point.face)), &point.patches, colours)
+            predicted_point(photos, photo, Some(point.face), &point.patches, colours)
         });
         Self::new(photos, photo, predicted.collect(), KEPT)
     }
@@ -180,7 +180,7 @@ impl PredictedPoints {
         let places =
             measured.places.iter().zip(&measured.place_colours).filter(|(place, _)| place.own == photo);
         let predicted = places.filter_map(|(place, colours)| {
-            predicted_point(photos, (photo, place.face), &place.patches, colours)
+            predicted_point(photos, photo, place.face, &place.patches, colours)
         });
         Self::new(photos, photo, predicted.collect(), 1.0)
     }
@@ -259,7 +259,8 @@ const LEAST_ERROR: f64 = 1.0 / (12.0 * 255.0 * 255.0);
 /// Weights the photos that predict a point as a renderer does; `None` where none does, or the colour is unknown.
 fn predicted_point(
     photos: &[Projector],
-    (photo, face): (PhotoId, Option<FaceId>),
+    photo: PhotoId,
+    face: Option<FaceId>,
     patches: &[PointPatch],
     colours: &[PatchColour],
 ) -> Option<PredictedPoint> {

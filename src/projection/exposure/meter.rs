@@ -87,7 +87,8 @@ impl Meter {
         photos: &[Projector],
         points: &[SharedPoint],
         colours: &[Vec<PatchColour>],
-        (gains, component): (&[[f64; 3]], &[usize]),
+        gains: &[[f64; 3]],
+        component: &[usize],
         reach: f64,
     ) -> Self {
         let lit: Vec<LitPoint> = points

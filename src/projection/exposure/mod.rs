@@ -71,7 +71,7 @@ pub use whole::PhotoPlace;
 
 use self::estimate::best_psnr;
 use self::fit::{Corrected, corrected, fitted};
-use self::grouping::Evidence;
+use self::grouping::GroupingEvidence;
 use super::Projector;
 use quadratura_base::scene::PhotoId;
 
@@ -117,7 +117,7 @@ fn found_groups(
     options: &ExposureOptions,
 ) -> (LightGroups, GroupSupport) {
     let Corrected { colours, ratios, .. } = corrected(photos, measured, options);
-    Evidence { photos, points: &measured.points, colours: &colours, ratios: &ratios }.groups()
+    GroupingEvidence { photos, points: &measured.points, colours: &colours, ratios: &ratios }.groups()
 }
 
 /// Estimates gains, and decides on the rule of exposure, and on vignetting where that is to be decided.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::options::ExposureOptions;
 use super::surface_gains::JoinedFaces;
 use crate::Projector;
-use crate::surface::Surface;
+use crate::model_surface::ModelSurface;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Plane;
 use quadratura_base::raster::robust::upper_median;
@@ -73,14 +73,14 @@ pub trait Visibility: Sync {
 #[derive(Debug)]
 pub struct RayVisibility<'a> {
     model: &'a Model,
-    surface: Surface,
+    surface: ModelSurface,
     photos: &'a [Projector],
 }
 
 impl<'a> RayVisibility<'a> {
     /// Builds the visibility of a model in the photos' world.
     pub fn new(model: &'a Model, photos: &'a [Projector]) -> Self {
-        Self { model, surface: Surface::from_model(model), photos }
+        Self { model, surface: ModelSurface::from_model(model), photos }
     }
 
     /// Returns the origin and direction (depth 1 at t = 1) of the ray through an image point.
@@ -193,7 +193,8 @@ pub struct SpreadPoint {
 /// Finds points on the surface from a regular grid over each of some photos, `points_per_photo` of each, in the order of photos,
 /// rows and columns, whatever the number of threads.
 pub fn spread_points(
-    (photos, chosen): (&[Projector], &[PhotoId]),
+    photos: &[Projector],
+    chosen: &[PhotoId],
     visibility: &impl Visibility,
     options: &ExposureOptions,
 ) -> Vec<SpreadPoint> {

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::near::Shares;
 use crate::Sources;
 use crate::cells::{Cells, ServerCandidate, Unknown, cells};
+use crate::model_surface::{ModelSurface, RayHit};
 use crate::relief::{FaceRelief, Relief};
-use crate::surface::{RayHit, Surface};
 use crate::turned::{MIRRORED, PhotoOnFace, blend_on};
 use quadratura_base::geometry::polygon::fit_plane;
 use quadratura_base::geometry::{Pinhole, Plane};
@@ -31,7 +31,7 @@ pub fn visible_shares(
     shot: &Shot,
     model: &Model,
     sources: &Sources,
-    surface: &Surface,
+    surface: &ModelSurface,
     cells: &Cells,
 ) -> Shares {
     let looker = Looker { shot, model, sources, surface, cells };
@@ -62,7 +62,13 @@ const RESOLVED: f64 = 0.75;
 
 /// Computes how many times as many pixels along each side the photos have that show what a view shows, with their weights: where
 /// they have so many in three quarters of it. In a photo's own camera it is the ratio of the sizes, 1 for the photo's size.
-pub fn resolution(shot: &Shot, model: &Model, sources: &Sources, surface: &Surface, cells: &Cells) -> f64 {
+pub fn resolution(
+    shot: &Shot,
+    model: &Model,
+    sources: &Sources,
+    surface: &ModelSurface,
+    cells: &Cells,
+) -> f64 {
     let looker = Looker { shot, model, sources, surface, cells };
     let of_surroundings = octaves_of_surroundings(shot, sources);
     let octaves = |ray: u32| match looker.look(ray % RAYS[0], ray / RAYS[0]) {
@@ -100,7 +106,7 @@ pub fn shares_of_view(
     shot: &Shot,
     model: &Arc<Model>,
     sources: &Sources,
-    surface: &Surface,
+    surface: &ModelSurface,
     relief: &Relief,
 ) -> Shares {
     let height = |face| relief.of(face).map_or(0.0, FaceRelief::largest);
@@ -111,7 +117,7 @@ pub fn shares_of_view(
 }
 
 /// What a photo shows at a point of a view.
-struct Seen {
+struct PhotoAtPoint {
     /// Its weight.
     weight: f64,
     /// The octaves of resolution that it has more than the view; below 0 where it has less.
@@ -134,13 +140,13 @@ struct Looker<'a> {
     shot: &'a Shot,
     model: &'a Model,
     sources: &'a Sources,
-    surface: &'a Surface,
+    surface: &'a ModelSurface,
     cells: &'a Cells,
 }
 
 impl Looker<'_> {
     /// Finds what the photos show at the point where one ray hits the model; `None` where it hits nothing.
-    fn look(&self, column: u32, row: u32) -> Option<Vec<(usize, Seen)>> {
+    fn look(&self, column: u32, row: u32) -> Option<Vec<(usize, PhotoAtPoint)>> {
         let camera = &self.shot.camera;
         let share = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5)
             / DVec2::new(f64::from(RAYS[0]), f64::from(RAYS[1]));
@@ -158,7 +164,7 @@ impl Looker<'_> {
         let pinned: Vec<Option<f64>> = claims.iter().map(|claim| claim.pinned).collect();
         let of_photo = |((candidate, weight), claim): ((&ServerCandidate, f64), &PointClaim)| {
             let photo = self.sources.servers[candidate.server as usize].photo;
-            (photo.index(), Seen { weight, octaves_to_spare: claim.octaves_to_spare })
+            (photo.index(), PhotoAtPoint { weight, octaves_to_spare: claim.octaves_to_spare })
         };
         Some(list.iter().zip(shares(&penalties, &pinned, &blend)).zip(&claims).map(of_photo).collect())
     }
@@ -242,7 +248,7 @@ mod tests {
         };
         let shot = Shot::new(centred(64, 64, 64.0), look_at(DVec3::new(-0.5, -4.0, 0.0), DVec3::ZERO));
         let cells = cells(&model, &sources, &shot, 16, &[], &[], &Unknown);
-        visible_shares(&shot, &model, &sources, &Surface::from_model(&model), &cells).of_photo
+        visible_shares(&shot, &model, &sources, &ModelSurface::from_model(&model), &cells).of_photo
     }
 
     #[test]

@@ -24,7 +24,7 @@ const AWAY: f64 = 0.1;
 const BEYOND: f64 = 0.1;
 
 /// The factors of one photo on light in the common exposure, as natural logarithms, R, G, B.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SurroundingsFactors {
     /// That of the photo as a whole.
     pub offset: [f32; 3],

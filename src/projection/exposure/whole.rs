@@ -35,7 +35,7 @@ pub fn places_of_photos(
     options: &ExposureOptions,
 ) -> Vec<PhotoPlace> {
     let of_photo = |own: PhotoId| {
-        let place = move |px: DVec2| place_at(photos, visibility, (own, px), SURROUNDINGS * reach);
+        let place = move |px: DVec2| place_at(photos, visibility, own, px, SURROUNDINGS * reach);
         grid(&photos[own.index()], options).into_par_iter().filter_map(place).collect::<Vec<_>>()
     };
     PhotoId::all(photos.len()).flat_map(of_photo).collect()
@@ -45,7 +45,8 @@ pub fn places_of_photos(
 fn place_at(
     photos: &[Projector],
     visibility: &impl Visibility,
-    (own, px): (PhotoId, DVec2),
+    own: PhotoId,
+    px: DVec2,
     far: f64,
 ) -> Option<PhotoPlace> {
     let others = || PhotoId::all(photos.len());
@@ -55,9 +56,9 @@ fn place_at(
         }
         let Projector { camera, pose, .. } = &photos[own.index()];
         let direction = pose.rotation.transpose() * camera.ray_in_camera(px).normalize();
-        let at = (pose.center_in_world(), direction * far);
+        let (eye, away) = (pose.center_in_world(), direction * far);
         let open = |photo: PhotoId| {
-            let patch = open_patch(photo, &photos[photo.index()], at)?;
+            let patch = open_patch(photo, &photos[photo.index()], eye, away)?;
             (photo == own || visibility.is_open(photo, patch.center_px)).then_some(patch)
         };
         let patches: Vec<PointPatch> = others().filter_map(open).collect();
@@ -75,7 +76,7 @@ fn place_at(
 }
 
 /// Returns the patch of surroundings in a photo: at infinity as to its position, and so far away from the viewpoint as to angles.
-fn open_patch(photo: PhotoId, projector: &Projector, (eye, away): (DVec3, DVec3)) -> Option<PointPatch> {
+fn open_patch(photo: PhotoId, projector: &Projector, eye: DVec3, away: DVec3) -> Option<PointPatch> {
     let Projector { camera, pose, .. } = projector;
     let center_px = camera.image_from_camera(pose.rotation * away)?;
     let to_camera = pose.center_in_world() - (eye + away);

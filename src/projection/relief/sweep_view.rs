@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::detail::{Detail, levels};
 use crate::Projector;
-use crate::surface::Surface;
+use crate::model_surface::ModelSurface;
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{FaceId, Model, PhotoPixels};
 
@@ -31,7 +31,7 @@ pub(super) const SAME_SURFACE: f64 = 5e-4;
 
 impl SweepView {
     /// Prepares a photo from its pixels; `surface` is the whole model's.
-    pub fn new(projector: &Projector, pixels: &PhotoPixels, surface: &Surface) -> Self {
+    pub fn new(projector: &Projector, pixels: &PhotoPixels, surface: &ModelSurface) -> Self {
         let Projector { camera, pose, .. } = projector;
         let [columns, rows] = [camera.width, camera.height].map(|side| side.div_ceil(BLOCK_PX));
         let eye = pose.center_in_world();

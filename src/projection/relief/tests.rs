@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use super::*;
 use crate::Projector;
-use crate::surface::Surface;
+use crate::model_surface::ModelSurface;
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::synthetic::{Modeller, Rng, camera_is_world, centred};
@@ -92,7 +92,7 @@ fn photographed(truth: Truth, projector: &Projector) -> PhotoPixels {
 }
 
 fn sweep_views(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<SweepView> {
-    let surface = Surface::from_model(model);
+    let surface = ModelSurface::from_model(model);
     let sweep_view = |(i, eye): (usize, &[f64; 2])| {
         let projector = projector(*eye);
         let mut pixels = photographed(truth, &projector);
@@ -246,7 +246,7 @@ fn a_request_to_stop_is_heard() {
 #[test]
 fn a_photo_of_an_empty_view_is_no_trouble() {
     let model = wall();
-    let surface = Surface::from_model(&model);
+    let surface = ModelSurface::from_model(&model);
     let away = Projector { camera: centred(40, 30, 900.0), ..projector([99.0, 0.0]) };
     let samples = Samples::U8(vec![7; 40 * 30 * 3]);
     let pixels = PhotoPixels { width: 40, height: 30, channels: 3, samples, icc: None };

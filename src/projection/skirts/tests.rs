@@ -55,7 +55,7 @@ fn wall(m: &mut Modeller, y: f64, half: f64) {
 
 fn skirts(model: Arc<Model>) -> Skirts {
     let sources = sources(&model);
-    Skirts::new(&model, &sources, &Surface::from_model(&model))
+    Skirts::new(&model, &sources, &ModelSurface::from_model(&model))
 }
 
 #[test]

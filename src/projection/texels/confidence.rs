@@ -38,7 +38,7 @@ impl ConfidenceRamp {
         let near = content.intersection(&border.grown(reach));
         let values: Vec<f32> =
             (0..=far(reach)).map(|square| self.value(f32::from(square as u16).sqrt())).collect();
-        let mut distances = Distances::new(&border, near.bounds(), reach);
+        let mut distances = RowDistances::new(&border, near.bounds(), reach);
         let mut least = Vec::new();
         for y in near.rows() {
             for run in near.row(y) {
@@ -57,7 +57,7 @@ fn far(reach: i32) -> i16 {
 }
 
 /// The squared distances along rows, for the rows around the current one.
-struct Distances<'a> {
+struct RowDistances<'a> {
     border: &'a Spans,
     reach: i32,
     left: i32,
@@ -68,7 +68,7 @@ struct Distances<'a> {
     next: i32,
 }
 
-impl<'a> Distances<'a> {
+impl<'a> RowDistances<'a> {
     fn new(border: &'a Spans, bounds: PixelRect, reach: i32) -> Self {
         let width = bounds.w as usize;
         let rows = vec![0; width * (2 * reach + 1) as usize];

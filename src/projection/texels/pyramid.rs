@@ -181,7 +181,7 @@ fn of_values(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOpti
     trust(&mut first, &filled, options.ramp);
     let mut levels = Vec::with_capacity(shape.levels() as usize);
     let mut light =
-        (shape.levels() > 1).then(|| Light::half_of(&Decoded { level: &first, srgb }, shape.halves(0)));
+        (shape.levels() > 1).then(|| Light::half_of(&LinearLevel { level: &first, srgb }, shape.halves(0)));
     first.carry(srgb, |x, y| bleed(from_corner, pixels, x, y));
     levels.push(first);
     while let Some(above) = light.take() {
@@ -257,12 +257,12 @@ fn byte(confidence: f32) -> u8 {
 }
 
 /// Level 0, decoded to linear light while it is halved.
-struct Decoded<'a> {
+struct LinearLevel<'a> {
     level: &'a Level,
     srgb: Srgb,
 }
 
-impl Rows for Decoded<'_> {
+impl Rows for LinearLevel<'_> {
     fn content(&self) -> &Spans {
         &self.level.content
     }

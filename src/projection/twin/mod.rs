@@ -23,14 +23,14 @@ use rayon::prelude::*;
 
 use self::point::HitPoint;
 pub use self::point::ShownTexel;
-pub use self::probe::{ProbedPoint, ProbedTexel};
+pub use self::probe::{PhotoPosition, ProbedPoint, ProbedTexel};
 use self::sample::Lookup;
 use super::agreement::Agreement;
 use super::exposure::{ViewExposure, shares_of_view};
+use super::model_surface::{ModelSurface, RayHit};
 use super::pyramid::PyramidOptions;
 use super::relief::Relief;
 use super::skirts::{Skirts, met};
-use super::surface::{RayHit, Surface};
 use super::{Gains, LayerTextureId, Renders, Sources, Texels};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::light::srgb_from_linear;
@@ -55,7 +55,7 @@ pub type LightLeft = dyn Fn(DVec3, Option<DVec3>) -> [f64; 3] + Send + Sync;
 /// A renderer on the CPU for views of one site.
 pub struct ReferenceRenderer {
     model: Arc<Model>,
-    surface: Surface,
+    surface: ModelSurface,
     sources: Arc<Sources>,
     /// The faces through which one sees in places.
     see_through: BTreeSet<FaceId>,
@@ -82,7 +82,7 @@ impl ReferenceRenderer {
         texels: Arc<dyn Texels>,
         options: PyramidOptions,
     ) -> Self {
-        let surface = Surface::from_model(&model).with_backs(&model, &sources);
+        let surface = ModelSurface::from_model(&model).with_backs(&model, &sources);
         let agreement = Agreement::default();
         Self {
             see_through: sources.see_through_faces(&model),
@@ -135,7 +135,7 @@ impl ReferenceRenderer {
     }
 
     /// Finds what each pixel's centre shows, row by row from the top.
-    fn sights(&self, shot: &Shot) -> Vec<Sight> {
+    fn pixel_hits(&self, shot: &Shot) -> Vec<PixelHits> {
         let opaque: HiddenFaces = shot.hidden.iter().chain(self.see_through.iter().copied()).collect();
         let eye = shot.viewpoint();
         let culling = Culling { hidden: &opaque, ..shot.culling() };
@@ -148,21 +148,21 @@ impl ReferenceRenderer {
             let skirts = skirts.iter().filter(|_| owner.is_none());
             let skirts = skirts.filter_map(|skirt| met(&self.model, *skirt, eye, direction));
             let through = through.into_iter().filter(|hit| hit.t <= reach);
-            Sight { px, owner, through: skirts.chain(through).collect() }
+            PixelHits { px, owner, through: skirts.chain(through).collect() }
         };
         positions(shot).zip(self.owners(shot, &opaque)).map(through).collect()
     }
 
     /// Computes the colour of a pixel: linear light times alpha, and alpha.
-    fn colour_of(&self, shot: &Shot, sight: &Sight, exposure: &ViewExposure) -> [f64; 4] {
-        let shown = |hit: &RayHit| HitPoint::new(self, shot, sight.px, *hit)?.shown(exposure);
-        let of_owner = sight.owner.as_ref().map(shown);
+    fn colour_of(&self, shot: &Shot, hits: &PixelHits, exposure: &ViewExposure) -> [f64; 4] {
+        let shown = |hit: &RayHit| HitPoint::new(self, shot, hits.px, *hit)?.shown(exposure);
+        let of_owner = hits.owner.as_ref().map(shown);
         let is_open = of_owner.is_none_or(|shown| shown.is_some_and(|shown| shown.alpha < WHOLE));
         let around =
-            if is_open && shot.surroundings { self.surroundings_at(shot, sight.px, exposure) } else { None };
+            if is_open && shot.surroundings { self.surroundings_at(shot, hits.px, exposure) } else { None };
         let clipped = |light: f64| light.clamp(0.0, 1.0);
         let mut colour = around.map_or([0.0; 4], |[r, g, b]| [r, g, b, 1.0].map(clipped));
-        let through = sight.through.iter().filter_map(shown);
+        let through = hits.through.iter().filter_map(shown);
         for shown in of_owner.flatten().into_iter().chain(through) {
             let [r, g, b] = shown.colour.map(|light| clipped(light * shown.alpha));
             let over = [r, g, b, shown.alpha];
@@ -228,7 +228,7 @@ impl ReferenceRenderer {
 }
 
 /// What the ray of a pixel's centre meets.
-struct Sight {
+struct PixelHits {
     /// The pixel's centre.
     px: DVec2,
     /// The face that owns it, of those that are not see-through; `None` where there is none.
@@ -259,11 +259,11 @@ impl Renders for ReferenceRenderer {
             return Err(Error::Request("the twin shows colours only".into()));
         }
         let shot = &self.sources.beyond_backdrops(shot);
-        let sights = self.sights(shot);
-        let hits = sights.iter().flat_map(|sight| sight.owner.iter().chain(&sight.through));
+        let hits_of_pixels = self.pixel_hits(shot);
+        let hits = hits_of_pixels.iter().flat_map(|hits| hits.owner.iter().chain(&hits.through));
         self.load(&hits.map(|hit| hit.face).collect(), task)?;
         if shot.surroundings
-            && (self.agreement.has_outlines() || sights.iter().any(|sight| sight.owner.is_none()))
+            && (self.agreement.has_outlines() || hits_of_pixels.iter().any(|hits| hits.owner.is_none()))
         {
             self.load_surroundings(task)?;
         }
@@ -271,7 +271,7 @@ impl Renders for ReferenceRenderer {
         let exposure = self.exposure(shot);
         let twin = &*self;
         let colours: Vec<_> =
-            sights.par_iter().map(|sight| stored(twin.colour_of(shot, sight, &exposure))).collect();
+            hits_of_pixels.par_iter().map(|hits| stored(twin.colour_of(shot, hits, &exposure))).collect();
         let rgba = colours.into_flattened();
         Ok(Picture { width: shot.camera.width, height: shot.camera.height, rgba })
     }

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::ReferenceRenderer;
 use super::sample::Footprint;
 use crate::exposure::{ViewExposure, kept_white};
-use crate::surface::RayHit;
+use crate::model_surface::RayHit;
 use crate::turned::{MIRRORED, PhotoOnFace, blend_on};
 use crate::{LayerTextureId, Projector, Server};
 use quadratura_base::geometry::polygon::fit_plane;

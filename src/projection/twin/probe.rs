@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::point::{HitPoint, ShownTexel};
 use super::{ReferenceRenderer, TOLERANCE};
 use crate::exposure::ViewExposure;
+use crate::model_surface::RayHit;
 use crate::sources::LEAST_MATTE;
-use crate::surface::RayHit;
 use crate::turned::PhotoOnFace;
 use crate::{LayerTextureId, Sources};
 use quadratura_base::error::Result;
@@ -40,6 +40,17 @@ pub struct ProbedTexel {
     pub shown: Option<ShownTexel>,
     /// The layer texture with the largest weight, or the one that would have it if its texels were not empty.
     pub texture: Option<LayerTextureId>,
+}
+
+/// A position in a photo, with the face that the photo shows there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhotoPosition {
+    /// The photo.
+    pub photo: PhotoId,
+    /// The face.
+    pub face: FaceId,
+    /// The position in pixels.
+    pub px: DVec2,
 }
 
 impl ReferenceRenderer {
@@ -134,15 +145,17 @@ impl ReferenceRenderer {
         self.exposure(shot)
     }
 
-    /// Returns the linear colour that a photo must have at a position, where it shows a face, so that a view with this
+    /// Returns the linear colour that a photo must have at a position so that a view with this
     /// exposure shows `colour` at `in_view`, in the view's pixels.
     pub fn colour_in_photo(
         &self,
         shot: &Shot,
         exposure: &ViewExposure,
-        (photo, face, px): (PhotoId, FaceId, DVec2),
-        (colour, in_view): ([f64; 3], DVec2),
+        position: PhotoPosition,
+        colour: [f64; 3],
+        in_view: DVec2,
     ) -> [f64; 3] {
+        let PhotoPosition { photo, face, px } = position;
         let (factor, on_face) = (exposure.factors[photo.index()], exposure.surfaces.of(face, photo));
         let lens = exposure.lens.factor(squared_tangent(&shot.camera, in_view));
         let light = [0, 1, 2].map(|c| colour[c] / (lens * factor[c] * on_face[c]).max(f64::MIN_POSITIVE));
@@ -155,8 +168,10 @@ impl ReferenceRenderer {
     pub fn point_in_photo(
         &self,
         shot: &Shot,
-        (photo, px): (PhotoId, DVec2),
-        (face, plane): (FaceId, &Plane),
+        photo: PhotoId,
+        px: DVec2,
+        face: FaceId,
+        plane: &Plane,
     ) -> Option<DVec3> {
         let pose = self.pose_on_face(shot, photo, face);
         let eye = pose.center_in_world();

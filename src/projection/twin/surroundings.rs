@@ -15,7 +15,7 @@ use quadratura_view::weights::{border, weights};
 use quadratura_view::{Quality, Shot};
 
 /// What a photo shows in a direction.
-struct Shown {
+struct SurroundingsSample {
     /// The position in the photo.
     px: DVec2,
     penalty: f64,
@@ -48,7 +48,7 @@ impl ReferenceRenderer {
         });
         let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
             .filter_map(|server| {
-                let Shown { px, penalty, stored, colour } = self.shown_by(server, shot, ray)?;
+                let SurroundingsSample { px, penalty, stored, colour } = self.shown_by(server, shot, ray)?;
                 let factor = exposure.factor(server.photo).map(|factor| lens * factor);
                 let penalty = exposure.leaning_of(server.photo) * penalty;
                 let exposed = [0, 1, 2].map(|c| colour[c] * factor[c]);
@@ -68,7 +68,7 @@ impl ReferenceRenderer {
     }
 
     /// Returns what a photo shows in a direction of the view's camera frame.
-    fn shown_by(&self, server: &Server, shot: &Shot, ray: DVec3) -> Option<Shown> {
+    fn shown_by(&self, server: &Server, shot: &Shot, ray: DVec3) -> Option<SurroundingsSample> {
         let photo = self.sources.photo(server.photo);
         let axes = shot.pose.rotation.transpose();
         let in_photo = photo.pose.rotation * (axes * ray);
@@ -94,6 +94,6 @@ impl ReferenceRenderer {
         let agreement = self.agreement(shot, server.layer_texture, px);
         let known = [border, texel.confidence, agreement];
         let claim = claim(&self.sources, shot, server.photo, [ray, in_photo], known);
-        Some(Shown { px, penalty: claim.penalty(&shot.blend), stored: texel.colour, colour })
+        Some(SurroundingsSample { px, penalty: claim.penalty(&shot.blend), stored: texel.colour, colour })
     }
 }

@@ -8,7 +8,7 @@ use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{FaceId, Model, Photo};
 use quadratura_base::task::Task;
 use quadratura_layers::rasteriser::{Band, Presence, VISIBLE};
-use quadratura_layers::{Fragments, Rasteriser, View};
+use quadratura_layers::{Fragments, ProjectedModel, Rasteriser};
 
 /// The longest side in pixels at which the model is rendered: the user should know of faces smaller than a pixel at
 /// this size.
@@ -50,7 +50,7 @@ pub fn look(
     task: &Task,
 ) -> Result<VisibleModel> {
     let camera = reduced(&photo.camera);
-    let view = View::new(&model.facing(&Facing::of_pose(&photo.pose)), &camera, &photo.pose);
+    let view = ProjectedModel::new(&model.facing(&Facing::of_pose(&photo.pose)), &camera, &photo.pose);
     let fragments = rasteriser.fragments(&view, tolerance, task)?;
     let (in_front, inside) = vertex_shares(model, photo);
     let faces = visible_faces(&view, &fragments);
@@ -58,7 +58,7 @@ pub fn look(
 }
 
 /// Returns the visible faces with their numbers of pixels.
-fn visible_faces(view: &View, fragments: &Fragments) -> Vec<VisibleFace> {
+fn visible_faces(view: &ProjectedModel, fragments: &Fragments) -> Vec<VisibleFace> {
     let mut px = vec![0; view.items.len()];
     let entries = fragments.lists.bands.iter().flat_map(|band| &band.entries);
     for entry in entries.filter(|&entry| entry & VISIBLE != 0) {

@@ -183,7 +183,7 @@ struct Judge<'a> {
     /// The model without backdrops, and without what turns.
     surface: CheckedSurface,
     /// The volumes that billboards stand for.
-    volumes: Vec<Volume>,
+    volumes: Vec<BillboardVolume>,
     eyes: Vec<DVec3>,
 }
 
@@ -193,7 +193,7 @@ impl<'a> Judge<'a> {
         let solid = site.model.without(|object| says_backdrop(&object.name) || stands_for_volume(object));
         let billboards = site.model.objects.iter().filter(|object| stands_for_volume(object));
         let eyes = site.photos.iter().map(|photo| photo.pose.center_in_world()).collect();
-        let volumes = billboards.filter_map(|object| Volume::new(&site.model, object)).collect();
+        let volumes = billboards.filter_map(|object| BillboardVolume::new(&site.model, object)).collect();
         Self { site, surface: CheckedSurface::from_model(&solid), volumes, eyes }
     }
 
@@ -259,12 +259,12 @@ impl<'a> Judge<'a> {
 }
 
 /// The volume that a billboard stands for: an upright cylinder where it turns, else the box around its corners.
-enum Volume {
+enum BillboardVolume {
     Cylinder { foot: DVec3, axis: DVec3, height: f64, radius: f64 },
     Box { low: DVec3, high: DVec3 },
 }
 
-impl Volume {
+impl BillboardVolume {
     fn new(model: &Model, object: &Object) -> Option<Self> {
         if let Some(turning) = &object.impostor {
             let (foot, axis, height) = (turning.foot, turning.axis, turning.height);

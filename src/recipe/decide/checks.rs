@@ -10,7 +10,7 @@ use quadratura_base::scene::{FaceId, FaceIndex, Model};
 use quadratura_document::{Element, PhotoDecisions, Stack};
 use quadratura_layers::Faces;
 use quadratura_layers::constraints::{ElementConstraints, ResolvedConstraints};
-use quadratura_layers::graph::Graph;
+use quadratura_layers::occlusion_graph::OcclusionGraph;
 use quadratura_layers::together::{Obstacle, Unsatisfied, bring_together};
 
 /// Checks that objects and faces exist.
@@ -98,7 +98,7 @@ pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> R
 }
 
 /// Returns the remedy for a merge that fails.
-fn remedy(refused: &Unsatisfied, order: &Graph, elements: &[Element]) -> String {
+fn remedy(refused: &Unsatisfied, order: &OcclusionGraph, elements: &[Element]) -> String {
     if let Some(TolerableOverlap { object, px }) = unsatisfied::tolerable(refused, order, elements) {
         return format!(
             "leave it so; or merge {object} alone and tolerate that ({px} pixels of its farther part are then textured \
@@ -120,7 +120,7 @@ fn remedy(refused: &Unsatisfied, order: &Graph, elements: &[Element]) -> String 
 /// What decides whether elements of a stack can share an image layer.
 pub struct MergeJudge {
     elements: Vec<Element>,
-    order: Graph,
+    order: OcclusionGraph,
     /// Pairs of elements that may not share an image layer: forgiven and unresolved occlusions.
     against: Vec<(u32, u32, u32)>,
     grouping: ElementConstraints,
@@ -134,7 +134,7 @@ impl MergeJudge {
         let supports = |list: &[quadratura_document::stack::Support]| {
             list.iter().map(|s| (s.front.0, s.back.0, s.px)).collect::<Vec<_>>()
         };
-        let order = Graph::new(elements.len() as u32, supports(&stack.occlusions));
+        let order = OcclusionGraph::new(elements.len() as u32, supports(&stack.occlusions));
         let mut against = supports(&stack.forgiven);
         against.extend(supports(&stack.unresolved));
         Self { elements, order, against, grouping }

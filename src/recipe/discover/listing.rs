@@ -20,7 +20,7 @@ const MODELS: [&str; 3] = ["obj", "gltf", "glb"];
 
 /// A folder with relevant contents.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Folder {
+pub(super) struct FolderContents {
     /// The path below the root; empty for the root.
     pub path: PathBuf,
     /// The number of images in the folder itself, not in subfolders.
@@ -35,7 +35,7 @@ pub(super) struct Folder {
 #[derive(Debug, Default)]
 pub(super) struct Listing {
     /// The folders, those nearest to the root first, then by path.
-    pub folders: Vec<Folder>,
+    pub folders: Vec<FolderContents>,
     /// Whether the search stopped at the limit of entries.
     pub cut_short: bool,
 }
@@ -81,9 +81,9 @@ fn names_in(folder: &Path) -> Vec<String> {
 }
 
 /// Returns a folder's relevant contents, and its subfolders.
-fn sorted_out(root: &Path, below: PathBuf, names: Vec<String>) -> (Folder, Vec<PathBuf>) {
+fn sorted_out(root: &Path, below: PathBuf, names: Vec<String>) -> (FolderContents, Vec<PathBuf>) {
     let here = root.join(&below);
-    let mut folder = Folder { path: below, cameras: cameras_in(&here), ..Folder::default() };
+    let mut folder = FolderContents { path: below, cameras: cameras_in(&here), ..FolderContents::default() };
     let mut sub_folders = Vec::new();
     for name in names {
         if is_image(Path::new(&name)) {

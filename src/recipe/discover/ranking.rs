@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::listing::{Folder, Listing};
+use super::listing::{FolderContents, Listing};
 
 /// Usual names of folders for photos.
 const OF_PHOTOS: [&str; 6] = ["images", "photos", "photo", "pictures", "jpg", "img"];
@@ -20,7 +20,8 @@ const COARSE_BYTES: u64 = 64 << 20;
 /// Returns the folders that may contain the photos, the likeliest first: folders with images, and common parents of
 /// several of them, because cameras of a rig have names such as `left/0001.jpg`.
 pub(super) fn photos(listing: &Listing) -> Vec<PathBuf> {
-    let with_images: Vec<&Folder> = listing.folders.iter().filter(|folder| folder.images > 0).collect();
+    let with_images: Vec<&FolderContents> =
+        listing.folders.iter().filter(|folder| folder.images > 0).collect();
     let mut all: BTreeSet<PathBuf> = with_images.iter().map(|folder| folder.path.clone()).collect();
     for (i, one) in with_images.iter().enumerate() {
         all.extend(with_images[i + 1..].iter().map(|other| common(&one.path, &other.path)));
@@ -60,7 +61,7 @@ pub(super) fn cameras(listing: &Listing) -> Vec<PathBuf> {
 
 /// Returns the model files: coarse ones first, then those nearest to the root, then OBJ, which preserves polygons.
 pub(super) fn models(listing: &Listing) -> Vec<PathBuf> {
-    let of_folder = |folder: &Folder| {
+    let of_folder = |folder: &FolderContents| {
         let path = folder.path.clone();
         folder.models.clone().into_iter().map(move |(name, bytes)| (path.join(name), bytes))
     };

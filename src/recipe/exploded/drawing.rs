@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::LayerPicture;
-use super::canvas::{Canvas, Ink, scaled};
+use super::premultiplied::{Ink, PremultipliedPicture, scaled};
 use quadratura_base::raster::over::premultiplied;
 
 /// The factor of supersampling in each direction, for antialiasing.
@@ -26,9 +26,9 @@ const FIRST: f64 = 2.6;
 const STEP: f64 = 0.7;
 
 /// A pane: the layers of consecutive orders composited, with their shadow.
-struct LayerPane {
-    picture: Canvas,
-    shadow: Canvas,
+struct CompositedPane {
+    picture: PremultipliedPicture,
+    shadow: PremultipliedPicture,
     depth: f64,
 }
 
@@ -44,12 +44,16 @@ struct Eye {
 }
 
 /// Draws the layers of a photo of `photo_px` as a picture of `size_px` (width, height).
-pub fn draw(layers: &[LayerPicture], photo_px: (usize, usize), size_px: (usize, usize)) -> Canvas {
+pub fn draw(
+    layers: &[LayerPicture],
+    photo_px: (usize, usize),
+    size_px: (usize, usize),
+) -> PremultipliedPicture {
     let panes = panes(layers, photo_px);
     let aspect = photo_px.0 as f64 / photo_px.1 as f64;
     let (width, height) = (size_px.0 * FINER, size_px.1 * FINER);
     let eye = Eye::before(&panes, aspect, [width as f64, height as f64]);
-    let mut canvas = Canvas::new(width, height);
+    let mut canvas = PremultipliedPicture::new(width, height);
     canvas.fill_gradient(SKY, GROUND);
     for (i, pane) in panes.iter().enumerate().rev() {
         let corners = corners(aspect, pane.depth);
@@ -76,12 +80,12 @@ fn corners(aspect: f64, depth: f64) -> [DVec3; 4] {
 }
 
 /// Composites the layers to panes, nearest first.
-fn panes(layers: &[LayerPicture], size: (usize, usize)) -> Vec<LayerPane> {
+fn panes(layers: &[LayerPicture], size: (usize, usize)) -> Vec<CompositedPane> {
     let height = TEXTURE * size.1 / size.0;
     let groups = grouped(layers);
     let make = |(i, group): (usize, Vec<&LayerPicture>)| {
         let picture = composed(&group, size).resized(TEXTURE, height);
-        LayerPane { shadow: shadow_of(&picture), picture, depth: FIRST + i as f64 * STEP }
+        CompositedPane { shadow: shadow_of(&picture), picture, depth: FIRST + i as f64 * STEP }
     };
     groups.into_iter().enumerate().map(make).collect()
 }
@@ -111,8 +115,8 @@ fn pixels_of(layers: &[&LayerPicture]) -> usize {
 }
 
 /// Composites layers, nearest on top, on a pane of glass.
-fn composed(layers: &[&LayerPicture], size: (usize, usize)) -> Canvas {
-    let mut canvas = Canvas::new(size.0, size.1);
+fn composed(layers: &[&LayerPicture], size: (usize, usize)) -> PremultipliedPicture {
+    let mut canvas = PremultipliedPicture::new(size.0, size.1);
     canvas.pixels.fill(GLASS.linear());
     let pitch = (size.0 / 110).max(3);
     for layer in layers.iter().rev() {
@@ -122,7 +126,7 @@ fn composed(layers: &[&LayerPicture], size: (usize, usize)) -> Canvas {
 }
 
 /// Returns a soft dark copy of the opaque parts.
-fn shadow_of(picture: &Canvas) -> Canvas {
+fn shadow_of(picture: &PremultipliedPicture) -> PremultipliedPicture {
     let mut shadow = picture.clone();
     for pixel in &mut shadow.pixels {
         *pixel = scaled(SHADE.linear(), ((pixel[3] - 0.2) / 0.8).max(0.0));
@@ -133,7 +137,7 @@ fn shadow_of(picture: &Canvas) -> Canvas {
 impl Eye {
     /// Places the camera to the right of the photo's camera, behind and above it, so that the panes appear in a
     /// row, and zooms until all of them fill the picture.
-    fn before(panes: &[LayerPane], aspect: f64, size_px: [f64; 2]) -> Self {
+    fn before(panes: &[CompositedPane], aspect: f64, size_px: [f64; 2]) -> Self {
         let last = panes.last().map_or(FIRST, |pane| pane.depth);
         let middle = DVec3::new(0.0, 0.0, last * 0.6);
         let position = middle + DVec3::new(1.0, -0.42, -0.86) * last * 1.7;
@@ -169,18 +173,18 @@ impl Eye {
         [self.centre[0] + self.focal * p.x / p.z, self.centre[1] + self.focal * p.y / p.z]
     }
 
-    fn line(&self, canvas: &mut Canvas, a: DVec3, b: DVec3, thickness: f64, ink: Ink) {
+    fn line(&self, canvas: &mut PremultipliedPicture, a: DVec3, b: DVec3, thickness: f64, ink: Ink) {
         canvas.line(self.project(a), self.project(b), thickness * FINER as f64, ink);
     }
 
-    fn outline(&self, canvas: &mut Canvas, corners: [DVec3; 4], ink: Ink) {
+    fn outline(&self, canvas: &mut PremultipliedPicture, corners: [DVec3; 4], ink: Ink) {
         for i in 0..4 {
             self.line(canvas, corners[i], corners[(i + 1) % 4], 1.2, ink);
         }
     }
 
     /// Draws `picture` on the rectangle with these corners, clockwise from its top left.
-    fn paste(&self, canvas: &mut Canvas, picture: &Canvas, corners: [DVec3; 4]) {
+    fn paste(&self, canvas: &mut PremultipliedPicture, picture: &PremultipliedPicture, corners: [DVec3; 4]) {
         let seen = corners.map(|corner| self.project(corner));
         let range = |axis: usize, end: usize| {
             let least = seen.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);

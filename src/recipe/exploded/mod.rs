@@ -1,13 +1,13 @@
 //! The exploded view of a photo's stack: its layers as panes in the photo's view frustum, one behind the other,
 //! with needed and hidden pixels hatched.
 
-pub mod canvas;
 mod drawing;
 pub mod layer_textures;
+pub mod premultiplied;
 
 use std::path::Path;
 
-use self::canvas::{Canvas, Ink, scaled};
+use self::premultiplied::{Ink, PremultipliedPicture, scaled};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::over::premultiplied;
@@ -32,7 +32,7 @@ pub struct LayerPicture {
     /// The rectangle of the pixels, in photo pixels.
     pub rect: PixelRect,
     /// The colours, as large as `rect`.
-    pub pixels: Canvas,
+    pub pixels: PremultipliedPicture,
     /// For each pixel, whether a surface needs it and the photo does not show it.
     pub hidden: Vec<bool>,
 }
@@ -88,7 +88,7 @@ impl LayerPicture {
     fn read(folder: &Path, layer: &ImageLayer) -> Result<Self> {
         let rect = layer.needed_rect.intersection(&layer.rect);
         let (texels, hidden) = shown_texels(folder, layer, rect)?;
-        let mut pixels = Canvas::new(rect.w as usize, rect.h as usize);
+        let mut pixels = PremultipliedPicture::new(rect.w as usize, rect.h as usize);
         let light = Srgb::tables();
         for (i, texel) in texels.as_chunks::<4>().0.iter().enumerate() {
             let [r, g, b, a] = *texel;
@@ -100,7 +100,7 @@ impl LayerPicture {
 
     /// Returns the pixels with stripes, `pitch` pixels apart, where they are needed and hidden. The stripes are
     /// aligned to the photo, so that those of adjacent layers connect.
-    pub fn hatched(&self, pitch: usize) -> Canvas {
+    pub fn hatched(&self, pitch: usize) -> PremultipliedPicture {
         let mut out = self.pixels.clone();
         let faint = Ink(NEEDED.0, 0.16).linear();
         let pixels = self.rect.pixels().zip(&mut out.pixels).zip(&self.hidden);
@@ -119,7 +119,7 @@ mod tests {
     /// Makes a layer of one colour in the photo's left or right half.
     fn half(order: u32, x: i32, color: Ink, hidden: bool) -> LayerPicture {
         let rect = PixelRect { x, y: 0, w: 60, h: 80 };
-        let mut pixels = Canvas::new(60, 80);
+        let mut pixels = PremultipliedPicture::new(60, 80);
         if !hidden {
             pixels.pixels.fill(color.linear());
         }

@@ -24,7 +24,7 @@ use quadratura_io::baselines::Baselines;
 use quadratura_io::layered::document::LEFTOVERS;
 use quadratura_io::layered::png::read_mask;
 use quadratura_io::layered::srgb::srgb_profile;
-use quadratura_io::layered::{Depth, Group, Layer, LayerNode, LayeredDocument, Raster};
+use quadratura_io::layered::{Depth, Group, LayerNode, LayeredDocument, PixelLayer, Raster};
 use quadratura_layers::LayerIndex;
 
 /// A stack with its pixels, from which a layered document is made.
@@ -248,17 +248,17 @@ impl<'a> StackContent<'a> {
     }
 
     /// Makes the locked layer of the photo.
-    fn reference(&'a self) -> Layer<'a> {
+    fn reference(&'a self) -> PixelLayer<'a> {
         let photo = self.photo.clone();
         let pixels = Box::new(move || Ok(photo.clone()));
-        Layer { locked: true, ..Layer::new(REFERENCE, self.canvas(), pixels) }
+        PixelLayer { locked: true, ..PixelLayer::new(REFERENCE, self.canvas(), pixels) }
     }
 
     /// Makes the locked layer of the pixels that show leftovers, in front of all others; `None` where there are none.
-    fn leftovers(&'a self) -> Option<Layer<'a>> {
+    fn leftovers(&'a self) -> Option<PixelLayer<'a>> {
         let rect = self.leftovers_rect()?;
         let pixels = Box::new(move || Ok(Arc::new(self.leftover_pixels(rect))));
-        Some(Layer { locked: true, ..Layer::new(LEFTOVERS, rect, pixels) })
+        Some(PixelLayer { locked: true, ..PixelLayer::new(LEFTOVERS, rect, pixels) })
     }
 
     /// Returns the bounding box of the pixels that show leftovers; `None` where there are none.
@@ -285,11 +285,11 @@ impl<'a> StackContent<'a> {
     fn group(&'a self, order: u32) -> Group<'a> {
         let last = self.orders().last().copied().unwrap_or(0);
         let guided = self.guided(order);
-        let mut layers: Vec<Layer> = self
+        let mut layers: Vec<PixelLayer> = self
             .in_order(order)
             .into_iter()
             .rev()
-            .map(|index| Layer {
+            .map(|index| PixelLayer {
                 tag: self.colour(index, &guided).map(guide::tag),
                 ..self.image_layer(index)
             })
@@ -318,26 +318,26 @@ impl<'a> StackContent<'a> {
     }
 
     /// Makes the layer of an image layer; with matched exposure it has no token.
-    fn image_layer(&'a self, index: LayerIndex) -> Layer<'a> {
+    fn image_layer(&'a self, index: LayerIndex) -> PixelLayer<'a> {
         let (layer, plain) = (self.layer(index), self.evened.is_none());
         let name = match plain {
             true => layer_name(&layer.name, &layer.id),
             false => numbered_name(&layer.name, index.index() + 1),
         };
         let pixels = Box::new(move || self.pixels(index));
-        Layer {
+        PixelLayer {
             id: plain.then(|| layer.id.clone()),
             selected: plain && self.selected == Some(layer.id.as_str()),
             linear_light: sees_through(layer),
-            ..Layer::new(name, self.exported_rect(layer), pixels)
+            ..PixelLayer::new(name, self.exported_rect(layer), pixels)
         }
     }
 
     /// Makes the guide of an order, if anything remains to be painted.
-    fn guide(&'a self, order: u32, guided: Vec<LayerIndex>) -> Option<Layer<'a>> {
+    fn guide(&'a self, order: u32, guided: Vec<LayerIndex>) -> Option<PixelLayer<'a>> {
         let rect = self.needed_by(&guided)?;
         let pixels = Box::new(move || self.drawn_guide(order, &guided, rect).map(Arc::new));
-        Some(Layer { visible: false, ..Layer::new(guide_name(order), rect, pixels) })
+        Some(PixelLayer { visible: false, ..PixelLayer::new(guide_name(order), rect, pixels) })
     }
 
     /// Draws the guide of an order and stores its hash.
@@ -415,9 +415,9 @@ impl<'a> StackContent<'a> {
 }
 
 /// Makes the hidden, locked layer of the guide of trees.
-fn tree_guide(guide: &TreeGuide) -> Layer<'_> {
+fn tree_guide(guide: &TreeGuide) -> PixelLayer<'_> {
     let pixels = Box::new(|| Ok(guide.pixels.clone()));
-    Layer { visible: false, locked: true, ..Layer::new(TREE_GUIDE, guide.rect, pixels) }
+    PixelLayer { visible: false, locked: true, ..PixelLayer::new(TREE_GUIDE, guide.rect, pixels) }
 }
 
 /// Returns whether the alpha of a layer is a matte.

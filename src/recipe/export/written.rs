@@ -36,7 +36,7 @@ pub struct WrittenDocument {
 }
 
 /// Writes the record of an export, which lists these files.
-type Record<'a> = &'a dyn Fn(Vec<ExportedFile>) -> Result<()>;
+type RecordWriter<'a> = &'a dyn Fn(Vec<ExportedFile>) -> Result<()>;
 
 impl DocumentPlace<'_> {
     /// Writes a document: a file of the format, or a folder that `fill` fills. Then, before either has its name, `record` writes the
@@ -49,7 +49,7 @@ impl DocumentPlace<'_> {
         &self,
         document: &LayeredDocument,
         fill: &dyn Fn(&mut NewFolder) -> Result<()>,
-        record: Record,
+        record: RecordWriter,
     ) -> Result<WrittenDocument> {
         match &format_of(self.format).file {
             Some(format) => self.write_file(document, format, record),
@@ -62,7 +62,7 @@ impl DocumentPlace<'_> {
         &self,
         document: &LayeredDocument,
         format: &FileFormat,
-        record: Record,
+        record: RecordWriter,
     ) -> Result<WrittenDocument> {
         for variant in (format.variants)(document) {
             let destination = self.find_destination(variant.extension)?;
@@ -78,7 +78,7 @@ impl DocumentPlace<'_> {
     fn write_folder(
         &self,
         fill: &dyn Fn(&mut NewFolder) -> Result<()>,
-        record: Record,
+        record: RecordWriter,
     ) -> Result<WrittenDocument> {
         let mut new = NewFolder::create(self.find_destination(place::FOLDER)?.target)?;
         fill(&mut new)?;
@@ -102,7 +102,7 @@ impl DocumentPlace<'_> {
 
     /// Moves a complete file to its destination, which is determined again because someone may have saved there while the file was
     /// written.
-    fn finish(&self, mut file: AtomicFile, extension: &str, record: Record) -> Result<WrittenDocument> {
+    fn finish(&self, mut file: AtomicFile, extension: &str, record: RecordWriter) -> Result<WrittenDocument> {
         let ExportDestination { target, spared } = self.find_destination(extension)?;
         file.redirect(&target);
         let bytes = size_of(file.path())?;

@@ -10,14 +10,14 @@ use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::agreement::PhotoEvidence;
-use quadratura_layers::fill::{Donor, DonorContent, Donors, Surfaces};
+use quadratura_layers::fill::{Donor, DonorContent, Donors, FillSurfaces};
 use quadratura_projection::Projector;
 use quadratura_view::agreement::PhotoAgreement;
 
 /// A cache of decoded photos.
 pub(super) struct PhotoDonors<'a> {
     opened: &'a Opened,
-    surfaces: &'a Surfaces,
+    surfaces: &'a FillSurfaces,
     paint: &'a SitePaint<'a>,
     memory: u64,
     task: &'a Task,
@@ -28,14 +28,18 @@ pub(super) struct PhotoDonors<'a> {
 }
 
 /// A photo as it is seen by itself or by others, which differ where some of its paint stays in it.
-type SeenPhoto = (PhotoId, SeenBy);
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct SeenPhoto {
+    photo: PhotoId,
+    seen_by: SeenBy,
+}
 
 impl<'a> PhotoDonors<'a> {
     /// Makes an empty cache for a site with its paint. `memory` is the budget in bytes for decoded photos; donors
     /// in use remain in memory.
     pub fn new(
         opened: &'a Opened,
-        surfaces: &'a Surfaces,
+        surfaces: &'a FillSurfaces,
         paint: &'a SitePaint<'a>,
         memory: u64,
         task: &'a Task,
@@ -86,7 +90,8 @@ impl<'a> PhotoDonors<'a> {
     }
 
     /// Decodes a photo and its paint; `None` where that fails.
-    fn read(&self, (photo, seen_by): SeenPhoto) -> Result<Option<Arc<Donor>>> {
+    fn read(&self, photo: SeenPhoto) -> Result<Option<Arc<Donor>>> {
+        let SeenPhoto { photo, seen_by } = photo;
         self.task.go_on()?;
         let site = &self.opened.site;
         let file = site.photo(photo);
@@ -132,12 +137,12 @@ impl<'a> PhotoDonors<'a> {
 
 impl Donors for PhotoDonors<'_> {
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
-        self.prepared((photo, SeenBy::Others))
+        self.prepared(SeenPhoto { photo, seen_by: SeenBy::Others })
     }
 
     fn own(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
         let seen_by = if self.paint.keeps_some(photo) { SeenBy::Itself } else { SeenBy::Others };
-        self.prepared((photo, seen_by))
+        self.prepared(SeenPhoto { photo, seen_by })
     }
 
     /// Returns the number of donors that fit into half the budget at the size of the largest photo; the other half

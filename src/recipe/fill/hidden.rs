@@ -18,10 +18,10 @@ use quadratura_io::layer_reader::{read_layer, read_mask};
 use quadratura_layers::LayerIndex;
 use quadratura_layers::fill::region::{Region, RegionShape, Regions, painted};
 use quadratura_layers::fill::see_through::SeeThroughLayer;
-use quadratura_layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
+use quadratura_layers::fill::{Donor, FillOptions, FillSurfaceId, FillSurfaces};
 
 /// The pixels to be filled.
-pub(super) struct Hidden {
+pub(super) struct PixelsToFill {
     /// The hidden pixels by surface.
     pub regions: Vec<Region>,
     /// The hidden pixels of the surroundings.
@@ -77,17 +77,17 @@ pub(super) fn hidden_regions(
     folder: &Path,
     own: &Donor,
     model: &Model,
-    surfaces: &Surfaces,
+    surfaces: &FillSurfaces,
     options: &FillOptions,
-    propagated: &BTreeSet<SurfaceId>,
-) -> Result<Hidden> {
+    propagated: &BTreeSet<FillSurfaceId>,
+) -> Result<PixelsToFill> {
     let read = |layer: &ImageLayer| NeededPixels::read(layer, folder, layer.rect);
     let layers: Vec<NeededPixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
     let front = front(stack, &layers);
     let shaper = Shaper::new(stack, own, model, surfaces);
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
-    let fills = |id: SurfaceId| {
-        if id == SurfaceId::SURROUNDINGS {
+    let fills = |id: FillSurfaceId| {
+        if id == FillSurfaceId::SURROUNDINGS {
             return options.fills(SURROUNDINGS);
         }
         let object = model.face(surfaces.get(id).face).object;
@@ -98,7 +98,7 @@ pub(super) fn hidden_regions(
         let is_around = stack.is_of_surroundings(layer);
         let sees_through = !of_layer.is_empty() && of_layer.iter().all(|element| element.sees_through());
         let mut painted = match is_around {
-            true => vec![Some(SurfaceId::SURROUNDINGS); pixels.rect.area() as usize],
+            true => vec![Some(FillSurfaceId::SURROUNDINGS); pixels.rect.area() as usize],
             false => painted(&shaper.shapes(&of_layer), pixels.rect),
         };
         let see_through = sees_through.then(|| SeeThroughLayer {
@@ -121,7 +121,7 @@ pub(super) fn hidden_regions(
         let hidden: Vec<bool> =
             hidden.iter().zip(&painted).map(|(hidden, id)| *hidden && id.is_none_or(fills)).collect();
         painted.iter_mut().for_each(|id| *id = id.filter(|id| fills(*id)));
-        let is_propagated = |id: &Option<SurfaceId>| id.is_some_and(|id| propagated.contains(&id));
+        let is_propagated = |id: &Option<FillSurfaceId>| id.is_some_and(|id| propagated.contains(&id));
         let visible: Vec<bool> =
             painted.iter().zip(&pixels.visible).map(|(id, visible)| *visible && is_propagated(id)).collect();
         (painted, hidden, visible, texels, see_through)
@@ -140,8 +140,8 @@ pub(super) fn hidden_regions(
         see_through.extend(sees_through);
     }
     let mut regions = regions.finish();
-    let surroundings = regions.pop_if(|region| region.surface == SurfaceId::SURROUNDINGS);
-    Ok(Hidden { regions, surroundings, visible_regions: visible.finish(), texels, see_through })
+    let surroundings = regions.pop_if(|region| region.surface == FillSurfaceId::SURROUNDINGS);
+    Ok(PixelsToFill { regions, surroundings, visible_regions: visible.finish(), texels, see_through })
 }
 
 /// Returns, for each pixel of the photo, the nearest image layer that shows it.
@@ -165,13 +165,13 @@ pub(super) struct Shaper<'a> {
     stack: &'a Stack,
     own: &'a Donor,
     model: &'a Model,
-    surfaces: &'a Surfaces,
+    surfaces: &'a FillSurfaces,
     faces: BTreeMap<&'a str, &'a [FaceId]>,
 }
 
 impl<'a> Shaper<'a> {
     /// Prepares the outlines of a stack's elements in its photo, `own`.
-    pub fn new(stack: &'a Stack, own: &'a Donor, model: &'a Model, surfaces: &'a Surfaces) -> Self {
+    pub fn new(stack: &'a Stack, own: &'a Donor, model: &'a Model, surfaces: &'a FillSurfaces) -> Self {
         Self { stack, own, model, surfaces, faces: faces_by_name(model) }
     }
 
@@ -212,7 +212,7 @@ impl<'a> Shaper<'a> {
     /// Returns the outline of a piece.
     fn piece(&self, object: &str, face: FaceId, piece: u32) -> Option<RegionShape> {
         let index = self.model.face(face).index;
-        let named = |p: &&quadratura_document::stack::Piece| {
+        let named = |p: &&quadratura_document::stack::FacePiece| {
             p.object == object && p.face == index && p.piece == piece
         };
         let ring = &self.stack.pieces.iter().find(named)?.polygon;

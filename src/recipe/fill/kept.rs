@@ -20,7 +20,8 @@ use quadratura_io::layer_reader::{read_grey, read_layer_16};
 use quadratura_layers::LayerIndex;
 use quadratura_layers::fill::near::surfaces_near;
 use quadratura_layers::fill::{
-    FillContext, FillOrigin, FilledTexel, KeptTexels, Region, SurfaceId, Surfaces, paint_chooses_donors,
+    FillContext, FillOrigin, FillSurfaceId, FillSurfaces, FilledTexel, KeptTexels, Region,
+    paint_chooses_donors,
 };
 use quadratura_projection::Projector;
 
@@ -63,13 +64,13 @@ fn painted_surfaces(paint: &[FilledPaint]) -> BTreeSet<(&str, &SurfaceName)> {
 /// Finds out what fillings may keep. What several photos share is computed once.
 pub(super) struct FillReuse<'a> {
     opened: &'a Opened,
-    surfaces: &'a Surfaces,
+    surfaces: &'a FillSurfaces,
     paint: &'a SitePaint<'a>,
     basis: FillBasis,
     /// The paint on the surroundings, as the filling of each photo depends on it.
     around: &'a PaintAround,
     /// The surfaces near changed pixels, by photo and rectangles.
-    near: RefCell<BTreeMap<NearKey, Arc<BTreeSet<SurfaceId>>>>,
+    near: RefCell<BTreeMap<NearKey, Arc<BTreeSet<FillSurfaceId>>>>,
 }
 
 /// A photo's name, and rectangles of it.
@@ -79,7 +80,7 @@ impl<'a> FillReuse<'a> {
     /// Makes the reuse for fillings that are made from `common` and the present paint.
     pub fn new(
         opened: &'a Opened,
-        surfaces: &'a Surfaces,
+        surfaces: &'a FillSurfaces,
         paint: &'a SitePaint<'a>,
         common: String,
         around: &'a PaintAround,
@@ -154,7 +155,7 @@ impl<'a> FillReuse<'a> {
     }
 
     /// Returns the surfaces whose filling changed paint may concern.
-    fn concerned(&self, change: &PaintChange) -> BTreeSet<SurfaceId> {
+    fn concerned(&self, change: &PaintChange) -> BTreeSet<FillSurfaceId> {
         let mut concerned = BTreeSet::new();
         for name in change.entries.iter().flat_map(|entry| &entry.surfaces) {
             // Which photos are asked for a surface depends on who has paint on its face.
@@ -166,7 +167,7 @@ impl<'a> FillReuse<'a> {
         concerned
     }
 
-    fn near(&self, photo: &str, rects: BTreeSet<[i64; 4]>) -> Arc<BTreeSet<SurfaceId>> {
+    fn near(&self, photo: &str, rects: BTreeSet<[i64; 4]>) -> Arc<BTreeSet<FillSurfaceId>> {
         let key = (photo.to_owned(), rects);
         if let Some(near) = self.near.borrow().get(&key) {
             return near.clone();

@@ -54,8 +54,8 @@ use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::fill::see_through::MattePixels;
 use quadratura_layers::fill::{
-    Donors, FillContext, FillOptions, FilledRegion, KeptTexels, RectifiedTextures, Region, SurfaceId,
-    Surfaces, fill_photo, propagate_paint,
+    Donors, FillContext, FillOptions, FillSurfaceId, FillSurfaces, FilledRegion, KeptTexels,
+    RectifiedTextures, Region, fill_photo, propagate_paint,
 };
 
 pub use inputs::{FillInputs, FillState, photos_to_fill, stale_fillings};
@@ -182,7 +182,7 @@ fn fill_or_report(
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     let inputs = FillInputs::new(folder, opened, &stacks, &request.options)?;
-    let surfaces = Surfaces::from_model(&site.model);
+    let surfaces = FillSurfaces::from_model(&site.model);
     let options = &request.options;
     let paint =
         SitePaint::new(options, inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
@@ -382,7 +382,7 @@ impl FillJob<'_> {
         }
         let untouched = kept.values().map(|texels| texels.len() as u64).sum::<u64>();
         let mut filled = fill_photo(context, id, hidden.regions, kept, means.plates, task)?;
-        let may_keep = !corrected.contains(&SurfaceId::SURROUNDINGS);
+        let may_keep = !corrected.contains(&FillSurfaceId::SURROUNDINGS);
         let around = hidden.surroundings.map(|region| (region, may_keep));
         let fill_around = || self.surroundings(id, stack, own.bits, around, means.around, task);
         let (surroundings, kept_around) = task.timed("fill surroundings", fill_around)?;

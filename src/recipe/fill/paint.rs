@@ -11,7 +11,7 @@ use quadratura_document::Stack;
 use quadratura_document::paint::{PaintBook, PaintEntry, PaintPatch};
 use quadratura_document::stack::{FilledPaint, SurfaceName};
 use quadratura_io::paint_store::PaintStore;
-use quadratura_layers::fill::{FillOptions, PaintedSurface, SurfaceId, Surfaces};
+use quadratura_layers::fill::{FillOptions, FillSurfaceId, FillSurfaces, PaintedSurface};
 
 /// The photos for which paint is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -24,7 +24,7 @@ pub(super) enum SeenBy {
 
 /// All paint of a site.
 pub(super) struct SitePaint<'a> {
-    surfaces: &'a Surfaces,
+    surfaces: &'a FillSurfaces,
     faces: BTreeMap<&'a str, &'a [FaceId]>,
     /// The stacks with their paint, in the site's order; `None` for photos without a stack.
     photos: Vec<Option<StackPaint<'a>>>,
@@ -77,7 +77,7 @@ impl<'a> SitePaint<'a> {
         store: &PaintStore,
         stacks: &'a [Option<impl Borrow<Stack>>],
         model: &'a Model,
-        surfaces: &'a Surfaces,
+        surfaces: &'a FillSurfaces,
     ) -> Self {
         let paint = |stack: &'a Stack| StackPaint::new(book, store, stack, options);
         let photos = stacks.iter().map(|stack| stack.as_ref().map(|stack| paint(stack.borrow()))).collect();
@@ -115,7 +115,7 @@ impl<'a> SitePaint<'a> {
     }
 
     /// Returns the surfaces that have paint in a photo which other photos may see.
-    pub fn surfaces_of(&self, photo: PhotoId) -> BTreeSet<SurfaceId> {
+    pub fn surfaces_of(&self, photo: PhotoId) -> BTreeSet<FillSurfaceId> {
         let Some(paint) = &self.photos[photo.index()] else { return BTreeSet::new() };
         paint.offered().surfaces(paint.stack).iter().filter_map(|name| self.id(name)).collect()
     }
@@ -143,14 +143,14 @@ impl<'a> SitePaint<'a> {
     }
 
     /// Returns the surface of this name; `None` where the stack was made from an older model that had it.
-    pub fn id(&self, name: &SurfaceName) -> Option<SurfaceId> {
+    pub fn id(&self, name: &SurfaceName) -> Option<FillSurfaceId> {
         let face = *self.faces.get(name.object.as_str())?.get(name.face.index())?;
         self.surfaces.find(face, name.triangle)
     }
 }
 
 /// Converts a patch to 8 bits per channel.
-fn painted(surface: SurfaceId, patch: &PaintPatch) -> PaintedSurface {
+fn painted(surface: FillSurfaceId, patch: &PaintPatch) -> PaintedSurface {
     PaintedSurface {
         surface,
         pixels: patch.pixels().map(|colour| colour.map(|colour| colour.map(in_8_bits))),

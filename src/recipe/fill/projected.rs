@@ -36,7 +36,7 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_layers::LayerIndex;
 use quadratura_layers::fill::region::{Region, Regions, painted};
 use quadratura_layers::fill::{
-    Donor, Donors, FillContext, FillOptions, FilledRegion, SurfaceId, Surfaces, propagate_paint,
+    Donor, Donors, FillContext, FillOptions, FillSurfaceId, FillSurfaces, FilledRegion, propagate_paint,
 };
 use quadratura_projection::relief::Relief;
 use quadratura_projection::{Gains, Projector};
@@ -52,7 +52,7 @@ const GRID: u32 = 9;
 /// The site and its present paint, from which paint is projected.
 pub struct PaintProjection<'a> {
     opened: &'a Opened,
-    surfaces: Surfaces,
+    surfaces: FillSurfaces,
     store: StackStore,
     stacks: &'a [Option<Arc<Stack>>],
     gains: Gains,
@@ -77,7 +77,7 @@ impl<'a> PaintProjection<'a> {
         let relief = SiteRelief::open(site, &gains::inputs(site, stacks), folder, memory, task)?;
         Ok(Self {
             opened,
-            surfaces: Surfaces::from_model(&site.model),
+            surfaces: FillSurfaces::from_model(&site.model),
             store: StackStore::new(folder),
             stacks,
             gains,
@@ -91,7 +91,7 @@ impl<'a> PaintProjection<'a> {
     pub fn flat(folder: &Path, opened: &'a Opened, stacks: &'a [Option<Arc<Stack>>]) -> Self {
         Self {
             opened,
-            surfaces: Surfaces::from_model(&opened.site.model),
+            surfaces: FillSurfaces::from_model(&opened.site.model),
             store: StackStore::new(folder),
             stacks,
             gains: Gains::none(opened.site.photos.len()),
@@ -150,7 +150,8 @@ impl<'a> PaintProjection<'a> {
             let Some(stack) = &self.stacks[target.index()] else { return Ok(OntoPhoto::default()) };
             let before = stack.fill.as_ref().and_then(|fill| fill.basis.as_ref());
             let change = PaintChange::between(before.map_or(&[], |basis| &basis.paint), &now);
-            let target = Target { projection: self, context: &context, paint: &paint, photo: *target, stack };
+            let target =
+                TargetPhoto { projection: self, context: &context, paint: &paint, photo: *target, stack };
             target.projected(&change.entries, task)
         };
         targets.par_iter().map(to_photo).collect()
@@ -216,7 +217,7 @@ impl Donors for PaintDonors<'_> {
 }
 
 /// A photo to which paint is projected.
-struct Target<'a> {
+struct TargetPhoto<'a> {
     projection: &'a PaintProjection<'a>,
     context: &'a FillContext<'a>,
     paint: &'a SitePaint<'a>,
@@ -227,10 +228,10 @@ struct Target<'a> {
 /// The part of an image layer that changed paint may concern.
 struct ConcernedPart {
     rect: PixelRect,
-    surfaces: BTreeSet<SurfaceId>,
+    surfaces: BTreeSet<FillSurfaceId>,
 }
 
-impl Target<'_> {
+impl TargetPhoto<'_> {
     /// Returns what the changed entries leave on the photo's image layers.
     fn projected(&self, changed: &[&FilledPaint], task: &Task) -> Result<OntoPhoto> {
         let parts = self.parts(changed)?;
@@ -321,7 +322,7 @@ impl Target<'_> {
 
     /// Returns a rectangle of the photo that holds what an entry may show on a surface; `None` where the photo cannot
     /// see the surface.
-    fn footprint(&self, entry: &FilledPaint, surface: SurfaceId) -> Result<Option<PixelRect>> {
+    fn footprint(&self, entry: &FilledPaint, surface: FillSurfaceId) -> Result<Option<PixelRect>> {
         let site = &self.projection.opened.site;
         let own = self.context.source.own(self.photo)?.expect("paint alone can always be read");
         let (Some(item), Some(painter)) = (own.item(surface), site.photo_named(&entry.photo)) else {

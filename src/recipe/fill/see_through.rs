@@ -2,15 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::hidden::Hidden;
-use super::mattes::{Piece, SiteMattes};
+use super::hidden::PixelsToFill;
+use super::mattes::{SeeThroughPiece, SiteMattes};
 use quadratura_base::error::Result;
 use quadratura_base::scene::{Model, Photo, PhotoId, PhotoPixels};
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::fill::see_through::{
     MattePixels, MattedRegion, MattesOfSurface, SeeThroughLayer, SeeThroughPhoto, fill_see_through,
 };
-use quadratura_layers::fill::{Donor, FillContext, PhotoFilling, Region, SurfaceId, Surfaces};
+use quadratura_layers::fill::{Donor, FillContext, FillSurfaceId, FillSurfaces, PhotoFilling, Region};
 use quadratura_layers::matte::Matte;
 
 /// The share of a photo's mixed pixels beyond which it is told that they do not give the photo back.
@@ -18,18 +18,18 @@ const REPORTED_SHARE: f64 = 0.01;
 
 /// The mattes of all photos by surface.
 pub(super) struct SurfaceMattes<'a> {
-    of_surface: BTreeMap<SurfaceId, MattesOfSurface<'a>>,
+    of_surface: BTreeMap<FillSurfaceId, MattesOfSurface<'a>>,
     /// The photos whose mattes could not be found.
     failed: &'a BTreeSet<PhotoId>,
 }
 
 impl<'a> SurfaceMattes<'a> {
     /// Sorts a site's mattes by the surface that each is of.
-    pub fn new(mattes: &'a SiteMattes, model: &Model, surfaces: &Surfaces) -> Self {
-        let pieces = Piece::of_model(model, surfaces, &[]);
-        let named: BTreeMap<&str, SurfaceId> =
+    pub fn new(mattes: &'a SiteMattes, model: &Model, surfaces: &FillSurfaces) -> Self {
+        let pieces = SeeThroughPiece::of_model(model, surfaces, &[]);
+        let named: BTreeMap<&str, FillSurfaceId> =
             pieces.iter().map(|piece| (&piece.name[..], piece.surface)).collect();
-        let mut of_surface: BTreeMap<SurfaceId, MattesOfSurface> = BTreeMap::new();
+        let mut of_surface: BTreeMap<FillSurfaceId, MattesOfSurface> = BTreeMap::new();
         for (photo, of_photo) in mattes.all() {
             for matte in of_photo {
                 if let Some(surface) = named.get(&matte.object[..]) {
@@ -50,7 +50,7 @@ impl<'a> SurfaceMattes<'a> {
 pub(super) struct SeeThroughFilling<'a> {
     id: PhotoId,
     pixels: PhotoPixels,
-    mattes: BTreeMap<SurfaceId, &'a Matte>,
+    mattes: BTreeMap<FillSurfaceId, &'a Matte>,
     layers: Vec<SeeThroughLayer>,
     /// The hidden texels of see-through surfaces.
     regions: Vec<Region>,
@@ -66,13 +66,13 @@ impl<'a> SeeThroughFilling<'a> {
         context: &FillContext,
         photo: &Photo,
         id: PhotoId,
-        hidden: &mut Hidden,
+        hidden: &mut PixelsToFill,
     ) -> Result<Option<Self>> {
         let layers = std::mem::take(&mut hidden.see_through);
         if context.options.no_mattes {
             return Ok(None);
         }
-        let of = |surface: SurfaceId| mattes.of_surface.get(&surface);
+        let of = |surface: FillSurfaceId| mattes.of_surface.get(&surface);
         let mut own = BTreeMap::new();
         for surface in layers.iter().flat_map(|layer| &layer.surfaces).flatten() {
             if !own.contains_key(surface) {
@@ -92,7 +92,7 @@ impl<'a> SeeThroughFilling<'a> {
     }
 
     /// Returns the surfaces whose texels cannot be kept from an earlier filling, because they are corrected by mattes.
-    pub fn corrected<'r>(&self, regions: impl Iterator<Item = &'r Region>) -> Vec<SurfaceId> {
+    pub fn corrected<'r>(&self, regions: impl Iterator<Item = &'r Region>) -> Vec<FillSurfaceId> {
         self.as_photo().mixed_surfaces(regions)
     }
 

@@ -55,7 +55,7 @@ pub fn layer_shares(project: &Path, photo: &str, task: &Task) -> Result<Vec<Laye
         let mut shares =
             LayerShares { hidden: layer.texels_used - layer.texels_visible, ..LayerShares::default() };
         if let (Some(fill), Some(of_stack)) = (&layer.fill, &stack.fill) {
-            count_origins(&mut shares, layer, (fill, of_stack), photo, &folder)?;
+            count_origins(&mut shares, layer, fill, of_stack, photo, &folder)?;
         }
         if paint.is_on(index) && shares.hidden > 0 {
             shares.painted = painted(&stack, &folder, &paint, index)?;
@@ -69,7 +69,8 @@ pub fn layer_shares(project: &Path, photo: &str, task: &Task) -> Result<Vec<Laye
 fn count_origins(
     shares: &mut LayerShares,
     layer: &ImageLayer,
-    (fill, of_stack): (&LayerFill, &StackFill),
+    fill: &LayerFill,
+    of_stack: &StackFill,
     photo: &str,
     folder: &Path,
 ) -> Result<()> {

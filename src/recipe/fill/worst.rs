@@ -12,7 +12,7 @@ use quadratura_base::scene::{FaceId, Model, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_layers::LayerIndex;
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 
 /// An image layer with hidden texels that views would show.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +50,7 @@ pub fn hidden_layers_by_visibility(
     views: &[LookoutView],
     task: &Task,
 ) -> Result<Vec<HiddenLayer>> {
-    let surface = Surface::from_model(&site.model);
+    let surface = ModelSurface::from_model(&site.model);
     let layers_of: Vec<Option<LayersOfFaces>> =
         stacks.iter().map(|stack| stack.map(|stack| LayersOfFaces::new(stack, &site.model))).collect();
     let count = |(index, view): (usize, &LookoutView)| {
@@ -107,7 +107,7 @@ struct ViewCount {
 /// The site and the stacks' layers, for ray casts.
 struct RayScene<'a> {
     site: &'a Site,
-    surface: &'a Surface,
+    surface: &'a ModelSurface,
     layers_of: &'a [Option<LayersOfFaces<'a>>],
 }
 

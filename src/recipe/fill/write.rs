@@ -41,8 +41,8 @@ pub(super) fn write_fill(
         .into_par_iter()
         .map(|(index, ((layer, parts), laid))| {
             let matte = filled.mattes.iter().find(|matte| matte.layer.index() == index);
-            let maps = Maps::new(layer.rect, &parts, &laid, matte, own.bits, &sources);
-            maps.write(folder, &layer.id, layer.rect, own.icc.as_deref())
+            let images = FillImages::new(layer.rect, &parts, &laid, matte, own.bits, &sources);
+            images.write(folder, &layer.id, layer.rect, own.icc.as_deref())
         })
         .collect::<Result<_>>()?;
     let count = |origin: &dyn Fn(FillOrigin) -> bool| {
@@ -122,7 +122,7 @@ fn by_layer<'a>(regions: impl Iterator<Item = &'a FilledRegion>, layers: usize) 
 }
 
 /// The images of one layer's filling.
-struct Maps {
+struct FillImages {
     colours: Samples,
     /// Propagated paint over visible texels; `None` where there is none.
     propagated: Option<Samples>,
@@ -136,7 +136,7 @@ struct Maps {
     largest: u16,
 }
 
-impl Maps {
+impl FillImages {
     /// Draws the filling of a layer, the paint that is propagated to it, and its matte.
     fn new(
         rect: PixelRect,
@@ -151,7 +151,7 @@ impl Maps {
             16 => Samples::U16(vec![0; 4 * count]),
             _ => Samples::U8(vec![0; 4 * count]),
         };
-        let mut maps = Self {
+        let mut images = Self {
             colours: blank(),
             propagated: (!laid.is_empty()).then(blank),
             matte: matte.map(|_| vec![u8::MAX; count]),
@@ -162,31 +162,31 @@ impl Maps {
             largest: (FIXED.len() + sources.len()) as u16,
         };
         for (at, texel) in texels_of(rect, parts) {
-            put(&mut maps.colours, at, texel.rgb);
-            maps.describe(at, texel, sources);
+            put(&mut images.colours, at, texel.rgb);
+            images.describe(at, texel, sources);
         }
-        if let Some((from, matte)) = matte.zip(maps.matte.as_mut()) {
+        if let Some((from, matte)) = matte.zip(images.matte.as_mut()) {
             let texels = from.matte.iter().zip(&from.foreground).zip(&from.unknown);
             for ((x, y), ((alpha, colour), unknown)) in from.rect.pixels().zip(texels) {
                 let Some(at) = rect.index(x, y) else { continue };
                 matte[at] = *alpha;
                 if *unknown {
-                    maps.confidence[at] = UNKNOWN;
+                    images.confidence[at] = UNKNOWN;
                 }
                 if let Some(colour) = colour {
-                    put(maps.foreground.get_or_insert_with(blank), at, *colour);
+                    put(images.foreground.get_or_insert_with(blank), at, *colour);
                 }
             }
         }
         for (at, texel) in texels_of(rect, laid) {
-            if let Some(propagated) = &mut maps.propagated {
+            if let Some(propagated) = &mut images.propagated {
                 put(propagated, at, texel.rgb);
             }
             // Paint is solid.
-            maps.matte.iter_mut().for_each(|matte| matte[at] = u8::MAX);
-            maps.describe(at, texel, sources);
+            images.matte.iter_mut().for_each(|matte| matte[at] = u8::MAX);
+            images.describe(at, texel, sources);
         }
-        maps
+        images
     }
 
     /// Sets confidence and source of a texel.

@@ -15,7 +15,18 @@ use quadratura_document::export_record::{ExportFormat, ExportRecord, ExportedLay
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::colour::Conversion;
-use quadratura_io::layered::{Depth, EditedDocument, Turn};
+use quadratura_io::layered::{Depth, EditedDocument, ImageTurn};
+
+/// An edited file with what is in it.
+#[derive(Clone, Copy)]
+pub struct EditedFile<'a> {
+    /// The file.
+    pub file: &'a Path,
+    /// Its contents, turned back if the image was turned.
+    pub document: &'a EditedDocument,
+    /// How the image was turned; `None` where it was not.
+    pub turn: Option<Turn>,
+}
 
 /// The inputs for reading any file of an import.
 #[derive(Clone, Copy)]
@@ -41,11 +52,12 @@ pub fn missing<'a>(
 
 /// Collects what all layers of a document share; locates the canvas and compares the profiles.
 pub fn document_context<'a>(
-    (file, document, turn): (&Path, &EditedDocument, Option<Turn>),
+    edited: EditedFile,
     record: &'a ExportRecord,
     sorted: &SortedLayers,
     reading: ReadContext<'a>,
 ) -> Result<DocumentContext<'a>> {
+    let EditedFile { file, document, turn } = edited;
     let ReadContext { originals, options, recall, .. } = reading;
     let size = (record.photo.width, record.photo.height);
     let (offset, scale) = match place(document, record, sorted, originals)? {

@@ -6,13 +6,13 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::colours::refuse_lost_colours;
-use super::context::{ReadContext, document_context, missing, notes};
+use super::context::{EditedFile, ReadContext, document_context, missing, notes};
 use super::identify::{SortedLayers, foreign, record_of, refuse_foreign, sorted};
 use super::layer::{DocumentContext, LayerPaint};
 use super::mask::{FileMask, mask_of};
 use super::question::{LayerChange, WeighedLayer};
 use super::real::real_paint;
-use super::report::{FileReport, LayerReport, LayerState};
+use super::report::{FileReport, LayerImportReport, LayerState};
 use super::settle::SurfacePaint;
 use super::share::by_surface;
 use super::turned::{turn_of, turn_of_layers};
@@ -23,7 +23,7 @@ use quadratura_document::Element;
 use quadratura_document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
 use quadratura_document::paint::{PaintPatch, PaintedDocument, PaintedLayer};
 use quadratura_io::layered::read_layered;
-use quadratura_io::layered::{EditedDocument, EditedLayer, Turn};
+use quadratura_io::layered::{EditedDocument, EditedLayer, ImageTurn};
 
 /// The contents of an edited file to be imported.
 pub struct FilePaint<'a> {
@@ -86,14 +86,14 @@ pub fn identified<'a>(
 /// Returns [`Error::Input`] when the image was scaled and that is not permitted, or has lost its colours, and the errors of
 /// reading pixels.
 pub fn compared<'a>(
-    (file, document, turn): (&Path, &'a EditedDocument, Option<Turn>),
+    edited: EditedFile<'a>,
     record: &'a ExportRecord,
     reading: ReadContext<'a>,
     before: &PaintedDocument,
     task: &Task,
 ) -> Result<ComparedDocument<'a>> {
-    let sorted = sorted(document, record);
-    let context = document_context((file, document, turn), record, &sorted, reading)?;
+    let sorted = sorted(edited.document, record);
+    let context = document_context(edited, record, &sorted, reading)?;
     let found: Vec<(RecordedIndex, LayerPaint)> = task.timed("compare layers", || {
         let all: Vec<_> = sorted.image_layers.iter().collect();
         let compared = all.par_iter().map(|(index, layers)| {
@@ -103,7 +103,7 @@ pub fn compared<'a>(
         });
         compared.collect::<Result<_>>()
     })?;
-    refuse_lost_colours(file, document, &sorted, &found)?;
+    refuse_lost_colours(edited.file, edited.document, &sorted, &found)?;
     Ok(ComparedDocument { context, sorted, found })
 }
 
@@ -140,7 +140,8 @@ pub fn read<'a>(
     let (document, record) = identified(file, reading.records, task)?;
     refuse_evened(file, record)?;
     let before = before(record);
-    let as_saved = paint_of((file, &document, None), record, reading, &before, task);
+    let edited = EditedFile { file, document: &document, turn: None };
+    let as_saved = paint_of(edited, record, reading, &before, task);
     let turn = match &as_saved {
         // The files of a folder are turned one by one, each at its place.
         _ if document.format == ExportFormat::Folder => None,
@@ -153,7 +154,8 @@ pub fn read<'a>(
     match turn {
         Some(turn) => {
             let document = turn.document(document);
-            Ok(paint_of((file, &document, Some(turn)), record, reading, &before, task)?.0)
+            let edited = EditedFile { file, document: &document, turn: Some(turn) };
+            Ok(paint_of(edited, record, reading, &before, task)?.0)
         }
         None => Ok(as_saved?.0),
     }
@@ -179,13 +181,14 @@ impl ImportedLayerPaint {
 
 /// Reads the paint of a document, and finds whether its layers say that the image was turned.
 fn paint_of<'a>(
-    (file, document, turn): (&Path, &EditedDocument, Option<Turn>),
+    edited: EditedFile,
     record: &'a ExportRecord,
     reading: ReadContext<'a>,
     before: &PaintedDocument,
     task: &Task,
-) -> Result<(FilePaint<'a>, Option<Turn>)> {
-    let compared = compared((file, document, turn), record, reading, before, task)?;
+) -> Result<(FilePaint<'a>, Option<ImageTurn>)> {
+    let EditedFile { file, document, turn } = edited;
+    let compared = compared(edited, record, reading, before, task)?;
     let ComparedDocument { context, sorted, found } = compared;
     let turned = turn_of_layers(found.iter().map(|(_, paint)| paint)).filter(|_| turn.is_none());
     let mut report = begun_report(file, document, &context);
@@ -195,7 +198,7 @@ fn paint_of<'a>(
         let exported = &record.layers[index.0];
         let left_out = paint.report.state == LayerState::LeftOut;
         if let Some(patch) = paint.patch.take_if(|patch| !patch.is_empty()) {
-            paint.patch = Some(real_paint((file, record, exported), patch, reading, &mut paint.report)?);
+            paint.patch = Some(real_paint(file, record, exported, patch, reading, &mut paint.report)?);
         }
         let painted = paint.patch.as_ref().map_or(0, PaintPatch::count);
         let surfaces = paint.patch.map(|patch| by_surface(&patch, &parts(record, exported)));
@@ -213,7 +216,8 @@ fn paint_of<'a>(
         of_absent.extend(paint.of_absent);
     }
     for (index, exported) in missing(record, &sorted) {
-        let mut layer_report = LayerReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
+        let mut layer_report =
+            LayerImportReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
         let paint = of_absent.iter().filter(|(p, _)| *p == index).map(|(_, patch)| patch.clone());
         if let Some(patch) = paint.reduce(|a, b| a.under(&b)) {
             (layer_report.painted, layer_report.erased) = (patch.count(), patch.erased());
@@ -244,7 +248,7 @@ fn paint_of<'a>(
 }
 
 /// Returns a note for each way in which layers were mirrored or turned by themselves.
-fn turned_alone(layers: &[LayerReport]) -> Vec<String> {
+fn turned_alone(layers: &[LayerImportReport]) -> Vec<String> {
     let mut ways: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for layer in layers {
         if let Some(turned) = layer.turned {
@@ -285,14 +289,14 @@ fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
 ///
 /// # Errors
 /// Returns the errors of reading their pixels.
-pub fn others(context: &DocumentContext, sorted: &SortedLayers) -> Result<Vec<LayerReport>> {
+pub fn others(context: &DocumentContext, sorted: &SortedLayers) -> Result<Vec<LayerImportReport>> {
     let is_exact = context.profiles.is_none() && context.rounding.is_none();
     let comparable = context.scale == 1.0 && is_exact && context.offset == [0, 0];
     let helpers = if comparable { &sorted.helpers[..] } else { &[] };
     let looked_at = helpers.par_iter().map(|(layer, helper)| context.helper(layer, helper));
     let reports = looked_at.collect::<Result<Vec<_>>>()?;
     let unknown_layer = |layer: &&EditedLayer| {
-        let mut report = LayerReport::new(&layer.name, None, LayerState::Unknown);
+        let mut report = LayerImportReport::new(&layer.name, None, LayerState::Unknown);
         report.notes.push("it has no [token]; merge it into the layer that it belongs to".into());
         report
     };

@@ -7,7 +7,7 @@ use super::merged::{AbsentLayer, take_out};
 use super::originals::ExportedPixels;
 use super::question::LayerChange;
 use super::recall::{CachedLayer, LayerCache, key_of_layers};
-use super::report::{LayerReport, LayerState};
+use super::report::{LayerImportReport, LayerState};
 use super::scaled::{repainted, unscaled};
 use super::shift::shift;
 use quadratura_base::error::{Error, Result};
@@ -15,8 +15,8 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_document::export_record::{ExportRecord, ExportedLayer, HelperLayer, RecordedIndex};
 use quadratura_document::paint::{PaintPatch, PaintedLayer};
 use quadratura_files::hash::hash_bytes;
-use quadratura_io::layered::turn::TURNS;
-use quadratura_io::layered::{Depth, EditedLayer, Raster, Rounding, Turn};
+use quadratura_io::layered::image_turn::TURNS;
+use quadratura_io::layered::{Depth, EditedLayer, ImageTurn, Raster, Rounding};
 
 /// The data that all layers of a document share.
 pub struct DocumentContext<'a> {
@@ -27,7 +27,7 @@ pub struct DocumentContext<'a> {
     /// The bits per sample of the export.
     pub depth: Depth,
     /// How the image was mirrored or turned; the document is turned back.
-    pub turn: Option<Turn>,
+    pub turn: Option<ImageTurn>,
     /// The position of the photo's top-left pixel on the canvas.
     pub offset: [i32; 2],
     /// The number of canvas pixels per photo pixel.
@@ -57,7 +57,7 @@ pub struct DocumentContext<'a> {
 /// The paint of one image layer.
 pub struct LayerPaint {
     /// The report for the user.
-    pub report: LayerReport,
+    pub report: LayerImportReport,
     /// All paint of the layer; `None` where it is the same as at the last import, or could not be determined.
     pub patch: Option<PaintPatch>,
     /// The layer's present state.
@@ -67,20 +67,20 @@ pub struct LayerPaint {
     /// How it differs from the export.
     pub change: LayerChange,
     /// How the layer was mirrored or turned by itself.
-    pub turned: Option<Turn>,
+    pub turned: Option<ImageTurn>,
     /// How it is stored, where that cannot have the exported colours.
     pub lost_colours: Option<&'static str>,
 }
 
 impl LayerPaint {
-    fn new(report: LayerReport, patch: Option<PaintPatch>, seen: PaintedLayer) -> Self {
+    fn new(report: LayerImportReport, patch: Option<PaintPatch>, seen: PaintedLayer) -> Self {
         let change = LayerChange::default();
         Self { report, patch, seen, of_absent: Vec::new(), change, turned: None, lost_colours: None }
     }
 }
 
 /// Makes the result for a layer that is left out; its paint in the project stays.
-fn left_out(mut report: LayerReport, why: String) -> LayerPaint {
+fn left_out(mut report: LayerImportReport, why: String) -> LayerPaint {
     report.state = LayerState::LeftOut;
     report.notes.push(why);
     LayerPaint::new(report, None, PaintedLayer::default())
@@ -111,7 +111,7 @@ impl DocumentContext<'_> {
         layers: &[&EditedLayer],
         before: Option<&PaintedLayer>,
     ) -> Result<LayerPaint> {
-        let mut report = LayerReport::new(&layers[0].name, Some(&exported.id), LayerState::Unchanged);
+        let mut report = LayerImportReport::new(&layers[0].name, Some(&exported.id), LayerState::Unchanged);
         report.renamed = self.named && layers.iter().all(|layer| layer.name != exported.name);
         let seen = match self.look(layers, |shown| self.is_known(shown, exported, before)) {
             Err(problem @ (Error::Input { .. } | Error::Io { .. })) if !self.only_whole => {
@@ -159,7 +159,7 @@ impl DocumentContext<'_> {
         let is_elsewhere = (rect.w, rect.h) == (place.w, place.h) && rect != place;
         // The files of a folder are turned one by one; mirrored, most of a plain surface is as it was, too.
         let in_place = (!self.named && change.replaced > 0)
-            .then(|| self.turned_in_place((base, place), found, &change))
+            .then(|| self.turned_in_place(base, place, found, &change))
             .flatten();
         if let Some((turn, turned_back)) = in_place {
             (turned, patch) = (Some(turn), turned_back);
@@ -177,7 +177,7 @@ impl DocumentContext<'_> {
                 turned = Some(turn);
                 let rect = PixelRect { w: pixels.width(), h: pixels.height(), ..rect };
                 patch = self.painted(base, PlacedRaster { rect: by(moved, rect), pixels: &pixels });
-            } else if let Some((turn, turned_back)) = self.turned_in_place((base, place), found, &change) {
+            } else if let Some((turn, turned_back)) = self.turned_in_place(base, place, found, &change) {
                 (turned, patch) = (Some(turn), turned_back);
             }
             change = LayerChange::new(base, &patch);
@@ -229,16 +229,16 @@ impl DocumentContext<'_> {
     ///
     /// # Errors
     /// Returns the errors of reading its pixels.
-    pub fn helper(&self, layer: &EditedLayer, helper: &HelperLayer) -> Result<Option<LayerReport>> {
+    pub fn helper(&self, layer: &EditedLayer, helper: &HelperLayer) -> Result<Option<LayerImportReport>> {
         let shown = match self.hash_of_helper(layer, helper) {
             Err(problem @ (Error::Input { .. } | Error::Io { .. })) if !self.only_whole => {
-                let report = LayerReport::new(&layer.name, None, LayerState::LeftOut);
+                let report = LayerImportReport::new(&layer.name, None, LayerState::LeftOut);
                 return Ok(Some(left_out(report, problem.to_string()).report));
             }
             shown => shown?,
         };
         Ok(shown.filter(|shown| *shown != helper.pixels).map(|_| {
-            let mut report = LayerReport::new(&layer.name, None, LayerState::PaintedHelper);
+            let mut report = LayerImportReport::new(&layer.name, None, LayerState::PaintedHelper);
             report.notes.push(
                 "it was painted on, but this paint is not imported; paint on a layer with a [token]".into(),
             );
@@ -289,10 +289,11 @@ impl DocumentContext<'_> {
     /// its paint once it is turned back: the turn with which most pixels are as they were, and clearly more than without.
     fn turned_in_place(
         &self,
-        (base, place): (PlacedRaster, PixelRect),
+        base: PlacedRaster,
+        place: PixelRect,
         found: PlacedRaster,
         change: &LayerChange,
-    ) -> Option<(Turn, PaintPatch)> {
+    ) -> Option<(ImageTurn, PaintPatch)> {
         let size = |rect: PixelRect| (rect.w, rect.h);
         let is_there = (found.rect.x, found.rect.y) == (place.x, place.y);
         let turns = TURNS.into_iter().filter(|turn| is_there && turn.size(size(found.rect)) == size(place));
@@ -327,7 +328,7 @@ fn not_turned(rect: PixelRect, place: PixelRect) -> String {
 }
 
 /// Returns how a layer was mirrored or turned, the layer turned back at the same corner, and by how much it is then moved.
-fn turned_layer(base: PlacedRaster, found: PlacedRaster) -> Option<(Turn, Raster, [i32; 2])> {
+fn turned_layer(base: PlacedRaster, found: PlacedRaster) -> Option<(ImageTurn, Raster, [i32; 2])> {
     TURNS.into_iter().find_map(|turn| {
         let pixels = turn.raster(found.pixels);
         let rect = PixelRect { w: pixels.width(), h: pixels.height(), ..found.rect };

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::gather::gathered;
 use super::layer::DocumentContext;
-use super::report::{FileReport, LayerReport, LayerState};
+use super::report::{FileReport, LayerImportReport, LayerState};
 use super::scaled::unscaled;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{PixelRect, Spans};
@@ -51,7 +51,7 @@ pub fn mask_of(
         let painted = |x: i32, y: i32| pixels.rgba16((x - rect.x) as u32, (y - rect.y) as u32)[3] >= OPAQUE;
         masked = masked.union(&Spans::of_pixels(rect.intersection(&photo), painted));
     }
-    let mut layer_report = LayerReport::new(&first.name, None, LayerState::Mask);
+    let mut layer_report = LayerImportReport::new(&first.name, None, LayerState::Mask);
     layer_report.painted = masked.count();
     if masked.count() == photo.area() {
         layer_report.state = LayerState::LeftOut;

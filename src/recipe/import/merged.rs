@@ -1,7 +1,7 @@
 //! Layers that were merged into others in the editor: their pixels are not paint on the remaining layer.
 
 use super::compare::PlacedRaster;
-use super::report::LayerReport;
+use super::report::LayerImportReport;
 use quadratura_base::error::Result;
 use quadratura_document::export_record::{ExportedLayer, RecordedIndex};
 use quadratura_document::paint::PaintPatch;
@@ -31,7 +31,7 @@ pub fn take_out(
     base: PlacedRaster,
     mut patch: PaintPatch,
     kept: &Baselines,
-    report: &mut LayerReport,
+    report: &mut LayerImportReport,
 ) -> Result<(PaintPatch, Vec<(RecordedIndex, PaintPatch)>)> {
     let mut of_absent = Vec::new();
     for lost in absent {
@@ -99,7 +99,7 @@ mod tests {
     }
 
     /// The wall shows columns 6 to 9, the column before it 0 to 5; this is the wall in the edited file.
-    fn taken(found: impl Fn(i32) -> Option<PaintColour>) -> (Vec<i32>, Vec<(usize, u64)>, LayerReport) {
+    fn taken(found: impl Fn(i32) -> Option<PaintColour>) -> (Vec<i32>, Vec<(usize, u64)>, LayerImportReport) {
         let folder = tempfile::tempdir().unwrap();
         let kept = Baselines::new(folder.path());
         let mut column = Raster::blank(10, 1, Depth::Eight);
@@ -109,7 +109,7 @@ mod tests {
         let column = exported("column", 0, kept.store_pixels(&column).unwrap());
         let absent = [AbsentLayer { index: RecordedIndex(4), layer: &column }];
         let pixels: Vec<_> = (0..10).filter_map(|x| Some((x, 0, found(x)?))).collect();
-        let mut report = LayerReport::new("wall", None, LayerState::Painted);
+        let mut report = LayerImportReport::new("wall", None, LayerState::Painted);
         let base = PlacedRaster { rect: RECT, pixels: &wall };
         let survivor = exported("wall", 1, String::new());
         let (patch, rest) =

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::context::ReadContext;
-use super::report::LayerReport;
+use super::report::LayerImportReport;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_document::export_record::{ExportRecord, ExportedLayer};
@@ -14,7 +14,7 @@ use quadratura_io::stack_store::StackStore;
 
 /// Who shows the surface at a pixel of an image layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shown {
+pub enum ShownBy {
     /// This photo.
     Here,
     /// Other photos, and not this one.
@@ -27,7 +27,7 @@ pub enum Shown {
 #[derive(Debug)]
 pub struct RealPixels {
     rect: PixelRect,
-    shown: Vec<Shown>,
+    shown_by: Vec<ShownBy>,
 }
 
 impl RealPixels {
@@ -50,7 +50,7 @@ impl RealPixels {
         let Some((fill, of_layer)) = stack.fill.as_ref().zip(layer.fill.as_ref()) else { return Ok(None) };
         let rect = layer.rect.intersection(&rect);
         if rect.is_empty() {
-            return Ok(Some(Self { rect, shown: Vec::new() }));
+            return Ok(Some(Self { rect, shown_by: Vec::new() }));
         }
         let folder = store.folder(photo);
         let texels = read_layer(&folder.join(&layer.file), layer.rect, rect)?;
@@ -61,37 +61,39 @@ impl RealPixels {
             // A photo may be the source of its own texels, which it shows through see-through surfaces.
             let origin = origin(source);
             match texel[3] > 0 || origin == photo {
-                true => Shown::Here,
-                false if !origin.starts_with('[') => Shown::Elsewhere,
-                false => Shown::Nowhere,
+                true => ShownBy::Here,
+                false if !origin.starts_with('[') => ShownBy::Elsewhere,
+                false => ShownBy::Nowhere,
             }
         });
-        Ok(Some(Self { rect, shown: shown.collect() }))
+        Ok(Some(Self { rect, shown_by: shown.collect() }))
     }
 
     /// Returns who shows a pixel.
-    pub fn at(&self, x: i32, y: i32) -> Shown {
-        self.rect.index(x, y).map_or(Shown::Nowhere, |index| self.shown[index])
+    pub fn at(&self, x: i32, y: i32) -> ShownBy {
+        self.rect.index(x, y).map_or(ShownBy::Nowhere, |index| self.shown_by[index])
     }
 
     /// Returns the number of painted pixels that other photos show and this one does not.
     pub fn replaced(&self, paint: &PaintPatch) -> u64 {
-        paint.iter().filter(|(x, y, _)| self.at(*x, *y) == Shown::Elsewhere).count() as u64
+        paint.iter().filter(|(x, y, _)| self.at(*x, *y) == ShownBy::Elsewhere).count() as u64
     }
 
     /// Returns the paint where no photo shows the surface.
     pub fn unseen(&self, paint: &PaintPatch) -> PaintPatch {
-        paint.picked(|x, y, _| self.at(x, y) == Shown::Nowhere)
+        paint.picked(|x, y, _| self.at(x, y) == ShownBy::Nowhere)
     }
 }
 
 /// Counts the pixels of a layer's paint that replace what other photos show, and returns the paint: without those, and
 /// those that this photo shows, where the options say so.
 pub fn real_paint(
-    (file, record, exported): (&Path, &ExportRecord, &ExportedLayer),
+    file: &Path,
+    record: &ExportRecord,
+    exported: &ExportedLayer,
     patch: PaintPatch,
     reading: ReadContext,
-    report: &mut LayerReport,
+    report: &mut LayerImportReport,
 ) -> Result<PaintPatch> {
     let real = RealPixels::read(reading.originals.project, record, exported, patch.rect())?;
     report.over_photos = real.as_ref().map(|real| real.replaced(&patch));
@@ -126,7 +128,7 @@ mod tests {
     #[test]
     fn paint_is_kept_where_no_photo_shows_the_surface() {
         let rect = PixelRect { x: 5, y: 0, w: 3, h: 1 };
-        let real = RealPixels { rect, shown: vec![Shown::Here, Shown::Elsewhere, Shown::Nowhere] };
+        let real = RealPixels { rect, shown_by: vec![ShownBy::Here, ShownBy::Elsewhere, ShownBy::Nowhere] };
         let paint = PaintPatch::of_pixels(&[4, 5, 6, 7].map(|x| (x, 0, [9, 9, 9, 65535])));
         assert_eq!(real.replaced(&paint), 1);
         let columns: Vec<i32> = real.unseen(&paint).iter().map(|(x, ..)| x).collect();

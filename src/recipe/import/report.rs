@@ -24,7 +24,7 @@ pub struct FileReport {
     /// Why nothing of the file was imported: so much has changed at once that it may be a mistake.
     pub question: Option<Question>,
     /// The layers from bottom to top as in the file, then the missing ones.
-    pub layers: Vec<LayerReport>,
+    pub layers: Vec<LayerImportReport>,
     /// Notes about what was ignored or assumed.
     pub notes: Vec<String>,
 }
@@ -42,7 +42,7 @@ impl FileReport {
 
 /// The report of an image layer, or of another layer of the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LayerReport {
+pub struct LayerImportReport {
     /// The layer's name in the file, or that in the export for a missing layer.
     pub name: String,
     /// The token of the image layer.
@@ -108,7 +108,7 @@ pub struct Conflict {
     pub pixels: u64,
 }
 
-impl LayerReport {
+impl LayerImportReport {
     /// Makes a report with a state and nothing else.
     pub fn new(name: &str, token: Option<&str>, state: LayerState) -> Self {
         Self {

@@ -9,8 +9,8 @@ use super::shift::shift;
 use crate::import::originals::ExportedPixels;
 use quadratura_base::error::Result;
 use quadratura_document::export_record::ExportRecord;
-use quadratura_io::layered::turn::TURNS;
-use quadratura_io::layered::{EditedDocument, Turn};
+use quadratura_io::layered::image_turn::TURNS;
+use quadratura_io::layered::{EditedDocument, ImageTurn};
 
 /// The number of layers that have to agree before the others are left alone.
 const ENOUGH: usize = 3;
@@ -21,8 +21,8 @@ const CLEARLY: f64 = 0.6;
 
 /// Returns the turn of the whole image that the turned layers tell: most layers, and the same turn. One turned layer
 /// among others was turned by itself.
-pub fn turn_of_layers<'a>(layers: impl Iterator<Item = &'a LayerPaint>) -> Option<Turn> {
-    let mut votes: BTreeMap<Option<Turn>, usize> = BTreeMap::new();
+pub fn turn_of_layers<'a>(layers: impl Iterator<Item = &'a LayerPaint>) -> Option<ImageTurn> {
+    let mut votes: BTreeMap<Option<ImageTurn>, usize> = BTreeMap::new();
     for layer in layers.filter(|layer| layer.turned.is_some() || layer.change.is_in_place()) {
         *votes.entry(layer.turned).or_default() += 1;
     }
@@ -40,7 +40,7 @@ pub fn turn_of(
     record: &ExportRecord,
     sorted: &SortedLayers,
     originals: ExportedPixels,
-) -> Result<Option<Turn>> {
+) -> Result<Option<ImageTurn>> {
     let canvas = (document.width, document.height);
     let layers = placed_layers(record, sorted, originals)?;
     let mut votes = [0; TURNS.len()];
@@ -48,7 +48,7 @@ pub fn turn_of(
         if shift(&layer.base, layer.at, &layer.found, layer.found_at).is_some() {
             return Ok(None);
         }
-        let is_turn = |turn: &Turn| {
+        let is_turn = |turn: &ImageTurn| {
             shift(&layer.base, layer.at, &turn.raster(&layer.found), turn.rect(layer.found_at, canvas))
                 .is_some()
         };
@@ -67,8 +67,8 @@ pub fn turn_of(
 }
 
 /// Returns the turn with which the layers are clearly more alike than with any other, and than without one.
-fn by_similarity(layers: &[PlacedLayer], canvas: (u32, u32), photo: (u32, u32)) -> Option<Turn> {
-    let difference = |turn: Option<Turn>| {
+fn by_similarity(layers: &[PlacedLayer], canvas: (u32, u32), photo: (u32, u32)) -> Option<ImageTurn> {
+    let difference = |turn: Option<ImageTurn>| {
         let scale = scale_of(turn.map_or(canvas, |turn| turn.size(canvas)), photo)?;
         let all: Vec<f64> = layers.iter().filter_map(|layer| layer.difference(turn, canvas, scale)).collect();
         (!all.is_empty()).then(|| (all.iter().sum::<f64>() / all.len() as f64, turn))
@@ -83,7 +83,7 @@ fn by_similarity(layers: &[PlacedLayer], canvas: (u32, u32), photo: (u32, u32)) 
 impl PlacedLayer {
     /// Returns the mean difference, 0 to 1, between the layer as it was exported and as it is in the document, turned
     /// back; `None` where it has no pixels.
-    fn difference(&self, turn: Option<Turn>, canvas: (u32, u32), scale: f64) -> Option<f64> {
+    fn difference(&self, turn: Option<ImageTurn>, canvas: (u32, u32), scale: f64) -> Option<f64> {
         let found = turn.map(|turn| turn.raster(&self.found));
         let found = found.as_ref().unwrap_or(&self.found);
         let at = turn.map_or(self.found_at, |turn| turn.rect(self.found_at, canvas));

@@ -7,7 +7,7 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_io::layer_reader::{read_grey, read_layer};
 
 /// The filling of a part of a layer texture, row by row.
-pub(super) struct Filling {
+pub(super) struct TextureFilling {
     pub confidence: Vec<u16>,
     /// RGBA, opaque where a hidden texel was filled.
     pub colours: Vec<u8>,
@@ -19,7 +19,7 @@ pub(super) struct Filling {
     pub foreground: Option<Vec<u8>>,
 }
 
-impl Filling {
+impl TextureFilling {
     /// Reads the part `part` of a layer texture with the rectangle `rect`, both in photo pixels.
     pub fn read(files: &FilledFiles, rect: PixelRect, part: PixelRect) -> Result<Self> {
         let propagated = files.propagated.as_ref().map(|file| read_layer(file, rect, part));
@@ -121,8 +121,10 @@ mod tests {
 
     #[test]
     fn visible_texels_of_which_nobody_knows_the_matte_are_trusted_less() {
-        let mut filling =
-            Filling { confidence: vec![0, 25, 25], ..Filling::of_nothing(PixelRect::of_size(3, 1)) };
+        let mut filling = TextureFilling {
+            confidence: vec![0, 25, 25],
+            ..TextureFilling::of_nothing(PixelRect::of_size(3, 1))
+        };
         let shown = [[9, 9, 9, 255], [9, 9, 9, 255], [0; 4]].concat();
         let mut rgba = shown.clone();
         filling.lower_unknown(&mut rgba);

@@ -66,14 +66,15 @@ pub enum LdiState {
 pub fn ldi_state(
     folder: &Path,
     site: &LdiSite,
-    photo: (PhotoId, &str),
+    photo: PhotoId,
+    name: &str,
     options: &StackLdiOptions,
 ) -> LdiState {
-    let file = cached_file(folder, photo.1);
+    let file = cached_file(folder, name);
     let Some(header) = read_ldi_header(&file).ok().filter(|_| has_whole_length(&file)) else {
         return LdiState::Missing;
     };
-    match site.inputs(photo.0, options) {
+    match site.inputs(photo, options) {
         Some(inputs) if inputs == header.inputs => LdiState::Current(header),
         _ => LdiState::Stale(header),
     }

@@ -1,6 +1,7 @@
 //! How depth images agree with sparse points: which kind of numbers they have, and whether their scale is right.
 
 use quadratura_base::error::{Error, Result};
+use quadratura_base::raster::robust::upper_median;
 use quadratura_base::task::Task;
 use quadratura_io::depth_image::{DepthEntry, DepthKind, DepthList, DepthMap};
 
@@ -21,7 +22,7 @@ const LEAST_MISFIT: f64 = 0.01;
 
 /// What a depth image says where its photo saw a sparse point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
+pub struct SparsePointDepth {
     /// The number, after scale and offset.
     number: f64,
     /// The length of the pixel's ray, scaled to z = 1.
@@ -32,7 +33,7 @@ pub struct Sight {
 
 /// How depths of one kind fit sparse points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Fit {
+struct DepthKindFit {
     kind: DepthKind,
     /// The median of depths over the points' depths.
     ratio: f64,
@@ -40,7 +41,7 @@ struct Fit {
     misfit: f64,
 }
 
-impl Sight {
+impl SparsePointDepth {
     /// Returns what a depth image says of the points that its photo saw; none where its camera is not from the cameras' files.
     pub fn all(list: &DepthList, entry: &DepthEntry, map: &DepthMap) -> Vec<Self> {
         let Some(photo) = entry.photo else { return Vec::new() };
@@ -48,7 +49,7 @@ impl Sight {
             .points
             .iter()
             .filter(|point| point.observations.iter().any(|(seen_by, _)| *seen_by == photo));
-        let sight = |point: &quadratura_base::scene::SparsePoint| {
+        let depth = |point: &quadratura_base::scene::SparsePoint| {
             let in_camera = entry.pose.camera_from_world(point.position);
             let at = entry.camera.image_from_camera(in_camera)?.floor();
             let inside =
@@ -58,33 +59,32 @@ impl Sight {
             let ray = entry.camera.ray_in_camera(at + 0.5).length();
             (number > 0.0 && number.is_finite()).then_some(Self { number, ray, depth: in_camera.z })
         };
-        seen.filter_map(sight).collect()
+        seen.filter_map(depth).collect()
     }
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    upper_median(&mut values).expect("some points have a ratio")
 }
 
 /// Returns how depths of a kind fit; `None` where too few points have any.
-fn fit(kind: DepthKind, sights: &[Sight], background: f64) -> Option<Fit> {
-    let ratio = |sight: &Sight| {
-        let inverse_depth = kind.inverse_depth(sight.number, sight.ray, background);
-        (inverse_depth > 0.0).then(|| 1.0 / (inverse_depth * sight.depth))
+fn fit(kind: DepthKind, points: &[SparsePointDepth], background: f64) -> Option<DepthKindFit> {
+    let ratio = |point: &SparsePointDepth| {
+        let inverse_depth = kind.inverse_depth(point.number, point.ray, background);
+        (inverse_depth > 0.0).then(|| 1.0 / (inverse_depth * point.depth))
     };
-    let ratios: Vec<f64> = sights.iter().filter_map(ratio).collect();
+    let ratios: Vec<f64> = points.iter().filter_map(ratio).collect();
     (ratios.len() >= LEAST_POINTS).then(|| {
         let middle = median(ratios.clone());
         let misfit = median(ratios.iter().map(|ratio| (ratio / middle).ln().abs()).collect()).exp_m1();
-        Fit { kind, ratio: middle, misfit }
+        DepthKindFit { kind, ratio: middle, misfit }
     })
 }
 
 /// Returns how all kinds fit, the best first.
-fn fits(sights: &[Sight], background: f64) -> Vec<Fit> {
-    let mut fits: Vec<Fit> =
-        DepthKind::ALL.iter().filter_map(|kind| fit(*kind, sights, background)).collect();
+fn fits(points: &[SparsePointDepth], background: f64) -> Vec<DepthKindFit> {
+    let mut fits: Vec<DepthKindFit> =
+        DepthKind::ALL.iter().filter_map(|kind| fit(*kind, points, background)).collect();
     fits.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
     fits
 }
@@ -99,11 +99,11 @@ fn percent(share: f64) -> String {
 }
 
 /// Returns the error for an image whose list does not say what its numbers are; it says which kind fits, where points tell it.
-pub fn missing_kind(list: &DepthList, entry: &DepthEntry, sights: &[Sight]) -> Error {
+pub fn missing_kind(list: &DepthList, entry: &DepthEntry, points: &[SparsePointDepth]) -> Error {
     let mut found = "`kind` is missing; expected `axis` (depth along the camera's axis, as of COLMAP, EEVEE and most engines), \
                      `ray` (distance from the camera, as of Cycles) or `inverse` (1 / depth, also disparities)"
         .to_owned();
-    let fits = fits(sights, entry.background);
+    let fits = fits(points, entry.background);
     let Some((best, others)) = fits.split_first() else {
         let remedy = "add the kind that the program writes which made the depths";
         return Error::input(&list.file, &entry.place, found, remedy);
@@ -115,18 +115,18 @@ pub fn missing_kind(list: &DepthList, entry: &DepthEntry, sights: &[Sight]) -> E
     let (kind, misfit) = (best.kind.name(), percent(best.misfit));
     found += &format!(
         "; `{kind}` fits {} sparse points within {misfit}, apart from scale; {}",
-        sights.len(),
+        points.len(),
         others.join(", ")
     );
     Error::input(&list.file, &entry.place, found, format!("add `\"kind\": \"{kind}\"` to this image"))
 }
 
 /// Returns what to say where another kind fits clearly better than the list's own.
-fn better_kind(own: Fit, sights: &[Sight], background: f64) -> Option<String> {
-    let is_better = |fit: &Fit| {
+fn better_kind(own: DepthKindFit, points: &[SparsePointDepth], background: f64) -> Option<String> {
+    let is_better = |fit: &DepthKindFit| {
         fit.kind != own.kind && own.misfit > LEAST_MISFIT && fit.misfit <= CLEARLY_BETTER * own.misfit
     };
-    let fit = fits(sights, background).into_iter().find(is_better)?;
+    let fit = fits(points, background).into_iter().find(is_better)?;
     let (better, misfit) = (fit.kind.name(), percent(fit.misfit));
     let (named, own) = (own.kind.name(), percent(own.misfit));
     Some(format!("`{better}` fits the sparse points within {misfit}, `{named}` within {own}: check `kind`"))
@@ -139,23 +139,24 @@ fn better_kind(own: Fit, sights: &[Sight], background: f64) -> Option<String> {
 pub fn check_scale(
     list: &DepthList,
     entry: &DepthEntry,
-    (kind, sights): (DepthKind, &[Sight]),
+    kind: DepthKind,
+    points: &[SparsePointDepth],
     force: bool,
     task: &Task,
 ) -> Result<()> {
-    let Some(own) = fit(kind, sights, entry.background) else {
+    let Some(own) = fit(kind, points, entry.background) else {
         if entry.photo.is_some() {
             task.detail(format!(
                 "{} sparse points have a depth here, too few to check the scale",
-                sights.len()
+                points.len()
             ));
         }
         return Ok(());
     };
-    let better = better_kind(own, sights, entry.background);
+    let better = better_kind(own, points, entry.background);
     let ratio = own.ratio.max(1.0 / own.ratio);
     let compared =
-        format!("the depths are {:.3} times those of {} sparse points (medians)", own.ratio, sights.len());
+        format!("the depths are {:.3} times those of {} sparse points (medians)", own.ratio, points.len());
     if ratio > REFUSED && !force {
         // The scale of another kind is another one.
         let remedy = match &better {

@@ -19,7 +19,7 @@ use quadratura_ldi::spacing::{distance, entry_of, normal_of_plane};
 use quadratura_ldi::{DepthPixelOrigin, Ldi, LdiKind};
 
 /// What reading a list gives.
-type Read = Result<(Vec<Ldi>, Vec<Error>)>;
+type ListResult = Result<(Vec<Ldi>, Vec<Error>)>;
 
 /// A wide angle: a corner's ray is 1.3 times as long as the axis.
 const CAMERA: Pinhole = Pinhole { width: 40, height: 30, fx: 30.0, fy: 30.0, cx: 20.0, cy: 15.0 };
@@ -53,11 +53,11 @@ fn colour(x: u32, y: u32) -> [u8; 3] {
 }
 
 /// A folder with a picture, its camera in COLMAP's files, and sparse points.
-struct Site {
+struct DepthFolder {
     folder: TempDir,
 }
 
-impl Site {
+impl DepthFolder {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let picture = image::RgbImage::from_fn(40, 30, |x, y| image::Rgb(colour(x, y)));
@@ -70,13 +70,14 @@ impl Site {
             seen += &format!("{u} {v} {number} ");
             points += &format!("{number} {} {} {} 9 9 9 0.5 1 {}\n", at.x, at.y, at.z, number - 1);
         }
-        let site = Self { folder };
-        fs::create_dir(site.path("sparse")).unwrap();
-        site.write("sparse/cameras.txt", "1 PINHOLE 40 30 30 30 20 15\n2 SIMPLE_RADIAL 40 30 30 20 15 0.1\n");
+        let files = Self { folder };
+        fs::create_dir(files.path("sparse")).unwrap();
+        files
+            .write("sparse/cameras.txt", "1 PINHOLE 40 30 30 30 20 15\n2 SIMPLE_RADIAL 40 30 30 20 15 0.1\n");
         let pose = format!("1 0 0 0 {} {} {}", T.x, T.y, T.z);
-        site.write("sparse/images.txt", &format!("1 {pose} 1 a.png\n{seen}\n2 {pose} 2 lens.png\n\n"));
-        site.write("sparse/points3D.txt", &points);
-        site
+        files.write("sparse/images.txt", &format!("1 {pose} 1 a.png\n{seen}\n2 {pose} 2 lens.png\n\n"));
+        files.write("sparse/points3D.txt", &points);
+        files
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -97,7 +98,7 @@ impl Site {
     }
 
     /// Reads a list of images, given as the fields after the picture; returns the notes, too.
-    fn read_with(&self, images: &[&str], force: bool) -> (Read, Vec<String>) {
+    fn read_with(&self, images: &[&str], force: bool) -> (ListResult, Vec<String>) {
         let images: Vec<_> =
             images.iter().map(|fields| format!(r#"{{"colour": "a.png", {fields}}}"#)).collect();
         let text = format!(r#"{{"version": 1, "cameras": "sparse", "images": [{}]}}"#, images.join(", "));
@@ -133,14 +134,14 @@ impl Site {
 
 #[test]
 fn numbers_of_each_kind_become_the_same_image_of_one_layer() {
-    let site = Site::new();
+    let files = DepthFolder::new();
     for kind in DepthKind::ALL {
-        site.depths("a.pfm", |x, y| (number(kind, x, y) - 0.5) / 4.0);
+        files.depths("a.pfm", |x, y| (number(kind, x, y) - 0.5) / 4.0);
         let fields = format!(
             r#""depth": "a.pfm", "camera": "a.png", "kind": "{}", "scale": 4, "offset": 0.5"#,
             kind.name()
         );
-        let (ldi, notes) = site.image(&fields);
+        let (ldi, notes) = files.image(&fields);
         assert!(notes.is_empty(), "{notes:?}");
         assert_eq!((ldi.kind, ldi.camera, ldi.pose.translation), (LdiKind::Depth, CAMERA, T));
         assert_eq!(
@@ -162,7 +163,7 @@ fn numbers_of_each_kind_become_the_same_image_of_one_layer() {
                 entry_of(normal, distance(&CAMERA, x as u16, y, pixel.inverse_depth), &ldi.report.quartiles);
             assert_eq!(pixel.splat.entry(), entry, "{kind:?} {x} {y}");
         }
-        let file = site.path("a.ldi");
+        let file = files.path("a.ldi");
         write_ldi(&file, &ldi, Packing::None).unwrap();
         assert_eq!(read_ldi(&file, &Task::silent()).unwrap(), ldi, "the file's checks accept it");
     }
@@ -170,11 +171,11 @@ fn numbers_of_each_kind_become_the_same_image_of_one_layer() {
 
 #[test]
 fn where_the_kind_is_left_out_the_one_that_fits_the_points_is_named() {
-    let site = Site::new();
+    let files = DepthFolder::new();
     for kind in DepthKind::ALL {
         // A scale that is wrong, too, does not matter for that.
-        site.depths("a.pfm", |x, y| 7.0 * number(kind, x, y));
-        let error = site.error(r#""depth": "a.pfm", "camera": "a.png""#);
+        files.depths("a.pfm", |x, y| 7.0 * number(kind, x, y));
+        let error = files.error(r#""depth": "a.pfm", "camera": "a.png""#);
         let name = kind.name();
         assert!(
             error.contains("`axis` (depth along")
@@ -190,15 +191,15 @@ fn where_the_kind_is_left_out_the_one_that_fits_the_points_is_named() {
     }
     // A camera of the list's own has no points.
     let own = r#""camera": {"K": [[30, 0, 20], [0, 30, 15], [0, 0, 1]], "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [0, 0, 0]}"#;
-    let error = site.error(&format!(r#""depth": "a.pfm", {own}"#));
+    let error = files.error(&format!(r#""depth": "a.pfm", {own}"#));
     assert!(error.ends_with("add the kind that the program writes which made the depths"), "{error}");
 }
 
 #[test]
 fn a_kind_that_fits_less_than_another_is_noted() {
-    let site = Site::new();
-    site.depths("a.pfm", |x, y| number(DepthKind::Ray, x, y));
-    let (_, notes) = site.image(r#""depth": "a.pfm", "camera": "a.png", "kind": "axis""#);
+    let files = DepthFolder::new();
+    files.depths("a.pfm", |x, y| number(DepthKind::Ray, x, y));
+    let (_, notes) = files.image(r#""depth": "a.pfm", "camera": "a.png", "kind": "axis""#);
     assert!(
         notes.iter().any(|note| note.starts_with("`ray` fits the sparse points within 0.00 %, `axis`")),
         "{notes:?}"
@@ -207,13 +208,13 @@ fn a_kind_that_fits_less_than_another_is_noted() {
 
 #[test]
 fn a_scale_that_contradicts_the_points_is_noted_and_then_refused() {
-    let site = Site::new();
+    let files = DepthFolder::new();
     let fields =
         |scale: f64| format!(r#""depth": "a.pfm", "camera": "a.png", "kind": "axis", "scale": {scale}"#);
-    site.depths("a.pfm", |x, y| number(DepthKind::Axis, x, y));
-    assert!(site.image(&fields(1.05)).1.is_empty());
+    files.depths("a.pfm", |x, y| number(DepthKind::Axis, x, y));
+    assert!(files.image(&fields(1.05)).1.is_empty());
     for (scale, ratio) in [(1.2, "1.200"), (0.8, "0.800")] {
-        let (_, notes) = site.image(&fields(scale));
+        let (_, notes) = files.image(&fields(scale));
         let [note] = &notes[..] else { panic!("{notes:?}") };
         assert!(
             note.starts_with(&format!("the depths are {ratio} times those of 64 sparse points")),
@@ -222,30 +223,30 @@ fn a_scale_that_contradicts_the_points_is_noted_and_then_refused() {
         assert!(note.ends_with("with `\"scale\": 1.000000` they would agree"), "{note}");
     }
     for scale in [3.0, 0.3] {
-        let error = site.error(&fields(scale));
+        let error = files.error(&fields(scale));
         assert!(
             error.contains(&format!("the depths are {scale:.3} times"))
                 && error.ends_with("or use `--force`"),
             "{error}"
         );
-        let (images, errors) = site.read_with(&[&fields(scale)], true).0.unwrap();
+        let (images, errors) = files.read_with(&[&fields(scale)], true).0.unwrap();
         assert_eq!((images.len(), errors.len()), (1, 0));
     }
-    site.depths("a.pfm", |x, y| number(DepthKind::Inverse, x, y));
-    let error = site.error(r#""depth": "a.pfm", "camera": "a.png", "kind": "axis""#);
+    files.depths("a.pfm", |x, y| number(DepthKind::Inverse, x, y));
+    let error = files.error(r#""depth": "a.pfm", "camera": "a.png", "kind": "axis""#);
     assert!(error.contains("check `kind`") && error.contains("correct `kind`"), "{error}");
     assert!(!error.contains("would agree"), "the scale of another kind is another one: {error}");
-    site.depths("a.pfm", |x, y| 5.0 * number(DepthKind::Inverse, x, y));
-    let error = site.error(r#""depth": "a.pfm", "camera": "a.png", "kind": "inverse""#);
+    files.depths("a.pfm", |x, y| 5.0 * number(DepthKind::Inverse, x, y));
+    let error = files.error(r#""depth": "a.pfm", "camera": "a.png", "kind": "inverse""#);
     assert!(error.contains("0.200 times") && error.contains("\"scale\": 0.200000"), "{error}");
 }
 
 #[test]
 fn an_image_that_cannot_be_used_does_not_stop_the_others() {
-    let site = Site::new();
-    site.depths("a.pfm", |x, y| number(DepthKind::Axis, x, y));
-    site.depths("empty.pfm", |x, _| [0.0, -1.0, f64::NAN, f64::INFINITY][x as usize % 4]);
-    fs::write(site.path("small.bin"), [b"2&1&1&".as_slice(), &[0; 8]].concat()).unwrap();
+    let files = DepthFolder::new();
+    files.depths("a.pfm", |x, y| number(DepthKind::Axis, x, y));
+    files.depths("empty.pfm", |x, _| [0.0, -1.0, f64::NAN, f64::INFINITY][x as usize % 4]);
+    fs::write(files.path("small.bin"), [b"2&1&1&".as_slice(), &[0; 8]].concat()).unwrap();
     let image =
         |depth: &str, camera: &str| format!(r#""depth": "{depth}", "camera": "{camera}", "kind": "axis""#);
     let images = [
@@ -256,7 +257,7 @@ fn an_image_that_cannot_be_used_does_not_stop_the_others() {
         image("a.pfm", "a.png"),
     ];
     let images: Vec<&str> = images.iter().map(String::as_str).collect();
-    let (images, errors) = site.read_with(&images, false).0.unwrap();
+    let (images, errors) = files.read_with(&images, false).0.unwrap();
     assert_eq!(images.len(), 1);
     let found: Vec<String> = errors.iter().map(ToString::to_string).collect();
     for expected in [
@@ -272,15 +273,15 @@ fn an_image_that_cannot_be_used_does_not_stop_the_others() {
 
 #[test]
 fn pixels_without_depth_or_beyond_the_background_or_invalid_in_the_picture_are_left_out() {
-    let site = Site::new();
+    let files = DepthFolder::new();
     let picture = image::RgbaImage::from_fn(40, 30, |x, y| {
         let [r, g, b] = colour(x, y);
         image::Rgba([r, g, b, if x == 39 { 254 } else { 255 }])
     });
-    picture.save(site.path("a.png")).unwrap();
-    site.depths("a.pfm", |x, y| if x < 3 { f64::NAN } else { number(DepthKind::Axis, x, y) });
+    picture.save(files.path("a.png")).unwrap();
+    files.depths("a.pfm", |x, y| if x < 3 { f64::NAN } else { number(DepthKind::Axis, x, y) });
     let fields = r#""depth": "a.pfm", "camera": "a.png", "kind": "axis", "background": 6"#;
-    let (ldi, _) = site.image(fields);
+    let (ldi, _) = files.image(fields);
     let level = &ldi.levels[0];
     for (x, y) in pixels() {
         let expected = (3..39).contains(&x) && number(DepthKind::Axis, x, y) < 6.0;
@@ -292,11 +293,11 @@ fn pixels_without_depth_or_beyond_the_background_or_invalid_in_the_picture_are_l
 
 #[test]
 fn across_a_jump_of_depth_there_is_no_normal() {
-    let site = Site::new();
+    let files = DepthFolder::new();
     // Two walls towards the camera; each pixel has a neighbour of its own wall on one side at least.
-    site.depths("a.pfm", |x, _| if x < 20 { 4.0 } else { 8.0 });
+    files.depths("a.pfm", |x, _| if x < 20 { 4.0 } else { 8.0 });
     let own = r#""camera": {"K": [[30, 0, 20], [0, 30, 15], [0, 0, 1]], "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [0, 0, 0]}"#;
-    let (ldi, _) = site.image(&format!(r#""depth": "a.pfm", "kind": "axis", {own}"#));
+    let (ldi, _) = files.image(&format!(r#""depth": "a.pfm", "kind": "axis", {own}"#));
     let level = &ldi.levels[0];
     for (index, (x, y)) in pixels().enumerate() {
         let far = distance(&CAMERA, x as u16, y, level.inverse_depths[index]);

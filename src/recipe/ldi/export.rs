@@ -9,7 +9,7 @@ use quadratura_base::task::Task;
 use quadratura_files::writable::check_beside;
 use quadratura_io::picture_png::make_folder;
 use quadratura_ldi::lean::{SafeRegion, Window, seen};
-use quadratura_ldi::mesh::{Mesh, place_of_glb, write_glb};
+use quadratura_ldi::mesh::{GlbContent, place_of_glb, write_glb};
 use quadratura_ldi::page::{Page, PageFile, place_of_page, write_page};
 use quadratura_ldi::segments::{SegmentOptions, Segments, segments};
 use quadratura_ldi::{Ldi, WarpOptions, warp};
@@ -142,7 +142,8 @@ pub fn export_glb(
     let (file, spared) = place_of_glb(out);
     check_beside(&file)?;
     let made = segments(ldi, &cells, task)?;
-    let mesh = Mesh { name, camera: &ldi.camera, pose: &ldi.pose, segments: &made, quality: options.quality };
+    let mesh =
+        GlbContent { name, camera: &ldi.camera, pose: &ldi.pose, segments: &made, quality: options.quality };
     make_folder_above(&file)?;
     let bytes = task.timed("write", || write_glb(&file, &mesh))?;
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -20,7 +20,8 @@ const REVISION: u32 = 5;
 pub fn inputs(
     opened: &Opened,
     stacks: &[Option<impl Borrow<Stack>>],
-    (stack, current): (&Stack, bool),
+    stack: &Stack,
+    current: bool,
     book: &PaintBook,
     options: &StackLdiOptions,
 ) -> String {

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::of_photos::ldi_of_photos;
+use super::of_site::SiteCamera;
 use super::options::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
-use super::reference::{OfPhoto, Reference};
+use super::reference_camera::{OfPhoto, ReferenceCamera};
 use super::site::LdiSite;
 use crate::preview::Preview;
 use quadratura_base::error::{Error, Result};
@@ -14,7 +15,7 @@ use quadratura_ldi::Ldi;
 
 /// What a layered depth image that is kept was made of: photos, the reference first, and the power of two by which its camera
 /// was reduced.
-type Key = (Vec<PhotoId>, u32);
+type CombinationKey = (Vec<PhotoId>, u32);
 
 /// The layered depth images that were made, as long as memory lasts: those that were used last.
 pub struct Kept {
@@ -22,7 +23,7 @@ pub struct Kept {
     /// Of single photos' stacks.
     stacks: Vec<(PhotoId, Arc<Ldi>)>,
     /// Of several photos, the last used one last.
-    combined: Vec<(Key, Arc<Ldi>)>,
+    combined: Vec<(CombinationKey, Arc<Ldi>)>,
     /// Of everything, in the camera of a photo, the last used one last.
     of_site: Vec<((PhotoId, u32), Arc<Ldi>)>,
 }
@@ -114,7 +115,8 @@ impl Kept {
     pub fn photos(
         &mut self,
         site: &mut LdiSite,
-        (photos, halvings): (&[PhotoId], u32),
+        photos: &[PhotoId],
+        halvings: u32,
         options: &PhotosOptions,
         task: &Task,
     ) -> Result<Arc<Ldi>> {
@@ -127,7 +129,8 @@ impl Kept {
         }
         let images = self.stacks(site, photos, &options.stack, task)?;
         let (ref own, first) = images[0];
-        let reference = Reference { camera: own.camera, pose: own.pose, photo: Some(first), gain: own.gain };
+        let reference =
+            ReferenceCamera { camera: own.camera, pose: own.pose, photo: Some(first), gain: own.gain };
         let options = PhotosOptions { scale: options.scale / f64::from(1u32 << halvings), ..options.clone() };
         let ldi = Arc::new(ldi_of_photos(&reference, &images, &options, task)?);
         self.combined.push((key, ldi.clone()));
@@ -146,10 +149,11 @@ impl Kept {
         &mut self,
         site: &mut LdiSite,
         preview: &mut Preview,
-        (photo, halvings, without): (PhotoId, u32, &[PhotoId]),
+        view: ReducedPhotoView,
         options: &SiteLdiOptions,
         task: &Task,
     ) -> Result<Arc<Ldi>> {
+        let ReducedPhotoView { photo, halvings, without } = view;
         let key = (photo, halvings);
         let kept = match self.of_site.iter().position(|(other, _)| *other == key) {
             Some(at) => self.of_site.remove(at),
@@ -157,8 +161,8 @@ impl Kept {
                 let Photo { camera, pose, .. } = *site.opened().site.photo(photo);
                 let scale = options.scale / f64::from(1u32 << halvings);
                 let options = SiteLdiOptions { scale, ..*options };
-                let camera = (camera, pose, Some(photo));
-                (key, Arc::new(site.ldi_of_site(preview, camera, (&options, without), task)?))
+                let camera = SiteCamera { camera, pose, photo: Some(photo), without };
+                (key, Arc::new(site.ldi_of_site(preview, camera, &options, task)?))
             }
         };
         let ldi = kept.1.clone();
@@ -166,6 +170,17 @@ impl Kept {
         limit(&mut self.of_site, self.memory / 2);
         Ok(ldi)
     }
+}
+
+/// A photo's view of what the other photos know.
+#[derive(Clone, Copy)]
+pub struct ReducedPhotoView<'a> {
+    /// The photo whose camera it has.
+    pub photo: PhotoId,
+    /// How often the camera's resolution is halved.
+    pub halvings: u32,
+    /// The photos that are left out.
+    pub without: &'a [PhotoId],
 }
 
 /// Drops the first entries until the others take no more than `memory` bytes; the last one stays.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::of_site::SiteCamera;
 use super::options::{BuildFrom, SiteLdiOptions};
 use super::site::{LdiSite, no_stack};
 use crate::open::Opened;
@@ -130,8 +131,9 @@ impl<'a> Maker<'a> {
     ) -> Result<Ldi> {
         let without = || Error::Request("images of the site need its renderer".into());
         let preview = self.preview.as_mut().ok_or_else(without)?;
-        let place = (camera.camera, camera.pose, camera.photo);
-        self.site.ldi_of_site(preview, place, (options, &[]), task)
+        let BuildCamera { camera, pose, photo, .. } = *camera;
+        let camera = SiteCamera { camera, pose, photo, without: &[] };
+        self.site.ldi_of_site(preview, camera, options, task)
     }
 }
 

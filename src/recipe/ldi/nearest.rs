@@ -8,14 +8,14 @@ const FAR: u32 = u32::MAX / 2;
 
 /// The nearest marked pixel of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Nearest {
+pub struct NearestMarked {
     /// Its index, row by row.
     index: u32,
     /// Its distance in thirds of a pixel.
     thirds: u32,
 }
 
-impl Nearest {
+impl NearestMarked {
     /// Returns the distance in pixels, to 8 %; more than any frame's sides where no pixel is marked.
     pub fn distance_px(self) -> f32 {
         self.thirds as f32 / 3.0
@@ -29,22 +29,22 @@ impl Nearest {
 
 /// Returns the nearest marked pixel of each pixel of a frame, row by row, by two passes over the neighbours (Borgefors 1986,
 /// weights 3 and 4).
-pub fn nearest(marked: &[bool], width: usize) -> Vec<Nearest> {
+pub fn nearest(marked: &[bool], width: usize) -> Vec<NearestMarked> {
     let height = marked.len() / width.max(1);
     let own = |(index, is_marked): (u32, &bool)| match is_marked {
-        true => Nearest { index, thirds: 0 },
-        false => Nearest { index: NONE, thirds: FAR },
+        true => NearestMarked { index, thirds: 0 },
+        false => NearestMarked { index: NONE, thirds: FAR },
     };
-    let mut found: Vec<Nearest> = (0..).zip(marked).map(own).collect();
+    let mut found: Vec<NearestMarked> = (0..).zip(marked).map(own).collect();
     let mut pass = |order: &mut dyn Iterator<Item = (usize, usize)>, back: isize| {
         for (x, y) in order {
             for (dx, dy, step) in [(back, 0, 3), (-1, back, 4), (0, back, 3), (1, back, 4)] {
                 let place = (x.checked_add_signed(dx), y.checked_add_signed(dy));
                 let (Some(at_x), Some(at_y)) = place else { continue };
                 if at_x < width && at_y < height {
-                    let Nearest { index, thirds } = found[at_y * width + at_x];
+                    let NearestMarked { index, thirds } = found[at_y * width + at_x];
                     if thirds + step < found[y * width + x].thirds {
-                        found[y * width + x] = Nearest { index, thirds: thirds + step };
+                        found[y * width + x] = NearestMarked { index, thirds: thirds + step };
                     }
                 }
             }

@@ -8,7 +8,7 @@ use super::place::check_out;
 use super::set::{BuiltSet, Writing};
 use crate::open::Opened;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::up;
 use quadratura_base::task::Task;
@@ -58,9 +58,10 @@ pub fn build_cube(
         side_px(&photo.camera, options.scale)?,
     );
     let mut writing = Writing::new(Arrangement::Cube, request.packing);
-    for ((done, name), camera) in (0..).zip(FACE_NAMES).zip(cameras) {
+    for ((done, name), (camera, pose)) in (0..).zip(FACE_NAMES).zip(cameras) {
         task.step("faces", done, FACE_NAMES.len() as u64)?;
-        let ldi = face_of_site((name, camera), &mut maker, options, task)?;
+        let camera = BuildCamera { name: name.to_owned(), photo: None, camera, pose };
+        let ldi = face_of_site(&camera, &mut maker, options, task)?;
         writing.add(request.out, name, None, &ldi)?;
     }
     task.step("faces", FACE_NAMES.len() as u64, FACE_NAMES.len() as u64)?;
@@ -81,15 +82,14 @@ fn side_px(camera: &Pinhole, scale: f64) -> Result<u32> {
 
 /// Makes the image of the site behind the camera of a face.
 fn face_of_site(
-    (name, (camera, pose)): (&str, (Pinhole, Pose)),
+    camera: &BuildCamera,
     maker: &mut Maker,
     options: &SiteLdiOptions,
     task: &Task,
 ) -> Result<quadratura_ldi::Ldi> {
-    let camera = BuildCamera { name: name.to_owned(), photo: None, camera, pose };
     let options = SiteLdiOptions { guard: 0.0, scale: 1.0, ..*options };
-    let mut ldi = maker.image_of_site(&camera, &options, task)?;
-    ldi.report.options.insert(FACE.to_owned(), name.to_owned());
+    let mut ldi = maker.image_of_site(camera, &options, task)?;
+    ldi.report.options.insert(FACE.to_owned(), camera.name.clone());
     Ok(ldi)
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::depth_fit::{self, Sight};
+use super::depth_fit::{self, SparsePointDepth};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::PhotoPixels;
@@ -16,7 +16,7 @@ use quadratura_io::colour::Conversion;
 use quadratura_io::depth_image::{DepthEntry, DepthKind, DepthList, DepthMap, read_depth_map, read_list};
 use quadratura_ldi::levels::pyramid;
 use quadratura_ldi::spacing::{distance, entry_of, normal_of_plane, quartiles};
-use quadratura_ldi::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, Level, Splat};
+use quadratura_ldi::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiReport, ResolutionLevel, Splat};
 
 /// Neighbours whose inverse depths differ by a larger share are taken to show different surfaces, across which there is no
 /// normal. A surface of that slope is seen at so small an angle that its pixels hardly tell its normal.
@@ -62,9 +62,9 @@ fn depth_image(
     let photo = read_photo(&entry.colour, size[0], size[1])?;
     let map = read_depth_map(&entry.depth, size)?;
     task.go_on()?;
-    let sights = Sight::all(list, entry, &map);
-    let kind = entry.kind.ok_or_else(|| depth_fit::missing_kind(list, entry, &sights))?;
-    depth_fit::check_scale(list, entry, (kind, &sights), options.force, task)?;
+    let points = SparsePointDepth::all(list, entry, &map);
+    let kind = entry.kind.ok_or_else(|| depth_fit::missing_kind(list, entry, &points))?;
+    depth_fit::check_scale(list, entry, kind, &points, options.force, task)?;
     let depths = inverse_depths(entry, kind, &map);
     let held = depths.par_iter().filter(|depth| **depth > 0.0).count();
     if held == 0 {
@@ -76,7 +76,7 @@ fn depth_image(
         return Err(Error::input(&entry.depth, "", found, remedy));
     }
     task.go_on()?;
-    let colours = Colours::new(&photo, task);
+    let colours = SrgbPixels::new(&photo, task);
     ldi_of(entry, kind, &depths, &colours, task)
 }
 
@@ -100,12 +100,12 @@ fn centre(x: u32, y: u32) -> DVec2 {
 }
 
 /// The colours of a picture as sRGB with 8 bits.
-struct Colours<'a> {
+struct SrgbPixels<'a> {
     photo: &'a PhotoPixels,
     conversion: Option<Conversion>,
 }
 
-impl<'a> Colours<'a> {
+impl<'a> SrgbPixels<'a> {
     fn new(photo: &'a PhotoPixels, task: &Task) -> Self {
         let conversion = Conversion::between(photo.icc.as_deref(), None).unwrap_or_else(|problem| {
             task.note(format!("{problem}; its colours are taken as sRGB"));
@@ -135,7 +135,7 @@ fn ldi_of(
     entry: &DepthEntry,
     kind: DepthKind,
     depths: &[f32],
-    colours: &Colours,
+    colours: &SrgbPixels,
     task: &Task,
 ) -> Result<Ldi> {
     let camera = entry.camera;
@@ -155,13 +155,13 @@ fn ldi_of(
         (0..).zip(colours.row(y)).filter_map(pixel).collect::<Vec<_>>()
     };
     let rows: Vec<_> = (0..camera.height).into_par_iter().map(row).collect();
-    let level = Level::of_rows(camera, rows);
+    let level = ResolutionLevel::of_rows(camera, rows);
     task.go_on()?;
     Ok(of_level(entry, kind, level, quartiles))
 }
 
 /// Returns the layered depth image of a level of one layer.
-fn of_level(entry: &DepthEntry, kind: DepthKind, level: Level, quartiles: [f64; 3]) -> Ldi {
+fn of_level(entry: &DepthEntry, kind: DepthKind, level: ResolutionLevel, quartiles: [f64; 3]) -> Ldi {
     let report = LdiReport {
         depth_complexity: 1.0,
         layers: 1,

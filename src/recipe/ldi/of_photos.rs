@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::choice::best_photos;
 use super::options::{PhotosOptions, StackLdiOptions};
-use super::reference::{OfPhoto, Reference};
+use super::reference_camera::{OfPhoto, ReferenceCamera};
 use super::site::LdiSite;
 use crate::open::Opened;
 use crate::sources::sources;
@@ -12,10 +12,9 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
-use quadratura_ldi::{Ldi, LdiKind, Source, combine};
+use quadratura_ldi::{Ldi, LdiKind, SourceImage, combine};
 use quadratura_projection::exposure::shares_of_view;
 use quadratura_projection::relief::Relief;
-use quadratura_projection::surface::Surface;
 use quadratura_view::Shot;
 
 /// Combines photos, whose layered depth images are given in the order of the published rule, into one camera.
@@ -23,7 +22,7 @@ use quadratura_view::Shot;
 /// # Errors
 /// [`Error::Request`] for a frame that is too large, or [`Error::Cancelled`].
 pub fn ldi_of_photos(
-    reference: &Reference,
+    reference: &ReferenceCamera,
     photos: &[OfPhoto],
     options: &PhotosOptions,
     task: &Task,
@@ -32,8 +31,8 @@ pub fn ldi_of_photos(
     let taken = |ldi: &Arc<Ldi>| if options.hidden { ldi.clone() } else { Arc::new(ldi.depth_image()) };
     let taken: Vec<OfPhoto> = photos.iter().map(|(ldi, photo)| (taken(ldi), *photo)).collect();
     let is_own = |photo: PhotoId| Some(photo) == reference.photo;
-    let sources: Vec<Source> =
-        taken.iter().map(|(ldi, photo)| Source { ldi, is_own: is_own(*photo) }).collect();
+    let sources: Vec<SourceImage> =
+        taken.iter().map(|(ldi, photo)| SourceImage { ldi, is_own: is_own(*photo) }).collect();
     let words = options.described();
     let mut hashing = Hashing::default();
     hashing.add(format!("{frame:?} {words:?}").as_bytes());
@@ -49,10 +48,10 @@ pub fn ldi_of_photos(
 pub fn combined_depth_images(images: &[Ldi], options: &PhotosOptions, task: &Task) -> Result<Ldi> {
     let first = images.first().ok_or_else(|| Error::Request("there is no depth image to combine".into()))?;
     let Ldi { camera, pose, gain, .. } = *first;
-    let reference = Reference { camera, pose, photo: Some(PhotoId::new(0)), gain };
+    let reference = ReferenceCamera { camera, pose, photo: Some(PhotoId::new(0)), gain };
     let frame = reference.frame(options.scale, options.guard)?;
-    let source = |(i, ldi)| Source { ldi, is_own: i == 0 };
-    let sources: Vec<Source> = images.iter().enumerate().map(source).collect();
+    let source = |(i, ldi)| SourceImage { ldi, is_own: i == 0 };
+    let sources: Vec<SourceImage> = images.iter().enumerate().map(source).collect();
     let mut words = options.described();
     words.insert("from".to_owned(), LdiKind::Depth.name().to_owned());
     combine(LdiKind::Depth, &frame, &sources, &options.combining, words, task)
@@ -69,7 +68,7 @@ impl LdiSite<'_> {
         let photo = self.opened().site.photo(first).clone();
         let images = self.images_of(photos, &options.stack, task)?;
         let gain = images[0].0.gain;
-        let reference = Reference { camera: photo.camera, pose: photo.pose, photo: Some(first), gain };
+        let reference = ReferenceCamera { camera: photo.camera, pose: photo.pose, photo: Some(first), gain };
         ldi_of_photos(&reference, &images, options, task)
     }
 
@@ -101,7 +100,7 @@ impl LdiSite<'_> {
         let without: Vec<PhotoId> =
             site.photo_ids().filter(|other| *other == photo || !self.has_stack(*other)).collect();
         let sources = sources(site, self.stacks(), &project.decisions);
-        let surface = Surface::from_model(&site.model).with_backs(&site.model, &sources);
+        let surface = ModelSurface::from_model(&site.model).with_backs(&site.model, &sources);
         let Photo { camera, pose, .. } = *site.photo(photo);
         let shot = Shot { without, ..Shot::new(camera, pose) };
         let shares = shares_of_view(&shot, &site.model, &sources, &surface, &Relief::default());

@@ -13,7 +13,7 @@ use super::cover::{Found, OnRelief};
 use super::figures::named;
 use super::options::{SiteLdiOptions, StackLdiOptions};
 use super::planes::SurfacePlane;
-use super::reference::Reference;
+use super::reference_camera::ReferenceCamera;
 use super::site::LdiSite;
 use super::site_origins::{find_origins, of_origins};
 use super::standing::Standing;
@@ -24,9 +24,9 @@ use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
-use quadratura_layers::view::{Item, View};
-use quadratura_ldi::finish::{Counts, Unfinished};
-use quadratura_ldi::{DepthPixelOrigin, Frame, Ldi, LdiKind};
+use quadratura_layers::projected_model::{Item, ProjectedModel};
+use quadratura_ldi::finish::{SampleCounts, Unfinished};
+use quadratura_ldi::{DepthPixelOrigin, CommonCamera, Ldi, LdiKind};
 use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
 use quadratura_projection::relief::Relief;
 use quadratura_view::agreement::AgreementGrid;
@@ -38,7 +38,7 @@ const LEAST_ALPHA: u8 = 3;
 /// What the layered depth image of a site is made of, besides its renderer.
 pub struct SiteSource<'a> {
     /// The camera.
-    pub reference: Reference,
+    pub reference: ReferenceCamera,
     /// The names of the photos, the reference photo first.
     pub sources: Vec<String>,
     /// Photos that must not take part.
@@ -63,7 +63,7 @@ pub fn ldi_of_site(
 ) -> Result<Ldi> {
     let SiteSource { reference, sources, without, inputs, agreement } = source;
     let frame = reference.frame(options.scale, options.guard)?;
-    let Frame { camera, pose, photo_rect, gain } = frame;
+    let CommonCamera { camera, pose, photo_rect, gain } = frame;
     let exposure = reference.photo.map_or(Exposure::Common, Exposure::Of);
     let without = without.to_vec();
     let shot = Shot { backs: false, exposure, relief: options.relief, without, ..Shot::new(camera, pose) };
@@ -71,14 +71,14 @@ pub fn ldi_of_site(
     let (_, relief) = preview.estimates_without(&shot.without, task)?;
     let relief = relief.filter(|_| options.relief);
     let peels = preview.peels(&shot, task)?;
-    let mut layers = Layers::new(peels, &frame, relief, options.layers);
-    task.timed("peel", || layers.peel(peels, &shot, (options, agreement.is_some()), task))?;
+    let mut peeled = PeeledPixels::new(peels, &frame, relief, options.layers);
+    task.timed("peel", || peeled.peel(peels, &shot, options, agreement.is_some(), task))?;
     if !preview.shows_only_photos() {
         let shot = of_origins(&shot);
         let peels = preview.peels(&shot, task)?;
-        task.timed("origins", || find_origins(&mut layers.rows, layers.surroundings, peels, &shot, task))?;
+        task.timed("origins", || find_origins(&mut peeled.rows, peeled.surroundings, peels, &shot, task))?;
     }
-    let (mut rows, planes, mut counts) = task.timed("cover", || layers.finish());
+    let (mut rows, planes, mut counts) = task.timed("cover", || peeled.finish());
     if let (Some(agreement), Some(photo)) = (agreement, photo_rect) {
         let standing = Standing { width: camera.width as usize, photo, agreement, filled: options.filled };
         counts.samples += task.timed("outlines", || standing.moved(&mut rows));
@@ -106,7 +106,7 @@ pub fn ldi_of_site(
 
 /// The nearest face at a pixel that is not see-through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Nearest {
+enum FrontFace {
     /// There is none.
     Nothing,
     /// One that some photo shows.
@@ -116,7 +116,7 @@ enum Nearest {
 }
 
 /// The layers that were peeled off, as depth pixels.
-struct Layers {
+struct PeeledPixels {
     width: usize,
     /// The planes of the parts; `None` where the camera does not see one. The last one is that of the surroundings.
     planes: Vec<Option<SurfacePlane>>,
@@ -128,17 +128,17 @@ struct Layers {
     /// The depth pixels of each row, layer after layer.
     rows: Vec<Vec<Found>>,
     /// What is nearest at each pixel.
-    nearest: Vec<Nearest>,
-    counts: Counts,
+    nearest: Vec<FrontFace>,
+    counts: SampleCounts,
     /// The first part that is a skirt, of those that were met.
     first_skirt: u32,
     /// The plane of the surroundings where they are in it.
     surroundings: Option<u32>,
 }
 
-impl Layers {
-    fn new(peels: &dyn Peels, frame: &Frame, relief: Option<Arc<Relief>>, most: usize) -> Self {
-        let Frame { camera, pose, photo_rect, .. } = *frame;
+impl PeeledPixels {
+    fn new(peels: &dyn Peels, frame: &CommonCamera, relief: Option<Arc<Relief>>, most: usize) -> Self {
+        let CommonCamera { camera, pose, photo_rect, .. } = *frame;
         let (model, parts) = peels.parts();
         let model = model.facing(&Facing::of_pose(&pose));
         let sees_through = |part: &PlanarPart| model.sees_through(part.face);
@@ -151,8 +151,8 @@ impl Layers {
             most,
             own_rect: photo_rect,
             rows: vec![Vec::new(); height],
-            nearest: vec![Nearest::Nothing; width * height],
-            counts: Counts::default(),
+            nearest: vec![FrontFace::Nothing; width * height],
+            counts: SampleCounts::default(),
             first_skirt: u32::MAX,
             surroundings: None,
         }
@@ -164,7 +164,8 @@ impl Layers {
         &mut self,
         peels: &mut dyn Peels,
         shot: &Shot,
-        (options, own_rises): (&SiteLdiOptions, bool),
+        options: &SiteLdiOptions,
+        own_rises: bool,
         task: &Task,
     ) -> Result<()> {
         let mut number = 0;
@@ -195,14 +196,14 @@ impl Layers {
         let Self { width, planes, relief, own_rect, rows, nearest, sees_through, .. } = self;
         let added = rows.par_iter_mut().zip(nearest.par_chunks_exact_mut(*width)).enumerate();
         let counts = added.map(|(y, (row, nearest))| {
-            let mut counts = Counts::default();
+            let mut counts = SampleCounts::default();
             let at = y * *width..(y + 1) * *width;
             let pixels = layer.parts[at.clone()].iter().zip(&layer.colours[at]);
             for (x, ((part, colour), nearest)) in pixels.zip(nearest).enumerate() {
                 let Some(plane) = part.checked_sub(1) else { continue };
                 let is_hole = colour[3] == 0 && !sees_through[plane as usize];
-                if *nearest == Nearest::Nothing && !sees_through[plane as usize] {
-                    *nearest = if is_hole { Nearest::Hole } else { Nearest::Shown };
+                if *nearest == FrontFace::Nothing && !sees_through[plane as usize] {
+                    *nearest = if is_hole { FrontFace::Hole } else { FrontFace::Shown };
                 }
                 counts.samples += 1;
                 counts.empty += u64::from(is_hole);
@@ -220,7 +221,7 @@ impl Layers {
             }
             counts
         });
-        self.counts += counts.reduce(Counts::default, |mut sum, counts| {
+        self.counts += counts.reduce(SampleCounts::default, |mut sum, counts| {
             sum += counts;
             sum
         });
@@ -230,7 +231,7 @@ impl Layers {
     fn add_skirts(&mut self, layer: &PeeledLayer, but: Option<&PixelRect>) {
         let Self { width, planes, rows, nearest, counts, first_skirt, .. } = self;
         for (i, (part, colour)) in layer.parts.iter().zip(&layer.colours).enumerate() {
-            let is_shown = nearest[i] == Nearest::Nothing && colour[3] >= LEAST_ALPHA;
+            let is_shown = nearest[i] == FrontFace::Nothing && colour[3] >= LEAST_ALPHA;
             let Some(plane) = part.checked_sub(1).filter(|_| is_shown) else { continue };
             *first_skirt = (*first_skirt).min(plane);
             let (x, y) = (i % *width, i / *width);
@@ -252,11 +253,11 @@ impl Layers {
         self.planes.push(Some(SurfacePlane::of_surroundings()));
         self.surroundings = Some(plane);
         for (i, &[r, g, b, alpha]) in pixels.iter().enumerate() {
-            if alpha > 0 && self.nearest[i] != Nearest::Hole {
+            if alpha > 0 && self.nearest[i] != FrontFace::Hole {
                 let (x, y) = (i % self.width, i / self.width);
                 self.counts.samples += 1;
                 // Where no face is, the reference photo shows itself, whatever others show.
-                let own = self.nearest[i] == Nearest::Nothing
+                let own = self.nearest[i] == FrontFace::Nothing
                     && self.own_rect.is_some_and(|rect| rect.contains(x as i32, y as i32));
                 let origin = if own { DepthPixelOrigin::Photo } else { DepthPixelOrigin::OtherPhotos };
                 self.rows[y].push(Found {
@@ -271,7 +272,7 @@ impl Layers {
     }
 
     /// Returns the depth pixels of each row in the order of the layout, the planes that they name, and what was counted.
-    fn finish(self) -> (Vec<Vec<Found>>, Vec<SurfacePlane>, Counts) {
+    fn finish(self) -> (Vec<Vec<Found>>, Vec<SurfacePlane>, SampleCounts) {
         let Self { rows, planes, mut counts, most, first_skirt, .. } = self;
         // Planes that the camera does not see have no depth pixels.
         let planes: Vec<SurfacePlane> =
@@ -318,11 +319,24 @@ fn planes_of(
     camera: &Pinhole,
     pose: &Pose,
 ) -> Vec<Option<SurfacePlane>> {
-    let view = View::new(model, camera, pose);
+    let view = ProjectedModel::new(model, camera, pose);
     let of_part = |item: &Item| (PlanarPart { face: item.face, triangle: item.triangle }, item.inverse_depth);
     let planes: BTreeMap<PlanarPart, InverseDepth> = view.items.iter().map(of_part).collect();
     let plane = |part: &PlanarPart| Some(SurfacePlane::of_face(model, part.face, *planes.get(part)?));
     parts.iter().map(plane).collect()
+}
+
+/// The camera of a layered depth image of the site.
+#[derive(Clone, Copy)]
+pub struct SiteCamera<'a> {
+    /// The camera.
+    pub camera: Pinhole,
+    /// The pose, world to camera.
+    pub pose: Pose,
+    /// The photo whose camera it is, if it is one's.
+    pub photo: Option<PhotoId>,
+    /// The photos that are left out.
+    pub without: &'a [PhotoId],
 }
 
 impl LdiSite<'_> {
@@ -333,10 +347,11 @@ impl LdiSite<'_> {
     pub fn ldi_of_site(
         &mut self,
         preview: &mut Preview,
-        (camera, pose, photo): (Pinhole, Pose, Option<PhotoId>),
-        (options, without): (&SiteLdiOptions, &[PhotoId]),
+        camera: SiteCamera,
+        options: &SiteLdiOptions,
         task: &Task,
     ) -> Result<Ldi> {
+        let SiteCamera { camera, pose, photo, without } = camera;
         let site = &self.opened().site;
         let (gains, _) = preview.estimates_without(without, task)?;
         let gain = photo.map_or([0.0; 3], |photo| gains.of_photo[photo.index()]);
@@ -347,7 +362,7 @@ impl LdiSite<'_> {
         let stack = StackLdiOptions { relief, filled, ..StackLdiOptions::default() };
         let inputs = photos.iter().filter_map(|photo| self.inputs(*photo, &stack));
         inputs.for_each(|inputs| hashing.add(inputs.as_bytes()));
-        let reference = Reference { camera, pose, photo, gain };
+        let reference = ReferenceCamera { camera, pose, photo, gain };
         let rect = reference.frame(options.scale, options.guard)?.photo_rect;
         let agreement = match (photo, rect) {
             (Some(photo), Some(rect)) if options.surroundings => {

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::cover::{Cover, Found, LeftoverPixels, OnRelief};
+use super::covered_planes::CoveredPlanes;
 use super::figures::named;
 use super::options::StackLdiOptions;
-use super::planes::Planes;
-use super::shapes::Shapes;
+use super::planes::SurfacePlanes;
 use super::standing::Standing;
 use super::texels::LayerTexels;
 use crate::paint::PhotoPaint;
@@ -24,7 +24,7 @@ use quadratura_document::paint::PaintBook;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_io::unmasked::read_unmasked;
-use quadratura_ldi::finish::{Counts, Unfinished};
+use quadratura_ldi::finish::{SampleCounts, Unfinished};
 use quadratura_ldi::layout::LONGEST_SIDE;
 use quadratura_ldi::{Ldi, LdiKind};
 use quadratura_projection::relief::Relief;
@@ -109,12 +109,13 @@ fn cover_of(source: &StackSource, options: &StackLdiOptions, task: &Task) -> Res
     };
     let texels = layers.par_iter().map(read).collect::<Result<Vec<_>>>()?;
     let (camera, pose) = camera_of(&stack.photo, &stack.camera);
-    let mut planes = Planes::new(model, (camera, pose), source.current);
-    let shapes: Vec<_> = layers.iter().map(|&layer| Shapes::of_layer(stack, layer, &mut planes)).collect();
+    let mut planes = SurfacePlanes::new(model, camera, pose, source.current);
+    let surfaces: Vec<_> =
+        layers.iter().map(|&layer| CoveredPlanes::of_layer(stack, layer, &mut planes)).collect();
     let leftovers = leftovers(photo, stack, options, &mut planes)?;
     let (model, planes) = planes.finish();
     let relief = source.relief.clone().map(|relief| OnRelief { camera, pose, model, relief });
-    let layers = shapes.into_iter().zip(texels).collect();
+    let layers = surfaces.into_iter().zip(texels).collect();
     Ok(Cover { layers, leftovers, planes, tolerance: source.tolerance, relief })
 }
 
@@ -123,9 +124,9 @@ fn leftovers(
     photo: &Photo,
     stack: &Stack,
     options: &StackLdiOptions,
-    planes: &mut Planes,
+    planes: &mut SurfacePlanes,
 ) -> Result<LeftoverPixels> {
-    let shapes = Shapes::of_leftovers(stack, planes);
+    let surfaces = CoveredPlanes::of_leftovers(stack, planes);
     let mut columns: Vec<Vec<Range<u32>>> = vec![Vec::new(); stack.photo.height as usize];
     for &[y, x0, x1] in &stack.leftovers {
         let columns = columns.get_mut(y as usize);
@@ -137,15 +138,15 @@ fn leftovers(
         true => None,
         false => Some(read_unmasked(photo)?),
     };
-    Ok(LeftoverPixels { shapes, columns, photo, surroundings })
+    Ok(LeftoverPixels { surfaces, columns, photo, surroundings })
 }
 
 /// Walks over all rows.
-fn rows(cover: &Cover, camera: &Pinhole, task: &Task) -> Result<(Vec<Vec<Found>>, Counts)> {
+fn rows(cover: &Cover, camera: &Pinhole, task: &Task) -> Result<(Vec<Vec<Found>>, SampleCounts)> {
     let row = |y: u32| task.go_on().map(|()| cover.row(y));
-    let rows: Vec<(Vec<Found>, Counts)> =
+    let rows: Vec<(Vec<Found>, SampleCounts)> =
         (0..camera.height).into_par_iter().map(row).collect::<Result<_>>()?;
-    let mut counts = Counts::default();
+    let mut counts = SampleCounts::default();
     rows.iter().for_each(|(_, of_row)| counts += *of_row);
     Ok((rows.into_iter().map(|(row, _)| row).collect(), counts))
 }

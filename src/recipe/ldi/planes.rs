@@ -11,7 +11,7 @@ use quadratura_base::geometry::{InverseDepth, Pinhole, Pose};
 use quadratura_base::scene::builder::SURROUNDINGS;
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{FaceId, FaceIndex, Model};
-use quadratura_layers::view::View;
+use quadratura_layers::projected_model::ProjectedModel;
 use quadratura_ldi::LdiSurface;
 
 /// The plane of a surface.
@@ -59,27 +59,27 @@ impl SurfacePlane {
 }
 
 /// Object, face and triangle.
-type SurfaceKey = (String, Option<FaceIndex>, Option<u32>);
+type PlaneKey = (String, Option<FaceIndex>, Option<u32>);
 
 /// The planes of a stack's surfaces, numbered as they are asked for.
-pub struct Planes {
+pub struct SurfacePlanes {
     camera: Pinhole,
     pose: Pose,
     model: Arc<Model>,
     /// The planes that the sort has computed of the present model.
     of_items: BTreeMap<(FaceId, Option<u32>), InverseDepth>,
-    numbers: BTreeMap<SurfaceKey, u32>,
+    numbers: BTreeMap<PlaneKey, u32>,
     list: Vec<SurfacePlane>,
 }
 
-impl Planes {
+impl SurfacePlanes {
     /// Prepares the planes as seen by a photo. `current` tells whether the stack was made of this model; where it was not,
     /// the outlines in the stack have the planes.
-    pub fn new(model: &Arc<Model>, (camera, pose): (Pinhole, Pose), current: bool) -> Self {
+    pub fn new(model: &Arc<Model>, camera: Pinhole, pose: Pose, current: bool) -> Self {
         let model = model.facing(&Facing::of_pose(&pose));
         let of_items = match current {
             true => {
-                let view = View::new(&model, &camera, &pose);
+                let view = ProjectedModel::new(&model, &camera, &pose);
                 view.items.iter().map(|item| ((item.face, item.triangle), item.inverse_depth)).collect()
             }
             false => BTreeMap::new(),

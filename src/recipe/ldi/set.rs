@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::maker::{BuildCamera, Maker};
 use super::options::BuildFrom;
 use super::place::{Identity, check_out, free_file_of};
-use super::reference::Reference;
+use super::reference_camera::ReferenceCamera;
 use crate::open::Opened;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::geometry::{Pinhole, Plane, Pose};
@@ -20,7 +20,7 @@ use quadratura_ldi::set::{Chosen, chosen_for_set};
 use quadratura_ldi::{Arrangement, Ldi, LdiReport};
 use quadratura_projection::Projector;
 use quadratura_projection::exposure::{ExposureOptions, RayVisibility, SpreadPoint, spread_points};
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_view::weights::pixels_per_unit;
 
 /// The share of the points that is enough.
@@ -193,10 +193,10 @@ fn choose(opened: &Opened, candidates: &[PhotoId], request: &SetRequest) -> Resu
     };
     let photos: Vec<Projector> = site.photos.iter().map(projector).collect();
     let visibility = RayVisibility::new(model, &photos);
-    let points = spread_points((&photos, candidates), &visibility, &ExposureOptions::default());
+    let points = spread_points(&photos, candidates, &visibility, &ExposureOptions::default());
     let cameras = candidates.iter().map(|photo| candidate(site.photo(*photo), &request.from));
     let cameras: Vec<Candidate> = cameras.collect::<Result<_>>()?;
-    let surface = Surface::from_model(model);
+    let surface = ModelSurface::from_model(model);
     let resolutions: Vec<Vec<f64>> = points
         .par_iter()
         .map(|point| {
@@ -228,12 +228,12 @@ fn candidate(photo: &Photo, from: &BuildFrom) -> Result<Candidate> {
     let camera = match from {
         BuildFrom::Stack(_) => camera,
         BuildFrom::Photos { options, .. } => {
-            Reference { camera, pose, photo: None, gain: [0.0; 3] }
+            ReferenceCamera { camera, pose, photo: None, gain: [0.0; 3] }
                 .frame(options.scale, options.guard)?
                 .camera
         }
         BuildFrom::Site { options, .. } => {
-            Reference { camera, pose, photo: None, gain: [0.0; 3] }
+            ReferenceCamera { camera, pose, photo: None, gain: [0.0; 3] }
                 .frame(options.scale, options.guard)?
                 .camera
         }
@@ -244,7 +244,7 @@ fn candidate(photo: &Photo, from: &BuildFrom) -> Result<Candidate> {
 impl Candidate {
     /// Returns the pixels per world unit with which the camera sees a point on the side that `own` sees, too; 0 where it does not
     /// see it.
-    fn resolution(&self, point: &SpreadPoint, own: DVec3, model: &Model, surface: &Surface) -> f64 {
+    fn resolution(&self, point: &SpreadPoint, own: DVec3, model: &Model, surface: &ModelSurface) -> f64 {
         let SpreadPoint { position, face, .. } = *point;
         let plane = Plane { point: position, ..model.face(face).plane };
         let eye = self.pose.center_in_world();

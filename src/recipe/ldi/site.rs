@@ -112,7 +112,7 @@ impl<'a> LdiSite<'a> {
     pub fn inputs(&self, photo: PhotoId, options: &StackLdiOptions) -> Option<String> {
         let stack = self.stacks[photo.index()].as_ref()?;
         let current = *self.states[photo.index()].as_ref().ok()?;
-        Some(inputs(self.opened, &self.stacks, (stack, current), &self.book, options))
+        Some(inputs(self.opened, &self.stacks, stack, current, &self.book, options))
     }
 
     /// Returns a photo's layered depth image from the cache where that is up to date, else makes it.

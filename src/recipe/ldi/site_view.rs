@@ -4,10 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::choice::best_photos;
+use super::exposed_shot::ExposedShot;
 use super::face_depths::{FaceDepths, shown_by_images};
-use super::kept::Kept;
+use super::kept::{Kept, ReducedPhotoView};
 use super::options::PhotosOptions;
-use super::reference::OfPhoto;
+use super::reference_camera::OfPhoto;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
 use crate::budget::default_memory;
@@ -163,15 +164,17 @@ impl<'a> LdiView<'a> {
             LdiViewSource::Photos(of) => {
                 let camera = &opened.site.photo(first).camera;
                 let stack = StackLdiOptions { surroundings, ..of.stack };
-                let request = (photos, halvings(camera.fx * of.scale / shot.camera.fx, shot.quality));
-                vec![(kept.photos(site, request, &PhotosOptions { stack, ..of.clone() }, task)?, first)]
+                let halvings = halvings(camera.fx * of.scale / shot.camera.fx, shot.quality);
+                let options = PhotosOptions { stack, ..of.clone() };
+                vec![(kept.photos(site, photos, halvings, &options, task)?, first)]
             }
             LdiViewSource::Site(of) => {
                 let mut images = Vec::new();
                 for &photo in photos {
                     let finer = opened.site.photo(photo).camera.fx * of.scale / shot.camera.fx;
                     let of = SiteLdiOptions { surroundings: false, ..*of };
-                    let view = (photo, halvings(finer, shot.quality), &shot.without[..]);
+                    let halvings = halvings(finer, shot.quality);
+                    let view = ReducedPhotoView { photo, halvings, without: &shot.without };
                     images.push((kept.site(site, preview, view, &of, task)?, photo));
                 }
                 images
@@ -180,12 +183,8 @@ impl<'a> LdiView<'a> {
     }
 
     /// Draws a view from the images of some photos.
-    fn picture_of(
-        &mut self,
-        photos: &[PhotoId],
-        (shot, exposure): (&Shot, &ViewExposure),
-        task: &Task,
-    ) -> Result<Blended> {
+    fn picture_of(&mut self, photos: &[PhotoId], view: ExposedShot, task: &Task) -> Result<Blended> {
+        let ExposedShot { shot, exposure } = view;
         let mut images = self.images_of(photos, shot, task)?;
         let shown = self.options.shown.filter(|shown| *shown != Shown::Holes);
         if let Some(shown) = shown {
@@ -209,14 +208,15 @@ impl<'a> LdiView<'a> {
             agreement: agreement.as_ref(),
         });
         let lens = if shown.is_some() { ViewLens::default() } else { exposure.lens };
-        self.drawn(&sources.collect::<Vec<_>>(), (shot, &lens), task)
+        self.drawn(&sources.collect::<Vec<_>>(), shot, &lens, task)
     }
 
     /// Paints why faces have no colour in a view of the images of some photos.
     fn with_holes(
         &mut self,
         mut picture: Picture,
-        (photos, faces): (&[PhotoId], &[u32]),
+        photos: &[PhotoId],
+        faces: &[u32],
         shot: &Shot,
         task: &Task,
     ) -> Result<Picture> {
@@ -245,8 +245,9 @@ impl<'a> LdiView<'a> {
     fn complete(
         &mut self,
         best: Blended,
-        (others, faces): (&[PhotoId], &[u32]),
-        view: (&Shot, &ViewExposure),
+        others: &[PhotoId],
+        faces: &[u32],
+        view: ExposedShot,
         task: &Task,
     ) -> Result<Blended> {
         let mut blended = best;
@@ -354,12 +355,7 @@ pub(super) fn halvings(finer: f64, quality: Quality) -> u32 {
 
 impl LdiView<'_> {
     /// Draws images, each by itself and blended; one that is several photos alone.
-    fn drawn(
-        &self,
-        sources: &[BlendSource],
-        (shot, lens): (&Shot, &ViewLens),
-        task: &Task,
-    ) -> Result<Blended> {
+    fn drawn(&self, sources: &[BlendSource], shot: &Shot, lens: &ViewLens, task: &Task) -> Result<Blended> {
         let options = self.warp_options();
         let alone = |picture: Picture| {
             let surfaces = vec![BlendedSurface::default(); picture.pixels().len()];
@@ -371,7 +367,7 @@ impl LdiView<'_> {
                 let options = WarpOptions { exposure: one.exposure, ..options };
                 warp(one.ldi, shot, &options, task).map(|warped| alone(warped.picture))
             }
-            several => warp_blended(several, (shot, lens), &options, task),
+            several => warp_blended(several, shot, lens, &options, task),
         }
     }
 }
@@ -387,7 +383,7 @@ impl Renders for LdiView<'_> {
         let (photos, exposure) = self.photos_for(asked);
         let most = if self.options.source == LdiViewSource::Photo { 1 } else { self.options.best };
         let (best, others) = photos.split_at(most.min(photos.len()));
-        let view = (&shot, &exposure);
+        let view = ExposedShot { shot: &shot, exposure: &exposure };
         let blended = self.picture_of(best, view, task)?;
         let shows_holes = self.options.shown == Some(Shown::Holes);
         if !self.options.source.is_blend() || best.is_empty() {
@@ -395,10 +391,10 @@ impl Renders for LdiView<'_> {
                 return Ok(blended.picture);
             }
             let faces = self.preview.seen_faces(asked, task)?;
-            return self.with_holes(blended.picture, (best, &faces), &shot, task);
+            return self.with_holes(blended.picture, best, &faces, &shot, task);
         }
         let faces = self.preview.seen_faces(asked, task)?;
-        let blended = self.complete(blended, (others, &faces), view, task)?;
+        let blended = self.complete(blended, others, &faces, view, task)?;
         let model = &self.opened.site.model;
         let (_, relief) = self.preview.estimates_without(&shot.without, task)?;
         let relief = relief.filter(|_| self.options.relief());
@@ -406,7 +402,7 @@ impl Renders for LdiView<'_> {
         let picture = closed_blend(&blended.picture, &faces, &shows);
         let of_images = shown_by_images(&faces, &shows, model);
         let picture = match shows_holes {
-            true => self.with_holes(picture, (best, &faces), &shot, task)?,
+            true => self.with_holes(picture, best, &faces, &shot, task)?,
             false => picture,
         };
         if self.options.shown.is_some_and(|shown| shown != Shown::Holes) {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::cover::Found;
 use super::figures::UNKNOWN_PLANE;
-use super::nearest::{Nearest, nearest};
+use super::nearest::{NearestMarked, nearest};
 use crate::layer_textures::surroundings::WIDTH;
 use quadratura_base::geometry::PixelRect;
 use quadratura_layers::dome::{BLACK, STRAY};
@@ -106,7 +106,7 @@ impl Standing<'_> {
     /// the pixels there, which are those of what stands on the outline, or mixed with the face's.
     fn seam(&self, is_face: &[bool], is_near: &[bool]) -> Vec<bool> {
         let is_open: Vec<bool> = is_face.iter().map(|is_face| !is_face).collect();
-        let is_seam = |nearest: Nearest| {
+        let is_seam = |nearest: NearestMarked| {
             let distance_px = nearest.distance_px();
             distance_px > 0.0 && distance_px <= BESIDE_PX && nearest.index().is_some_and(|at| is_near[at])
         };

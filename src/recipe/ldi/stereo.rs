@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use quadratura_base::geometry::Pose;
+use quadratura_base::raster::robust::of_rank;
 use quadratura_ldi::transfer::Transfer;
 use quadratura_ldi::{Ldi, LdiSet};
 use quadratura_view::{Picture, Shot};
@@ -33,19 +34,18 @@ pub fn side_by_side(left: &Picture, right: &Picture) -> Picture {
 /// where that is infinitely far. What other surfaces of the view hide counts, too.
 pub fn near_depth(set: &LdiSet, shot: &Shot) -> Option<f64> {
     let mut in_view: Vec<f32> = set.images.iter().flat_map(|image| inverse_depths(image, shot)).collect();
-    if in_view.is_empty() {
-        return None;
-    }
     let at = (NEAR * in_view.len() as f64) as usize;
-    let (_, near, _) = in_view.select_nth_unstable_by(at, |a, b| b.total_cmp(a));
-    (*near > 0.0).then(|| 1.0 / f64::from(*near))
+    let rank = in_view.len().checked_sub(1 + at)?;
+    let near = of_rank(&mut in_view, rank)?;
+    (near > 0.0).then(|| 1.0 / f64::from(near))
 }
 
 /// Returns the inverse depths, in the view's camera, of what an image's camera sees and the view has in its frame.
 fn inverse_depths(image: &Ldi, shot: &Shot) -> Vec<f32> {
-    let is_coarse = |level: &&quadratura_ldi::Level| level.camera.width.max(level.camera.height) <= COARSE;
+    let is_coarse =
+        |level: &&quadratura_ldi::ResolutionLevel| level.camera.width.max(level.camera.height) <= COARSE;
     let Some(level) = image.levels.iter().find(is_coarse).or(image.levels.last()) else { return Vec::new() };
-    let transfer = Transfer::new((&level.camera, &image.pose), (&shot.camera, &shot.pose));
+    let transfer = Transfer::new(&level.camera, &image.pose, &shot.camera, &shot.pose);
     let [width, height] = transfer.size.map(f64::from);
     let of_row = |y: u32| {
         level.layered_pixels(y).filter_map(move |pixel| {
@@ -67,7 +67,7 @@ mod tests {
     use quadratura_base::scene::synthetic::{camera_is_world, centred};
     use quadratura_base::task::Task;
     use quadratura_ldi::levels::pyramid;
-    use quadratura_ldi::{DepthPixel, LdiKind, LdiReport, Level, Splat, SplatKind, WarpOptions};
+    use quadratura_ldi::{DepthPixel, LdiKind, LdiReport, ResolutionLevel, Splat, SplatKind, WarpOptions};
     use quadratura_view::Quality;
 
     /// Nine tenths of the frame are 20 units away, the left part 2.
@@ -91,7 +91,7 @@ mod tests {
             gain: [0.0; 3],
             surfaces: Vec::new(),
             sources: Vec::new(),
-            levels: pyramid(Level::of_rows(camera, (0..50).map(row)), &[]),
+            levels: pyramid(ResolutionLevel::of_rows(camera, (0..50).map(row)), &[]),
             report: LdiReport::default(),
         }
     }
@@ -106,7 +106,7 @@ mod tests {
         let middle = left.center_in_world().midpoint(right.center_in_world());
         assert!(middle.distance(pose.center_in_world()) < 1e-12);
         let ldi = wall_with_a_post();
-        let transfer = |eye: &Pose| Transfer::new((&ldi.camera, &ldi.pose), (&ldi.camera, eye));
+        let transfer = |eye: &Pose| Transfer::new(&ldi.camera, &ldi.pose, &ldi.camera, eye);
         let [of_left, of_right] = [&left, &right].map(transfer);
         assert_eq!(of_left.a, of_right.a);
         assert!((of_right.b - of_left.b - DVec3::new(-0.5 * 60.0, 0.0, 0.0)).length() < 1e-9);
@@ -133,7 +133,7 @@ mod tests {
         for splat in [SplatKind::Sums, SplatKind::Over, SplatKind::Pixel] {
             let options = WarpOptions { splat, ..WarpOptions::default() };
             let picture = |stereo: Option<f64>, pose| {
-                let mut drawing = LdiDrawing::new(&sets, (options, Quality::Final), (stereo, None));
+                let mut drawing = LdiDrawing::new(&sets, options, Quality::Final, stereo, None);
                 (drawing.picture(&view(pose), &Task::silent()).unwrap(), drawing.uncomfortable)
             };
             let (both, noted) = picture(Some(0.3), pose);

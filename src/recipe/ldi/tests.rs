@@ -6,7 +6,7 @@ use crate::peel::photo_picture;
 use crate::tiny_site::tiny_stacks;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
-use quadratura_layers::View;
+use quadratura_layers::ProjectedModel;
 use quadratura_ldi::warp;
 use quadratura_ldi::{Ldi, SplatKind, WarpOptions};
 use quadratura_view::Shot;
@@ -58,7 +58,7 @@ fn layers_are_strictly_nearer_to_farther_and_the_box_hides_the_wall() {
 fn inverse_depths_have_the_bits_of_the_sort() {
     let (_folder, opened, ldi) = made(&flat());
     let (photo, model) = (opened.site.photo(first_photo()), &opened.site.model);
-    let view = View::new(model, &photo.camera, &photo.pose);
+    let view = ProjectedModel::new(model, &photo.camera, &photo.pose);
     let level = &ldi.levels[0];
     assert!(level.len() >= 64 * 48);
     for y in 0..ldi.camera.height {

@@ -34,7 +34,7 @@ pub struct LayerTexels {
 
 /// One texel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Texel {
+pub struct LayerTexel {
     /// sRGB and opacity, not premultiplied.
     pub colour: [u8; 4],
     /// Whether the photo shows it.
@@ -89,11 +89,11 @@ impl LayerTexels {
     }
 
     /// Returns the texel at a pixel of `rect`.
-    pub fn at(&self, x: i32, y: i32) -> Texel {
+    pub fn at(&self, x: i32, y: i32) -> LayerTexel {
         let at = self.rect.offset(x, y);
         let flags = self.flags[at];
         let origin = DepthPixelOrigin::ALL[usize::from(flags >> ORIGIN)];
-        Texel { colour: self.colours[at], visible: flags & VISIBLE != 0, origin }
+        LayerTexel { colour: self.colours[at], visible: flags & VISIBLE != 0, origin }
     }
 
     /// Sets the origins of filled texels.

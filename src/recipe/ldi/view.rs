@@ -79,8 +79,10 @@ impl<'a> LdiDrawing<'a> {
     /// another quantity.
     pub fn new(
         sets: &'a [LdiSet],
-        (options, quality): (WarpOptions, Quality),
-        (stereo, shown): (Option<f64>, Option<Shown>),
+        options: WarpOptions,
+        quality: Quality,
+        stereo: Option<f64>,
+        shown: Option<Shown>,
     ) -> Self {
         Self { sets, options, quality, stereo, shown, too_near: Vec::new(), uncomfortable: Vec::new() }
     }

@@ -117,7 +117,7 @@ pub fn why_unread(root: &Path, file: &str, photo: &CameraPhoto) -> String {
 }
 
 /// A file that may be the mask of a photo.
-struct Candidate<'a> {
+struct MaskCandidate<'a> {
     photo: &'a str,
     file: String,
     /// How its name differs from the one that was looked for; empty where it does not.
@@ -127,7 +127,7 @@ struct Candidate<'a> {
 /// Finds the mask files of photos, as paths from the photo folder, and the names that several files could have.
 fn mask_files<'a>(root: &Path, site: &'a Site, task: &Task) -> (Vec<(&'a str, String)>, Vec<Error>) {
     let mut named = NamedFiles::default();
-    let (mut candidates, mut problems): (Vec<Candidate>, Vec<Error>) = Default::default();
+    let (mut candidates, mut problems): (Vec<MaskCandidate>, Vec<Error>) = Default::default();
     for photo in &site.photos {
         let mut of_photo: BTreeMap<String, &'static str> = BTreeMap::new();
         for name in mask_names(&photo.name) {
@@ -151,7 +151,7 @@ fn mask_files<'a>(root: &Path, site: &'a Site, task: &Task) -> (Vec<(&'a str, St
                 }
             }
         }
-        candidates.extend(of_photo.into_iter().map(|(file, how)| Candidate {
+        candidates.extend(of_photo.into_iter().map(|(file, how)| MaskCandidate {
             photo: &photo.name,
             file,
             how,
@@ -168,15 +168,15 @@ fn shorter(one: &'static str, other: &'static str) -> &'static str {
 fn settled<'a>(
     root: &Path,
     named: &mut NamedFiles,
-    candidates: Vec<Candidate<'a>>,
+    candidates: Vec<MaskCandidate<'a>>,
     task: &Task,
 ) -> Vec<(&'a str, String)> {
     let mut photos: BTreeMap<&str, Vec<(&str, &str)>> = BTreeMap::new();
-    for Candidate { photo, file, how } in &candidates {
+    for MaskCandidate { photo, file, how } in &candidates {
         photos.entry(file).or_default().push((photo, how));
     }
     let mut used = Vec::new();
-    for Candidate { photo, file, how } in &candidates {
+    for MaskCandidate { photo, file, how } in &candidates {
         let others = || photos[file.as_str()].iter().filter(|(other, _)| other != photo);
         if let Some((other, _)) = others().find(|(_, other)| !how.is_empty() && other.is_empty()) {
             task.note(format!("{photo}: {file} is the mask of {other}, and is not used for this photo"));
@@ -210,7 +210,8 @@ pub fn mask_of_file(
     folder: &Path,
     project: &Project,
     site: &Site,
-    (photo, file): (&str, &Path),
+    photo: &str,
+    file: &Path,
     task: &Task,
 ) -> Result<FoundMask> {
     let photo = site.photo(index_of_photo(site, photo)?).name.clone();

@@ -17,7 +17,7 @@ use quadratura_base::scene::{Model, Object, ObjectId, Photo};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::masks::{MaskOrigin, MaskedObject};
-use quadratura_layers::View;
+use quadratura_layers::ProjectedModel;
 use quadratura_layers::matte::Matte;
 use quadratura_layers::software::owners;
 
@@ -150,7 +150,7 @@ fn note_removed(model: &Model, project: &Project, patterns: &[String], task: &Ta
 }
 
 /// The nearest object at each pixel of a photo.
-struct Nearest {
+struct NearestObjects {
     /// The item plus one.
     owners: Vec<u32>,
     /// The objects of the items.
@@ -158,9 +158,9 @@ struct Nearest {
     width: usize,
 }
 
-impl Nearest {
+impl NearestObjects {
     fn new(model: &Model, photo: &Photo, tolerance: f32) -> Self {
-        let view = View::new(model, &photo.camera, &photo.pose);
+        let view = ProjectedModel::new(model, &photo.camera, &photo.pose);
         let objects = view.items.iter().map(|item| model.face(item.face).object).collect();
         Self { owners: owners(&view, tolerance), objects, width: photo.camera.width as usize }
     }
@@ -175,15 +175,15 @@ impl Nearest {
 struct ShownObjects<'a> {
     /// The model as the photo's camera sees it ([`Model::facing`]).
     model: &'a Model,
-    nearest: Nearest,
+    nearest: NearestObjects,
     /// The nearest solid objects, where one sees through some object.
-    behind: Option<Nearest>,
+    behind: Option<NearestObjects>,
     whole: PixelRect,
 }
 
 impl<'a> ShownObjects<'a> {
     fn new(model: &'a Model, photo: &Photo, tolerance: f32) -> Self {
-        let nearest = |model: &Model| Nearest::new(model, photo, tolerance);
+        let nearest = |model: &Model| NearestObjects::new(model, photo, tolerance);
         let behind = model.has_see_through().then(|| nearest(&model.without_see_through()));
         Self { model, nearest: nearest(model), behind, whole: photo.camera.rect() }
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::home::Reprojection;
 use super::parts::{LayerParts, camera_of};
-use super::{PhotoPaint, PlacedPaint, Reach, parts_of_layer};
+use super::{PaintExtent, PhotoPaint, PlacedPaint, parts_of_layer};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_document::Stack;
@@ -35,7 +35,7 @@ impl PhotoPaint {
         self.each(stack, |parts, placed| {
             let Some(name) = name_of(parts, placed) else { return Ok(()) };
             let mut patch = self.patch(placed.entry, stack)?;
-            if placed.reach == Reach::Covered {
+            if placed.extent == PaintExtent::Covered {
                 let covered = parts.covered(&parts.list[placed.part]);
                 patch = patch.picked(|x, y, _| covered.holds(x, y));
             }
@@ -80,9 +80,9 @@ impl PhotoPaint {
 
     /// Returns the rectangle of an entry in pixels of the present photo: all of it where the camera has changed.
     fn present_rect(&self, index: usize, stack: &Stack) -> PixelRect {
-        let now = camera_of(&stack.photo, &stack.camera);
-        match Reprojection::between(&self.entries[index], &self.views[index], now) {
-            Some(_) => now.0.rect(),
+        let (camera, pose) = camera_of(&stack.photo, &stack.camera);
+        match Reprojection::between(&self.entries[index], &self.views[index], camera, pose) {
+            Some(_) => camera.rect(),
             None => self.entries[index].rect,
         }
     }
@@ -96,7 +96,7 @@ impl PhotoPaint {
         let layers = stack.layer_indices().zip(&self.layers);
         for (layer, placed) in layers.filter(|(_, placed)| !placed.is_empty()) {
             let parts = parts_of_layer(stack, layer);
-            for placed in placed.iter().filter(|placed| placed.reach != Reach::Beyond) {
+            for placed in placed.iter().filter(|placed| placed.extent != PaintExtent::Beyond) {
                 see(&parts, placed)?;
             }
         }

@@ -85,7 +85,11 @@ enum PaintedGround {
 }
 
 /// A camera and its pose.
-type PosedCamera = (Pinhole, Pose);
+#[derive(Clone, Copy, PartialEq)]
+struct PosedCamera {
+    camera: Pinhole,
+    pose: Pose,
+}
 
 /// The mapping of paint from the photo at the time of painting to the present photo, through what was painted on.
 pub struct Reprojection {
@@ -98,10 +102,12 @@ pub struct Reprojection {
 const SAME_CAMERA_PX: f64 = 1e-3;
 
 impl Reprojection {
-    /// Compares the cameras; `None` where they agree, or the surface has no plane, so that paint stays at its
-    /// pixels.
-    pub fn between(entry: &PaintEntry, old: &PaintedView, new: PosedCamera) -> Option<Self> {
-        let old = camera_of(&old.photo, &old.camera);
+    /// Compares the camera at the time of painting with the present one; `None` where they agree, or the surface has no plane, so
+    /// that paint stays at its pixels.
+    pub fn between(entry: &PaintEntry, old: &PaintedView, camera: Pinhole, pose: Pose) -> Option<Self> {
+        let new = PosedCamera { camera, pose };
+        let (camera, pose) = camera_of(&old.photo, &old.camera);
+        let old = PosedCamera { camera, pose };
         let through = match entry.face {
             Some(_) => PaintedGround::Plane(fit_plane(&points(&entry.outline))?),
             None => PaintedGround::Infinity,
@@ -157,21 +163,16 @@ fn corners(rect: PixelRect) -> impl Iterator<Item = DVec2> {
 }
 
 /// Maps a position from one photo to another through what was painted on; `None` where that is not possible.
-fn carried(
-    px: DVec2,
-    through: &PaintedGround,
-    (from, from_pose): PosedCamera,
-    (to, to_pose): PosedCamera,
-) -> Option<DVec2> {
-    let ray = from_pose.rotation.transpose() * from.ray_in_camera(px);
+fn carried(px: DVec2, through: &PaintedGround, from: PosedCamera, to: PosedCamera) -> Option<DVec2> {
+    let ray = from.pose.rotation.transpose() * from.camera.ray_in_camera(px);
     let plane = match through {
         PaintedGround::Plane(plane) => plane,
-        PaintedGround::Infinity => return to.image_from_camera(to_pose.rotation * ray),
+        PaintedGround::Infinity => return to.camera.image_from_camera(to.pose.rotation * ray),
     };
-    let eye = from_pose.center_in_world();
+    let eye = from.pose.center_in_world();
     let along = -plane.signed_distance(eye) / plane.normal.dot(ray);
     let hit = (along > 0.0 && along.is_finite()).then(|| eye + ray * along)?;
-    to.image_from_camera(to_pose.camera_from_world(hit))
+    to.camera.image_from_camera(to.pose.camera_from_world(hit))
 }
 
 /// Samples the paint at an image position: bilinear over painted pixels, `None` where the nearest pixel is not

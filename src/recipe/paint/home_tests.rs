@@ -97,14 +97,17 @@ fn paint_on_the_surroundings_keeps_its_direction_whatever_the_camera() {
     let entry = painted_on_the_sky();
     let blue = [0, 0, u16::MAX, u16::MAX];
     let patch = PaintPatch::of_pixels(&[(2, 1, blue)]);
-    let now = |view: &PaintedView| camera_of(&view.photo, &view.camera);
+    let between = |old: &PaintedView, now: &PaintedView| {
+        let (camera, pose) = camera_of(&now.photo, &now.camera);
+        Reprojection::between(&entry, old, camera, pose)
+    };
     // It is infinitely far away, so a step aside changes nothing.
-    assert!(Reprojection::between(&entry, &view(0.0), now(&view(3.0))).is_none());
+    assert!(between(&view(0.0), &view(3.0)).is_none());
     // Half as wide: the direction of pixel (2, 1) is at twice the distance from the principal point.
     let mut longer = view(5.0);
     longer.camera.K[0][0] = 20.0;
     longer.camera.K[1][1] = 20.0;
-    let moved = Reprojection::between(&entry, &view(0.0), now(&longer)).expect("the camera has changed");
+    let moved = between(&view(0.0), &longer).expect("the camera has changed");
     let found = moved.applied(&patch, PixelRect::of_size(20, 8));
     let at: Vec<_> = found.iter().collect();
     assert_eq!(at, [(4, 2, blue), (5, 2, blue), (4, 3, blue), (5, 3, blue)]);
@@ -137,9 +140,10 @@ fn paint_of_a_surface_that_is_gone_is_lost_and_not_given_to_another_object() {
 }
 
 fn moved(entry: &PaintEntry, patch: &PaintPatch, to: &PaintedView) -> Option<PaintPatch> {
-    let new = camera_of(&to.photo, &to.camera);
+    let (camera, pose) = camera_of(&to.photo, &to.camera);
     let photo = PixelRect::of_size(20, 8);
-    Reprojection::between(entry, &view(0.0), new).map(|reprojection| reprojection.applied(patch, photo))
+    Reprojection::between(entry, &view(0.0), camera, pose)
+        .map(|reprojection| reprojection.applied(patch, photo))
 }
 
 #[test]
@@ -169,8 +173,9 @@ fn a_photo_of_twice_the_size_shows_paint_of_twice_the_size() {
     let mut double = view(0.0);
     (double.photo.width, double.photo.height) = (40, 16);
     double.camera.K = [[20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 1.0]];
-    let new = camera_of(&double.photo, &double.camera);
-    let reprojection = Reprojection::between(&entry, &view(0.0), new).expect("the camera is another one");
+    let (camera, pose) = camera_of(&double.photo, &double.camera);
+    let reprojection =
+        Reprojection::between(&entry, &view(0.0), camera, pose).expect("the camera is another one");
     let found = reprojection.applied(&patch, PixelRect::of_size(40, 16)).picked(|_, _, _| true);
     assert_eq!((found.rect(), found.count()), (PixelRect { x: 2, y: 2, w: 4, h: 2 }, 8));
 }

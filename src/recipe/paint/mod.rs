@@ -45,12 +45,12 @@ struct PlacedPaint {
     entry: usize,
     /// The part in the layer; later ones are drawn on top.
     part: usize,
-    reach: Reach,
+    extent: PaintExtent,
 }
 
 /// The pixels of an entry that are visible on a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Reach {
+enum PaintExtent {
     /// All pixels.
     All,
     /// The pixels that the part covers.
@@ -124,14 +124,18 @@ impl PhotoPaint {
                     at.clone().find(|(l, _)| layer.is_none_or(|layer| layer == *l)).or(at.clone().next());
                 let placed = |(l, part): (LayerIndex, usize)| (layer.unwrap_or(l), part);
                 if let Some((layer, part)) = nearest.map(placed) {
-                    self.layers[layer.index()].push(PlacedPaint { entry: index, part, reach: Reach::Beyond });
+                    self.layers[layer.index()].push(PlacedPaint {
+                        entry: index,
+                        part,
+                        extent: PaintExtent::Beyond,
+                    });
                 }
                 continue;
             }
             for (layer, part) in at {
                 let whole = parts[layer.index()].list[part].is_whole() && !remodelled;
-                let reach = if whole { Reach::All } else { Reach::Covered };
-                self.layers[layer.index()].push(PlacedPaint { entry: index, part, reach });
+                let extent = if whole { PaintExtent::All } else { PaintExtent::Covered };
+                self.layers[layer.index()].push(PlacedPaint { entry: index, part, extent });
             }
         }
         self.layers.iter_mut().for_each(|placed| placed.sort_unstable());
@@ -150,11 +154,11 @@ impl PhotoPaint {
     }
 
     /// Returns what is visible on an image layer: files, their rectangles, and where they are placed.
-    fn visible_on(&self, layer: LayerIndex) -> impl Iterator<Item = (&str, PixelRect, usize, Reach)> {
+    fn visible_on(&self, layer: LayerIndex) -> impl Iterator<Item = (&str, PixelRect, usize, PaintExtent)> {
         let placed = self.layers.get(layer.index()).into_iter().flatten();
         placed.map(|placed| {
             let entry = &self.entries[placed.entry];
-            (entry.file.as_str(), entry.rect, placed.part, placed.reach)
+            (entry.file.as_str(), entry.rect, placed.part, placed.extent)
         })
     }
 
@@ -172,10 +176,10 @@ impl PhotoPaint {
         let all_parts = OnceCell::new();
         for placed in &self.layers[layer.index()] {
             let paint = self.patch(placed.entry, stack)?;
-            let visible = paint.picked(|x, y, _| match placed.reach {
-                Reach::All => true,
-                Reach::Covered => parts.covered(&parts.list[placed.part]).holds(x, y),
-                Reach::Beyond => {
+            let visible = paint.picked(|x, y, _| match placed.extent {
+                PaintExtent::All => true,
+                PaintExtent::Covered => parts.covered(&parts.list[placed.part]).holds(x, y),
+                PaintExtent::Beyond => {
                     !all_parts.get_or_init(|| covered_by_all(&parts)).iter().any(|s| s.holds(x, y))
                 }
             });
@@ -224,8 +228,8 @@ impl PhotoPaint {
     fn unplaced(&self, index: usize, stack: &Stack) -> Result<u64> {
         let of_entry = |placed: &&PlacedPaint| placed.entry == index;
         let everywhere = self.layers.iter().flatten().filter(of_entry);
-        let mut reaches = everywhere.map(|placed| placed.reach).peekable();
-        if reaches.peek().is_none() || reaches.any(|reach| reach != Reach::Covered) {
+        let mut extents = everywhere.map(|placed| placed.extent).peekable();
+        if extents.peek().is_none() || extents.any(|extent| extent != PaintExtent::Covered) {
             return Ok(0);
         }
         let mut patch = self.patch(index, stack)?;
@@ -245,9 +249,9 @@ impl PhotoPaint {
         let entry = &self.entries[index];
         let store = self.store.as_ref().expect("of() stores both entries and their store");
         let patch = store.patch(entry)?;
-        let now = camera_of(&stack.photo, &stack.camera);
+        let (camera, pose) = camera_of(&stack.photo, &stack.camera);
         let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
-        Ok(match Reprojection::between(entry, &self.views[index], now) {
+        Ok(match Reprojection::between(entry, &self.views[index], camera, pose) {
             Some(moved) => moved.applied(&patch, photo),
             None => patch,
         })

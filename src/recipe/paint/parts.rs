@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose, Spans};
 use quadratura_base::scene::FaceIndex;
 use quadratura_document::Element;
-use quadratura_document::stack::{Piece, StackCamera, StackPhoto, StackSurface};
+use quadratura_document::stack::{FacePiece, StackCamera, StackPhoto, StackSurface};
 use quadratura_projection::footprint::footprint;
 
 /// Returns the camera of a stack or of an export.
@@ -67,7 +67,7 @@ pub struct PartSource<'a> {
     /// The surfaces, in the model's order; may be empty.
     pub surfaces: &'a [StackSurface],
     /// The pieces of cut faces and of faces that are not planar.
-    pub pieces: &'a [Piece],
+    pub pieces: &'a [FacePiece],
 }
 
 impl<'a> PartSource<'a> {
@@ -95,10 +95,11 @@ impl<'a> PartSource<'a> {
             tile,
             covered: OnceCell::new(),
         });
-        let whole = element.faces.iter().map(|&face| self.part(element, (face, None), None, tile));
-        let is_piece = |p: &&Piece| p.object == element.object && element.pieces.contains(&(p.face, p.piece));
+        let whole = element.faces.iter().map(|&face| self.part(element, face, None, None, tile));
+        let is_piece =
+            |p: &&FacePiece| p.object == element.object && element.pieces.contains(&(p.face, p.piece));
         let pieces = self.pieces.iter().filter(is_piece);
-        let pieces = pieces.map(|p| self.part(element, (p.face, p.triangle), Some(&p.polygon[..]), tile));
+        let pieces = pieces.map(|p| self.part(element, p.face, p.triangle, Some(&p.polygon[..]), tile));
         whole.chain(pieces).chain(surroundings).collect()
     }
 
@@ -106,7 +107,8 @@ impl<'a> PartSource<'a> {
     fn part(
         &self,
         element: &'a Element,
-        (face, triangle): (FaceIndex, Option<u32>),
+        face: FaceIndex,
+        triangle: Option<u32>,
         piece: Option<&'a [[f64; 3]]>,
         tile: Option<PixelRect>,
     ) -> SurfacePart<'a> {

@@ -37,7 +37,7 @@ const AROUND: f32 = 0.3;
 
 /// The options of a peeled view.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Peeling {
+pub struct PeelOptions {
     /// The number of visibility layers that are removed from the front.
     pub hidden_layers: u32,
     /// Whether filling is shown, including paint that was propagated from other photos.
@@ -48,7 +48,7 @@ pub struct Peeling {
     pub opacities: Opacities,
 }
 
-impl Peeling {
+impl PeelOptions {
     /// Returns true when a surface is drawn.
     pub fn shows(&self, shape: &PeelShape) -> bool {
         shape.depth >= self.hidden_layers && self.opacities.of(shape.layer) > 0
@@ -79,7 +79,7 @@ impl FromIterator<(LayerIndex, u8)> for Opacities {
 
 /// A photo without its front layers.
 #[derive(Debug)]
-pub struct Peeled {
+pub struct PeeledPhoto {
     /// The picture, as large as the photo; transparent where the surfaces that covered a pixel are removed.
     pub picture: Picture,
     /// The pixels whose front surface has neither photo nor filling nor paint.
@@ -170,7 +170,7 @@ impl PhotoLayers {
     }
 
     /// Returns the remaining surfaces at a pixel, topmost first.
-    pub fn at(&self, x: i32, y: i32, peeling: &Peeling) -> Vec<PeelHit> {
+    pub fn at(&self, x: i32, y: i32, peeling: &PeelOptions) -> Vec<PeelHit> {
         let here = |&&at: &&usize| {
             let shape = &self.shapes[at];
             peeling.shows(shape) && shape.covers(x, y)
@@ -203,7 +203,7 @@ impl PhotoLayers {
     ///
     /// # Errors
     /// Returns [`quadratura_base::Error::Cancelled`] when the task was cancelled.
-    pub fn peeled(&self, photo: &Picture, peeling: &Peeling, task: &Task) -> Result<Peeled> {
+    pub fn peeled(&self, photo: &Picture, peeling: &PeelOptions, task: &Task) -> Result<PeeledPhoto> {
         let mut canvas = PeelCanvas::from_photo(photo);
         if peeling.hides() {
             canvas.fade();
@@ -218,7 +218,7 @@ impl PhotoLayers {
         if peeling.hidden_layers == 0 {
             canvas.draw_leftovers(&self.leftovers, photo);
         }
-        Ok(Peeled { picture: canvas.picture, hidden: canvas.hidden })
+        Ok(PeeledPhoto { picture: canvas.picture, hidden: canvas.hidden })
     }
 }
 
@@ -255,7 +255,7 @@ impl PeelCanvas {
     }
 
     /// Draws a surface.
-    fn draw(&mut self, shape: &PeelShape, content: &PeelContent, photo: &Picture, peeling: &Peeling) {
+    fn draw(&mut self, shape: &PeelShape, content: &PeelContent, photo: &Picture, peeling: &PeelOptions) {
         let opacity = peeling.opacities.of(shape.layer);
         let lay_over = if content.sees_through() { lay_light_over } else { lay_over };
         for (y, run) in shape.covered.iter() {

@@ -45,12 +45,12 @@ fn photo_of_noise(scene: &Scene, folder: &Path) -> Photo {
     Photo { file, ..scene.photo() }
 }
 
-fn bare() -> Peeling {
-    Peeling { hidden_layers: 0, filling: true, paint: true, opacities: Opacities::default() }
+fn bare() -> PeelOptions {
+    PeelOptions { hidden_layers: 0, filling: true, paint: true, opacities: Opacities::default() }
 }
 
-fn without(built: &Built, hidden_layers: u32) -> Peeled {
-    built.layers.peeled(&built.photo, &Peeling { hidden_layers, ..bare() }, &Task::silent()).unwrap()
+fn without(built: &Built, hidden_layers: u32) -> PeeledPhoto {
+    built.layers.peeled(&built.photo, &PeelOptions { hidden_layers, ..bare() }, &Task::silent()).unwrap()
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn a_layer_whose_eye_is_closed_is_left_out_and_a_faint_one_shows_what_is_behind(
     let (near, far) = (of("near"), of("far"));
     let drawn = |opacity: u8| {
         let opacities = [(near.layer, opacity)].into_iter().collect();
-        built.layers.peeled(&built.photo, &Peeling { opacities, ..bare() }, &Task::silent()).unwrap()
+        built.layers.peeled(&built.photo, &PeelOptions { opacities, ..bare() }, &Task::silent()).unwrap()
     };
     let (whole, faint, gone) = (drawn(255), drawn(128), drawn(0));
     assert!(whole.picture == built.photo, "an opaque layer is as it was");
@@ -123,7 +123,7 @@ fn a_layer_whose_eye_is_closed_is_left_out_and_a_faint_one_shows_what_is_behind(
     assert!(both > 100);
     let hits = built.layers.at(0, 0, &bare()).len();
     let opacities = [(near.layer, 0), (far.layer, 0)].into_iter().collect();
-    assert!(built.layers.at(0, 0, &Peeling { opacities, ..bare() }).len() <= hits);
+    assert!(built.layers.at(0, 0, &PeelOptions { opacities, ..bare() }).len() <= hits);
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn at_a_pixel_surfaces_come_from_front_to_back_without_those_taken_off() {
             assert!(hits.windows(2).all(|pair| pair[0].distance < pair[1].distance), "{x}, {y}");
             assert!(hits.iter().enumerate().all(|(index, hit)| hit.visible == (index == 0)), "{x}, {y}");
             deepest = deepest.max(hits.len());
-            let left = built.layers.at(x, y, &Peeling { hidden_layers: 2, ..bare() });
+            let left = built.layers.at(x, y, &PeelOptions { hidden_layers: 2, ..bare() });
             assert!(left.iter().all(|hit| built.layers.shapes[hit.shape].depth >= 2), "{x}, {y}");
             assert!(names(&hits).ends_with(&names(&left)), "{x}, {y}");
         }

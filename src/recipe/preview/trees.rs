@@ -57,7 +57,7 @@ impl PreviewTrees {
 
     /// Makes what is drawn of trees, in the estimated light that is known where no other is given.
     fn wood(&mut self, trees: &Trees, task: &Task) -> Result<(Option<Wood>, Vec<Message>)> {
-        let made = site_trees_with(&self.folder, (trees, &mut self.known), self.up, self.parts, task)?;
+        let made = site_trees_with(&self.folder, trees, &mut self.known, self.up, self.parts, task)?;
         let Some(SiteTrees { wood, problems }) = made else { return Ok((None, Vec::new())) };
         let mut wood = Arc::unwrap_or_clone(wood);
         if let Some(estimate) = &self.estimate {

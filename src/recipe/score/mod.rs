@@ -7,16 +7,16 @@
 mod mask;
 mod one;
 mod picture;
-mod questions;
 mod report;
+mod targets;
 
 #[cfg(test)]
 mod tests;
 
 use std::path::PathBuf;
 
-pub use questions::{Question, held_out, leave_one_out};
 pub use report::{MeanMetrics, MeanScore, ObjectScore, ScoreReport, ViewScore};
+pub use targets::{PredictionTarget, held_out, leave_one_out};
 
 use self::mask::ComparedObjects;
 use self::one::Scorer;
@@ -82,7 +82,7 @@ impl Default for ScoreOptions {
 /// the pictures cannot be created, or [`Error::Cancelled`].
 pub fn score(
     model: &Model,
-    questions: &[Question],
+    targets: &[PredictionTarget],
     renders: &mut dyn Renders,
     options: &ScoreOptions,
     task: &Task,
@@ -94,21 +94,21 @@ pub fn score(
     let mut tallies = vec![ErrorSum::default(); scorer.compared.count()];
     let mut report = ScoreReport::default();
     let mut unconcerned = 0;
-    let names: Vec<&str> = questions.iter().map(|question| question.photo.name.as_str()).collect();
-    for ((done, question), stem) in (0..).zip(questions).zip(picture_names(&names)) {
-        task.step(STAGE, done, questions.len() as u64)?;
-        match scorer.score(question, &stem, renders, &task.with_subject(&question.photo.name)) {
+    let names: Vec<&str> = targets.iter().map(|target| target.photo.name.as_str()).collect();
+    for ((done, target), stem) in (0..).zip(targets).zip(picture_names(&names)) {
+        task.step(STAGE, done, targets.len() as u64)?;
+        match scorer.score(target, &stem, renders, &task.with_subject(&target.photo.name)) {
             Ok(Some((view, of_objects))) => {
                 report.views.push(view);
                 tallies.iter_mut().zip(of_objects).for_each(|(sum, tally)| *sum += tally);
             }
             Ok(None) => unconcerned += 1,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(error) => report.failed.push((question.photo.name.clone(), error)),
+            Err(error) => report.failed.push((target.photo.name.clone(), error)),
         }
     }
-    task.step(STAGE, questions.len() as u64, questions.len() as u64)?;
-    if unconcerned > 0 && unconcerned == questions.len() {
+    task.step(STAGE, targets.len() as u64, targets.len() as u64)?;
+    if unconcerned > 0 && unconcerned == targets.len() {
         return Err(Error::Request(format!("no photo shows {}", options.only.join(", "))));
     }
     report.mean = MeanScore::from_views(&report.views);

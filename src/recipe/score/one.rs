@@ -2,7 +2,7 @@
 
 use super::mask::{ComparedObjects, objects_in_view};
 use super::picture::{self, Panels};
-use super::{Question, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewScore};
+use super::{PredictionTarget, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewScore};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
@@ -45,18 +45,18 @@ impl Scorer<'_> {
     /// compare.
     pub fn score(
         &self,
-        question: &Question,
+        target: &PredictionTarget,
         stem: &str,
         renders: &mut dyn Renders,
         task: &Task,
     ) -> Result<Option<(ViewScore, Vec<ErrorSum>)>> {
-        let pixels = self.pixels(question, renders, task)?;
+        let pixels = self.pixels(target, renders, task)?;
         if !self.options.only.is_empty() && !pixels.asked.contains(&true) {
             task.note(format!("the photo shows nothing of {}", self.options.only.join(", ")));
             return Ok(None);
         }
         task.timed(STAGE_COMPARE, || {
-            let mut score = view_score(&question.photo.name, &pixels)?;
+            let mut score = view_score(&target.photo.name, &pixels)?;
             if let Some(folder) = &self.options.pictures {
                 score.picture = Some(picture::write(folder, stem, &Panels::from_pixels(&pixels), task)?);
             }
@@ -65,11 +65,11 @@ impl Scorer<'_> {
     }
 
     /// Returns the shot that predicts the photo.
-    fn shot(&self, question: &Question) -> Shot {
-        let photo = &question.photo;
+    fn shot(&self, target: &PredictionTarget) -> Shot {
+        let photo = &target.photo;
         let camera = self.options.size.resize(&photo.camera);
         let mut shot = self.options.look.shot(camera, photo.pose);
-        shot.without.extend(&question.without);
+        shot.without.extend(&target.without);
         shot.display = DisplayMode::Colour;
         let taken = photo.exposure.and_then(|exposure| exposure.log());
         if let Some(log) = taken.filter(|_| shot.exposure == Exposure::Decided) {
@@ -79,9 +79,14 @@ impl Scorer<'_> {
     }
 
     /// Draws the prediction while the photo is read on another thread.
-    fn pixels(&self, question: &Question, renders: &mut dyn Renders, task: &Task) -> Result<ComparedPixels> {
-        let shot = self.shot(question);
-        let photo = &question.photo;
+    fn pixels(
+        &self,
+        target: &PredictionTarget,
+        renders: &mut dyn Renders,
+        task: &Task,
+    ) -> Result<ComparedPixels> {
+        let shot = self.shot(target);
+        let photo = &target.photo;
         let (width, height) = (shot.camera.width, shot.camera.height);
         let read = || {
             let photo = read_unmasked(photo)?;

@@ -10,7 +10,7 @@ use quadratura_view::metrics::{ErrorSum, ImageMetrics};
 /// The complete report.
 #[derive(Debug, Default, Serialize)]
 pub struct ScoreReport {
-    /// The scores by photo, in the order of the questions.
+    /// The scores by photo, in the order of the targets.
     pub views: Vec<ViewScore>,
     /// The mean score; `None` without any photo.
     pub mean: Option<MeanScore>,

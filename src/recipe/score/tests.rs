@@ -197,8 +197,8 @@ fn held_out_photos_are_imported_with_their_own_cameras() {
     write("images.txt", "1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 0 0 0 1 gone.png\n\n");
     image::RgbImage::new(20, 10).save(folder.path().join("a.png")).unwrap();
     let cache = folder.path().join("cache");
-    let (questions, problems) = held_out(folder.path(), folder.path(), &cache, &Task::silent()).unwrap();
-    assert_eq!((questions.len(), problems.len()), (1, 1));
-    assert!(questions[0].without.is_empty());
-    assert!(questions[0].photo.file.starts_with(&cache) && questions[0].photo.file.exists());
+    let (targets, problems) = held_out(folder.path(), folder.path(), &cache, &Task::silent()).unwrap();
+    assert_eq!((targets.len(), problems.len()), (1, 1));
+    assert!(targets[0].without.is_empty());
+    assert!(targets[0].photo.file.starts_with(&cache) && targets[0].photo.file.exists());
 }

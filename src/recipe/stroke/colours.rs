@@ -35,7 +35,8 @@ pub struct ViewLight<'a> {
 pub fn colours(
     stroke: &Stroke,
     view: &ViewLight,
-    (dabs, grid): (&Dabs, &ViewGrid),
+    dabs: &Dabs,
+    grid: &ViewGrid,
     layers: &[BrushedLayer],
     renderer: &mut ReferenceRenderer,
     task: &Task,
@@ -46,7 +47,7 @@ pub fn colours(
     };
     let offset = DVec2::from(source) - DVec2::from(stroke.samples[0].at);
     let change = match stroke.brush.mode {
-        BrushMode::Heal => Some(adaptation(view, (dabs, grid), offset, renderer, task)?),
+        BrushMode::Heal => Some(adaptation(view, dabs, grid, offset, renderer, task)?),
         _ => None,
     };
     let mut of_layers = Vec::with_capacity(layers.len());
@@ -103,7 +104,8 @@ fn seen_at(
 /// Returns the errors of reading layer textures.
 fn adaptation(
     view: &ViewLight,
-    (dabs, grid): (&Dabs, &ViewGrid),
+    dabs: &Dabs,
+    grid: &ViewGrid,
     offset: DVec2,
     renderer: &mut ReferenceRenderer,
     task: &Task,

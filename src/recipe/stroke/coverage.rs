@@ -31,7 +31,8 @@ pub struct StrokeCoverage {
 
 /// Counts what becomes of the pixels under a stroke that paints these texels.
 pub fn coverage(
-    (dabs, grid): (&Dabs, &ViewGrid),
+    dabs: &Dabs,
+    grid: &ViewGrid,
     layers: &[BrushedLayer],
     renderer: &ReferenceRenderer,
 ) -> StrokeCoverage {

@@ -43,7 +43,8 @@ impl ViewGrid {
     /// Returns the errors of reading layer textures.
     pub fn look(
         &mut self,
-        (shot, exposure): (&Shot, &ViewExposure),
+        shot: &Shot,
+        exposure: &ViewExposure,
         renderer: &mut ReferenceRenderer,
         wanted: impl Fn(&ProbedPoint) -> bool,
         task: &Task,

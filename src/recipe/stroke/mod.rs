@@ -47,7 +47,7 @@ use quadratura_io::layered::Depth;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_projection::exposure::ViewExposure;
-use quadratura_projection::twin::{ProbedPoint, ProbedTexel, ReferenceRenderer};
+use quadratura_projection::twin::{PhotoPosition, ProbedPoint, ProbedTexel, ReferenceRenderer};
 use quadratura_view::Shot;
 
 /// The stage that is reported.
@@ -175,21 +175,21 @@ impl Brushing<'_> {
         let exposure = renderer.view_exposure(shot);
         let view = ViewLight { shot, exposure: &exposure };
         let reached = |point: &ProbedPoint| dabs.reaches(point.point);
-        task.timed("weigh photos", || grid.look((shot, &exposure), renderer, reached, task))?;
+        task.timed("weigh photos", || grid.look(shot, &exposure, renderer, reached, task))?;
         let is_bare = |(point, texel): &(&ProbedPoint, &ProbedTexel)| {
             texel.texture.is_none() && dabs.effect(point.point) > 0.0
         };
         self.recorded.report.uncovered = grid.seen().filter(is_bare).count() as u64;
         let stacks = stacks(self.recorded.session.project(), self.opened, grid, renderer)?;
         let layers = TexelSearch { renderer, shot, dabs, grid, stacks: &stacks }.layers();
-        self.recorded.report.coverage = coverage((dabs, grid), &layers, renderer);
-        let colours = task
-            .timed("find colours", || colours(self.stroke, &view, (dabs, grid), &layers, renderer, task))?;
+        self.recorded.report.coverage = coverage(dabs, grid, &layers, renderer);
+        let colours =
+            task.timed("find colours", || colours(self.stroke, &view, dabs, grid, &layers, renderer, task))?;
         let before = self.recorded.session.before().clone();
         for (layer, colours) in layers.iter().zip(colours) {
             task.go_on()?;
             let stack = &stacks[&layer.photo];
-            let patch = self.patch(&exposure, (stack, layer), &colours, &before)?;
+            let patch = self.patch(&exposure, stack, layer, &colours, &before)?;
             self.add(stack, layer, &patch)?;
         }
         // Where texels had to be left out, the paint below them in other photos is still needed.
@@ -200,7 +200,8 @@ impl Brushing<'_> {
     fn patch(
         &mut self,
         exposure: &ViewExposure,
-        (stack, layer): (&Stack, &BrushedLayer),
+        stack: &Stack,
+        layer: &BrushedLayer,
         colours: &[Option<[f64; 3]>],
         before: &PaintBook,
     ) -> Result<PaintPatch> {
@@ -215,8 +216,9 @@ impl Brushing<'_> {
                 self.recorded.report.without_source += 1;
                 continue;
             };
-            let at = (layer.photo, texel.face, grid::centre((texel.x, texel.y)));
-            let light = self.renderer.colour_in_photo(&self.shot, exposure, at, (*colour, texel.in_view));
+            let px = grid::centre((texel.x, texel.y));
+            let position = PhotoPosition { photo: layer.photo, face: texel.face, px };
+            let light = self.renderer.colour_in_photo(&self.shot, exposure, position, *colour, texel.in_view);
             let [r, g, b] =
                 light.map(|light| sample(srgb_from_linear(light.clamp(0.0, 1.0)), present.depth()));
             let share = sample(texel.effect * self.stroke.brush.opacity, Depth::Sixteen);

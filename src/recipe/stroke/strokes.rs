@@ -116,12 +116,12 @@ impl Eraser<'_> {
             None => fit_plane(&points(&surface.outline)),
         };
         let Some(plane) = plane else { return };
-        surface.patch = surface.patch.picked(|x, y, _| !self.is_under(photo, (face, &plane), centre((x, y))));
+        surface.patch = surface.patch.picked(|x, y, _| !self.is_under(photo, face, &plane, centre((x, y))));
     }
 
-    fn is_under(&self, photo: PhotoId, (face, plane): (FaceId, &Plane), px: DVec2) -> bool {
+    fn is_under(&self, photo: PhotoId, face: FaceId, plane: &Plane, px: DVec2) -> bool {
         let under = || {
-            let point = self.renderer.point_in_photo(self.shot, (photo, px), (face, plane))?;
+            let point = self.renderer.point_in_photo(self.shot, photo, px, face, plane)?;
             let in_camera = self.shot.pose.camera_from_world(point);
             let in_view = self.shot.camera.image_from_camera(in_camera)?;
             // A window drawn on a wall shares its paint with the wall.

@@ -41,7 +41,12 @@ pub struct BrushedLayer {
 }
 
 /// A face, or a triangle of one that is not planar, as one layer texture shows it.
-type TexturedSurface = (LayerTextureId, FaceId, u32);
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct TexturedSurface {
+    texture: LayerTextureId,
+    face: FaceId,
+    triangle: u32,
+}
 
 /// What texels are found from.
 pub struct TexelSearch<'a> {
@@ -64,22 +69,22 @@ struct SurfaceArea {
 impl TexelSearch<'_> {
     /// Returns the layers that the stroke covers, in the order of the sources.
     pub fn layers(&self) -> Vec<BrushedLayer> {
-        let mut by_texture: BTreeMap<LayerTextureId, Vec<(FaceId, u32, SurfaceArea)>> = BTreeMap::new();
-        for ((texture, face, triangle), area) in self.areas() {
-            by_texture.entry(texture).or_default().push((face, triangle, area));
+        let mut by_texture: BTreeMap<LayerTextureId, Vec<(TexturedSurface, SurfaceArea)>> = BTreeMap::new();
+        for (surface, area) in self.areas() {
+            by_texture.entry(surface.texture).or_default().push((surface, area));
         }
-        let layer = |(texture, areas): (&LayerTextureId, &Vec<(FaceId, u32, SurfaceArea)>)| {
+        let layer = |(texture, areas): (&LayerTextureId, &Vec<(TexturedSurface, SurfaceArea)>)| {
             let of_sources = self.renderer.sources().layer_texture(*texture);
             let stack = self.stacks.get(&of_sources.photo)?;
             let layer = stack.layer_with_token(&of_sources.id)?;
             let parts = parts_of_layer(stack, layer);
-            let found = areas.iter().flat_map(|(face, triangle, area)| {
-                self.texels((*texture, *face, *triangle), area, &parts, stack.layer(layer).rect)
-            });
+            let found = areas
+                .iter()
+                .flat_map(|(surface, area)| self.texels(*surface, area, &parts, stack.layer(layer).rect));
             let mut texels: Vec<BrushedTexel> = found.collect();
             texels.sort_by_key(|texel| (texel.y, texel.x));
             texels.dedup_by_key(|texel| (texel.y, texel.x));
-            let texels_per_px = areas.iter().map(|(.., area)| area.texels_per_px).fold(0.0, f64::max);
+            let texels_per_px = areas.iter().map(|(_, area)| area.texels_per_px).fold(0.0, f64::max);
             let photo = of_sources.photo;
             (!texels.is_empty()).then_some(BrushedLayer { photo, layer, texels, texels_per_px })
         };
@@ -102,9 +107,10 @@ impl TexelSearch<'_> {
             // A pixel of the view may be long on a surface that it sees at a grazing angle.
             let margin = (2.0 * texels_per_px / facing(self.shot, point)).ceil().min(1e4) as u32 + 2;
             let rect = PixelRect::of_pixel(px.x.floor() as i32, px.y.floor() as i32).grown(margin);
-            let area = areas
-                .entry((texture, point.hit.face, self.triangle_of(point)))
-                .or_insert(SurfaceArea { plane: point.plane, rect, texels_per_px });
+            let surface =
+                TexturedSurface { texture, face: point.hit.face, triangle: self.triangle_of(point) };
+            let area =
+                areas.entry(surface).or_insert(SurfaceArea { plane: point.plane, rect, texels_per_px });
             area.rect = area.rect.union(&rect);
             area.texels_per_px = area.texels_per_px.max(texels_per_px);
         }
@@ -114,11 +120,12 @@ impl TexelSearch<'_> {
     /// Returns the texels of a surface that the stroke covers and that the view shows with this texture.
     fn texels(
         &self,
-        (texture, face, triangle): TexturedSurface,
+        surface: TexturedSurface,
         area: &SurfaceArea,
         parts: &LayerParts,
         rect: PixelRect,
     ) -> Vec<BrushedTexel> {
+        let TexturedSurface { texture, face, triangle } = surface;
         let model = self.renderer.model();
         let object = &model.object(model.face(face).object).name;
         let is_surface = |part: &&crate::paint::parts::SurfacePart| {
@@ -131,9 +138,9 @@ impl TexelSearch<'_> {
         let pixels = area.rect.intersection(&rect).pixels();
         let texel = |(x, y): (i32, i32)| {
             let is_covered = covered.iter().any(|spans| spans.holds(x, y));
-            let at = (photo, centre((x, y)));
-            let point =
-                is_covered.then(|| self.renderer.point_in_photo(self.shot, at, (face, &area.plane)))??;
+            let px = centre((x, y));
+            let on_face = || self.renderer.point_in_photo(self.shot, photo, px, face, &area.plane);
+            let point = is_covered.then(on_face)??;
             let effect = Some(self.dabs.effect(point)).filter(|effect| *effect > 0.0)?;
             let in_view = self.shot.camera.image_from_camera(self.shot.pose.camera_from_world(point))?;
             let is_strongest = self.grid.texture_at(in_view, same) == Some(texture);

@@ -48,7 +48,8 @@ pub struct BakeRequest {
 pub fn baked(
     folder: &Path,
     trees: &Trees,
-    (names, request): (&[String], BakeRequest),
+    names: &[String],
+    request: BakeRequest,
     task: &Task,
 ) -> Result<(Vec<BakedSpecies>, Vec<Message>)> {
     if let Some(unknown) = names.iter().find(|name| !trees.species.contains_key(*name)) {
@@ -56,7 +57,7 @@ pub fn baked(
     }
     let (mut made, mut problems, mut plants) = (Vec::new(), Vec::new(), Vec::new());
     for (name, species) in &trees.species {
-        match species_plant(folder, (name, species), task) {
+        match species_plant(folder, name, species, task) {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => problems
                 .push(Message::from(format!("the species {name:?} has no images: ")).and(error.message())),
@@ -64,7 +65,7 @@ pub fn baked(
         }
     }
     for (name, plant) in plants.iter().filter(|(name, _)| names.is_empty() || names.contains(name)) {
-        made.push(one(folder, (*name, plant), request, task)?);
+        made.push(one(folder, *name, plant, request, task)?);
     }
     if problems.is_empty() {
         remove_other_images(folder, plants.iter().map(|(_, plant)| plant))?;
@@ -72,12 +73,7 @@ pub fn baked(
     Ok((made, problems))
 }
 
-fn one(
-    folder: &Path,
-    (name, plant): (&str, &Plant),
-    request: BakeRequest,
-    task: &Task,
-) -> Result<BakedSpecies> {
+fn one(folder: &Path, name: &str, plant: &Plant, request: BakeRequest, task: &Task) -> Result<BakedSpecies> {
     if request.force {
         remove_images(folder, plant)?;
     }

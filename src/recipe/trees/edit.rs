@@ -68,7 +68,8 @@ pub fn placed_on(
     trees: &Trees,
     species: &str,
     patterns: &[String],
-    (whole, up): (&Model, DVec3),
+    whole: &Model,
+    up: DVec3,
     change: &TreeChange,
 ) -> Result<(Trees, Vec<String>)> {
     let mut trees = with_species(trees, species)?;
@@ -79,7 +80,7 @@ pub fn placed_on(
             if trees.replaced().any(|replaced| replaced == object) {
                 continue;
             }
-            let mut tree = tree_for_object(&trees, species, (whole, object, up))?;
+            let mut tree = tree_for_object(&trees, species, whole, object, up)?;
             change_tree(&mut tree, change);
             names.push(tree.name.clone());
             trees.placed.push(tree);
@@ -250,11 +251,7 @@ fn change_tree(tree: &mut PlacedTree, change: &TreeChange) {
 }
 
 /// Returns a tree that stands where an object of the model does: its foot below the middle of the object, as high and as wide.
-fn tree_for_object(
-    trees: &Trees,
-    species: &str,
-    (whole, name, up): (&Model, &str, DVec3),
-) -> Result<PlacedTree> {
+fn tree_for_object(trees: &Trees, species: &str, whole: &Model, name: &str, up: DVec3) -> Result<PlacedTree> {
     let (x, y) = level_axes(up);
     let object = whole.objects.iter().find(|object| object.name == name).expect("it was found by its name");
     let corners = object.faces.iter().flat_map(|face| whole.ring(*face)).map(|vertex| {
@@ -360,7 +357,7 @@ mod tests {
         model.object("ground").quad(DVec3::ZERO, DVec3::X, DVec3::Y);
         let model = model.finish();
         let place = |trees: &Trees, pattern: &str| {
-            placed_on(trees, "maple", &[pattern.into()], (&model, DVec3::Z), &TreeChange::default())
+            placed_on(trees, "maple", &[pattern.into()], &model, DVec3::Z, &TreeChange::default())
         };
         let (trees, names) = place(&Trees::default(), "tree_*").unwrap();
         assert_eq!(names, ["tree_1"]);

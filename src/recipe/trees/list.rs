@@ -15,7 +15,7 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees};
 use quadratura_foliage::{Counts, Stature};
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 
 /// A species as it is listed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,10 +71,11 @@ pub struct SpeciesFigures {
 /// Those of [`species_plant`].
 pub fn species_figures(
     folder: &Path,
-    (name, species): (&str, &TreeSpecies),
+    name: &str,
+    species: &TreeSpecies,
     task: &Task,
 ) -> Result<SpeciesFigures> {
-    let plant = species_plant(folder, (name, species), task)?;
+    let plant = species_plant(folder, name, species, task)?;
     let (unit, stature) = (species.unit.unwrap_or(plant.unit), Stature::of(&plant));
     let [height, width] = [stature.height, stature.width].map(|length| unit * length);
     let has_images = has_images(folder, &plant);
@@ -89,7 +90,7 @@ pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<L
     // Where the book cannot be read, reading the plants notes it.
     let paint = listed_paint(folder).unwrap_or_default();
     let listed = |(name, species): (&String, &TreeSpecies)| {
-        let figures = match species_figures(folder, (name, species), task) {
+        let figures = match species_figures(folder, name, species, task) {
             Err(quadratura_base::Error::Cancelled) => return Err(quadratura_base::Error::Cancelled),
             figures => figures,
         };
@@ -148,7 +149,7 @@ const USUAL_HEIGHT: f64 = 8.0;
 /// Returns what is doubtful about where trees stand, in words: feet above or below the model, trees far away from it, and trees in one place. `model`
 /// is what they stand on, `up` what is up in the world.
 pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
-    let surface = Surface::from_model(model);
+    let surface = ModelSurface::from_model(model);
     let size = extent(&model.vertices);
     let low = model.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
     let high = model.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
@@ -186,7 +187,7 @@ pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
 
 /// Returns how far a foot is above the nearest surface on the vertical line through it; `None` where there is none. A surface
 /// above the tree's top is none: it is a roof, or what else is over ground that is not modelled.
-fn above_ground(surface: &Surface, at: DVec3, up: DVec3, height: f64) -> Option<f64> {
+fn above_ground(surface: &ModelSurface, at: DVec3, up: DVec3, height: f64) -> Option<f64> {
     // From a little beyond the foot, so that a surface right at it is met from both sides.
     let start = AFLOAT * height;
     let below = surface.nearest(at + start * up, -up).map(|hit| hit.t - start);

@@ -13,8 +13,8 @@ use quadratura_document::Project;
 use quadratura_document::masks::{MaskOrigin, MaskedTree};
 use quadratura_document::trees::PlacedTree;
 use quadratura_files::hash::hash_bytes;
-use quadratura_foliage::{Tree, View as PlantView, Wood, silhouette};
-use quadratura_layers::View;
+use quadratura_foliage::{Tree, View, Wood, silhouette};
+use quadratura_layers::ProjectedModel;
 use quadratura_layers::software::owners;
 
 /// How near the model is at the pixels of a photo.
@@ -28,7 +28,7 @@ impl ModelNearness {
     /// the nearest one count as one.
     pub fn new(model: &Model, photo: &Photo, tolerance: f32) -> Self {
         let model = Arc::new(model.without_see_through()).facing(&Facing::of_pose(&photo.pose));
-        let view = View::new(&model, &photo.camera, &photo.pose);
+        let view = ProjectedModel::new(&model, &photo.camera, &photo.pose);
         let width = photo.camera.width as usize;
         let nearness = |(pixel, owner): (usize, &u32)| match owner.checked_sub(1) {
             Some(item) => {
@@ -52,15 +52,15 @@ impl ModelNearness {
 /// # Errors
 /// Those of [`silhouette`].
 pub fn tree_pixels(
-    (wood, tree): (&Wood, &Tree),
+    wood: &Wood,
+    tree: &Tree,
     photo: &Photo,
     model: &ModelNearness,
     margin: u32,
     task: &Task,
 ) -> Result<Spans> {
     let plant = &wood.species[tree.species].plant;
-    let view =
-        PlantView::of_tree(photo.camera, &photo.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
+    let view = View::of_tree(photo.camera, &photo.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
     let covered = silhouette(plant, &view, &model.inverse_depths, task)?;
     let (whole, width) = (photo.camera.rect(), photo.camera.width as usize);
     let shown = Spans::of_pixels(whole, |x, y| covered[y as usize * width + x as usize]);
@@ -75,7 +75,8 @@ pub fn tree_pixels(
 pub fn tree_masks(
     opened: &Opened,
     photos: &[&Photo],
-    (wood, names): (&Wood, &[String]),
+    wood: &Wood,
+    names: &[String],
     margin: u32,
     task: &Task,
 ) -> Result<Vec<MaskEdit>> {
@@ -87,7 +88,7 @@ pub fn tree_masks(
         for tree in wood.trees.iter().filter(|tree| names.contains(&tree.name)) {
             // Its progress is that of the photos.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let masked = tree_pixels((wood, tree), photo, &model, margin, &quiet)?;
+            let masked = tree_pixels(wood, tree, photo, &model, margin, &quiet)?;
             let placed = opened.project.trees.placed.iter().find(|placed| placed.name == tree.name);
             let placing = placed.map(|placed| placing(&opened.project, placed));
             let from = MaskOrigin::Tree(MaskedTree { name: tree.name.clone(), margin, placing });
@@ -166,7 +167,7 @@ mod tests {
         let photo = scene.photo();
         let of = |model: &Model, margin| {
             let nearness = ModelNearness::new(model, &photo, 1e-4);
-            tree_pixels((&wood, &wood.trees[0]), &photo, &nearness, margin, &Task::silent()).unwrap()
+            tree_pixels(&wood, &wood.trees[0], &photo, &nearness, margin, &Task::silent()).unwrap()
         };
         let (alone, beside) = (of(&Model::default(), 0), of(&scene.model, 0));
         // As high as 6 of 12 units are in the picture, give or take the nearer part of the crown.

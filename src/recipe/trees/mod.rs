@@ -19,4 +19,4 @@ mod views;
 
 pub use images::{plant_images, species_images};
 pub use site::{KnownPlants, PlantParts, SiteTrees, plant_of, shine, site_trees, site_trees_with};
-pub use views::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_views};
+pub use views::{PlantDrawing, PlantMethod, PlantViews, ViewComparison, plant_views};

@@ -12,7 +12,7 @@ use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::task::Task;
 use quadratura_document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
 use quadratura_foliage::files::{built_in_plant, read_plant};
-use quadratura_foliage::{Light, Placing, Plant, Tree, Wood, WoodSpecies};
+use quadratura_foliage::{OutdoorLight, Placing, Plant, Tree, Wood, WoodSpecies};
 use quadratura_io::project::resolved;
 
 /// The trees of a project.
@@ -37,7 +37,7 @@ pub fn site_trees(
     parts: PlantParts,
     task: &Task,
 ) -> Result<Option<SiteTrees>> {
-    site_trees_with(folder, (trees, &mut KnownPlants::default()), up, parts, task)
+    site_trees_with(folder, trees, &mut KnownPlants::default(), up, parts, task)
 }
 
 /// What is wanted of plants; each has what the one before has.
@@ -72,18 +72,13 @@ struct KnownPlant {
 
 impl KnownPlants {
     /// Returns the species of a name, whose plant is read or grown the first time, and when its paint has changed.
-    fn of(
-        &mut self,
-        folder: &Path,
-        (name, species): (&str, &TreeSpecies),
-        task: &Task,
-    ) -> Result<WoodSpecies> {
+    fn of(&mut self, folder: &Path, name: &str, species: &TreeSpecies, task: &Task) -> Result<WoodSpecies> {
         let paint = paint_state(folder, name);
         let is_same = |of: &&KnownPlant| of.name == name && of.species == *species && of.paint == paint;
         if let Some(of) = self.0.iter().find(is_same) {
             return Ok(of.known.clone());
         }
-        let SpeciesPlants { plant, unpainted } = species_plants(folder, (name, species), task)?;
+        let SpeciesPlants { plant, unpainted } = species_plants(folder, name, species, task)?;
         let (plant, unpainted) = (Arc::new(plant), unpainted.map(Arc::new));
         let known = WoodSpecies { plant, unpainted, images: None, openness: None };
         // What a species was before is of no use any more.
@@ -134,7 +129,8 @@ fn found<T>(found: Result<T>, task: &Task) -> Result<Option<T>> {
 /// [`Error::Cancelled`].
 pub fn site_trees_with(
     folder: &Path,
-    (trees, plants): (&Trees, &mut KnownPlants),
+    trees: &Trees,
+    plants: &mut KnownPlants,
     up: DVec3,
     parts: PlantParts,
     task: &Task,
@@ -145,7 +141,7 @@ pub fn site_trees_with(
     let placed: BTreeSet<&String> = trees.placed.iter().map(|tree| &tree.species).collect();
     for (name, species) in trees.species.iter().filter(|(name, _)| placed.contains(name)) {
         // What is wrong with a plant is a problem below, and what is wrong with its paint a note.
-        if let Err(Error::Cancelled) = plants.of(folder, (name, species), task) {
+        if let Err(Error::Cancelled) = plants.of(folder, name, species, task) {
             return Err(Error::Cancelled);
         }
     }
@@ -197,7 +193,7 @@ fn plant_of_species(
         let found = format!("a tree is of the species {name:?}, which the project does not have");
         Error::input(folder, "trees", found, "add the species, or remove the tree")
     })?;
-    plants.of(folder, (name, species), task)
+    plants.of(folder, name, species, task)
 }
 
 /// Reads or grows the plant of a species, without its paint.
@@ -222,8 +218,8 @@ fn placing(tree: &PlacedTree, up: DVec3, unit: f64) -> Placing {
 }
 
 /// Returns the light on the trees of a site: what is given, and a clear day for the rest.
-fn light(said: &TreeLight, up: DVec3) -> Light {
-    let mut light = Light::day(up);
+fn light(said: &TreeLight, up: DVec3) -> OutdoorLight {
+    let mut light = OutdoorLight::day(up);
     if let Some(sun) = said.sun {
         light.towards_sun = DVec3::from_array(sun).normalize();
     }
@@ -234,7 +230,7 @@ fn light(said: &TreeLight, up: DVec3) -> Light {
 }
 
 /// Makes a light as bright as is said.
-pub fn shine(light: &mut Light, LightStrength { sun, sky, ground }: &LightStrength) {
+pub fn shine(light: &mut OutdoorLight, LightStrength { sun, sky, ground }: &LightStrength) {
     let linear = |light: &[f64; 3]| DVec3::from_array(*light).as_vec3();
     (light.sun, light.sky, light.ground) = (linear(sun), linear(sky), linear(ground));
 }
@@ -292,7 +288,8 @@ mod tests {
         let mut made = || {
             let made = site_trees_with(
                 Path::new("."),
-                (&trees, &mut known),
+                &trees,
+                &mut known,
                 DVec3::Z,
                 PlantParts::Geometry,
                 &Task::silent(),

@@ -9,7 +9,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Model;
 use quadratura_document::trees::Trees;
 use quadratura_foliage::files::list::{Column, ListedPlace, TreeList};
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 
 /// The outcome of placing a list.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub struct PlacedList {
 /// What trees stand on: the solid surfaces of a model, and the axis of the world that is nearest to what is up. Feet that are
 /// dropped along it keep the two level coordinates that a list gives.
 pub struct Ground {
-    surface: Surface,
+    surface: ModelSurface,
     /// The axis: 0, 1 or 2 for x, y or z.
     axis: usize,
     /// The direction from which feet are dropped, along the axis.
@@ -45,7 +45,7 @@ impl Ground {
             [low.min(height), high.max(height)]
         });
         let start = (high + (high - low).max(1.0)) * along[axis];
-        Self { surface: Surface::from_model(&solid), axis, up: along, start }
+        Self { surface: ModelSurface::from_model(&solid), axis, up: along, start }
     }
 
     /// Returns the names of the two level coordinates.
@@ -75,7 +75,8 @@ const FEW_NAMES: usize = 4;
 /// there are, because the list was placed before.
 pub fn placed_list(
     trees: &Trees,
-    (file, list): (&Path, TreeList),
+    file: &Path,
+    list: TreeList,
     species: Option<&str>,
     ground: &Ground,
     change: &TreeChange,
@@ -91,7 +92,7 @@ pub fn placed_list(
         return Err(error);
     }
     for place in named.into_iter().chain(nameless) {
-        match placed_one(&done, (file, place), species, ground, change) {
+        match placed_one(&done, file, place, species, ground, change) {
             Ok((trees, name)) => {
                 done = trees;
                 names.push((place.line, name));
@@ -123,7 +124,8 @@ fn placed_before(trees: &Trees, file: &Path, named: &[&ListedPlace]) -> Option<E
 
 fn placed_one(
     trees: &Trees,
-    (file, place): (&Path, &ListedPlace),
+    file: &Path,
+    place: &ListedPlace,
     species: Option<&str>,
     ground: &Ground,
     change: &TreeChange,
@@ -175,13 +177,7 @@ mod tests {
         std::fs::write(&file, text).unwrap();
         let list = read_tree_list(&file).unwrap();
         let change = TreeChange { height: Some(7.0), turn: Some(10.0), ..TreeChange::default() };
-        placed_list(
-            trees,
-            (&file, list),
-            species,
-            &Ground::new(&model(), DVec3::new(0.01, 0.0, 1.0)),
-            &change,
-        )
+        placed_list(trees, &file, list, species, &Ground::new(&model(), DVec3::new(0.01, 0.0, 1.0)), &change)
     }
 
     #[test]

@@ -13,14 +13,14 @@ use quadratura_base::task::Task;
 use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::directions::{Serving, serving};
 use quadratura_foliage::{Openness, Sunlit, Tree, Wood};
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 
 /// The faces of a model that keep the sun away: not those of backdrops, nor what one sees through. What was found of trees is kept
 /// for the next time, when most of them are where they were.
 #[derive(Debug)]
 pub struct SunBlockers {
-    surface: Surface,
-    known: Mutex<FxHashMap<String, Known>>,
+    surface: ModelSurface,
+    known: Mutex<FxHashMap<String, CachedSunlight>>,
 }
 
 impl SunBlockers {
@@ -29,7 +29,7 @@ impl SunBlockers {
         let solid = model
             .without(|object| says_backdrop(&object.name) || object.shows_what_is_behind())
             .without_see_through();
-        Self { surface: Surface::from_model(&solid), known: Mutex::default() }
+        Self { surface: ModelSurface::from_model(&solid), known: Mutex::default() }
     }
 
     /// Finds the share of sunlight that reaches the trees, past the model and past each other. A sun below the horizon is in nobody's
@@ -68,7 +68,7 @@ impl SunBlockers {
             let key = key(crown, &others, towards_sun);
             let found = || self.sunlit(crown, &others, towards_sun);
             let sunlit = known.get(&key).map_or_else(found, |known| known.sunlit.clone());
-            Ok(Some((key, Known { sunlit, _openness: crown.openness.clone() })))
+            Ok(Some((key, CachedSunlight { sunlit, _openness: crown.openness.clone() })))
         };
         let found: Result<Vec<_>> = crowns.par_iter().enumerate().map(sunlit).collect();
         let found = found?;
@@ -96,7 +96,7 @@ impl SunBlockers {
 
 /// What was found of a tree. Its openness is kept with it, so that no other one gets its address, by which it is known.
 #[derive(Debug, Clone)]
-struct Known {
+struct CachedSunlight {
     sunlit: Option<Arc<Sunlit>>,
     _openness: Arc<Openness>,
 }
@@ -174,14 +174,14 @@ mod tests {
     use quadratura_base::scene::synthetic::Modeller;
     use quadratura_foliage::directions::DIRECTIONS;
     use quadratura_foliage::synthetic::boxed;
-    use quadratura_foliage::{Light, WoodSpecies};
+    use quadratura_foliage::{OutdoorLight, WoodSpecies};
 
     /// A species of 2 x 2 x 4 of which a share of all light comes in from outside.
     fn species(open: u8) -> WoodSpecies {
         let plant = Arc::new(boxed(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 4.0), DVec3::Z));
         let low = DVec3::new(-1.0, -1.0, 0.0);
         let openness =
-            Openness::of((low, 2.0, [1, 1, 2]), vec![[127, 0, 0, 0]; 2], vec![[open; DIRECTIONS]; 2]);
+            Openness::of(low, 2.0, [1, 1, 2], vec![[127, 0, 0, 0]; 2], vec![[open; DIRECTIONS]; 2]);
         WoodSpecies { plant, unpainted: None, images: None, openness: Some(Arc::new(openness.unwrap())) }
     }
 
@@ -201,7 +201,7 @@ mod tests {
     /// The sun is in the direction of +x, 45 degrees high.
     fn wood(trees: Vec<Tree>) -> Wood {
         let towards_sun = DVec3::new(1.0, 0.0, 1.0).normalize();
-        let light = Light { towards_sun, ..Light::day(DVec3::Z) };
+        let light = OutdoorLight { towards_sun, ..OutdoorLight::day(DVec3::Z) };
         Wood { species: vec![species(51), species(255)], trees, light }
     }
 

@@ -14,8 +14,9 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{Model, Site};
 use quadratura_base::task::Task;
 use quadratura_foliage::{
-    Caster, FlakeOptions, ImageCost, Jump, LayeredOptions, Light, Openness, Plant, PlantImages, Shades,
-    Shadow, Similarity, SunShade, View, draw, draw_flakes, draw_layered, draw_shaded, jump, similarity,
+    Caster, FlakeOptions, ImageCost, Jump, LayeredOptions, Openness, OutdoorLight, PictureSimilarity, Plant,
+    PlantImages, Shades, Shadow, SunShade, View, draw, draw_flakes, draw_layered, draw_shaded, jump,
+    similarity,
 };
 use quadratura_view::Picture;
 
@@ -96,11 +97,11 @@ pub enum PlantMethod {
 
 /// A view beside brute force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Compared {
+pub struct ViewComparison {
     /// The name of the view.
     pub view: String,
     /// How like it is; `None` where the plant is not in view.
-    pub similarity: Option<Similarity>,
+    pub similarity: Option<PictureSimilarity>,
     /// The seconds that brute force took for it, over those that the method took.
     pub speedup: f64,
     /// What it changes by since the frame before that brute force does not change by; `None` for views that are no frames, and for the first.
@@ -111,14 +112,14 @@ pub struct Compared {
 pub struct PlantDrawing<'a> {
     plant: &'a Plant,
     method: PlantMethod,
-    light: Light,
+    light: OutdoorLight,
     shades: Option<(Shadow, Openness)>,
     /// The triangles that were projected so far, without those of comparisons.
     pub triangles: u64,
     /// What pictures from images cost so far.
     pub layered: ImageCost,
     /// The views that were compared so far; `None` where none shall be.
-    pub compared: Option<Vec<Compared>>,
+    pub compared: Option<Vec<ViewComparison>>,
     /// Whether views are the frames of a flight.
     is_flight: bool,
     /// The last frame that was compared: by brute force, and as it was drawn.
@@ -127,13 +128,13 @@ pub struct PlantDrawing<'a> {
 
 impl<'a> PlantDrawing<'a> {
     /// Prepares the drawing of a plant, without shadows. `towards_sun` is in the plant's frame, of any finite length but 0; without it the
-    /// sun is that of [`Light::day`].
+    /// sun is that of [`OutdoorLight::day`].
     pub fn new(plant: &'a Plant, method: PlantMethod, towards_sun: Option<DVec3>, compares: bool) -> Self {
-        let day = Light::day(plant.up);
+        let day = OutdoorLight::day(plant.up);
         Self {
             plant,
             method,
-            light: Light { towards_sun: towards_sun.map_or(day.towards_sun, DVec3::normalize), ..day },
+            light: OutdoorLight { towards_sun: towards_sun.map_or(day.towards_sun, DVec3::normalize), ..day },
             shades: None,
             triangles: 0,
             layered: ImageCost::default(),
@@ -189,11 +190,11 @@ impl<'a> PlantDrawing<'a> {
                 drawing.picture
             }
             PlantMethod::Layers(images, options) => {
-                let drawn = draw_layered((self.plant, images), &view, &self.light, options, task)?;
+                let drawn = draw_layered(self.plant, images, &view, &self.light, options, task)?;
                 self.counted(drawn)
             }
             PlantMethod::Texels(images, options) => {
-                let drawn = draw_flakes((self.plant, images), &view, &self.light, options, task)?;
+                let drawn = draw_flakes(self.plant, images, &view, &self.light, options, task)?;
                 self.counted(drawn)
             }
         };
@@ -209,7 +210,7 @@ impl<'a> PlantDrawing<'a> {
                 .as_ref()
                 .filter(|of| of[0].width == picture.width && of[0].height == picture.height);
             let jump = before.and_then(|of| jump([&of[0], &frame[0]], [&of[1], &frame[1]]));
-            compared.push(Compared { view: requested.name.clone(), similarity, speedup, jump });
+            compared.push(ViewComparison { view: requested.name.clone(), similarity, speedup, jump });
             self.before = self.is_flight.then_some(frame);
         }
         Ok(picture)

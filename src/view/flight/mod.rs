@@ -84,13 +84,13 @@ pub struct Flight {
     size_px: [u32; 2],
     pace: Pace,
     positions: Spline<3>,
-    directions: Directions,
+    directions: ViewDirections,
     /// Logarithms of the focal lengths, then the shifts.
     lenses: Spline<4>,
 }
 
 #[derive(Debug, Clone)]
-enum Directions {
+enum ViewDirections {
     Turned(TurnSpline),
     /// The points to look at, and the up direction.
     At(Spline<3>, DVec3),
@@ -155,21 +155,23 @@ impl Flight {
     fn pose(&self, knot: f64) -> Pose {
         let center = DVec3::from_array(self.positions.at(knot));
         let rotation = match &self.directions {
-            Directions::Turned(turns) => DMat3::from_quat(turns.at(knot)).transpose(),
-            Directions::At(points, up) => camera_from_world(DVec3::from_array(points.at(knot)) - center, *up),
+            ViewDirections::Turned(turns) => DMat3::from_quat(turns.at(knot)).transpose(),
+            ViewDirections::At(points, up) => {
+                camera_from_world(DVec3::from_array(points.at(knot)) - center, *up)
+            }
         };
         Pose { rotation, translation: -(rotation * center) }
     }
 }
 
-fn directions(keyframes: &[Keyframe], knots: &[f64], rotations: &[DQuat], up: DVec3) -> Directions {
+fn directions(keyframes: &[Keyframe], knots: &[f64], rotations: &[DQuat], up: DVec3) -> ViewDirections {
     let point = |frame: &Keyframe| match frame.aim {
         Aim::At(point) => Some(point.to_array()),
         Aim::Rotation(_) => None,
     };
     match keyframes.iter().map(point).collect::<Option<Vec<_>>>() {
-        Some(points) => Directions::At(Spline::new(knots, points), up),
-        None => Directions::Turned(TurnSpline::new(knots, rotations)),
+        Some(points) => ViewDirections::At(Spline::new(knots, points), up),
+        None => ViewDirections::Turned(TurnSpline::new(knots, rotations)),
     }
 }
 

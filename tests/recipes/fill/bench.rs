@@ -15,7 +15,7 @@ use quadratura::testing::io::layer_reader::read_grey;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::fill::FillOptions;
 use quadratura::testing::layers::{Options, SoftwareRasteriser};
-use quadratura::testing::projection::surface::Surface;
+use quadratura::testing::projection::model_surface::ModelSurface;
 use quadratura::testing::recipe::build::{BuildOptions, build};
 use quadratura::testing::recipe::fill::{FillRequest, FilledPhoto, fill};
 use quadratura::testing::recipe::open::Opened;
@@ -329,7 +329,7 @@ pub fn difference(rgb: [u16; 3], truth: [f64; 3]) -> f64 {
 
 /// Photographs the model: the colour of what each pixel's middle meets.
 fn save(photo: &Photo, model: &Model, bits: u8, alpha: bool, paint: Paint) {
-    let surface = Surface::from_model(model);
+    let surface = ModelSurface::from_model(model);
     let (width, height) = (photo.camera.width, photo.camera.height);
     let eye = photo.pose.center_in_world();
     let mut bytes = Vec::new();

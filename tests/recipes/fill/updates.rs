@@ -9,7 +9,7 @@ use quadratura::task::Task;
 use quadratura::testing::document::{PhotoDecisions, Stack};
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::rasteriser::StencilLayers;
-use quadratura::testing::layers::{Fragments, Options, Rasteriser, SoftwareRasteriser, View};
+use quadratura::testing::layers::{Fragments, Options, ProjectedModel, Rasteriser, SoftwareRasteriser};
 use quadratura::testing::recipe::fill::stale_fillings;
 use quadratura::testing::recipe::open::Opened;
 use quadratura::testing::recipe::survey::{StackState, Survey};
@@ -189,14 +189,14 @@ fn a_decision_between_two_photos_is_in_the_stack_that_becomes_current() {
 struct Meanwhile<F: Fn() + Sync>(F);
 
 impl<F: Fn() + Sync> Rasteriser for Meanwhile<F> {
-    fn fragments(&self, view: &View, tolerance: f32, task: &Task) -> Result<Fragments> {
+    fn fragments(&self, view: &ProjectedModel, tolerance: f32, task: &Task) -> Result<Fragments> {
         (self.0)();
         SoftwareRasteriser.fragments(view, tolerance, task)
     }
 
     fn occluded(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         alive: &[bool],
         forgiven: &[(u32, u32)],
@@ -206,7 +206,7 @@ impl<F: Fn() + Sync> Rasteriser for Meanwhile<F> {
 
     fn stencil_peeling(
         &self,
-        view: &View,
+        view: &ProjectedModel,
         tolerance: f32,
         working: &[bool],
         task: &Task,

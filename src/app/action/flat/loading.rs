@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::slot::{ResultRequest, want};
 use crate::state::State;
 use crate::state::flat::levels::levels_of;
-use crate::state::flat::loading::{LayerPicture, PeelKey, PeeledPicture};
+use crate::state::flat::loading::{ImageLayerPicture, PeelKey, PeeledPicture};
 use crate::state::flat::version::LayersVersion;
 use crate::work::Work;
 use quadratura_base::scene::PhotoId;
@@ -85,6 +85,6 @@ pub fn want_image_layer(state: &mut State, work: &mut Work) {
     want(state, work, request, move |task| {
         let view = layer_view(&folder, &version.stack, index, look, task)?;
         task.go_on()?;
-        Ok(LayerPicture { levels: levels_of(view.picture), hidden: view.hidden, legend: view.legend })
+        Ok(ImageLayerPicture { levels: levels_of(view.picture), hidden: view.hidden, legend: view.legend })
     });
 }

@@ -40,7 +40,7 @@ impl State {
         {
             match made {
                 Ok(EditedMasks { masks, .. }) if masks == *base => {
-                    self.masking.known.revision += 1;
+                    self.masking.cache.revision += 1;
                     let nothing = match waiting.work {
                         MaskWork::Object { photo, object, .. } => {
                             format!("{photo} shows no part of {object} that is not masked already")
@@ -51,11 +51,11 @@ impl State {
                     self.tell(Note::new(Weight::Info, nothing));
                 }
                 Ok(EditedMasks { masks, read }) => {
-                    self.masking.known.add(read, &masks);
+                    self.masking.cache.add(read, &masks);
                     self.edit(waiting.name, Project { masks, ..Project::clone(&present) }, None);
                 }
                 Err(error) => {
-                    self.masking.known.revision += 1;
+                    self.masking.cache.revision += 1;
                     self.tell(Note::new(Weight::Problem, format!("The mask was not saved: {error}")));
                 }
             }
@@ -67,7 +67,7 @@ impl State {
 /// Queues a change of masks as a step of the history; `name` is the text for undo.
 pub fn queue_mask(state: &mut State, work: &mut Work, name: String, change: MaskWork) {
     state.masking.keeping.queue.push_back(Waiting { name, work: change });
-    state.masking.known.revision += 1;
+    state.masking.cache.revision += 1;
     keep_masks(state, work);
 }
 
@@ -79,7 +79,7 @@ pub fn keep_masks(state: &mut State, work: &mut Work) {
         }
         state.masking.keeping.working = None;
         state.masking.keeping.queue.pop_front();
-        state.masking.known.revision += 1;
+        state.masking.cache.revision += 1;
     }
     let (Some(session), Some(waiting)) = (&state.session, state.masking.keeping.queue.front()) else {
         return;
@@ -128,7 +128,7 @@ fn tree_edits(folder: &Path, opened: &Opened, margin_px: u32, task: &Task) -> Re
     let Some(SiteTrees { wood, problems }) = made else { return Ok(Vec::new()) };
     problems.into_iter().for_each(|problem| task.note(problem));
     let names: Vec<String> = project.trees.placed.iter().map(|tree| tree.name.clone()).collect();
-    tree_masks(opened, &photos, (&wood, &names), margin_px, task)
+    tree_masks(opened, &photos, &wood, &names, margin_px, task)
 }
 
 /// Returns the edit for an object of the whole model: an excluded object can be masked, too.

@@ -21,7 +21,7 @@ impl State {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else {
             return Vec::new();
         };
-        self.masking.known.add(read, &session.history.present().masks);
+        self.masking.cache.add(read, &session.history.present().masks);
         vec![MaskAsk::Report(message, "cannot be built").into()]
     }
 }
@@ -30,8 +30,8 @@ impl State {
 pub fn want_masks(state: &mut State, work: &mut Work, photo: PhotoId) {
     let Some(session) = &state.session else { return };
     let (folder, photo) = (session.folder.clone(), session.opened.site.photo(photo));
-    let missing = state.masking.known.missing(session.history.present().masks.of(&photo.name));
-    let reads = state.masking.known.reading.is_some_and(|job| state.running.is_running(job));
+    let missing = state.masking.cache.missing(session.history.present().masks.of(&photo.name));
+    let reads = state.masking.cache.reading.is_some_and(|job| state.running.is_running(job));
     if missing.is_empty() || reads {
         return;
     }
@@ -51,5 +51,5 @@ pub fn want_masks(state: &mut State, work: &mut Work, photo: PhotoId) {
         }
         Ok(Box::new(move |state| state.masks_read(&folder, read, message)))
     });
-    state.masking.known.reading = Some(job);
+    state.masking.cache.reading = Some(job);
 }

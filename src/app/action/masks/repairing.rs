@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use crate::state::State;
 use crate::state::masking::origin_words;
-use crate::state::notes::{Note, Remedy, Weight, ago};
+use crate::state::notes::{Note, NoteRemedy, Weight, ago};
 use crate::state::running::JobKind;
 use crate::work::Work;
 use crate::work::jobs::arrival;
@@ -111,14 +111,14 @@ fn note_of(it: UnusableMask, therefore: &str, older: Option<(String, u64, System
     let text = format!("{therefore}: its mask, {words}, cannot be used: {}.", it.problem);
     let note = Note::about(Weight::Problem, &it.photo.name, text);
     let away = changed(&it.photo, it.mask.clone(), None);
-    let mut note = note.with("Remove this mask", Remedy::SetMask(Box::new(away)));
+    let mut note = note.with("Remove this mask", NoteRemedy::SetMask(Box::new(away)));
     if let Some((file, pixels, made)) = older {
         let mask = Mask { from: it.mask.from.clone(), file, pixels };
         let when = made.elapsed().map(ago).unwrap_or_default();
         let back = changed(&it.photo, it.mask.clone(), Some(mask));
-        note = note.with(format!("Restore the version of {when}"), Remedy::SetMask(Box::new(back)));
+        note = note.with(format!("Restore the version of {when}"), NoteRemedy::SetMask(Box::new(back)));
     }
-    note.with("Choose a file…", Remedy::ChooseMask(Box::new(it)))
+    note.with("Choose a file…", NoteRemedy::ChooseMask(Box::new(it)))
 }
 
 fn changed(photo: &Photo, before: Mask, after: Option<Mask>) -> MaskChange {

@@ -11,7 +11,7 @@ use crate::state::State;
 use crate::state::notes::{Note, Weight};
 use crate::state::opening::Purpose;
 use crate::work::Work;
-use crate::work::chooser::Chosen;
+use crate::work::chooser::FileDialogAnswer;
 use quadratura_recipe::sample::folder_in;
 
 /// Opens a file dialog.
@@ -22,9 +22,9 @@ pub fn choose(work: &mut Work, purpose: Purpose) {
 /// Handles the answer of the file dialog.
 pub fn take_chosen(state: &mut State, work: &mut Work) {
     match work.chooser.take() {
-        Some((purpose, Chosen::Path(path))) => take_choice(state, work, purpose, path),
-        Some((purpose, Chosen::NoDialog)) => without_dialog(state, &purpose),
-        Some((_, Chosen::Nothing)) | None => (),
+        Some((purpose, FileDialogAnswer::Path(path))) => take_choice(state, work, purpose, path),
+        Some((purpose, FileDialogAnswer::NoDialog)) => without_dialog(state, &purpose),
+        Some((_, FileDialogAnswer::Nothing)) | None => (),
     }
 }
 

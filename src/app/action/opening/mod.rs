@@ -79,7 +79,7 @@ fn take_path(state: &mut State, work: &mut Work, path: &Path) {
 }
 
 /// Handles a project that was opened, with unsaved changes found from an earlier run.
-pub fn arrived(state: &mut State, work: &mut Work, (session, recovered): (Session, Option<UnsavedChanges>)) {
+pub fn arrived(state: &mut State, work: &mut Work, session: Session, recovered: Option<UnsavedChanges>) {
     opened(state, work, session);
     recovered.into_iter().for_each(|recovered| offer_recovery(state, work, recovered));
 }

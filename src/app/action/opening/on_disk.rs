@@ -1,7 +1,7 @@
 //! Watches the files of the site on disk, and offers to read them again when they have changed. Plants are read again at once.
 
 use crate::state::State;
-use crate::state::notes::{Remedy, changed, plants_changed};
+use crate::state::notes::{NoteRemedy, changed, plants_changed};
 use crate::work::Work;
 use crate::work::on_disk::{FoundOnDisk, OnDisk};
 
@@ -19,7 +19,7 @@ pub fn take_changes(state: &mut State, work: &mut Work) {
             FoundOnDisk::Site(now) => {
                 let changes = state.session.as_ref().map_or(Vec::new(), |session| session.seen.changes(&now));
                 if !changes.is_empty() {
-                    state.tell(changed(&changes).with("Reload from disk", Remedy::ReadAgain));
+                    state.tell(changed(&changes).with("Reload from disk", NoteRemedy::ReadAgain));
                 }
             }
             FoundOnDisk::Plants { there, missing } => {

@@ -9,7 +9,7 @@ use crate::state::notes::{Note, Weight};
 use crate::state::quality::colour::GainInputs;
 use crate::state::running::JobKind;
 use crate::work::Work;
-use crate::work::painter::Change;
+use crate::work::painter::PreviewChange;
 use quadratura_document::Project;
 use quadratura_document::history::Gesture;
 use quadratura_recipe::colour::{ColourEdit, edited, estimate, factors, usual_exposure};
@@ -89,7 +89,7 @@ pub fn show_gains(state: &mut State, work: &mut Work) {
     let gains = decided_gains(&estimate, &colour, &session.opened.site);
     state.quality.colour.factors = factors(&gains.of_photo, &colour, &session.opened.site);
     if let Some(painter) = &mut work.painter {
-        painter.change(Change::Gains(Box::new(gains)));
+        painter.change(PreviewChange::Gains(Box::new(gains)));
         state.space.redraw();
     }
 }

@@ -9,7 +9,7 @@ use crate::state::quality::colour::GainInputs;
 use crate::state::running::JobKind;
 use crate::state::session::Session;
 use crate::work::Work;
-use crate::work::painter::Change;
+use crate::work::painter::PreviewChange;
 use quadratura_base::scene::builder::SURROUNDINGS;
 use quadratura_document::paint::{PaintBook, PaintEntry};
 use quadratura_recipe::surroundings::SiteSurroundings;
@@ -50,7 +50,7 @@ pub fn renew_surroundings(state: &mut State, work: &mut Work) {
 /// Shows surroundings in the 3D view.
 pub fn show_surroundings(state: &mut State, work: &mut Work, surroundings: Box<SiteSurroundings>) {
     if let Some(painter) = &mut work.painter {
-        painter.change(Change::Surroundings(surroundings));
+        painter.change(PreviewChange::Surroundings(surroundings));
         state.space.redraw();
     }
 }

@@ -13,7 +13,7 @@ use crate::state::round_trip::report::Way;
 use crate::state::running::JobKind;
 use crate::work::Work;
 use crate::work::jobs::arrival;
-use crate::work::painter::Change;
+use crate::work::painter::PreviewChange;
 use quadratura_base::error::Error;
 use quadratura_base::task::Task;
 use quadratura_document::paint::PaintBook;
@@ -86,7 +86,7 @@ pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String
     state.history_is(&book);
     state.quality.forget_fillings();
     if let Some(painter) = &mut work.painter {
-        painter.change(Change::Paint(photos.into_iter().collect(), book.clone()));
+        painter.change(PreviewChange::Paint(photos.into_iter().collect(), book.clone()));
         state.space.redraw();
     }
     if is_repainted(state.round_trip.book.as_deref(), &book) {

@@ -11,7 +11,7 @@ use crate::state::round_trip::Projected;
 use crate::state::running::JobKind;
 use crate::state::session::{PhotoStatus, stacks_of};
 use crate::work::Work;
-use crate::work::painter::Change;
+use crate::work::painter::PreviewChange;
 use quadratura_base::error::Error;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::paint::PaintBook;
@@ -97,7 +97,7 @@ pub fn show_projected(state: &mut State, work: &mut Work, projected: Projected) 
         return;
     }
     if let Some(painter) = &mut work.painter {
-        painter.change(Change::Projected(photos, paint));
+        painter.change(PreviewChange::Projected(photos, paint));
         state.space.redraw();
     }
     match later.is_empty() {
@@ -110,7 +110,7 @@ pub fn show_projected(state: &mut State, work: &mut Work, projected: Projected) 
 pub fn show_fillings(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     if let Some(painter) = &mut work.painter {
-        painter.change(Change::Fillings(stacks_of(&session.photos)));
+        painter.change(PreviewChange::Fillings(stacks_of(&session.photos)));
         state.space.redraw();
     }
     // Paint that came in the meantime is not in these files.

@@ -2,7 +2,7 @@
 
 use super::bench::TestBench;
 use crate::state::ask::{BuildAsk, DecideAsk};
-use crate::state::notes::{Remedy, Weight};
+use crate::state::notes::{NoteRemedy, Weight};
 use crate::state::pending::Invalidation;
 use crate::state::running::JobKind;
 use quadratura_base::geometry::Similarity;
@@ -46,7 +46,7 @@ fn a_site_that_cannot_be_read_again_stays_as_it_was_and_can_be_read_later() {
     assert!(bench.state.running.runs(JobKind::Open));
     bench.settle();
     let note = bench.state.notes.list().last().unwrap();
-    assert_eq!((note.weight, &note.remedies[0].1), (Weight::Problem, &Remedy::ReadAgain));
+    assert_eq!((note.weight, &note.remedies[0].1), (Weight::Problem, &NoteRemedy::ReadAgain));
     assert_eq!(bench.session().photos.len(), super::bench::PHOTOS.len());
     assert_eq!(bench.session().pending.invalidation, Some(Invalidation::Site));
     bench.pass(1.0);

@@ -12,7 +12,7 @@ use crate::state::selection::Selection;
 use quadratura_base::scene::{FaceIndex, ObjectId, PhotoId};
 use quadratura_layers::{Faces, LayerIndex};
 use quadratura_recipe::decide::LayerEdit;
-use quadratura_recipe::layer_table::Column;
+use quadratura_recipe::layer_table::LayerColumn;
 
 /// Returns the rows of the lists as they are.
 fn listed(bench: &TestBench) -> Vec<ListRow> {
@@ -23,12 +23,12 @@ fn listed(bench: &TestBench) -> Vec<ListRow> {
 /// Changes the lists as a panel does, and applies what they ask for.
 fn hand(
     bench: &mut TestBench,
-    act: impl FnOnce(&mut ListsState, (&ListedSite<'_>, Selection), &[ListRow]) -> Option<Ask>,
+    act: impl FnOnce(&mut ListsState, &ListedSite<'_>, Selection, &[ListRow]) -> Option<Ask>,
 ) {
     let mut lists = std::mem::take(&mut bench.state.lists);
     let site = ListedSite::from_state(&bench.state).unwrap();
     let rows = rows(&bench.state, &lists, &site);
-    let ask = act(&mut lists, (&site, bench.state.selection), &rows);
+    let ask = act(&mut lists, &site, bench.state.selection, &rows);
     bench.state.lists = lists;
     ask.into_iter().for_each(|ask| bench.ask(ask));
 }
@@ -70,12 +70,12 @@ fn layers_are_listed_by_depth_and_a_closed_depth_lists_none() {
 fn a_table_has_headings_and_the_order_of_its_column() {
     let mut bench = layered();
     bench.ask(WindowAsk::Flip(Flag::LayerTable));
-    bench.ask(WindowAsk::SortLayers(Column::Name));
+    bench.ask(WindowAsk::SortLayers(LayerColumn::Name));
     let rows = listed(&bench);
     assert_eq!(rows[1], ListRow::Head);
     assert!(!rows.iter().any(|row| matches!(row, ListRow::Depth(_))));
     let before = layers_in(&rows);
-    bench.ask(WindowAsk::SortLayers(Column::Name));
+    bench.ask(WindowAsk::SortLayers(LayerColumn::Name));
     let after = layers_in(&listed(&bench));
     let stack = bench.session().photos[0].stack.clone().unwrap();
     let name = |layer: &LayerIndex| stack.layer(*layer).name.to_lowercase();
@@ -110,7 +110,7 @@ fn a_selection_made_elsewhere_opens_its_row_once() {
     bench.ask(SelectAsk::Only(Selection::Face(face)));
     let mut follows = Vec::new();
     for _ in 0..2 {
-        hand(&mut bench, |lists, (site, selection), _| {
+        hand(&mut bench, |lists, site, selection, _| {
             follows.push(lists.follow(selection, site, false));
             None
         });
@@ -128,9 +128,9 @@ fn the_cursor_selects_where_it_goes() {
         (ListRow::Object(ObjectId(2)), Selection::Object(ObjectId(2))),
         (ListRow::Objects, Selection::Object(ObjectId(2))),
     ] {
-        hand(&mut bench, |lists, at, rows| {
+        hand(&mut bench, |lists, site, selected, rows| {
             let to = rows.iter().position(|other| *other == row).unwrap();
-            lists.go(at, rows, to, false)
+            lists.go(site, selected, rows, to, false)
         });
         assert_eq!((bench.state.lists.cursor, bench.state.selection), (Some(row), selection));
     }
@@ -139,11 +139,11 @@ fn the_cursor_selects_where_it_goes() {
 #[test]
 fn a_range_goes_from_the_layer_that_was_selected_alone() {
     let mut bench = layered();
-    hand(&mut bench, |lists, (site, _), _| lists.select_layer(site, LayerIndex(0)));
-    hand(&mut bench, |lists, at, rows| lists.select_range(at, rows, LayerIndex(2)));
+    hand(&mut bench, |lists, site, _, _| lists.select_layer(site, LayerIndex(0)));
+    hand(&mut bench, |lists, site, selected, rows| lists.select_range(site, selected, rows, LayerIndex(2)));
     assert_eq!(bench.state.selected_layers(), (PhotoId(0), [0, 1, 2].map(LayerIndex).to_vec()));
     assert_eq!(bench.state.selection, Selection::Layer { photo: PhotoId(0), layer: LayerIndex(2) });
-    hand(&mut bench, |lists, at, rows| lists.select_range(at, rows, LayerIndex(1)));
+    hand(&mut bench, |lists, site, selected, rows| lists.select_range(site, selected, rows, LayerIndex(1)));
     assert_eq!(
         bench.state.selected_layers(),
         (PhotoId(0), [0, 1].map(LayerIndex).to_vec()),
@@ -154,8 +154,8 @@ fn a_range_goes_from_the_layer_that_was_selected_alone() {
 #[test]
 fn layers_are_added_one_by_one_and_all_of_them_are_marked() {
     let mut bench = layered();
-    hand(&mut bench, |lists, (site, _), _| lists.select_layer(site, LayerIndex(0)));
-    hand(&mut bench, |lists, (site, _), _| lists.toggle_layer(site, LayerIndex(2)));
+    hand(&mut bench, |lists, site, _, _| lists.select_layer(site, LayerIndex(0)));
+    hand(&mut bench, |lists, site, _, _| lists.toggle_layer(site, LayerIndex(2)));
     let site = ListedSite::from_state(&bench.state).unwrap();
     let marked = |layer| site.is_selected(ListRow::Layer(LayerIndex(layer)), &bench.state);
     assert_eq!([0, 1, 2].map(marked), [true, false, true]);

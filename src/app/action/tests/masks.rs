@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::bench::{PHOTOS, TestBench};
 use crate::state::ask::{DecideAsk, MaskAsk, SelectAsk};
 use crate::state::masking::keeping::MaskWork;
-use crate::state::masking::stroke::Stroke;
+use crate::state::masking::stroke::MaskStroke;
 use crate::state::masking::suggested::ShownSuggestion;
 use crate::state::masking::tool::MaskTool;
-use crate::state::notes::Remedy;
+use crate::state::notes::NoteRemedy;
 use crate::state::selection::Selection;
 use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::{ObjectId, PhotoId};
@@ -117,7 +117,7 @@ fn masks_that_were_read_are_not_read_again() {
     keep(&mut bench);
     bench.ask(MaskAsk::WantMasks(PhotoId(0)));
     assert!(bench.state.running.is_idle());
-    bench.state.masking.known = Default::default();
+    bench.state.masking.cache = Default::default();
     assert_eq!(covered(&bench), 0);
     bench.ask(MaskAsk::WantMasks(PhotoId(0)));
     bench.settle();
@@ -131,7 +131,7 @@ fn a_mask_whose_file_is_gone_counts_as_empty_and_is_reported_with_remedies_once(
     keep(&mut bench);
     let lost = masks(&bench).remove(0);
     std::fs::remove_file(MaskStore::new(bench.folder()).path(&lost.file)).unwrap();
-    bench.state.masking.known = Default::default();
+    bench.state.masking.cache = Default::default();
     for _ in 0..3 {
         bench.ask(MaskAsk::WantMasks(PhotoId(0)));
         bench.settle();
@@ -139,13 +139,13 @@ fn a_mask_whose_file_is_gone_counts_as_empty_and_is_reported_with_remedies_once(
     assert_eq!((covered(&bench), bench.state.notes.list().len()), (0, 1), "{:?}", bench.said());
     let note = bench.state.notes.list()[0].clone();
     let away = note.remedies.iter().find_map(|(_, remedy)| match remedy {
-        Remedy::SetMask(change) if change.after.is_none() => Some(change.clone()),
+        NoteRemedy::SetMask(change) if change.after.is_none() => Some(change.clone()),
         _ => None,
     });
     let away = away.expect("the mask can be taken away");
-    assert!(bench.state.can_remedy(&Remedy::SetMask(away.clone())));
+    assert!(bench.state.can_remedy(&NoteRemedy::SetMask(away.clone())));
     bench.ask(MaskAsk::Set((*away).clone()));
-    assert!(masks(&bench).is_empty() && !bench.state.can_remedy(&Remedy::SetMask(away)));
+    assert!(masks(&bench).is_empty() && !bench.state.can_remedy(&NoteRemedy::SetMask(away)));
     bench.ask(DecideAsk::Undo);
     assert_eq!(masks(&bench), [lost]);
 }
@@ -173,7 +173,7 @@ fn a_mask_of_an_older_version_is_offered_in_place_of_a_lost_one() {
 fn a_tool_is_put_away_and_its_stroke_given_up() {
     let mut bench = TestBench::new();
     bench.ask(MaskAsk::TakeUp(MaskTool::Brush));
-    bench.state.masking.stroke = Some(Stroke::new(PhotoId(0), MaskTool::Brush, false, 3.0));
+    bench.state.masking.stroke = Some(MaskStroke::new(PhotoId(0), MaskTool::Brush, false, 3.0));
     bench.ask(MaskAsk::GiveUpStroke);
     assert!(!bench.state.masking.is_drawing() && bench.state.masking.tool == Some(MaskTool::Brush));
     bench.ask(MaskAsk::PutAway);

@@ -9,10 +9,10 @@ use crate::state::panes::Pane;
 use crate::state::round_trip::dialogs::DialogPurpose;
 use crate::state::save_image::ImageFormat;
 use crate::state::selection::Selection;
-use crate::state::space::Drawn;
+use crate::state::space::FrameFacts;
 use crate::state::space::images::DrawnFrom;
 use crate::state::space::memory::SpaceMemory;
-use crate::state::space::picking::{Sight, ball_of, faces_of};
+use crate::state::space::picking::{ViewPixel, ball_of, faces_of};
 use crate::state::space::picture::{PaintedPicture, Request};
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::LayerIndex;
@@ -184,9 +184,9 @@ fn a_view_that_is_only_drawn_stays_in_its_photo_and_keeps_what_was_chosen() {
 fn a_view_without_painter_requests_nothing_and_wakes_nobody() {
     let mut bench = TestBench::new();
     bench.state.window.next_frame_s = None;
-    bench.ask(SpaceAsk::Draw(Drawn { background: [0; 3], moves: true }));
+    bench.ask(SpaceAsk::Draw(FrameFacts { background: [0; 3], moves: true }));
     assert_eq!(bench.state.window.next_frame_s, None);
-    let (request, _) = bench.state.space.due(Drawn { background: [0; 3], moves: true }, 0.0, false);
+    let (request, _) = bench.state.space.due(FrameFacts { background: [0; 3], moves: true }, 0.0, false);
     assert!(request.is_some(), "it is still to be requested");
 }
 
@@ -274,7 +274,7 @@ fn show_faces(bench: &mut TestBench, faces: &[u32]) -> Viewpoint {
 fn the_face_under_the_pointer_is_the_one_that_the_picture_shows() {
     let mut bench = TestBench::new();
     let viewpoint = show_faces(&mut bench, &[3, 0, 1]);
-    let at = |x: f64| Sight { viewpoint, size_px: [300, 100], at_px: DVec2::new(x, 50.0) };
+    let at = |x: f64| ViewPixel { viewpoint, size_px: [300, 100], at_px: DVec2::new(x, 50.0) };
     let found = [0.0, 99.0, 101.0, 299.0].map(|x| bench.state.face_at(&at(x)));
     assert_eq!(found, [Some(FaceId(2)), Some(FaceId(2)), None, Some(FaceId(0))]);
 }
@@ -283,45 +283,45 @@ fn the_face_under_the_pointer_is_the_one_that_the_picture_shows() {
 fn the_face_of_a_view_without_picture_is_the_one_that_the_ray_meets() {
     let mut bench = TestBench::new();
     let viewpoint = bench.session().viewpoint_of(PhotoId(0));
-    let sight = Sight { viewpoint, size_px: [300, 200], at_px: DVec2::new(150.0, 100.0) };
-    let face = bench.state.face_at(&sight).expect("the photo shows a face in its middle");
-    let point = bench.state.point_at(&sight).unwrap();
+    let pixel = ViewPixel { viewpoint, size_px: [300, 200], at_px: DVec2::new(150.0, 100.0) };
+    let face = bench.state.face_at(&pixel).expect("the photo shows a face in its middle");
+    let point = bench.state.point_at(&pixel).unwrap();
     let plane = &bench.session().model().face(face).plane;
     assert!(plane.normal.dot(point - plane.point).abs() < 1e-9);
     // A picture of another viewpoint says nothing about this one.
     let other = FaceId(face.0 + 1);
     show_faces(&mut bench, &[other.0 + 1]);
-    let mut moved = sight;
+    let mut moved = pixel;
     moved.viewpoint.pose.translation.x += 1e-6;
     assert_eq!(bench.state.face_at(&moved), Some(face));
-    assert_eq!(bench.state.face_at(&sight), Some(other));
+    assert_eq!(bench.state.face_at(&pixel), Some(other));
 }
 
 #[test]
 fn the_point_under_the_pointer_is_on_the_face_that_the_picture_shows_through_others() {
     let mut bench = TestBench::new();
     let viewpoint = bench.session().viewpoint_of(PhotoId(0));
-    let hits = |sight: &Sight| {
+    let hits = |pixel: &ViewPixel| {
         let (session, culling) = (bench.session(), bench.state.space.look.culling());
         let all = session.model().face_ids().collect();
-        session.solid.through(viewpoint.position(), sight.ray(), &all, culling)
+        session.solid.through(viewpoint.position(), pixel.ray(), &all, culling)
     };
     let size_px = [300, 200];
-    let sights = (0..300).map(|x| Sight { viewpoint, size_px, at_px: DVec2::new(f64::from(x), 120.0) });
-    let (sight, far) = sights
-        .filter_map(|sight| Some((sight, hits(&sight))).filter(|(_, hits)| hits.len() > 1))
-        .map(|(sight, hits)| (sight, hits[0]))
+    let pixels = (0..300).map(|x| ViewPixel { viewpoint, size_px, at_px: DVec2::new(f64::from(x), 120.0) });
+    let (pixel, far) = pixels
+        .filter_map(|pixel| Some((pixel, hits(&pixel))).filter(|(_, hits)| hits.len() > 1))
+        .map(|(pixel, hits)| (pixel, hits[0]))
         .next()
         .expect("some stairs are before others");
-    let (_, nearest) = bench.state.surface_at(&sight).unwrap();
+    let (_, nearest) = bench.state.surface_at(&pixel).unwrap();
     assert_ne!(nearest, far.face, "a ray meets the nearest face");
     bench.state.space.viewpoint = viewpoint;
     show_faces(&mut bench, &[far.face.0 + 1]);
-    let (point, face) = bench.state.surface_at(&sight).unwrap();
+    let (point, face) = bench.state.surface_at(&pixel).unwrap();
     assert_eq!(face, far.face);
-    assert!(point.distance(viewpoint.position() + sight.ray() * far.t) < 1e-9);
+    assert!(point.distance(viewpoint.position() + pixel.ray() * far.t) < 1e-9);
     show_faces(&mut bench, &[0]);
-    assert!(bench.state.surface_at(&sight).is_none(), "the picture shows none");
+    assert!(bench.state.surface_at(&pixel).is_none(), "the picture shows none");
 }
 
 #[test]
@@ -382,6 +382,6 @@ fn a_photo_without_layers_has_no_pictures_to_pull_apart() {
     bench.ask(SpaceAsk::PullApart);
     bench.ask(SpaceAsk::WantLayerPictures);
     assert!(bench.state.running.is_idle() && bench.state.panes_apart().is_none());
-    let sight = SpaceMemory::new(&bench.state).sight(DVec2::ZERO);
-    assert!(bench.state.layer_at(&sight, 1.0).is_none());
+    let pixel = SpaceMemory::new(&bench.state).pixel_at(DVec2::ZERO);
+    assert!(bench.state.layer_at(&pixel, 1.0).is_none());
 }

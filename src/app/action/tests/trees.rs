@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::bench::{PHOTOS, TestBench};
 use crate::state::ask::{DecideAsk, SelectAsk, SpaceAsk, TreeAsk};
 use crate::state::selection::Selection;
-use crate::state::space::picking::Sight;
+use crate::state::space::picking::ViewPixel;
 use crate::state::trees::hand::Hold;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::masks::MaskOrigin;
@@ -48,15 +48,15 @@ fn names(bench: &TestBench) -> Vec<String> {
 }
 
 /// Where the first photo's camera sees a point of the world.
-fn sight_of(bench: &TestBench, point: DVec3) -> Sight {
+fn pixel_of(bench: &TestBench, point: DVec3) -> ViewPixel {
     let viewpoint = bench.session().viewpoint_of(PhotoId(0));
     let camera = viewpoint.camera(SIZE_PX[0], SIZE_PX[1]);
     let at_px = camera.image_from_camera(viewpoint.pose.camera_from_world(point)).unwrap();
-    Sight { viewpoint, size_px: SIZE_PX, at_px }
+    ViewPixel { viewpoint, size_px: SIZE_PX, at_px }
 }
 
-fn at(sight: &Sight, x: f64, y: f64) -> Sight {
-    Sight { at_px: sight.at_px + DVec2::new(x, y), ..*sight }
+fn at(pixel: &ViewPixel, x: f64, y: f64) -> ViewPixel {
+    ViewPixel { at_px: pixel.at_px + DVec2::new(x, y), ..*pixel }
 }
 
 #[test]
@@ -65,19 +65,19 @@ fn a_click_places_a_tree_on_the_surface_and_a_drag_from_there_is_the_same_step()
     bench.ask(TreeAsk::Hand);
     // A point of the nearest step of the stairs.
     let point = DVec3::new(-3.0, 0.5, 6.0);
-    let sight = sight_of(&bench, point);
-    bench.ask(TreeAsk::Press(sight));
+    let pixel = pixel_of(&bench, point);
+    bench.ask(TreeAsk::Press(pixel));
     assert_eq!((names(&bench), bench.undoes()), (vec!["bush_1".to_owned()], Some("placing of bush_1")));
     assert_eq!(bench.state.selection, Selection::Tree(TreeIndex(0)));
     let foot = |bench: &TestBench| DVec3::from_array(bench.project().trees.placed[0].at);
     assert!(foot(&bench).abs_diff_eq(point, 1e-6), "{}", foot(&bench));
     let there = DVec3::new(-2.6, -0.4, 6.0);
-    bench.ask(TreeAsk::Drag(sight_of(&bench, there), Hold::Move));
+    bench.ask(TreeAsk::Drag(pixel_of(&bench, there), Hold::Move));
     assert!(foot(&bench).abs_diff_eq(there, 1e-6), "{}", foot(&bench));
-    bench.ask(TreeAsk::Drag(at(&sight_of(&bench, there), 64.0, 0.0), Hold::Turn));
-    bench.ask(TreeAsk::Drag(at(&sight_of(&bench, there), 128.0, 0.0), Hold::Turn));
-    bench.ask(TreeAsk::Drag(at(&sight_of(&bench, there), 128.0, -40.0), Hold::Height));
-    bench.ask(TreeAsk::Drag(at(&sight_of(&bench, there), 128.0, -80.0), Hold::Height));
+    bench.ask(TreeAsk::Drag(at(&pixel_of(&bench, there), 64.0, 0.0), Hold::Turn));
+    bench.ask(TreeAsk::Drag(at(&pixel_of(&bench, there), 128.0, 0.0), Hold::Turn));
+    bench.ask(TreeAsk::Drag(at(&pixel_of(&bench, there), 128.0, -40.0), Hold::Height));
+    bench.ask(TreeAsk::Drag(at(&pixel_of(&bench, there), 128.0, -80.0), Hold::Height));
     bench.ask(TreeAsk::Release);
     let tree = bench.project().trees.placed[0].clone();
     assert!((tree.turn - 36.0).abs() < 1e-9 && tree.height.unwrap() > 0.1, "{tree:?}");
@@ -90,13 +90,13 @@ fn a_click_places_a_tree_on_the_surface_and_a_drag_from_there_is_the_same_step()
 #[test]
 fn a_gesture_that_is_given_up_leaves_no_step_and_nothing_is_placed_in_the_sky() {
     let mut bench = bench();
-    bench.ask(TreeAsk::Press(sight_of(&bench, DVec3::new(-3.0, 0.5, 6.0))));
-    bench.ask(TreeAsk::Drag(sight_of(&bench, DVec3::new(-3.0, -0.5, 6.0)), Hold::Move));
+    bench.ask(TreeAsk::Press(pixel_of(&bench, DVec3::new(-3.0, 0.5, 6.0))));
+    bench.ask(TreeAsk::Drag(pixel_of(&bench, DVec3::new(-3.0, -0.5, 6.0)), Hold::Move));
     bench.ask(TreeAsk::GiveUp);
     assert_eq!((names(&bench).len(), bench.undoes()), (0, Some("species")));
     bench.pass(0.1);
     assert_eq!(bench.state.selection, Selection::Nothing, "what was selected is gone");
-    bench.ask(TreeAsk::Press(sight_of(&bench, DVec3::new(-3.0, 9.0, 6.0))));
+    bench.ask(TreeAsk::Press(pixel_of(&bench, DVec3::new(-3.0, 9.0, 6.0))));
     assert!(names(&bench).is_empty());
     assert!(bench.said().iter().any(|said| said.contains("no surface")), "{:?}", bench.said());
 }

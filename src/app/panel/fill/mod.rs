@@ -9,7 +9,7 @@ use eframe::egui::{Button, CollapsingHeader, Grid, RichText, ScrollArea, Spinner
 use self::propagated::propagation_ui;
 use self::worst::worst_ui;
 use super::button;
-use super::{grouped, name_cell, percent, room_for_names};
+use super::{NameCell, grouped, name_cell, percent, room_for_names};
 use crate::command::{layers, view};
 use crate::state::State;
 use crate::state::ask::{Ask, QualityAsk, SelectAsk};
@@ -187,7 +187,8 @@ fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, asks: &mut V
             let Some(stack) = &status.stack else { continue };
             let photos = &session.opened.site.photos;
             let others = beside(id.index(), |place| Some(photos.get(place)?.name.as_str()));
-            if name_cell(ui, state.photo == Some(id), (&photo.name, &others), names).clicked() {
+            let cell = NameCell { name: &photo.name, others: &others, width: names };
+            if name_cell(ui, state.photo == Some(id), &cell).clicked() {
                 asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
             }
             let shares = FillShares::from_stack(stack);

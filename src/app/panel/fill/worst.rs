@@ -3,7 +3,7 @@
 use eframe::egui::{ComboBox, Grid, Ui};
 
 use super::not_there;
-use crate::panel::{counted, name_cell, percent, room_for_names};
+use crate::panel::{NameCell, counted, name_cell, percent, room_for_names};
 use crate::state::State;
 use crate::state::ask::{Ask, QualityAsk, SelectAsk, SpaceAsk};
 use crate::state::quality::filling::Worst;
@@ -43,7 +43,8 @@ pub fn worst_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let texts: Vec<String> = listed.iter().map(|hidden| text_of(session, hidden)).collect();
         for (index, hidden) in listed.iter().enumerate() {
             let others = beside(index, |place| texts.get(place).map(String::as_str));
-            row(state, (worst, hidden), (&texts[index], &others, names), ui, asks);
+            let cell = NameCell { name: &texts[index], others: &others, width: names };
+            row(state, worst, hidden, &cell, ui, asks);
         }
     });
     let more = worst.layers.len().saturating_sub(WORST);
@@ -97,16 +98,17 @@ fn text_of(session: &Session, hidden: &HiddenLayer) -> String {
 
 fn row(
     state: &State,
-    (worst, hidden): (&Worst, &HiddenLayer),
-    (text, others, names): (&str, &[&str], f32),
+    worst: &Worst,
+    hidden: &HiddenLayer,
+    cell: &NameCell<'_>,
     ui: &mut Ui,
     asks: &mut Vec<Ask>,
 ) {
-    if text.is_empty() {
+    if cell.name.is_empty() {
         return;
     }
     let this = Selection::Layer { photo: hidden.photo, layer: hidden.layer };
-    let response = name_cell(ui, state.selection == this, (text, others), names);
+    let response = name_cell(ui, state.selection == this, cell);
     let view = worst.views.get(hidden.view.0);
     if response.double_clicked() {
         asks.extend(view.cloned().map(|view| Ask::Space(SpaceAsk::LookFrom(Box::new(view)))));

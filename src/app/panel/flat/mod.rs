@@ -53,7 +53,8 @@ pub fn navigate(
     placement: &mut Placement,
     ui: &Ui,
     response: &Response,
-    (rect, bounds): (Rect, PixelRect),
+    rect: Rect,
+    bounds: PixelRect,
     left: LeftButton,
 ) -> PlacedPicture {
     let density = ui.ctx().pixels_per_point();

@@ -19,7 +19,7 @@ use quadratura_recipe::decide::{decided, faces_of_layer};
 use quadratura_recipe::layer_table::LayerFigures;
 
 /// Draws the page of the selected image layers of a photo; `layer` was selected last.
-pub fn layer_page(ui: &mut Ui, state: &State, (photo, layer): (PhotoId, LayerIndex), asks: &mut Vec<Ask>) {
+pub fn layer_page(ui: &mut Ui, state: &State, photo: PhotoId, layer: LayerIndex, asks: &mut Vec<Ask>) {
     let (_, all) = state.selected_layers();
     if all.len() > 1 {
         several(state, photo, &all, ui, asks);
@@ -85,7 +85,7 @@ fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks: &mut
     commands(ui, asks, &[&paint::EDIT, &flat::SHOW_LAYER]);
     ui.add_space(6.0);
     rename(it, photo, layer, ui, asks);
-    shown_ui(state, ui, (photo, layer, it), asks);
+    shown_ui(state, ui, photo, layer, it, asks);
     ui.add_space(4.0);
     commands(ui, asks, &[&edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE]);
     decisions(session, photo, &faces_of_layer(stack, layer), ui, asks);

@@ -27,7 +27,7 @@ pub fn trees_page(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     ui.add_space(6.0);
     button(state, ui, &trees::PLACE, asks);
     ui.separator();
-    light_ui(ui, state, (&all.light, session.scene_frame.up), asks);
+    light_ui(ui, state, &all.light, session.scene_frame.up, asks);
     ui.separator();
     masks_ui(ui, state, asks);
 }
@@ -54,7 +54,7 @@ fn facts_ui(ui: &mut Ui, state: &State, all: &Trees) {
 }
 
 /// Draws the light on all trees.
-fn light_ui(ui: &mut Ui, state: &State, (light, up): (&TreeLight, DVec3), asks: &mut Vec<Ask>) {
+fn light_ui(ui: &mut Ui, state: &State, light: &TreeLight, up: DVec3, asks: &mut Vec<Ask>) {
     ui.strong("Light");
     let now = light.strength.given().copied().or(state.trees.light.strength()).unwrap_or_else(clear_day);
     Grid::new("light on trees").num_columns(2).spacing([8.0, 4.0]).show(ui, |ui| {

@@ -32,7 +32,7 @@ pub fn layer_ui(
     };
     Panel::top("layer tools").show(ui, |ui| tools::tools_ui(ui, state, pane, &layer, asks));
     Panel::bottom("layer status").show(ui, |ui| tools::status_ui(ui, state, pane, &key, &layer));
-    CentralPanel::no_frame().show(ui, |ui| canvas_ui(ui, state, pane, (&key, layer.rect), textures));
+    CentralPanel::no_frame().show(ui, |ui| canvas_ui(ui, state, pane, &key, layer.rect, textures));
     asks.push(FlatAsk::WantImageLayer.into());
 }
 
@@ -40,7 +40,8 @@ fn canvas_ui(
     ui: &mut Ui,
     state: &State,
     pane: &mut LayerPane,
-    (key, bounds): (&LayerKey, PixelRect),
+    key: &LayerKey,
+    bounds: PixelRect,
     textures: &mut FlatTextures,
 ) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
@@ -49,16 +50,17 @@ fn canvas_ui(
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
     pane.view.rect = Some(screen_rect(rect));
-    let seen = navigate(&mut pane.view.placement, ui, &response, (rect, bounds), LeftButton::Moves);
+    let seen = navigate(&mut pane.view.placement, ui, &response, rect, bounds, LeftButton::Moves);
     pane.pixel = response.hover_pos().map(|at| seen.pixel(at));
-    draw(ui, state, &seen, (key, bounds), textures);
+    draw(ui, state, &seen, key, bounds, textures);
 }
 
 fn draw(
     ui: &mut Ui,
     state: &State,
     seen: &PlacedPicture,
-    (key, bounds): (&LayerKey, PixelRect),
+    key: &LayerKey,
+    bounds: PixelRect,
     textures: &mut FlatTextures,
 ) {
     let painter = ui.painter_at(seen.rect);

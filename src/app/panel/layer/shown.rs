@@ -13,7 +13,9 @@ use quadratura_layers::LayerIndex;
 pub fn shown_ui(
     state: &State,
     ui: &mut Ui,
-    (photo, index, layer): (PhotoId, LayerIndex, &ImageLayer),
+    photo: PhotoId,
+    index: LayerIndex,
+    layer: &ImageLayer,
     asks: &mut Vec<Ask>,
 ) {
     let views = &state.flat.layer_views;

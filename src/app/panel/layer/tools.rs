@@ -38,7 +38,7 @@ fn texts(aspect: Aspect) -> (&'static str, &'static str) {
 
 /// Draws the bar above.
 pub fn tools_ui(ui: &mut Ui, state: &State, pane: &mut LayerPane, layer: &ImageLayer, asks: &mut Vec<Ask>) {
-    bar_ui(ui, state, pane, ("image layer", Some(&layer.name)), PARTS, asks);
+    bar_ui(ui, state, pane, "image layer", Some(&layer.name), PARTS, asks);
     ui.horizontal_wrapped(|ui| facts(ui, layer));
 }
 

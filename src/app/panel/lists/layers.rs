@@ -16,7 +16,7 @@ use crate::state::numbers::{grouped, percent};
 use crate::widget::elide::beside;
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::layer_table::{Column, LayerFigures};
+use quadratura_recipe::layer_table::{LayerColumn, LayerFigures};
 
 /// The width of the button that turns the list into a table, in points.
 const TABLE: f32 = 52.0;
@@ -36,7 +36,7 @@ const EYE: &str = "Shows or hides the layer in the photo and the exploded view; 
 /// Returns the ask for the figures that the table shows, where it shows some that have to be computed.
 pub(super) fn wanted_figures(state: &State, width: f32) -> Option<Ask> {
     let list = state.settings.layer_list;
-    let shows_trust = list.as_table && columns(width, list.column).contains(&Column::Trust);
+    let shows_trust = list.as_table && columns(width, list.column).contains(&LayerColumn::Trust);
     let photo = state.selected_photo().filter(|_| shows_trust)?;
     Some(QualityAsk::WantShares(photo).into())
 }
@@ -141,7 +141,7 @@ impl Outliner<'_> {
         }
         let (state, photo, asks) = (self.state, self.site.photo, &mut *self.asks);
         line.response.context_menu(|ui| {
-            photo.into_iter().for_each(|photo| shown_ui(state, ui, (photo, index, layer), asks));
+            photo.into_iter().for_each(|photo| shown_ui(state, ui, photo, index, layer, asks));
             context_ui(state, ui, LAYER, asks);
         });
     }
@@ -154,7 +154,7 @@ impl Outliner<'_> {
             let modifiers = ui.input(|input| input.modifiers);
             self.take_focus(ui, ListRow::Layer(index));
             let ask = match (modifiers.shift, modifiers.command) {
-                (true, _) => self.lists.select_range((self.site, self.state.selection), rows, index),
+                (true, _) => self.lists.select_range(self.site, self.state.selection, rows, index),
                 (false, true) => self.lists.toggle_layer(self.site, index),
                 (false, false) => self.lists.select_layer(self.site, index),
             };

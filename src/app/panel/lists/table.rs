@@ -10,7 +10,7 @@ use crate::state::ask::{Ask, WindowAsk};
 use crate::state::lists::row::ListRow;
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::layer_table::{Column, LayerFigures};
+use quadratura_recipe::layer_table::{LayerColumn, LayerFigures};
 
 /// The smallest width of a name, in points.
 const NAME: f32 = 86.0;
@@ -31,25 +31,30 @@ const BEHIND_NAME: f32 = 42.0;
 const LINE: f32 = 14.0;
 
 /// Returns the heading of a column, its width in points, and its tooltip.
-fn heading(column: Column) -> (&'static str, f32, &'static str) {
+fn heading(column: LayerColumn) -> (&'static str, f32, &'static str) {
     match column {
-        Column::Name => ("Name", NAME, "The layer's name."),
-        Column::Depth => ("Depth", 48.0, "Position in the stack: 1 is the nearest."),
-        Column::Size => ("Size", 48.0, "Texels of its rectangle, which need storage and memory."),
-        Column::Hidden => ("Hidden", 56.0, "Share of the area of its surfaces that the photo does not show."),
-        Column::Used => ("Used", 50.0, "Share of its rectangle that its surfaces cover."),
-        Column::Waste => ("Waste", 56.0, "Texels of its rectangle that no surface covers."),
-        Column::Filled => ("Filled", 54.0, "Share of the hidden area that is filled."),
-        Column::Trust => ("Confidence", 74.0, "Mean confidence of the filling, from 0 to 1: a photo has 1."),
+        LayerColumn::Name => ("Name", NAME, "The layer's name."),
+        LayerColumn::Depth => ("Depth", 48.0, "Position in the stack: 1 is the nearest."),
+        LayerColumn::Size => ("Size", 48.0, "Texels of its rectangle, which need storage and memory."),
+        LayerColumn::Hidden => {
+            ("Hidden", 56.0, "Share of the area of its surfaces that the photo does not show.")
+        }
+        LayerColumn::Used => ("Used", 50.0, "Share of its rectangle that its surfaces cover."),
+        LayerColumn::Waste => ("Waste", 56.0, "Texels of its rectangle that no surface covers."),
+        LayerColumn::Filled => ("Filled", 54.0, "Share of the hidden area that is filled."),
+        LayerColumn::Trust => {
+            ("Confidence", 74.0, "Mean confidence of the filling, from 0 to 1: a photo has 1.")
+        }
     }
 }
 
 /// Returns the columns that fit a table of this width, in points: the sort column first, then the others by usefulness.
-pub(super) fn columns(width: f32, sorted_by: Column) -> Vec<Column> {
-    let mut wanted: Vec<Column> = Column::ALL.into_iter().filter(|column| *column != Column::Name).collect();
+pub(super) fn columns(width: f32, sorted_by: LayerColumn) -> Vec<LayerColumn> {
+    let mut wanted: Vec<LayerColumn> =
+        LayerColumn::ALL.into_iter().filter(|column| *column != LayerColumn::Name).collect();
     wanted.sort_by_key(|column| *column != sorted_by);
     let mut room = width - NAME - LEFT - RIGHT;
-    let mut shown: Vec<Column> = Vec::new();
+    let mut shown: Vec<LayerColumn> = Vec::new();
     for column in wanted {
         let (_, width, _) = heading(column);
         if width > room {
@@ -58,7 +63,7 @@ pub(super) fn columns(width: f32, sorted_by: Column) -> Vec<Column> {
         room -= width;
         shown.push(column);
     }
-    Column::ALL.into_iter().filter(|column| shown.contains(column)).collect()
+    LayerColumn::ALL.into_iter().filter(|column| shown.contains(column)).collect()
 }
 
 impl Outliner<'_> {
@@ -93,9 +98,9 @@ impl Outliner<'_> {
             self.heading(ui, take(width), *column);
         }
         let more = take(MORE);
-        self.heading(ui, room, Column::Name);
-        let rest: Vec<Column> =
-            Column::ALL.into_iter().filter(|c| *c != Column::Name && !shown.contains(c)).collect();
+        self.heading(ui, room, LayerColumn::Name);
+        let rest: Vec<LayerColumn> =
+            LayerColumn::ALL.into_iter().filter(|c| *c != LayerColumn::Name && !shown.contains(c)).collect();
         if !rest.is_empty() {
             self.more(ui, more, &rest);
         }
@@ -103,7 +108,7 @@ impl Outliner<'_> {
         ui.painter().line_segment(below, ui.visuals().widgets.noninteractive.bg_stroke);
     }
 
-    fn heading(&mut self, ui: &Ui, rect: Rect, column: Column) {
+    fn heading(&mut self, ui: &Ui, rect: Rect, column: LayerColumn) {
         let (name, _, tooltip) = heading(column);
         let list = self.state.settings.layer_list;
         let sorts = list.column == column;
@@ -113,13 +118,13 @@ impl Outliner<'_> {
         });
         let lit = sorts || response.hovered() || response.has_focus();
         let color = if lit { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
-        let align = if column == Column::Name { Align::Min } else { Align::Max };
+        let align = if column == LayerColumn::Name { Align::Min } else { Align::Max };
         let text = if sorts { rect.with_max_x(rect.right() - TRIANGLE) } else { rect };
         styled_text_in(ui, text, name, color, align, TextStyle::Small);
         if sorts {
             let up = if list.falling { 1.0 } else { -1.0 };
             let center = match column {
-                Column::Name => pos2(rect.left() + BEHIND_NAME, rect.center().y),
+                LayerColumn::Name => pos2(rect.left() + BEHIND_NAME, rect.center().y),
                 _ => pos2(rect.right() - TRIANGLE / 2.0, rect.center().y),
             };
             let corners = [vec2(-3.5, -2.0 * up), vec2(3.5, -2.0 * up), vec2(0.0, 2.5 * up)];
@@ -133,7 +138,7 @@ impl Outliner<'_> {
     }
 
     /// Draws the button for the columns that do not fit: sorting by one of them shows it.
-    fn more(&mut self, ui: &mut Ui, rect: Rect, rest: &[Column]) {
+    fn more(&mut self, ui: &mut Ui, rect: Rect, rest: &[LayerColumn]) {
         let button = ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
             ui.add(Button::new("…").small().frame(false))
         });
@@ -152,17 +157,17 @@ impl Outliner<'_> {
     }
 }
 
-fn cell(column: Column, layer: &ImageLayer, figures: &LayerFigures, trust: Option<f64>) -> String {
+fn cell(column: LayerColumn, layer: &ImageLayer, figures: &LayerFigures, trust: Option<f64>) -> String {
     let share = |share: f64| format!("{:.0} %", 100.0 * share);
     match column {
-        Column::Name => layer.name.clone(),
-        Column::Depth => (layer.order + 1).to_string(),
-        Column::Size => short(figures.texels),
-        Column::Used => share(figures.used_share()),
-        Column::Waste => short(figures.waste),
-        Column::Hidden => share(figures.hidden_share()),
-        Column::Filled => figures.filled_share().map_or_else(|| "–".into(), share),
-        Column::Trust => trust.map_or_else(|| "–".into(), |trust| format!("{trust:.2}")),
+        LayerColumn::Name => layer.name.clone(),
+        LayerColumn::Depth => (layer.order + 1).to_string(),
+        LayerColumn::Size => short(figures.texels),
+        LayerColumn::Used => share(figures.used_share()),
+        LayerColumn::Waste => short(figures.waste),
+        LayerColumn::Hidden => share(figures.hidden_share()),
+        LayerColumn::Filled => figures.filled_share().map_or_else(|| "–".into(), share),
+        LayerColumn::Trust => trust.map_or_else(|| "–".into(), |trust| format!("{trust:.2}")),
     }
 }
 
@@ -182,13 +187,13 @@ mod tests {
 
     #[test]
     fn a_narrow_table_has_the_column_that_it_is_sorted_by_and_a_wide_one_has_all() {
-        for column in Column::ALL.into_iter().filter(|column| *column != Column::Name) {
+        for column in LayerColumn::ALL.into_iter().filter(|column| *column != LayerColumn::Name) {
             let shown = columns(280.0, column);
             assert!(shown.contains(&column) && shown.len() >= 2, "{column:?}: {shown:?}");
             let width: f32 = shown.iter().map(|column| heading(*column).1).sum();
             assert!(width + NAME + LEFT + RIGHT <= 280.0);
         }
-        assert_eq!(columns(560.0, Column::Name).len(), Column::ALL.len() - 1);
+        assert_eq!(columns(560.0, LayerColumn::Name).len(), LayerColumn::ALL.len() - 1);
     }
 
     #[test]

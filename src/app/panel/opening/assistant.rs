@@ -28,7 +28,7 @@ pub fn assistant_ui(
     let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
         ui.heading("New project");
         ui.add_enabled_ui(!makes, |ui| {
-            if scrolled(ui, |ui| contents(state, assistant, (ui, keys), requests)) {
+            if scrolled(ui, |ui| contents(state, assistant, ui, keys, requests)) {
                 keys.take_enter();
             }
         });
@@ -48,7 +48,8 @@ pub fn assistant_ui(
 fn contents(
     state: &State,
     assistant: &mut Assistant,
-    (ui, keys): (&mut Ui, &Keys),
+    ui: &mut Ui,
+    keys: &Keys,
     requests: &mut Vec<DialogRequest>,
 ) -> bool {
     ui.label(
@@ -56,7 +57,7 @@ fn contents(
          choose one. Contents are detected automatically; your files are not modified.",
     );
     ui.add_space(6.0);
-    let searches = root(state, assistant, (ui, keys), requests);
+    let searches = root(state, assistant, ui, keys, requests);
     let look = state.opening.looking.look.as_ref();
     for part in SitePart::ALL {
         ui.add_space(6.0);
@@ -74,7 +75,8 @@ fn contents(
 fn root(
     state: &State,
     assistant: &mut Assistant,
-    (ui, keys): (&mut Ui, &Keys),
+    ui: &mut Ui,
+    keys: &Keys,
     requests: &mut Vec<DialogRequest>,
 ) -> bool {
     let mut entered = false;

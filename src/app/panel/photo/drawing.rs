@@ -3,16 +3,16 @@
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Stroke, StrokeKind, Ui};
 
+use super::placed::PlacedPhoto;
 use crate::panel::flat::placement::PlacedPicture;
 use crate::state::State;
 use crate::state::flat::photo::PhotoPane;
 use crate::state::flat::picked::Picked;
 use crate::state::flat::version::LayersVersion;
 use crate::state::selection::Selection;
-use quadratura_base::scene::PhotoId;
 use quadratura_document::Stack;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::peel::{PeelShape, Peeling, PhotoLayers};
+use quadratura_recipe::peel::{PeelOptions, PeelShape, PhotoLayers};
 
 /// The colour of the selection.
 const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
@@ -37,7 +37,8 @@ pub fn colour_of_depth(depth: u32) -> Color32 {
 }
 
 /// Draws the overlays.
-pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, seen: &PlacedPicture, photo: PhotoId) {
+pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, placed: &PlacedPhoto) {
+    let (photo, seen) = (placed.photo, &placed.seen);
     let Some(session) = &state.session else { return };
     let Some(version) = LayersVersion::new(session, photo) else { return };
     let picked = Picked::new(state.selection, session, photo);
@@ -70,7 +71,7 @@ pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, seen: &PlacedPicture
 struct PhotoDrawing<'a> {
     painter: Painter,
     seen: &'a PlacedPicture,
-    peeling: Peeling,
+    peeling: PeelOptions,
 }
 
 impl PhotoDrawing<'_> {

@@ -2,41 +2,37 @@
 
 use eframe::egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Response, Ui};
 
-use crate::panel::flat::placement::{PlacedPicture, on_screen};
+use super::placed::PlacedPhoto;
+use crate::panel::flat::placement::on_screen;
 use crate::state::State;
 use crate::state::ask::{Ask, MaskAsk};
 use crate::state::flat::placement::ScreenRect;
 use crate::state::masking::Masking;
-use crate::state::masking::stroke::Stroke;
+use crate::state::masking::stroke::MaskStroke;
 use crate::state::masking::tool::MaskTool;
 use crate::widget::dialog;
 use quadratura_base::geometry::PixelRect;
-use quadratura_base::scene::PhotoId;
 
 /// Returns whether the left button draws now; otherwise it pans the photo. The other buttons always pan.
 pub fn draws(state: &State, ui: &Ui) -> bool {
     state.masking.tool.is_some() && !ui.input(|input| input.key_down(Key::Space))
 }
 
-/// The photo that is drawn on.
-pub struct Canvas<'a> {
-    /// The photo, by its index.
-    pub photo: PhotoId,
-    /// The rectangle of the photo.
-    pub within: PixelRect,
-    /// The placement of the photo in the view.
-    pub seen: &'a PlacedPicture,
+/// What a stroke of a mask tool is drawn on: a photo as it is seen in the view.
+pub struct StrokeTarget<'a> {
+    /// The photo.
+    pub placed: &'a PlacedPhoto,
     /// The rectangle of the line over it, in which no stroke starts.
     pub line: Option<ScreenRect>,
 }
 
-impl Canvas<'_> {
-    fn go_to(&self, stroke: &mut Stroke, at: Pos2) {
-        stroke.go_to(on_screen(at), self.seen.position(at), self.within);
+impl StrokeTarget<'_> {
+    fn go_to(&self, stroke: &mut MaskStroke, at: Pos2) {
+        stroke.go_to(on_screen(at), self.placed.seen.position(at), self.placed.bounds);
     }
 
     fn may_begin_at(&self, at: Pos2) -> bool {
-        self.seen.rect.contains(at) && !self.line.is_some_and(|line| line.contains(on_screen(at)))
+        self.placed.seen.rect.contains(at) && !self.line.is_some_and(|line| line.contains(on_screen(at)))
     }
 }
 
@@ -44,8 +40,9 @@ impl Canvas<'_> {
 pub fn hand_ui(
     ui: &Ui,
     state: &State,
-    stroke: &mut Option<Stroke>,
-    (response, canvas): (&Response, &Canvas<'_>),
+    stroke: &mut Option<MaskStroke>,
+    response: &Response,
+    target: &StrokeTarget<'_>,
     asks: &mut Vec<Ask>,
 ) {
     let Some(tool) = state.masking.tool else { return };
@@ -60,26 +57,26 @@ pub fn hand_ui(
         ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
         asks.extend(resized(ui));
     }
-    *stroke = stroke.take().filter(|stroke| stroke.photo == canvas.photo);
+    *stroke = stroke.take().filter(|stroke| stroke.photo == target.placed.photo);
     let may_begin = draws(state, ui) && (response.hovered() || response.is_pointer_button_down_on());
     for event in ui.input(|input| input.events.clone()) {
         match event {
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: true, modifiers }
-                if may_begin && canvas.may_begin_at(pos) =>
+                if may_begin && target.may_begin_at(pos) =>
             {
                 response.request_focus();
-                let begun = stroke.insert(begun(&state.masking, tool, modifiers, canvas));
-                canvas.go_to(begun, pos);
+                let begun = stroke.insert(begun(&state.masking, tool, modifiers, target));
+                target.go_to(begun, pos);
             }
             Event::PointerMoved(at) => {
                 if let Some(stroke) = stroke {
-                    canvas.go_to(stroke, at);
+                    target.go_to(stroke, at);
                 }
             }
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } => {
                 if let Some(mut stroke) = stroke.take() {
-                    canvas.go_to(&mut stroke, pos);
-                    asks.extend(edit(state, &stroke, canvas.within));
+                    target.go_to(&mut stroke, pos);
+                    asks.extend(edit(state, &stroke, target.placed.bounds));
                 }
             }
             _ => (),
@@ -99,13 +96,13 @@ fn resized(ui: &Ui) -> Option<Ask> {
 }
 
 /// Starts a stroke; held modifier keys switch between masking and erasing.
-fn begun(masking: &Masking, tool: MaskTool, held: Modifiers, canvas: &Canvas<'_>) -> Stroke {
+fn begun(masking: &Masking, tool: MaskTool, held: Modifiers, target: &StrokeTarget<'_>) -> MaskStroke {
     let uncovers = masking.uncovers ^ (held.command || held.alt);
-    let radius_px = masking.radius_px([canvas.within.w, canvas.within.h]);
-    Stroke::new(canvas.photo, tool, uncovers, radius_px)
+    let radius_px = masking.radius_px([target.placed.bounds.w, target.placed.bounds.h]);
+    MaskStroke::new(target.placed.photo, tool, uncovers, radius_px)
 }
 
-fn edit(state: &State, stroke: &Stroke, within: PixelRect) -> Option<Ask> {
+fn edit(state: &State, stroke: &MaskStroke, within: PixelRect) -> Option<Ask> {
     let photo = state.session.as_ref()?.opened.site.photos.get(stroke.photo.index())?;
     if let MaskTool::Matte(_) = stroke.tool {
         let painted = stroke.of_matte(photo, state.matte_layer(stroke.photo))?;

@@ -3,13 +3,14 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Shape, Stroke as Line, Ui, vec2};
+use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Shape, Stroke, Ui, vec2};
 use glam::DVec2;
 
+use super::placed::PlacedPhoto;
 use crate::panel::flat::placement::PlacedPicture;
 use crate::state::State;
 use crate::state::ask::{Ask, MaskAsk};
-use crate::state::masking::stroke::Stroke;
+use crate::state::masking::stroke::MaskStroke;
 use crate::state::masking::suggested::ShownSuggestion;
 use crate::state::masking::tool::MaskTool;
 use quadratura_base::geometry::Spans;
@@ -57,11 +58,12 @@ struct Outlines {
 pub fn masks_ui(
     ui: &Ui,
     state: &State,
-    stroke: Option<&Stroke>,
+    stroke: Option<&MaskStroke>,
     meshes: &mut MaskMeshes,
-    (seen, photo): (&PlacedPicture, PhotoId),
+    placed: &PlacedPhoto,
     asks: &mut Vec<Ask>,
 ) {
+    let (photo, seen) = (placed.photo, &placed.seen);
     asks.extend([MaskAsk::WantMasks(photo).into(), MaskAsk::WantSuggestions.into()]);
     let painter = ui.painter_at(seen.rect);
     if state.masking.shown
@@ -83,7 +85,7 @@ pub fn masks_ui(
 fn masked(
     painter: &Painter,
     seen: &PlacedPicture,
-    stroke: Option<&Stroke>,
+    stroke: Option<&MaskStroke>,
     last: &mut Option<Masked>,
     pixels: Arc<Spans>,
 ) {
@@ -120,7 +122,7 @@ fn mesh_of(cells: &Spans, grid: &Grid, seen: &PlacedPicture, fill: Color32, edge
 }
 
 /// Draws the pixels that a stroke of the matte brush covers.
-fn matte(painter: &Painter, stroke: Option<&Stroke>, seen: &PlacedPicture) {
+fn matte(painter: &Painter, stroke: Option<&MaskStroke>, seen: &PlacedPicture) {
     let Some(MaskTool::Matte(mode)) = stroke.map(|stroke| stroke.tool) else { return };
     let colour = match mode {
         BrushMode::SeeThrough => SEE_THROUGH,
@@ -134,16 +136,16 @@ fn matte(painter: &Painter, stroke: Option<&Stroke>, seen: &PlacedPicture) {
 }
 
 /// Draws the path of a lasso, closed to its start.
-fn line(painter: &Painter, stroke: Option<&Stroke>, seen: &PlacedPicture) {
+fn line(painter: &Painter, stroke: Option<&MaskStroke>, seen: &PlacedPicture) {
     let Some(stroke) = stroke.filter(|stroke| stroke.tool == MaskTool::Lasso) else { return };
     let points: Vec<_> = stroke.line.iter().map(|position| seen.at(*position)).collect();
     let colour = if stroke.uncovers { UNCOVERS } else { MASKED };
     let back = points.last().into_iter().chain(points.first()).copied().collect();
-    painter.line(points.clone(), Line::new(3.5, Color32::from_black_alpha(140)));
-    painter.add(Shape::line(points, Line::new(1.8, colour)));
+    painter.line(points.clone(), Stroke::new(3.5, Color32::from_black_alpha(140)));
+    painter.add(Shape::line(points, Stroke::new(1.8, colour)));
     painter.extend(Shape::dashed_line(
         &Vec::<_>::from_iter::<Vec<_>>(back),
-        Line::new(1.2, colour),
+        Stroke::new(1.2, colour),
         5.0,
         4.0,
     ));
@@ -153,8 +155,8 @@ fn line(painter: &Painter, stroke: Option<&Stroke>, seen: &PlacedPicture) {
 fn circle(ui: &Ui, painter: &Painter, seen: &PlacedPicture, radius: f32) {
     let pointer = ui.input(|input| input.pointer.hover_pos());
     if let Some(at) = pointer.filter(|at| seen.rect.contains(*at)) {
-        painter.circle_stroke(at, radius, Line::new(2.5, Color32::from_black_alpha(130)));
-        painter.circle_stroke(at, radius, Line::new(1.2, Color32::WHITE));
+        painter.circle_stroke(at, radius, Stroke::new(2.5, Color32::from_black_alpha(130)));
+        painter.circle_stroke(at, radius, Stroke::new(1.2, Color32::WHITE));
     }
 }
 

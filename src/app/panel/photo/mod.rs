@@ -5,6 +5,7 @@ mod hand;
 pub mod masked;
 mod over;
 pub mod picture;
+mod placed;
 mod pointing;
 mod reasons;
 mod strip;
@@ -12,16 +13,17 @@ mod tools;
 
 use eframe::egui::{CentralPanel, Panel, Role, Sense, Ui, WidgetInfo};
 
-use self::hand::{Canvas, draws, hand_ui};
+use self::hand::{StrokeTarget, draws, hand_ui};
 use self::masked::{MaskMeshes, masks_ui};
 use self::picture::{SelectedHidden, picture_ui};
+use self::placed::PlacedPhoto;
 use super::flat::placement::screen_rect;
 use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use super::pictures;
 use crate::state::State;
 use crate::state::ask::{Ask, FlatAsk};
 use crate::state::flat::photo::PhotoPane;
-use crate::state::masking::stroke::Stroke;
+use crate::state::masking::stroke::MaskStroke;
 use crate::state::panels::PanelSizes;
 use crate::widget::focus::{FocusKind, mark};
 use crate::widget::sized::{PanelEdge, sized_panel};
@@ -40,13 +42,13 @@ pub struct PhotoMemory<'a> {
     /// The view.
     pub pane: &'a mut PhotoPane,
     /// The stroke of a mask tool.
-    pub stroke: &'a mut Option<Stroke>,
+    pub stroke: &'a mut Option<MaskStroke>,
     /// The sizes of the lists beside and below the photo.
     pub sizes: &'a mut PanelSizes,
 }
 
 /// Textures and meshes that the view reuses.
-pub struct PhotoTextures<'a> {
+pub struct PhotoViewTextures<'a> {
     /// The thumbnails, which are shown until photos are loaded.
     pub photos: &'a pictures::PhotoTextures,
     /// The pictures of the flat views.
@@ -62,7 +64,7 @@ pub fn photo_ui(
     ui: &mut Ui,
     state: &State,
     memory: PhotoMemory<'_>,
-    textures: &mut PhotoTextures<'_>,
+    textures: &mut PhotoViewTextures<'_>,
     asks: &mut Vec<Ask>,
 ) {
     let Some(photo) = state.selected_photo() else {
@@ -80,7 +82,7 @@ pub fn photo_ui(
         untextured_ui(ui, state, pane, sizes, photo, asks);
     }
     let central = CentralPanel::no_frame();
-    central.show(ui, |ui| canvas_ui(ui, state, (pane, stroke), textures, photo, asks));
+    central.show(ui, |ui| canvas_ui(ui, state, pane, stroke, textures, photo, asks));
     asks.push(FlatAsk::WantPhoto(photo).into());
 }
 
@@ -94,18 +96,19 @@ fn untextured_ui(
     asks: &mut Vec<Ask>,
 ) {
     let room = ui.available_size() * LIST_MOST;
-    let (position, size, most) = match ui.available_width() {
-        WIDE.. => ((PanelEdge::Right, "untextured faces"), &mut sizes.faces_width, room.x),
-        _ => ((PanelEdge::Bottom, "untextured faces below"), &mut sizes.faces_below, room.y),
+    let (edge, name, size, most) = match ui.available_width() {
+        WIDE.. => (PanelEdge::Right, "untextured faces", &mut sizes.faces_width, room.x),
+        _ => (PanelEdge::Bottom, "untextured faces below", &mut sizes.faces_below, room.y),
     };
-    sized_panel(ui, position, size, most, |ui| reasons::reasons_ui(ui, state, pane, photo, asks));
+    sized_panel(ui, edge, name, size, most, |ui| reasons::reasons_ui(ui, state, pane, photo, asks));
 }
 
 fn canvas_ui(
     ui: &mut Ui,
     state: &State,
-    (pane, stroke): (&mut PhotoPane, &mut Option<Stroke>),
-    textures: &mut PhotoTextures<'_>,
+    pane: &mut PhotoPane,
+    stroke: &mut Option<MaskStroke>,
+    textures: &mut PhotoViewTextures<'_>,
     photo: PhotoId,
     asks: &mut Vec<Ask>,
 ) {
@@ -117,13 +120,14 @@ fn canvas_ui(
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
     pane.show_sought(screen_rect(rect));
     let left = if draws(state, ui) { LeftButton::Draws } else { LeftButton::Moves };
-    let seen = navigate(&mut pane.view.placement, ui, &response, (rect, bounds), left);
-    let canvas = Canvas { photo, within: bounds, seen: &seen, line: pane.line };
-    hand_ui(ui, state, stroke, (&response, &canvas), asks);
-    picture_ui(ui, state, pane, textures, (&seen, bounds, photo), asks);
-    drawing::drawing_ui(ui, state, pane, &seen, photo);
-    masks_ui(ui, state, stroke.as_ref(), textures.masks, (&seen, photo), asks);
-    pointing::point(ui, state, pane, (&response, &seen, photo), asks);
+    let seen = navigate(&mut pane.view.placement, ui, &response, rect, bounds, left);
+    let placed = PlacedPhoto { photo, bounds, seen };
+    let target = StrokeTarget { placed: &placed, line: pane.line };
+    hand_ui(ui, state, stroke, &response, &target, asks);
+    picture_ui(ui, state, pane, textures, &placed, asks);
+    drawing::drawing_ui(ui, state, pane, &placed);
+    masks_ui(ui, state, stroke.as_ref(), textures.masks, &placed, asks);
+    pointing::point(ui, state, pane, &response, &placed, asks);
     // Nothing covers the photo during a stroke.
     let line = if stroke.is_none() { over::line_ui(ui, state, rect, photo, asks) } else { None };
     pane.line = line.map(screen_rect);

@@ -2,9 +2,9 @@
 
 use eframe::egui::{Color32, Rect, Ui, pos2};
 
-use super::PhotoTextures;
+use super::PhotoViewTextures;
+use super::placed::PlacedPhoto;
 use crate::panel::flat::hatch::hatch;
-use crate::panel::flat::placement::PlacedPicture;
 use crate::panel::flat::tiled::AS_IT_IS;
 use crate::state::State;
 use crate::state::ask::{Ask, QualityAsk};
@@ -13,7 +13,6 @@ use crate::state::flat::picked::Picked;
 use crate::state::flat::version::LayersVersion;
 use crate::state::selection::Selection;
 use crate::widget::behind::behind_ui;
-use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::PhotoId;
 use quadratura_projection::hatching::PixelMask;
 
@@ -29,16 +28,18 @@ pub fn picture_ui(
     ui: &Ui,
     state: &State,
     pane: &PhotoPane,
-    textures: &mut PhotoTextures<'_>,
-    (seen, bounds, photo): (&PlacedPicture, PixelRect, PhotoId),
+    textures: &mut PhotoViewTextures<'_>,
+    placed: &PlacedPhoto,
     asks: &mut Vec<Ask>,
 ) {
+    let PlacedPhoto { photo, bounds, seen } = placed;
+    let photo = *photo;
     update_selected_hidden(state, textures.selected_hidden, photo);
     let light = light(state, photo, asks);
     let Some(session) = &state.session else { return };
     let (loading, switches) = (&state.flat.loading, &state.flat.switches);
     let painter = ui.painter_at(seen.rect);
-    let frame = seen.rect_of(bounds);
+    let frame = seen.rect_of(*bounds);
     textures.flat.checkerboard.draw(&painter, frame.intersect(seen.rect));
     if let Some(small) = textures.photos.small(photo).filter(|_| loading.photo(session, photo).is_none()) {
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));

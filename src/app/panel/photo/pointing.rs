@@ -2,8 +2,8 @@
 
 use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, vec2};
 
+use super::placed::PlacedPhoto;
 use super::strip::hint;
-use crate::panel::flat::placement::PlacedPicture;
 use crate::state::State;
 use crate::state::ask::{Ask, MaskAsk, SelectAsk};
 use crate::state::flat::photo::PhotoPane;
@@ -19,11 +19,13 @@ pub fn point(
     ui: &Ui,
     state: &State,
     pane: &mut PhotoPane,
-    (response, seen, photo): (&Response, &PlacedPicture, PhotoId),
+    response: &Response,
+    placed: &PlacedPhoto,
     asks: &mut Vec<Ask>,
 ) {
+    let photo = placed.photo;
     let hovered = response.hover_pos().filter(|_| !response.dragged());
-    let pixel = hovered.map(|at| seen.pixel(at));
+    let pixel = hovered.map(|at| placed.seen.pixel(at));
     pane.pointed = pixel.and_then(|pixel| state.pointed_in_photo(photo, pixel, pane.hidden_layers));
     let pixel = pane.pointed.as_ref().map(|pointed| pointed.pixel);
     let suggestion = pixel.and_then(|pixel| state.suggestion_at(photo, pixel));

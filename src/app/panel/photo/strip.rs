@@ -33,7 +33,7 @@ const PARTS: &[BarPart<()>] = &[
 pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         ui.label("Mask").on_hover_text("Parts of the photo that must not be used: people, cars, flare.");
-        bar_ui(ui, state, &mut (), ("masks", None), PARTS, asks);
+        bar_ui(ui, state, &mut (), "masks", None, PARTS, asks);
     });
 }
 

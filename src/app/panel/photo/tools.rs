@@ -41,8 +41,8 @@ const DRAWN: &[BarPart<PhotoPane>] = &[
 pub fn tools_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: PhotoId, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let name = &session.opened.site.photo(photo).name;
-    bar_ui(ui, state, pane, ("photo", Some(name)), LOOKED_AT, asks);
-    bar_ui(ui, state, pane, ("overlays", None), DRAWN, asks);
+    bar_ui(ui, state, pane, "photo", Some(name), LOOKED_AT, asks);
+    bar_ui(ui, state, pane, "overlays", None, DRAWN, asks);
 }
 
 /// Returns the number of visibility layers of the photo; 0 before it is built.

@@ -17,7 +17,7 @@ use crate::state::notes::{Note, Weight};
 use crate::state::panes::{KeyOwner, Pane};
 use crate::state::space::brush::{DrawnStroke, RADII_PX};
 use crate::state::space::memory::SpaceMemory;
-use crate::state::space::picking::Sight;
+use crate::state::space::picking::ViewPixel;
 use crate::widget::dialog;
 use quadratura_base::scene::FaceId;
 use quadratura_base::scene::impostor::Facing;
@@ -47,7 +47,8 @@ pub fn hand_ui(
     ui: &Ui,
     state: &State,
     it: &mut SpaceMemory,
-    (response, rect): (&Response, Rect),
+    response: &Response,
+    rect: Rect,
     asks: &mut Vec<Ask>,
 ) {
     if !it.brush.on {
@@ -75,13 +76,13 @@ pub fn hand_ui(
                 if may_begin && rect.contains(pos) =>
             {
                 response.request_focus();
-                let sight = it.sight(place(pos));
+                let pixel = it.pixel_at(place(pos));
                 if seen_from(state, it) != it.viewpoint {
                     let text = "The picture is not of this view yet: paint when it is";
                     asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());
                 } else if modifiers.command || modifiers.alt {
-                    it.brush.source = state.point_at(&sight).or(it.brush.source);
-                } else if !it.brush.begin((&sight.viewpoint, sight.size_px), sight.at_px, pressure) {
+                    it.brush.source = state.point_at(&pixel).or(it.brush.source);
+                } else if !it.brush.begin(&pixel, pressure) {
                     let text =
                         "Pick a source first: Ctrl+click where colours are to be taken from, in this view";
                     asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());
@@ -102,7 +103,8 @@ pub fn brush_ui(
     ui: &Ui,
     state: &State,
     it: &SpaceMemory,
-    (response, rect): (&Response, Rect),
+    response: &Response,
+    rect: Rect,
     picture: Option<TextureId>,
 ) {
     let canvas = BrushCanvas { ui, rect, view: seen_from(state, it), picture };
@@ -116,8 +118,8 @@ pub fn brush_ui(
         canvas.cross(source);
     }
     if let Some(at) = response.hover_pos() {
-        let sight = it.sight(px_of(at - rect.min, ui.ctx().pixels_per_point()));
-        canvas.circle(state, &sight, (at, it.brush.brush.radius));
+        let pixel = it.pixel_at(px_of(at - rect.min, ui.ctx().pixels_per_point()));
+        canvas.circle(state, &pixel, at, it.brush.brush.radius);
     }
 }
 
@@ -180,8 +182,8 @@ impl BrushCanvas<'_> {
         let size_px = [view.width, view.height];
         let surface = |sample: &StrokeSample| {
             let at_px = DVec2::from(sample.at);
-            let sight = Sight { viewpoint: drawn.viewpoint, size_px, at_px };
-            let (point, face) = state.surface_at(&sight)?;
+            let pixel = ViewPixel { viewpoint: drawn.viewpoint, size_px, at_px };
+            let (point, face) = state.surface_at(&pixel)?;
             Some((point, normal_seen(state, drawn.viewpoint, face)?))
         };
         let Some((first, _)) = stroke.samples.iter().find_map(surface) else { return Vec::new() };
@@ -201,15 +203,15 @@ impl BrushCanvas<'_> {
     }
 
     /// Draws the brush's circle on the surface under the pointer; in the plane of the picture where there is none.
-    fn circle(&self, state: &State, sight: &Sight, (at, radius_px): (Pos2, f64)) {
+    fn circle(&self, state: &State, pixel: &ViewPixel, at: Pos2, radius_px: f64) {
         let on_surface = || {
-            let (point, face) = (state.point_at(sight)?, state.face_at(sight)?);
-            let normal = normal_seen(state, sight.viewpoint, face)?;
-            let camera = sight.viewpoint.camera(sight.size_px[0], sight.size_px[1]);
-            let depth = sight.viewpoint.pose.camera_from_world(point).z;
+            let (point, face) = (state.point_at(pixel)?, state.face_at(pixel)?);
+            let normal = normal_seen(state, pixel.viewpoint, face)?;
+            let camera = pixel.viewpoint.camera(pixel.size_px[0], pixel.size_px[1]);
+            let depth = pixel.viewpoint.pose.camera_from_world(point).z;
             let radius = radius_px * depth / (camera.fx * camera.fy).sqrt();
             let (u, v) = normal.any_orthonormal_pair();
-            let canvas = BrushCanvas { view: sight.viewpoint, ..*self };
+            let canvas = BrushCanvas { view: pixel.viewpoint, ..*self };
             canvas.ring(|angle| canvas.place(point + (u * angle.cos() + v * angle.sin()) * radius))
         };
         let points = radius_px as f32 / self.ui.ctx().pixels_per_point();

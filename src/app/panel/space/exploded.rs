@@ -57,7 +57,9 @@ pub fn exploded_ui(
     ui: &Ui,
     state: &State,
     it: &mut SpaceMemory,
-    (response, rect, textures): (&Response, Rect, &mut LayerTextures),
+    response: &Response,
+    rect: Rect,
+    textures: &mut LayerTextures,
     asks: &mut Vec<Ask>,
 ) {
     if state.selected_photo() != state.space.exploded.photo {
@@ -65,8 +67,8 @@ pub fn exploded_ui(
     }
     open(ui, state, it, textures, asks);
     it.is_loading = !textures.are_complete(state);
-    pick(ui, state, it, (response, rect), asks);
-    draw(ui, state, it, (rect, textures));
+    pick(ui, state, it, response, rect, asks);
+    draw(ui, state, it, rect, textures);
 }
 
 /// Requests the layer pictures, uploads one in a frame, and then opens the spacing.
@@ -90,16 +92,10 @@ fn open(ui: &Ui, state: &State, it: &mut SpaceMemory, textures: &mut LayerTextur
     it.now_apart = ui.ctx().animate_value_with_time(animation(), it.apart, OPENS_S);
 }
 
-fn pick(
-    ui: &Ui,
-    state: &State,
-    it: &mut SpaceMemory,
-    (response, rect): (&Response, Rect),
-    asks: &mut Vec<Ask>,
-) {
+fn pick(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Response, rect: Rect, asks: &mut Vec<Ask>) {
     let pointer = response.hover_pos().filter(|_| !response.dragged());
-    let sight = pointer.map(|at| it.sight(px_of(at - rect.min, ui.ctx().pixels_per_point())));
-    let layer = sight.and_then(|sight| state.layer_at(&sight, it.now_apart)).map(|(_, layer)| layer);
+    let pixel = pointer.map(|at| it.pixel_at(px_of(at - rect.min, ui.ctx().pixels_per_point())));
+    let layer = pixel.and_then(|pixel| state.layer_at(&pixel, it.now_apart)).map(|(_, layer)| layer);
     it.hovered_layer = layer;
     let (Some(photo), Some(session)) = (state.space.exploded.photo, &state.session) else { return };
     match layer {
@@ -120,7 +116,7 @@ fn pick(
     }
 }
 
-fn draw(ui: &Ui, state: &State, it: &SpaceMemory, (rect, textures): (Rect, &LayerTextures)) {
+fn draw(ui: &Ui, state: &State, it: &SpaceMemory, rect: Rect, textures: &LayerTextures) {
     let Some(stand) = state.stand(it.now_apart) else { return };
     let Some(panes) = state.panes_apart() else { return };
     let canvas = ExplodedCanvas { painter: ui.painter_at(rect), rect, view: it.viewpoint, stand };

@@ -9,7 +9,7 @@ use crate::state::panes::{KeyOwner, Pane};
 use crate::state::session::Session;
 use crate::state::settings::Navigation;
 use crate::state::space::memory::SpaceMemory;
-use crate::state::space::picking::Sight;
+use crate::state::space::picking::ViewPixel;
 use crate::widget::dialog;
 use quadratura_view::navigation::Viewpoint;
 
@@ -31,7 +31,7 @@ pub fn navigate(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Respons
     if response.clicked() || response.drag_started() {
         response.request_focus();
     }
-    drag(ui, state, it, (response, rect));
+    drag(ui, state, it, response, rect);
     if response.contains_pointer() {
         wheel(ui, state, it, rect);
     }
@@ -59,7 +59,7 @@ enum Drag {
     Look,
 }
 
-fn drag(ui: &Ui, state: &State, it: &mut SpaceMemory, (response, rect): (&Response, Rect)) {
+fn drag(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Response, rect: Rect) {
     let by = response.drag_delta();
     let (shift, ctrl, alt) = ui.input(|input| {
         let held = input.modifiers;
@@ -118,7 +118,7 @@ fn orbit(state: &State, session: &Session, view: &mut Viewpoint, turn: DVec2, up
 /// Takes the point under the pointer as the pivot of orbiting and panning.
 fn hold(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
     let origin = ui.input(|input| input.pointer.press_origin());
-    let held = origin.and_then(|at| under(state, it, &sight(ui, it, at - rect.min)));
+    let held = origin.and_then(|at| under(state, it, &pixel_under(ui, it, at - rect.min)));
     let Some(session) = &state.session else { return };
     match held {
         Some(point) => it.viewpoint.pivot = point,
@@ -127,16 +127,16 @@ fn hold(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
 }
 
 /// Returns how a position is seen, as an offset from the top left corner in points.
-fn sight(ui: &Ui, it: &SpaceMemory, offset: Vec2) -> Sight {
-    it.sight(px_of(offset, ui.ctx().pixels_per_point()))
+fn pixel_under(ui: &Ui, it: &SpaceMemory, offset: Vec2) -> ViewPixel {
+    it.pixel_at(px_of(offset, ui.ctx().pixels_per_point()))
 }
 
 /// Returns the point of the model, or of the layers that are pulled apart, under a position in the view.
-fn under(state: &State, it: &SpaceMemory, sight: &Sight) -> Option<DVec3> {
+fn under(state: &State, it: &SpaceMemory, pixel: &ViewPixel) -> Option<DVec3> {
     if state.space.exploded.is_on() {
-        return state.layer_at(sight, it.now_apart).map(|(point, _)| point);
+        return state.layer_at(pixel, it.now_apart).map(|(point, _)| point);
     }
-    state.point_at(sight)
+    state.point_at(pixel)
 }
 
 fn wheel(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
@@ -147,16 +147,16 @@ fn wheel(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
         return;
     }
     let Some(pointer) = ui.input(|input| input.pointer.hover_pos()) else { return };
-    let sight = sight(ui, it, pointer - rect.min);
-    let target = under(state, it, &sight).unwrap_or_else(|| beyond(&sight));
+    let pixel = pixel_under(ui, it, pointer - rect.min);
+    let target = under(state, it, &pixel).unwrap_or_else(|| beyond(&pixel));
     let Some(session) = &state.session else { return };
     it.viewpoint.zoom(target, factor, &session.scene_frame);
 }
 
 /// Returns the point at the pivot's depth, where the ray hits nothing.
-fn beyond(sight: &Sight) -> DVec3 {
-    let view = &sight.viewpoint;
-    view.position() + sight.ray() * view.pose.camera_from_world(view.pivot).z.max(f64::MIN_POSITIVE)
+fn beyond(pixel: &ViewPixel) -> DVec3 {
+    let view = &pixel.viewpoint;
+    view.position() + pixel.ray() * view.pose.camera_from_world(view.pivot).z.max(f64::MIN_POSITIVE)
 }
 
 fn fly(ui: &Ui, state: &State, it: &mut SpaceMemory) {

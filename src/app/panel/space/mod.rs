@@ -22,7 +22,7 @@ use self::exploded::LayerTextures;
 use crate::panel::pictures::PhotoTextures;
 use crate::state::State;
 use crate::state::ask::{Ask, SpaceAsk};
-use crate::state::space::Drawn;
+use crate::state::space::FrameFacts;
 use crate::state::space::memory::SpaceMemory;
 use crate::widget::behind::behind_ui;
 use crate::widget::focus::{FocusKind, mark};
@@ -41,7 +41,8 @@ pub fn space_ui(
     ui: &mut Ui,
     state: &State,
     it: &mut SpaceMemory,
-    (textures, photos): (&mut SpaceTextures, &PhotoTextures),
+    textures: &mut SpaceTextures,
+    photos: &PhotoTextures,
     asks: &mut Vec<Ask>,
 ) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
@@ -53,21 +54,21 @@ pub fn space_ui(
     let moves = input::navigate(ui, state, it, &response, rect);
     ui.painter_at(rect).rect_filled(rect, 0.0, background(ui));
     if state.space.exploded.is_on() {
-        exploded::exploded_ui(ui, state, it, (&response, rect, &mut textures.layers), asks);
+        exploded::exploded_ui(ui, state, it, &response, rect, &mut textures.layers, asks);
     } else {
         let [r, g, b, _] = background(ui).to_array();
-        asks.push(SpaceAsk::Draw(Drawn { background: [r, g, b], moves }).into());
+        asks.push(SpaceAsk::Draw(FrameFacts { background: [r, g, b], moves }).into());
         textures.picture_ui(ui, state, rect);
-        overlay::overlay_ui(ui, state, it, (rect, photos), asks);
-        trees::outlines_ui(ui, state, it, (&response, rect));
-        trees::hand_ui(ui, state, it, (&response, rect), asks);
-        brush::hand_ui(ui, state, it, (&response, rect), asks);
+        overlay::overlay_ui(ui, state, it, rect, photos, asks);
+        trees::outlines_ui(ui, state, it, &response, rect);
+        trees::hand_ui(ui, state, it, &response, rect, asks);
+        brush::hand_ui(ui, state, it, &response, rect, asks);
         let picture = textures.picture.as_ref().map(|(_, texture)| texture.id());
-        brush::brush_ui(ui, state, it, (&response, rect), picture);
+        brush::brush_ui(ui, state, it, &response, rect, picture);
         if it.brush.on || state.trees.hand.on {
             it.hovered = None;
         } else {
-            picking::pick(ui, state, it, (&response, rect), asks);
+            picking::pick(ui, state, it, &response, rect, asks);
         }
         behind_ui(ui, rect, state.space.is_behind(state.window.now_s));
     }

@@ -56,10 +56,11 @@ pub fn overlay_ui(
     ui: &Ui,
     state: &State,
     it: &mut SpaceMemory,
-    (rect, photos): (Rect, &PhotoTextures),
+    rect: Rect,
+    photos: &PhotoTextures,
     asks: &mut Vec<Ask>,
 ) {
-    photo_over(ui, state, it, (rect, photos), asks);
+    photo_over(ui, state, it, rect, photos, asks);
     let Some(session) = &state.session else { return };
     let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(state, it) };
     if state.space.wireframe || state.device.is_none() {
@@ -84,7 +85,7 @@ pub fn overlay_ui(
     }
     if state.space.cameras && it.through.is_none() {
         let pointer = ui.input(|input| input.pointer.hover_pos());
-        cameras(state, session, &canvas, (photos, pointer));
+        cameras(state, session, &canvas, photos, pointer);
     }
 }
 
@@ -98,7 +99,8 @@ fn cameras(
     state: &State,
     session: &Session,
     canvas: &WorldCanvas,
-    (photos, pointer): (&PhotoTextures, Option<Pos2>),
+    photos: &PhotoTextures,
+    pointer: Option<Pos2>,
 ) {
     for (id, photo) in session.opened.site.numbered_photos() {
         let selected = state.photo == Some(id);
@@ -111,7 +113,7 @@ fn cameras(
             continue;
         }
         let stroke = Stroke::new(if selected { 2.0 } else { 1.0 }, color.gamma_multiply(opacity));
-        canvas.camera(photo, size, stroke, (texture, opacity, pointer));
+        canvas.camera(photo, size, stroke, texture, opacity, pointer);
     }
 }
 
@@ -120,7 +122,8 @@ fn photo_over(
     ui: &Ui,
     state: &State,
     it: &mut SpaceMemory,
-    (rect, photos): (Rect, &PhotoTextures),
+    rect: Rect,
+    photos: &PhotoTextures,
     asks: &mut Vec<Ask>,
 ) {
     // Typed text is no command.
@@ -232,7 +235,9 @@ impl WorldCanvas {
         photo: &Photo,
         size: f64,
         stroke: Stroke,
-        (texture, opacity, pointer): (Option<TextureId>, f32, Option<Pos2>),
+        texture: Option<TextureId>,
+        opacity: f32,
+        pointer: Option<Pos2>,
     ) {
         let (width, height) = (f64::from(photo.camera.width), f64::from(photo.camera.height));
         let depth = size * photo.camera.fy / height;

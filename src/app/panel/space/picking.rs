@@ -10,7 +10,7 @@ use crate::state::State;
 use crate::state::ask::{Ask, SelectAsk};
 use crate::state::selection::Selection;
 use crate::state::space::memory::SpaceMemory;
-use crate::state::space::picking::Sight;
+use crate::state::space::picking::ViewPixel;
 use quadratura_document::trees::TreeIndex;
 
 /// Handles the pointer: hovering shows the name, a click selects the object and another one its face, a double click
@@ -19,16 +19,17 @@ pub fn pick(
     ui: &Ui,
     state: &State,
     it: &mut SpaceMemory,
-    (response, rect): (&Response, Rect),
+    response: &Response,
+    rect: Rect,
     asks: &mut Vec<Ask>,
 ) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
     let view = seen_from(state, it);
     let density = ui.ctx().pixels_per_point();
     // What is seen under the pointer is meant.
-    let sight = hovered.map(|at| Sight { viewpoint: view, ..it.sight(px_of(at - rect.min, density)) });
-    let tree = sight.and_then(|sight| state.tree_at(&sight));
-    let face = sight.and_then(|sight| state.face_at(&sight));
+    let pixel = hovered.map(|at| ViewPixel { viewpoint: view, ..it.pixel_at(px_of(at - rect.min, density)) });
+    let tree = pixel.and_then(|pixel| state.tree_at(&pixel));
+    let face = pixel.and_then(|pixel| state.face_at(&pixel));
     it.hovered = face;
     if let Some(tree) = tree {
         return pick_tree(state, response, tree, asks);

@@ -57,17 +57,17 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     };
     let (apart, through) = (named(state.space.exploded.photo), named(it.through));
     let room = rect.width() - 2.0 * MARGIN - FRAME;
-    let bar = |ui: &mut Ui, it: &mut SpaceMemory, of, parts, asks: &mut Vec<Ask>| {
+    let bar = |ui: &mut Ui, it: &mut SpaceMemory, of, name, parts, asks: &mut Vec<Ask>| {
         ui.set_max_width(room);
-        bar_ui(ui, state, it, of, parts, asks);
+        bar_ui(ui, state, it, of, name, parts, asks);
     };
     if state.space.exploded.is_on() {
         over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, ("exploded view", apart.as_deref()), APART, asks);
+            bar(ui, it, "exploded view", apart.as_deref(), APART, asks);
         });
         return;
     }
-    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, it, ("3D view", None), TOP, asks));
+    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, it, "3D view", None, TOP, asks));
     let looks_through = it.through.is_some();
     // The legend is above the photo's bar, which is centred at the bottom.
     let lower = if looks_through { PHOTO_BAR } else { 0.0 };
@@ -86,19 +86,19 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     }
     if looks_through {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, ("photo overlay", through.as_deref()), THROUGH, asks);
+            bar(ui, it, "photo overlay", through.as_deref(), THROUGH, asks);
         });
     }
     // Below the bar at the top, where it does not move when panels open or the view leaves a photo.
     let below = rect.with_min_y((rect.top() + TOP_BAR).min(rect.bottom()));
     if state.space.images.on && state.space.why_no_images().is_none() {
         over(ui, id.with("images"), below, Align2::LEFT_TOP, |ui| {
-            bar(ui, it, ("layered depth image", None), images::TOOLS, asks);
+            bar(ui, it, "layered depth image", None, images::TOOLS, asks);
         });
     }
     if it.brush.on {
         over(ui, id.with("brush"), below, Align2::LEFT_TOP, |ui| {
-            bar(ui, it, ("brush", None), brush::TOOLS, asks);
+            bar(ui, it, "brush", None, brush::TOOLS, asks);
             if let Some(remark) = &it.brush.remark {
                 ui.set_max_width(room.min(WORDS));
                 ui.colored_label(ui.visuals().warn_fg_color, remark);
@@ -107,7 +107,7 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     }
     if state.trees.hand.on {
         over(ui, id.with("place tree"), below, Align2::LEFT_TOP, |ui| {
-            bar(ui, it, ("place tree", None), trees::TOOLS, asks);
+            bar(ui, it, "place tree", None, trees::TOOLS, asks);
         });
     }
     if let Some(why) = without_picture(state) {

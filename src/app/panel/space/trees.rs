@@ -30,20 +30,20 @@ const CORNERS: u32 = 40;
 const GHOST: Color32 = Color32::from_rgb(0x9f, 0xe0, 0x90);
 
 /// Draws the outlines of the selected tree and of that under the pointer, and where a tree would be placed.
-pub fn outlines_ui(ui: &Ui, state: &State, it: &SpaceMemory, (response, rect): (&Response, Rect)) {
+pub fn outlines_ui(ui: &Ui, state: &State, it: &SpaceMemory, response: &Response, rect: Rect) {
     let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(state, it) };
     let Some(trees) = state.trees() else { return };
     if let Some(tree) = state.selected_tree() {
         outline(&canvas, state, tree, Stroke::new(2.0, SELECTED));
     }
     let Some(at) = response.hover_pos().filter(|_| !response.dragged()) else { return };
-    let sight = it.sight(px_of(at - rect.min, ui.ctx().pixels_per_point()));
-    let hovered = state.tree_at(&sight).filter(|index| state.selection != Selection::Tree(*index));
+    let pixel = it.pixel_at(px_of(at - rect.min, ui.ctx().pixels_per_point()));
+    let hovered = state.tree_at(&pixel).filter(|index| state.selection != Selection::Tree(*index));
     if let Some(tree) = hovered.and_then(|index| trees.at(index)) {
         outline(&canvas, state, tree, Stroke::new(1.5, HOVERED));
     } else if state.trees.hand.on
         && state.trees.hand.held.is_none()
-        && let Some(ground) = state.ground_at(&sight)
+        && let Some(ground) = state.ground_at(&pixel)
     {
         let ghost = size_of_new(state);
         cylinder(&canvas, state, ground, ghost, Stroke::new(1.5, GHOST));
@@ -83,7 +83,8 @@ pub fn hand_ui(
     ui: &Ui,
     state: &State,
     it: &SpaceMemory,
-    (response, rect): (&Response, Rect),
+    response: &Response,
+    rect: Rect,
     asks: &mut Vec<Ask>,
 ) {
     if !state.trees.hand.on {
@@ -102,7 +103,7 @@ pub fn hand_ui(
         ui.ctx().set_cursor_icon(if held { CursorIcon::Grabbing } else { CursorIcon::Crosshair });
     }
     let density = ui.ctx().pixels_per_point();
-    let sight = |at: Pos2| it.sight(px_of(at - rect.min, density));
+    let pixel = |at: Pos2| it.pixel_at(px_of(at - rect.min, density));
     let may_begin = response.hovered() || response.is_pointer_button_down_on();
     let (mut held, mut last) = (held, None);
     let modifiers = ui.input(|input| input.modifiers);
@@ -116,13 +117,13 @@ pub fn hand_ui(
                     let text = "The picture is not of this view yet: place trees when it is";
                     asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());
                 } else {
-                    asks.push(TreeAsk::Press(sight(pos)).into());
+                    asks.push(TreeAsk::Press(pixel(pos)).into());
                     held = true;
                 }
             }
             Event::PointerMoved(at) if held => last = Some(at),
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } if held => {
-                asks.push(TreeAsk::Drag(sight(pos), hold_of(modifiers)).into());
+                asks.push(TreeAsk::Drag(pixel(pos), hold_of(modifiers)).into());
                 asks.push(TreeAsk::Release.into());
                 (held, last) = (false, None);
             }
@@ -130,7 +131,7 @@ pub fn hand_ui(
         }
     }
     // Of several moves within a frame, the last one counts.
-    asks.extend(last.map(|at| Ask::from(TreeAsk::Drag(sight(at), hold_of(modifiers)))));
+    asks.extend(last.map(|at| Ask::from(TreeAsk::Drag(pixel(at), hold_of(modifiers)))));
 }
 
 fn hold_of(modifiers: Modifiers) -> Hold {

@@ -11,7 +11,7 @@ use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_projection::hatching::PixelMask;
 use quadratura_recipe::layer_view::LegendEntries;
-use quadratura_recipe::peel::{Peeling, PhotoLayers};
+use quadratura_recipe::peel::{PeelOptions, PhotoLayers};
 
 /// The number of photos kept in memory: the current one and the previous one.
 const MOST_PHOTOS: usize = 2;
@@ -29,7 +29,7 @@ pub struct PeeledPicture {
 }
 
 /// The picture of an image layer.
-pub struct LayerPicture {
+pub struct ImageLayerPicture {
     /// The picture.
     pub levels: Levels,
     /// The areas that the photo does not show.
@@ -39,7 +39,7 @@ pub struct LayerPicture {
 }
 
 /// A version of a photo's layers, and what is taken off.
-pub type PeelKey = (LayersVersion, Peeling);
+pub type PeelKey = (LayersVersion, PeelOptions);
 
 /// Results of jobs for the flat views.
 pub struct Loading {
@@ -50,7 +50,7 @@ pub struct Loading {
     /// Photos with layers hidden.
     pub peeled: ResultSlot<PeelKey, PeeledPicture>,
     /// Image layers.
-    pub image_layers: ResultSlot<LayerKey, LayerPicture>,
+    pub image_layers: ResultSlot<LayerKey, ImageLayerPicture>,
 }
 
 impl Default for Loading {
@@ -84,7 +84,7 @@ impl Loading {
     }
 
     /// Returns the requested picture of a photo, or the closest that exists.
-    pub fn shown(&self, session: &Session, photo: PhotoId, peeling: &Peeling) -> Option<ShownPhoto<'_>> {
+    pub fn shown(&self, session: &Session, photo: PhotoId, peeling: &PeelOptions) -> Option<ShownPhoto<'_>> {
         let whole = || self.photo(session, photo).map(|levels| (levels, None));
         let version = LayersVersion::new(session, photo);
         let key = version.map(|version| (version, peeling.clone()));
@@ -96,7 +96,7 @@ impl Loading {
     }
 
     /// Returns whether the requested picture of a photo is not made yet, and another one is shown in its place.
-    pub fn is_behind(&self, session: &Session, photo: PhotoId, peeling: &Peeling) -> bool {
+    pub fn is_behind(&self, session: &Session, photo: PhotoId, peeling: &PeelOptions) -> bool {
         let file = &session.opened.site.photo(photo).file;
         if self.photos.get(file).is_none() {
             return !self.photos.has_failed(file);
@@ -122,7 +122,7 @@ impl Loading {
         &self,
         session: &Session,
         photo: PhotoId,
-        peeling: &Peeling,
+        peeling: &PeelOptions,
         (x, y): (i32, i32),
     ) -> Option<[u8; 3]> {
         let key = LayersVersion::new(session, photo).map(|version| (version, peeling.clone()));

@@ -8,7 +8,7 @@ use crate::state::State;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
 use quadratura_recipe::layer_view::LayerViewContent;
-use quadratura_recipe::peel::Peeling;
+use quadratura_recipe::peel::PeelOptions;
 
 impl State {
     /// Returns the layer that the view of an image layer shows, if it exists.
@@ -27,11 +27,11 @@ impl State {
     }
 
     /// Returns what the photo view leaves out of a photo, without the front `hidden_layers`.
-    pub fn peeling(&self, photo: PhotoId, hidden_layers: u32) -> Peeling {
+    pub fn peeling(&self, photo: PhotoId, hidden_layers: u32) -> PeelOptions {
         let Switches { filling, paint, .. } = self.flat.switches;
         let stack = self.session.as_ref().and_then(|session| session.stack_of(photo));
         let opacities = stack.map(|stack| self.flat.layer_views.drawn(photo, stack)).unwrap_or_default();
-        Peeling { hidden_layers, filling, paint, opacities }
+        PeelOptions { hidden_layers, filling, paint, opacities }
     }
 
     /// Returns what a pixel of a photo shows, without the front `hidden_layers`; none outside of the photo.

@@ -39,7 +39,8 @@ impl ListsState {
     /// before.
     pub fn go(
         &mut self,
-        (site, selected): (&ListedSite<'_>, Selection),
+        site: &ListedSite<'_>,
+        selected: Selection,
         rows: &[ListRow],
         to: usize,
         extends: bool,
@@ -47,7 +48,7 @@ impl ListsState {
         let row = rows[to];
         self.cursor = Some(row);
         match row {
-            ListRow::Layer(layer) if extends => self.select_range((site, selected), rows, layer),
+            ListRow::Layer(layer) if extends => self.select_range(site, selected, rows, layer),
             ListRow::Layer(layer) => self.select_layer(site, layer),
             _ => site.selection(row).map(|it| SelectAsk::Only(it).into()),
         }
@@ -70,7 +71,8 @@ impl ListsState {
     /// Selects the listed layers from the anchor to this one.
     pub fn select_range(
         &mut self,
-        (site, selected): (&ListedSite<'_>, Selection),
+        site: &ListedSite<'_>,
+        selected: Selection,
         rows: &[ListRow],
         to: LayerIndex,
     ) -> Option<Ask> {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use quadratura_recipe::layer_table::Column;
+use quadratura_recipe::layer_table::LayerColumn;
 
 /// The display options of the list of layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -11,14 +11,14 @@ pub struct LayerList {
     /// Whether layers are listed as a table, rather than by depth.
     pub as_table: bool,
     /// The column that the table is sorted by.
-    pub column: Column,
+    pub column: LayerColumn,
     /// Whether the order is descending.
     pub falling: bool,
 }
 
 impl LayerList {
     /// Sorts by a column; reverses the order where the table is sorted by it already.
-    pub fn sort_by(&mut self, column: Column) {
+    pub fn sort_by(&mut self, column: LayerColumn) {
         self.falling = if self.column == column { !self.falling } else { column.descends_by_default() };
         self.column = column;
     }
@@ -31,11 +31,11 @@ mod tests {
     #[test]
     fn a_second_click_on_a_heading_turns_the_order_round() {
         let mut list = LayerList::default();
-        list.sort_by(Column::Waste);
+        list.sort_by(LayerColumn::Waste);
         assert!(list.falling, "the most wasteful first");
-        list.sort_by(Column::Waste);
+        list.sort_by(LayerColumn::Waste);
         assert!(!list.falling);
-        list.sort_by(Column::Name);
-        assert!(!list.falling && list.column == Column::Name);
+        list.sort_by(LayerColumn::Name);
+        assert!(!list.falling && list.column == LayerColumn::Name);
     }
 }

@@ -5,15 +5,15 @@
 //! stroke waits in a queue and is shown as if it were done.
 
 pub mod keeping;
-pub mod known;
+pub mod mask_cache;
 mod queries;
 pub mod stroke;
 pub mod suggested;
 pub mod tool;
 
 use self::keeping::Keeping;
-use self::known::Known;
-use self::stroke::Stroke;
+use self::mask_cache::MaskCache;
+use self::stroke::MaskStroke;
 use self::suggested::Suggested;
 use self::tool::MaskTool;
 use quadratura_document::masks::MaskOrigin;
@@ -40,11 +40,11 @@ pub struct Masking {
     /// The suggestions.
     pub suggested: Suggested,
     /// The stroke that is being drawn.
-    pub stroke: Option<Stroke>,
+    pub stroke: Option<MaskStroke>,
     /// The edits that wait to be written.
     pub keeping: Keeping,
     /// The pixels of masks.
-    pub known: Known,
+    pub cache: MaskCache,
     radius_px: Option<f64>,
 }
 
@@ -59,7 +59,7 @@ impl Default for Masking {
             radius_px: None,
             stroke: None,
             keeping: Keeping::default(),
-            known: Known::default(),
+            cache: MaskCache::default(),
         }
     }
 }
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn a_tool_that_is_taken_up_shows_masks_and_ends_the_stroke_of_another() {
         let mut masking = Masking { shown: false, ..Masking::default() };
-        masking.stroke = Some(Stroke::new(PhotoId(0), MaskTool::Brush, false, 1.0));
+        masking.stroke = Some(MaskStroke::new(PhotoId(0), MaskTool::Brush, false, 1.0));
         masking.toggle(MaskTool::Lasso);
         assert!(masking.shown && !masking.is_drawing() && masking.tool == Some(MaskTool::Lasso));
         masking.toggle(MaskTool::Lasso);
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_stroke_is_given_up_once() {
-        let stroke = Some(Stroke::new(PhotoId(0), MaskTool::Brush, false, 1.0));
+        let stroke = Some(MaskStroke::new(PhotoId(0), MaskTool::Brush, false, 1.0));
         let mut masking = Masking { stroke, ..Masking::default() };
         assert!(masking.give_up() && !masking.give_up());
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::suggested::{NOTHING, ShownSuggestion};
 use crate::state::State;
-use crate::state::notes::Remedy;
+use crate::state::notes::NoteRemedy;
 use crate::state::selection::Selection;
 use quadratura_base::geometry::Spans;
 use quadratura_base::scene::PhotoId;
@@ -41,7 +41,7 @@ impl State {
         let session = self.session.as_ref()?;
         let photo = &session.opened.site.photos.get(photo.index())?.name;
         let masks = session.history.present().masks.of(photo);
-        Some(self.masking.known.covered(photo, masks, &self.masking.keeping))
+        Some(self.masking.cache.covered(photo, masks, &self.masking.keeping))
     }
 
     /// Returns the suggestions for a photo that are not masked. A masked one returns when its mask is undone.
@@ -105,15 +105,17 @@ impl State {
     }
 
     /// Returns whether the remedy still applies: the mask may have been replaced.
-    pub fn can_remedy(&self, remedy: &Remedy) -> bool {
-        let Some(session) = &self.session else { return matches!(remedy, Remedy::ReadAgain) };
+    pub fn can_remedy(&self, remedy: &NoteRemedy) -> bool {
+        let Some(session) = &self.session else { return matches!(remedy, NoteRemedy::ReadAgain) };
         let stands =
             |photo: &str, mask: &Mask| session.history.present().masks.find(photo, &mask.from) == Some(mask);
         match remedy {
             // Where reloading has to wait, the click reports the reason.
-            Remedy::ReadAgain => true,
-            Remedy::SetMask(change) => change.before.as_ref().is_some_and(|mask| stands(&change.photo, mask)),
-            Remedy::ChooseMask(it) => stands(&it.photo.name, &it.mask),
+            NoteRemedy::ReadAgain => true,
+            NoteRemedy::SetMask(change) => {
+                change.before.as_ref().is_some_and(|mask| stands(&change.photo, mask))
+            }
+            NoteRemedy::ChooseMask(it) => stands(&it.photo.name, &it.mask),
         }
     }
 }

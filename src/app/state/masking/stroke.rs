@@ -10,7 +10,7 @@ use quadratura_base::geometry::drawn::{brushed, enclosed};
 use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_document::masks::MaskOrigin;
-use quadratura_document::stroke::{Brush, STROKE_VERSION, Stroke as MatteStroke, StrokeSample, StrokeView};
+use quadratura_document::stroke::{Brush, STROKE_VERSION, Stroke, StrokeSample, StrokeView};
 use quadratura_recipe::masks::MaskEdit;
 
 /// The smallest distance between points of a stroke, in points of the screen; smaller details do not matter.
@@ -21,7 +21,7 @@ const MATTE_HARDNESS: f64 = 0.5;
 
 /// The stroke that is being drawn.
 #[derive(Debug, Clone)]
-pub struct Stroke {
+pub struct MaskStroke {
     /// The photo in which the stroke began.
     pub photo: PhotoId,
     /// The tool of the stroke.
@@ -38,7 +38,7 @@ pub struct Stroke {
     last: Vec2,
 }
 
-impl Stroke {
+impl MaskStroke {
     /// Makes a stroke without any point.
     pub fn new(photo: PhotoId, tool: MaskTool, uncovers: bool, radius_px: f64) -> Self {
         let (line, pixels, last) = (Vec::new(), Spans::default(), Vec2::ZERO);
@@ -61,7 +61,7 @@ impl Stroke {
 
     /// Returns the stroke of the matte brush that it is; `None` for tools that mask, and where it has no pixel. `layer` is the
     /// token of the image layer that is meant, if one is.
-    pub fn of_matte(&self, photo: &Photo, layer: Option<String>) -> Option<MatteStroke> {
+    pub fn of_matte(&self, photo: &Photo, layer: Option<String>) -> Option<Stroke> {
         let MaskTool::Matte(mode) = self.tool else { return None };
         if self.pixels.is_empty() {
             return None;
@@ -69,7 +69,7 @@ impl Stroke {
         let (radius, hardness) = (self.radius_px, MATTE_HARDNESS);
         let brush = Brush { mode, radius, hardness, opacity: 1.0, colour: [0; 3] };
         let sample = |at: &DVec2| StrokeSample { at: at.to_array(), pressure: 1.0 };
-        Some(MatteStroke {
+        Some(Stroke {
             version: STROKE_VERSION,
             view: StrokeView::new(&photo.camera, &photo.pose),
             brush,
@@ -111,8 +111,8 @@ mod tests {
 
     const PHOTO: PixelRect = PixelRect { x: 0, y: 0, w: 100, h: 80 };
 
-    fn drawn(tool: MaskTool, uncovers: bool, points: &[(f64, f64)]) -> Stroke {
-        let mut stroke = Stroke::new(PhotoId(0), tool, uncovers, 5.0);
+    fn drawn(tool: MaskTool, uncovers: bool, points: &[(f64, f64)]) -> MaskStroke {
+        let mut stroke = MaskStroke::new(PhotoId(0), tool, uncovers, 5.0);
         for (x, y) in points {
             let position = DVec2::new(*x, *y);
             stroke.go_to(position.as_vec2(), position, PHOTO);
@@ -120,7 +120,7 @@ mod tests {
         stroke
     }
 
-    fn edit(stroke: &Stroke) -> (String, MaskEdit) {
+    fn edit(stroke: &MaskStroke) -> (String, MaskEdit) {
         let (name, work) = stroke.step("a.jpg", PHOTO).unwrap();
         match work {
             MaskWork::Edits(edits) => (name, edits[0].clone()),

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::FIELD_RAD;
 use super::exploded::Panes3D;
-use super::picking::Sight;
+use super::picking::ViewPixel;
 use crate::state::State;
 use crate::state::flat::version::LayersVersion;
 use crate::state::panes::Pane;
@@ -89,9 +89,9 @@ impl State {
 
     /// Returns the nearest layer under a position in the view, for a spacing: the point in world space, and the layer's
     /// index in the stack.
-    pub fn layer_at(&self, sight: &Sight, apart: f32) -> Option<(DVec3, LayerIndex)> {
+    pub fn layer_at(&self, pixel: &ViewPixel, apart: f32) -> Option<(DVec3, LayerIndex)> {
         let (stand, panes) = (self.stand(apart)?, self.panes_apart()?);
-        let (eye, ray) = (sight.viewpoint.position(), sight.ray());
+        let (eye, ray) = (pixel.viewpoint.position(), pixel.ray());
         let orders: Vec<u32> = panes.pictures.iter().map(|pane| pane.order).collect();
         let opacities = self.opacities_apart();
         stand.from_behind(&orders, eye).into_iter().rev().find_map(|place| {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
+use super::view_pixel::ViewPixel;
 use quadratura_document::stroke::{Brush, BrushMode, STROKE_VERSION, Stroke, StrokeSample, StrokeView};
 use quadratura_view::navigation::Viewpoint;
 
@@ -87,22 +88,23 @@ impl SpaceBrush {
         view.camera(width, height).image_from_camera(view.pose.camera_from_world(self.source?))
     }
 
-    /// Starts a stroke; returns false where a source is needed and there is none in the view.
-    pub fn begin(&mut self, (view, size_px): (&Viewpoint, [u32; 2]), at_px: DVec2, pressure: f64) -> bool {
-        let source = self.source_px(view, size_px);
+    /// Starts a stroke at a position of the view; returns false where a source is needed and there is none in the view.
+    pub fn begin(&mut self, start: &ViewPixel, pressure: f64) -> bool {
+        let ViewPixel { viewpoint, size_px, at_px } = start;
+        let source = self.source_px(viewpoint, *size_px);
         if self.brush.mode.has_source() && source.is_none() {
             return false;
         }
-        let [width, height] = size_px;
+        let [width, height] = *size_px;
         let stroke = Stroke {
             version: STROKE_VERSION,
-            view: StrokeView::new(&view.camera(width, height), &view.pose),
+            view: StrokeView::new(&viewpoint.camera(width, height), &viewpoint.pose),
             brush: self.brush.clone(),
             source: source.filter(|_| self.brush.mode.has_source()).map(|px| px.to_array()),
             layer: None,
             samples: vec![StrokeSample { at: at_px.to_array(), pressure }],
         };
-        self.stroke = Some(DrawnStroke { viewpoint: *view, stroke });
+        self.stroke = Some(DrawnStroke { viewpoint: *viewpoint, stroke });
         self.remark = None;
         true
     }
@@ -174,7 +176,8 @@ pub mod tests {
     fn begin(brush: &mut SpaceBrush) -> bool {
         let pose = look_at(DVec3::new(0.0, -5.0, 0.0), DVec3::ZERO);
         let view = Viewpoint::of_camera(&centred(64, 48, 50.0), &pose, DVec3::ZERO);
-        brush.begin((&view, [64, 48]), DVec2::new(10.0, 24.0), 1.0)
+        let at_px = DVec2::new(10.0, 24.0);
+        brush.begin(&ViewPixel { viewpoint: view, size_px: [64, 48], at_px }, 1.0)
     }
 
     /// Returns a stroke of colour.

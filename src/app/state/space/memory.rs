@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::brush::SpaceBrush;
-use super::picking::Sight;
+use super::picking::ViewPixel;
 use crate::state::State;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_layers::LayerIndex;
@@ -91,7 +91,7 @@ impl SpaceMemory {
     }
 
     /// Returns how a position is seen, in pixels from the top left corner of the view.
-    pub fn sight(&self, at_px: DVec2) -> Sight {
-        Sight { viewpoint: self.viewpoint, size_px: self.size_px, at_px }
+    pub fn pixel_at(&self, at_px: DVec2) -> ViewPixel {
+        ViewPixel { viewpoint: self.viewpoint, size_px: self.size_px, at_px }
     }
 }

@@ -11,8 +11,8 @@ pub mod pace;
 pub mod picking;
 pub mod picture;
 mod showing;
-pub mod sight;
 pub mod travel;
+pub mod view_pixel;
 pub mod visibility;
 
 use std::time::Duration;
@@ -23,7 +23,7 @@ use self::images::{DrawnFrom, SpaceImages};
 use self::pace::DrawingPace;
 use self::picture::{NewestPicture, PaintedPicture, Request};
 use self::travel::Travel;
-use self::visibility::Visibility;
+use self::visibility::ModelVisibility;
 use super::session::Session;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_recipe::ldi::live::LiveOptions;
@@ -47,7 +47,7 @@ const FIELD_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Facts that the view reports with each frame that it draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Drawn {
+pub struct FrameFacts {
     /// The background colour, sRGB.
     pub background: [u8; 3],
     /// Whether the view moves.
@@ -55,13 +55,13 @@ pub struct Drawn {
 }
 
 /// The state of the 3D view: viewpoint, display options, and the newest picture.
-pub struct Space {
+pub struct SpaceView {
     /// The current viewpoint.
     pub viewpoint: Viewpoint,
     /// The blending of photos, and the display mode.
     pub look: Appearance,
     /// The objects and surfaces that are shown.
-    pub visibility: Visibility,
+    pub visibility: ModelVisibility,
     /// The exploded view.
     pub exploded: Exploded,
     /// The brush.
@@ -109,7 +109,7 @@ pub struct Space {
     message: Option<String>,
 }
 
-impl Default for Space {
+impl Default for SpaceView {
     fn default() -> Self {
         use glam::DVec3;
         let scene_frame =
@@ -118,12 +118,12 @@ impl Default for Space {
     }
 }
 
-impl Space {
+impl SpaceView {
     fn at(viewpoint: Viewpoint) -> Self {
         Self {
             viewpoint,
             look: Appearance { without_backs: true, ..Appearance::default() },
-            visibility: Visibility::default(),
+            visibility: ModelVisibility::default(),
             exploded: Exploded::default(),
             brush: SpaceBrush::default(),
             images: SpaceImages::default(),
@@ -275,15 +275,20 @@ impl Space {
     /// Returns the request for the picture that is due, and the time in seconds after which the view is drawn again. A
     /// picture is coarse while the view moves, or shows something else or smaller, and final when it rests. None is due where it was
     /// requested already, or where the view moves and the painter is busy with a picture that does not yield.
-    pub fn due(&mut self, drawn: Drawn, now_s: f64, painter_is_busy: bool) -> (Option<Request>, Option<f64>) {
+    pub fn due(
+        &mut self,
+        frame: FrameFacts,
+        now_s: f64,
+        painter_is_busy: bool,
+    ) -> (Option<Request>, Option<f64>) {
         if self.stirred {
             self.changed_s = now_s;
         }
-        let moves = drawn.moves || self.stirred;
+        let moves = frame.moves || self.stirred;
         let left_s = RESTS_S - (now_s - self.changed_s);
         // A view that has stopped moving is refined after a moment.
         let again_s = (!moves && left_s > 0.0).then_some(left_s);
-        let coarse = self.request(drawn.background, moves, false);
+        let coarse = self.request(frame.background, moves, false);
         let shows_it = |shown: &NewestPicture| {
             let Request { shot, from, .. } = &shown.request;
             shown.request.shows_the_same(&coarse)
@@ -291,7 +296,7 @@ impl Space {
         };
         // A final picture can take a minute, so that a coarse one of the same view, as large, is shown before it.
         let rests = !moves && left_s <= 0.0 && self.shown.as_ref().is_some_and(shows_it);
-        let request = if rests { self.request(drawn.background, moves, rests) } else { coarse };
+        let request = if rests { self.request(frame.background, moves, rests) } else { coarse };
         let is_behind = self.shown.as_ref().is_some_and(|shown| !shown.request.shows_the_same(&request));
         self.behind_s = is_behind.then(|| self.behind_s.unwrap_or(now_s));
         // A picture of a moving view is waited for, so that there are some; that of a view at rest is given up for the next one.

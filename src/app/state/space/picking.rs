@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use super::picture::NewestPicture;
-pub use super::sight::Sight;
+pub use super::view_pixel::ViewPixel;
 use crate::state::State;
 use crate::state::selection::Selection;
 use crate::state::session::Session;
@@ -21,46 +21,46 @@ const PARTS: u32 = 16;
 impl State {
     /// Returns the face at a position: from the item buffer where the picture shows this view, otherwise by a ray. In the
     /// item buffer, see-through faces are where something of them is there; a ray meets all of them.
-    pub fn face_at(&self, sight: &Sight) -> Option<FaceId> {
+    pub fn face_at(&self, pixel: &ViewPixel) -> Option<FaceId> {
         let session = self.session.as_ref()?;
-        if let Some(number) = self.number_at(sight) {
+        if let Some(number) = self.number_at(pixel) {
             return shown_face(number);
         }
-        let (eye, culling) = (sight.viewpoint.position(), self.space.look.culling());
-        session.solid.first_visible(eye, sight.ray(), culling).map(|hit| hit.face)
+        let (eye, culling) = (pixel.viewpoint.position(), self.space.look.culling());
+        session.solid.first_visible(eye, pixel.ray(), culling).map(|hit| hit.face)
     }
 
     /// Returns the number in the item buffer at a position: 1 + a face's id, 0 where there is none; `None` where the picture
     /// shows another view.
-    fn number_at(&self, sight: &Sight) -> Option<u32> {
-        let (view, px) = (&sight.viewpoint, sight.at_px);
+    fn number_at(&self, pixel: &ViewPixel) -> Option<u32> {
+        let (view, px) = (&pixel.viewpoint, pixel.at_px);
         let is_this =
             |shown: &&NewestPicture| shown.request.shot.pose == view.pose && !shown.faces.is_empty();
         let shown = self.space.shown.as_ref().filter(is_this)?;
         let camera = &shown.request.shot.camera;
         let place = |px: f64, of: u32, all: u32| ((px / f64::from(all) * f64::from(of)) as u32).min(of - 1);
         let (x, y) =
-            (place(px.x, camera.width, sight.size_px[0]), place(px.y, camera.height, sight.size_px[1]));
+            (place(px.x, camera.width, pixel.size_px[0]), place(px.y, camera.height, pixel.size_px[1]));
         shown.faces.get(y as usize * camera.width as usize + x as usize).copied()
     }
 
     /// Returns the tree that is drawn at a position; `None` also where the picture shows another view or trees of before.
-    pub fn tree_at(&self, sight: &Sight) -> Option<TreeIndex> {
-        let number = self.number_at(sight).filter(|number| number & TREE != 0)?;
+    pub fn tree_at(&self, pixel: &ViewPixel) -> Option<TreeIndex> {
+        let number = self.number_at(pixel).filter(|number| number & TREE != 0)?;
         let index = TreeIndex(number & !TREE);
         let is_present = self.space.shows_present() && self.trees()?.at(index).is_some();
         is_present.then_some(index)
     }
 
     /// Returns whether a tree is drawn at a position that is not known to stand there any more.
-    pub fn shows_tree_of_before(&self, sight: &Sight) -> bool {
-        self.number_at(sight).is_some_and(|number| number & TREE != 0) && self.tree_at(sight).is_none()
+    pub fn shows_tree_of_before(&self, pixel: &ViewPixel) -> bool {
+        self.number_at(pixel).is_some_and(|number| number & TREE != 0) && self.tree_at(pixel).is_none()
     }
 
     /// Returns the nearest tree that stands at a position and is not in the picture yet; the ball of its crown and stem counts.
-    pub fn undrawn_tree_at(&self, sight: &Sight) -> Option<TreeIndex> {
+    pub fn undrawn_tree_at(&self, pixel: &ViewPixel) -> Option<TreeIndex> {
         let (session, trees) = (self.session.as_ref()?, self.trees()?);
-        let (eye, ray) = (sight.viewpoint.position(), sight.ray().normalize_or_zero());
+        let (eye, ray) = (pixel.viewpoint.position(), pixel.ray().normalize_or_zero());
         let present = self.space.shown.as_ref().filter(|_| self.space.shows_present());
         let drawn: BTreeSet<u32> = present.iter().flat_map(|shown| shown.faces.iter().copied()).collect();
         let up = session.scene_frame.up;
@@ -81,9 +81,9 @@ impl State {
     }
 
     /// Returns the point of the solid surfaces under a position in the view, whatever tree or billboard is before it.
-    pub fn ground_at(&self, sight: &Sight) -> Option<DVec3> {
+    pub fn ground_at(&self, pixel: &ViewPixel) -> Option<DVec3> {
         let session = self.session.as_ref()?;
-        let (eye, ray, look) = (sight.viewpoint.position(), sight.ray(), &self.space.look);
+        let (eye, ray, look) = (pixel.viewpoint.position(), pixel.ray(), &self.space.look);
         let flat = |object: &&Object| object.see_through || object.impostor.is_some() || object.billboard;
         let flat =
             session.model().objects.iter().filter(flat).flat_map(|object| object.faces.iter().copied());
@@ -93,23 +93,23 @@ impl State {
     }
 
     /// Returns the point of the model under a position in the view; on a tree, the point as far away as its foot.
-    pub fn point_at(&self, sight: &Sight) -> Option<DVec3> {
-        if let Some(index) = self.tree_at(sight) {
-            let (pose, ray) = (sight.viewpoint.pose, sight.ray());
+    pub fn point_at(&self, pixel: &ViewPixel) -> Option<DVec3> {
+        if let Some(index) = self.tree_at(pixel) {
+            let (pose, ray) = (pixel.viewpoint.pose, pixel.ray());
             let foot = DVec3::from_array(self.trees()?.at(index)?.at);
             let along = (pose.rotation * ray).z;
             let depth = pose.camera_from_world(foot).z;
-            return (depth > 0.0 && along > 0.0).then(|| sight.viewpoint.position() + ray * (depth / along));
+            return (depth > 0.0 && along > 0.0).then(|| pixel.viewpoint.position() + ray * (depth / along));
         }
-        self.surface_at(sight).map(|(point, _)| point)
+        self.surface_at(pixel).map(|(point, _)| point)
     }
 
     /// Returns the point of the model under a position in the view, with its face: that of [`Self::face_at`], where the ray
     /// through the position meets it.
-    pub fn surface_at(&self, sight: &Sight) -> Option<(DVec3, FaceId)> {
-        let (session, eye) = (self.session.as_ref()?, sight.viewpoint.position());
-        let (solid, ray, culling) = (&session.solid, sight.ray(), self.space.look.culling());
-        let on_shown = match self.number_at(sight) {
+    pub fn surface_at(&self, pixel: &ViewPixel) -> Option<(DVec3, FaceId)> {
+        let (session, eye) = (self.session.as_ref()?, pixel.viewpoint.position());
+        let (solid, ray, culling) = (&session.solid, pixel.ray(), self.space.look.culling());
+        let on_shown = match self.number_at(pixel) {
             Some(number) => {
                 let shown = BTreeSet::from([shown_face(number)?]);
                 solid.through(eye, ray, &shown, culling).pop()

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::images::DrawnFrom;
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_recipe::ldi::live::LiveStatus;
 use quadratura_view::flight::FrameLens;
 use quadratura_view::{DisplayMode, Picture, Shot};
@@ -50,7 +50,7 @@ pub struct PaintedPicture {
     /// The nearest face at each pixel: 1 + its id, 0 for none; empty where the picture was drawn from layered depth images.
     pub faces: Vec<u32>,
     /// The surface that rays intersect, as it was drawn.
-    pub surface: Arc<Surface>,
+    pub surface: Arc<ModelSurface>,
     /// The time of drawing.
     pub spent: Duration,
     /// What is drawn from layered depth images, where these were asked for.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::visibility::{Uncovered, Visibility};
+use super::visibility::{ModelVisibility, Uncovered};
 use crate::state::State;
 use quadratura_base::scene::FaceId;
 use quadratura_view::hidden::HiddenFaces;
@@ -48,7 +48,7 @@ impl State {
 
     fn hidden_faces(&self) -> HiddenFaces {
         let Some(session) = &self.session else { return HiddenFaces::default() };
-        let Visibility { hidden, uncovered } = &self.space.visibility;
+        let ModelVisibility { hidden, uncovered } = &self.space.visibility;
         let objects = session.model().objects.iter().filter(|object| hidden.contains(&object.name));
         let mut faces: BTreeSet<FaceId> = objects.flat_map(|object| object.faces.iter().copied()).collect();
         if *uncovered != Uncovered::Solid {
@@ -60,7 +60,7 @@ impl State {
     /// Returns the faces that are drawn as glass.
     pub fn glass(&self) -> Vec<FaceId> {
         let Some(session) = &self.session else { return Vec::new() };
-        let Visibility { hidden, uncovered } = &self.space.visibility;
+        let ModelVisibility { hidden, uncovered } = &self.space.visibility;
         if *uncovered != Uncovered::Glass {
             return Vec::new();
         }

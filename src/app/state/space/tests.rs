@@ -6,23 +6,23 @@ use std::time::Duration;
 use super::*;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::synthetic::closed_form::stairs;
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_view::Picture;
 
-const AT_REST: Drawn = Drawn { background: [1, 2, 3], moves: false };
-const MOVING: Drawn = Drawn { background: [1, 2, 3], moves: true };
+const AT_REST: FrameFacts = FrameFacts { background: [1, 2, 3], moves: false };
+const MOVING: FrameFacts = FrameFacts { background: [1, 2, 3], moves: true };
 
-fn view() -> Space {
-    Space { size_px: [4000, 3000], ..Space::default() }
+fn view() -> SpaceView {
+    SpaceView { size_px: [4000, 3000], ..SpaceView::default() }
 }
 
 /// Requests a picture, which must be due.
-fn requested(space: &mut Space, drawn: Drawn, now_s: f64) -> Request {
-    space.due(drawn, now_s, false).0.expect("a picture is due")
+fn requested(space: &mut SpaceView, frame: FrameFacts, now_s: f64) -> Request {
+    space.due(frame, now_s, false).0.expect("a picture is due")
 }
 
 /// Shows a small picture as the one that was requested.
-fn shows(space: &mut Space, request: Request) {
+fn shows(space: &mut SpaceView, request: Request) {
     let small = painted(Request { shot: small(request.shot.clone()), ..request.clone() });
     space.show(PaintedPicture { request, ..small });
 }
@@ -34,7 +34,7 @@ fn painted(request: Request) -> PaintedPicture {
         request,
         image: Picture { width, height, rgba: vec![255; 4 * count] },
         faces: vec![1; count],
-        surface: Surface::from_model(&stairs().model).into(),
+        surface: ModelSurface::from_model(&stairs().model).into(),
         spent: Duration::from_millis(20),
         images: None,
     }
@@ -93,7 +93,7 @@ fn a_view_whose_size_changes_at_rest_has_a_coarse_picture_of_it_a_final_one_and_
 #[test]
 fn what_stands_in_for_the_model_while_the_view_moves_is_followed_by_a_coarse_picture_of_the_model() {
     // So small that it is drawn in full while it moves.
-    let mut space = Space { size_px: [400, 300], ..Space::default() };
+    let mut space = SpaceView { size_px: [400, 300], ..SpaceView::default() };
     space.images.stands_in = true;
     let first = requested(&mut space, AT_REST, 4.0);
     shows(&mut space, first);
@@ -122,7 +122,7 @@ fn a_picture_is_requested_once_unless_it_shows_a_former_state() {
 fn a_view_of_another_size_or_background_is_drawn_again() {
     let mut space = view();
     let first = requested(&mut space, AT_REST, 5.0);
-    let light = requested(&mut space, Drawn { background: [9, 9, 9], ..AT_REST }, 5.0);
+    let light = requested(&mut space, FrameFacts { background: [9, 9, 9], ..AT_REST }, 5.0);
     assert_eq!((first.background, light.background), ([1, 2, 3], [9, 9, 9]));
     space.size_px = [200, 100];
     let small = requested(&mut space, AT_REST, 5.0).shot.camera;
@@ -187,7 +187,7 @@ fn a_view_that_moves_gives_up_the_final_picture_and_waits_for_that_of_a_moving_v
 #[test]
 fn the_time_of_the_first_picture_is_not_that_of_those_that_follow() {
     // So small that it is drawn in full while it moves.
-    let small_view = || Space { size_px: [400, 300], ..Space::default() };
+    let small_view = || SpaceView { size_px: [400, 300], ..SpaceView::default() };
     let mut space = small_view();
     let first = requested(&mut space, AT_REST, 5.0);
     let slow = |request: Request| PaintedPicture {

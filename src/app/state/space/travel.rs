@@ -1,6 +1,6 @@
 //! Flights of the 3D view from one viewpoint to another.
 
-use super::Space;
+use super::SpaceView;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_view::flight::{Flight, FrameLens};
@@ -18,7 +18,7 @@ pub struct Travel {
     pub through: Option<PhotoId>,
 }
 
-impl Space {
+impl SpaceView {
     /// Records a movement by the user: the view leaves the photo.
     pub fn moved(&mut self, now_s: f64) {
         self.changed_s = now_s;

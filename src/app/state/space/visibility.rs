@@ -17,14 +17,14 @@ pub enum Uncovered {
 
 /// What the 3D view shows of the model.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Visibility {
+pub struct ModelVisibility {
     /// The names of objects whose eye is closed.
     pub(super) hidden: BTreeSet<String>,
     /// How surfaces that no photo covers are shown.
     pub uncovered: Uncovered,
 }
 
-impl Visibility {
+impl ModelVisibility {
     /// Returns whether an object's eye is open.
     pub fn is_shown(&self, object: &str) -> bool {
         !self.hidden.contains(object)

@@ -1,7 +1,7 @@
 //! Requests about trees.
 
 use super::hand::Hold;
-use crate::state::space::sight::Sight;
+use crate::state::space::view_pixel::ViewPixel;
 use quadratura_document::trees::{PlacedTree, TreeLight};
 
 /// Asks about trees.
@@ -43,9 +43,9 @@ pub enum TreeAsk {
     /// Sets the species of trees that are placed.
     Choose(String),
     /// Presses the button of the mouse: takes the tree under the pointer, or places one.
-    Press(Sight),
+    Press(ViewPixel),
     /// Drags the tree that is held.
-    Drag(Sight, Hold),
+    Drag(ViewPixel, Hold),
     /// Lets go of the tree.
     Release,
     /// Gives up what was done since the button was pressed.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use crate::state::space::sight::Sight;
+use crate::state::space::view_pixel::ViewPixel;
 use quadratura_document::Project;
 use quadratura_document::trees::PlacedTree;
 
@@ -93,17 +93,17 @@ impl HeldTree {
     /// place of the view, in pixels.
     pub fn dragged(
         &mut self,
-        sight: &Sight,
+        pixel: &ViewPixel,
         ground: impl FnOnce(DVec2) -> Option<DVec3>,
     ) -> Option<PlacedTree> {
-        let by = sight.at_px - self.from_px;
+        let by = pixel.at_px - self.from_px;
         self.moved |= by.length() >= LEAST_PX;
         if !self.moved {
             return None;
         }
         let mut tree = self.start.clone();
-        let foot = sight.viewpoint.pose.camera_from_world(DVec3::from_array(tree.at));
-        let camera = sight.viewpoint.camera(sight.size_px[0], sight.size_px[1]);
+        let foot = pixel.viewpoint.pose.camera_from_world(DVec3::from_array(tree.at));
+        let camera = pixel.viewpoint.camera(pixel.size_px[0], pixel.size_px[1]);
         match self.hold {
             Hold::Move => {
                 // The foot moves as the pointer does, wherever the tree was taken.
@@ -118,7 +118,7 @@ impl HeldTree {
                 tree.width = tree.width.map(|_| width * taller / height);
             }
             Hold::Turn => {
-                let turn = by.x / f64::from(sight.size_px[0]) * DEGREES_PER_WIDTH;
+                let turn = by.x / f64::from(pixel.size_px[0]) * DEGREES_PER_WIDTH;
                 tree.turn = (tree.turn + turn).rem_euclid(360.0);
             }
         }
@@ -136,57 +136,57 @@ mod tests {
     const SIZE_PX: [u32; 2] = [640, 480];
 
     /// A view from 12 before a tree 6 high, and the tree, held at its crown.
-    fn held() -> (HeldTree, Sight) {
+    fn held() -> (HeldTree, ViewPixel) {
         let change = TreeChange { at: Some([0.0; 3]), width: Some(3.0), ..TreeChange::default() };
         let (trees, _) = placed(&Default::default(), "maple", None, &change).unwrap();
         let pose = look_at(DVec3::new(0.0, -12.0, 3.0), DVec3::new(0.0, 0.0, 3.0));
         let viewpoint = Viewpoint::of_camera(&centred(640, 480, 50.0), &pose, DVec3::ZERO);
-        let sight = Sight { viewpoint, size_px: SIZE_PX, at_px: DVec2::new(320.0, 200.0) };
+        let pixel = ViewPixel { viewpoint, size_px: SIZE_PX, at_px: DVec2::new(320.0, 200.0) };
         let tree = trees.placed[0].clone();
-        (HeldTree::new(Arc::default(), tree, [6.0, 3.0], sight.at_px), sight)
+        (HeldTree::new(Arc::default(), tree, [6.0, 3.0], pixel.at_px), pixel)
     }
 
-    fn at(sight: &Sight, x: f64, y: f64) -> Sight {
-        Sight { at_px: sight.at_px + DVec2::new(x, y), ..*sight }
+    fn at(pixel: &ViewPixel, x: f64, y: f64) -> ViewPixel {
+        ViewPixel { at_px: pixel.at_px + DVec2::new(x, y), ..*pixel }
     }
 
     #[test]
     fn a_click_moves_nothing_and_a_drag_moves_the_foot_as_far_as_the_pointer() {
-        let (mut held, sight) = held();
+        let (mut held, pixel) = held();
         let mut asked = None;
-        assert_eq!(held.dragged(&at(&sight, 1.0, 1.0), |_| unreachable!()), None);
+        assert_eq!(held.dragged(&at(&pixel, 1.0, 1.0), |_| unreachable!()), None);
         let ground = |px: DVec2| {
             asked = Some(px);
             Some(DVec3::new(1.0, 2.0, 0.0))
         };
-        let moved = held.dragged(&at(&sight, 40.0, 0.0), ground).unwrap();
+        let moved = held.dragged(&at(&pixel, 40.0, 0.0), ground).unwrap();
         assert_eq!((moved.at, moved.height, moved.turn), ([1.0, 2.0, 0.0], None, 0.0));
-        let camera = sight.viewpoint.camera(SIZE_PX[0], SIZE_PX[1]);
-        let foot = camera.image_from_camera(sight.viewpoint.pose.camera_from_world(DVec3::ZERO)).unwrap();
+        let camera = pixel.viewpoint.camera(SIZE_PX[0], SIZE_PX[1]);
+        let foot = camera.image_from_camera(pixel.viewpoint.pose.camera_from_world(DVec3::ZERO)).unwrap();
         assert!(asked.unwrap().distance(foot + DVec2::new(40.0, 0.0)) < 1e-9);
-        assert_eq!(held.dragged(&at(&sight, 90.0, 0.0), |_| None), None, "in the sky it stays");
+        assert_eq!(held.dragged(&at(&pixel, 90.0, 0.0), |_| None), None, "in the sky it stays");
     }
 
     #[test]
     fn the_top_follows_the_pointer_with_the_crown_in_proportion_and_a_tree_never_vanishes() {
-        let (mut held, sight) = held();
-        let camera = sight.viewpoint.camera(SIZE_PX[0], SIZE_PX[1]);
-        held.hold_for(Hold::Height, &held.start.clone(), [6.0, 3.0], sight.at_px);
+        let (mut held, pixel) = held();
+        let camera = pixel.viewpoint.camera(SIZE_PX[0], SIZE_PX[1]);
+        held.hold_for(Hold::Height, &held.start.clone(), [6.0, 3.0], pixel.at_px);
         let unit = camera.fy / 12.0;
-        let taller = held.dragged(&at(&sight, 0.0, -2.0 * unit), |_| None).unwrap();
+        let taller = held.dragged(&at(&pixel, 0.0, -2.0 * unit), |_| None).unwrap();
         assert!((taller.height.unwrap() - 8.0).abs() < 1e-9 && (taller.width.unwrap() - 4.0).abs() < 1e-9);
-        let low = held.dragged(&at(&sight, 0.0, 900.0 * unit), |_| None).unwrap();
+        let low = held.dragged(&at(&pixel, 0.0, 900.0 * unit), |_| None).unwrap();
         assert!((low.height.unwrap() - 0.3).abs() < 1e-9);
     }
 
     #[test]
     fn the_view_is_one_turn_wide_and_another_kind_of_drag_begins_where_the_last_one_ended() {
-        let (mut held, sight) = held();
-        held.hold_for(Hold::Turn, &held.start.clone(), [6.0, 3.0], sight.at_px);
-        let turned = held.dragged(&at(&sight, -160.0, 0.0), |_| None).unwrap();
+        let (mut held, pixel) = held();
+        held.hold_for(Hold::Turn, &held.start.clone(), [6.0, 3.0], pixel.at_px);
+        let turned = held.dragged(&at(&pixel, -160.0, 0.0), |_| None).unwrap();
         assert!((turned.turn - 270.0).abs() < 1e-9);
-        held.hold_for(Hold::Height, &turned, [6.0, 3.0], at(&sight, -160.0, 0.0).at_px);
-        let both = held.dragged(&at(&sight, -160.0, -50.0), |_| None).unwrap();
+        held.hold_for(Hold::Height, &turned, [6.0, 3.0], at(&pixel, -160.0, 0.0).at_px);
+        let both = held.dragged(&at(&pixel, -160.0, -50.0), |_| None).unwrap();
         assert!(both.turn == turned.turn && both.height.unwrap() > 6.0);
     }
 }

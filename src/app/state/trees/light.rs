@@ -8,7 +8,7 @@ use crate::state::running::{JobId, Running};
 use quadratura_document::colour::ColourDecisions;
 use quadratura_document::trees::{LightStrength, Strength, TreeLight, Trees};
 use quadratura_document::{Masks, Project};
-use quadratura_foliage::{Light, level_axes};
+use quadratura_foliage::{OutdoorLight, level_axes};
 use quadratura_recipe::trees::light::{LightEstimate, estimated_trees, is_needed};
 
 /// Where the sun is, in degrees.
@@ -22,7 +22,7 @@ pub struct SunAngles {
 
 /// Returns where the sun is: as the project says, or as on a clear day.
 pub fn sun_angles(light: &TreeLight, up: DVec3) -> SunAngles {
-    let sun = light.sun.map_or(Light::day(up).towards_sun, DVec3::from_array).normalize_or(up);
+    let sun = light.sun.map_or(OutdoorLight::day(up).towards_sun, DVec3::from_array).normalize_or(up);
     let (x, y) = level_axes(up);
     SunAngles {
         bearing: sun.dot(y).atan2(sun.dot(x)).to_degrees(),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::Shared;
+use super::PainterQueue;
 use crate::state::space::picture::Request;
 use crate::work::priority::lower_own_priority;
 use quadratura_base::error::{Error, Result};
@@ -19,7 +19,7 @@ pub struct PainterImages {
     folder: PathBuf,
     /// The project with its present decisions.
     pub opened: Arc<Opened>,
-    shared: Arc<Shared>,
+    queue: Arc<PainterQueue>,
     /// Where they are drawn.
     on: WarpOn,
     /// The images, once they were asked for.
@@ -30,8 +30,8 @@ pub struct PainterImages {
 
 impl PainterImages {
     /// Has no images yet of the project in `folder`.
-    pub fn new(folder: PathBuf, opened: Arc<Opened>, shared: Arc<Shared>, on: WarpOn) -> Self {
-        Self { folder, opened, shared, on, live: None, is_former: false }
+    pub fn new(folder: PathBuf, opened: Arc<Opened>, queue: Arc<PainterQueue>, on: WarpOn) -> Self {
+        Self { folder, opened, queue, on, live: None, is_former: false }
     }
 
     /// Marks images as those of a former state of the project.
@@ -51,13 +51,12 @@ impl PainterImages {
         task: &Task,
     ) -> Result<(Option<Picture>, Option<LiveStatus>)> {
         let Some(options) = request.from.options() else { return Ok((None, None)) };
-        let shown = self.live(preview, task).and_then(|live| {
-            let shot = (&request.shot, &options);
-            live.picture(preview, shot, Instant::now(), task)
-        });
+        let shown = self
+            .live(preview, task)
+            .and_then(|live| live.picture(preview, &request.shot, &options, Instant::now(), task));
         match shown {
             Ok(LivePicture { picture, status, changes }) => {
-                self.shared.slot().again |= changes && picture.is_some();
+                self.queue.state().again |= changes && picture.is_some();
                 Ok((picture, Some(status)))
             }
             Err(error @ (Error::Gpu(_) | Error::Cancelled)) => Err(error),
@@ -76,8 +75,8 @@ impl PainterImages {
             Some(live) if is_former => live.renew(inputs(preview)?),
             Some(_) => (),
             None => {
-                let shared = self.shared.clone();
-                let tell = move || shared.draw_again();
+                let queue = self.queue.clone();
+                let tell = move || queue.draw_again();
                 self.live = Some(LiveView::new(inputs(preview)?, self.on.clone(), lower_own_priority, tell)?);
             }
         }
@@ -85,10 +84,10 @@ impl PainterImages {
     }
 }
 
-impl Shared {
+impl PainterQueue {
     /// Draws the last picture again, if that was drawn from layered depth images.
     fn draw_again(&self) {
-        self.slot().again = true;
+        self.state().again = true;
         self.wake.notify_one();
     }
 }

@@ -32,7 +32,7 @@ use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
 use quadratura_gpu::Gpu;
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::{Gains, Renders, shown_face};
 use quadratura_recipe::ldi::live::WarpOn;
 use quadratura_recipe::open::Opened;
@@ -42,7 +42,7 @@ use quadratura_recipe::surroundings::SiteSurroundings;
 use quadratura_view::Picture;
 
 /// A change that later pictures show; the renderer is not made again for it.
-pub enum Change {
+pub enum PreviewChange {
     /// The current paint of the photos with these names.
     Paint(Vec<String>, Arc<PaintBook>),
     /// Paint on these photos that their files do not contain yet.
@@ -61,11 +61,12 @@ pub enum Change {
     Trees(ShownTrees),
 }
 
+/// The work that waits for the painter, and what it is doing.
 #[derive(Default)]
-struct Slot {
+struct QueueState {
     request: Option<Request>,
     /// The changes to apply, oldest first.
-    changes: Vec<Change>,
+    changes: Vec<PreviewChange>,
     /// Whether changes are being applied.
     changing: bool,
     /// The ordered pictures, oldest first.
@@ -77,27 +78,28 @@ struct Slot {
     ends: bool,
 }
 
+/// The queue that the window and jobs fill, and the thread of the painter empties.
 #[derive(Default)]
-struct Shared {
-    slot: Mutex<Slot>,
+struct PainterQueue {
+    state: Mutex<QueueState>,
     wake: Condvar,
 }
 
-impl Shared {
-    fn slot(&self) -> MutexGuard<'_, Slot> {
+impl PainterQueue {
+    fn state(&self) -> MutexGuard<'_, QueueState> {
         // A thread that panicked while drawing did not hold this lock.
-        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// The handle of the thread that draws.
 pub struct Painter {
-    shared: Arc<Shared>,
+    queue: Arc<PainterQueue>,
     receive: Receiver<Result<PaintedPicture>>,
     /// The adapter's name, kind, interface and driver.
     pub adapter: String,
     /// The surface that rays intersect, as it is drawn.
-    pub surface: Arc<Surface>,
+    pub surface: Arc<ModelSurface>,
     /// Whether a request is not drawn yet.
     pending: bool,
     thread: Option<JoinHandle<()>>,
@@ -117,14 +119,15 @@ impl Painter {
     /// [`Error::Request`] when the system cannot start a thread.
     pub fn new(
         preview: Preview,
-        (folder, opened): (PathBuf, Arc<Opened>),
+        folder: PathBuf,
+        opened: Arc<Opened>,
         gpu: &Gpu,
         task: Task,
         waker: Waker,
     ) -> Result<Self> {
-        let shared = Arc::<Shared>::default();
+        let queue = Arc::<PainterQueue>::default();
         let (send, receive) = channel();
-        let (theirs, surface) = (shared.clone(), preview.surface());
+        let (theirs, surface) = (queue.clone(), preview.surface());
         let (bench, last) = Default::default();
         let images = PainterImages::new(folder, opened, theirs.clone(), warps_on(gpu));
         let adapter = gpu.adapter_summary();
@@ -134,47 +137,57 @@ impl Painter {
             Error::Request(format!("the system cannot start the threads of the 3D view: {error}"))
         })?;
         let draw = move || {
-            pool.install(move || Drawing { preview, images, task, send, waker, bench, last }.run(&theirs));
+            pool.install(move || {
+                PainterThread { preview, images, task, send, waker, bench, last }.run(&theirs)
+            });
         };
         let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
         let thread = started.map_err(|error| {
             Error::Request(format!("the system cannot start a thread for the 3D view: {error}"))
         })?;
-        Ok(Self { shared, receive, adapter, surface, pending: false, thread: Some(thread) })
+        Ok(Self { queue, receive, adapter, surface, pending: false, thread: Some(thread) })
     }
 
     /// Returns the queue in which jobs order pictures.
     pub fn orders(&self) -> Orders {
-        Orders(self.shared.clone())
+        Orders(self.queue.clone())
     }
 
     /// Requests a picture, which replaces all earlier requests.
     pub fn ask(&mut self, request: Request) {
-        let mut slot = self.shared.slot();
-        if let Some((stop, true)) = &slot.drawing {
+        let mut state = self.queue.state();
+        if let Some((stop, true)) = &state.drawing {
             stop.store(true, Ordering::Relaxed);
         }
-        slot.request = Some(request);
+        state.request = Some(request);
         self.pending = true;
-        self.shared.wake.notify_one();
+        self.queue.wake.notify_one();
     }
 
     /// Applies a change to all pictures requested from now on.
-    pub fn change(&mut self, change: Change) {
-        let mut slot = self.shared.slot();
+    pub fn change(&mut self, change: PreviewChange) {
+        let mut state = self.queue.state();
         // Only the latest change of gains, of surroundings, of decisions, and of trees, counts.
         match change {
-            Change::Gains(_) => slot.changes.retain(|other| !matches!(other, Change::Gains(_))),
-            Change::Decisions(_) => slot.changes.retain(|other| !matches!(other, Change::Decisions(_))),
-            Change::Fillings(_) => slot.changes.retain(|other| !matches!(other, Change::Fillings(_))),
-            Change::Surroundings(_) => {
-                slot.changes.retain(|other| !matches!(other, Change::Surroundings(_)));
+            PreviewChange::Gains(_) => {
+                state.changes.retain(|other| !matches!(other, PreviewChange::Gains(_)))
             }
-            Change::Trees(_) => slot.changes.retain(|other| !matches!(other, Change::Trees(_))),
-            Change::Paint(..) | Change::Projected(..) | Change::Plants => (),
+            PreviewChange::Decisions(_) => {
+                state.changes.retain(|other| !matches!(other, PreviewChange::Decisions(_)))
+            }
+            PreviewChange::Fillings(_) => {
+                state.changes.retain(|other| !matches!(other, PreviewChange::Fillings(_)))
+            }
+            PreviewChange::Surroundings(_) => {
+                state.changes.retain(|other| !matches!(other, PreviewChange::Surroundings(_)));
+            }
+            PreviewChange::Trees(_) => {
+                state.changes.retain(|other| !matches!(other, PreviewChange::Trees(_)))
+            }
+            PreviewChange::Paint(..) | PreviewChange::Projected(..) | PreviewChange::Plants => (),
         }
-        slot.changes.push(change);
-        self.shared.wake.notify_one();
+        state.changes.push(change);
+        self.queue.wake.notify_one();
     }
 
     /// Returns whether a request is not answered yet.
@@ -184,30 +197,30 @@ impl Painter {
 
     /// Returns whether all changes are applied.
     pub fn is_settled(&self) -> bool {
-        let slot = self.shared.slot();
-        slot.changes.is_empty() && !slot.changing
+        let state = self.queue.state();
+        state.changes.is_empty() && !state.changing
     }
 
     /// Receives the newest picture, or its error.
     pub fn receive(&mut self) -> Option<Result<PaintedPicture>> {
         let newest = self.receive.try_iter().last()?;
-        let slot = self.shared.slot();
-        self.pending = slot.request.is_some();
+        let state = self.queue.state();
+        self.pending = state.request.is_some();
         Some(newest)
     }
 }
 
 impl Drop for Painter {
     fn drop(&mut self) {
-        let mut slot = self.shared.slot();
-        slot.ends = true;
+        let mut state = self.queue.state();
+        state.ends = true;
         // The waiting jobs get an error, because no painter is left.
-        slot.orders.clear();
-        if let Some((stop, _)) = &slot.drawing {
+        state.orders.clear();
+        if let Some((stop, _)) = &state.drawing {
             stop.store(true, Ordering::Relaxed);
         }
-        drop(slot);
-        self.shared.wake.notify_one();
+        drop(state);
+        self.queue.wake.notify_one();
         // The driver must not be in use when the program ends.
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -215,7 +228,8 @@ impl Drop for Painter {
     }
 }
 
-struct Drawing {
+/// What the thread of the painter has, from picture to picture.
+struct PainterThread {
     preview: Preview,
     images: PainterImages,
     task: Task,
@@ -226,21 +240,21 @@ struct Drawing {
     last: Option<Request>,
 }
 
-impl Drawing {
-    fn run(mut self, shared: &Shared) {
-        while let Some(PainterWork { changes, request }) = next(shared, &mut self.bench, self.last.as_ref()) {
+impl PainterThread {
+    fn run(mut self, queue: &PainterQueue) {
+        while let Some(PainterWork { changes, request }) = next(queue, &mut self.bench, self.last.as_ref()) {
             if !changes.is_empty() {
                 // A picture shows one state of the project.
                 self.bench.begin_anew();
                 self.images.changed();
             }
             let changed = changes.into_iter().try_for_each(|change| self.change(change));
-            shared.slot().changing = false;
+            queue.state().changing = false;
             match request {
                 Some((request, stop)) => {
                     self.last = request.from.options().map(|_| request.clone());
                     let done = changed.and_then(|()| self.guarded(request, stop));
-                    shared.slot().drawing = None;
+                    queue.state().drawing = None;
                     // A picture that was dropped is followed by the one it was dropped for.
                     if !matches!(done, Err(Error::Cancelled)) {
                         self.tell(done);
@@ -261,48 +275,48 @@ impl Drawing {
 
     /// Applies a change. Unreadable paint is reported and pictures stay as they were; only faults of the device end the
     /// painter.
-    fn change(&mut self, change: Change) -> Result<()> {
+    fn change(&mut self, change: PreviewChange) -> Result<()> {
         let what = match change {
-            Change::Gains(_) => "exposures",
-            Change::Decisions(_) => "decisions",
-            Change::Paint(..) | Change::Projected(..) => "painted layers",
-            Change::Fillings(_) => "fillings",
-            Change::Surroundings(_) => "surroundings",
-            Change::Trees(_) | Change::Plants => "trees",
+            PreviewChange::Gains(_) => "exposures",
+            PreviewChange::Decisions(_) => "decisions",
+            PreviewChange::Paint(..) | PreviewChange::Projected(..) => "painted layers",
+            PreviewChange::Fillings(_) => "fillings",
+            PreviewChange::Surroundings(_) => "surroundings",
+            PreviewChange::Trees(_) | PreviewChange::Plants => "trees",
         };
         let changed = match change {
-            Change::Gains(gains) => self.preview.set_gains(*gains),
-            Change::Paint(photos, book) => {
+            PreviewChange::Gains(gains) => self.preview.set_gains(*gains),
+            PreviewChange::Paint(photos, book) => {
                 let (preview, task) = (&mut self.preview, &self.task);
                 let renew = || preview.reload_paint(&photos, &book, task).map(drop);
                 catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
             }
-            Change::Projected(photos, paint) => {
+            PreviewChange::Projected(photos, paint) => {
                 let (preview, task) = (&mut self.preview, &self.task);
                 let show = || preview.show_projected(&photos, paint, task).map(drop);
                 catch_unwind(AssertUnwindSafe(show)).unwrap_or_else(|_| Err(failed()))
             }
-            Change::Fillings(stacks) => {
+            PreviewChange::Fillings(stacks) => {
                 let (preview, task) = (&mut self.preview, &self.task);
                 // Where image layers are others, another painter is being made of them.
                 let refill = || preview.refill(&stacks, task).map(drop);
                 catch_unwind(AssertUnwindSafe(refill)).unwrap_or_else(|_| Err(failed()))
             }
-            Change::Surroundings(surroundings) => {
+            PreviewChange::Surroundings(surroundings) => {
                 let (preview, task) = (&mut self.preview, &self.task);
                 let renew = || preview.set_surroundings(*surroundings, task);
                 catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
             }
-            Change::Decisions(opened) => {
+            PreviewChange::Decisions(opened) => {
                 self.images.opened = opened.clone();
                 let redecide = || self.preview.redecide(&opened.site, &opened.project.decisions);
                 catch_unwind(AssertUnwindSafe(redecide)).unwrap_or_else(|_| Err(failed()))
             }
-            Change::Plants => {
+            PreviewChange::Plants => {
                 self.preview.forget_plants();
                 Ok(())
             }
-            Change::Trees(ShownTrees { project, hidden, estimate, .. }) => {
+            PreviewChange::Trees(ShownTrees { project, hidden, estimate, .. }) => {
                 let (preview, task) = (&mut self.preview, &self.task);
                 let plant = || preview.set_trees(&project.trees, &hidden, estimate, task);
                 catch_unwind(AssertUnwindSafe(plant)).unwrap_or_else(|_| Err(failed()))
@@ -346,32 +360,32 @@ fn failed() -> Error {
 
 /// The next work: changes, then a picture with the flag that stops it, then a slice of the order on the bench.
 struct PainterWork {
-    changes: Vec<Change>,
+    changes: Vec<PreviewChange>,
     request: Option<(Request, Arc<AtomicBool>)>,
 }
 
 /// Waits for work; none when the painter is gone. Puts an order on the bench where that is free. Where nothing is requested
 /// and the `last` picture would be another one now, it is drawn again.
-fn next(shared: &Shared, bench: &mut OrderInProgress, last: Option<&Request>) -> Option<PainterWork> {
+fn next(queue: &PainterQueue, bench: &mut OrderInProgress, last: Option<&Request>) -> Option<PainterWork> {
     let is_free = bench.is_free();
-    let waiting = |slot: &mut Slot| {
-        let nothing = slot.request.is_none() && slot.changes.is_empty() && slot.orders.is_empty();
-        is_free && nothing && !slot.again && !slot.ends
+    let waiting = |state: &mut QueueState| {
+        let nothing = state.request.is_none() && state.changes.is_empty() && state.orders.is_empty();
+        is_free && nothing && !state.again && !state.ends
     };
-    let mut slot = shared.wake.wait_while(shared.slot(), waiting).unwrap_or_else(PoisonError::into_inner);
-    if slot.ends {
+    let mut state = queue.wake.wait_while(queue.state(), waiting).unwrap_or_else(PoisonError::into_inner);
+    if state.ends {
         return None;
     }
-    bench.take(&mut slot.orders);
-    let changes = std::mem::take(&mut slot.changes);
-    slot.changing = !changes.is_empty();
-    let again = std::mem::take(&mut slot.again);
+    bench.take(&mut state.orders);
+    let changes = std::mem::take(&mut state.changes);
+    state.changing = !changes.is_empty();
+    let again = std::mem::take(&mut state.again);
     let stop = Arc::<AtomicBool>::default();
-    let request = slot.request.take();
+    let request = state.request.take();
     // A picture that is drawn again gives way to any other.
     let yields = request.as_ref().is_none_or(|request| request.yields);
     let request = request.or_else(|| last.filter(|_| again).cloned());
-    slot.drawing = request.as_ref().map(|_| (stop.clone(), yields));
+    state.drawing = request.as_ref().map(|_| (stop.clone(), yields));
     Some(PainterWork { changes, request: request.map(|request| (request, stop)) })
 }
 

@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
 
-use super::{Shared, failed};
+use super::{PainterQueue, failed};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_projection::{Renders, Sliced};
@@ -23,7 +23,7 @@ pub struct Order {
 
 /// The queue in which a job orders pictures of the painter, drawn in order.
 #[derive(Clone)]
-pub struct Orders(pub(super) Arc<Shared>);
+pub struct Orders(pub(super) Arc<PainterQueue>);
 
 impl Orders {
     /// Orders the picture of a shot and waits for it; a shot in linear light comes with its depths.
@@ -33,13 +33,13 @@ impl Orders {
     /// meantime.
     pub fn picture(&self, shot: Shot, task: &Task) -> Result<DrawnPicture> {
         let (reply, receive) = channel();
-        let mut slot = self.0.slot();
-        if slot.ends {
+        let mut state = self.0.state();
+        if state.ends {
             return Err(ended());
         }
-        slot.orders.push_back(Order { shot, task: task.clone(), reply });
+        state.orders.push_back(Order { shot, task: task.clone(), reply });
         self.0.wake.notify_one();
-        drop(slot);
+        drop(state);
         receive.recv().unwrap_or_else(|_| Err(ended()))
     }
 }

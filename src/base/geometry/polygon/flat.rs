@@ -7,7 +7,7 @@ use crate::geometry::Plane;
 
 /// An orthonormal frame (u, v) of a plane with `u x v` its normal: what runs counter-clockwise around the normal
 /// runs counter-clockwise in (u, v). Axis-parallel planes get axis-parallel axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PlaneFrame {
     /// The point of the plane with coordinates (0, 0).
     pub origin: DVec3,

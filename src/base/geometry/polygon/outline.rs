@@ -9,14 +9,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 ///
 /// An edge that more than two polygons use, or two in the same direction, connects nothing.
 pub fn outlines(polygons: &[Vec<u32>], bridge_cost: impl Fn(u32, u32) -> f64) -> Vec<Vec<u32>> {
-    let mut mesh = Mesh::new(polygons);
+    let mut mesh = HalfEdges::new(polygons);
     mesh.bridge_holes(bridge_cost);
     mesh.rings()
 }
 
 /// The directed edges of all polygons. Edge h runs `from[h] -> from[next[h]]`; `twin[h]` is the opposite edge in
 /// the neighbouring polygon.
-struct Mesh {
+struct HalfEdges {
     from: Vec<u32>,
     next: Vec<u32>,
     /// The twin of each directed edge; [`NONE`] on the outline.
@@ -30,7 +30,7 @@ struct Mesh {
 /// Marks a directed edge without a twin or group.
 const NONE: u32 = u32::MAX;
 
-impl Mesh {
+impl HalfEdges {
     fn new(polygons: &[Vec<u32>]) -> Self {
         let (mut from, mut next) = (Vec::new(), Vec::new());
         for polygon in polygons {

@@ -1,4 +1,4 @@
-//! The nodes of a scene become drafts of sub-objects, each kind of node once.
+//! The nodes of a scene become drafts of sub-objects; those with the same content share one.
 
 use glam::DAffine3;
 use rustc_hash::FxHashMap;
@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use super::super::maps::{is_singular, is_within_numbers};
 use super::super::notes::Notes;
 use super::super::remedies::COARSER;
-use super::meshes::Meshes;
+use super::meshes::MeshReader;
 use crate::{Draft, DraftUse, MOST_CORNERS, MOST_USES};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
@@ -19,13 +19,13 @@ const NODES_A_STEP: usize = 1024;
 
 /// What makes nodes one sub-object: the same mesh, and the same children at the same transforms, in any order.
 #[derive(PartialEq, Eq, Hash)]
-struct Kind {
+struct NodeContent {
     mesh: Option<usize>,
     /// The drafts of the children, and the bits of their transforms as 32-bit numbers, in ascending order.
     children: Vec<(usize, [u32; 12])>,
 }
 
-impl Kind {
+impl NodeContent {
     fn new(mesh: Option<usize>, uses: &[DraftUse]) -> Self {
         // -0 is 0.
         let bits = |map: &DAffine3| map.to_cols_array().map(|number| (number as f32 + 0.0).to_bits());
@@ -37,16 +37,16 @@ impl Kind {
 
 /// The drafts so far.
 pub struct Graph<'a> {
-    meshes: Meshes<'a>,
+    meshes: MeshReader<'a>,
     drafts: Vec<Draft>,
-    known: FxHashMap<Kind, usize>,
+    known: FxHashMap<NodeContent, usize>,
     uses: usize,
     corners: u64,
 }
 
 impl<'a> Graph<'a> {
     /// Begins a graph.
-    pub fn new(meshes: Meshes<'a>) -> Self {
+    pub fn new(meshes: MeshReader<'a>) -> Self {
         Self { meshes, drafts: Vec::new(), known: FxHashMap::default(), uses: 0, corners: 0 }
     }
 
@@ -146,7 +146,7 @@ impl<'a> Graph<'a> {
         Ok(uses)
     }
 
-    /// Returns the draft of a kind of node, which has the name and the uses of the first such node of the file.
+    /// Returns the draft of nodes of the same content, which has the name and the uses of the first of these in the file.
     fn draft(
         &mut self,
         mesh: Option<usize>,
@@ -154,8 +154,8 @@ impl<'a> Graph<'a> {
         uses: Vec<DraftUse>,
         notes: &mut Notes,
     ) -> Result<Option<usize>> {
-        let kind = Kind::new(mesh, &uses);
-        if let Some(&known) = self.known.get(&kind) {
+        let content = NodeContent::new(mesh, &uses);
+        if let Some(&known) = self.known.get(&content) {
             // Nodes are met from the last to the first.
             (self.drafts[known].name, self.drafts[known].uses) = (name, uses);
             return Ok(Some(known));
@@ -170,7 +170,7 @@ impl<'a> Graph<'a> {
         let corners = primitives.iter().map(|primitive| primitive.shape.corners());
         self.corners = corners.fold(self.corners, u64::saturating_add);
         self.check(mesh.map_or_else(String::new, |mesh| format!("meshes[{mesh}]")))?;
-        self.known.insert(kind, self.drafts.len());
+        self.known.insert(content, self.drafts.len());
         self.drafts.push(Draft { name, primitives, uses });
         Ok(Some(self.drafts.len() - 1))
     }

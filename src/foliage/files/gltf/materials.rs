@@ -28,11 +28,11 @@ struct MoreOfMaterials {
 #[derive(Deserialize)]
 struct MoreOfMaterial {
     #[serde(default)]
-    extensions: Option<Extensions>,
+    extensions: Option<MaterialExtensions>,
 }
 
 #[derive(Deserialize)]
-struct Extensions {
+struct MaterialExtensions {
     #[serde(default, rename = "KHR_materials_diffuse_transmission")]
     transmission: Option<Transmission>,
 }
@@ -57,7 +57,7 @@ fn white() -> [f32; 3] {
 
 /// A material, and where its picture is on the surface.
 #[derive(Clone)]
-pub struct Surface {
+pub struct TexturedMaterial {
     /// The material.
     pub material: Arc<Material>,
     /// The set of texture coordinates, if there is a picture.
@@ -70,7 +70,7 @@ pub struct Materials<'a> {
     more: MoreOfMaterials,
     pictures: Pictures<'a>,
     /// The surfaces by the material's index; `None` inside for what is never seen.
-    known: FxHashMap<Option<usize>, Option<Surface>>,
+    known: FxHashMap<Option<usize>, Option<TexturedMaterial>>,
 }
 
 impl<'a> Materials<'a> {
@@ -88,7 +88,11 @@ impl<'a> Materials<'a> {
     ///
     /// # Errors
     /// [`quadratura_base::Error::Input`] with the JSON path; [`quadratura_base::Error::Io`] for pictures.
-    pub fn surface(&mut self, material: Option<usize>, notes: &mut Notes) -> Result<Option<Surface>> {
+    pub fn surface(
+        &mut self,
+        material: Option<usize>,
+        notes: &mut Notes,
+    ) -> Result<Option<TexturedMaterial>> {
         if let Some(known) = self.known.get(&material) {
             return Ok(known.clone());
         }
@@ -112,7 +116,7 @@ impl<'a> Materials<'a> {
         place: &str,
         index: Option<usize>,
         notes: &mut Notes,
-    ) -> Result<Option<Surface>> {
+    ) -> Result<Option<TexturedMaterial>> {
         let base = &described.pbr_metallic_roughness;
         let [r, g, b, alpha] = base.base_color_factor.0.map(|share| share.clamp(0.0, 1.0));
         let texture = base.base_color_texture.as_ref();
@@ -137,7 +141,7 @@ impl<'a> Materials<'a> {
         let (reflected, through) = ([r, g, b].map(|share| kept * share), through.unwrap_or_default());
         let material = Material { name, reflected, through, leaf, cutout, picture, wrap };
         let texture_set = texture.map(|info| info.tex_coord);
-        Ok(Some(Surface { material: Arc::new(material), texture_set }))
+        Ok(Some(TexturedMaterial { material: Arc::new(material), texture_set }))
     }
 
     /// Returns the share of light that is left to be reflected, and what a leaf lets through.

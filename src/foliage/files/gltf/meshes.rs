@@ -9,20 +9,20 @@ use gltf::json::validation::Checked;
 use rustc_hash::FxHashMap;
 
 use super::super::notes::Notes;
-use super::materials::{Materials, Surface};
+use super::materials::{Materials, TexturedMaterial};
 use crate::{Corner, Primitive, Shape, TriangleList};
 use quadratura_base::error::Result;
 use quadratura_import::models::gltf::{Source, surface};
 
 /// Reads meshes, each once.
-pub struct Meshes<'a> {
+pub struct MeshReader<'a> {
     /// The file.
     pub source: &'a Source<'a>,
     materials: Materials<'a>,
     known: FxHashMap<usize, Vec<Primitive>>,
 }
 
-impl<'a> Meshes<'a> {
+impl<'a> MeshReader<'a> {
     /// Prepares the meshes of a file.
     ///
     /// # Errors
@@ -65,7 +65,8 @@ impl<'a> Meshes<'a> {
         }
         let Some(found) = found.filter(|found| !found.triangles.is_empty()) else { return Ok(None) };
         let material = described.material.map(|material| material.value());
-        let Some(Surface { material, texture_set }) = self.materials.surface(material, notes)? else {
+        let Some(TexturedMaterial { material, texture_set }) = self.materials.surface(material, notes)?
+        else {
             return Ok(None);
         };
         if described.attributes.contains_key(&Checked::Valid(Semantic::Colors(0))) {

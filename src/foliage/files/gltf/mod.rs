@@ -17,7 +17,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use self::graph::Graph;
-use self::meshes::Meshes;
+use self::meshes::MeshReader;
 use super::notes::Notes;
 use super::remedies::Wrong;
 use crate::{Plant, assemble};
@@ -47,7 +47,7 @@ fn plant_of(path: &Path, bytes: &[u8], task: &Task) -> Result<Plant> {
     if source.root.extensions_used.iter().any(|name| name == "KHR_texture_transform") {
         notes.add("KHR_texture_transform has no effect", || "extensionsUsed".to_owned());
     }
-    let graph = Graph::new(Meshes::new(&source)?);
+    let graph = Graph::new(MeshReader::new(&source)?);
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let (drafts, root) = graph.build(&nodes, name, &mut notes, task)?;
     notes.texts().into_iter().for_each(|text| task.note(text));

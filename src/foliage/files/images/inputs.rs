@@ -23,40 +23,40 @@ pub fn images_hash(plant: &Plant) -> String {
 
 /// Returns the hash of a plant's geometry, materials and paint; names do not count.
 pub fn plant_hash(plant: &Plant) -> String {
-    let mut words = Words { hashing: Hashing::default(), bytes: Vec::new() };
-    words.number(PLANT_VERSION);
-    words.number(plant.root as u64);
+    let mut hasher = PlantHasher { hashing: Hashing::default(), bytes: Vec::new() };
+    hasher.number(PLANT_VERSION);
+    hasher.number(plant.root as u64);
     let mut known: Vec<Arc<Material>> = Vec::new();
     let mut fields: Vec<Arc<PaintField>> = Vec::new();
     for object in &plant.objects {
-        words.number(object.primitives.len() as u64);
+        hasher.number(object.primitives.len() as u64);
         for primitive in &object.primitives {
             let index = known.iter().position(|material| Arc::ptr_eq(material, &primitive.material));
             if index.is_none() {
-                words.material(&primitive.material);
+                hasher.material(&primitive.material);
                 known.push(primitive.material.clone());
             }
-            words.number(index.unwrap_or(known.len() - 1) as u64);
-            words.shape(&primitive.shape);
+            hasher.number(index.unwrap_or(known.len() - 1) as u64);
+            hasher.shape(&primitive.shape);
         }
-        words.number(object.uses.len() as u64);
+        hasher.number(object.uses.len() as u64);
         for used in &object.uses {
-            words.number(used.child as u64);
-            words.map(&used.parent_from_child);
+            hasher.number(used.child as u64);
+            hasher.map(&used.parent_from_child);
         }
-        words.paint(&object.paint, &mut fields);
-        words.flush();
+        hasher.paint(&object.paint, &mut fields);
+        hasher.flush();
     }
-    words.hashing.hash()
+    hasher.hashing.hash()
 }
 
 /// Numbers as bytes, which are hashed in pieces.
-struct Words {
+struct PlantHasher {
     hashing: Hashing,
     bytes: Vec<u8>,
 }
 
-impl Words {
+impl PlantHasher {
     fn flush(&mut self) {
         self.hashing.add(&self.bytes);
         self.bytes.clear();

@@ -116,7 +116,7 @@ pub fn write_plant_images(
         });
         let views: Vec<_> = views.collect();
         let sizes = views.par_iter().map(|(object, index, side, direction, view)| {
-            write_mbuffer(&new.join(name(*object, *index, images.directions.angles(*direction))), view, *side)
+            write_mbuffer(&new.join(name(*object, *index, images.directions, *direction)), view, *side)
         });
         let bytes: u64 = sizes.collect::<Result<Vec<u64>>>()?.iter().sum();
         let text = to_json(&json);
@@ -197,7 +197,7 @@ fn fault(entry: &ObjectEntry, sub_objects: usize, directions: usize) -> Option<S
 
 fn of_entry(folder: &Path, directions: Directions, entry: &ObjectEntry) -> Result<ObjectImages> {
     let copies = entry.copies.iter().enumerate().map(|(index, CopyEntry { delta, side, gain, lengths })| {
-        let file = |direction: usize| folder.join(name(entry.object, index, directions.angles(direction)));
+        let file = |direction: usize| folder.join(name(entry.object, index, directions, direction));
         let views =
             (0..directions.count()).into_par_iter().map(|direction| read_mbuffer(&file(direction), *side));
         let correction = LightCorrection { gain: Vec3::from(*gain), lengths: lengths.clone() };
@@ -207,8 +207,9 @@ fn of_entry(folder: &Path, directions: Directions, entry: &ObjectEntry) -> Resul
     Ok(ObjectImages { copies: copies.collect::<Result<_>>()?, through: entry.through.into() })
 }
 
-/// Returns the name of the file of the view from a latitude and longitude.
-fn name(object: usize, copy: usize, (latitude, longitude): (i32, i32)) -> String {
+/// Returns the name of the file of the view from a direction.
+fn name(object: usize, copy: usize, directions: Directions, direction: usize) -> String {
+    let (latitude, longitude) = directions.angles(direction);
     format!("{object:03}-{copy}.{latitude}.{longitude}.mb")
 }
 

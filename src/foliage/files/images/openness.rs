@@ -23,7 +23,7 @@ const REMEDY: &str = "remove the file, so that it is made again";
 
 /// The first line of the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Header {
+struct OpennessHeader {
     format: String,
     version: u32,
     /// Hash of everything that it was made of.
@@ -46,7 +46,7 @@ pub fn write_openness(file: &Path, openness: &Openness, inputs: &str) -> Result<
     let values: Vec<u8> = openness.values().iter().flatten().map(|value| value.cast_unsigned()).collect();
     let streams = [deflated(&values), deflated(openness.open().as_flattened())];
     let (low, cell, size) = openness.grid();
-    let header = Header {
+    let header = OpennessHeader {
         format: FORMAT.into(),
         version: VERSION,
         inputs: inputs.into(),
@@ -74,7 +74,7 @@ pub fn read_openness(file: &Path, inputs: &str) -> Result<Option<Openness>> {
 }
 
 fn parsed(bytes: &[u8], inputs: &str) -> Result<Option<Openness>, Fault> {
-    let (header, rest): (Header, &[u8]) = first_line(bytes)?;
+    let (header, rest): (OpennessHeader, &[u8]) = first_line(bytes)?;
     if header.format != FORMAT || header.version != VERSION || header.inputs != inputs {
         return Ok(None);
     }
@@ -92,8 +92,8 @@ fn parsed(bytes: &[u8], inputs: &str) -> Result<Option<Openness>, Fault> {
     let values = inflated("values", values, 4 * cells)?;
     let open = inflated("open", open, DIRECTIONS as u64 * cells)?;
     let values = values.as_chunks::<4>().0.iter().map(|cell| cell.map(u8::cast_signed)).collect();
-    let grid = (DVec3::from_array(header.low), header.cell, header.size);
-    let openness = Openness::of(grid, values, open.as_chunks().0.to_vec());
+    let low = DVec3::from_array(header.low);
+    let openness = Openness::of(low, header.cell, header.size, values, open.as_chunks().0.to_vec());
     openness.map(Some).ok_or_else(|| {
         ("cell", format!("cells of {} at {:?}, expected numbers above 0", header.cell, header.low))
     })

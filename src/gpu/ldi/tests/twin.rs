@@ -8,7 +8,7 @@ use quadratura_ldi::synthetic::{floor, from_above};
 use quadratura_ldi::synthetic::{of_model, step_aside, with_level};
 use quadratura_ldi::transfer::{Positions, Transfer};
 use quadratura_ldi::warp::DrawingOrder;
-use quadratura_ldi::{DepthPixel, Ldi, Level, Splat, SplatKind, WarpOptions};
+use quadratura_ldi::{DepthPixel, Ldi, ResolutionLevel, Splat, SplatKind, WarpOptions};
 use quadratura_view::Shot;
 
 /// The difference of stored values up to which pixels are the same.
@@ -52,7 +52,7 @@ struct Difference {
 
 impl Difference {
     /// Draws a view both ways and adds its differences.
-    fn add(&mut self, gpu: &mut GpuWarp, (ldi, shot): (Ldi, &Shot), options: &WarpOptions) {
+    fn add(&mut self, gpu: &mut GpuWarp, ldi: Ldi, shot: &Shot, options: &WarpOptions) {
         let expected = on_processor(&ldi, shot, options);
         let reversed = WarpOptions { order: DrawingOrder::Reversed, ..*options };
         let reversed = on_processor(&ldi, shot, &reversed);
@@ -101,7 +101,7 @@ fn sums_are_those_of_the_processor_where_the_order_of_drawing_does_not_count() {
     let mut difference = Difference::default();
     for seed in 0..40 {
         let (ldi, shot) = scene(seed);
-        difference.add(&mut gpu, (ldi, &shot), &of_splat(SplatKind::Sums));
+        difference.add(&mut gpu, ldi, &shot, &of_splat(SplatKind::Sums));
     }
     println!("{difference:?}");
     assert!(difference.both > 100_000, "{difference:?}");
@@ -112,7 +112,7 @@ fn sums_are_those_of_the_processor_where_the_order_of_drawing_does_not_count() {
 /// Finds the nearest depth pixel at each pixel of a view, one after the other, from the positions of the processor's warp.
 fn nearest_colours(ldi: &Ldi, level: usize, shot: &Shot) -> Vec<[u8; 4]> {
     let level = &ldi.levels[level];
-    let rows = Transfer::new((&level.camera, &ldi.pose), (&shot.camera, &shot.pose)).rows();
+    let rows = Transfer::new(&level.camera, &ldi.pose, &shot.camera, &shot.pose).rows();
     let (width, height) = (shot.camera.width as f32, shot.camera.height as f32);
     let mut nearest = vec![(-1.0, [0; 4]); shot.camera.width as usize * shot.camera.height as usize];
     let mut positions = Positions::default();
@@ -180,7 +180,7 @@ fn an_exposure_changes_the_colours_as_on_the_processor() {
         let mut difference = Difference::default();
         for seed in 0..8 {
             let (ldi, shot) = scene(seed);
-            difference.add(&mut gpu, (ldi, &shot), &options);
+            difference.add(&mut gpu, ldi, &shot, &options);
         }
         println!("{difference:?}");
         // Of fewer scenes; light that saturates hides what the order changes.
@@ -234,7 +234,7 @@ fn of_layers(layers: &[(f32, [u8; 4])]) -> Ldi {
         (1..).zip(layers).map(pixel)
     };
     let rows = (0..30).map(|_| (0..40).flat_map(column).collect());
-    with_level(Level::of_rows(camera, rows), camera_is_world(), surfaces)
+    with_level(ResolutionLevel::of_rows(camera, rows), camera_is_world(), surfaces)
 }
 
 #[test]

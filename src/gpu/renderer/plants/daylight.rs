@@ -8,7 +8,7 @@ use super::flake::rows_of;
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
 use quadratura_foliage::directions::{DIRECTIONS, Serving, serving};
-use quadratura_foliage::{Light, Openness};
+use quadratura_foliage::{Openness, OutdoorLight};
 use quadratura_view::Shot;
 
 /// The WGSL source that is put before passes that light trees.
@@ -32,9 +32,9 @@ pub struct DaylightWords {
 
 impl DaylightWords {
     /// Returns the light in the camera's frame of a view.
-    pub fn new(light: &Light, shot: &Shot) -> Self {
+    pub fn new(light: &OutdoorLight, shot: &Shot) -> Self {
         let in_camera = |direction: DVec3| (shot.pose.rotation * direction).as_vec3().to_array();
-        let Light { towards_sun, up, sun, sky, ground } = light;
+        let OutdoorLight { towards_sun, up, sun, sky, ground } = light;
         Self {
             towards_sun: in_camera(*towards_sun),
             up: in_camera(*up),
@@ -60,7 +60,7 @@ pub struct CrownWords {
 /// The grid of a species in the layout of the shader (`Grid`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct GridWords {
+pub struct CrownGridWords {
     pub size: [f32; 3],
     pub pad0: f32,
 }
@@ -91,7 +91,7 @@ impl CrownTextures {
         let (low, cell, size) = openness.map_or((DVec3::ZERO, 1.0, [1; 3]), Openness::grid);
         let values = openness.map_or_else(|| vec![[127, 0, 0, 0]], |openness| openness.values().to_vec());
         let open = openness.map_or_else(|| vec![[u8::MAX; DIRECTIONS]], |openness| openness.open().to_vec());
-        let words = GridWords { size: size.map(|count| count as f32), pad0: 0.0 };
+        let words = CrownGridWords { size: size.map(|count| count as f32), pad0: 0.0 };
         Self {
             grid: (low, cell),
             words: bindings::filled(gpu, "grid of a crown", &[words], BufferUsages::UNIFORM),

@@ -162,7 +162,7 @@ impl SpeciesImages {
         let (mut words, mut blocks): (Vec<[u32; WORDS]>, Vec<Block>) = Default::default();
         let mut add = |view: &MBuffer, side: u32| {
             let (first, first_block) = (words.len() as u32, blocks.len() as u32);
-            add_samples((&mut words, &mut blocks), view, side);
+            add_samples(&mut words, &mut blocks, view, side);
             (first..words.len() as u32, first_block)
         };
         let places = images.objects.iter().map(|object| {
@@ -255,8 +255,7 @@ fn leave_out_finest(images: &mut PlantImages, room: u64) {
 }
 
 /// Adds the samples of an image block by block, part by part.
-fn add_samples(to: (&mut Vec<[u32; WORDS]>, &mut Vec<Block>), view: &MBuffer, side: u32) {
-    let (words, blocks) = to;
+fn add_samples(words: &mut Vec<[u32; WORDS]>, blocks: &mut Vec<Block>, view: &MBuffer, side: u32) {
     let mut samples = view.samples.iter();
     let mut all: Vec<FlakeSample> = Vec::with_capacity(view.samples.len());
     for (pixel, count) in (0u32..).zip(&view.counts) {
@@ -368,7 +367,7 @@ mod tests {
         let mut counts = vec![0; 12];
         counts[7] = 1;
         let (mut words, mut blocks) = Default::default();
-        add_samples((&mut words, &mut blocks), &MBuffer { counts, samples: vec![sample] }, 4);
+        add_samples(&mut words, &mut blocks, &MBuffer { counts, samples: vec![sample] }, 4);
         assert_eq!(words, [[3 | 1 << 12 | 1 << 24, 0x8123_ABCD, 0xF00F | 2 << 16 | 255 << 24]]);
         assert_eq!(
             blocks.iter().map(Block::words).collect::<Vec<_>>(),

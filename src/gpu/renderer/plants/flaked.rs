@@ -6,8 +6,8 @@ use wgpu::{BindGroup, BindGroupLayout, RenderPass, RenderPipeline, ShaderStages}
 
 use super::daylight::{self, CrownWords};
 use super::flake::{self, SpeciesImages};
-use super::flakes::{Band, Flakes};
-use super::pipeline::{TreeProgram, tree_pipeline};
+use super::flakes::{Flakes, SubPixelBand};
+use super::pipeline::{SampledProgram, TreeProgram, tree_pipeline};
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
 use crate::renderer::pipeline::SURFACES;
@@ -39,7 +39,7 @@ pub fn source(samples: u32) -> String {
 pub struct Flaked {
     /// Images in view, and samples; those of frame and light are the renderer's.
     layouts: [BindGroupLayout; 2],
-    pipelines: FxHashMap<(TreeProgram, u32), RenderPipeline>,
+    pipelines: FxHashMap<SampledProgram, RenderPipeline>,
 }
 
 impl Flaked {
@@ -53,13 +53,13 @@ impl Flaked {
     }
 
     /// Makes the pipeline; `frame` and `daylight` are the layouts of these groups.
-    pub fn prepare(&mut self, gpu: &Gpu, key: (TreeProgram, u32), [frame, daylight]: [&BindGroupLayout; 2]) {
+    pub fn prepare(&mut self, gpu: &Gpu, program: SampledProgram, [frame, daylight]: [&BindGroupLayout; 2]) {
         let [images, samples] = &self.layouts;
-        self.pipelines.entry(key).or_insert_with(|| {
+        self.pipelines.entry(program).or_insert_with(|| {
             let layouts = [frame, images, samples, daylight];
             // Depths are all that is needed of a shadow, and these are kept for all species together.
-            let layouts = if key.0 == TreeProgram::Shadow { &layouts[..2] } else { &layouts };
-            tree_pipeline(gpu, key, (&source(key.1), "everywhere", &[]), layouts)
+            let layouts = if program.program == TreeProgram::Shadow { &layouts[..2] } else { &layouts };
+            tree_pipeline(gpu, program, &source(program.samples), "everywhere", &[], layouts)
         });
     }
 
@@ -69,14 +69,15 @@ impl Flaked {
         &self,
         gpu: &Gpu,
         drawing: &mut RenderPass,
-        key: (TreeProgram, u32),
-        (flakes, shown): (&Flakes, &GrowingBuffer),
+        program: SampledProgram,
+        flakes: &Flakes,
+        shown: &GrowingBuffer,
         species: &[(Option<&SpeciesImages>, BindGroup)],
     ) {
-        drawing.set_pipeline(&self.pipelines[&key]);
+        drawing.set_pipeline(&self.pipelines[&program]);
         for band in &flakes.bands {
-            drawing.set_bind_group(1, &self.found(gpu, (flakes, shown), band), &[]);
-            if key.0 == TreeProgram::Shadow {
+            drawing.set_bind_group(1, &self.found(gpu, flakes, shown, band), &[]);
+            if program.program == TreeProgram::Shadow {
                 drawing.draw(0..3, 0..1);
                 continue;
             }
@@ -91,7 +92,7 @@ impl Flaked {
         }
     }
 
-    fn found(&self, gpu: &Gpu, (flakes, shown): (&Flakes, &GrowingBuffer), band: &Band) -> BindGroup {
+    fn found(&self, gpu: &Gpu, flakes: &Flakes, shown: &GrowingBuffer, band: &SubPixelBand) -> BindGroup {
         let (rows, kept) = (band.rows.as_entire_binding(), band.kept.as_entire_binding());
         let resources = [rows, flakes.images.binding(), kept, shown.binding()];
         bindings::bind(gpu, "found", &self.layouts[0], &resources)

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline, ShaderStages};
 
 use super::flake::{self, BLOCK, Block, FlakeImageWords, FlakeRowsWords, SpeciesImages};
-use super::hidden::{Hidden, Tiles, tiles};
+use super::hidden::{Hidden, TileDepths, tiles};
 use super::slices::Slices;
 use super::{door, flakes_narrow, flakes_wide};
 use crate::bindings::{self, BindingKind};
@@ -41,21 +41,21 @@ pub fn invocations(is_software: bool) -> u32 {
     if is_software { 8 } else { 64 }
 }
 
-/// Returns the complete WGSL source, for a number of samples a pixel and of invocations a workgroup: one run where words of 64 bits can be compared,
+/// Returns the complete WGSL source, for a number of samples a pixel and of invocations a workgroup: one pass where words of 64 bits can be compared,
 /// else the first of two or the second.
-pub fn source(samples: u32, invocations: u32, run: Run) -> String {
-    let keep = match run {
-        Run::Only => flakes_wide::SOURCE.to_owned(),
-        Run::First => flakes_narrow::source(false),
-        Run::Second => flakes_narrow::source(true),
+pub fn source(samples: u32, invocations: u32, pass: SamplePass) -> String {
+    let keep = match pass {
+        SamplePass::Only => flakes_wide::SOURCE.to_owned(),
+        SamplePass::First => flakes_narrow::source(false),
+        SamplePass::Second => flakes_narrow::source(true),
     };
     let invocations = format!("const INVOCATIONS = {invocations}u;\n");
     [SURFACES, door::SOURCE, &flake::source(samples), &keep, &invocations, FLAKES].concat()
 }
 
-/// A run over the samples.
+/// A pass over the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Run {
+pub enum SamplePass {
     /// The only one.
     Only,
     /// The first of two.
@@ -66,7 +66,7 @@ pub enum Run {
 
 /// The rows of a picture that are drawn together, with what is kept of their sub-pixels.
 #[derive(Debug)]
-pub struct Band {
+pub struct SubPixelBand {
     words: FlakeRowsWords,
     /// The same on the device.
     pub rows: Buffer,
@@ -78,15 +78,15 @@ pub struct Band {
     pub tile_count: u32,
 }
 
-impl Band {
+impl SubPixelBand {
     fn set_reach(&mut self, gpu: &Gpu, reach: u32) {
         self.words.reach = reach;
         self.rows = self.words.on_device(gpu);
     }
 }
 
-/// The jobs of blocks of about the same depth: of each species.
-type Batch = Vec<Range<u32>>;
+/// The jobs of blocks of about the same depth, for each species.
+type JobsBySpecies = Vec<Range<u32>>;
 
 /// A block of samples in the view.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,14 +115,14 @@ pub struct FlakesExtent {
 pub struct Flakes {
     /// Frame, then images, then samples.
     layouts: [BindGroupLayout; 3],
-    /// For 1 sample a pixel and for more: the runs.
+    /// For 1 sample a pixel and for more: the passes.
     pipelines: [Option<(Vec<ComputePipeline>, Hidden)>; 2],
     /// [`FlakeImageWords`].
     pub images: GrowingBuffer,
     /// Image and first sample of each block.
     jobs: GrowingBuffer,
     /// From near to far.
-    pub batches: Vec<Batch>,
+    pub batches: Vec<JobsBySpecies>,
     /// A word for each job, 1 where its block is hidden; found in each band anew.
     pub is_hidden: Buffer,
     /// Whether what is hidden is left out: always, but where tests compare.
@@ -134,7 +134,7 @@ pub struct Flakes {
     /// The size of the picture for which `bands` are, its samples a pixel, and how far samples reach.
     extent: FlakesExtent,
     /// All rows of the picture.
-    pub bands: Vec<Band>,
+    pub bands: Vec<SubPixelBand>,
 }
 
 impl Flakes {
@@ -221,9 +221,10 @@ impl Flakes {
         &self,
         slices: &mut Slices,
         frame: wgpu::BindingResource,
-        (depths, is_first): (&wgpu::TextureView, bool),
+        depths: &wgpu::TextureView,
+        is_first: bool,
         [focal, center]: [Vec2; 2],
-    ) -> Result<Tiles> {
+    ) -> Result<TileDepths> {
         let gpu = slices.gpu();
         let frame = bindings::bind(gpu, "frame", &self.layouts[0], &[frame]);
         let (_, hidden) =
@@ -238,11 +239,11 @@ impl Flakes {
             slices.count(LOOK * (band.kept.size() / BYTES) as f64)?;
         }
         slices.hand_over()?;
-        let nearness = |band: &Band| {
+        let nearness = |band: &SubPixelBand| {
             let [words] = readback::read(gpu, [(&band.tiles, 0..u64::from(band.tile_count))])?;
             Ok((band.words.first, band.words.count, words.into_iter().map(f32::from_bits).collect()))
         };
-        Ok(Tiles {
+        Ok(TileDepths {
             focal,
             center,
             width: self.extent.size[0],
@@ -268,25 +269,25 @@ impl Flakes {
             bindings::bind(gpu, "samples", &self.layouts[2], &samples)
         };
         let samples: Vec<Option<BindGroup>> = species.iter().map(|of| of.as_ref().map(samples)).collect();
-        let (runs, hidden) =
+        let (passes, hidden) =
             self.pipelines[usize::from(self.extent.samples > 1)].as_ref().expect("they were made");
-        // A sample is examined by each run and in each band.
-        let times = (self.bands.len() * runs.len()) as f64;
+        // A sample is examined by each pass and in each band.
+        let times = (self.bands.len() * passes.len()) as f64;
         for band in &self.bands {
             slices.encoder().clear_buffer(&band.kept, 0, None);
             slices.encoder().clear_buffer(&self.is_hidden, 0, None);
             let tables = self.tested(gpu, hidden, band, depths);
-            for (run, pipeline) in runs.iter().enumerate() {
+            for (pass, pipeline) in passes.iter().enumerate() {
                 for batch in &self.batches {
-                    // What is found in the first run holds in the second.
-                    if run == 0 && self.leaves_out {
+                    // What is found in the first pass holds in the second.
+                    if pass == 0 && self.leaves_out {
                         let groups = [&frame, &tables];
-                        hidden.record(gpu, slices.encoder(), groups, band.tile_count, (species, batch));
+                        hidden.record(gpu, slices.encoder(), groups, band.tile_count, species, batch);
                         slices.count(LOOK * (band.kept.size() / BYTES) as f64)?;
                     }
                     for (samples, jobs) in samples.iter().zip(batch) {
                         if let Some(samples) = samples {
-                            self.record_jobs(slices, (pipeline, band), [&frame, samples], jobs, times)?;
+                            self.record_jobs(slices, pipeline, band, [&frame, samples], jobs, times)?;
                         }
                     }
                 }
@@ -296,7 +297,13 @@ impl Flakes {
     }
 
     /// Binds what pass *hidden* tests in a band.
-    fn tested(&self, gpu: &Gpu, hidden: &Hidden, band: &Band, depths: &wgpu::TextureView) -> BindGroup {
+    fn tested(
+        &self,
+        gpu: &Gpu,
+        hidden: &Hidden,
+        band: &SubPixelBand,
+        depths: &wgpu::TextureView,
+    ) -> BindGroup {
         let read = [&band.rows, &band.kept, &band.tiles, &self.is_hidden];
         hidden.bind(gpu, read, [self.images.binding(), self.jobs.binding()], depths)
     }
@@ -305,7 +312,8 @@ impl Flakes {
     fn record_jobs(
         &self,
         slices: &mut Slices,
-        (pipeline, band): (&ComputePipeline, &Band),
+        pipeline: &ComputePipeline,
+        band: &SubPixelBand,
         [frame, samples]: [&BindGroup; 2],
         jobs: &Range<u32>,
         times: f64,
@@ -328,7 +336,7 @@ impl Flakes {
         Ok(())
     }
 
-    fn tables(&self, gpu: &Gpu, band: &Band, jobs: &Range<u32>) -> BindGroup {
+    fn tables(&self, gpu: &Gpu, band: &SubPixelBand, jobs: &Range<u32>) -> BindGroup {
         let of_jobs = |buffer, bytes: u64| {
             wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                 buffer,
@@ -375,7 +383,7 @@ fn batched(mut blocks: Vec<BlockInView>, least_of_batch: usize) -> Vec<Vec<Block
 }
 
 /// Makes bands of rows that keep `most` bytes each at most, or a row.
-fn bands(gpu: &Gpu, extent: FlakesExtent, most: u64) -> Vec<Band> {
+fn bands(gpu: &Gpu, extent: FlakesExtent, most: u64) -> Vec<SubPixelBand> {
     let FlakesExtent { size: [width, height], samples, reach } = extent;
     let row = BYTES * u64::from(width) * u64::from(samples);
     let rows = (most / row).clamp(1, u64::from(height)) as u32;
@@ -383,7 +391,7 @@ fn bands(gpu: &Gpu, extent: FlakesExtent, most: u64) -> Vec<Band> {
         let count = rows.min(height - first);
         let words = FlakeRowsWords { first, count, width, reach };
         let tile_count = tiles(width, count);
-        Band {
+        SubPixelBand {
             words,
             rows: words.on_device(gpu),
             kept: bindings::storage(gpu, "nearest samples", u64::from(count) * row / 4, false),
@@ -395,10 +403,11 @@ fn bands(gpu: &Gpu, extent: FlakesExtent, most: u64) -> Vec<Band> {
 }
 
 fn made(gpu: &Gpu, samples: u32, layouts: &[BindGroupLayout; 3]) -> Vec<ComputePipeline> {
-    let runs: &[Run] = if gpu.has_wide_atomics() { &[Run::Only] } else { &[Run::First, Run::Second] };
-    let pipeline = |run: &Run| {
-        let module = bindings::shader(gpu, "flakes", &source(samples, invocations(gpu.is_software()), *run));
+    let passes: &[SamplePass] =
+        if gpu.has_wide_atomics() { &[SamplePass::Only] } else { &[SamplePass::First, SamplePass::Second] };
+    let pipeline = |pass: &SamplePass| {
+        let module = bindings::shader(gpu, "flakes", &source(samples, invocations(gpu.is_software()), *pass));
         bindings::compute(gpu, "flakes", &module, &layouts.each_ref())
     };
-    runs.iter().map(pipeline).collect()
+    passes.iter().map(pipeline).collect()
 }

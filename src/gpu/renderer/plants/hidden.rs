@@ -45,7 +45,7 @@ pub fn source(samples: u32) -> String {
 
 /// The depths of the farthest sub-pixels of the tiles of a picture, read back.
 #[derive(Debug)]
-pub struct Tiles {
+pub struct TileDepths {
     /// The focal lengths of the view, in pixels.
     pub focal: Vec2,
     /// Its centre, in pixels.
@@ -56,7 +56,7 @@ pub struct Tiles {
     pub bands: Vec<(u32, u32, Vec<f32>)>,
 }
 
-impl Tiles {
+impl TileDepths {
     /// Returns whether nothing can be seen of what is in a ball in the camera's frame, whose radius is the last component: like `is_covered`
     /// of the shader.
     pub fn hide(&self, ball: &Vec4) -> bool {
@@ -152,7 +152,8 @@ impl Hidden {
         encoder: &mut CommandEncoder,
         [frame, tables]: [&BindGroup; 2],
         tiles: u32,
-        (species, jobs): (&[Option<&SpeciesImages>], &[Range<u32>]),
+        species: &[Option<&SpeciesImages>],
+        jobs: &[Range<u32>],
     ) {
         self.reduce(gpu, encoder, [frame, tables], tiles);
         let mut pass = encoder.begin_compute_pass(&Default::default());

@@ -9,7 +9,7 @@ use crate::bindings;
 use crate::device::Gpu;
 use crate::drawing::DEPTH;
 use crate::renderer::pipeline::SURFACES;
-use crate::renderer::target::{COLOR, FACES, LINEAR};
+use crate::renderer::render_target::{COLOR, FACES, LINEAR};
 use quadratura_view::{DisplayMode, Shot};
 
 const PLANTS: &str = include_str!("../../../../shaders/plants.wgsl");
@@ -68,8 +68,14 @@ pub struct Cuts {
     pub by_door: bool,
 }
 
-/// A pipeline's program, what it leaves out, and its samples per pixel.
-pub type Key = (TreeProgram, Cuts, u32);
+/// A program of trees with its samples per pixel, which are those of what it draws onto.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SampledProgram {
+    /// The program.
+    pub program: TreeProgram,
+    /// The number of samples per pixel.
+    pub samples: u32,
+}
 
 /// Returns the layout of trees: how instances are placed, at dynamic offsets, and what is shown of the trees in view.
 pub fn trees_layout(gpu: &Gpu) -> BindGroupLayout {
@@ -94,7 +100,12 @@ pub fn source(cuts: Cuts) -> String {
 }
 
 /// Makes a pipeline that draws trees as polygons.
-pub fn pipeline(gpu: &Gpu, (program, cuts, samples): Key, layouts: &[BindGroupLayout; 4]) -> RenderPipeline {
+pub fn pipeline(
+    gpu: &Gpu,
+    program: SampledProgram,
+    cuts: Cuts,
+    layouts: &[BindGroupLayout; 4],
+) -> RenderPipeline {
     let corner = wgpu::VertexBufferLayout {
         array_stride: size_of::<CornerWords>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
@@ -106,16 +117,19 @@ pub fn pipeline(gpu: &Gpu, (program, cuts, samples): Key, layouts: &[BindGroupLa
         attributes: &wgpu::vertex_attr_array![3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 7 => Uint32, 8 => Uint32],
     };
     let (source, buffers) = (source(cuts), [Some(corner), Some(instance)]);
-    tree_pipeline(gpu, (program, samples), (&source, "grown", &buffers), &layouts.each_ref())
+    tree_pipeline(gpu, program, &source, "grown", &buffers, &layouts.each_ref())
 }
 
 /// Makes a pipeline that draws trees with their depths: from a source, its vertex function and the buffers of that.
 pub fn tree_pipeline(
     gpu: &Gpu,
-    (program, samples): (TreeProgram, u32),
-    (source, vertex, buffers): (&str, &str, &[Option<wgpu::VertexBufferLayout<'_>>]),
+    program: SampledProgram,
+    source: &str,
+    vertex: &str,
+    buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
     layouts: &[&BindGroupLayout],
 ) -> RenderPipeline {
+    let SampledProgram { program, samples } = program;
     let (entry, format) = program.entry();
     let module = bindings::shader(gpu, entry, source);
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

@@ -9,8 +9,8 @@ use glam::Vec4;
 use rayon::prelude::*;
 use wgpu::{BufferUsages, RenderPass};
 
-use super::hidden::Tiles;
-use super::pipeline::{Cuts, TreeProgram};
+use super::hidden::TileDepths;
+use super::pipeline::{Cuts, SampledProgram};
 use super::species::{InstanceWords, LevelInBuffers, MeshBuffers};
 use super::stock::Stock;
 use crate::device::Gpu;
@@ -49,7 +49,7 @@ impl PolygonDraw {
 }
 
 /// A species, a sub-object of it with its level of detail, and whether it is drawn in part of the sub-pixels: what is drawn at once.
-type Kind = (usize, (usize, usize), bool);
+type PolygonKind = (usize, (usize, usize), bool);
 
 /// What a view shows of one tree as polygons.
 #[derive(Debug, Default)]
@@ -58,7 +58,7 @@ pub struct PolygonsOfTree {
     /// As [`Polygons::balls`].
     balls: Vec<Vec4>,
     /// Which of them are of one kind.
-    kinds: Vec<(Kind, Range<usize>)>,
+    kinds: Vec<(PolygonKind, Range<usize>)>,
 }
 
 impl PolygonsOfTree {
@@ -66,7 +66,8 @@ impl PolygonsOfTree {
     pub fn new(
         plant: &Plant,
         polygons: &[PolygonsInView],
-        (tree, species): (u32, usize),
+        tree: u32,
+        species: usize,
         with_balls: bool,
     ) -> Self {
         let kind = |of: &PolygonsInView| (species, (of.object, of.level), !of.door.is_wide());
@@ -134,7 +135,7 @@ impl Polygons {
             in_part: false,
         };
         self.all.extend((1..).zip(whole).map(all_of));
-        let mut kinds: BTreeMap<Kind, Vec<(&PolygonsOfTree, &Range<usize>)>> = BTreeMap::new();
+        let mut kinds: BTreeMap<PolygonKind, Vec<(&PolygonsOfTree, &Range<usize>)>> = BTreeMap::new();
         for of_tree in of_trees {
             for (kind, parts) in &of_tree.kinds {
                 kinds.entry(*kind).or_default().push((of_tree, parts));
@@ -202,7 +203,8 @@ impl Polygons {
         &self,
         gpu: &Gpu,
         stock: &Stock,
-        (batch, tiles): (usize, Option<&Tiles>),
+        batch: usize,
+        tiles: Option<&TileDepths>,
         most: f64,
     ) -> Vec<(Vec<PolygonDraw>, f64)> {
         let mut drawn = self.drawn.borrow_mut();
@@ -256,13 +258,7 @@ impl Polygons {
     }
 
     /// Draws instances; frame, trees and light are bound.
-    pub fn draw(
-        &self,
-        stock: &Stock,
-        drawing: &mut RenderPass,
-        draw: &PolygonDraw,
-        (program, samples): (TreeProgram, u32),
-    ) {
+    pub fn draw(&self, stock: &Stock, drawing: &mut RenderPass, draw: &PolygonDraw, program: SampledProgram) {
         let species = &stock.species[draw.species];
         let all = species.instances.as_ref().filter(|_| draw.object.is_none());
         match all {
@@ -272,7 +268,7 @@ impl Polygons {
         for mesh in meshes_of(stock, draw) {
             let instances = all.map_or(&draw.instances, |all| &all.of_object[mesh.object]);
             let cuts = Cuts { by_picture: mesh.is_cut, by_door: draw.in_part };
-            drawing.set_pipeline(&stock.pipelines[&(program, cuts, samples)]);
+            drawing.set_pipeline(&stock.pipelines[&(program, cuts)]);
             drawing.set_bind_group(2, &mesh.material, &[]);
             drawing.set_vertex_buffer(0, mesh.corners.slice(..));
             drawing.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);

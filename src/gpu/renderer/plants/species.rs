@@ -125,7 +125,7 @@ impl SpeciesBuffers {
         if images.is_none() {
             check(&species.plant)?;
         }
-        let mut materials = Materials { gpu, layout, known: FxHashMap::default() };
+        let mut materials = MaterialBindings { gpu, layout, known: FxHashMap::default() };
         let mut meshes = Vec::new();
         for (index, object) in species.plant.objects.iter().enumerate() {
             // Without images trees are drawn in full detail.
@@ -233,14 +233,14 @@ fn mesh_buffers(gpu: &Gpu, of_levels: &[Painted], object: usize, material: BindG
     }
 }
 
-/// The materials that were made so far, by where they are stored.
-struct Materials<'a> {
+/// The bindings of the materials that were made so far, by where the materials are stored.
+struct MaterialBindings<'a> {
     gpu: &'a Gpu,
     layout: &'a BindGroupLayout,
     known: FxHashMap<*const Material, BindGroup>,
 }
 
-impl Materials<'_> {
+impl MaterialBindings<'_> {
     fn bound(&mut self, material: &Arc<Material>) -> BindGroup {
         let (gpu, layout) = (self.gpu, self.layout);
         self.known.entry(Arc::as_ptr(material)).or_insert_with(|| bound(gpu, layout, material)).clone()

@@ -9,13 +9,13 @@ use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages};
 use super::daylight;
 use super::flake::SpeciesImages;
 use super::flaked::ShownWords;
-use super::pipeline::{Cuts, Key, PlacementWords, TreeProgram, pipeline, trees_layout};
+use super::pipeline::{Cuts, PlacementWords, SampledProgram, pipeline, trees_layout};
 use super::ratio::{RatioCells, RatioWords, have_same_ratios};
 use super::species::{SpeciesBuffers, material_layout};
 use super::sunlit::SunlitCells;
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
-use crate::renderer::target::FLAT_LINEAR;
+use crate::renderer::render_target::FLAT_LINEAR;
 use quadratura_base::error::Result;
 use quadratura_foliage::{InView, View, WalkOptions, Wood, WoodSpecies, in_view};
 use quadratura_projection::TREE;
@@ -37,7 +37,7 @@ pub struct Stock {
     /// Frame, trees, material and light.
     pub layouts: [BindGroupLayout; 4],
     /// The pipelines that were made so far.
-    pub pipelines: FxHashMap<Key, RenderPipeline>,
+    pub pipelines: FxHashMap<(SampledProgram, Cuts), RenderPipeline>,
     /// The distance of two [`PlacementWords`] in a uniform buffer, in bytes.
     pub stride: u64,
     faces: usize,
@@ -99,15 +99,14 @@ impl Stock {
         depths.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
-    /// Makes the pipelines of a program with so many samples a pixel; those through doors where `in_part` is true.
-    pub fn want_pipelines(&mut self, gpu: &Gpu, (program, samples): (TreeProgram, u32), in_part: bool) {
+    /// Makes the pipelines of a program; those through doors where `in_part` is true.
+    pub fn want_pipelines(&mut self, gpu: &Gpu, program: SampledProgram, in_part: bool) {
         let layouts = &self.layouts;
         let by_doors: &[bool] = if in_part { &[false, true] } else { &[false] };
         let all =
             by_doors.iter().flat_map(|&by_door| [false, true].map(|by_picture| Cuts { by_picture, by_door }));
         for cuts in all {
-            let key = (program, cuts, samples);
-            self.pipelines.entry(key).or_insert_with(|| pipeline(gpu, key, layouts));
+            self.pipelines.entry((program, cuts)).or_insert_with(|| pipeline(gpu, program, cuts, layouts));
         }
     }
 

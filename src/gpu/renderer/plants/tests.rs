@@ -18,8 +18,8 @@ use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::scene::{FaceId, Model};
 use quadratura_base::task::Task;
 use quadratura_foliage::{
-    BakeOptions, FlakeOptions, Light, LightCorrection, Openness, PaintField, Plant, PlantImages, Shades,
-    SlabFrame, Species, SunShade, Sunlit, Tree, View, Wood, WoodSpecies, bake, draw, draw_flakes,
+    BakeOptions, FlakeOptions, LightCorrection, Openness, OutdoorLight, PaintField, Plant, PlantImages,
+    Shades, SlabFrame, Species, SunShade, Sunlit, Tree, View, Wood, WoodSpecies, bake, draw, draw_flakes,
     draw_shaded, finest_copy, grow, painted, painted_slabs, similarity, slab_pictures,
 };
 use quadratura_projection::TextureOptions;
@@ -35,7 +35,7 @@ pub(super) fn oak() -> Plant {
 
 /// A plant in two places: upright in the origin, and turned, squeezed and mirrored beside it.
 fn wood(plant: Plant) -> Wood {
-    let light = Light::day(plant.up);
+    let light = OutdoorLight::day(plant.up);
     let squeezed = DMat3::from_rotation_z(1.0) * DMat3::from_diagonal(DVec3::new(0.7, -0.5, 0.9));
     let tree = |number: u32, world_from_plant: DAffine3, tint: f32| Tree {
         number,
@@ -101,9 +101,13 @@ fn a_tree_on_the_device_covers_what_brute_force_covers_in_the_same_light() {
         let ball = &plant.whole().bounds.ball;
         let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, ball);
         // As bright as the tree's tint makes it.
-        let Light { sun, sky, ground, .. } = wood.light;
-        let scaled =
-            Light { sun: sun * tree.tint, sky: sky * tree.tint, ground: ground * tree.tint, ..wood.light };
+        let OutdoorLight { sun, sky, ground, .. } = wood.light;
+        let scaled = OutdoorLight {
+            sun: sun * tree.tint,
+            sky: sky * tree.tint,
+            ground: ground * tree.tint,
+            ..wood.light
+        };
         let expected = draw(&plant, &view, &scaled, &Task::silent()).unwrap().picture;
         let ((area, light), (area_expected, light_expected)) = (measured(&found), measured(&expected));
         // 4 samples a pixel against 16: of 1,000 covered pixels a few on outlines differ.
@@ -154,7 +158,7 @@ fn a_painted_tree_on_the_device_is_as_red_as_by_brute_force_and_covers_as_much()
     let ball = &plant.whole().bounds.ball;
     let view = View::of_tree(shot.camera, &shot.pose, &DAffine3::IDENTITY, ball);
     let drawn = |plant: &Plant| {
-        measured(&draw(plant, &view, &Light::day(plant.up), &Task::silent()).unwrap().picture)
+        measured(&draw(plant, &view, &OutdoorLight::day(plant.up), &Task::silent()).unwrap().picture)
     };
     let found =
         renderer(&gpu, Arc::new(Model::default()), Some(wood)).picture(&shot, &Task::silent()).unwrap();
@@ -296,7 +300,7 @@ fn what_is_known_of_the_normals_of_samples_changes_light_as_much_on_the_device_a
             Shot { quality: Quality::Final, ..Shot::new(centred(160, 120, 300.0), look_at(eye, ball.middle)) }
         });
         for towards_sun in [DVec3::Z, DVec3::X, DVec3::Y, DVec3::new(0.8, 0.6, 0.0)] {
-            wood.light = Light { towards_sun, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
+            wood.light = OutdoorLight { towards_sun, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
             let mut lights = |images: &Arc<PlantImages>| {
                 wood.species[0].images = Some(images.clone());
                 renderer.set_trees(Some(Arc::new(wood.clone()))).unwrap();
@@ -305,8 +309,9 @@ fn what_is_known_of_the_normals_of_samples_changes_light_as_much_on_the_device_a
                     sums[0] += measured(&renderer.picture(shot, &Task::silent()).unwrap()).1;
                     let in_plant = &plant.whole().bounds.ball;
                     let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, in_plant);
-                    let (of, options) = ((&plant, &**images), FlakeOptions::FINAL);
-                    let drawn = draw_flakes(of, &view, &wood.light, &options, &Task::silent()).unwrap();
+                    let options = FlakeOptions::FINAL;
+                    let drawn =
+                        draw_flakes(&plant, images, &view, &wood.light, &options, &Task::silent()).unwrap();
                     assert!(drawn.1.images > 0 && drawn.1.triangles == 0, "{:?}", drawn.1);
                     sums[1] += measured(&drawn.0).1;
                 }

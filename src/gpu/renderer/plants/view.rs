@@ -13,7 +13,7 @@ use super::daylight::DaylightWords;
 use super::flake::{FlakeImageWords, SpeciesImages, rows_of};
 use super::flaked::{Flaked, ShownWords};
 use super::flakes::{Flakes, FlakesExtent};
-use super::pipeline::{PlacementWords, TreeProgram};
+use super::pipeline::{PlacementWords, SampledProgram, TreeProgram};
 use super::polygons::{PolygonDraw, Polygons, PolygonsOfTree};
 use super::ratio::RatioWords;
 use super::slices::Slices;
@@ -73,9 +73,11 @@ impl TreeInView {
     fn new(
         stock: &Stock,
         shot: &Shot,
-        (slot, number): (u32, usize),
+        slot: u32,
+        number: usize,
         images: &SpeciesImages,
-        (options, with_balls): (&WalkOptions, bool),
+        options: &WalkOptions,
+        with_balls: bool,
     ) -> Self {
         let species = stock.wood.trees[number].species;
         let plant = &stock.wood.species[species].plant;
@@ -87,7 +89,7 @@ impl TreeInView {
         };
         Self {
             images: of_tree.iter().map(words).collect(),
-            polygons: PolygonsOfTree::new(plant, &polygons, (slot, species), with_balls),
+            polygons: PolygonsOfTree::new(plant, &polygons, slot, species, with_balls),
         }
     }
 }
@@ -142,9 +144,10 @@ impl PlantsView {
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
-        (stock, is_drawn): (&mut Stock, &dyn Fn(&Tree) -> bool),
+        stock: &mut Stock,
+        is_drawn: &dyn Fn(&Tree) -> bool,
         shot: &Shot,
-        (program, samples): (TreeProgram, u32),
+        program: SampledProgram,
         of_common: [f64; 3],
     ) -> Result<bool> {
         let wood = stock.wood.clone();
@@ -159,19 +162,19 @@ impl PlantsView {
         }
         self.daylight.write(gpu, &[DaylightWords::new(&wood.light, shot)]);
         // Numbers are those of what the picture of the view shows, where that was drawn just before.
-        let is_numbered = program == TreeProgram::Numbered;
-        let is_same = self.of.as_ref().is_some_and(|(of, count)| of == shot && *count == samples);
+        let is_numbered = program.program == TreeProgram::Numbered;
+        let is_same = self.of.as_ref().is_some_and(|(of, count)| of == shot && *count == program.samples);
         if !(is_numbered && is_same) {
             (self.of, self.is_found) = (None, Cell::default());
             self.within = shot.trees_within.filter(|_| shot.quality == Quality::Preview && !is_numbered);
-            self.write_parts(gpu, stock, shot, (&in_view, samples))?;
-            self.of = (!is_numbered).then(|| (shot.clone(), samples));
+            self.write_parts(gpu, stock, shot, &in_view, program.samples)?;
+            self.of = (!is_numbered).then(|| (shot.clone(), program.samples));
         }
         let exposure = DVec3::from_array(of_common).as_vec3();
-        self.write_trees(gpu, stock, shot, (&in_view, exposure));
-        stock.want_pipelines(gpu, (program, samples), self.polygons.any_in_part());
+        self.write_trees(gpu, stock, shot, &in_view, exposure);
+        stock.want_pipelines(gpu, program, self.polygons.any_in_part());
         if self.has_images {
-            self.flaked.prepare(gpu, (program, samples), [&stock.layouts[0], &stock.layouts[3]]);
+            self.flaked.prepare(gpu, program, [&stock.layouts[0], &stock.layouts[3]]);
         }
         Ok(true)
     }
@@ -194,7 +197,8 @@ impl PlantsView {
         gpu: &Gpu,
         stock: &mut Stock,
         shot: &Shot,
-        (in_view, samples): (&[usize], u32),
+        in_view: &[usize],
+        samples: u32,
     ) -> Result<()> {
         let mut began = Instant::now();
         let mut images = self.find_parts(gpu, stock, shot, in_view)?;
@@ -235,8 +239,8 @@ impl PlantsView {
         let from_images = |(slot, number): (usize, &usize)| {
             let images = stock.species[stock.wood.trees[*number].species].images.as_ref()?;
             let is_wanted = shot.trees == TreeMethod::Flakes;
-            let options = (&options, with_balls);
-            is_wanted.then(|| TreeInView::new(stock, shot, (slot as u32, *number), images, options))
+            is_wanted
+                .then(|| TreeInView::new(stock, shot, slot as u32, *number, images, &options, with_balls))
         };
         let seen: Vec<Option<TreeInView>> = in_view.par_iter().enumerate().map(from_images).collect();
         let (mut images, mut polygons) = (vec![Vec::new(); stock.species.len()], Vec::new());
@@ -262,7 +266,7 @@ impl PlantsView {
         Ok(images)
     }
 
-    fn write_trees(&mut self, gpu: &Gpu, stock: &Stock, shot: &Shot, (in_view, exposure): (&[usize], Vec3)) {
+    fn write_trees(&mut self, gpu: &Gpu, stock: &Stock, shot: &Shot, in_view: &[usize], exposure: Vec3) {
         let mut ratios = Vec::new();
         let shown = in_view.iter().map(|number| stock.shown(shot, *number, exposure, &mut ratios));
         self.shown.write(gpu, &shown.collect::<Vec<ShownWords>>());
@@ -304,7 +308,7 @@ impl PlantsView {
         slices: &mut Slices,
         onto: &Onto,
         frame: wgpu::BindingResource,
-        key: (TreeProgram, u32),
+        program: SampledProgram,
     ) -> Result<()> {
         let gpu = slices.gpu();
         let light = || {
@@ -325,7 +329,7 @@ impl PlantsView {
             slices.hand_over()?;
         }
         let (began, done_before) = (Instant::now(), slices.done());
-        let mut found = self.find(stock, slices, onto, frame, (&bound, key));
+        let mut found = self.find(stock, slices, onto, frame, &bound, program);
         if let Some(within) = within {
             found = found.and_then(|()| slices.hand_over());
             // Where it was given up, what was done tells as much. What is hidden counts as drawn: how much that is changes little from
@@ -348,7 +352,7 @@ impl PlantsView {
             let PixelRect { x, y, w, h } = self.rect;
             drawing.set_scissor_rect(x as u32, y as u32, w, h);
             drawing.set_bind_group(0, &bound.frame, &[]);
-            self.flaked.draw(gpu, &mut drawing, key, (&self.flakes, &self.shown), &bound.species);
+            self.flaked.draw(gpu, &mut drawing, program, &self.flakes, &self.shown, &bound.species);
         }
         self.is_found.set(true);
         Ok(())
@@ -361,23 +365,22 @@ impl PlantsView {
         slices: &mut Slices,
         onto: &Onto,
         frame: wgpu::BindingResource,
-        (bound, key): (&Bound, (TreeProgram, u32)),
+        bound: &Bound,
+        program: SampledProgram,
     ) -> Result<()> {
         let gpu = slices.gpu();
         drop((onto.begin)(slices.encoder(), true));
         if self.is_found.get() {
             let parts = self.polygons.drawn(stock, slices.most());
-            return self.draw_polygons(stock, slices, onto, (bound, key), &parts);
+            return self.draw_polygons(stock, slices, onto, bound, program, &parts);
         }
         for batch in 0..self.polygons.batches.len() {
             let tiles = match self.polygons.are_tested() {
-                true => {
-                    Some(self.flakes.tiles(slices, frame.clone(), (onto.depths, batch == 0), self.lens)?)
-                }
+                true => Some(self.flakes.tiles(slices, frame.clone(), onto.depths, batch == 0, self.lens)?),
                 false => None,
             };
-            let parts = self.polygons.write(gpu, stock, (batch, tiles.as_ref()), slices.most());
-            self.draw_polygons(stock, slices, onto, (bound, key), &parts)?;
+            let parts = self.polygons.write(gpu, stock, batch, tiles.as_ref(), slices.most());
+            self.draw_polygons(stock, slices, onto, bound, program, &parts)?;
         }
         if self.has_images {
             self.flakes.record(slices, frame, &stock.images(), onto.depths)?;
@@ -390,7 +393,8 @@ impl PlantsView {
         stock: &Stock,
         slices: &mut Slices,
         onto: &Onto,
-        (bound, key): (&Bound, (TreeProgram, u32)),
+        bound: &Bound,
+        program: SampledProgram,
         parts: &[(Vec<PolygonDraw>, f64)],
     ) -> Result<()> {
         for (draws, cost) in parts {
@@ -399,7 +403,7 @@ impl PlantsView {
             for draw in draws {
                 drawing.set_bind_group(1, &bound.trees, &[(u64::from(draw.placement) * stock.stride) as u32]);
                 drawing.set_bind_group(3, &bound.species[draw.species].1, &[]);
-                self.polygons.draw(stock, &mut drawing, draw, key);
+                self.polygons.draw(stock, &mut drawing, draw, program);
             }
             drop(drawing);
             slices.count(*cost)?;

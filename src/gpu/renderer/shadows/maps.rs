@@ -19,12 +19,12 @@ pub struct Maps {
     pub side: u32,
     textures: [Texture; 2],
     /// What is in each layer; `None` where it is of nothing any more.
-    pub layers: [Option<Layer>; MOST_SUN_VIEWS],
+    pub layers: [Option<ShadowLayer>; MOST_SUN_VIEWS],
 }
 
-/// What is in a layer.
+/// What is in a layer of the maps: a view from the sun, and how its trees were drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Layer {
+pub struct ShadowLayer {
     pub view: SunView,
     /// The depth of its near plane.
     pub near: f32,
@@ -72,7 +72,7 @@ impl Maps {
     }
 }
 
-impl Layer {
+impl ShadowLayer {
     /// Returns whether it serves in place of another one. Where `moves` is false, only what is the same does, so that a picture does not
     /// depend on those before it.
     pub fn serves(&self, wanted: &Self, moves: bool) -> bool {
@@ -106,15 +106,15 @@ mod tests {
         let layer = |x: f64, room: f64| {
             let pose = look_at(DVec3::new(x, -9.0, 8.0), DVec3::new(x, 10.0, 0.0));
             let view = sun_views(&centred(200, 150, 170.0), &pose, &scene, 256, room)[0];
-            Layer { view, near: 1.0, trees: TreeMethod::Flakes, threshold: 1.0 }
+            ShadowLayer { view, near: 1.0, trees: TreeMethod::Flakes, threshold: 1.0 }
         };
         let (held, near_by) = (layer(0.0, 0.2), layer(0.5, 0.2));
         assert!(held.serves(&near_by, true) && !held.serves(&near_by, false));
         assert!(held.serves(&held, true) && held.serves(&held, false));
         assert!(!held.serves(&layer(40.0, 0.2), true), "it holds nothing there");
-        let polygons = Layer { trees: TreeMethod::Polygons, ..near_by };
+        let polygons = ShadowLayer { trees: TreeMethod::Polygons, ..near_by };
         assert!(!held.serves(&polygons, true));
-        let of_threshold = |threshold: f64| Layer { threshold, ..held };
+        let of_threshold = |threshold: f64| ShadowLayer { threshold, ..held };
         let serves = |threshold: f64, moves: bool| of_threshold(threshold).serves(&held, moves);
         assert_eq!([0.8, 1.0, 1.2, 1.3].map(|threshold| serves(threshold, true)), [true, true, true, false]);
         assert_eq!(

@@ -14,12 +14,14 @@ use quadratura_base::scene::light::linear_of_srgb;
 use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::task::Task;
 use quadratura_foliage::synthetic::{bushy, plant_of};
-use quadratura_foliage::{CastShadows, Light, Material, Plant, Tree, Wood, WoodSpecies, left_in_shadow};
+use quadratura_foliage::{
+    CastShadows, Material, OutdoorLight, Plant, Tree, Wood, WoodSpecies, left_in_shadow,
+};
 use quadratura_projection::TextureOptions;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::one_photo;
 use quadratura_projection::pyramid::PyramidOptions;
 use quadratura_projection::relief::Relief;
-use quadratura_projection::surface::Surface;
 use quadratura_projection::twin::ReferenceRenderer;
 use quadratura_projection::{Gains, LayerTextureId, LayerTexturePixels, Renders, Sources, TREE, Texels};
 use quadratura_view::{Picture, Quality, Shot, TreeMethod};
@@ -100,8 +102,8 @@ impl Bench {
 }
 
 /// A sun at 45 degrees in the direction of x, and a sky.
-fn light() -> Light {
-    Light {
+fn light() -> OutdoorLight {
+    OutdoorLight {
         towards_sun: DVec3::new(1.0, 0.0, 1.0).normalize(),
         up: DVec3::Z,
         sun: Vec3::new(1.0, 0.8, 0.5),
@@ -244,7 +246,7 @@ fn shadows_of_a_crown_are_those_of_the_twin() {
     let Some((bench, wood)) = crown() else { return };
     let ball = wood.ball(&wood.trees[0]);
     let cast = CastShadows::new(&wood, &ball, &Task::silent()).unwrap();
-    let (surface, towards_sun) = (Surface::from_model(&bench.model), wood.light.towards_sun);
+    let (surface, towards_sun) = (ModelSurface::from_model(&bench.model), wood.light.towards_sun);
     let light_left = move |point: DVec3, normal: Option<DVec3>| {
         let start = point + 1e-4 * towards_sun;
         let sunlit = if surface.nearest(start, towards_sun).is_some() { 0.0 } else { 1.0 };

@@ -77,11 +77,11 @@ pub struct Extensions {
 
 /// A part of a file that may have extensions.
 #[derive(Deserialize)]
-struct Part {
+struct Extensible {
     #[serde(default)]
     extensions: Option<BTreeMap<String, IgnoredAny>>,
     #[serde(default)]
-    primitives: Vec<Part>,
+    primitives: Vec<Extensible>,
 }
 
 #[derive(Deserialize)]
@@ -90,17 +90,17 @@ struct Parts {
     #[serde(default)]
     extensions: Option<BTreeMap<String, IgnoredAny>>,
     #[serde(default)]
-    nodes: Vec<Part>,
+    nodes: Vec<Extensible>,
     #[serde(default)]
-    meshes: Vec<Part>,
+    meshes: Vec<Extensible>,
     #[serde(default)]
-    scenes: Vec<Part>,
+    scenes: Vec<Extensible>,
     #[serde(default)]
-    accessors: Vec<Part>,
+    accessors: Vec<Extensible>,
     #[serde(default)]
-    buffers: Vec<Part>,
+    buffers: Vec<Extensible>,
     #[serde(default)]
-    buffer_views: Vec<Part>,
+    buffer_views: Vec<Extensible>,
 }
 
 impl Extensions {

@@ -31,22 +31,22 @@ pub struct Frame {
     #[serde(default = "ones")]
     scale: [f64; 3],
     #[serde(default)]
-    extensions: Option<Extensions>,
+    extensions: Option<NodeExtensions>,
 }
 
 #[derive(Deserialize)]
-struct Extensions {
+struct NodeExtensions {
     #[serde(default, rename = "EXT_mesh_gpu_instancing")]
     instancing: Option<Instancing>,
     #[serde(default, rename = "KHR_node_visibility")]
-    visibility: Option<Visibility>,
+    visibility: Option<NodeVisibility>,
     #[serde(default, rename = "MSFT_lod")]
-    levels: Option<Levels>,
+    levels: Option<LodNodes>,
 }
 
 /// `KHR_node_visibility`: a node that is not visible hides everything below it.
 #[derive(Deserialize)]
-struct Visibility {
+struct NodeVisibility {
     #[serde(default = "yes")]
     visible: bool,
 }
@@ -57,7 +57,7 @@ fn yes() -> bool {
 
 /// `MSFT_lod`: other nodes that stand for a node seen from far away.
 #[derive(Deserialize)]
-struct Levels {
+struct LodNodes {
     #[serde(default)]
     ids: Vec<usize>,
 }

@@ -17,7 +17,7 @@ use quadratura_base::scene::builder::says_billboard;
 
 /// The polygons of a mesh in its own coordinates.
 #[derive(Default)]
-pub(super) struct Polygons {
+pub(super) struct MeshPolygons {
     pub positions: Vec<DVec3>,
     /// Weakly simple rings of indices into `positions`, in file order.
     pub rings: Vec<Vec<u32>>,
@@ -45,7 +45,7 @@ impl Extras {
 ///
 /// # Errors
 /// [`quadratura_base::Error::Input`] with the JSON path.
-pub(super) fn polygons(source: &Source, mesh: usize, notes: &mut BTreeSet<String>) -> Result<Polygons> {
+pub(super) fn polygons(source: &Source, mesh: usize, notes: &mut BTreeSet<String>) -> Result<MeshPolygons> {
     let place = format!("meshes[{mesh}]");
     let Some(described) = source.root.meshes.get(mesh) else {
         return Err(source.error(&place, "this mesh does not exist"));
@@ -73,7 +73,7 @@ pub(super) fn polygons(source: &Source, mesh: usize, notes: &mut BTreeSet<String
     };
     let billboard =
         extras.billboard || described.primitives.iter().any(|p| has_billboard_material(source, p));
-    Ok(Polygons { positions: welded.positions, rings, billboard })
+    Ok(MeshPolygons { positions: welded.positions, rings, billboard })
 }
 
 /// Returns the range of triangles of each face, if the counts cover all triangles.

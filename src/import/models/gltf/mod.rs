@@ -28,7 +28,7 @@ use serde::de::DeserializeOwned;
 
 use super::limits::{check_count, check_position};
 use extensions::Extensions;
-use mesh::{Extras, Polygons};
+use mesh::{Extras, MeshPolygons};
 use quadratura_base::error::Result;
 use quadratura_base::scene::builder::says_billboard;
 use quadratura_base::scene::{ModelBuilder, ObjectId};
@@ -103,7 +103,7 @@ fn refuse_missing_buffers(path: &Path, root: &Root, extensions: &Extensions, has
 struct ModelAssembly<'a> {
     source: &'a Source<'a>,
     builder: ModelBuilder,
-    polygons: FxHashMap<usize, Polygons>,
+    polygons: FxHashMap<usize, MeshPolygons>,
     /// How often each name occurred.
     asked: FxHashMap<String, u32>,
 }
@@ -142,7 +142,7 @@ impl<'a> ModelAssembly<'a> {
     fn add(
         &mut self,
         node_mesh: &PlacedMesh,
-        polygons: &Polygons,
+        polygons: &MeshPolygons,
         notes: &mut BTreeSet<String>,
     ) -> Result<()> {
         if polygons.rings.is_empty() {
@@ -173,7 +173,7 @@ impl<'a> ModelAssembly<'a> {
     fn object(
         &mut self,
         node_mesh: &PlacedMesh,
-        polygons: &Polygons,
+        polygons: &MeshPolygons,
         notes: &mut BTreeSet<String>,
     ) -> ObjectId {
         let node = &self.source.root.nodes[node_mesh.node];

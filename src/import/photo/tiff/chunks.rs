@@ -7,20 +7,20 @@ use image::codecs::jpeg::JpegDecoder;
 use image::{ColorType, ImageDecoder};
 use weezl::{BitOrder, LzwStatus};
 
-use super::directory::{Directory, Fault};
+use super::directory::{Directory, TiffDefect};
 use super::layout::{Colours, Compression, Layout};
 
 /// A sample of a decoded picture.
-pub trait Sample: Copy + Default + TryFrom<u32> + Into<u32> {
+pub trait ChannelSample: Copy + Default + TryFrom<u32> + Into<u32> {
     /// Full intensity.
     const FULL: u32;
 }
 
-impl Sample for u8 {
+impl ChannelSample for u8 {
     const FULL: u32 = 255;
 }
 
-impl Sample for u16 {
+impl ChannelSample for u16 {
     const FULL: u32 = 65535;
 }
 
@@ -28,11 +28,11 @@ impl Sample for u16 {
 ///
 /// # Errors
 /// A chunk is damaged, or needs more than `most` bytes.
-pub fn samples<T: Sample, R: Read + Seek>(
+pub fn samples<T: ChannelSample, R: Read + Seek>(
     file: &mut Directory<R>,
     layout: &Layout,
     most: u64,
-) -> Result<Vec<T>, Fault> {
+) -> Result<Vec<T>, TiffDefect> {
     let (width, height) = (layout.width as usize, layout.height as usize);
     let [chunk_width, chunk_height] = layout.chunk.map(|side| side as usize);
     let row_bytes = layout.row_bytes().unwrap_or(usize::MAX);
@@ -65,8 +65,8 @@ pub fn samples<T: Sample, R: Read + Seek>(
             (index % per_plane % across * chunk_width, index % per_plane / across * chunk_height);
         let rows = rows_of(top);
         let mut bytes =
-            decompressed(file, layout, *place, [chunk_width, rows], row_bytes * rows).map_err(|fault| {
-                format!("{} {index}: {fault}", if layout.is_tiled { "tile" } else { "strip" })
+            decompressed(file, layout, *place, [chunk_width, rows], row_bytes * rows).map_err(|defect| {
+                format!("{} {index}: {defect}", if layout.is_tiled { "tile" } else { "strip" })
             })?;
         if layout.differences {
             bytes.chunks_exact_mut(row_bytes).for_each(|row| add_up(row, layout, file.is_big_endian()));
@@ -125,7 +125,7 @@ fn decompressed<R: Read + Seek>(
     (at, length): (u64, u64),
     size: [usize; 2],
     expected: usize,
-) -> Result<Vec<u8>, Fault> {
+) -> Result<Vec<u8>, TiffDefect> {
     let short = || "it ends before its pixels do".to_owned();
     if layout.compression == Compression::None {
         return if length < expected as u64 { Err(short()) } else { file.bytes_at(at, expected as u64) };
@@ -193,7 +193,7 @@ fn jpeg(
     is_ycbcr: bool,
     size: [usize; 2],
     bytes: &mut [u8],
-) -> Result<(), Fault> {
+) -> Result<(), TiffDefect> {
     const START: [u8; 2] = [0xFF, 0xD8];
     // Adobe's marker, whose last byte says whether colours are YCbCr; without it decoders guess.
     const ADOBE: [u8; 15] = *b"\xFF\xEE\x00\x0EAdobe\x00\x64\x00\x00\x00\x00";

@@ -13,7 +13,7 @@ const LONGEST_VALUE: u64 = 16 << 20;
 const MOST_PAGES: usize = 32;
 
 /// What is wrong with a file, as a message says it.
-pub type Fault = String;
+pub type TiffDefect = String;
 
 /// A file with its first directory.
 pub struct Directory<R> {
@@ -39,7 +39,7 @@ impl<R: Read + Seek> Directory<R> {
     ///
     /// # Errors
     /// What is wrong with them.
-    pub fn open(mut input: R) -> Result<Self, Fault> {
+    pub fn open(mut input: R) -> Result<Self, TiffDefect> {
         let length = input.seek(SeekFrom::End(0)).map_err(|error| error.to_string())?;
         let mut file =
             Self { input, length, big_endian: false, is_big: false, entries: BTreeMap::new(), next: 0 };
@@ -56,7 +56,7 @@ impl<R: Read + Seek> Directory<R> {
     }
 
     /// Reads a directory into `entries`; returns where the next one is.
-    fn read_directory(&mut self, at: u64) -> Result<u64, Fault> {
+    fn read_directory(&mut self, at: u64) -> Result<u64, TiffDefect> {
         let (count_size, entry_size, offset_size) = if self.is_big { (8, 20, 8) } else { (2, 12, 4) };
         let count = self.number_at(at, count_size)?;
         if count > MOST_TAGS {
@@ -101,7 +101,7 @@ impl<R: Read + Seek> Directory<R> {
     ///
     /// # Errors
     /// The file ends before.
-    pub fn bytes_at(&mut self, at: u64, count: u64) -> Result<Vec<u8>, Fault> {
+    pub fn bytes_at(&mut self, at: u64, count: u64) -> Result<Vec<u8>, TiffDefect> {
         if at.checked_add(count).is_none_or(|end| end > self.length) {
             return Err(format!("the file is cut short: it has {} bytes", self.length));
         }
@@ -111,7 +111,7 @@ impl<R: Read + Seek> Directory<R> {
         Ok(bytes)
     }
 
-    fn number_at(&mut self, at: u64, size: u64) -> Result<u64, Fault> {
+    fn number_at(&mut self, at: u64, size: u64) -> Result<u64, TiffDefect> {
         let bytes = self.bytes_at(at, size)?;
         Ok(self.number_of(&bytes))
     }
@@ -133,7 +133,7 @@ impl<R: Read + Seek> Directory<R> {
     }
 
     /// Returns the bytes of a tag's value, and the size of each of its elements.
-    fn value(&mut self, tag: u16) -> Result<Option<(Vec<u8>, usize)>, Fault> {
+    fn value(&mut self, tag: u16) -> Result<Option<(Vec<u8>, usize)>, TiffDefect> {
         let Some(&Entry { kind, count, stored }) = self.entries.get(&tag) else { return Ok(None) };
         let size = match kind {
             1 | 2 | 6 | 7 => 1,
@@ -156,7 +156,7 @@ impl<R: Read + Seek> Directory<R> {
     ///
     /// # Errors
     /// It is too long, or not within the file.
-    pub fn bytes(&mut self, tag: u16) -> Result<Option<Vec<u8>>, Fault> {
+    pub fn bytes(&mut self, tag: u16) -> Result<Option<Vec<u8>>, TiffDefect> {
         Ok(self.value(tag)?.map(|(bytes, _)| bytes))
     }
 
@@ -164,7 +164,7 @@ impl<R: Read + Seek> Directory<R> {
     ///
     /// # Errors
     /// As [`Directory::bytes`].
-    pub fn numbers(&mut self, tag: u16) -> Result<Vec<u64>, Fault> {
+    pub fn numbers(&mut self, tag: u16) -> Result<Vec<u64>, TiffDefect> {
         let Some((bytes, size)) = self.value(tag)? else { return Ok(Vec::new()) };
         Ok(bytes.chunks_exact(size).map(|number| self.number_of(number)).collect())
     }
@@ -173,7 +173,7 @@ impl<R: Read + Seek> Directory<R> {
     ///
     /// # Errors
     /// As [`Directory::bytes`].
-    pub fn number(&mut self, tag: u16) -> Result<Option<u64>, Fault> {
+    pub fn number(&mut self, tag: u16) -> Result<Option<u64>, TiffDefect> {
         Ok(self.numbers(tag)?.first().copied())
     }
 }

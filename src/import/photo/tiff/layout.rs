@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek};
 
-use super::directory::{Directory, Fault};
+use super::directory::{Directory, TiffDefect};
 use crate::photo::CMYK;
 
 /// How the samples of a pixel are colours.
@@ -81,7 +81,7 @@ pub struct Layout {
 }
 
 /// Why a file is not read: what was found, and what to do.
-pub type Refusal = (Fault, &'static str);
+pub type Refusal = (TiffDefect, &'static str);
 
 pub const DAMAGED: &str = "copy the file again, or save it again in an image editor";
 const AS_RGB: &str = "save the photo as RGB or grey with 8 or 16 bits per channel";
@@ -94,7 +94,7 @@ impl Layout {
     /// # Errors
     /// The file is damaged, or of a kind that is not read.
     pub fn read<R: Read + Seek>(file: &mut Directory<R>) -> Result<Self, Refusal> {
-        let damaged = |fault: Fault| (fault, DAMAGED);
+        let damaged = |defect: TiffDefect| (defect, DAMAGED);
         let number = |file: &mut Directory<R>, tag: u16, usual: u64| {
             file.number(tag).map(|number| number.unwrap_or(usual)).map_err(damaged)
         };
@@ -241,7 +241,7 @@ fn colours<R: Read + Seek>(
         0 | 1 => (Colours::Grey { inverted: photometric == 0 }, &[1, 2, 4, 8, 16]),
         2 => (Colours::Rgb, &[8, 16]),
         3 => {
-            let map = file.numbers(320).map_err(|fault| (fault, DAMAGED))?;
+            let map = file.numbers(320).map_err(|defect| (defect, DAMAGED))?;
             (Colours::Palette(palette(&map, bits)?), &[1, 2, 4, 8])
         }
         5 => (Colours::Cmyk, &[8, 16]),

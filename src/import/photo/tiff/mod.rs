@@ -10,8 +10,8 @@ use image::error::DecodingError;
 use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, ImageError, ImageFormat, ImageResult, LimitSupport, Limits};
 
-use self::chunks::{Sample, samples};
-use self::directory::{Directory, Fault};
+use self::chunks::{ChannelSample, samples};
+use self::directory::{Directory, TiffDefect};
 use self::layout::{Alpha, Colours, DAMAGED, Layout};
 use quadratura_base::error::{Error, Result};
 
@@ -35,8 +35,8 @@ impl<R: Read + Seek> TiffPhoto<R> {
     /// # Errors
     /// [`Error::Input`] where the file is damaged or of a kind that is not read, which is named.
     pub fn open(path: &Path, input: R, most: u64) -> Result<Self> {
-        let refused = |(found, remedy): (Fault, &'static str)| Error::input(path, "", found, remedy);
-        let mut file = Directory::open(input).map_err(|fault| refused((fault, DAMAGED)))?;
+        let refused = |(found, remedy): (TiffDefect, &'static str)| Error::input(path, "", found, remedy);
+        let mut file = Directory::open(input).map_err(|defect| refused((defect, DAMAGED)))?;
         let layout = Layout::read(&mut file).map_err(refused)?;
         Ok(Self { file, layout, most })
     }
@@ -46,7 +46,7 @@ impl<R: Read + Seek> TiffPhoto<R> {
         &self.layout.notes
     }
 
-    fn decoded<T: Sample>(mut self) -> Result<Vec<T>, Fault> {
+    fn decoded<T: ChannelSample>(mut self) -> Result<Vec<T>, TiffDefect> {
         let layout = &self.layout;
         let mut pixels: Vec<T> = samples(&mut self.file, layout, self.most)?;
         let channels = layout.used.len();
@@ -78,7 +78,7 @@ impl<R: Read + Seek> TiffPhoto<R> {
 }
 
 /// Divides the colours of a pixel by its opacity, the last of its samples.
-fn divided_by_alpha<T: Sample>(pixel: &mut [T]) {
+fn divided_by_alpha<T: ChannelSample>(pixel: &mut [T]) {
     let Some((alpha, colours)) = pixel.split_last_mut() else { return };
     let alpha: u32 = (*alpha).into();
     for colour in colours {
@@ -89,8 +89,8 @@ fn divided_by_alpha<T: Sample>(pixel: &mut [T]) {
     }
 }
 
-fn decoding(fault: Fault) -> ImageError {
-    ImageError::Decoding(DecodingError::new(ImageFormat::Tiff.into(), fault))
+fn decoding(defect: TiffDefect) -> ImageError {
+    ImageError::Decoding(DecodingError::new(ImageFormat::Tiff.into(), defect))
 }
 
 impl<R: Read + Seek> ImageDecoder for TiffPhoto<R> {

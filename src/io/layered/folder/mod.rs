@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tempfile::TempDir;
 
-use crate::layered::document::{Layer, LayeredDocument};
+use crate::layered::document::{LayeredDocument, PixelLayer};
 use crate::layered::format::LayeredFormat;
 use crate::layered::png::write_rgba;
 use quadratura_base::error::{Error, Result};
@@ -111,7 +111,7 @@ impl NewFolder {
     pub fn add_layers<'a>(
         &mut self,
         document: &LayeredDocument<'a>,
-        name_of: impl Fn(&Layer<'a>) -> Option<String>,
+        name_of: impl Fn(&PixelLayer<'a>) -> Option<String>,
     ) -> Result<()> {
         let named = document.layers().filter_map(|layer| Some((name_of(layer)?, layer)));
         let named: Vec<_> = named.collect();

@@ -33,7 +33,7 @@ const REMEDY: &str = "restore stack.json from the export: it holds the positions
 
 /// The fields of `stack.json` that are needed here.
 #[derive(Debug, Deserialize)]
-struct Described {
+struct DescribedStack {
     photo: FolderCanvas,
     /// The image layers, nearest first.
     image_layers: Vec<DescribedLayer>,
@@ -76,7 +76,7 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
     if !stack.is_file() {
         return Err(Error::input(stack, "", "it is missing, and every exported folder has one", REMEDY));
     }
-    let described: Described = read_json(&stack, LARGEST_STACK, REMEDY)?;
+    let described: DescribedStack = read_json(&stack, LARGEST_STACK, REMEDY)?;
     let FolderCanvas { width, height } = described.photo;
     if !is_canvas(width, height) {
         return Err(Error::input(stack, "photo", not_a_canvas(width, height), REMEDY));
@@ -136,7 +136,7 @@ fn own_file(folder: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> O
 }
 
 /// Returns the file of the leftovers at the bounding box of their pixels; `None` where there is none.
-fn leftovers_file(folder: &Path, described: &Described) -> Option<PlacedFile> {
+fn leftovers_file(folder: &Path, described: &DescribedStack) -> Option<PlacedFile> {
     let file = folder.join(LEFTOVERS_FILE);
     let rows = described.leftovers.iter().filter(|_| file.is_file());
     let row = |&[y, x0, x1]: &[u32; 3]| rect_at(x0.into(), y.into(), i64::from(x1) - i64::from(x0), 1);
@@ -217,7 +217,7 @@ fn guides(folder: &Path) -> Vec<PlacedFile> {
 }
 
 /// Returns the PNG files beside `stack.json` that it does not name, sorted, without the photo.
-fn added_files(folder: &Path, described: &Described) -> Result<Vec<PathBuf>> {
+fn added_files(folder: &Path, described: &DescribedStack) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
         let entry = entry.map_err(Error::io(folder, "read the folder"))?;

@@ -18,7 +18,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use crate::layered::FormatFit;
 use crate::layered::batches::batches;
-use crate::layered::document::{Layer, LayerNode, LayeredDocument};
+use crate::layered::document::{LayerNode, LayeredDocument, PixelLayer};
 use crate::layered::format::{FileFormat, LayeredFormat, Variant};
 use crate::layered::png::write_rgba;
 use crate::layered::psd::resources::escaped;
@@ -59,7 +59,7 @@ pub fn write(out: impl Write + Seek, path: &Path, document: &LayeredDocument) ->
     archive.add("mimetype", b"image/openraster")?;
     archive.add("stack.xml", stack_xml(document).as_bytes())?;
     archive.add(crate::layered::KEY_FILE, document.key.as_bytes())?;
-    let layers: Vec<(usize, &Layer)> = document.layers().enumerate().collect();
+    let layers: Vec<(usize, &PixelLayer)> = document.layers().enumerate().collect();
     for batch in batches(&layers, |(_, layer)| document.bytes_of(layer)) {
         let encoded: Vec<_> = batch
             .par_iter()
@@ -112,7 +112,7 @@ impl<W: Write + Seek> Archive<'_, W> {
 /// a group's position moves its layers.
 fn stack_xml(document: &LayeredDocument) -> String {
     let mut index = document.layers().count();
-    let mut next = |layer: &Layer, indent: usize| {
+    let mut next = |layer: &PixelLayer, indent: usize| {
         index -= 1;
         layer_xml(layer, &layer_file(index), indent)
     };
@@ -135,7 +135,7 @@ fn stack_xml(document: &LayeredDocument) -> String {
     )
 }
 
-fn layer_xml(layer: &Layer, file: &str, indent: usize) -> String {
+fn layer_xml(layer: &PixelLayer, file: &str, indent: usize) -> String {
     let name = escaped(&layer.name);
     let x = layer.rect.x;
     let y = layer.rect.y;

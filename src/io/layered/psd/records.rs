@@ -4,7 +4,7 @@
 //! name; both have four empty channels.
 
 use super::variant::PsdVariant;
-use crate::layered::{Group, Layer, LayerNode, LayeredDocument, Tag};
+use crate::layered::{Group, LayerNode, LayeredDocument, PixelLayer, Tag};
 use quadratura_base::geometry::PixelRect;
 
 /// The channels of a pixel in the order in which a layer stores them.
@@ -20,7 +20,7 @@ pub enum WrittenRecord<'d, 'a> {
     /// The record below a group's layers.
     GroupEnd,
     /// A layer.
-    Layer(&'d Layer<'a>),
+    Layer(&'d PixelLayer<'a>),
     /// The record above a group's layers.
     GroupStart(&'d Group<'a>),
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ag_psd::psd::{Layer as ReadLayer, Psd as ReadPsd, ReadOptions};
 
 use super::*;
-use crate::layered::{Group, Layer, LayerNode, PixelSource, Raster, Tag};
+use crate::layered::{Group, LayerNode, PixelLayer, PixelSource, Raster, Tag};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::Samples;
 
@@ -28,21 +28,21 @@ fn source(rect: PixelRect, seed: u32, depth: Depth) -> PixelSource<'static> {
     Box::new(move || Ok(Arc::new(pattern(rect.w, rect.h, seed, depth))))
 }
 
-fn layer(name: &str, rect: [i64; 4], seed: u32, depth: Depth) -> Layer<'static> {
+fn layer(name: &str, rect: [i64; 4], seed: u32, depth: Depth) -> PixelLayer<'static> {
     let rect = rect.into();
-    Layer::new(name, rect, source(rect, seed, depth))
+    PixelLayer::new(name, rect, source(rect, seed, depth))
 }
 
 /// Returns a locked photo below two groups, with layers outside, larger than the canvas, empty, and hidden.
 fn document(depth: Depth) -> LayeredDocument<'static> {
-    let photo = Layer { locked: true, ..layer("photo", [0, 0, 70, 50], 1, depth) };
+    let photo = PixelLayer { locked: true, ..layer("photo", [0, 0, 70, 50], 1, depth) };
     let far = vec![
         layer("wall [aaa]", [-9, -7, 100, 90], 2, depth),
         layer("Säule ö [bbb]", [60, 45, 30, 200], 3, depth),
     ];
-    let guide = Layer { visible: false, ..layer("guide", [3, 4, 5, 6], 4, depth) };
+    let guide = PixelLayer { visible: false, ..layer("guide", [3, 4, 5, 6], 4, depth) };
     let near =
-        vec![Layer { tag: Some(Tag::Green), ..layer("tree [ccc]", [200, 300, 16, 1], 5, depth) }, guide];
+        vec![PixelLayer { tag: Some(Tag::Green), ..layer("tree [ccc]", [200, 300, 16, 1], 5, depth) }, guide];
     LayeredDocument {
         width: 70,
         height: 50,
@@ -75,7 +75,7 @@ fn name(layer: &ReadLayer) -> &str {
 }
 
 /// Checks one layer that was read against one that was written.
-fn assert_same(found: &ReadLayer, expected: &Layer) {
+fn assert_same(found: &ReadLayer, expected: &PixelLayer) {
     assert_eq!(name(found), expected.name);
     let rect = expected.rect;
     let edges = [found.left, found.top, found.right, found.bottom].map(|edge| edge.unwrap() as i32);

@@ -1,6 +1,6 @@
 //! The list of layers and groups in an XCF, from top to bottom.
 
-use crate::layered::{Group, Layer, LayerNode, LayeredDocument};
+use crate::layered::{Group, LayerNode, LayeredDocument, PixelLayer};
 
 /// An entry of the list.
 pub enum XcfItem<'d, 'a> {
@@ -8,7 +8,7 @@ pub enum XcfItem<'d, 'a> {
     Group(&'d Group<'a>),
     /// A layer, with its path where it is in a group: the group's number from the top, and its own within the
     /// group.
-    Layer(&'d Layer<'a>, Option<[u32; 2]>),
+    Layer(&'d PixelLayer<'a>, Option<[u32; 2]>),
 }
 
 /// Returns all entries.
@@ -37,7 +37,7 @@ impl<'d, 'a> XcfItem<'d, 'a> {
     }
 
     /// Returns the layer, if it is one.
-    pub fn layer(&self) -> Option<&'d Layer<'a>> {
+    pub fn layer(&self) -> Option<&'d PixelLayer<'a>> {
         match self {
             Self::Group(_) => None,
             Self::Layer(layer, _) => Some(layer),

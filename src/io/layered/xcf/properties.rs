@@ -2,7 +2,7 @@
 
 use super::items::XcfItem;
 use crate::layered::psd::resources::escaped;
-use crate::layered::{Layer, LayeredDocument, Tag};
+use crate::layered::{LayeredDocument, PixelLayer, Tag};
 
 /// The tag of [`parasite::METADATA`] that holds the document key, as in a PSD.
 pub const KEY_TAG: &str = "Xmp.dc.identifier";
@@ -117,7 +117,7 @@ pub fn layer_properties(item: &XcfItem) -> Vec<u8> {
     out
 }
 
-fn put_layer(out: &mut Vec<u8>, layer: &Layer, path: Option<[u32; 2]>) {
+fn put_layer(out: &mut Vec<u8>, layer: &PixelLayer, path: Option<[u32; 2]>) {
     put_number(out, number::VISIBLE, layer.visible.into());
     put(out, number::OFFSETS, &[layer.rect.x.to_be_bytes(), layer.rect.y.to_be_bytes()].concat());
     let locked = layer.locked.into();

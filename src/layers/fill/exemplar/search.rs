@@ -124,14 +124,14 @@ impl MatchField {
 struct Best<'a> {
     measure: &'a Measure<'a>,
     target: u32,
-    patch: Patch,
+    patch: ClippedPatch,
     source: u32,
     cost: f32,
 }
 
 impl<'a> Best<'a> {
     fn new(measure: &'a Measure<'a>, target: u32, source: u32) -> Self {
-        let patch = Patch::new(measure.level, target);
+        let patch = ClippedPatch::new(measure.level, target);
         Self { measure, target, source, cost: measure.cost(target, &patch, source, f32::INFINITY), patch }
     }
 
@@ -166,14 +166,14 @@ impl<'a> Best<'a> {
 }
 
 /// The part of the patch around a cell that lies within the grid. It is the same for all comparisons of the cell.
-struct Patch {
+struct ClippedPatch {
     rows: Range<usize>,
     columns: Range<usize>,
     /// The sum of the weights of its cells.
     weight: f32,
 }
 
-impl Patch {
+impl ClippedPatch {
     fn new(level: &ExemplarLevel, target: u32) -> Self {
         let [width, height] = level.size;
         let (x, y) = (target as usize % width, target as usize / width);
@@ -197,7 +197,7 @@ struct Measure<'a> {
 impl Measure<'_> {
     /// Computes the mean squared difference, weighted over the target's `patch`. It may return infinity once
     /// the cost exceeds `limit`.
-    fn cost(&self, target: u32, patch: &Patch, source: u32, limit: f32) -> f32 {
+    fn cost(&self, target: u32, patch: &ClippedPatch, source: u32, limit: f32) -> f32 {
         let level = self.level;
         let width = level.size[0];
         let factor = self.factor(target, source);

@@ -11,7 +11,7 @@ use crate::fill::photo::in_255ths;
 use crate::fill::queries::{Asking, centre};
 use crate::fill::ranked_donors::AGREEMENT_ALONE;
 use crate::fill::region::Region;
-use crate::fill::{FillContext, FillOrigin, FilledRegion, FilledTexel, MOST_CONFIDENCE, SurfaceId};
+use crate::fill::{FillContext, FillOrigin, FillSurfaceId, FilledRegion, FilledTexel, MOST_CONFIDENCE};
 use crate::matte::Matte;
 use quadratura_base::error::Result;
 use quadratura_base::scene::PhotoId;
@@ -28,7 +28,7 @@ pub fn fill_see_through(
     photo: PhotoId,
     own: &Donor,
     regions: Vec<Region>,
-    mattes: &BTreeMap<SurfaceId, MattesOfSurface>,
+    mattes: &BTreeMap<FillSurfaceId, MattesOfSurface>,
 ) -> Result<Vec<MattedRegion>> {
     let mut filled = Vec::with_capacity(regions.len());
     for region in regions {

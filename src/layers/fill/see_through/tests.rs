@@ -13,7 +13,7 @@ const OTHER: FillOrigin = FillOrigin::Photo(PhotoId(1));
 fn region(surface: u32, layer: u32, width: u32) -> Region {
     let span = PixelSpan { y: 0, x0: 0, x1: width };
     Region {
-        surface: SurfaceId(surface),
+        surface: FillSurfaceId(surface),
         spans: vec![HiddenSpan { span, layer: LayerIndex(layer), first: 0 }],
     }
 }
@@ -35,7 +35,8 @@ fn photo(colours: &[[u8; 3]]) -> PhotoPixels {
 
 fn layer(layer: u32, surface: u32, visible: bool, width: u32) -> SeeThroughLayer {
     let rect = PixelRect::of_size(width, 1);
-    let (surfaces, visible) = (vec![Some(SurfaceId(surface)); width as usize], vec![visible; width as usize]);
+    let (surfaces, visible) =
+        (vec![Some(FillSurfaceId(surface)); width as usize], vec![visible; width as usize]);
     SeeThroughLayer { layer: LayerIndex(layer), rect, surfaces, visible }
 }
 
@@ -55,7 +56,7 @@ fn mixed(front: [u16; 3], alpha: u8, back: [u16; 3]) -> [f64; 3] {
 fn what_is_seen_through_is_the_photos_own_pixel_and_what_is_solid_stays() {
     let pixels = photo(&[[10, 20, 30], [40, 50, 60]]);
     let own = matte(&[[9, 9, 9, 0], [40, 50, 60, 255]]);
-    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let mattes = BTreeMap::from([(FillSurfaceId(0), &own)]);
     let tree = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers: vec![layer(0, 0, true, 2)] };
     let wall = filled(5, 1, &[[1, 1, 1], [2, 2, 2]]);
     let mut filling = PhotoFilling { regions: vec![wall.clone()], ..PhotoFilling::default() };
@@ -78,7 +79,7 @@ fn what_is_seen_through_is_fully_trusted_far_from_what_is_shown_of_the_surface()
     let mut texels = [[9, 9, 9, 0]; 9];
     (texels[0], texels[1]) = ([10, 20, 30, 255], [9, 9, 9, 128]);
     let own = matte(&texels);
-    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let mattes = BTreeMap::from([(FillSurfaceId(0), &own)]);
     let tree = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers: vec![layer(0, 0, true, 9)] };
     let mut filling =
         PhotoFilling { regions: vec![filled(5, 1, &[[1, 1, 1]; 9])], ..PhotoFilling::default() };
@@ -92,7 +93,7 @@ fn what_is_seen_through_is_fully_trusted_far_from_what_is_shown_of_the_surface()
 fn a_matte_counts_as_1_where_nothing_behind_is_filled() {
     let pixels = photo(&[[10, 20, 30], [40, 50, 60]]);
     let own = matte(&[[9, 9, 9, 0], [9, 9, 9, 100]]);
-    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let mattes = BTreeMap::from([(FillSurfaceId(0), &own)]);
     let tree = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers: vec![layer(0, 0, true, 2)] };
     let mut filling = PhotoFilling { surroundings: None, ..PhotoFilling::default() };
     tree.lay_over(&mut filling, Vec::new());
@@ -121,7 +122,7 @@ fn mixtures_give_the_photo_back_to_3_of_255_wherever_colours_in_range_can() {
     let pixels = photo(&seen);
     let own: Vec<[u8; 4]> = fronts.iter().zip(&alphas).map(|(&[r, g, b], a)| [r, g, b, *a]).collect();
     let own = matte(&own);
-    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let mattes = BTreeMap::from([(FillSurfaceId(0), &own)]);
     let layers = vec![layer(0, 0, true, count as u32)];
     let tree = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers };
     let mut filling =
@@ -139,7 +140,7 @@ fn mixtures_give_the_photo_back_to_3_of_255_wherever_colours_in_range_can() {
     assert_eq!(counts.clipped, off_by_more, "what is not given back is counted");
     assert!(off_by_more * 100 <= count as u64, "{off_by_more}");
     // Filling again what is there, with the matte that was found, is what `corrected` prevents for these surfaces.
-    assert_eq!(tree.mixed_surfaces([&region(7, 1, 1)].into_iter()), [SurfaceId(7)]);
+    assert_eq!(tree.mixed_surfaces([&region(7, 1, 1)].into_iter()), [FillSurfaceId(7)]);
 }
 
 #[test]
@@ -147,7 +148,7 @@ fn through_one_tree_the_photo_shows_the_next_one_with_its_own_matte() {
     let pixels = photo(&[[10, 20, 30], [40, 50, 60], [70, 80, 90]]);
     let front = matte(&[[9, 9, 9, 0], [9, 9, 9, 0], [9, 9, 9, 0]]);
     let second = matte(&[[9, 9, 9, 255], [9, 9, 9, 0], [60, 70, 80, 128]]);
-    let mattes = BTreeMap::from([(SurfaceId(0), &front), (SurfaceId(1), &second)]);
+    let mattes = BTreeMap::from([(FillSurfaceId(0), &front), (FillSurfaceId(1), &second)]);
     let layers = vec![layer(0, 0, true, 3), layer(1, 1, false, 3)];
     let trees = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers };
     let wall = filled(5, 2, &[[1, 1, 1], [2, 2, 2], [80, 90, 99]]);
@@ -166,7 +167,7 @@ fn through_one_tree_the_photo_shows_the_next_one_with_its_own_matte() {
     let [tree, wall] = &filling.regions[..] else {
         panic!("the tree's region was added: {:?}", filling.regions)
     };
-    assert_eq!((tree.region.surface, wall.region.surface), (SurfaceId(1), SurfaceId(5)));
+    assert_eq!((tree.region.surface, wall.region.surface), (FillSurfaceId(1), FillSurfaceId(5)));
     assert_eq!(tree.texels[0].rgb, own(0));
     assert_eq!(wall.texels[0].confidence, 100, "the tree hides it");
     assert_eq!((wall.texels[1].rgb, wall.texels[1].confidence), (own(1), 255));
@@ -199,7 +200,7 @@ fn where_nobody_knows_what_is_behind_the_surface_is_solid_and_marked() {
     let pixels = photo(&[[10, 20, 30], [40, 50, 60]]);
     let mut own = matte(&[[10, 20, 30, 255], [40, 50, 60, 255]]);
     own.known.pixels_mut()[1] = Known::Unknown;
-    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let mattes = BTreeMap::from([(FillSurfaceId(0), &own)]);
     let tree = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers: vec![layer(0, 0, true, 2)] };
     let mut filling = PhotoFilling { regions: vec![filled(5, 1, &[[1; 3]; 2])], ..PhotoFilling::default() };
     tree.lay_over(&mut filling, Vec::new());
@@ -213,7 +214,7 @@ fn where_nobody_knows_what_is_behind_the_surface_is_solid_and_marked() {
 fn paint_of_other_photos_stays_behind_leaves_and_between_them() {
     let pixels = photo(&[[10, 20, 30], [40, 50, 60]]);
     let own = matte(&[[9, 9, 9, 0], [30, 40, 50, 200]]);
-    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let mattes = BTreeMap::from([(FillSurfaceId(0), &own)]);
     let tree = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers: vec![layer(0, 0, true, 2)] };
     let mut wall = filled(5, 1, &[[200, 0, 0]; 2]);
     wall.texels.iter_mut().for_each(|texel| texel.origin = FillOrigin::Painted(PhotoId(1)));
@@ -232,7 +233,7 @@ fn a_mixture_before_another_tree_gives_the_photo_back() {
     let seen = mixed(front.map(|value| value * 257), half, wall.map(|value| value * 257));
     let pixels = photo(&[seen.map(|value| value.round() as u8)]);
     let own = matte(&[[20, 30, 10, half]]);
-    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let mattes = BTreeMap::from([(FillSurfaceId(0), &own)]);
     let layers = vec![layer(0, 0, true, 1), layer(1, 1, false, 1)];
     let trees = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers };
     let behind = filled(5, 2, &[wall.map(|value| value as u8)]);

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Mesh, glb, is_unchanged, place_of_glb, write_glb};
-use crate::segments::{Atlas, Piece, Segments, Vertex};
+use super::{GlbContent, glb, is_unchanged, place_of_glb, write_glb};
+use crate::segments::{Atlas, Segments, TexturedPart, Vertex};
 use quadratura_base::geometry::{Pinhole, Pose};
 
 const CAMERA: Pinhole = Pinhole { width: 16, height: 8, fx: 10.0, fy: 10.0, cx: 8.0, cy: 4.0 };
@@ -13,7 +13,7 @@ fn two_squares() -> Segments {
     let vertices = |inverse_depth: f32| {
         [[0, 0], [8, 0], [8, 8], [0, 8]].map(|[x, y]| Vertex { x, y, inverse_depth }).to_vec()
     };
-    let piece = |number: usize, inverse_depth| Piece {
+    let part = |number: usize, inverse_depth| TexturedPart {
         segment: number as u32,
         atlas: number,
         origin: [-2, -2],
@@ -32,15 +32,15 @@ fn two_squares() -> Segments {
     };
     Segments {
         count: 2,
-        pieces: vec![piece(0, 0.5), piece(1, 0.0)],
+        parts: vec![part(0, 0.5), part(1, 0.0)],
         atlases: vec![atlas(true), atlas(false)],
         reach: 0.3,
         parallax: 0.5,
     }
 }
 
-fn mesh<'a>(segments: &'a Segments, pose: &'a Pose) -> Mesh<'a> {
-    Mesh { name: "left", camera: &CAMERA, pose, segments, quality: 90 }
+fn mesh<'a>(segments: &'a Segments, pose: &'a Pose) -> GlbContent<'a> {
+    GlbContent { name: "left", camera: &CAMERA, pose, segments, quality: 90 }
 }
 
 #[test]

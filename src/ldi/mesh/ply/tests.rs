@@ -59,7 +59,7 @@ fn wall() -> Ldi {
         gain: [0.0; 3],
         surfaces: vec![surface(DVec3::new(0.0, 0.0, 0.25), "wall"), surface(DVec3::ZERO, "sky")],
         sources: vec!["a\nelement vertex 9".to_owned()],
-        levels: vec![Level::of_rows(camera, rows)],
+        levels: vec![ResolutionLevel::of_rows(camera, rows)],
         report: LdiReport::default(),
     }
 }

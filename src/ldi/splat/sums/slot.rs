@@ -17,7 +17,7 @@ pub struct Slot<const N: usize> {
 
 /// What a depth pixel adds to the slots of its pixels.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sample<const N: usize> {
+pub(super) struct SlotAddition<const N: usize> {
     pub(super) q: f32,
     pub(super) surface: f32,
     pub(super) slope: f32,
@@ -36,9 +36,9 @@ impl<const N: usize> Default for Slot<N> {
 // Loops over `N` have no iterators: these are calls in the profile `quick`, which does not optimise across all functions.
 #[allow(clippy::needless_range_loop)]
 impl<const N: usize> Slot<N> {
-    pub(super) fn new(weight: f32, sample: &Sample<N>) -> Self {
+    pub(super) fn new(weight: f32, addition: &SlotAddition<N>) -> Self {
         let mut slot = Self::default();
-        slot.add(weight, sample);
+        slot.add(weight, addition);
         slot
     }
 
@@ -57,15 +57,15 @@ impl<const N: usize> Slot<N> {
     /// Adds a depth pixel. A surface's weights make 1 where it covers a pixel, so what is far beyond 1 belongs to another
     /// surface at nearly the same depth, such as a window before its wall: the later one, which is nearer, replaces that
     /// share of what is there.
-    pub(super) fn add(&mut self, weight: f32, sample: &Sample<N>) {
+    pub(super) fn add(&mut self, weight: f32, addition: &SlotAddition<N>) {
         let mut sum = self.weight() + weight;
         if sum > OVERFULL {
             // What is translucent replaces only as much as it covers.
-            self.keep_share((1.0 - weight * sample.seen[0].w) / self.weight());
+            self.keep_share((1.0 - weight * addition.seen[0].w) / self.weight());
             sum = 1.0;
         }
-        self.head = Vec4::new(self.q().max(sample.q), sum, sample.surface, sample.slope);
-        self.add_share(weight, &sample.seen);
+        self.head = Vec4::new(self.q().max(addition.q), sum, addition.surface, addition.slope);
+        self.add_share(weight, &addition.seen);
     }
 
     #[inline(always)]
@@ -83,7 +83,7 @@ impl<const N: usize> Slot<N> {
     }
 
     /// Returns whether a depth pixel is of the slot's surface, lies on it or meets it.
-    pub(super) fn holds(&self, Sample { q, surface, slope, along, .. }: &Sample<N>) -> bool {
+    pub(super) fn holds(&self, SlotAddition { q, surface, slope, along, .. }: &SlotAddition<N>) -> bool {
         let [own_q, _, own_surface, own_slope] = self.head.to_array();
         let of_two = (*surface != own_surface) & (*surface != 0.0) & (own_surface != 0.0);
         let (one, two) = (LEVEL * own_q, APART * own_q + along * slope.max(own_slope));
@@ -111,17 +111,17 @@ pub(super) fn add_apart<const N: usize>(
     near: &mut Slot<N>,
     far: &mut Slot<N>,
     weight: f32,
-    sample: &Sample<N>,
+    addition: &SlotAddition<N>,
 ) {
-    if sample.q > near.q() {
+    if addition.q > near.q() {
         if near.weight() > SLIGHT || near.weight() > far.weight() {
             *far = *near;
         }
-        *near = Slot::new(weight, sample);
-    } else if far.weight() == 0.0 || far.holds(sample) {
-        far.add(weight, sample);
-    } else if sample.q > far.q() {
-        *far = Slot::new(weight, sample);
+        *near = Slot::new(weight, addition);
+    } else if far.weight() == 0.0 || far.holds(addition) {
+        far.add(weight, addition);
+    } else if addition.q > far.q() {
+        *far = Slot::new(weight, addition);
     }
 }
 
@@ -131,19 +131,19 @@ pub(super) fn add_apart<const N: usize>(
 pub(super) fn add_to_four<const N: usize>(
     slots: [&mut Slot<N>; 4],
     weights: Vec4,
-    sample: &Sample<N>,
+    addition: &SlotAddition<N>,
 ) -> bool {
     let [a, b, c, d] = slots;
     let Mat4 { x_axis: q, y_axis: sum, z_axis: surface, w_axis: slope } =
         Mat4::from_cols(a.head, b.head, c.head, d.head).transpose();
-    let (own_q, own) = (Vec4::splat(sample.q), Vec4::splat(sample.surface));
+    let (own_q, own) = (Vec4::splat(addition.q), Vec4::splat(addition.surface));
     let known = surface.cmpeq(own) | surface.cmpeq(Vec4::ZERO) | own.cmpeq(Vec4::ZERO);
     let (apart, one) = ((own_q - q).abs(), LEVEL * q);
     let touched = weights.cmpgt(Vec4::ZERO);
     let free: BVec4A = sum.cmpeq(Vec4::ZERO) | !touched;
     if !(free | (apart.cmple(one) & known)).all() {
         // The slots of a picture of small faces hold neighbours of the depth pixel's face as a rule, see [`Slot::holds`].
-        let two = APART * q + sample.along * slope.max(Vec4::splat(sample.slope));
+        let two = APART * q + addition.along * slope.max(Vec4::splat(addition.slope));
         let tolerance = Vec4::select(known, one, one.min(two));
         if !(free | apart.cmple(tolerance)).all() {
             return false;
@@ -152,7 +152,7 @@ pub(super) fn add_to_four<const N: usize>(
     let mut whole = sum + weights;
     let full = whole.cmpgt(Vec4::splat(OVERFULL));
     if full.any() {
-        let left = Vec4::select(full, (1.0 - weights * sample.seen[0].w) / sum, Vec4::ONE);
+        let left = Vec4::select(full, (1.0 - weights * addition.seen[0].w) / sum, Vec4::ONE);
         whole = Vec4::select(full, Vec4::ONE, whole);
         a.keep_share(left.x);
         b.keep_share(left.y);
@@ -164,13 +164,13 @@ pub(super) fn add_to_four<const N: usize>(
         of_touched(q.max(own_q), q),
         whole,
         of_touched(own, surface),
-        of_touched(Vec4::splat(sample.slope), slope),
+        of_touched(Vec4::splat(addition.slope), slope),
     );
     let heads = heads.transpose();
     (a.head, b.head, c.head, d.head) = (heads.x_axis, heads.y_axis, heads.z_axis, heads.w_axis);
-    a.add_share(weights.x, &sample.seen);
-    b.add_share(weights.y, &sample.seen);
-    c.add_share(weights.z, &sample.seen);
-    d.add_share(weights.w, &sample.seen);
+    a.add_share(weights.x, &addition.seen);
+    b.add_share(weights.y, &addition.seen);
+    c.add_share(weights.z, &addition.seen);
+    d.add_share(weights.w, &addition.seen);
     true
 }

@@ -11,13 +11,13 @@ fn four_slots_at_once_are_as_they_are_one_by_one() {
     let (mut at_once, mut of_two) = (0, 0);
     for _ in 0..20_000 {
         // Depths, surfaces and slopes that are alike as often as not.
-        let mut sample = || {
+        let mut addition = || {
             let q = 0.1 * (1.0 + 0.002 * (rng.between(-4.0, 4.0)).round() as f32);
             let surface = rng.between(0.0, 3.0).floor() as f32;
             let seen = [Vec4::splat(rng.between(0.1, 1.0) as f32)];
-            Sample { q, surface, slope: rng.between(0.0, 4e-4) as f32, along: APART_PIXELS, seen }
+            SlotAddition { q, surface, slope: rng.between(0.0, 4e-4) as f32, along: APART_PIXELS, seen }
         };
-        let (own, others) = (sample(), [0; 4].map(|_| sample()));
+        let (own, others) = (addition(), [0; 4].map(|_| addition()));
         let mut share = || rng.between(-0.3, 1.2).max(0.0) as f32;
         let (filled, weights) = ([0; 4].map(|_| share()), [0; 4].map(|_| share()));
         let slots = |canvas: &mut SumsCanvas<COLOUR>| {
@@ -38,7 +38,7 @@ fn four_slots_at_once_are_as_they_are_one_by_one() {
         }
         at_once += 1;
         let is_other =
-            |other: &Sample<COLOUR>| other.surface != own.surface && other.surface * own.surface > 0.0;
+            |other: &SlotAddition<COLOUR>| other.surface != own.surface && other.surface * own.surface > 0.0;
         of_two += u32::from(
             others
                 .iter()

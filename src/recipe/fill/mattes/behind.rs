@@ -4,7 +4,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{MatteBasis, Piece};
+use super::{MatteBasis, SeeThroughPiece};
 use crate::fill::surroundings::SurroundingsFiller;
 use crate::open::Opened;
 use quadratura_base::error::Result;
@@ -16,11 +16,11 @@ use quadratura_base::task::Task;
 use quadratura_layers::LayerIndex;
 use quadratura_layers::fill::region::{Region, Regions};
 use quadratura_layers::fill::{
-    Donor, FillContext, FilledTexel, MOST_CONFIDENCE, SurfaceId, Surfaces, predicted_colours,
+    Donor, FillContext, FillSurfaceId, FillSurfaces, FilledTexel, MOST_CONFIDENCE, predicted_colours,
 };
 use quadratura_layers::matte::{CANDIDATES, Evidence, Predicted, SeenPiece};
+use quadratura_layers::projected_model::ProjectedModel;
 use quadratura_layers::software::owners;
-use quadratura_layers::view::View;
 
 /// The pixels around see-through surfaces whose colours are taken for those of the background, too.
 const AROUND_PX: u32 = 8;
@@ -33,13 +33,13 @@ pub struct Sight {
     /// The pieces, in the site's order.
     pub seen: Vec<SeenPiece>,
     /// The model without see-through surfaces, and the item plus one that is nearest at each pixel.
-    view: View,
+    view: ProjectedModel,
     owners: Vec<u32>,
 }
 
 impl Sight {
     /// Returns what a photo sees of `pieces`, those of the site's model; `None` where it shows none of them.
-    pub fn new(basis: &MatteBasis, own: &Donor, pieces: &[Piece]) -> Option<Self> {
+    pub fn new(basis: &MatteBasis, own: &Donor, pieces: &[SeeThroughPiece]) -> Option<Self> {
         let Opened { project, site, .. } = basis.opened;
         let index_of = |item: u32| {
             let item = own.seen(item);
@@ -55,7 +55,7 @@ impl Sight {
         }
         let all = bounds.iter().filter(|bounds| !bounds.is_empty()).copied().reduce(|a, b| a.union(&b))?;
         let rect = all.grown(AROUND_PX).intersection(&own.camera.rect());
-        let view = View::new(&site.model.without_see_through(), &own.camera, &own.pose);
+        let view = ProjectedModel::new(&site.model.without_see_through(), &own.camera, &own.pose);
         let owners = owners(&view, project.options.tolerance);
         let seen: Vec<SeenPiece> = pieces.iter().map(|piece| piece.seen(&own.camera, &own.pose)).collect();
         let near: Vec<(u16, PixelRect, &SeenPiece)> = (1..)
@@ -83,16 +83,16 @@ impl Sight {
     }
 
     /// Returns the pixels that show pieces by the nearest surface behind them that is none, the surroundings last.
-    fn regions_behind(&self, own: &Donor, surfaces: &Surfaces) -> Vec<Region> {
+    fn regions_behind(&self, own: &Donor, surfaces: &FillSurfaces) -> Vec<Region> {
         let (frame, rect) = (own.camera.rect(), self.candidates.rect());
         let surface = |(x, y): (i32, i32)| match self.owners[frame.offset(x, y)].checked_sub(1) {
-            None => Some(SurfaceId::SURROUNDINGS),
+            None => Some(FillSurfaceId::SURROUNDINGS),
             Some(item) => {
                 let item = &self.view.items[item as usize];
                 Some(surfaces.id(item.face, item.triangle))
             }
         };
-        let behind: Vec<Option<SurfaceId>> = rect.pixels().map(surface).collect();
+        let behind: Vec<Option<FillSurfaceId>> = rect.pixels().map(surface).collect();
         let hidden: Vec<bool> =
             self.candidates.pixels().iter().map(|candidates| candidates[0] != 0).collect();
         let mut regions = Regions::default();
@@ -131,12 +131,13 @@ pub fn evidence(
     basis: &MatteBasis,
     context: &FillContext,
     photo: PhotoId,
-    (own, sight): (&Donor, &Sight),
+    own: &Donor,
+    sight: &Sight,
     around: &mut SurroundingsFiller,
     task: &Task,
 ) -> Result<Evidence> {
     let mut behind = sight.regions_behind(own, context.surfaces);
-    let sky = behind.pop_if(|region| region.surface == SurfaceId::SURROUNDINGS);
+    let sky = behind.pop_if(|region| region.surface == FillSurfaceId::SURROUNDINGS);
     let rect = sight.candidates.rect();
     let mut predicted = Image::filled(rect, None);
     let found = task.timed("matte colours", || predicted_colours(context, photo, own, &behind, task))?;

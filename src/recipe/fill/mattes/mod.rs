@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use self::pieces::Piece;
+pub use self::pieces::SeeThroughPiece;
 use self::search::{FoundMattes, Search};
 use super::donors::{PhotoDonors, donors_at_once};
 use super::paint::SitePaint;
@@ -24,19 +24,23 @@ use quadratura_base::error::{Error, Message, Remedy, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
+use quadratura_document::names::file_name_of_photo;
 use quadratura_document::paint::PaintBook;
+use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_files::hash::hash_bytes;
-use quadratura_io::matte_file::{matte_file, read_mattes, write_mattes};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::agreement::PhotoEvidence;
-use quadratura_layers::fill::{FillContext, FillOptions, MOST_DONORS, Surfaces};
+use quadratura_layers::fill::{FillContext, FillOptions, FillSurfaces, MOST_DONORS};
 use quadratura_layers::matte::Matte;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::{Gains, Sources};
 
 /// A counter of changes in how the same mattes are found.
 const VERSION: u32 = 2;
+
+/// The files `cache/mattes/PHOTO.bin`.
+const CACHED: CachedKind = CachedKind { name: "mattes", version: 3 };
 
 /// What mattes are found from.
 pub struct MatteBasis<'a> {
@@ -110,8 +114,8 @@ impl SiteMattes {
     /// [`Error::Cancelled`]; [`Error::Request`] for too many see-through faces. A photo that fails is noted and has no mattes; a cache that cannot be written is noted.
     pub fn open(basis: &MatteBasis, force: bool, task: &Task) -> Result<Self> {
         let Opened { site, .. } = basis.opened;
-        let surfaces = Surfaces::from_model(&site.model);
-        let pieces = Piece::of_model(&site.model, &surfaces, &site.photos);
+        let surfaces = FillSurfaces::from_model(&site.model);
+        let pieces = SeeThroughPiece::of_model(&site.model, &surfaces, &site.photos);
         let photos: Vec<PhotoId> = site.photo_ids().filter(|id| basis.stacks[id.index()].is_some()).collect();
         let mut of_photo = vec![Arc::default(); site.photos.len()];
         if pieces.len() >= usize::from(u16::MAX) {
@@ -124,16 +128,17 @@ impl SiteMattes {
         if pieces.is_empty() {
             return Ok(Self { of_photo, ..Self::default() });
         }
-        let object = |piece: &Piece| (piece.name.clone(), site.model.object(piece.object).name.clone());
+        let object =
+            |piece: &SeeThroughPiece| (piece.name.clone(), site.model.object(piece.object).name.clone());
         let objects = pieces.iter().map(object).collect();
         let inputs = inputs(basis, &pieces);
-        let cached = |id: &PhotoId| Some((*id, read_mattes(&file_of(basis, *id), &inputs)?));
+        let cached = |id: &PhotoId| Some((*id, read_cached(&file_of(basis, *id), CACHED, &inputs)?));
         let cached: Option<Vec<(PhotoId, Vec<Matte>)>> =
             if force { None } else { photos.iter().map(cached).collect() };
         let is_anew = cached.is_none();
         let FoundMattes { of_photo: found, failed } = match cached {
             Some(of_photo) => FoundMattes { of_photo, failed: BTreeSet::new() },
-            None => make(basis, &photos, (&pieces, &surfaces), &inputs, task)?,
+            None => make(basis, &photos, &pieces, &surfaces, &inputs, task)?,
         };
         found.into_iter().for_each(|(id, mattes)| of_photo[id.index()] = mattes.into());
         Ok(Self { of_photo, is_anew, failed, objects })
@@ -175,7 +180,8 @@ impl SiteMattes {
 fn make(
     basis: &MatteBasis,
     photos: &[PhotoId],
-    (pieces, surfaces): (&[Piece], &Surfaces),
+    pieces: &[SeeThroughPiece],
+    surfaces: &FillSurfaces,
     inputs: &str,
     task: &Task,
 ) -> Result<FoundMattes> {
@@ -200,7 +206,7 @@ fn make(
     let found =
         Search { basis, context: &context, pieces, around, failed: BTreeSet::new(), task }.mattes(photos)?;
     for (id, mattes) in &found.of_photo {
-        if let Err(error) = write_mattes(&file_of(basis, *id), mattes, inputs) {
+        if let Err(error) = write_cached(&file_of(basis, *id), CACHED, inputs, mattes) {
             task.note(Message::from("mattes cannot be cached and will be found again: ").and(&error));
             break;
         }
@@ -209,11 +215,12 @@ fn make(
 }
 
 fn file_of(basis: &MatteBasis, photo: PhotoId) -> PathBuf {
-    matte_file(basis.folder, &basis.opened.site.photo(photo).name)
+    let name = file_name_of_photo(&basis.opened.site.photo(photo).name);
+    basis.folder.join("cache/mattes").join(format!("{name}.bin"))
 }
 
 /// Returns the hash of everything that mattes are made from.
-fn inputs(basis: &MatteBasis, pieces: &[Piece]) -> String {
+fn inputs(basis: &MatteBasis, pieces: &[SeeThroughPiece]) -> String {
     let Opened { project, site, .. } = basis.opened;
     let serving = super::servers::serving(basis.sources);
     let all = (

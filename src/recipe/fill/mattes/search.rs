@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::behind::{Sight, colours, evidence};
-use super::{MatteBasis, Piece};
+use super::{MatteBasis, SeeThroughPiece};
 use crate::fill::surroundings::SurroundingsFiller;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::raster::Image;
@@ -24,7 +24,7 @@ pub(super) struct Search<'a> {
     pub basis: &'a MatteBasis<'a>,
     pub context: &'a FillContext<'a>,
     /// The see-through surfaces of the model.
-    pub pieces: &'a [Piece],
+    pub pieces: &'a [SeeThroughPiece],
     pub around: SurroundingsFiller<'a>,
     /// The photos whose mattes cannot be found.
     pub failed: BTreeSet<PhotoId>,
@@ -40,7 +40,7 @@ pub(super) struct FoundMattes {
 }
 
 /// What is kept of a photo between the rounds.
-struct Kept {
+struct RoundState {
     /// Per pixel of the sight the logarithm of the odds in [`STEPS`], and whether it is known what is behind.
     odds: Vec<(i8, bool)>,
     /// The silhouettes by piece.
@@ -48,7 +48,7 @@ struct Kept {
 }
 
 /// Returns pieces that are like each other, in groups.
-fn kinds(pieces: &[Piece]) -> Vec<BTreeSet<u16>> {
+fn kinds(pieces: &[SeeThroughPiece]) -> Vec<BTreeSet<u16>> {
     let mut kinds: Vec<BTreeSet<u16>> = Vec::new();
     for (index, piece) in (1..).zip(pieces) {
         let is_like = |kind: &&mut BTreeSet<u16>| {
@@ -86,7 +86,7 @@ impl Search<'_> {
             task.step("compare see-through surfaces", done, 2 * count)?;
             let found = self.tried(*id, |search, own, sight, task| {
                 let evidence =
-                    evidence(search.basis, search.context, *id, (own, sight), &mut search.around, task)?;
+                    evidence(search.basis, search.context, *id, own, sight, &mut search.around, task)?;
                 let Some(compared) = Compared::new(&evidence) else { return Ok(Vec::new()) };
                 Ok(compared.object_samples(&evidence, kinds.len(), kind_of))
             })?;
@@ -100,7 +100,7 @@ impl Search<'_> {
         for (done, id) in (count..).zip(photos) {
             task.step("compare see-through surfaces", done, 2 * count)?;
             let found =
-                self.tried(*id, |search, own, sight, task| search.kept(*id, (own, sight), &model_of, task))?;
+                self.tried(*id, |search, own, sight, task| search.kept(*id, own, sight, &model_of, task))?;
             kept.extend(found.map(|found| (*id, found)));
         }
         task.step("compare see-through surfaces", 2 * count, 2 * count)?;
@@ -148,11 +148,12 @@ impl Search<'_> {
     fn kept<'m>(
         &mut self,
         photo: PhotoId,
-        (own, sight): (&Donor, &Sight),
+        own: &Donor,
+        sight: &Sight,
         model: &(impl Fn(u16) -> Option<&'m ColourModel> + Sync),
         task: &Task,
-    ) -> Result<Kept> {
-        let evidence = evidence(self.basis, self.context, photo, (own, sight), &mut self.around, task)?;
+    ) -> Result<RoundState> {
+        let evidence = evidence(self.basis, self.context, photo, own, sight, &mut self.around, task)?;
         let odds = task.timed("matte odds", || {
             let compared = Compared::new(&evidence)?;
             Some(compared.log_odds(&evidence, model))
@@ -175,19 +176,19 @@ impl Search<'_> {
         }
         let step = |(odds, predicted): (&f32, bool)| ((odds * STEPS).round() as i8, predicted && is_known);
         let predicted = evidence.predicted.pixels().iter().map(Option::is_some);
-        Ok(Kept { odds: odds.pixels().iter().zip(predicted).map(step).collect(), silhouettes })
+        Ok(RoundState { odds: odds.pixels().iter().zip(predicted).map(step).collect(), silhouettes })
     }
 
     /// Finds the mattes of a photo.
     fn found(
         &self,
-        kept: &BTreeMap<PhotoId, Kept>,
+        kept: &BTreeMap<PhotoId, RoundState>,
         photo: PhotoId,
         own: &Donor,
         sight: &Sight,
         task: &Task,
     ) -> Result<Vec<Matte>> {
-        let Some(Kept { odds, .. }) = kept.get(&photo) else { return Ok(Vec::new()) };
+        let Some(RoundState { odds, .. }) = kept.get(&photo) else { return Ok(Vec::new()) };
         let rect = sight.candidates.rect();
         let colours = colours(own, rect);
         let log_odds = Image::new(rect, odds.iter().map(|(odds, _)| f32::from(*odds) / STEPS).collect());
@@ -206,7 +207,7 @@ impl Search<'_> {
 }
 
 /// Returns what the other photos expect at each pixel of each candidate.
-fn expected(kept: &BTreeMap<PhotoId, Kept>, photo: PhotoId, sight: &Sight) -> Image<[f32; CANDIDATES]> {
+fn expected(kept: &BTreeMap<PhotoId, RoundState>, photo: PhotoId, sight: &Sight) -> Image<[f32; CANDIDATES]> {
     // Of thousands of faces a photo shows few, and what others tell of one takes time.
     let mut is_shown = vec![false; sight.seen.len() + 1];
     sight.candidates.pixels().as_flattened().iter().for_each(|index| is_shown[usize::from(*index)] = true);

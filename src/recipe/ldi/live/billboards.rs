@@ -7,12 +7,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::rows::{drawn_rows, rows_of};
+use crate::ldi::exposed_shot::ExposedShot;
 use crate::ldi::site_view::laid_over;
 use quadratura_base::error::Result;
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
 use quadratura_ldi::Ldi;
-use quadratura_projection::exposure::ViewExposure;
 use quadratura_projection::{Renders, shown_face};
 use quadratura_view::srgb::Srgb;
 use quadratura_view::{Picture, Shot, TreeMethod};
@@ -45,9 +45,11 @@ impl Billboards {
     pub fn drawn(
         renderer: &mut impl Renders,
         model: &Model,
-        (shot, exposure, faces): (&Shot, &ViewExposure, &[u32]),
+        view: ExposedShot,
+        faces: &[u32],
         task: &Task,
     ) -> Result<Option<Self>> {
+        let ExposedShot { shot, exposure } = view;
         let turns = |number: &u32| shown_face(*number).is_some_and(|face| model.impostor(face).is_some());
         let is_shown: Vec<bool> = faces.par_iter().map(turns).collect();
         if !is_shown.contains(&true) {
@@ -59,7 +61,10 @@ impl Billboards {
         let alone =
             Shot { hidden, backs: false, surroundings: false, trees: TreeMethod::None, ..shot.clone() };
         let rows = rows_of(|mut row| row.any(|at| is_shown[at]), [shot.camera.width, shot.camera.height]);
-        Ok(Some(Self { picture: drawn_rows(renderer, (&alone, exposure), rows, task)?, is_shown }))
+        Ok(Some(Self {
+            picture: drawn_rows(renderer, ExposedShot { shot: &alone, exposure }, rows, task)?,
+            is_shown,
+        }))
     }
 
     /// Returns whether the view shows a billboard at a pixel.
@@ -93,6 +98,7 @@ mod tests {
     use quadratura_base::scene::Object;
     use quadratura_base::scene::synthetic::{Modeller, camera_is_world, centred};
     use quadratura_ldi::synthetic::of_model;
+    use quadratura_projection::exposure::ViewExposure;
 
     const LEAF: [u8; 4] = [0, 200, 0, 255];
 
@@ -164,11 +170,11 @@ mod tests {
             faces
         };
         let mut leaves = Leaves(Vec::new());
-        let drawn =
-            Billboards::drawn(&mut leaves, &model, (&shot, &neutral, &vec![1; count]), &Task::silent());
+        let view = ExposedShot { shot: &shot, exposure: &neutral };
+        let drawn = Billboards::drawn(&mut leaves, &model, view, &vec![1; count], &Task::silent());
         assert!(drawn.unwrap().is_none() && leaves.0.is_empty(), "nothing is drawn where none is seen");
         let faces = faces_with(2, &[4, 5, 6]);
-        let drawn = Billboards::drawn(&mut leaves, &model, (&shot, &neutral, &faces), &Task::silent());
+        let drawn = Billboards::drawn(&mut leaves, &model, view, &faces, &Task::silent());
         let billboards = drawn.unwrap().expect("a billboard is seen");
         let [asked] = &leaves.0[..] else { panic!("{} pictures", leaves.0.len()) };
         let hidden: Vec<u32> = asked.hidden.iter().map(|face| face.0).collect();

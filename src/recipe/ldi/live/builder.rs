@@ -27,13 +27,13 @@ pub struct Builder<W, T>(Arc<Shared<W, T>>);
 pub struct Workbench<W, T>(Arc<Shared<W, T>>);
 
 struct Shared<W, T> {
-    slot: Mutex<Slot<W, T>>,
+    state: Mutex<BuilderState<W, T>>,
     wake: Condvar,
     /// Tells that something was made.
     tell: Box<dyn Fn() + Send + Sync>,
 }
 
-struct Slot<W, T> {
+struct BuilderState<W, T> {
     /// The newest request that nobody has begun.
     request: Option<W>,
     /// The flag that stops what is being made.
@@ -44,9 +44,9 @@ struct Slot<W, T> {
 }
 
 impl<W, T> Shared<W, T> {
-    fn slot(&self) -> MutexGuard<'_, Slot<W, T>> {
+    fn state(&self) -> MutexGuard<'_, BuilderState<W, T>> {
         // Nobody panics who holds this lock.
-        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -61,8 +61,9 @@ impl<W: Send + 'static, T: Send + 'static> Builder<W, T> {
         tell: impl Fn() + Send + Sync + 'static,
         work: impl FnOnce(&Workbench<W, T>) + Send + 'static,
     ) -> Result<Self> {
-        let slot = Slot { request: None, making: None, made: Vec::new(), ends: false };
-        let shared = Arc::new(Shared { slot: Mutex::new(slot), wake: Condvar::new(), tell: Box::new(tell) });
+        let state = BuilderState { request: None, making: None, made: Vec::new(), ends: false };
+        let shared =
+            Arc::new(Shared { state: Mutex::new(state), wake: Condvar::new(), tell: Box::new(tell) });
         let one = ThreadPoolBuilder::new().num_threads(1).thread_name(|_| NAME.to_owned());
         let refused = |_| {
             let found = "the system cannot start another thread for layered depth images; close other programs, then \
@@ -78,39 +79,39 @@ impl<W: Send + 'static, T: Send + 'static> Builder<W, T> {
 
     /// Requests something, which replaces all earlier requests.
     pub fn request(&self, request: W) {
-        let mut slot = self.0.slot();
-        slot.stop();
-        slot.made.clear();
-        slot.request = Some(request);
+        let mut state = self.0.state();
+        state.stop();
+        state.made.clear();
+        state.request = Some(request);
         self.0.wake.notify_one();
     }
 
     /// Takes what was made of the newest request since the last call, oldest first. It never waits for anything that is being
     /// made.
     pub fn take(&self) -> Vec<Made<T>> {
-        std::mem::take(&mut self.0.slot().made)
+        std::mem::take(&mut self.0.state().made)
     }
 
     /// Returns whether something is being made, or about to be.
     pub fn is_busy(&self) -> bool {
-        let slot = self.0.slot();
-        slot.request.is_some() || slot.making.is_some()
+        let state = self.0.state();
+        state.request.is_some() || state.making.is_some()
     }
 }
 
-impl<W, T> Slot<W, T> {
+impl<W, T> BuilderState<W, T> {
     fn stop(&mut self) {
-        // What was stopped tells nothing any more: its flag is not in the slot.
+        // What was stopped tells nothing any more: its flag is not in the state.
         self.making.take().into_iter().for_each(|flag| flag.store(true, Ordering::Relaxed));
     }
 }
 
 impl<W, T> Drop for Builder<W, T> {
     fn drop(&mut self) {
-        let mut slot = self.0.slot();
-        slot.ends = true;
-        slot.stop();
-        drop(slot);
+        let mut state = self.0.state();
+        state.ends = true;
+        state.stop();
+        drop(state);
         self.0.wake.notify_one();
     }
 }
@@ -119,15 +120,15 @@ impl<W, T> Workbench<W, T> {
     /// Waits for a request; returns it with the task that ends with [`Error::Cancelled`] once it is replaced; none when the
     /// builder is gone.
     pub fn next(&self) -> Option<(W, Task)> {
-        let waiting = |slot: &mut Slot<W, T>| slot.request.is_none() && !slot.ends;
-        let slot = self.0.wake.wait_while(self.0.slot(), waiting);
-        let mut slot = slot.unwrap_or_else(PoisonError::into_inner);
-        if slot.ends {
+        let waiting = |state: &mut BuilderState<W, T>| state.request.is_none() && !state.ends;
+        let state = self.0.wake.wait_while(self.0.state(), waiting);
+        let mut state = state.unwrap_or_else(PoisonError::into_inner);
+        if state.ends {
             return None;
         }
-        let request = slot.request.take()?;
+        let request = state.request.take()?;
         let task = Task::silent();
-        slot.making = Some(task.stop_flag());
+        state.making = Some(task.stop_flag());
         Some((request, task))
     }
 
@@ -142,16 +143,16 @@ impl<W, T> Workbench<W, T> {
     }
 
     fn hand_over(&self, task: &Task, made: Made<T>) {
-        let mut slot = self.0.slot();
+        let mut state = self.0.state();
         let flag = task.stop_flag();
-        if !slot.making.as_ref().is_some_and(|making| Arc::ptr_eq(making, &flag)) {
+        if !state.making.as_ref().is_some_and(|making| Arc::ptr_eq(making, &flag)) {
             return;
         }
         if !made.is_draft {
-            slot.making = None;
+            state.making = None;
         }
-        slot.made.push(made);
-        drop(slot);
+        state.made.push(made);
+        drop(state);
         (self.0.tell)();
     }
 }
@@ -228,9 +229,9 @@ mod tests {
         assert_eq!(slow.begun.recv(), Ok(1));
         {
             // The thread cannot take a request meanwhile.
-            let mut slot = slow.builder.0.slot();
-            slot.stop();
-            (slot.request, slot.made) = (Some(2), Vec::new());
+            let mut state = slow.builder.0.state();
+            state.stop();
+            (state.request, state.made) = (Some(2), Vec::new());
         }
         slow.builder.request(4);
         let next = slow.begun.recv().unwrap();

@@ -17,14 +17,14 @@ use quadratura_ldi::splat::sums::LEVEL;
 /// Makes what is requested until the builder is gone; finished images are kept within `memory` bytes. Those of stacks are
 /// read from the project's cache where they are up to date there.
 pub fn make_all(bench: &Workbench<ImageRequest, BuiltImage>, memory: u64) {
-    let mut kept = (Kept::new(memory), StackLdiOptions::default());
+    let (mut kept, mut options) = (Kept::new(memory), StackLdiOptions::default());
     let mut next = bench.next();
     while let Some((request, task)) = next {
         let inputs = request.inputs.clone();
         next = match open(&inputs) {
             Ok(mut site) => {
-                kept.0.keep_current(&site, &kept.1);
-                make_with(bench, &mut site, &mut kept, (request, task))
+                kept.keep_current(&site, &options);
+                make_with(bench, &mut site, &mut kept, &mut options, (request, task))
             }
             Err(error) => {
                 bench.finish(&task, Err(error));
@@ -45,7 +45,8 @@ fn open(inputs: &LiveInputs) -> Result<LdiSite<'_>> {
 fn make_with(
     bench: &Workbench<ImageRequest, BuiltImage>,
     site: &mut LdiSite,
-    (kept, options): &mut (Kept, StackLdiOptions),
+    kept: &mut Kept,
+    options: &mut StackLdiOptions,
     first: (ImageRequest, Task),
 ) -> Option<(ImageRequest, Task)> {
     let inputs = first.0.inputs.clone();
@@ -97,7 +98,7 @@ fn made(
     }
     task.go_on()?;
     let options = PhotosOptions { stack: *stack, hidden: true, ..PhotosOptions::default() };
-    let whole = kept.photos(site, (photos, request.halvings), &options, task)?;
+    let whole = kept.photos(site, photos, request.halvings, &options, task)?;
     Ok(built(&whole, photos, Stage::Whole))
 }
 

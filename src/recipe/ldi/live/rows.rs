@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
+use crate::ldi::exposed_shot::ExposedShot;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_projection::exposure::ViewExposure;
 use quadratura_projection::{Renders, Sliced};
-use quadratura_view::{Picture, Shot};
+use quadratura_view::Picture;
 
 /// Returns the rows of a picture of some width and height from the first to the last one that is needed, of which the indices of its
 /// pixels tell that; none where no row is.
@@ -27,11 +27,11 @@ pub fn rows_of(is_needed: impl Fn(Range<usize>) -> bool, [width, height]: [u32; 
 /// Those of [`Renders::picture`].
 pub fn drawn_rows(
     renderer: &mut impl Renders,
-    (shot, exposure): (&Shot, &ViewExposure),
+    view: ExposedShot,
     rows: Range<u32>,
     task: &Task,
 ) -> Result<Picture> {
-    let mut sliced = Sliced::of_rows(shot, exposure.clone(), rows.clone());
+    let mut sliced = Sliced::of_rows(view.shot, view.exposure.clone(), rows.clone());
     while !rows.is_empty() && !renderer.advance(&mut sliced, task)? {}
     Ok(sliced.picture())
 }

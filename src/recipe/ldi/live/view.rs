@@ -14,6 +14,7 @@ use super::warper::{OnDevice, WarpOn, Warper};
 use crate::budget::default_memory;
 use crate::ldi::StackLdiOptions;
 use crate::ldi::choice::{add_beside, best_photos, better_photos};
+use crate::ldi::exposed_shot::ExposedShot;
 use crate::ldi::site_view::{halvings, over};
 use crate::preview::Preview;
 use quadratura_base::error::Result;
@@ -21,7 +22,7 @@ use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_ldi::WarpOptions;
 use quadratura_ldi::cracks::closed;
-use quadratura_projection::exposure::{Shares, ViewExposure};
+use quadratura_projection::exposure::Shares;
 use quadratura_projection::{Renders, shown_face};
 use quadratura_view::{Picture, Quality, Shot};
 
@@ -32,7 +33,7 @@ const BEST: usize = 3;
 const HOLES: usize = 100;
 
 /// An image that is drawn.
-struct Image {
+struct LiveImage {
     image: OnDevice,
     /// The photos that it was made of; its colours have the exposure of the first one.
     photos: Vec<PhotoId>,
@@ -51,9 +52,9 @@ pub struct LiveView {
 /// The images of a view: the newest one, and the one that it fades from.
 #[derive(Default)]
 struct Images {
-    newest: Option<Image>,
+    newest: Option<LiveImage>,
     /// The image before, and when the newest one came.
-    before: Option<(Image, Instant)>,
+    before: Option<(LiveImage, Instant)>,
     /// The newest request.
     request: Option<ImageRequest>,
     /// Why the newest request cannot be made.
@@ -116,7 +117,8 @@ impl LiveView {
     pub fn picture(
         &mut self,
         preview: &mut Preview,
-        (shot, options): (&Shot, &LiveOptions),
+        shot: &Shot,
+        options: &LiveOptions,
         now: Instant,
         task: &Task,
     ) -> Result<LivePicture> {
@@ -127,9 +129,10 @@ impl LiveView {
             let without = shot.without.iter().copied().chain(best).collect();
             add_beside(&mut shares, &preview.shares_and_exposure(&Shot { without, ..shot.clone() }, model).0);
         }
-        let mut drawn = self.drawn((&shares, &exposure), (shot, options), now, task)?;
+        let view = ExposedShot { shot, exposure: &exposure };
+        let mut drawn = self.drawn(&shares, view, options, now, task)?;
         if let Some(picture) = drawn.picture.as_mut() {
-            *picture = completed(picture, preview, model, (shot, &exposure, options), task)?;
+            *picture = completed(picture, preview, model, view, options, task)?;
         }
         Ok(drawn)
     }
@@ -137,12 +140,13 @@ impl LiveView {
     /// Draws a view of which it is known how much each photo contributes to it, and its exposure.
     fn drawn(
         &mut self,
-        (shares, exposure): (&Shares, &ViewExposure),
-        (shot, options): (&Shot, &LiveOptions),
+        shares: &Shares,
+        view: ExposedShot,
+        options: &LiveOptions,
         now: Instant,
         task: &Task,
     ) -> Result<LivePicture> {
-        if let Some(request) = self.wanted(shares, shot, options) {
+        if let Some(request) = self.wanted(shares, view.shot, options) {
             self.images.request = Some(request.clone());
             self.images.fault = None;
             self.builder.request(request);
@@ -150,7 +154,7 @@ impl LiveView {
         self.builder.take().into_iter().for_each(|made| self.images.take(made, now));
         let picture = match options.complete && self.builder.is_busy() {
             true => None,
-            false => self.images.picture(&mut self.warper, (shot, exposure), now, task)?,
+            false => self.images.picture(&mut self.warper, view, now, task)?,
         };
         let building = match (&self.images.request, self.builder.is_busy()) {
             (Some(request), true) => request.photos.clone(),
@@ -193,9 +197,11 @@ fn completed(
     picture: &Picture,
     preview: &mut Preview,
     model: &Model,
-    (shot, exposure, options): (&Shot, &ViewExposure, &LiveOptions),
+    view: ExposedShot,
+    options: &LiveOptions,
     task: &Task,
 ) -> Result<Picture> {
+    let ExposedShot { shot, exposure } = view;
     // Where layers are hidden, the images have their billboards, too.
     let has_billboards = options.peeled == 0 && model.has_impostors();
     if !(shot.surroundings || has_billboards) {
@@ -203,7 +209,7 @@ fn completed(
     }
     let faces = preview.seen_faces(shot, task)?;
     let billboards = match has_billboards {
-        true => Billboards::drawn(preview, model, (shot, exposure, &faces), task)?,
+        true => Billboards::drawn(preview, model, view, &faces, task)?,
         false => None,
     };
     // Between leaves one sees past a face.
@@ -220,7 +226,7 @@ fn completed(
                     || row.clone().filter(is_open).count() * HOLES > row.len()
             };
             let rows = rows_of(is_empty, [shot.camera.width, shot.camera.height]);
-            Some(drawn_rows(preview, (&around, exposure), rows, task)?)
+            Some(drawn_rows(preview, ExposedShot { shot: &around, exposure }, rows, task)?)
         }
         false => None,
     };
@@ -240,7 +246,7 @@ impl Images {
         if self.newest.as_ref().is_some_and(|newest| stage < newest.stage) {
             return;
         }
-        let image = Image { image: OnDevice::new(ldi), photos, stage };
+        let image = LiveImage { image: OnDevice::new(ldi), photos, stage };
         self.before = self.newest.replace(image).map(|before| (before, now));
     }
 
@@ -248,15 +254,15 @@ impl Images {
     fn picture(
         &mut self,
         warper: &mut Warper,
-        (shot, exposure): (&Shot, &ViewExposure),
+        view: ExposedShot,
         now: Instant,
         task: &Task,
     ) -> Result<Option<Picture>> {
         self.before.take_if(|(_, since)| now.saturating_duration_since(*since) >= FADE);
         let Some(newest) = &mut self.newest else { return Ok(None) };
-        let new = drawn(warper, newest, (shot, exposure), task)?;
+        let new = drawn(warper, newest, view, task)?;
         let Some((before, since)) = &mut self.before else { return Ok(Some(new)) };
-        let old = drawn(warper, before, (shot, exposure), task)?;
+        let old = drawn(warper, before, view, task)?;
         Ok(Some(mixed(&old, &new, share_after(now.saturating_duration_since(*since)))))
     }
 
@@ -264,7 +270,7 @@ impl Images {
         let fault = self.fault.clone();
         match &self.newest {
             None => LiveStatus { building, fault, ..LiveStatus::default() },
-            Some(Image { image, photos, .. }) => LiveStatus {
+            Some(LiveImage { image, photos, .. }) => LiveStatus {
                 photos: photos.clone(),
                 depth_complexity: image.ldi.report.depth_complexity,
                 layers: image.ldi.report.layers,
@@ -275,14 +281,9 @@ impl Images {
     }
 }
 
-fn drawn(
-    warper: &mut Warper,
-    image: &mut Image,
-    (shot, exposure): (&Shot, &ViewExposure),
-    task: &Task,
-) -> Result<Picture> {
-    let shot = Shot { backs: false, ..shot.clone() };
-    let exposure = exposure.factor(image.photos[0]).map(f64::ln);
+fn drawn(warper: &mut Warper, image: &mut LiveImage, view: ExposedShot, task: &Task) -> Result<Picture> {
+    let shot = Shot { backs: false, ..view.shot.clone() };
+    let exposure = view.exposure.factor(image.photos[0]).map(f64::ln);
     let options = WarpOptions { exposure, ..WarpOptions::default() };
     warper.picture(&mut image.image, &shot, &options, task)
 }

@@ -64,7 +64,7 @@ impl Warper {
         task: &Task,
     ) -> Result<Picture> {
         if let WarpOn::Device(device) = &self.on {
-            match on_device(&**device, &mut self.prepared, image, (shot, options), task) {
+            match on_device(&**device, &mut self.prepared, image, shot, options, task) {
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
                 Ok(picture) => return Ok(picture),
                 Err(error) => self.leave_device(&error, task),
@@ -86,7 +86,8 @@ fn on_device(
     device: &dyn WarpDevice,
     prepared: &mut Option<Box<dyn DeviceWarper>>,
     image: &mut OnDevice,
-    (shot, options): (&Shot, &WarpOptions),
+    shot: &Shot,
+    options: &WarpOptions,
     task: &Task,
 ) -> Result<Picture> {
     let warper = match prepared {

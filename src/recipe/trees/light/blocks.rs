@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::fit::{Block, ground_of_sky};
+use super::fit::{PixelBlock, ground_of_sky};
 use crate::open::Opened;
 use crate::trees::mask::ModelNearness;
 use quadratura_base::error::{Error, Result};
@@ -13,7 +13,9 @@ use quadratura_base::scene::light::LINEAR_FROM_BYTE;
 use quadratura_base::scene::{Photo, PhotoId, PhotoPixels};
 use quadratura_base::task::Task;
 use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
-use quadratura_foliage::{InLights, Light, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights};
+use quadratura_foliage::{
+    InLights, OutdoorLight, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights,
+};
 use quadratura_import::photo::read_photo;
 use quadratura_io::mask_store::MaskStore;
 use quadratura_projection::Gains;
@@ -33,7 +35,7 @@ const MOST_PHOTOS: usize = 8;
 const BRIGHTEST: u16 = 249;
 
 /// A tree in a photo that shows the real one.
-struct Shown<'a> {
+struct PhotographedTree<'a> {
     /// The index of the tree.
     tree: usize,
     mask: &'a Mask,
@@ -49,7 +51,7 @@ pub struct TreeInPhoto {
     /// The pixels of the photo in which the placed tree is.
     pub rect: PixelRect,
     /// The blocks, each with its middle in the photo.
-    pub blocks: Vec<(DVec2, Block)>,
+    pub blocks: Vec<(DVec2, PixelBlock)>,
 }
 
 /// Returns the blocks of all photos in which trees are masked, by photo and tree. A photo that cannot be read is noted.
@@ -63,15 +65,15 @@ pub fn blocks(
     gains: &Gains,
     task: &Task,
 ) -> Result<Vec<TreeInPhoto>> {
-    let shown = shown(opened, wood);
-    let total = shown.iter().filter(|trees| !trees.is_empty()).count() as u64;
+    let photographed = photographed(opened, wood);
+    let total = photographed.iter().filter(|trees| !trees.is_empty()).count() as u64;
     let (mut found, mut done) = (Vec::new(), 0);
-    for (id, photo) in opened.site.numbered_photos().filter(|(id, _)| !shown[id.index()].is_empty()) {
+    for (id, photo) in opened.site.numbered_photos().filter(|(id, _)| !photographed[id.index()].is_empty()) {
         task.step("light on trees", done, total)?;
         match read_photo(&photo.file, photo.camera.width, photo.camera.height) {
             Ok(pixels) => {
-                let of_photo = OfPhoto { folder, opened, wood, gains, id, photo, pixels: &pixels };
-                found.extend(of_photo.blocks(&shown[id.index()], task)?);
+                let of_photo = PhotoWithTrees { folder, opened, wood, gains, id, photo, pixels: &pixels };
+                found.extend(of_photo.blocks(&photographed[id.index()], task)?);
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
@@ -86,8 +88,9 @@ pub fn blocks(
 }
 
 /// Returns the trees that are masked in each photo, for each tree in those photos that show most of it.
-fn shown<'a>(opened: &'a Opened, wood: &'a Wood) -> Vec<Vec<Shown<'a>>> {
-    let mut shown: Vec<Vec<Shown<'_>>> = opened.site.photos.iter().map(|_| Vec::new()).collect();
+fn photographed<'a>(opened: &'a Opened, wood: &'a Wood) -> Vec<Vec<PhotographedTree<'a>>> {
+    let mut photographed: Vec<Vec<PhotographedTree<'_>>> =
+        opened.site.photos.iter().map(|_| Vec::new()).collect();
     for (index, tree) in wood.trees.iter().enumerate() {
         let is_of_it = |mask: &&Mask| matches!(&mask.from, MaskOrigin::Tree(MaskedTree { name, .. }) if *name == tree.name);
         let in_photo = |(id, photo): (PhotoId, &Photo)| {
@@ -97,14 +100,14 @@ fn shown<'a>(opened: &'a Opened, wood: &'a Wood) -> Vec<Vec<Shown<'a>>> {
         let mut masks: Vec<(PhotoId, &Mask)> = opened.site.numbered_photos().filter_map(in_photo).collect();
         masks.sort_by_key(|(id, mask)| (u64::MAX - mask.pixels, *id));
         for (id, mask) in masks.into_iter().take(MOST_PHOTOS) {
-            shown[id.index()].push(Shown { tree: index, mask });
+            photographed[id.index()].push(PhotographedTree { tree: index, mask });
         }
     }
-    shown
+    photographed
 }
 
 /// A photo that shows trees.
-struct OfPhoto<'a> {
+struct PhotoWithTrees<'a> {
     folder: &'a Path,
     opened: &'a Opened,
     wood: &'a Wood,
@@ -114,18 +117,20 @@ struct OfPhoto<'a> {
     pixels: &'a PhotoPixels,
 }
 
-impl OfPhoto<'_> {
-    fn blocks(&self, shown: &[Shown<'_>], task: &Task) -> Result<Vec<TreeInPhoto>> {
+impl PhotoWithTrees<'_> {
+    fn blocks(&self, photographed: &[PhotographedTree<'_>], task: &Task) -> Result<Vec<TreeInPhoto>> {
         let small = Photo { camera: drawn_camera(&self.photo.camera), ..self.photo.clone() };
         let tolerance = self.opened.project.options.tolerance;
         let model = ModelNearness::new(&self.opened.site.model, &small, tolerance);
         let quiet = Task::silent().with_stop_flag(task.stop_flag());
-        let tree = |shown: &Shown<'_>| &self.wood.trees[shown.tree];
-        let draw = |shown: &Shown<'_>| drawn(self.wood, tree(shown), &small, &model, &quiet);
-        let drawn: Vec<Vec<InLights>> = shown.iter().map(draw).collect::<Result<_>>()?;
+        let tree = |photographed: &PhotographedTree<'_>| &self.wood.trees[photographed.tree];
+        let draw = |photographed: &PhotographedTree<'_>| {
+            drawn(self.wood, tree(photographed), &small, &model, &quiet)
+        };
+        let drawn: Vec<Vec<InLights>> = photographed.iter().map(draw).collect::<Result<_>>()?;
         let others = self.other_masks()?;
         let mut found = Vec::new();
-        for (at, of_tree) in shown.iter().enumerate() {
+        for (at, of_tree) in photographed.iter().enumerate() {
             let mask = self.read_mask(of_tree.mask)?;
             let width = small.camera.width;
             let mut blocks = Vec::new();
@@ -138,7 +143,7 @@ impl OfPhoto<'_> {
                 let corner = [column * BLOCK_PX, row * BLOCK_PX];
                 if let Some(light) = self.light(corner, &mask, &others) {
                     let part = |of: usize| (sums[at].sums[of] / f32::from(sums[at].covered)).as_dvec3();
-                    let block = Block { photo: self.id.index(), sun: part(0), sky: part(1), light };
+                    let block = PixelBlock { photo: self.id.index(), sun: part(0), sky: part(1), light };
                     blocks.push((middle_of_block(corner), block));
                 }
             }
@@ -233,12 +238,12 @@ fn drawn(
 ) -> Result<Vec<InLights>> {
     let WoodSpecies { plant, openness, .. } = &wood.species[tree.species];
     let view = View::of_tree(small.camera, &small.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
-    let black = Light { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
-    let of_sun = Light { sun: Vec3::ONE, ..black };
-    let sky = Light { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..black };
+    let black = OutdoorLight { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
+    let of_sun = OutdoorLight { sun: Vec3::ONE, ..black };
+    let sky = OutdoorLight { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..black };
     let sun = SunShade::Crown { towards_sun: wood.light.towards_sun, sunlit: tree.sunlit.as_deref() };
     let shades = openness.as_deref().map(|openness| Shades { sun, openness });
-    draw_in_lights(plant, &view, [of_sun, sky], (model.inverse_depths(), shades.as_ref()), task)
+    draw_in_lights(plant, &view, [of_sun, sky], model.inverse_depths(), shades.as_ref(), task)
 }
 
 /// Returns the column and row of each whole block of a photo, of whose drawing this is the camera.

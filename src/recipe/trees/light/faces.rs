@@ -13,7 +13,7 @@ use quadratura_document::trees::LightStrength;
 use quadratura_foliage::{Stature, Wood};
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::Gains;
-use quadratura_projection::surface::Surface;
+use quadratura_projection::model_surface::ModelSurface;
 
 /// The share of light that a surface reflects which faces the sun: plaster and stone, neither white nor dark.
 const REFLECTED: f64 = 0.4;
@@ -46,7 +46,7 @@ pub fn light_of_faces(
             (map.transform_point3(stature.foot), HEIGHTS * up.length())
         })
         .collect();
-    let surface = Surface::from_model(&site.model.without_see_through());
+    let surface = ModelSurface::from_model(&site.model.without_see_through());
     let photos: Vec<(PhotoId, &Photo)> = site.numbered_photos().collect();
     let found = photos.par_iter().map(|(id, photo)| {
         task.go_on()?;
@@ -92,7 +92,7 @@ fn places(photo: &Photo) -> impl Iterator<Item = [u32; 2]> + use<> {
 }
 
 /// Returns true where a pixel shows a face that is near to some tree.
-fn is_near(surface: &Surface, photo: &Photo, px: [u32; 2], near: &[(DVec3, f64)]) -> bool {
+fn is_near(surface: &ModelSurface, photo: &Photo, px: [u32; 2], near: &[(DVec3, f64)]) -> bool {
     let centre = DVec2::from_array(px.map(|at| f64::from(at) + 0.5));
     let camera = &photo.camera;
     let in_camera = DVec3::new((centre.x - camera.cx) / camera.fx, (centre.y - camera.cy) / camera.fy, 1.0);

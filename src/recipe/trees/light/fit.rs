@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use glam::{DMat2, DVec2, DVec3};
 
 use quadratura_document::trees::LightStrength;
-use quadratura_foliage::Light;
+use quadratura_foliage::OutdoorLight;
 
 /// A block of pixels of a photo on a tree. All is linear light, R, G, B.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Block {
+pub struct PixelBlock {
     /// The index of the photo.
     pub photo: usize,
     /// What the placed tree shows there in sunlight that a white surface reflects as 1.
@@ -55,13 +55,13 @@ pub fn luminance(light: DVec3) -> f64 {
 
 /// Returns what the ground gives per channel where the sky gives 1: as on a clear day.
 pub fn ground_of_sky() -> DVec3 {
-    let day = Light::day(DVec3::Z);
+    let day = OutdoorLight::day(DVec3::Z);
     day.ground.as_dvec3() / day.sky.as_dvec3()
 }
 
 /// Returns the usual light of the sky per channel where the sun gives 1: in the colours of a clear day.
 pub fn sky_of_sun() -> DVec3 {
-    let day = Light::day(DVec3::Z);
+    let day = OutdoorLight::day(DVec3::Z);
     let (sun, sky) = (day.sun.as_dvec3(), day.sky.as_dvec3());
     sky / sun * (luminance(sun) / luminance(sky)) / SUN_PER_SKY
 }
@@ -72,10 +72,10 @@ pub fn strength(sun: DVec3, sky: DVec3) -> LightStrength {
 }
 
 /// Fits sun and sky to blocks; `None` where none is left that shows light.
-pub fn fit(blocks: &[Block]) -> Option<Fit> {
+pub fn fit(blocks: &[PixelBlock]) -> Option<Fit> {
     let usual = sky_of_sun();
     let of_foliage = FoliageRatios::of(blocks)?;
-    let kept: Vec<Block> = blocks.iter().filter(|block| of_foliage.holds(block)).copied().collect();
+    let kept: Vec<PixelBlock> = blocks.iter().filter(|block| of_foliage.holds(block)).copied().collect();
     let photos = kept.iter().map(|block| block.photo).collect::<BTreeSet<_>>().len();
     let is_split = photos >= LEAST_PHOTOS;
     let (mut sun, mut sky) = (DVec3::ZERO, DVec3::ZERO);
@@ -85,7 +85,7 @@ pub fn fit(blocks: &[Block]) -> Option<Fit> {
         let found = fit_channel(&rows, usual[channel], is_split);
         (sun[channel], sky[channel]) = (found.x, found.y);
     }
-    let shown = |block: &Block| luminance(block.sun * sun + block.sky * sky);
+    let shown = |block: &PixelBlock| luminance(block.sun * sun + block.sky * sky);
     let count = kept.len() as f64;
     let mean = kept.iter().map(|block| luminance(block.light)).sum::<f64>() / count;
     let squares = kept.iter().map(|block| (luminance(block.light) - shown(block)).powi(2)).sum::<f64>();
@@ -102,7 +102,7 @@ pub struct FoliageRatios {
 
 impl FoliageRatios {
     /// Finds them around the median block; `None` where no block shows light.
-    pub fn of(blocks: &[Block]) -> Option<Self> {
+    pub fn of(blocks: &[PixelBlock]) -> Option<Self> {
         let mut ratios: Vec<f64> =
             blocks.iter().map(ratio).filter(|ratio| *ratio > 0.0 && ratio.is_finite()).collect();
         ratios.sort_by(f64::total_cmp);
@@ -111,13 +111,13 @@ impl FoliageRatios {
     }
 
     /// Returns whether a block may show foliage.
-    pub fn holds(&self, block: &Block) -> bool {
+    pub fn holds(&self, block: &PixelBlock) -> bool {
         (self.least..=self.most).contains(&ratio(block))
     }
 }
 
 /// Returns how bright a block is over what is drawn there in the usual light.
-fn ratio(block: &Block) -> f64 {
+fn ratio(block: &PixelBlock) -> f64 {
     luminance(block.light) / luminance(block.sun + sky_of_sun() * block.sky)
 }
 
@@ -172,9 +172,10 @@ mod tests {
         rng: &mut Rng,
         photos: usize,
         of_photo: usize,
-        (sun, sky): (DVec3, DVec3),
+        sun: DVec3,
+        sky: DVec3,
         other: f64,
-    ) -> Vec<Block> {
+    ) -> Vec<PixelBlock> {
         let leaf = DVec3::new(0.06, 0.12, 0.03);
         let parts = |rng: &mut Rng, photo: usize| {
             // Some photos show the sunny side, some the other one.
@@ -186,7 +187,7 @@ mod tests {
             for _ in 0..of_photo {
                 let (own, real) = (parts(rng, photo), parts(rng, photo));
                 let [s, k] = [0, 1].map(|part| (1.0 - other) * own[part] + other * real[part]);
-                made.push(Block { photo, sun: own[0], sky: own[1], light: s * sun + k * sky });
+                made.push(PixelBlock { photo, sun: own[0], sky: own[1], light: s * sun + k * sky });
             }
         }
         made
@@ -196,14 +197,14 @@ mod tests {
         (DVec3::new(2.4, 2.2, 1.9), DVec3::new(0.4, 0.55, 0.8))
     }
 
-    fn mean_light(blocks: &[Block], sun: DVec3, sky: DVec3) -> DVec3 {
+    fn mean_light(blocks: &[PixelBlock], sun: DVec3, sky: DVec3) -> DVec3 {
         blocks.iter().map(|block| block.sun * sun + block.sky * sky).sum::<DVec3>() / blocks.len() as f64
     }
 
     #[test]
     fn the_light_of_the_same_tree_is_found_where_photos_show_many_sides() {
         let (sun, sky) = truth();
-        let found = fit(&blocks(&mut Rng::new(1), 6, 800, (sun, sky), 0.0)).unwrap();
+        let found = fit(&blocks(&mut Rng::new(1), 6, 800, sun, sky, 0.0)).unwrap();
         let LightStrength { sun: s, sky: k, ground } = found.strength;
         assert_eq!((found.photos, found.is_split), (6, true));
         // 4,800 blocks against a prior of 100, which is off by some tens of per cent.
@@ -218,7 +219,7 @@ mod tests {
     #[test]
     fn another_tree_of_its_kind_meets_the_mean_and_makes_the_sun_too_weak_by_what_is_elsewhere() {
         let (sun, sky) = truth();
-        let blocks = blocks(&mut Rng::new(2), 8, 500, (sun, sky), 0.5);
+        let blocks = blocks(&mut Rng::new(2), 8, 500, sun, sky, 0.5);
         let found = fit(&blocks).unwrap();
         let [s, k] = [found.strength.sun, found.strength.sky].map(DVec3::from_array);
         let photos = blocks.iter().map(|block| block.light).sum::<DVec3>() / blocks.len() as f64;
@@ -230,7 +231,7 @@ mod tests {
     #[test]
     fn few_photos_give_the_mean_and_the_usual_ratio() {
         let (sun, sky) = truth();
-        let blocks = blocks(&mut Rng::new(3), 1, 400, (sun, sky), 1.0);
+        let blocks = blocks(&mut Rng::new(3), 1, 400, sun, sky, 1.0);
         let found = fit(&blocks).unwrap();
         assert!(!found.is_split);
         let [s, k] = [found.strength.sun, found.strength.sky].map(DVec3::from_array);
@@ -243,7 +244,7 @@ mod tests {
     #[test]
     fn sky_between_the_leaves_of_the_real_tree_hardly_counts() {
         let (sun, sky) = truth();
-        let mut blocks = blocks(&mut Rng::new(4), 5, 400, (sun, sky), 0.2);
+        let mut blocks = blocks(&mut Rng::new(4), 5, 400, sun, sky, 0.2);
         let clear = fit(&blocks).unwrap();
         // Ten times as bright as foliage is here.
         blocks.iter_mut().step_by(10).for_each(|block| block.light = DVec3::new(1.0, 1.4, 1.9));
@@ -257,10 +258,10 @@ mod tests {
     fn no_light_is_negative_and_nothing_gives_nothing() {
         // All that the photos show is lit by the sky; the prior, 100 blocks of 5,000, says that there is a sun.
         let (sun, sky) = (DVec3::ZERO, DVec3::new(0.5, 0.6, 0.8));
-        let found = fit(&blocks(&mut Rng::new(5), 5, 1000, (sun, sky), 0.0)).unwrap();
+        let found = fit(&blocks(&mut Rng::new(5), 5, 1000, sun, sky, 0.0)).unwrap();
         assert!(found.strength.sun.iter().all(|sun| (0.0..0.1).contains(sun)), "{:?}", found.strength);
         assert_eq!(fit(&[]), None);
-        let black = Block { photo: 0, sun: DVec3::ZERO, sky: DVec3::ZERO, light: DVec3::ZERO };
+        let black = PixelBlock { photo: 0, sun: DVec3::ZERO, sky: DVec3::ZERO, light: DVec3::ZERO };
         assert_eq!(fit(&[black; 9]), None);
     }
 }

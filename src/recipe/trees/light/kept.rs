@@ -63,7 +63,7 @@ fn file(folder: &Path) -> PathBuf {
 }
 
 /// Returns the estimate that was kept, if it was made from the same inputs.
-pub fn kept(folder: &Path, inputs: &str, (site, wood): (&Site, &Wood)) -> Option<LightEstimate> {
+pub fn kept(folder: &Path, inputs: &str, site: &Site, wood: &Wood) -> Option<LightEstimate> {
     let kept: KeptLight = read_json(&file(folder), LARGEST, "it is computed again").ok()?;
     if kept.version != VERSION || kept.inputs != inputs {
         return None;

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use self::blocks::blocks;
 use self::faces::light_of_faces;
-use self::fit::{Block, Fit, fit};
+use self::fit::{Fit, PixelBlock, fit};
 use self::kept::{keep, kept};
 use self::ratios::ratios;
 pub use self::ratios::{TreeRatios, set_ratios};
@@ -37,7 +37,7 @@ use quadratura_document::trees::{LightStrength, PlacedTree, Strength, TreeLight}
 use quadratura_document::{Project, Stack, Trees};
 use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::files::images::plant_hash;
-use quadratura_foliage::{Light, Tree, Wood};
+use quadratura_foliage::{OutdoorLight, Tree, Wood};
 use quadratura_io::stack_store::StackStore;
 
 /// An estimate of the light on trees.
@@ -105,7 +105,7 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
     let inputs = inputs(&opened.project, &opened.site, &wood, &gains::inputs(&opened.site, &stacks));
-    if let Some(kept) = kept(folder, &inputs, (&opened.site, &wood)) {
+    if let Some(kept) = kept(folder, &inputs, &opened.site, &wood) {
         return Ok(kept);
     }
     // Planned trees are in no photo, and shade none of the real ones.
@@ -115,12 +115,13 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
     let memory = default_memory();
     let gains = gains::photo_gains(&opened.site, &stacks, &opened.project.colour, folder, memory, task)?;
     let shown = blocks(folder, opened, wood, &gains, task)?;
-    let of_all: Vec<Block> = shown.iter().flat_map(|of| of.blocks.iter().map(|(_, block)| *block)).collect();
+    let of_all: Vec<PixelBlock> =
+        shown.iter().flat_map(|of| of.blocks.iter().map(|(_, block)| *block)).collect();
     let estimate = match fit(&of_all) {
         Some(Fit { strength, photos, blocks, residual, is_split: split, of_foliage }) => LightEstimate {
             strength,
             support: LightSupport::Photos { photos, blocks, residual, split },
-            ratios: ratios(&shown, (&strength, &of_foliage), (&opened.site, wood)),
+            ratios: ratios(&shown, &strength, &of_foliage, &opened.site, wood),
         },
         None => match light_of_faces(&opened.site, wood, &gains, task)? {
             Some((strength, pixels)) => LightEstimate::plain(strength, LightSupport::Faces { pixels }),
@@ -154,7 +155,7 @@ pub fn is_needed(project: &Project) -> bool {
 
 /// Returns the light of a clear day, which is the same whatever is up.
 pub fn clear_day() -> LightStrength {
-    let Light { sun, sky, ground, .. } = Light::day(DVec3::Z);
+    let OutdoorLight { sun, sky, ground, .. } = OutdoorLight::day(DVec3::Z);
     let of_day = |light: glam::Vec3| light.as_dvec3().to_array();
     LightStrength { sun: of_day(sun), sky: of_day(sky), ground: of_day(ground) }
 }

@@ -27,7 +27,7 @@ const MEAN_BLOCKS: f64 = 1.0;
 
 /// Sums over blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Sums {
+struct BlockSums {
     blocks: f64,
     /// What the photo shows.
     shown: DVec3,
@@ -35,7 +35,7 @@ struct Sums {
     drawn: DVec3,
 }
 
-impl Sums {
+impl BlockSums {
     fn and(self, other: &Self, times: f64) -> Self {
         Self {
             blocks: self.blocks + times * other.blocks,
@@ -62,13 +62,15 @@ pub fn set_ratios(wood: &mut Wood, ratios: &[TreeRatios]) {
 /// Returns the ratio images of trees in light of this strength, from blocks that show foliage.
 pub fn ratios(
     shown: &[TreeInPhoto],
-    (strength, of_foliage): (&LightStrength, &FoliageRatios),
-    (site, wood): (&Site, &Wood),
+    strength: &LightStrength,
+    of_foliage: &FoliageRatios,
+    site: &Site,
+    wood: &Wood,
 ) -> Vec<TreeRatios> {
     let of_tree = |index: usize| {
         let of_photos = shown.iter().filter(|of| of.tree == index);
         let images: Arc<[RatioImage]> =
-            of_photos.filter_map(|of| ratio_image(of, (strength, of_foliage), site)).collect();
+            of_photos.filter_map(|of| ratio_image(of, strength, of_foliage, site)).collect();
         let Tree { name, world_from_plant, .. } = &wood.trees[index];
         let is_any = !images.is_empty();
         is_any.then(|| TreeRatios { tree: name.clone(), world_from_plant: *world_from_plant, images })
@@ -79,13 +81,14 @@ pub fn ratios(
 /// Returns the ratio image of a tree in a photo; `None` where no block tells anything.
 fn ratio_image(
     of: &TreeInPhoto,
-    (strength, of_foliage): (&LightStrength, &FoliageRatios),
+    strength: &LightStrength,
+    of_foliage: &FoliageRatios,
     site: &Site,
 ) -> Option<RatioImage> {
     let [sun, sky] = [strength.sun, strength.sky].map(DVec3::from_array);
-    let (mut cells, mut all) = (vec![Sums::default(); RATIO_CELLS * RATIO_CELLS], Sums::default());
+    let (mut cells, mut all) = (vec![BlockSums::default(); RATIO_CELLS * RATIO_CELLS], BlockSums::default());
     for (middle, block) in of.blocks.iter().filter(|(_, block)| of_foliage.holds(block)) {
-        let one = Sums { blocks: 1.0, shown: block.light, drawn: block.sun * sun + block.sky * sky };
+        let one = BlockSums { blocks: 1.0, shown: block.light, drawn: block.sun * sun + block.sky * sky };
         let cell = |at: f64, first: i32, size: u32| {
             let share = (at - f64::from(first)) / f64::from(size);
             ((share * RATIO_CELLS as f64) as usize).min(RATIO_CELLS - 1)
@@ -117,14 +120,14 @@ mod tests {
 
     use super::*;
     use crate::trees::light::clear_day;
-    use crate::trees::light::fit::Block;
+    use crate::trees::light::fit::PixelBlock;
     use crate::trees::light::kept::{keep, kept};
     use crate::trees::light::{LightEstimate, LightSupport};
     use quadratura_base::geometry::PixelRect;
     use quadratura_base::scene::PhotoId;
     use quadratura_base::scene::synthetic::{Scene, Truth, centred, look_at};
     use quadratura_foliage::synthetic::plant_of;
-    use quadratura_foliage::{Light, Material, WoodSpecies};
+    use quadratura_foliage::{Material, OutdoorLight, WoodSpecies};
 
     /// A site of a photo, and a tree.
     fn site_and_wood() -> (Site, Wood) {
@@ -147,7 +150,7 @@ mod tests {
             sunlit: None,
         };
         let species = vec![WoodSpecies { plant, unpainted: None, images: None, openness: None }];
-        let wood = Wood { species, trees: vec![tree], light: Light::day(DVec3::Z) };
+        let wood = Wood { species, trees: vec![tree], light: OutdoorLight::day(DVec3::Z) };
         (Site { photos: vec![scene.photo()], model: Arc::default() }, wood)
     }
 
@@ -159,7 +162,7 @@ mod tests {
             let middle = 8.0 * DVec2::new((at % 32) as f64, (at / 32) as f64) + 4.0;
             let parts = [0.3, 0.2].map(|part| DVec3::splat(part * (1.0 + 0.2 * (at as f64).sin())));
             let light = times(middle) * (parts[0] * sun + parts[1] * sky);
-            (middle, Block { photo: 0, sun: parts[0], sky: parts[1], light })
+            (middle, PixelBlock { photo: 0, sun: parts[0], sky: parts[1], light })
         };
         let rect = PixelRect { x: 0, y: 0, w: 256, h: 256 };
         TreeInPhoto { tree: 0, photo: PhotoId(0), rect, blocks: (0..1024).map(block).collect() }
@@ -167,9 +170,9 @@ mod tests {
 
     fn found(of: TreeInPhoto) -> Option<RatioImage> {
         let (site, wood) = site_and_wood();
-        let blocks: Vec<Block> = of.blocks.iter().map(|(_, block)| *block).collect();
+        let blocks: Vec<PixelBlock> = of.blocks.iter().map(|(_, block)| *block).collect();
         let of_foliage = FoliageRatios::of(&blocks)?;
-        let mut ratios = ratios(&[of], (&clear_day(), &of_foliage), (&site, &wood));
+        let mut ratios = ratios(&[of], &clear_day(), &of_foliage, &site, &wood);
         Some(ratios.pop()?.images[0].clone())
     }
 
@@ -217,7 +220,7 @@ mod tests {
         let estimate = LightEstimate { strength: clear_day(), support, ratios };
         let folder = tempfile::tempdir().unwrap();
         keep(folder.path(), "inputs".into(), &estimate, &site).unwrap();
-        let read = |inputs: &str| kept(folder.path(), inputs, (&site, &wood));
+        let read = |inputs: &str| kept(folder.path(), inputs, &site, &wood);
         assert_eq!(read("inputs"), Some(estimate));
         assert_eq!(read("others"), None);
         let file = folder.path().join("cache/tree-light.json");

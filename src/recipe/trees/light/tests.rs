@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::fit::{Block, Fit, fit, ground_of_sky};
+use super::fit::{Fit, PixelBlock, fit, ground_of_sky};
 use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_foliage::{InLights, Light, Plant, Species, View, draw_in_lights, grow};
+use quadratura_foliage::{InLights, OutdoorLight, Plant, Species, View, draw_in_lights, grow};
 
 /// Pixels of the drawing across and down, of 2 x 2 a block.
 const SIDE: usize = 192;
@@ -23,10 +23,11 @@ fn seen(plant: &Plant, turn: f64) -> Vec<InLights> {
     let side = DVec3::new((TAU * turn).cos(), (TAU * turn).sin(), 0.1);
     let pose = look_at(ball.middle + 4.0 * ball.radius * side, ball.middle);
     let view = View::of_tree(centred(192, 192, 330.0), &pose, &DAffine3::IDENTITY, &ball);
-    let none = Light { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..Light::day(plant.up) };
-    let sun = Light { sun: Vec3::ONE, ..none };
-    let sky = Light { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..none };
-    draw_in_lights(plant, &view, [sun, sky], (&[0.0; SIDE * SIDE], None), &Task::silent()).unwrap()
+    let none =
+        OutdoorLight { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..OutdoorLight::day(plant.up) };
+    let sun = OutdoorLight { sun: Vec3::ONE, ..none };
+    let sky = OutdoorLight { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..none };
+    draw_in_lights(plant, &view, [sun, sky], &[0.0; SIDE * SIDE], None, &Task::silent()).unwrap()
 }
 
 /// Returns what a block shows: how many of its 64 sub-pixels, and their mean light in both lights.
@@ -40,7 +41,7 @@ fn in_block(drawn: &[InLights], column: usize, row: usize) -> (u32, [DVec3; 2]) 
 }
 
 /// Returns the blocks of photos of a tree in some light that a stand-in covers, as the blocks of a site are.
-fn blocks(real: &Plant, stand_in: &Plant, photos: usize, (sun, sky): (DVec3, DVec3)) -> Vec<Block> {
+fn blocks(real: &Plant, stand_in: &Plant, photos: usize, sun: DVec3, sky: DVec3) -> Vec<PixelBlock> {
     let mut blocks = Vec::new();
     for photo in 0..photos {
         let turn = photo as f64 / photos as f64;
@@ -49,7 +50,7 @@ fn blocks(real: &Plant, stand_in: &Plant, photos: usize, (sun, sky): (DVec3, DVe
             let (covered, parts) = in_block(&own, column, row);
             let (shown, [s, k]) = in_block(&real, column, row);
             if covered >= 58 && shown >= 58 {
-                blocks.push(Block { photo, sun: parts[0], sky: parts[1], light: s * sun + k * sky });
+                blocks.push(PixelBlock { photo, sun: parts[0], sky: parts[1], light: s * sun + k * sky });
             }
         }
     }
@@ -63,7 +64,7 @@ fn truth() -> (DVec3, DVec3) {
 /// Returns how much too bright the stand-in is on average, and sun and sky, all relative to the truth.
 fn errors(real: u64, stand_in: u64, photos: usize) -> (Fit, DVec3, [DVec3; 2]) {
     let (sun, sky) = truth();
-    let blocks = blocks(&oak(real), &oak(stand_in), photos, (sun, sky));
+    let blocks = blocks(&oak(real), &oak(stand_in), photos, sun, sky);
     let found = fit(&blocks).unwrap();
     let [s, k] = [found.strength.sun, found.strength.sky].map(DVec3::from_array);
     let shown = blocks.iter().map(|block| block.sun * s + block.sky * k).sum::<DVec3>();

@@ -17,7 +17,7 @@ use quadratura_io::baselines::Baselines;
 use quadratura_io::layered::composite::lay_over;
 use quadratura_io::layered::folder::NewFolder;
 use quadratura_io::layered::folder::read::STACK_FILE;
-use quadratura_io::layered::{Depth, Group, KEY_FILE, Layer, LayerNode, LayeredDocument, Raster};
+use quadratura_io::layered::{Depth, Group, KEY_FILE, LayerNode, LayeredDocument, PixelLayer, Raster};
 
 /// The images of a species' sub-object, with which kind of slabs they are made.
 pub const IMAGES: BakeOptions = BakeOptions::SLABS;
@@ -51,7 +51,8 @@ impl TreeContent {
     /// # Errors
     /// [`Error::Request`] for a plant without polygons; [`Error::Cancelled`].
     pub fn new(
-        (species, part): (&str, Option<&str>),
+        species: &str,
+        part: Option<&str>,
         plant: &Plant,
         beside: &[PaintedSlab],
         task: &Task,
@@ -124,16 +125,16 @@ impl TreeContent {
         let backdrop = self.backdrop.clone();
         let source = Box::new(move || Ok(backdrop.clone()));
         let mut nodes =
-            vec![LayerNode::Layer(Layer { locked: true, ..Layer::new(BACKDROP, canvas, source) })];
+            vec![LayerNode::Layer(PixelLayer { locked: true, ..PixelLayer::new(BACKDROP, canvas, source) })];
         let fullest =
             self.layers.iter().filter(|layer| layer.direction == 0).max_by_key(|layer| layer.opaque);
         let layer = |of: &SlabPicture| {
             let pixels = of.pixels.clone();
-            Layer {
+            PixelLayer {
                 id: Some(self.token(of)),
                 selected: fullest.is_some_and(|fullest| fullest.slab == of.slab && of.direction == 0),
                 linear_light: true,
-                ..Layer::new(self.name(of), of.rect, Box::new(move || Ok(pixels.clone())))
+                ..PixelLayer::new(self.name(of), of.rect, Box::new(move || Ok(pixels.clone())))
             }
         };
         for (direction, layers) in self.by_direction().into_iter().rev() {

@@ -45,7 +45,8 @@ pub struct TreeExportOptions {
 /// polygons, and for a folder that belongs to the project; the errors of reading the plant; [`Error::Io`]; [`Error::Cancelled`].
 pub fn export_species(
     project: &Path,
-    (trees, name): (&Trees, &str),
+    trees: &Trees,
+    name: &str,
     out: &Path,
     options: &TreeExportOptions,
     task: &Task,
@@ -63,12 +64,12 @@ pub fn export_species(
         part_of(&plant, part).map_err(|found| Error::Request(format!("the species {name:?}: {found}")))?;
     let (store, records) = (TreePaintStore::new(project), ExportStore::new(&folder));
     let book = store.read()?;
-    let fields = fields(&store, &book, (name, &plant), task);
+    let fields = fields(&store, &book, name, &plant, task);
     let shown = painted(&plant, object, &fields).plant;
     let documents = book.of_species(name).remove(&part).unwrap_or_default();
     let coats: Vec<PaintedSlab> =
         documents.iter().flat_map(|coats| slabs(&store, coats, name, task)).collect();
-    let content = TreeContent::new((name, part), &shown, &coats, task)?;
+    let content = TreeContent::new(name, part, &shown, &coats, task)?;
     let files: BTreeSet<String> = documents.iter().flatten().map(|coat| coat.file.clone()).collect();
     let (title, inputs) = (content.title(), plant_hash(&shown));
     let mut key = hash_bytes(&to_json(&(&title, &inputs, options.format, &content.frame, &files)));

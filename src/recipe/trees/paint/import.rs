@@ -6,10 +6,10 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::export::RECORDS;
 use super::part_of;
-use crate::import::context::{ReadContext, missing};
+use crate::import::context::{EditedFile, ReadContext, missing};
 use crate::import::file::{ComparedDocument, begun_report, compared, identified, others};
 use crate::import::originals::ExportedPixels;
-use crate::import::report::{FileReport, LayerReport, LayerState};
+use crate::import::report::{FileReport, LayerImportReport, LayerState};
 use crate::import::{ImportOptions, LayerCache, documents_of};
 use crate::side_by_side::{done_and_failed, one_by_one};
 use crate::trees::plant_of;
@@ -74,7 +74,7 @@ pub fn import_tree_paint(
     problems.iter().for_each(|problem| task.note(problem));
     let store = TreePaintStore::new(project);
     let before = store.read()?;
-    let mut session = Session {
+    let mut ongoing = ImportInProgress {
         project,
         trees,
         records,
@@ -94,16 +94,16 @@ pub fn import_tree_paint(
         }
     }
     let files = documents;
-    let reports = one_by_one(STAGE, &files, |file| session.file(file, task), task)?;
+    let reports = one_by_one(STAGE, &files, |file| ongoing.file(file, task), task)?;
     let (done, not_read) = done_and_failed(&files, reports)?;
     failed.extend(not_read);
     let changed = done.iter().flat_map(|file: &FileReport| &file.layers).map(|layer| layer.changed).sum();
     let mut imported = TreeImported { changed, files: done, failed, ..TreeImported::default() };
-    if session.book != before {
-        imported.number = Some(session.number);
-        imported.species = session.species();
+    if ongoing.book != before {
+        imported.number = Some(ongoing.number);
+        imported.species = ongoing.species();
         if !options.dry_run {
-            session.commit(&store, &before, &imported)?;
+            ongoing.commit(&store, &before, &imported)?;
         }
     }
     Ok(imported)
@@ -132,8 +132,19 @@ pub fn undo_tree_import(project: &Path) -> Result<TreeImport> {
     Ok(import)
 }
 
+/// An edited file of a species.
+#[derive(Clone, Copy)]
+struct EditedTree<'a> {
+    /// The record of its export.
+    record: &'a ExportRecord,
+    /// What was exported.
+    tree: &'a ExportedTree,
+    /// The name by which its paint is kept.
+    document: &'a str,
+}
+
 /// An import in progress.
-struct Session<'a> {
+struct ImportInProgress<'a> {
     project: &'a Path,
     trees: &'a Trees,
     records: Vec<ExportRecord>,
@@ -151,7 +162,7 @@ struct Session<'a> {
 /// The paint of a file by direction and slab, with the place of the layer's report.
 type Patches = BTreeMap<usize, BTreeMap<usize, (usize, PaintPatch)>>;
 
-impl Session<'_> {
+impl ImportInProgress<'_> {
     fn file(&mut self, file: &Path, task: &Task) -> Result<FileReport> {
         self.refuse_others(file)?;
         let records = std::mem::take(&mut self.records);
@@ -187,7 +198,8 @@ impl Session<'_> {
         let originals = ExportedPixels { kept: &kept, project: self.project, book: &no_paint };
         let options = ImportOptions { scaled: self.options.scaled, ..ImportOptions::default() };
         let reading = ReadContext { records, originals, options, recall: &cache };
-        let compared = compared((file, &document, None), record, reading, &PaintedDocument::default(), task)?;
+        let edited = EditedFile { file, document: &document, turn: None };
+        let compared = compared(edited, record, reading, &PaintedDocument::default(), task)?;
         let ComparedDocument { context, sorted, found } = compared;
         let mut report = begun_report(file, &document, &context);
         report.notes.extend(self.notes_about_plant(file, tree, task)?);
@@ -202,7 +214,7 @@ impl Session<'_> {
             report.layers.push(paint.report);
         }
         for (index, exported) in missing(record, &sorted) {
-            let mut entry = LayerReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
+            let mut entry = LayerImportReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
             let merged = of_absent.iter().filter(|(of, _)| *of == index).map(|(_, patch)| patch.clone());
             if let Some(patch) = merged.reduce(|a, b| a.under(&b)) {
                 entry.notes.push("it was merged into another layer; its paint is imported from there".into());
@@ -212,12 +224,13 @@ impl Session<'_> {
             report.layers.push(entry);
         }
         let name = format!("{}@{}", record.key, self.path_of(file));
+        let edited = EditedTree { record, tree, document: &name };
         for (direction, patches) in patches {
-            self.direction((record, tree, &name), (direction, patches), &mut report)?;
+            self.direction(edited, direction, patches, &mut report)?;
         }
         // A layer called `mask` is one of photos; here it is a layer like others.
         let unknown = sorted.masks.iter().map(|layer| {
-            let mut entry = LayerReport::new(&layer.name, None, LayerState::Unknown);
+            let mut entry = LayerImportReport::new(&layer.name, None, LayerState::Unknown);
             entry.notes.push("trees have no masks; erase in the layers instead".into());
             entry
         });
@@ -229,10 +242,12 @@ impl Session<'_> {
     /// Takes in the paint of a direction.
     fn direction(
         &mut self,
-        (record, tree, document): (&ExportRecord, &ExportedTree, &str),
-        (direction, patches): (usize, BTreeMap<usize, (usize, PaintPatch)>),
+        edited: EditedTree,
+        direction: usize,
+        patches: BTreeMap<usize, (usize, PaintPatch)>,
         report: &mut FileReport,
     ) -> Result<()> {
+        let tree = edited.tree;
         let frame = &tree.frame;
         let is_painted = patches.values().any(|(_, patch)| !patch.is_empty());
         let lost = tree.samples.get(direction).map(|samples| self.kept.bytes(samples)).transpose()?.flatten();
@@ -268,19 +283,14 @@ impl Session<'_> {
             };
             note_tally(entry, &tally, outside(&patch, &cell));
             let layer = entry.token.clone().unwrap_or_default();
-            entry.changed = self.set((record, tree, document), &layer, coat, &tally);
+            entry.changed = self.set(edited, &layer, coat, &tally);
         }
         Ok(())
     }
 
     /// Replaces the paint of a layer; returns how many texels have other paint than before.
-    fn set(
-        &mut self,
-        (record, tree, document): (&ExportRecord, &ExportedTree, &str),
-        layer: &str,
-        coat: Option<PaintedSlab>,
-        tally: &SlabTally,
-    ) -> u64 {
+    fn set(&mut self, edited: EditedTree, layer: &str, coat: Option<PaintedSlab>, tally: &SlabTally) -> u64 {
+        let EditedTree { record, tree, document } = edited;
         debug_assert!(record.layers.iter().any(|of| of.id == layer));
         let species = &tree.species;
         let coat = coat.filter(|coat| !coat.points.is_empty() || !coat.beside.is_empty()).map(|slab| {
@@ -405,7 +415,7 @@ fn outside(patch: &PaintPatch, cell: &PixelRect) -> usize {
 }
 
 /// Reports what became of the painted pixels of a layer.
-fn note_tally(entry: &mut LayerReport, tally: &SlabTally, outside: usize) {
+fn note_tally(entry: &mut LayerImportReport, tally: &SlabTally, outside: usize) {
     (entry.painted, entry.erased) = (tally.painted + tally.beside, tally.erased);
     if tally.beside > 0 {
         entry.notes.push(format!(

@@ -28,8 +28,8 @@ pub use import::{TreeImportOptions, TreeImported, import_tree_paint, tree_import
 ///
 /// # Errors
 /// Those of [`plant_of`].
-pub fn species_plant(folder: &Path, species: (&str, &TreeSpecies), task: &Task) -> Result<Plant> {
-    species_plants(folder, species, task).map(|plants| plants.plant)
+pub fn species_plant(folder: &Path, name: &str, species: &TreeSpecies, task: &Task) -> Result<Plant> {
+    species_plants(folder, name, species, task).map(|plants| plants.plant)
 }
 
 /// The plant of a species.
@@ -46,7 +46,8 @@ pub struct SpeciesPlants {
 /// Those of [`plant_of`].
 pub fn species_plants(
     folder: &Path,
-    (name, species): (&str, &TreeSpecies),
+    name: &str,
+    species: &TreeSpecies,
     task: &Task,
 ) -> Result<SpeciesPlants> {
     let plant = plant_of(folder, species, task)?;
@@ -59,7 +60,7 @@ pub fn species_plants(
             return Ok(SpeciesPlants { plant, unpainted: None });
         }
     };
-    let fields = fields(&store, &book, (name, &plant), task);
+    let fields = fields(&store, &book, name, &plant, task);
     if fields.is_empty() {
         return Ok(SpeciesPlants { plant, unpainted: None });
     }
@@ -116,7 +117,8 @@ pub fn listed_paint(folder: &Path) -> Result<BTreeMap<String, ListedPaint>> {
 fn fields(
     store: &TreePaintStore,
     book: &TreePaintBook,
-    (name, plant): (&str, &Plant),
+    name: &str,
+    plant: &Plant,
     task: &Task,
 ) -> BTreeMap<usize, Arc<PaintField>> {
     let mut fields = BTreeMap::new();

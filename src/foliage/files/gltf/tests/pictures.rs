@@ -7,7 +7,7 @@ use image::{Rgba, RgbaImage};
 
 use super::*;
 use crate::files::read_plant;
-use crate::{Light, View, draw};
+use crate::{OutdoorLight, View, draw};
 use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_view::Picture;
 
@@ -126,7 +126,7 @@ fn a_tree_of_the_keyword_format_and_of_glb_has_one_graph_and_one_picture() {
         let pose = look_at(eye, DVec3::new(0.0, 1.5, 0.0));
         let drawn = plants.each_ref().map(|plant| -> Picture {
             let view = View::perspective(centred(80, 80, 60.0), &pose, &plant.whole().bounds.ball);
-            draw(plant, &view, &Light::day(plant.up), &Task::silent()).unwrap().picture
+            draw(plant, &view, &OutdoorLight::day(plant.up), &Task::silent()).unwrap().picture
         });
         let covered = drawn[0].pixels().iter().filter(|pixel| pixel[3] > 0).count();
         assert!(covered > 200, "the tree is in the picture: {covered} pixels");

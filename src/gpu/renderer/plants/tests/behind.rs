@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec4};
 
-use super::super::hidden::{TILE, Tiles};
+use super::super::hidden::{TILE, TileDepths};
 use super::hidden::row;
 use super::{oak, renderer};
 use crate::left_out::on_adapter;
@@ -120,7 +120,7 @@ fn polygons_behind_a_wall_are_left_out() {
 }
 
 /// Tiles of a picture of 40 x 22 pixels in bands of 10 and 12 rows, in which all is at one depth but one tile, which is empty.
-fn tiles(near: f32, empty: Option<(u32, u32)>) -> Tiles {
+fn tiles(near: f32, empty: Option<(u32, u32)>) -> TileDepths {
     let across = 40u32.div_ceil(TILE);
     let band = |(first, count): (u32, u32)| {
         let nearness = |tile: u32| {
@@ -130,7 +130,7 @@ fn tiles(near: f32, empty: Option<(u32, u32)>) -> Tiles {
         (first, count, (0..across * count.div_ceil(TILE)).map(nearness).collect())
     };
     let bands = [(0, 10), (10, 12)].map(band).to_vec();
-    Tiles { focal: Vec2::new(30.0, 32.0), center: Vec2::new(20.0, 11.0), width: 40, bands }
+    TileDepths { focal: Vec2::new(30.0, 32.0), center: Vec2::new(20.0, 11.0), width: 40, bands }
 }
 
 #[test]

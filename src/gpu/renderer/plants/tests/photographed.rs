@@ -14,7 +14,7 @@ use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_foliage::synthetic::plant_of;
-use quadratura_foliage::{Light, Material, RATIO_CELLS, RatioImage, RatiosInView, Wood};
+use quadratura_foliage::{Material, OutdoorLight, RATIO_CELLS, RatioImage, RatiosInView, Wood};
 use quadratura_projection::Renders;
 use quadratura_view::{Picture, Quality, Shot};
 
@@ -54,7 +54,7 @@ fn upright_squares() -> Wood {
         (tree.world_from_plant, tree.tint) = (place, Vec3::ONE);
     }
     let even = Vec3::splat(0.8);
-    wood.light = Light { sun: Vec3::ZERO, sky: even, ground: even, ..wood.light };
+    wood.light = OutdoorLight { sun: Vec3::ZERO, sky: even, ground: even, ..wood.light };
     wood
 }
 

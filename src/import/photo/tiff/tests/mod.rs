@@ -10,9 +10,9 @@ use quadratura_base::error::Result;
 use quadratura_base::scene::synthetic::Rng;
 use quadratura_base::scene::{PhotoPixels, Samples};
 
-struct Folder(tempfile::TempDir);
+struct TestPhotoFolder(tempfile::TempDir);
 
-impl Folder {
+impl TestPhotoFolder {
     fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
@@ -62,7 +62,7 @@ fn expected(of: impl Fn(u32, u32) -> Vec<u16>) -> Vec<Vec<u16>> {
 
 #[test]
 fn every_layout_of_the_same_picture_gives_the_same_pixels() {
-    let folder = Folder::new();
+    let folder = TestPhotoFolder::new();
     for case in 0..512u32 {
         let is = |bit: u32| case >> bit & 1 == 1;
         let layout = Written {
@@ -87,7 +87,7 @@ fn every_layout_of_the_same_picture_gives_the_same_pixels() {
 
 #[test]
 fn associated_alpha_is_divided_out_and_straight_alpha_is_not() {
-    let folder = Folder::new();
+    let folder = TestPhotoFolder::new();
     for case in 0..16u32 {
         let is = |bit: u32| case >> bit & 1 == 1;
         let (grey, bits) = (is(0), if is(1) { 16 } else { 8 });
@@ -134,7 +134,7 @@ fn associated_alpha_is_divided_out_and_straight_alpha_is_not() {
 
 #[test]
 fn channels_beside_the_colours_are_told_and_only_what_is_said_to_be_opacity_is_it() {
-    let folder = Folder::new();
+    let folder = TestPhotoFolder::new();
     let of = value_of(8);
     let told = |samples: u16, extra: &[u16]| {
         let mut found = Vec::new();
@@ -169,7 +169,7 @@ fn channels_beside_the_colours_are_told_and_only_what_is_said_to_be_opacity_is_i
 
 #[test]
 fn grey_of_any_depth_is_spread_over_8_or_16_bits_and_white_may_be_zero() {
-    let folder = Folder::new();
+    let folder = TestPhotoFolder::new();
     for bits in [1u16, 2, 4, 8, 16] {
         for (white_is_zero, tiled, big_endian) in
             [(false, false, false), (true, false, true), (true, true, false)]
@@ -191,7 +191,7 @@ fn grey_of_any_depth_is_spread_over_8_or_16_bits_and_white_may_be_zero() {
 
 #[test]
 fn palettes_and_inks_become_rgb() {
-    let folder = Folder::new();
+    let folder = TestPhotoFolder::new();
     for (bits, scale) in [(4u16, 257u32), (8, 257), (8, 1)] {
         let count = 1u32 << bits;
         let colour = |i: u32| [i * 255 / (count - 1), 255 - i * 255 / (count - 1), i * 7 % 256];
@@ -219,7 +219,7 @@ fn palettes_and_inks_become_rgb() {
 
 #[test]
 fn what_is_not_read_is_refused_by_name_before_anything_is_decoded() {
-    let folder = Folder::new();
+    let folder = TestPhotoFolder::new();
     let with = |more: &[(u16, u16, Vec<u32>)]| Written { more: more.to_vec(), ..Written::default() };
     let one = |tag: u16, value: u32| with(&[(tag, 3, vec![value])]);
     let deep = |bits: u16| Written { bits, ..Written::default() };
@@ -263,7 +263,7 @@ fn what_is_not_read_is_refused_by_name_before_anything_is_decoded() {
 
 #[test]
 fn orientation_and_profile_are_those_of_the_tags_in_both_sizes_of_offsets() {
-    let folder = Folder::new();
+    let folder = TestPhotoFolder::new();
     let mut profile = vec![0u32; 128];
     profile[16..20].copy_from_slice(&b"RGB ".map(u32::from));
     for is_big in [false, true] {
@@ -282,7 +282,7 @@ fn orientation_and_profile_are_those_of_the_tags_in_both_sizes_of_offsets() {
 fn mutated_tiffs_give_a_photo_or_an_error_and_never_a_fault() {
     let count = std::env::var("QUADRATURA_MUTATIONS").ok().and_then(|count| count.parse().ok());
     let count: u32 = count.unwrap_or(600);
-    let folder = Folder::new();
+    let folder = TestPhotoFolder::new();
     let mut rng = Rng::new(41);
     let mut read = 0;
     for case in 0..count {

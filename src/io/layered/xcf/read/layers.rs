@@ -70,7 +70,7 @@ impl XcfLayerReader<'_> {
         self.note_effects(&mut cursor, &name)?;
         let path = self.tree.path_of(&properties.path);
         if properties.group {
-            self.group(name, path, &properties, (mask, width, height))?;
+            self.group(name, path, &properties, mask, width, height)?;
             return Ok(None);
         }
         if properties.is_text {
@@ -118,7 +118,9 @@ impl XcfLayerReader<'_> {
         name: String,
         path: Vec<u32>,
         properties: &Properties,
-        (mask, width, height): (u64, u32, u32),
+        mask: u64,
+        width: u32,
+        height: u32,
     ) -> Result<()> {
         let (x, y) = properties.offset;
         let rect = rect_at(x.into(), y.into(), width.into(), height.into());

@@ -56,7 +56,7 @@ impl PixelModel {
 
 /// The compression method of tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Compression {
+enum TileCompression {
     None,
     Rle,
     Zlib,
@@ -75,7 +75,7 @@ pub struct TileTable {
     wide: bool,
     model: PixelModel,
     precision: Precision,
-    compression: Compression,
+    compression: TileCompression,
     colours: Arc<[[u8; 3]]>,
 }
 
@@ -99,9 +99,9 @@ impl TileTable {
         compression: u8,
     ) -> Result<Self> {
         let compression = match compression {
-            0 => Compression::None,
-            1 => Compression::Rle,
-            2 => Compression::Zlib,
+            0 => TileCompression::None,
+            1 => TileCompression::Rle,
+            2 => TileCompression::Zlib,
             other => return Err(bytes.damaged(position, format!("compression {other}, expected 0, 1 or 2"))),
         };
         let mut cursor = bytes.cursor(position);
@@ -139,9 +139,9 @@ impl TileTable {
     /// pointer and some code.
     fn check_size(&self) -> Result<()> {
         let shortest = match self.compression {
-            Compression::None => 1, // beyond that, each is checked when it is read
-            Compression::Rle => 2 * self.bytes_per_pixel() as u64,
-            Compression::Zlib => 8,
+            TileCompression::None => 1, // beyond that, each is checked when it is read
+            TileCompression::Rle => 2 * self.bytes_per_pixel() as u64,
+            TileCompression::Zlib => 8,
         };
         let needed = self.count().saturating_mul(self.pointer_bytes() + shortest);
         if needed > self.bytes.length() {
@@ -308,9 +308,13 @@ impl TileTable {
         let code = self.bytes.read(at, length)?;
         decoder.tile.resize(size, 0);
         let whole = match self.compression {
-            Compression::None => code.get(..size).map(|code| decoder.tile.copy_from_slice(code)).is_some(),
-            Compression::Rle => unpack(&code, &mut decoder.tile, self.bytes_per_pixel(), &mut decoder.planes),
-            Compression::Zlib => decoder.inflate(&code),
+            TileCompression::None => {
+                code.get(..size).map(|code| decoder.tile.copy_from_slice(code)).is_some()
+            }
+            TileCompression::Rle => {
+                unpack(&code, &mut decoder.tile, self.bytes_per_pixel(), &mut decoder.planes)
+            }
+            TileCompression::Zlib => decoder.inflate(&code),
         };
         if !whole {
             let found = format!("a tile whose code does not give {size} bytes");

@@ -12,8 +12,9 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::closed_form::stairs;
 use quadratura_base::task::Event;
 use quadratura_ldi::device::{DeviceWarper, UploadedLdi, WarpDevice};
-use quadratura_ldi::{DepthPixel, Ldi, LdiKind, LdiReport, Level, Splat, warp};
+use quadratura_ldi::{DepthPixel, Ldi, LdiKind, LdiReport, ResolutionLevel, Splat, warp};
 use quadratura_projection::Gains;
+use quadratura_projection::exposure::ViewExposure;
 
 /// The side of the pictures in pixels.
 const SIDE: u32 = 8;
@@ -34,7 +35,7 @@ fn ldi(photo: PhotoId, camera: Pinhole, pose: Pose) -> Ldi {
         gain: [0.0; 3],
         surfaces: Vec::new(),
         sources: Vec::new(),
-        levels: vec![Level::of_rows(camera, rows)],
+        levels: vec![ResolutionLevel::of_rows(camera, rows)],
         report: LdiReport { depth_complexity: 1.0, layers: 1, ..LdiReport::default() },
     }
 }
@@ -99,8 +100,8 @@ impl Bench {
     fn draw_with(&mut self, options: LiveOptions, shares: [f64; 4], after_ms: u64) -> LivePicture {
         self.now += Duration::from_millis(after_ms);
         let shares = Shares { of_photo: shares.to_vec(), of_common: 0.0, takes_part: vec![true; 4] };
-        let seen = (&shares, &ViewExposure::neutral(4));
-        self.view.drawn(seen, (&self.shot, &options), self.now, &Task::silent()).unwrap()
+        let seen = ExposedShot { shot: &self.shot, exposure: &ViewExposure::neutral(4) };
+        self.view.drawn(&shares, seen, &options, self.now, &Task::silent()).unwrap()
     }
 
     /// Lets the builder finish what it makes.
@@ -291,8 +292,12 @@ fn what_a_device_cannot_draw_is_drawn_by_the_processor_from_then_on_and_said_onc
         let camera = Pinhole { width, ..bench.shot.camera };
         let shot = Shot { camera, ..bench.shot.clone() };
         let images = &mut bench.view.images;
-        let drawn =
-            images.picture(&mut bench.view.warper, (&shot, &ViewExposure::neutral(4)), bench.now, &task);
+        let drawn = images.picture(
+            &mut bench.view.warper,
+            ExposedShot { shot: &shot, exposure: &ViewExposure::neutral(4) },
+            bench.now,
+            &task,
+        );
         let picture = drawn.unwrap().unwrap();
         picture.pixels()[(SIDE / 2 * width + SIDE / 2) as usize]
     };
