@@ -171,7 +171,8 @@ pub fn small_piazza(to: &Path, photos: usize) {
     let smaller = |number: &str| (number.parse::<f64>().unwrap() / f64::from(SMALLER)).to_string();
     // Number and model come before all that is in pixels.
     let camera = |line: &str| {
-        let in_pixels = |(place, word): (usize, &str)| if place < 2 { word.to_owned() } else { smaller(word) };
+        let in_pixels =
+            |(place, word): (usize, &str)| if place < 2 { word.to_owned() } else { smaller(word) };
         line.split_whitespace().enumerate().map(in_pixels).collect::<Vec<_>>().join(" ")
     };
     // Of each point two coordinates, then its number; every other line has points.

@@ -36,8 +36,7 @@ pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
     };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(Size::Own);
     let views = views_of(&sets, &ViewRequest { source, size, fps: args.pictures.fps }, task)?;
-    let mut drawing =
-        LdiDrawing::new(&sets, warp_options, args.quality, args.stereo, args.show.shown());
+    let mut drawing = LdiDrawing::new(&sets, warp_options, args.quality, args.stereo, args.show.shown());
     let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task).map(Into::into);
     let film = film(args, &views);
     let (out, stereo) = (args.pictures.out.clone(), args.stereo.is_some());

@@ -8,7 +8,6 @@ use crate::splat::sums::{LEAST, OVERFULL};
 use crate::stretch::{CLOSED, Jacobian, LEAST_RATIO, LONGEST, Parallelogram, Squares, jacobian, plane_maps};
 use crate::transfer::Transfer;
 use crate::{LdiSurface, SplatKind, WarpOptions};
-use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::synthetic::{Modeller, Rng, camera_is_world, centred, look_at};
 use quadratura_base::task::Task;
 use quadratura_view::Shot;

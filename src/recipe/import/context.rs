@@ -25,7 +25,7 @@ pub struct EditedFile<'a> {
     /// Its contents, turned back if the image was turned.
     pub document: &'a EditedDocument,
     /// How the image was turned; `None` where it was not.
-    pub turn: Option<Turn>,
+    pub turn: Option<ImageTurn>,
 }
 
 /// The inputs for reading any file of an import.

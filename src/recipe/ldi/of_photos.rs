@@ -14,6 +14,7 @@ use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
 use quadratura_ldi::{Ldi, LdiKind, SourceImage, combine};
 use quadratura_projection::exposure::shares_of_view;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::relief::Relief;
 use quadratura_view::Shot;
 

@@ -26,7 +26,7 @@ use quadratura_base::task::Task;
 use quadratura_files::hash::Hashing;
 use quadratura_layers::projected_model::{Item, ProjectedModel};
 use quadratura_ldi::finish::{SampleCounts, Unfinished};
-use quadratura_ldi::{DepthPixelOrigin, CommonCamera, Ldi, LdiKind};
+use quadratura_ldi::{CommonCamera, DepthPixelOrigin, Ldi, LdiKind};
 use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
 use quadratura_projection::relief::Relief;
 use quadratura_view::agreement::AgreementGrid;

@@ -65,7 +65,7 @@ pub fn baked(
         }
     }
     for (name, plant) in plants.iter().filter(|(name, _)| names.is_empty() || names.contains(name)) {
-        made.push(one(folder, *name, plant, request, task)?);
+        made.push(one(folder, name, plant, request, task)?);
     }
     if problems.is_empty() {
         remove_other_images(folder, plants.iter().map(|(_, plant)| plant))?;

@@ -165,7 +165,7 @@ fn runs_parts_and_rows_give_the_same_bytes() {
     for (seed, splat) in (0..8).flat_map(|seed| SPLATS.map(|splat| (seed, splat))) {
         let (ldi, shot) = scene(seed);
         let images = [uploaded(&gpu, ldi.clone()), uploaded(&small, ldi)];
-        assert!(images[1].parts(0).len() > 5 && images[0].parts(0).len() == 1);
+        assert!(images[1].chunks(0).len() > 5 && images[0].chunks(0).len() == 1);
         let first = picture(&mut gpu, &images[0], &shot, &of_splat(splat));
         assert_eq!(first, picture(&mut gpu, &images[0], &shot, &of_splat(splat)), "{seed}: a second run");
         assert_eq!(first, picture(&mut small, &images[1], &shot, &of_splat(splat)), "{seed}: parts");
