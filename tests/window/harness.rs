@@ -157,8 +157,8 @@ pub fn copy_of_piazza(to: &Path, photos: usize) {
     }
 }
 
-/// The factor by which photos are made smaller for tests that make layers: their sides have 540 and 360 pixels then.
-const SMALLER: u32 = 4;
+/// The factor by which photos are made smaller for tests that make layers: their sides have 1080 and 720 pixels then.
+const SMALLER: u32 = 2;
 
 /// A copy of it with its first photos, made smaller.
 pub fn small_piazza(to: &Path, photos: usize) {
