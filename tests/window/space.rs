@@ -1,5 +1,6 @@
 //! The 3D view of the window: backs of faces, layers pulled apart, what colours mean, pictures to keep.
 
+use std::cell::Cell;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -306,21 +307,26 @@ fn wait_for_trees(harness: &mut Harness<'_, Editor>) {
     wait(harness, "the trees", |editor| editor.space.shows_present() && editor.trees.sent.is_some());
 }
 
-/// Returns a place in the view where something is found, also a hundredth of the view to each side: what is on an edge in one picture may
-/// not be in the next.
-fn place_of(harness: &Harness<'_, Editor>, found: impl Fn(&Editor, &ViewPixel) -> bool) -> Pos2 {
-    let view = harness.get_by_label("3D view").rect();
-    let editor = harness.state();
-    let size_px = editor.space.size_px();
-    let is_found = |[x, y]: [i32; 2]| {
-        let [x, y] = [f64::from(x) / 100.0, f64::from(y) / 100.0];
-        let at_px = glam::DVec2::new(x * f64::from(size_px[0]), y * f64::from(size_px[1]));
-        found(editor, &ViewPixel { viewpoint: editor.space.viewpoint, size_px, at_px })
+/// Waits for a place in the view where something is found, also a hundredth of the view to each side: what is on an edge in one picture
+/// may not be in the next, and on a busy machine the picture may still be the one before.
+fn place_of(harness: &mut Harness<'_, Editor>, found: impl Fn(&Editor, &ViewPixel) -> bool) -> Pos2 {
+    let place = |editor: &Editor| {
+        let size_px = editor.space.size_px();
+        let is_found = |[x, y]: [i32; 2]| {
+            let [x, y] = [f64::from(x) / 100.0, f64::from(y) / 100.0];
+            let at_px = glam::DVec2::new(x * f64::from(size_px[0]), y * f64::from(size_px[1]));
+            found(editor, &ViewPixel { viewpoint: editor.space.viewpoint, size_px, at_px })
+        };
+        let is_inside = |[x, y]: &[i32; 2]| (-1..=1).all(|dy| (-1..=1).all(|dx| is_found([x + dx, y + dy])));
+        (10..90).rev().flat_map(|y| (10..90).map(move |x| [x, y])).find(is_inside)
     };
-    let is_inside = |[x, y]: &[i32; 2]| (-1..=1).all(|dy| (-1..=1).all(|dx| is_found([x + dx, y + dy])));
-    let mut places = (10..90).rev().flat_map(|y| (10..90).map(move |x| [x, y]));
-    let at = places.find(is_inside).expect("there is such a place in the view");
-    let [x, y] = at.map(|share| share as f32 / 100.0);
+    let at = Cell::new(None);
+    wait(harness, "such a place in the view", |editor| {
+        at.set(place(editor));
+        at.get().is_some()
+    });
+    let [x, y] = at.get().expect("it was waited for").map(|share| share as f32 / 100.0);
+    let view = harness.get_by_label("3D view").rect();
     view.min + view.size() * eframe::egui::vec2(x, y)
 }
 
@@ -334,7 +340,7 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
         harness.state().session.as_ref().unwrap().history.undoes().map(str::to_owned)
     };
     let placing = Some("placing of bush_1".to_owned());
-    let ground = place_of(&harness, |editor, pixel| editor.ground_at(pixel).is_some());
+    let ground = place_of(&mut harness, |editor, pixel| editor.ground_at(pixel).is_some());
     harness.drag_at(ground);
     harness.step();
     assert_eq!(harness.state().selected_tree().unwrap().name, "bush_1");
@@ -353,7 +359,7 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
     // It is picked by what is drawn, and named in the list.
     wait_for_trees(&mut harness);
     harness.state_mut().select(Selection::Nothing);
-    let on_tree = place_of(&harness, |editor, pixel| editor.tree_at(pixel).is_some());
+    let on_tree = place_of(&mut harness, |editor, pixel| editor.tree_at(pixel).is_some());
     harness.drag_at(on_tree);
     harness.drop_at(on_tree);
     wait(&mut harness, "the selection", |editor| editor.selected_tree().is_some());
