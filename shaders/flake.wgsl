@@ -30,7 +30,7 @@ struct FlakeImage {
     count: u32,
     // The number of samples of all images before it.
     before: u32,
-    // The doors of its direction and of the sub-object's images of this resolution: it draws where both are open.
+    // The stipples of its direction and of the sub-object's images of this resolution: it draws where both are open.
     of_direction: u32,
     of_part: u32,
     // The tree among those in view, and its species.

@@ -1,6 +1,6 @@
 // Pass *flakes*: which sample of the images of plants is nearest at each sub-pixel of the view (Max 1996, section 4, with a depth
 // buffer in place of layers). Each sample is a parallelogram at its own depth that leans as its normal tells.
-// Rust: gpu/renderer/plants/flakes.rs. Before this text: surfaces.wgsl, door.wgsl, flake.wgsl, flakes_wide.wgsl or flakes_narrow.wgsl, and the
+// Rust: gpu/renderer/plants/flakes.rs. Before this text: surfaces.wgsl, stipple.wgsl, flake.wgsl, flakes_wide.wgsl or flakes_narrow.wgsl, and the
 // number of INVOCATIONS of a workgroup.
 // CPU reference: foliage/flake.rs, foliage/place.rs.
 

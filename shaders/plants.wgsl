@@ -1,7 +1,7 @@
 // Trees as polygons: every triangle of every instance, hidden by faces and hiding them. Entry points: `lit` (colours), `plain`
 // (one colour a tree), `numbered` (the numbers of trees) and `shadow` (nothing but depths, for shadows).
 // Rust: gpu/renderer/plants/pipeline.rs (Placement), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
-// daylight.wgsl, door.wgsl, and the constants CUT, true where pictures are cut out, and DOOR, true where
+// daylight.wgsl, stipple.wgsl, and the constants CUT, true where pictures are cut out, and STIPPLE, true where
 // instances are drawn in part of the sub-pixels.
 // CPU reference: foliage/brute.rs, foliage/view.rs (normal_map).
 
@@ -42,7 +42,7 @@ struct PlantCorner {
     // The factors by which paint changes light plus DARK.
     @location(6) change: vec3f,
     // The sub-pixels in which the instance is drawn.
-    @location(7) door: u32,
+    @location(7) stipple: u32,
     // The index of its tree in `trees`, counted from `placement.first`.
     @location(8) tree: u32,
 }
@@ -58,7 +58,7 @@ const DARK = 0.01;
 @group(2) @binding(1) var picture: texture_2d<f32>;
 @group(2) @binding(2) var picture_sampler: sampler;
 
-// A point of a surface, in the camera's frame. All but `door` and `tree` is interpolated at the sample: devices would be free to choose
+// A point of a surface, in the camera's frame. All but `stipple` and `tree` is interpolated at the sample: devices would be free to choose
 // another place in the pixel, and the triangles are so small that the pixel's centre is mostly beyond them.
 struct Lit {
     @invariant @builtin(position) clip: vec4f,
@@ -66,7 +66,7 @@ struct Lit {
     @location(1) @interpolate(perspective, sample) normal: vec3f,
     @location(2) @interpolate(perspective, sample) texture: vec2f,
     @location(3) @interpolate(perspective, sample) change: vec3f,
-    @location(4) @interpolate(flat) door: u32,
+    @location(4) @interpolate(flat) stipple: u32,
     @location(5) @interpolate(flat) tree: u32,
 }
 
@@ -90,15 +90,15 @@ fn grown(corner: PlantCorner) -> Lit {
     lit.normal = side * (cofactors * corner.normal);
     lit.texture = corner.texture;
     lit.change = corner.change;
-    lit.door = corner.door;
+    lit.stipple = corner.stipple;
     lit.tree = placement.first + corner.tree;
     return lit;
 }
 
 // Leaves out what the picture cuts out, and sub-pixels in which something else is drawn.
 fn cut_out(surface: Lit, sub_pixel: u32) {
-    if DOOR {
-        if !is_open(surface.door, vec2u(surface.clip.xy), sub_pixel) {
+    if STIPPLE {
+        if !is_open(surface.stipple, vec2u(surface.clip.xy), sub_pixel) {
             discard;
         }
     }

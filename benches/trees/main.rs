@@ -15,9 +15,9 @@ use glam::{DAffine3, DVec3, Vec3, dvec3};
 use quadratura::render::TextureOptions;
 use quadratura::task::Task;
 use quadratura::testing::foliage::{
-    BakeOptions, FlakeOptions, LayeredOptions, OutdoorLight, Placing, Plant, PlantImages, Species, Tree,
-    View, WalkOptions, Wood, WoodSpecies, bake, draw, draw_flakes, draw_layered, grow, in_view, similarity,
-    walk,
+    BakeOptions, FlakeOptions, LayeredOptions, OutdoorLight, PlacedSpecies, PlacedTrees, Placing, Plant,
+    PlantImages, Species, Tree, View, WalkOptions, bake, draw, draw_flakes, draw_layered, grow, in_view,
+    similarity, walk,
 };
 use quadratura::testing::gpu::{Gpu, Renderer, TileStore};
 use quadratura::testing::projection::relief::Relief;
@@ -51,12 +51,12 @@ fn baked(plant: &Plant, options: &BakeOptions) -> Arc<PlantImages> {
     Arc::new(bake(plant, options, &Task::silent()).expect("nobody stops it"))
 }
 
-fn species(plant: &Arc<Plant>, images: Option<&Arc<PlantImages>>) -> WoodSpecies {
-    WoodSpecies { plant: plant.clone(), unpainted: None, images: images.cloned(), openness: None }
+fn species(plant: &Arc<Plant>, images: Option<&Arc<PlantImages>>) -> PlacedSpecies {
+    PlacedSpecies { plant: plant.clone(), unpainted: None, images: images.cloned(), openness: None }
 }
 
 /// The trees of a species in these places.
-fn wood(species: WoodSpecies, places: impl Iterator<Item = DAffine3>) -> Wood {
+fn placed(species: PlacedSpecies, places: impl Iterator<Item = DAffine3>) -> PlacedTrees {
     let tree = |(number, world_from_plant): (u32, DAffine3)| Tree {
         number,
         name: format!("tree {number}"),
@@ -68,7 +68,7 @@ fn wood(species: WoodSpecies, places: impl Iterator<Item = DAffine3>) -> Wood {
         sunlit: None,
     };
     let light = OutdoorLight::day(species.plant.up);
-    Wood { trees: (0..).zip(places).map(tree).collect(), species: vec![species], light }
+    PlacedTrees { trees: (0..).zip(places).map(tree).collect(), species: vec![species], light }
 }
 
 /// A site without photos has no texels.
@@ -80,8 +80,8 @@ impl Texels for NoTexels {
     }
 }
 
-fn renderer(gpu: &Gpu, wood: Wood) -> Renderer {
-    renderer_of(gpu, Arc::default(), Arc::default(), Arc::new(NoTexels), wood)
+fn renderer(gpu: &Gpu, placed: PlacedTrees) -> Renderer {
+    renderer_of(gpu, Arc::default(), Arc::default(), Arc::new(NoTexels), placed)
 }
 
 /// A renderer of a model and the trees that stand on it.
@@ -90,14 +90,14 @@ fn renderer_of(
     model: Arc<Model>,
     sources: Arc<Sources>,
     texels: Arc<dyn Texels>,
-    wood: Wood,
+    placed: PlacedTrees,
 ) -> Renderer {
     let tiles = TileStore::new(gpu, &sources, texels, TextureOptions::default())
         .expect("page tables fit into any device");
     let gains = Gains::none(sources.photos.len());
     let mut renderer =
         Renderer::new(gpu, model, sources, gains, &Relief::default(), tiles).expect("shaders are valid");
-    renderer.set_trees(Some(Arc::new(wood))).expect("the device has room for the trees");
+    renderer.set_trees(Some(Arc::new(placed))).expect("the device has room for the trees");
     renderer
 }
 
@@ -167,7 +167,7 @@ fn report_line(name: &str, unit: &str, times: &[(f64, Option<f64>)]) {
 /// 13 maples and a view of them.
 struct ThirteenMaples {
     maple: Arc<Plant>,
-    wood: Plant,
+    placed: Plant,
     shot: Shot,
 }
 
@@ -175,33 +175,33 @@ impl ThirteenMaples {
     /// The view has `size` pixels, and the nearest maple is about `rows` pixels tall in it.
     fn new(size: [u32; 2], rows: f64) -> Self {
         let one = maple_species();
-        let wood = grow(&Species { trees: 13, ..one.clone() }).expect("it is within the limits");
-        let ball = wood.whole().bounds.ball;
-        let tallest = wood.whole().bounds.space.high.z;
+        let placed = grow(&Species { trees: 13, ..one.clone() }).expect("it is within the limits");
+        let ball = placed.whole().bounds.ball;
+        let tallest = placed.whole().bounds.space.high.z;
         let focal = FOCAL * f64::from(size[0]) / f64::from(SIZE[0]);
         let distance = focal * tallest / rows + ball.radius;
         let eye = ball.middle + dvec3(0.0, -distance, 2.0 - ball.middle.z);
         let shot = Shot::new(centred(size[0], size[1], focal), look_at(eye, ball.middle));
-        Self { maple: grown(&one), wood, shot }
+        Self { maple: grown(&one), placed, shot }
     }
 
     /// The places of the maples.
     fn places(&self) -> impl Iterator<Item = DAffine3> {
-        self.wood.whole().uses.iter().map(|used| used.parent_from_child)
+        self.placed.whole().uses.iter().map(|used| used.parent_from_child)
     }
 
     /// The images of the maple for the wood, whose other sub-objects are the same.
     fn images_of_wood(&self, images: &PlantImages) -> PlantImages {
         let names =
             |plant: &Plant| plant.objects.iter().map(|object| object.name.clone()).collect::<Vec<_>>();
-        assert_eq!(names(&self.maple), names(&self.wood)[..self.maple.objects.len()]);
+        assert_eq!(names(&self.maple), names(&self.placed)[..self.maple.objects.len()]);
         let mut images = images.clone();
         images.objects.push(None);
         images
     }
 
     fn view(&self) -> View {
-        View::perspective(self.shot.camera, &self.shot.pose, &self.wood.whole().bounds.ball)
+        View::perspective(self.shot.camera, &self.shot.pose, &self.placed.whole().bounds.ball)
     }
 }
 
@@ -267,17 +267,17 @@ fn thousand_maples(c: &mut Criterion) {
 }
 
 fn on_processor(c: &mut Criterion, scene: &ThirteenMaples, images: [&PlantImages; 2]) {
-    let (view, light, task) = (scene.view(), OutdoorLight::day(scene.wood.up), Task::silent());
+    let (view, light, task) = (scene.view(), OutdoorLight::day(scene.placed.up), Task::silent());
     let [slabs, layers] = images.map(|images| scene.images_of_wood(images));
     let mut group = c.benchmark_group("wood of 13 on the processor");
     few(&mut group);
-    let brute = || draw(&scene.wood, &view, &light, &task).expect("nobody stops it").picture;
+    let brute = || draw(&scene.placed, &view, &light, &task).expect("nobody stops it").picture;
     let truth = timed(&mut group, "brute force", brute);
     let of_texels = |images: &PlantImages, options: &FlakeOptions| {
-        draw_flakes(&scene.wood, images, &view, &light, options, &task).expect("nobody stops it").0
+        draw_flakes(&scene.placed, images, &view, &light, options, &task).expect("nobody stops it").0
     };
     let of_layers = |options: &LayeredOptions| {
-        draw_layered(&scene.wood, &layers, &view, &light, options, &task).expect("nobody stops it").0
+        draw_layered(&scene.placed, &layers, &view, &light, options, &task).expect("nobody stops it").0
     };
     let mut found = Vec::new();
     for (name, images, options) in [
@@ -308,7 +308,7 @@ fn on_device(
 ) {
     let (Ok(gpu), task) = (Gpu::headless(), Task::silent()) else { return };
     let places: Vec<DAffine3> = places.collect();
-    let of = |images| renderer(&gpu, wood(species(maple, images), places.iter().copied()));
+    let of = |images| renderer(&gpu, placed(species(maple, images), places.iter().copied()));
     let mut group = c.benchmark_group(name);
     few(&mut group);
     let picture =
@@ -338,13 +338,13 @@ fn placed(maple: &Plant, at: DVec3, number: u32) -> DAffine3 {
 }
 
 /// Trees in rows of 40, 12 metres apart, of which each is about 16 pixels tall in the view; and that view.
-fn rows_of_trees(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> (Wood, Shot) {
+fn rows_of_trees(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> (PlacedTrees, Shot) {
     let at = |i: u32| 12.0 * dvec3(f64::from(i % 40) - 19.5, f64::from(i / 40) - 12.0, 0.0);
     let places = (0..count).map(|i| placed(maple, at(i), i));
     let eye = dvec3(0.0, -700.0, 700.0);
     let shot = Shot::new(centred(SIZE[0], SIZE[1], 1600.0), look_at(eye, DVec3::ZERO));
     let quality = Quality::Preview;
-    (wood(species(maple, Some(images)), places), Shot { quality, ..shot })
+    (placed(species(maple, Some(images)), places), Shot { quality, ..shot })
 }
 
 fn by_trees(c: &mut Criterion) {
@@ -358,8 +358,8 @@ fn by_trees(c: &mut Criterion) {
     few(&mut group);
     let mut times = Vec::new();
     for count in [1, 10, 100, 1000] {
-        let (wood, shot) = rows_of_trees(&maple, &images, count);
-        let mut renderer = renderer(&gpu, wood);
+        let (placed, shot) = rows_of_trees(&maple, &images, count);
+        let mut renderer = renderer(&gpu, placed);
         let picture = || renderer.picture(&shot, &Task::silent()).expect("the adapter works");
         let timed = timed(&mut group, &count.to_string(), picture);
         times.push((f64::from(count), timed.map(|(seconds, _)| seconds)));
@@ -410,18 +410,18 @@ fn walks(c: &mut Criterion) {
     let ball = maple.whole().bounds.ball;
     let near = ThirteenMaples::new(SIZE, 200.0);
     // Among the trees, at a metre and a half from the nearest trunk.
-    let foot = near.wood.whole().uses[0].parent_from_child.translation;
+    let foot = near.placed.whole().uses[0].parent_from_child.translation;
     let eye = foot + dvec3(1.5, 0.0, 1.7);
-    let look = look_at(eye, near.wood.whole().bounds.ball.middle);
+    let look = look_at(eye, near.placed.whole().bounds.ball.middle);
     let near_shot = Shot::new(centred(SIZE[0], SIZE[1], FOCAL), look);
-    let near = wood(species(&maple, Some(&images)), near.places());
+    let near = placed(species(&maple, Some(&images)), near.places());
     let mut group = c.benchmark_group("walk, one thread");
     few(&mut group);
-    for (name, wood, shot) in [("1,000 far trees", &far, &shot), ("13 near trees", &near, &near_shot)] {
+    for (name, placed, shot) in [("1,000 far trees", &far, &shot), ("13 near trees", &near, &near_shot)] {
         let view = |tree: &Tree| View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &ball);
         let options: WalkOptions = FlakeOptions::PREVIEW.walk;
         let number = |tree: &Tree| u64::from(tree.number);
-        let trees = || wood.trees.iter();
+        let trees = || placed.trees.iter();
         let drawn = || trees().map(|tree| walk(&maple, &images, &view(tree), &options, number(tree)).len());
         let seen =
             || trees().map(|tree| in_view(&maple, &images, &view(tree), &options, number(tree)).images.len());

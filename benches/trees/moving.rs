@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use criterion::Criterion;
 use glam::{DVec3, dvec3};
 use quadratura::task::Task;
-use quadratura::testing::foliage::{BakeOptions, Placing, Plant, PlantImages, Wood};
+use quadratura::testing::foliage::{BakeOptions, PlacedTrees, Placing, Plant, PlantImages};
 use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::one_photo;
@@ -15,7 +15,7 @@ use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{Modeller, centred, look_at};
 use quadratura::testing::view::{Quality, Shot};
 
-use super::{FOCAL, SIZE, baked, few, grown, is_wanted, maple_species, renderer_of, species, timed, wood};
+use super::{FOCAL, SIZE, baked, few, grown, is_wanted, maple_species, placed, renderer_of, species, timed};
 
 /// What trees may take in a picture of a view that moves, as in the window.
 const TREES_WITHIN: Duration = Duration::from_millis(30);
@@ -47,7 +47,7 @@ fn ground() -> (Arc<Model>, Arc<Sources>) {
 }
 
 /// Trees in two rows along the ground, with their shadows; each is about nine metres tall.
-fn avenue(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> Wood {
+fn avenue(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> PlacedTrees {
     let along = 0.9 * GROUND / f64::from(count / 2);
     let placing = |i: u32| Placing {
         at: dvec3(
@@ -61,9 +61,10 @@ fn avenue(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> Wood {
         turn: 137.508 * f64::from(i),
         unit: 1.0,
     };
-    let mut wood = wood(species(maple, Some(images)), (0..count).map(|i| placing(i).world_from_plant(maple)));
-    wood.trees.iter_mut().for_each(|tree| tree.casts = true);
-    wood
+    let mut placed =
+        placed(species(maple, Some(images)), (0..count).map(|i| placing(i).world_from_plant(maple)));
+    placed.trees.iter_mut().for_each(|tree| tree.casts = true);
+    placed
 }
 
 /// Steps of a drag.

@@ -1,7 +1,7 @@
 //! The editor window: it displays the state and pushes asks, and computes nothing. Only this module knows egui.
 //!
 //! A frame has one direction: results of jobs and painter are applied, keys become commands, panels draw the state and
-//! push `Ask`s, and `action` applies those. Everything that takes longer than a frame is a job on a thread of its own.
+//! push `Request`s, and `action` applies those. Everything that takes longer than a frame is a job on a thread of its own.
 //!
 //! The layers, in an order in which none may use a later one: `state` (plain values), `widget` (parts of panels),
 //! `work` (threads), `action` (changes of the state), `command` (menus and keys), `panel` (drawing), `shell` (the
@@ -26,7 +26,7 @@ use self::frame_times::{FrameReport, FrameTimes};
 use self::shell::APP_ID;
 pub use self::shell::{editor, frame_times};
 pub use self::state::space::view_pixel;
-pub use self::state::{ask, life, notes, panes, running, selection, settings};
+pub use self::state::{life, notes, panes, request, running, selection, settings};
 pub use self::work::autosave::Ending;
 pub use self::work::crash;
 pub use self::work::priority::lower_own_priority;

@@ -109,7 +109,7 @@ impl Task {
     /// # Errors
     /// Returns [`Error::Cancelled`] when the task was cancelled.
     pub fn step(&self, stage: &'static str, done: u64, total: u64) -> Result<()> {
-        self.go_on()?;
+        self.check_cancelled()?;
         if self.tells_steps || !self.subject.is_empty() {
             (self.sink)(Event::Step { stage, subject: self.subject.to_string(), done, total });
         }
@@ -120,7 +120,7 @@ impl Task {
     ///
     /// # Errors
     /// Returns [`Error::Cancelled`] when the task was cancelled.
-    pub fn go_on(&self) -> Result<()> {
+    pub fn check_cancelled(&self) -> Result<()> {
         let is_set = |flag: &Arc<AtomicBool>| flag.load(Ordering::Relaxed);
         if is_set(&self.stop) || self.also.as_ref().is_some_and(is_set) {
             return Err(Error::Cancelled);

@@ -49,7 +49,7 @@ impl ProjectLock {
     ) -> Result<Self> {
         let (mut noted, mut other_since) = (false, None);
         loop {
-            task.go_on()?;
+            task.check_cancelled()?;
             match Self::try_take(folder)? {
                 Ok(lock) => return Ok(lock),
                 Err(holder) if !is_brief(&holder) => {

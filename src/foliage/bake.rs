@@ -281,7 +281,7 @@ impl Baker<'_> {
         drawer: &mut Drawer<ImageCanvas>,
     ) -> Result<()> {
         for drawn in walk_from(self.plant, object, made, view, &WalkOptions::FINAL, 0) {
-            self.task.go_on()?;
+            self.task.check_cancelled()?;
             draw_part(drawer, self.plant, made, &drawn, view, SAME_LAYER);
         }
         Ok(())

@@ -4,9 +4,9 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::bounds::Ball;
+use super::placed::PlacedTrees;
 use super::shade::OutdoorLight;
 use super::shadow::{Caster, Shadow};
-use super::wood::Wood;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 
@@ -45,13 +45,13 @@ impl CastShadows {
     ///
     /// # Errors
     /// Those of [`super::draw`].
-    pub fn new(wood: &Wood, ball: &Ball, task: &Task) -> Result<Self> {
-        let casters = wood.trees.iter().filter(|tree| tree.casts).map(|tree| {
-            let plant = &*wood.species[tree.species].plant;
+    pub fn new(placed: &PlacedTrees, ball: &Ball, task: &Task) -> Result<Self> {
+        let casters = placed.trees.iter().filter(|tree| tree.casts).map(|tree| {
+            let plant = &*placed.species[tree.species].plant;
             Caster { plant, frame_from_plant: tree.world_from_plant }
         });
         let casters: Vec<Caster<'_>> = casters.collect();
-        let towards_sun = wood.light.towards_sun;
+        let towards_sun = placed.light.towards_sun;
         let right = towards_sun.any_orthonormal_vector();
         let down = right.cross(towards_sun);
         let shadow = |point: u32| {
@@ -59,7 +59,7 @@ impl CastShadows {
             let direction = (towards_sun + at.x * right + at.y * down).normalize();
             Shadow::cast(&casters, ball, direction, task)
         };
-        Ok(Self { light: wood.light, shadows: (0..POINTS).map(shadow).collect::<Result<_>>()? })
+        Ok(Self { light: placed.light, shadows: (0..POINTS).map(shadow).collect::<Result<_>>()? })
     }
 
     /// Returns the share of the sun, 0 to 1, that trees cover at a point of a face, in the world.

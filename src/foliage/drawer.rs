@@ -4,7 +4,6 @@
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::clip::clipped;
-use super::door::Door;
 use super::facet::Facet;
 use super::mesh::{Mesh, Meshes};
 use super::paint::{Change, PaintAt};
@@ -13,6 +12,7 @@ use super::plant::{Plant, Use};
 use super::primitive::{Corner, Material};
 use super::raster::{Fragment, ImageCorner, Target, rasterise, share_in_pixel};
 use super::seed::mixed;
+use super::stipple::Stipple;
 use super::view::{HalfSpace, Projection, View, normal_map};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
@@ -94,23 +94,23 @@ impl<'a, C: FragmentCanvas> Drawer<'a, C> {
         if of.counts.triangles == 0 || !self.half_spaces.iter().all(|half_space| half_space.touches(&ball)) {
             return Ok(());
         }
-        self.task.go_on()?;
-        self.own(object, 0, view_from_object, &Door::wide(0));
+        self.task.check_cancelled()?;
+        self.own(object, 0, view_from_object, &Stipple::wide(0));
         for Use { child, parent_from_child } in &of.uses {
             self.visit(*child, &(*view_from_object * *parent_from_child))?;
         }
         Ok(())
     }
 
-    /// Draws the primitives that an instance of a sub-object has of its own, at a level of detail, where a door is open.
-    pub fn own(&mut self, object: usize, level: usize, view_from_object: &DAffine3, door: &Door) {
+    /// Draws the primitives that an instance of a sub-object has of its own, at a level of detail, where a stipple is open.
+    pub fn own(&mut self, object: usize, level: usize, view_from_object: &DAffine3, stipple: &Stipple) {
         let (meshes, plant) = (self.meshes, self.plant);
         for mesh in meshes.get(object, level) {
-            self.mesh(mesh, door, &plant.objects[object].paint, view_from_object);
+            self.mesh(mesh, stipple, &plant.objects[object].paint, view_from_object);
         }
     }
 
-    fn mesh(&mut self, mesh: &Mesh, door: &Door, paint: &[PaintAt], view_from_object: &DAffine3) {
+    fn mesh(&mut self, mesh: &Mesh, stipple: &Stipple, paint: &[PaintAt], view_from_object: &DAffine3) {
         let projection = &self.view.projection;
         self.corners.clear();
         self.corners.extend(mesh.corners.iter().map(|corner| {
@@ -122,7 +122,7 @@ impl<'a, C: FragmentCanvas> Drawer<'a, C> {
             projection,
             material: &mesh.material,
             paint,
-            door: Some(door).filter(|door| !door.is_wide()),
+            stipple: Some(stipple).filter(|stipple| !stipple.is_wide()),
             view_from_normal: normal_map(&view_from_object.matrix3),
         };
         // Written out: closures over arrays stay calls in builds that do not optimise across functions.
@@ -173,7 +173,7 @@ struct TrianglePainter<'a> {
     /// The paint on the sub-object.
     paint: &'a [PaintAt],
     /// Where it is drawn in a part of the sub-pixels.
-    door: Option<&'a Door>,
+    stipple: Option<&'a Stipple>,
     view_from_normal: DMat3,
 }
 
@@ -217,7 +217,7 @@ impl TrianglePainter<'_> {
             canvas.put(fragment, visible, &change.map_or(facet, |change| facet.painted(change)));
         };
         rasterise(target, corners, keeps, |whole| {
-            let open = self.door.map(|door| whole.within(door.open_at(whole.x, whole.y)));
+            let open = self.stipple.map(|stipple| whole.within(stipple.open_at(whole.x, whole.y)));
             let fragment = match &open {
                 None => whole,
                 Some(Some(left)) => left,
@@ -227,7 +227,7 @@ impl TrianglePainter<'_> {
                 return put(fragment, None);
             }
             let change = self.change(weights(fragment.weights), triangle.corners);
-            let open = Door::open(f64::from(change.alpha), seed_of(triangle.corners))
+            let open = Stipple::open(f64::from(change.alpha), seed_of(triangle.corners))
                 .open_at(fragment.x, fragment.y);
             match fragment.within(open) {
                 Some(left) if left.mask == fragment.mask => put(fragment, Some(&change)),

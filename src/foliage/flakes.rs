@@ -5,7 +5,6 @@ use glam::Vec3;
 
 use super::bands::check;
 use super::directions::{Directions, Serving};
-use super::door::{Door, Doors};
 use super::drawer::Drawer;
 use super::flake::FlakeBuffer;
 use super::images::PlantImages;
@@ -16,6 +15,7 @@ use super::place::{ImagePlacement, Instance};
 use super::planes::DepthPlanes;
 use super::plant::Plant;
 use super::shade::OutdoorLight;
+use super::stipple::{Stipple, Stipples};
 use super::texels::TexelDrawer;
 use super::view::View;
 use super::walk::{Drawn, Part, WalkOptions, walk};
@@ -119,19 +119,19 @@ pub(super) fn light_of_flakes<const N: usize>(
     Ok((sums, covered))
 }
 
-/// Returns the directions whose images are drawn as flakes from a viewpoint that these serve, each with its screen door.
-pub(super) fn doors_of(directions: Directions, serving: &[Serving], path: u64) -> Vec<(usize, Door)> {
+/// Returns the directions whose images are drawn as flakes from a viewpoint that these serve, each with its stippled transparency.
+pub(super) fn stipples_of(directions: Directions, serving: &[Serving], path: u64) -> Vec<(usize, Stipple)> {
     let mut before = 0.0;
-    let doors = serving.iter().map(|of| {
+    let stipples = serving.iter().map(|of| {
         let from = before;
         before += of.weight;
-        let door = match directions {
-            Directions::Around => Door::between(from, before, path),
-            Directions::Axes => Door::open(share_of_axis(of, serving), path),
+        let stipple = match directions {
+            Directions::Around => Stipple::between(from, before, path),
+            Directions::Axes => Stipple::open(share_of_axis(of, serving), path),
         };
-        (of.direction, door)
+        (of.direction, stipple)
     });
-    doors.filter(|(_, door)| !door.is_closed()).collect()
+    stipples.filter(|(_, stipple)| !stipple.is_closed()).collect()
 }
 
 /// Returns the share of the sub-pixels, from 0 to 1, that an axis draws in beside the other axes that serve a viewpoint
@@ -171,19 +171,19 @@ impl<'a> FlakeScene<'a> {
         let mut drawer = Drawer::new(plant, self.meshes, view, rect, canvas, task);
         let mut cost = ImageCost::default();
         for drawn in self.drawn {
-            let Drawn { object, part, view_from_object, door, .. } = drawn;
+            let Drawn { object, part, view_from_object, stipple, .. } = drawn;
             let in_view = plant.objects[*object].bounds.ball.mapped(view_from_object);
             if !half_spaces.iter().all(|half_space| half_space.touches(&in_view)) {
                 continue;
             }
-            task.go_on()?;
+            task.check_cancelled()?;
             match part {
                 Part::Image(copy) => {
                     if let Some(instance) = Instance::of(plant, images, drawn, *copy) {
                         cost.samples += self.image(&instance, &mut drawer.canvas)?;
                     }
                 }
-                Part::Polygons(level) => drawer.own(*object, *level, view_from_object, door),
+                Part::Polygons(level) => drawer.own(*object, *level, view_from_object, stipple),
             }
         }
         cost.triangles = drawer.triangles;
@@ -194,16 +194,16 @@ impl<'a> FlakeScene<'a> {
     fn image(&self, instance: &Instance<'a>, canvas: &mut FlakeCanvas<'a>) -> Result<u64> {
         let projection = &self.view.projection;
         let serving = instance.serving(projection);
-        let doors = match (instance.directions, self.options.texels) {
+        let stipples = match (instance.directions, self.options.texels) {
             // Which axis closes the gaps of another depends on the surface: all are needed.
             (Directions::Axes, TexelGeometry::Planes { .. }) => {
-                serving.iter().map(|of| (of.direction, Door::open(1.0, instance.path))).collect()
+                serving.iter().map(|of| (of.direction, Stipple::open(1.0, instance.path))).collect()
             }
-            _ => doors_of(instance.directions, &serving, instance.path),
+            _ => stipples_of(instance.directions, &serving, instance.path),
         };
         let mut drawn = 0;
-        for (direction, door) in doors {
-            let doors = Doors { of_direction: door, of_part: instance.door };
+        for (direction, stipple) in stipples {
+            let stipples = Stipples { of_direction: stipple, of_part: instance.stipple };
             let place = ImagePlacement::new(instance, projection, direction);
             let image = &instance.copy.views[direction];
             let index = canvas.drawn.begin_image(image, instance.of_samples(&place, direction))?;
@@ -214,8 +214,8 @@ impl<'a> FlakeScene<'a> {
                 }
             };
             let drawer = TexelDrawer::new(instance, &place, planes, canvas.buffer.rect);
-            let doors = Some(&doors).filter(|doors| !doors.are_wide());
-            drawn += drawer.draw(image, index, doors, &mut canvas.buffer);
+            let stipples = Some(&stipples).filter(|stipples| !stipples.are_wide());
+            drawn += drawer.draw(image, index, stipples, &mut canvas.buffer);
         }
         Ok(drawn)
     }
@@ -299,17 +299,17 @@ mod tests {
     }
 
     #[test]
-    fn doors_belong_to_the_directions_that_serve_and_closed_ones_are_left_out() {
+    fn stipples_belong_to_the_directions_that_serve_and_closed_ones_are_left_out() {
         let beside = |degrees: f64| {
             let (sine, cosine) = degrees.to_radians().sin_cos();
             let serving = Directions::Axes.serving(DVec3::new(cosine, -sine, 0.0));
-            doors_of(Directions::Axes, &serving, 5)
+            stipples_of(Directions::Axes, &serving, 5)
         };
-        assert_eq!(beside(1.0), [(0, Door::wide(5))]);
+        assert_eq!(beside(1.0), [(0, Stipple::wide(5))]);
         // +x and -y.
-        assert_eq!(beside(5.2), [(0, Door::wide(5)), (3, Door::wide(5))]);
+        assert_eq!(beside(5.2), [(0, Stipple::wide(5)), (3, Stipple::wide(5))]);
         let serving = [(7, 0.25), (9, 0.75)].map(|(direction, weight)| Serving { direction, weight });
-        let around = doors_of(Directions::Around, &serving, 5);
-        assert_eq!(around, [(7, Door::between(0.0, 0.25, 5)), (9, Door::between(0.25, 1.0, 5))]);
+        let around = stipples_of(Directions::Around, &serving, 5);
+        assert_eq!(around, [(7, Stipple::between(0.0, 0.25, 5)), (9, Stipple::between(0.25, 1.0, 5))]);
     }
 }

@@ -54,7 +54,7 @@ pub fn grow(species: &Species) -> Result<Plant, PlantFlaw> {
     }
     let root = match species.trees {
         0 | 1 => children.variants[0],
-        trees => grower.wood(species, trees, children.variants[0]),
+        trees => grower.placed(species, trees, children.variants[0]),
     };
     assemble(grower.drafts, root, DVec3::Z, 1.0)
 }
@@ -196,7 +196,7 @@ impl Grower {
     }
 
     /// Plants a wood: feet at random in a disc, no two of them nearer than the crowns allow.
-    fn wood(&mut self, species: &Species, trees: u32, tree: usize) -> usize {
+    fn placed(&mut self, species: &Species, trees: u32, tree: usize) -> usize {
         let apart = 0.45 * species.height;
         let mut feet: Vec<DVec2> = Vec::new();
         // The disc is large enough for all; where chance finds no place for a while, it grows.

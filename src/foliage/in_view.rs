@@ -3,12 +3,12 @@
 use glam::{DAffine3, Mat3, Vec3};
 
 use super::bounds::Ball;
-use super::door::Door;
-use super::flakes::doors_of;
+use super::flakes::stipples_of;
 use super::images::PlantImages;
 use super::lighting::OfSamples;
 use super::place::{ImagePlacement, Instance};
 use super::plant::Plant;
+use super::stipple::Stipple;
 use super::view::View;
 use super::walk::{Drawn, Part, WalkOptions, walk};
 
@@ -34,9 +34,9 @@ pub struct ImageInView {
     /// The length of the mean normals of its leaves.
     pub length: f32,
     /// The sub-pixels in which its direction draws.
-    pub of_direction: Door,
+    pub of_direction: Stipple,
     /// The sub-pixels in which the sub-object is drawn by images of this copy.
-    pub of_part: Door,
+    pub of_part: Stipple,
 }
 
 /// The polygons that a sub-object has of its own, in a view.
@@ -51,7 +51,7 @@ pub struct PolygonsInView {
     /// A factor by which the map stretches at most.
     pub stretch: f64,
     /// The sub-pixels in which they are drawn.
-    pub door: Door,
+    pub stipple: Stipple,
 }
 
 impl PolygonsInView {
@@ -79,11 +79,11 @@ pub fn in_view(plant: &Plant, images: &PlantImages, view: &View, options: &WalkO
     let levels = plant.objects.iter().map(|object| vec![[Vec::new(), Vec::new()]; object.detail.count()]);
     let mut polygons: Vec<_> = levels.collect();
     for drawn in walk(plant, images, view, options, seed) {
-        let Drawn { object, view_from_object, stretch, door, .. } = drawn;
+        let Drawn { object, view_from_object, stretch, stipple, .. } = drawn;
         match drawn.part {
             Part::Polygons(level) => {
-                let of = PolygonsInView { object, level, view_from_object, stretch, door };
-                polygons[object][level][usize::from(!door.is_wide())].push(of);
+                let of = PolygonsInView { object, level, view_from_object, stretch, stipple };
+                polygons[object][level][usize::from(!stipple.is_wide())].push(of);
             }
             Part::Image(copy) => add_images(&mut found.images, &drawn, copy, plant, images, view),
         }
@@ -102,9 +102,9 @@ fn add_images(
     view: &View,
 ) {
     let Some(instance) = Instance::of(plant, images, drawn, copy) else { return };
-    let Drawn { object, path, door: of_part, .. } = *drawn;
+    let Drawn { object, path, stipple: of_part, .. } = *drawn;
     let serving = instance.serving(&view.projection);
-    for (direction, of_direction) in doors_of(images.directions, &serving, path) {
+    for (direction, of_direction) in stipples_of(images.directions, &serving, path) {
         let place = ImagePlacement::new(&instance, &view.projection, direction);
         let ImagePlacement { linear, origin, .. } = place;
         let OfSamples { view_from_normal, through, gain, length } = instance.of_samples(&place, direction);

@@ -93,7 +93,7 @@ impl LayeredScene<'_> {
             if !half_spaces.iter().all(|half_space| half_space.touches(&in_view)) {
                 continue;
             }
-            task.go_on()?;
+            task.check_cancelled()?;
             cost.samples += draw_part(&mut drawer, plant, images, drawn, view, self.options.epsilon_px);
         }
         cost.triangles = drawer.triangles;
@@ -133,7 +133,7 @@ pub(super) fn draw_part<C: LayeredRows>(
     let copy = match drawn.part {
         Part::Image(copy) => copy,
         Part::Polygons(level) => {
-            drawer.own(drawn.object, level, &drawn.view_from_object, &drawn.door);
+            drawer.own(drawn.object, level, &drawn.view_from_object, &drawn.stipple);
             return 0;
         }
     };

@@ -10,11 +10,11 @@
 //! | `stretch`, `order`, `seed`, `directions`, `normal`, `pixels`, `raster`, `shade`, `ratio`, `species`, `similarity`, `jump` | what knows no plant: maps, numbers and pictures; fragments of triangles; light on a surface; how like two pictures are |
 //! | `primitive`, `curve`, `detail`, `bounds`, `leaves`, `plant`, `mesh`, `view`, `facet`, `mbuffer`, `images`, `paint` | a plant as data: its graph, its triangles, views of it, its images and its paint |
 //! | `assemble`, `leaf_picture`, `grow`, `stature`, `balls`, `synthetic` | plants are put together, grown and measured |
-//! | `clip`, `door`, `drawer`, `bands` | polygons are drawn onto a canvas |
+//! | `clip`, `stipple`, `drawer`, `bands` | polygons are drawn onto a canvas |
 //! | `depths`, `shadow`, `openness`, `sunlit`, `shades`, `brute` | what keeps light from a plant, and pictures of all its polygons |
 //! | `walk`, `pace`, `listed`, `lighting`, `place`, `reproject`, `planes`, `flake`, `texels`, `layered`, `flakes`, `in_view` | pictures from the images of its sub-objects |
 //! | `gains`, `bake` | these images are made |
-//! | `wood`, `cast`, `sun_views` | the trees of a site, and their shadows |
+//! | `placed`, `cast`, `sun_views` | the trees of a site, and their shadows |
 //! | `files` | files of plants, of their images, and of lists of trees |
 //!
 //! A module uses only modules of its own row and of rows above it in this table.
@@ -31,7 +31,6 @@ mod curve;
 mod depths;
 mod detail;
 pub mod directions;
-mod door;
 mod drawer;
 mod facet;
 pub mod files;
@@ -56,6 +55,7 @@ mod pace;
 mod paint;
 mod pixels;
 mod place;
+mod placed;
 mod planes;
 mod plant;
 mod primitive;
@@ -69,6 +69,7 @@ mod shadow;
 mod similarity;
 mod species;
 mod stature;
+mod stipple;
 mod stretch;
 mod sun_views;
 mod sunlit;
@@ -76,7 +77,6 @@ pub mod synthetic;
 mod texels;
 mod view;
 mod walk;
-mod wood;
 
 #[cfg(test)]
 #[path = "../../tests/common/mutations.rs"]
@@ -92,7 +92,6 @@ pub use bounds::{Ball, BoundingBox, Bounds};
 pub use brute::{Drawing, InLights, draw, draw_in_lights, draw_shaded, silhouette};
 pub use cast::{CastShadows, SUN_TANGENT, left_in_shadow};
 pub use directions::Directions;
-pub use door::Door;
 pub use flakes::{FlakeOptions, TexelGeometry, draw_flakes};
 pub use grow::grow;
 pub use images::{
@@ -111,6 +110,7 @@ pub use paint::{
     SlabFrame, SlabTally, painted, painted_slabs, slab_pictures,
 };
 pub use pixels::{Pixels, Wrap};
+pub use placed::{PlacedSpecies, PlacedTrees, Placing, Tree};
 pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
 pub use primitive::{Corner, CurvePoint, Limb, Material, Primitive, Shape, TriangleList};
 pub use ratio::{MOST_RATIOS, RATIO_CELLS, RatioImage, RatioInView, RatiosInView};
@@ -120,9 +120,9 @@ pub use shadow::{Caster, Shadow};
 pub use similarity::{PictureSimilarity, similarity};
 pub use species::{Bark, Blade, LeafShape, LimbLevel, Profile, Species};
 pub use stature::{Stature, level_axes};
+pub use stipple::Stipple;
 pub use stretch::largest_stretch;
 pub use sun_views::{MOST_SUN_VIEWS, SunScene, SunView, TAKES_OVER, sun_views};
 pub use sunlit::{SUNLIT_CELLS, Sunlit};
 pub use view::{Projection, View, sees};
 pub use walk::{DISSOLVE, Drawn, Part, WalkOptions, walk};
-pub use wood::{Placing, Tree, Wood, WoodSpecies};

@@ -4,10 +4,10 @@ use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 
 use super::bounds::Bounds;
 use super::directions::{Directions, Serving};
-use super::door::Door;
 use super::images::{ImageCopy, LightCorrection, PlantImages};
 use super::lighting::OfSamples;
 use super::plant::Plant;
+use super::stipple::Stipple;
 use super::view::{Projection, normal_map};
 use super::walk::Drawn;
 use quadratura_base::geometry::PixelRect;
@@ -28,13 +28,13 @@ pub(super) struct Instance<'a> {
     /// A hash of the way to the instance.
     pub path: u64,
     /// The sub-pixels in which it is drawn.
-    pub door: Door,
+    pub stipple: Stipple,
 }
 
 impl<'a> Instance<'a> {
     /// Makes an instance that is drawn by the copy of an index; `None` where its sub-object has no images.
     pub fn of(plant: &Plant, images: &'a PlantImages, drawn: &Drawn, copy: usize) -> Option<Self> {
-        let Drawn { object, view_from_object, path, door, .. } = *drawn;
+        let Drawn { object, view_from_object, path, stipple, .. } = *drawn;
         let of = images.objects.get(object)?.as_ref()?;
         Some(Self {
             directions: images.directions,
@@ -43,7 +43,7 @@ impl<'a> Instance<'a> {
             through: of.through,
             view_from_object,
             path,
-            door,
+            stipple,
         })
     }
 

@@ -3,11 +3,11 @@
 use glam::{Mat2, Vec2, Vec3};
 
 use super::directions::Serving;
-use super::door::{Door, Doors};
 use super::images::{MBuffer, MSample, depth_from_stored};
 use super::lighting::OfSamples;
 use super::mbuffer::{LayerSample, LayeredPixels, Slabs};
 use super::place::{ImagePlacement, Instance};
+use super::stipple::{Stipple, Stipples};
 use super::view::View;
 use quadratura_base::geometry::PixelRect;
 
@@ -38,10 +38,10 @@ pub(super) fn reproject(instance: &Instance, view: &View, epsilon_px: f64, rows:
     let (mut before, mut brought) = (0.0, 0);
     for Serving { direction, weight } in instance.serving(&view.projection) {
         let place = ImagePlacement::new(instance, &view.projection, direction);
-        let of_direction = Door::between(before, before + weight, instance.path);
-        let doors = Doors { of_direction, of_part: instance.door };
+        let of_direction = Stipple::between(before, before + weight, instance.path);
+        let stipples = Stipples { of_direction, of_part: instance.stipple };
         before += weight;
-        // The door leaves a direction its share of the sub-pixels already.
+        // The stipple leaves a direction its share of the sub-pixels already.
         let weight = if rows.beside_polygons { 1.0 } else { weight };
         let of_samples = instance.of_samples(&place, direction);
         let bringing = Bringing {
@@ -50,7 +50,7 @@ pub(super) fn reproject(instance: &Instance, view: &View, epsilon_px: f64, rows:
             delta: instance.copy.delta as f32,
             of_samples: &of_samples,
             weight: weight as f32,
-            doors: &doors,
+            stipples: &stipples,
         };
         brought += bringing.bring(&instance.copy.views[direction], instance, rows);
     }
@@ -67,7 +67,7 @@ struct Bringing<'a> {
     of_samples: &'a OfSamples,
     /// How much the direction of the image counts.
     weight: f32,
-    doors: &'a Doors,
+    stipples: &'a Stipples,
 }
 
 impl Bringing<'_> {
@@ -102,7 +102,7 @@ impl Bringing<'_> {
     /// Brings a sample to where it is in the view, and adds what it covers of each pixel to its layers.
     #[inline]
     fn scatter(&self, at: Vec3, image: &MSample, rows: &mut TargetRows) {
-        let Self { place, delta, of_samples, weight, doors, .. } = *self;
+        let Self { place, delta, of_samples, weight, stipples, .. } = *self;
         if place.perspective && at.z <= 0.0 {
             return;
         }
@@ -151,7 +151,7 @@ impl Bringing<'_> {
             }
             let (x, y) = (base_x + index as i32 % 3, base_y + index as i32 / 3);
             let is_inside = x >= rect.x && x < rect.right() && y >= rect.y && y < rect.bottom();
-            let mask = if is_inside { covered & doors.open_at(x, y) } else { 0 };
+            let mask = if is_inside { covered & stipples.open_at(x, y) } else { 0 };
             if mask != 0 {
                 let weight = sample.weight * mask.count_ones() as f32;
                 rows.insert((x, y), &LayerSample { mask, weight, ..sample }, epsilon);

@@ -2,11 +2,11 @@
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::door::Doors;
 use super::flake::{Flake, FlakeBuffer, key};
 use super::images::{MBuffer, MSample, depth_from_stored};
 use super::place::{ImagePlacement, Instance};
 use super::planes::DepthPlanes;
+use super::stipple::Stipples;
 use quadratura_base::geometry::PixelRect;
 
 /// A sample of an image that is drawn.
@@ -79,7 +79,13 @@ impl<'a> TexelDrawer<'a> {
     }
 
     /// Draws the samples of an image, the first of which has the index `first`; returns how many.
-    pub fn draw(&self, image: &MBuffer, first: u32, doors: Option<&Doors>, buffer: &mut FlakeBuffer) -> u64 {
+    pub fn draw(
+        &self,
+        image: &MBuffer,
+        first: u32,
+        stipples: Option<&Stipples>,
+        buffer: &mut FlakeBuffer,
+    ) -> u64 {
         let half = 0.5 * self.side as f32;
         let (mut next, mut drawn) = (0, 0);
         for (row, counts) in image.counts.chunks_exact(self.side).enumerate() {
@@ -102,10 +108,10 @@ impl<'a> TexelDrawer<'a> {
                     match &self.planes {
                         None => {
                             let depth = f32::from(sample.depth);
-                            self.flake(texel, depth, sample.normal.slope(), doors, buffer);
+                            self.flake(texel, depth, sample.normal.slope(), stipples, buffer);
                         }
                         Some(planes) => planes.each_near(sample, |depth| {
-                            self.flake(texel, depth, Vec2::ZERO, doors, buffer);
+                            self.flake(texel, depth, Vec2::ZERO, stipples, buffer);
                         }),
                     }
                     next += 1;
@@ -122,7 +128,7 @@ impl<'a> TexelDrawer<'a> {
         TexelSample { base, sample, index }: TexelSample,
         depth: f32,
         slope: Vec2,
-        doors: Option<&Doors>,
+        stipples: Option<&Stipples>,
         buffer: &mut FlakeBuffer,
     ) {
         let place = self.place;
@@ -162,12 +168,12 @@ impl<'a> TexelDrawer<'a> {
         };
         let key = key(nearness, index);
         let flake = Flake { middle, across, down, mask: sample.mask };
-        match doors {
+        match stipples {
             None => flake.cover(size, |x, y, is_covered| buffer.put(x, y, if is_covered { key } else { 0 })),
-            Some(doors) => {
+            Some(stipples) => {
                 let rect = self.rect;
                 flake.cover(size, |x, y, is_covered| {
-                    let open = doors.open_at(rect.x + x / 4, rect.y + y / 4);
+                    let open = stipples.open_at(rect.x + x / 4, rect.y + y / 4);
                     if is_covered && open >> (4 * (y & 3) + (x & 3)) & 1 != 0 {
                         buffer.put(x, y, key);
                     }

@@ -3,10 +3,10 @@
 use glam::DAffine3;
 
 use super::bounds::Ball;
-use super::door::Door;
 use super::images::PlantImages;
 use super::plant::{Plant, Use};
 use super::seed::mixed;
+use super::stipple::Stipple;
 use super::stretch::largest_stretch;
 use super::view::{HalfSpace, Projection, View};
 
@@ -77,7 +77,7 @@ pub struct Drawn {
     /// A hash of the way from the root to it.
     pub path: u64,
     /// The sub-pixels in which it is drawn. What is drawn of an instance, by itself and by those that it uses, shares all sub-pixels.
-    pub door: Door,
+    pub stipple: Stipple,
 }
 
 /// Returns what is drawn of a plant in a view, in the order of the plant: every sub-pixel of every instance in view exactly once, by itself or
@@ -122,7 +122,7 @@ pub(super) fn walk_from(
         stretch: largest_stretch(&view.view_from_plant.matrix3),
         path,
         // Another order than that of the directions of the root's image.
-        door: Door::wide(mixed(!path)),
+        stipple: Stipple::wide(mixed(!path)),
         crossed: (1 << walk.half_spaces.len()) - 1,
     };
     walk.visit(&root);
@@ -148,7 +148,7 @@ struct Visited {
     /// some directions more than others.
     stretch: f64,
     path: u64,
-    door: Door,
+    stipple: Stipple,
     /// The half-spaces that do not hold all of an instance above it: one bit each.
     crossed: u32,
 }
@@ -167,13 +167,13 @@ impl Walk<'_> {
         };
         let nearest = ball.middle.z - ball.radius;
         let magnification = pixels_per_unit(self.projection, nearest) * at.stretch;
-        let door = self.images_of(at, magnification);
-        if door.is_closed() {
+        let stipple = self.images_of(at, magnification);
+        if stipple.is_closed() {
             return;
         }
         if !of.primitives.is_empty() {
             let level = of.detail.level(self.options.deviation_px() / magnification);
-            self.drawn.push(at.drawn(Part::Polygons(level), door));
+            self.drawn.push(at.drawn(Part::Polygons(level), stipple));
         }
         if self.stretches[object].len() < of.uses.len() {
             let stretch = |of: &Use| largest_stretch(&of.parent_from_child.matrix3);
@@ -185,7 +185,7 @@ impl Walk<'_> {
                 view_from_object: at.view_from_object * *parent_from_child,
                 stretch: at.stretch * self.stretches[object][index],
                 path: mixed(path ^ (index as u64 + 1)),
-                door,
+                stipple,
                 crossed,
             });
         }
@@ -210,8 +210,8 @@ impl Walk<'_> {
     }
 
     /// Draws an instance by its images, the coarsest that serves first, and returns the sub-pixels that are left to its parts.
-    fn images_of(&mut self, at: &Visited, magnification: f64) -> Door {
-        let mut left = at.door;
+    fn images_of(&mut self, at: &Visited, magnification: f64) -> Stipple {
+        let mut left = at.stipple;
         let Some(images) = &self.images.objects[at.object] else { return left };
         let lowered = SPREAD * (at.path >> 40) as f64 / (1u64 << 24) as f64;
         let threshold = self.options.threshold * (1.0 - lowered);
@@ -230,9 +230,9 @@ impl Walk<'_> {
 }
 
 impl Visited {
-    fn drawn(&self, part: Part, door: Door) -> Drawn {
+    fn drawn(&self, part: Part, stipple: Stipple) -> Drawn {
         let Self { object, view_from_object, stretch, path, .. } = *self;
-        Drawn { object, part, view_from_object, stretch, path, door }
+        Drawn { object, part, view_from_object, stretch, path, stipple }
     }
 }
 

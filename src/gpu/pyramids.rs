@@ -65,7 +65,7 @@ impl PyramidDecoder {
     /// [`Error::Cancelled`]; errors of single layer textures are in the decoded.
     pub fn decode_all(&self, layer_textures: &[LayerTextureId], task: &Task) -> Result<DecodedPyramids> {
         let make = |layer_texture: &LayerTextureId| {
-            task.go_on()?;
+            task.check_cancelled()?;
             match self.texels.layer_texture(self.mattes.source(*layer_texture).unwrap_or(*layer_texture)) {
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 read => Ok((*layer_texture, read.map(|pixels| self.of_pixels(*layer_texture, &pixels)))),

@@ -150,7 +150,7 @@ impl GpuRasteriser {
         let sightings = Sightings::new(&self.gpu, view.items.len());
         let canvas = Attachments { depth: &space.depth, items: None };
         for rows in bands {
-            task.go_on()?;
+            task.check_cancelled()?;
             let frame = PhotoRows::band(view, rows.clone());
             let shared = self.share(&run, &frame);
             let bound = BoundRows { rows: &frame, group: &shared };

@@ -103,7 +103,7 @@ impl GpuRasteriser {
     fn peel_one(&self, peeling: &PeelInputs, rest: &[bool], rounds: &mut u32) -> Result<Option<Vec<bool>>> {
         let mut set = rest.to_vec();
         while set.contains(&true) {
-            peeling.task.go_on()?;
+            peeling.task.check_cancelled()?;
             *rounds += 1;
             let hidden = self.partly_hidden(peeling, &set)?;
             if !hidden.contains(&true) {

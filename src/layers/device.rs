@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use quadratura_base::error::Result;
-use quadratura_foliage::Wood;
+use quadratura_foliage::PlacedTrees;
 use quadratura_projection::{SiteContent, SiteRenderer, TextureOptions};
 
 /// A renderer of a site and of the trees that stand in it.
@@ -13,7 +13,7 @@ pub trait PlantedRenderer: SiteRenderer {
     /// # Errors
     /// [`quadratura_base::Error::Request`] for a plant with too many instances; [`quadratura_base::Error::Gpu`]. The trees before
     /// remain.
-    fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()>;
+    fn set_trees(&mut self, placed: Option<Arc<PlacedTrees>>) -> Result<()>;
 }
 
 /// A device that draws sites.

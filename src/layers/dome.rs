@@ -66,12 +66,12 @@ type Weighted = ([f32; 3], f32);
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
 pub fn dome(content: &DomeContent, side: usize, task: &Task) -> Result<Option<Dome>> {
-    task.go_on()?;
+    task.check_cancelled()?;
     let blended = CubeMap::from_directions(side, |direction| content.blended(direction));
     if blended.values.iter().all(|(_, known)| *known <= 0.0) {
         return Ok(None);
     }
-    task.go_on()?;
+    task.check_cancelled()?;
     let known: Vec<f32> = blended.values.iter().map(|(_, known)| *known).collect();
     let spreading = known.iter().any(|known| *known > SPREADS);
     let spread = |known: f32| if spreading { (known - SPREADS).max(0.0) / (1.0 - SPREADS) } else { known };

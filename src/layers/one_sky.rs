@@ -88,15 +88,15 @@ pub fn one_sky(
     agreement: &[Vec<f32>],
     task: &Task,
 ) -> Result<Vec<SurroundingsFactors>> {
-    task.go_on()?;
+    task.check_cancelled()?;
     let with_agreement: Vec<(&DirectionPhoto, &[f32])> =
         photos.iter().copied().zip(agreement.iter().map(Vec::as_slice)).collect();
     let coarse: Vec<Coarse> =
         with_agreement.par_iter().map(|(photo, agreement)| coarse(photo, agreement)).collect();
-    task.go_on()?;
+    task.check_cancelled()?;
     let offsets = offsets(&coarse);
     let sky = common_sky(&coarse, &offsets);
-    task.go_on()?;
+    task.check_cancelled()?;
     let factors = |((photo, agreement), offset): (&(&DirectionPhoto, &[f32]), &[f32; 3])| {
         factors(photo, agreement, *offset, &sky)
     };

@@ -66,10 +66,10 @@ pub fn sort_photo(
 ) -> Result<Sorted> {
     let wanted = ResolvedConstraints::new(constraints, model);
     let view = task.timed("view", || ProjectedModel::new(model, camera, pose));
-    task.go_on()?;
+    task.check_cancelled()?;
     let Fragments { presence, lists, occlusions } =
         task.timed("fragments", || rasteriser.fragments(&view, options.tolerance, task))?;
-    task.go_on()?;
+    task.check_cancelled()?;
     let runs = task.timed("runs", || Runs::new(lists));
     let working: Vec<bool> = presence.iter().map(|p| *p == Presence::Working).collect();
 
@@ -91,7 +91,7 @@ pub fn sort_photo(
             (Resolved { nodes, ..Resolved::default() }, layers, peeled.locked)
         }
     };
-    task.go_on()?;
+    task.check_cancelled()?;
 
     let find = || Leftovers::find(model, &view, &runs, &resolved.nodes, options, &wanted);
     let leftovers = task.timed("leftovers", find);

@@ -95,7 +95,7 @@ pub fn warp_blended(
     let in_band = width as usize * BAND as usize;
     let bands = rgba.par_chunks_mut(4 * in_band).zip(surfaces.par_chunks_mut(in_band)).enumerate();
     bands.try_for_each(|(band, (rgba, surfaces))| {
-        task.go_on()?;
+        task.check_cancelled()?;
         let band = band as u32;
         let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
         let canvases: Vec<_> = task.timed("draw", || {

@@ -81,7 +81,7 @@ impl Unfinished {
         let Self { kind, inputs, camera, pose, photo_rect, gain, surfaces, sources, rows, counts, options } =
             self;
         let level = ResolutionLevel::of_rows(camera, rows);
-        task.go_on()?;
+        task.check_cancelled()?;
         let report = LdiReport {
             depth_complexity: level.len() as f64 / level.layered().max(1) as f64,
             layers: (level.histogram().len() - 1) as u32,

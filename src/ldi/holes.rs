@@ -88,7 +88,7 @@ pub fn holes_of<'a>(
             true => rims_of(&depths_of(level, &to_shot, &last_drawn(ldi, shot, &drawn, task)?), size),
             false => Vec::new(),
         };
-        task.go_on()?;
+        task.check_cancelled()?;
         let to_level = Transfer::new(&shot.camera, &shot.pose, &level.camera, &ldi.pose);
         for (at, (found, pixel)) in found.iter_mut().zip(&pixels).enumerate() {
             let rims = match pixel {

@@ -56,7 +56,7 @@ pub trait Renders {
     /// Those of [`Renders::picture`].
     fn depths(&mut self, shot: &Shot, task: &Task) -> Result<Option<Vec<f32>>> {
         let _ = shot;
-        task.go_on().map(|()| None)
+        task.check_cancelled().map(|()| None)
     }
 
     /// Renders the image of a view in linear light, with depths where the renderer has them. A renderer that draws with 8 bits
@@ -75,7 +75,7 @@ pub trait Renders {
     /// # Errors
     /// Those of [`Renders::picture`].
     fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(Sliced::new(shot, ViewExposure::default()))
     }
 

@@ -220,7 +220,7 @@ impl SiteAgreement {
         budget: &Budget,
         task: &Task,
     ) -> Result<Option<ReducedPhoto>> {
-        task.go_on()?;
+        task.check_cancelled()?;
         let photo = self.site.photo(id);
         let (width, height) = (u64::from(photo.camera.width), u64::from(photo.camera.height));
         // Memory for the decoded pixels with alpha, their colours, and wider sums while they are reduced.

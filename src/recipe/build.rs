@@ -167,7 +167,7 @@ impl BuildJob<'_> {
     /// Builds one photo unless its stack is up to date. Returns the stack, whether it was up to date, and the files
     /// moved to the inbox.
     fn try_photo(&self, photo: &Photo, task: &Task) -> Result<(Stack, bool, Vec<PathBuf>)> {
-        task.go_on()?;
+        task.check_cancelled()?;
         let inputs = self.inputs.hash(photo)?;
         if !self.options.force
             && let Some(stack) = self.store.up_to_date(&photo.name, &inputs)?
@@ -229,7 +229,7 @@ fn write_files(
     layers
         .par_iter()
         .map(|(layer, content)| {
-            task.go_on()?;
+            task.check_cancelled()?;
             let layer_file = writer.folder().join(&layer.file);
             let needed_file = writer.folder().join(&layer.needed_file);
             let beside = content.beside([pixels.width, pixels.height]);

@@ -37,7 +37,7 @@ impl SiteContinuation {
         let rays = site.photos.len() * (SMALL_PX * SMALL_PX) as usize * 2 / 3;
         let step = (rays as f64 / MOST_RAYS as f64).sqrt().ceil().max(1.0) as usize;
         let of_photo = |id: PhotoId| -> Result<Vec<SeenPoint>> {
-            task.go_on()?;
+            task.check_cancelled()?;
             let photo = site.photo(id);
             let Ok(picture) = cached_thumbnail(folder, photo, SMALL_PX) else { return Ok(Vec::new()) };
             let (camera, eye) = (&photo.camera, photo.pose.center_in_world());

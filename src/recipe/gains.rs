@@ -277,7 +277,7 @@ fn colours_of(
     options: &ExposureOptions,
     task: &Task,
 ) -> Result<Vec<PatchColour>> {
-    task.go_on()?;
+    task.check_cancelled()?;
     let pixels = read_unmasked(photo)?;
     Ok(centers.iter().map(|center| patch_colour(&pixels, *center, options.half_patch_px)).collect())
 }
@@ -285,7 +285,7 @@ fn colours_of(
 /// Notes a photo that cannot be read, and returns no colours for it, unless the task was cancelled. The reason is a
 /// detail, because whatever builds the photo's stack fails with it.
 fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> Result<Vec<PatchColour>> {
-    task.go_on()?;
+    task.check_cancelled()?;
     let task = task.with_subject(&photo.name);
     task.note("the exposure of this photo is unknown, because it cannot be read");
     task.detail(error.to_string());

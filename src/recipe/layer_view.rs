@@ -74,9 +74,9 @@ pub fn layer_view(
     let folder = StackStore::new(project).folder(&stack.photo.name);
     let painted = PhotoPaint::open(project, stack)?;
     let files = LayerFiles { folder: &folder, stack, layer };
-    task.go_on()?;
+    task.check_cancelled()?;
     let needed = files.needed()?;
-    task.go_on()?;
+    task.check_cancelled()?;
     let (picture, legend) = match look {
         LayerViewContent::Pixels { filling, paint } => {
             let paint = if paint { &painted } else { &PhotoPaint::default() };

@@ -28,7 +28,7 @@ use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
 use quadratura_document::export_record::ExportFormat;
 use quadratura_document::{ColourDecisions, Project};
-use quadratura_foliage::Wood;
+use quadratura_foliage::PlacedTrees;
 use quadratura_import::cameras::accepted;
 use quadratura_io::documents::documents;
 use quadratura_io::layered::format::{extensions, file_names};
@@ -243,7 +243,7 @@ impl SiteDevice for PlainDevice {
 }
 
 impl PlantedRenderer for Plain {
-    fn set_trees(&mut self, _: Option<Arc<Wood>>) -> Result<()> {
+    fn set_trees(&mut self, _: Option<Arc<PlacedTrees>>) -> Result<()> {
         self.note("trees");
         Ok(())
     }

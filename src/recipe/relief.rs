@@ -83,7 +83,7 @@ impl SiteRelief {
         let surface = ModelSurface::from_model(&self.site.model);
         let budget = Budget::new(self.memory);
         let sweep_view = |photo: &Photo| {
-            task.go_on()?;
+            task.check_cancelled()?;
             let Photo { name, camera, pose, .. } = photo;
             let projector = Projector { name: name.clone(), camera: *camera, pose: *pose };
             // Memory of a decoder and of the luminance image.

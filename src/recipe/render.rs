@@ -243,7 +243,7 @@ impl PictureWriter<'_> {
     /// Writes all pictures that arrive.
     fn run(mut self, pictures: &Receiver<DrawnView>) -> Result<RenderReport> {
         while let Ok((view, picture)) = pictures.recv() {
-            self.task.go_on()?;
+            self.task.check_cancelled()?;
             let written = picture.and_then(|mut picture| {
                 let textured = picture.textured();
                 if let (Some(legend), DrawnPicture::Bytes(picture)) = (&self.options.legend, &mut picture) {
@@ -287,7 +287,7 @@ impl PictureWriter<'_> {
 
     /// Finishes the video, or discards it if frames are missing.
     fn finish(mut self) -> Result<RenderReport> {
-        self.task.go_on()?;
+        self.task.check_cancelled()?;
         if let (Some(film), Some(options)) = (self.film.take(), &self.options.film) {
             let whole = self.report.failed.is_empty();
             match if whole { film.finish() } else { Err(unfinished(&options.file)) } {

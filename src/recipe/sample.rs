@@ -76,7 +76,7 @@ pub fn create_sample(folder: &Path, task: &Task) -> Result<Opened> {
     check_is_empty(folder)?;
     create_folder_with(folder, |site| {
         for (path, bytes) in FILES {
-            task.go_on()?;
+            task.check_cancelled()?;
             let path = site.join(path);
             let within = path.parent().unwrap_or(site);
             fs::create_dir_all(within).map_err(Error::io(within, "create the folder"))?;

@@ -52,7 +52,7 @@ impl ParallelPhotos {
         std::thread::scope(|scope| {
             (0..self.threads.clamp(1, items.len().max(1))).for_each(|_| drop(scope.spawn(take)));
         });
-        task.go_on()?;
+        task.check_cancelled()?;
         let taken =
             results.into_iter().map(|result| result.into_inner().expect("no holder of this lock panics"));
         Ok(taken

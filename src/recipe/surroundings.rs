@@ -341,7 +341,7 @@ impl SiteSurroundings {
     fn prepared(&self, task: &Task) -> Result<Vec<Option<DirectionPhoto>>> {
         let budget = Budget::new(self.memory);
         let prepare = |id: PhotoId| {
-            task.go_on()?;
+            task.check_cancelled()?;
             let camera = &self.site.photo(id).camera;
             // The decoded layer, which may be twice as large as the photo along both sides.
             let bytes = u64::from(camera.width) * u64::from(camera.height) * 8;
@@ -391,7 +391,7 @@ impl SiteSurroundings {
     fn ground(&self, left_out: &[PhotoId], gains: &Gains, task: &Task) -> Result<Option<[f32; 3]>> {
         let up = up(&self.site.photos);
         let of_photo = |id: PhotoId| {
-            task.go_on()?;
+            task.check_cancelled()?;
             let photo = self.site.photo(id);
             // A photo that cannot be read is told where it is used.
             let Ok(picture) = cached_thumbnail(&self.folder, photo, SMALL_PX) else {

@@ -115,7 +115,7 @@ impl<'a> Turns<'a> {
     /// [`Error::Cancelled`] where it would not, and the errors of [`UpdateSource`].
     pub(crate) fn check_stack(&self, photo: &Photo, inputs: &str, task: &Task) -> Result<Box<dyn Any>> {
         let held = self.source.hold();
-        task.go_on()?;
+        task.check_cancelled()?;
         let now = self.source.project(task)?;
         is_made_from(&now, photo, inputs)?.then_some(held).ok_or(Error::Cancelled)
     }
@@ -132,7 +132,7 @@ impl<'a> Turns<'a> {
         task: &Task,
     ) -> Result<(FillCheck, Box<dyn Any>)> {
         let held = self.source.hold();
-        task.go_on()?;
+        task.check_cancelled()?;
         let now = self.source.project(task)?;
         if Arc::ptr_eq(&now, self.opened) && self.stamp().paint == paint_stamp(self.store) {
             return Ok((FillCheck::Same, held));

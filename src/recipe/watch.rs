@@ -68,7 +68,7 @@ pub fn watch<Held>(
             Ok(false) => return Ok(()),
             round => drop(round?),
         }
-        if task.go_on().is_err() {
+        if task.check_cancelled().is_err() {
             return Ok(());
         }
         events.wait(LISTEN);
@@ -150,7 +150,7 @@ impl<'a> WatchState<'a> {
             return Ok(first);
         }
         std::thread::sleep(STEADY);
-        self.task.go_on()?;
+        self.task.check_cancelled()?;
         let steady: Vec<_> =
             self.changed()?.into_iter().filter(|document| first.contains(document)).collect();
         let own = self.own_files(&steady)?;

@@ -19,10 +19,10 @@ fn info_counts_every_instance_of_the_maple_and_of_a_wood() {
     assert_eq!(leaves.map(|leaf| leaf["instances"].as_u64().unwrap()).sum::<u64>(), 55_440);
     let species = include_str!("../../examples/maple.json").replacen('{', "{\"trees\": 13,", 1);
     fs::write(site.path("wood.json"), species).unwrap();
-    let wood = stdout_of(&site.run("tree info wood.json").success());
-    assert!(wood.contains("956111") && wood.contains("17205656") && wood.contains("leaf 2"), "{wood}");
+    let placed = stdout_of(&site.run("tree info wood.json").success());
+    assert!(placed.contains("956111") && placed.contains("17205656") && placed.contains("leaf 2"), "{wood}");
     // The light of leaves is their picture's; bark has none.
-    assert!(wood.contains("leaf  as its picture") && wood.contains("bark  14 12 9 %"), "{wood}");
+    assert!(placed.contains("leaf  as its picture") && placed.contains("bark  14 12 9 %"), "{wood}");
 }
 
 #[test]

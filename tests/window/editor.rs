@@ -11,10 +11,10 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::testing::app::ask::RoundTripAsk;
 use quadratura::testing::app::command;
 use quadratura::testing::app::command::words::worded;
 use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::request::RoundTripRequest;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::files::lock::ProjectLock;
 use quadratura::testing::io::project::read_project;
@@ -304,7 +304,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     harness.get_by_label("There are none that can be undone.");
 
     // By hand it comes again.
-    harness.state_mut().apply(RoundTripAsk::ImportFiles(vec![file]));
+    harness.state_mut().apply(RoundTripRequest::ImportFiles(vec![file]));
     wait(&mut harness, "the import by hand", |editor| editor.round_trip.history.len() == 1);
 }
 

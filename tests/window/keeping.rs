@@ -9,9 +9,9 @@ use crate::paper;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::testing::app::ask::{BuildAsk, DecideAsk, ProjectAsk};
 use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::request::{DecideRequest, JobRequest, ProjectRequest};
 use quadratura::testing::document::Project;
 use quadratura::testing::document::history::Gesture;
 use quadratura::testing::document::masks::{Mask, MaskOrigin};
@@ -60,7 +60,7 @@ fn a_window_that_ends_without_a_question_leaves_its_last_decision_to_be_taken_ba
 
     // A signal: what is decided is on disk before the window closes.
     decide(&mut harness, 12);
-    harness.state().work.ending.ask();
+    harness.state().work.ending.request();
     drop(harness);
     let harness = taken_back(&project);
     assert_eq!(present(harness.state()).options.margin, 12);
@@ -71,7 +71,7 @@ fn what_is_decided_by_one_click_is_kept_at_once_and_what_was_found_stays_until_i
     let folder = tempfile::tempdir().unwrap();
     let project = project(folder.path());
     let mut harness = opened(&project);
-    harness.state_mut().apply(DecideAsk::SwitchObject("church.facade".into(), false));
+    harness.state_mut().apply(DecideRequest::SwitchObject("church.facade".into(), false));
     // No frame goes by: the job has begun with the decision.
     while !harness.state().running.is_idle() {
         let editor = harness.state_mut();
@@ -258,7 +258,7 @@ fn an_import_that_brings_a_mask_is_one_step_that_is_undone_and_done_again() {
     // What is decided meanwhile is saved beside the mask that is there.
     decide(&mut harness, 15);
     harness.state_mut().end_gesture();
-    harness.state_mut().apply(ProjectAsk::Save);
+    harness.state_mut().apply(ProjectRequest::Save);
     assert!(!harness.state().is_dirty());
     let saved = read_project(&project).unwrap();
     assert_eq!((saved.options.margin, saved.masks.of(CHURCH).len()), (15, 1));
@@ -354,7 +354,7 @@ fn objects_whose_switching_was_stopped_are_told_and_switched_when_the_files_are_
         wait(&mut harness, "the switching", |editor| {
             editor.running.all().any(|(_, job)| job.name == "Switching objects") || !has(editor)
         });
-        harness.state_mut().apply(BuildAsk::StopAll);
+        harness.state_mut().apply(JobRequest::StopAll);
         wait(&mut harness, "the end", |editor| editor.running.is_idle());
         if stopped(&harness) {
             break;

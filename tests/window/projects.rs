@@ -11,8 +11,8 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{DroppedFile, Key, Modifiers, OutputCommand};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::testing::app::ask::{DecideAsk, ProjectAsk};
 use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::request::{DecideRequest, ProjectRequest};
 use quadratura::testing::app::running::JobKind;
 use quadratura::testing::document::Project;
 use quadratura::testing::files::lock::ProjectLock;
@@ -98,7 +98,7 @@ fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_
     harness.step();
     appears(&mut harness, "The model is not aligned with the photos");
     assert_eq!(stands(harness.state()), Similarity::IDENTITY);
-    harness.state_mut().apply(DecideAsk::Undo);
+    harness.state_mut().apply(DecideRequest::Undo);
     assert_ne!(stands(harness.state()), Similarity::IDENTITY, "moving it was a step like any other");
 }
 
@@ -189,7 +189,7 @@ fn leaving_a_project_while_something_is_written_asks_and_stops_it_only_if_told()
     let editor = harness.state_mut();
     editor.work.jobs.start(&mut editor.state.running, JobKind::Export, "Exporting", |task| {
         loop {
-            task.go_on()?;
+            task.check_cancelled()?;
             std::thread::sleep(std::time::Duration::from_millis(2));
         }
     });
@@ -253,13 +253,13 @@ fn of_two_projects_asked_for_in_a_row_only_the_last_one_is_opened() {
     let projects = ["first", "second"].map(|name| folder.path().join(name));
     projects.iter().for_each(|project| project_of(&site, project));
     let mut harness = window(None);
-    harness.state_mut().apply(ProjectAsk::Open(projects[0].clone()));
+    harness.state_mut().apply(ProjectRequest::Open(projects[0].clone()));
     // Read to its end, and nothing of it was shown yet.
     while ProjectLock::holder(&projects[0]).is_none() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     std::thread::sleep(std::time::Duration::from_secs(4));
-    harness.state_mut().apply(ProjectAsk::Open(projects[1].clone()));
+    harness.state_mut().apply(ProjectRequest::Open(projects[1].clone()));
     wait(&mut harness, "the second", |editor| editor.session.is_some() && editor.running.is_idle());
     assert_eq!(harness.state().session.as_ref().unwrap().folder, projects[1]);
     assert_eq!(harness.state().settings.known.recent, [projects[1].clone()]);
@@ -308,7 +308,7 @@ fn each_drag_of_the_films_settings_is_a_step_of_its_own() {
         seen.push(fps(&harness));
     }
     assert!(seen[0] != seen[1] && seen[1] != seen[2], "{seen:?}");
-    harness.state_mut().apply(DecideAsk::Undo);
+    harness.state_mut().apply(DecideRequest::Undo);
     assert_eq!(fps(&harness), seen[1]);
 }
 

@@ -9,9 +9,9 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, Rect};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use quadratura::testing::app::ask::QualityAsk;
 use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::request::QualityRequest;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::app::settings::Colours;
 use quadratura::testing::layers::LayerIndex;
@@ -272,7 +272,7 @@ fn even_colour_shows_the_photo_in_the_exposure_it_is_blended_with() {
     command(&mut harness, "Matched exposure");
     wait(&mut harness, "the exposures", |editor| editor.even_factors(PhotoId(0)).is_some());
     let edit = quadratura::testing::recipe::colour::ColourEdit::Fix("01_church.jpg".into(), [1.0; 3]);
-    harness.state_mut().apply(QualityAsk::Colour { edits: vec![edit], goes_on: false });
+    harness.state_mut().apply(QualityRequest::Colour { edits: vec![edit], goes_on: false });
     let factors = harness.state().even_factors(PhotoId(0)).unwrap();
     assert!(
         factors.iter().all(|factor| (factor - 0.5).abs() < 1e-9),

@@ -9,9 +9,9 @@ use eframe::egui::{Key, Modifiers, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::task::Task;
-use quadratura::testing::app::ask::{DecideAsk, QualityAsk, TreeAsk};
 use quadratura::testing::app::command::{self, images, view};
 use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::request::{DecideRequest, QualityRequest, TreeRequest};
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::app::view_pixel::ViewPixel;
 use quadratura::testing::document::trees::{PlantSource, TreeSpecies};
@@ -82,7 +82,7 @@ fn what_is_seen_around_the_model_follows_a_photos_exposure_in_the_background() {
     let file = project.join("cache/surroundings.bin");
     let before = fs::read(&file).unwrap();
     let change = |harness: &mut Harness<'_, Editor>, edit: ColourEdit| {
-        harness.state_mut().apply(QualityAsk::Colour { edits: vec![edit], goes_on: false });
+        harness.state_mut().apply(QualityRequest::Colour { edits: vec![edit], goes_on: false });
     };
     let photo = || "01_church.jpg".to_owned();
     change(&mut harness, ColourEdit::Fix(photo(), [1.0; 3]));
@@ -199,7 +199,7 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
     let picture = project.join("pictures/view.png");
     for display in [&view::COLOUR, &view::PROVENANCE] {
         harness.state_mut().run(display);
-        harness.state_mut().ask_still();
+        harness.state_mut().request_still();
         harness.step();
         harness.step();
         harness.get_by_label("Render").click();
@@ -295,8 +295,8 @@ fn with_tool(harness: &mut Harness<'_, Editor>, project: &Path) {
     let mut after = (**editor.session.as_ref().unwrap().history.present()).clone();
     let species = TreeSpecies { from: PlantSource::File("bush.plant".into()), up: None, unit: None };
     after.trees.species.insert("bush".into(), species);
-    editor.apply(DecideAsk::Edit("species".into(), Box::new(after), None));
-    editor.apply(TreeAsk::Choose("bush".into()));
+    editor.apply(DecideRequest::Edit("species".into(), Box::new(after), None));
+    editor.apply(TreeRequest::Choose("bush".into()));
     editor.run(&command::trees::PLACE);
     wait(harness, "the figures", |editor| editor.figures_of("bush").is_some() && editor.running.is_idle());
     harness.get_by_label("Species to place");

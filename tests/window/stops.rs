@@ -9,9 +9,9 @@ use crate::harness::{built_photos, opened, wait};
 use crate::paper;
 use crate::up_to_date::is_up_to_date;
 use egui_kittest::Harness;
-use quadratura::testing::app::ask::SpaceAsk;
 use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::request::SpaceRequest;
 use quadratura::testing::document::Project;
 use quadratura::testing::document::export_record::ExportFormat;
 use quadratura::testing::scene::PhotoId;
@@ -106,7 +106,7 @@ fn act(window: &mut Harness<'_, Editor>, file: &Path, rng: &mut Rng) -> &'static
         }
         _ => {
             let photo = PhotoId(rng.whole(0, 1));
-            window.state_mut().apply(SpaceAsk::FlyToPhoto(photo));
+            window.state_mut().apply(SpaceRequest::FlyToPhoto(photo));
             "fly"
         }
     }
@@ -149,7 +149,7 @@ fn assert_untroubled(window: &Harness<'_, Editor>, seed: u64, said: &[&str]) {
 
 /// The share of the view that is grey, in the first photo's own camera, once nothing changes there any more.
 fn grey_in_picture(window: &mut Harness<'_, Editor>) -> f64 {
-    window.state_mut().apply(SpaceAsk::FlyToPhoto(PhotoId(0)));
+    window.state_mut().apply(SpaceRequest::FlyToPhoto(PhotoId(0)));
     let is_settled = |editor: &Editor| {
         let painter = editor.work.painter.as_ref();
         editor.running.is_idle()

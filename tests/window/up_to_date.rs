@@ -10,10 +10,10 @@ use crate::harness::{appears, first_photos, opened, wait};
 use crate::paper;
 use egui_kittest::Harness;
 use quadratura::task::Task;
-use quadratura::testing::app::ask::{BuildAsk, ProjectAsk};
 use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::life::{Goal, LifeEvent};
+use quadratura::testing::app::request::{JobRequest, ProjectRequest};
 use quadratura::testing::document::export_record::ExportFormat;
 use quadratura::testing::document::{PhotoDecisions, Project, Stack};
 use quadratura::testing::io::stack_store::StackStore;
@@ -100,10 +100,10 @@ fn an_unsaved_decision_is_built_and_filled_by_itself_and_its_stack_is_out_of_dat
     assert!(stack_on_disk(&project).inputs.contains('-'), "made from a decision that is not saved");
 
     harness.state_mut().settings.keep_up_to_date = false;
-    harness.state_mut().apply(ProjectAsk::Life(LifeEvent::Leave(Goal::Close)));
-    harness.state_mut().apply(ProjectAsk::Life(LifeEvent::Discard));
+    harness.state_mut().apply(ProjectRequest::Life(LifeEvent::Leave(Goal::Close)));
+    harness.state_mut().apply(ProjectRequest::Life(LifeEvent::Discard));
     wait(&mut harness, "the end", |editor| editor.session.is_none() && idle(editor));
-    harness.state_mut().apply(ProjectAsk::Open(project.clone()));
+    harness.state_mut().apply(ProjectRequest::Open(project.clone()));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && idle(editor));
     assert_eq!(harness.state().session.as_ref().unwrap().photos[0].word, "stale");
     keep_up_to_date(&mut harness);
@@ -126,7 +126,7 @@ fn files_of_the_site_that_changed_on_disk_wait_for_a_click() {
     appears(&mut harness, "Files have changed on disk: the model.");
     wait(&mut harness, "that nothing runs", idle);
     assert_eq!(stack_on_disk(&project), before, "neither built from what was read nor from what is on disk");
-    harness.state_mut().apply(BuildAsk::Reread(None));
+    harness.state_mut().apply(JobRequest::Reread(None));
     wait(&mut harness, "another stack", |editor| {
         let made = editor.session.as_ref().and_then(|session| session.stack_of(PhotoId(0)));
         made.is_some_and(|stack| stack.inputs != before.inputs) && is_up_to_date(editor)

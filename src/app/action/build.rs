@@ -14,13 +14,13 @@ use crate::action::round_trip::watching::{begin_round_trip, leave_round_trip};
 use crate::action::space::space_failed;
 use crate::action::updating::StackChange;
 use crate::state::State;
-use crate::state::ask::{Ask, BuildAsk, MaskAsk};
 use crate::state::checks::Checks;
 use crate::state::masking::Masking;
 use crate::state::notes::changed;
 use crate::state::notes::{Note, Weight};
 use crate::state::numbers::counted;
 use crate::state::quality::QualityState;
+use crate::state::request::{JobRequest, MaskRequest, Request};
 use crate::state::running::JobKind;
 use crate::state::selection::Selection;
 use crate::state::session::{PhotoStatus, Session, stacks_of, survey};
@@ -49,7 +49,7 @@ use quadratura_recipe::trees::PlantParts;
 
 impl State {
     /// Applies new photo states. Where their stacks are the ones that are shown, only the states change.
-    pub fn states_seen(&mut self, folder: &std::path::Path, photos: Vec<PhotoStatus>) -> Vec<Ask> {
+    pub fn states_seen(&mut self, folder: &std::path::Path, photos: Vec<PhotoStatus>) -> Vec<Request> {
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
             return Vec::new();
         };
@@ -72,8 +72,8 @@ impl State {
         photos: Vec<PhotoStatus>,
         notes: Vec<Note>,
         made: bool,
-    ) -> Vec<Ask> {
-        notes.into_iter().for_each(|note| self.tell(note));
+    ) -> Vec<Request> {
+        notes.into_iter().for_each(|note| self.notify(note));
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
             return Vec::new();
         };
@@ -88,10 +88,10 @@ impl State {
         if same {
             // Which photo textures a face may have changed; the colour comparison is unaffected.
             self.quality.fill.forget_stacks();
-            vec![BuildAsk::Redecide.into()]
+            vec![JobRequest::Redecide.into()]
         } else {
             self.quality.forget_stacks();
-            vec![BuildAsk::PreparePainter.into()]
+            vec![JobRequest::PreparePainter.into()]
         }
     }
 }
@@ -181,15 +181,15 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
             Painter::new(preview, folder.clone(), opened.clone(), &gpu, task.clone(), waker)
         });
         let model = opened.site.model.clone();
-        let ask = match made {
+        let request = match made {
             Ok(painter) => {
                 left.put(MadePainter { painter, folder, model, book, stacks: stacks_of(&photos) });
-                BuildAsk::PainterMade
+                JobRequest::PainterMade
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(error) => BuildAsk::PainterFailed(folder, error),
+            Err(error) => JobRequest::PainterFailed(folder, error),
         };
-        Ok(Box::new(move |_| vec![ask.into()]))
+        Ok(Box::new(move |_| vec![request.into()]))
     });
 }
 
@@ -294,7 +294,7 @@ fn clear_former(state: &mut State, work: &mut Work) {
             let message = |file: &std::path::PathBuf| {
                 format!("The file was changed by hand and is now {}", file.display())
             };
-            kept.iter().for_each(|file| state.tell(Note::new(Weight::Warning, message(file))));
+            kept.iter().for_each(|file| state.notify(Note::new(Weight::Warning, message(file))));
         }))
     });
 }
@@ -316,8 +316,8 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
         let changes = seen.changes(&SiteStamp::new(&folder, &opened.project));
         if !changes.is_empty() {
             return Ok(Box::new(move |state| {
-                state.tell(changed(&changes).and(" They are reloaded before the build."));
-                vec![BuildAsk::Reread(Some(photos)).into()]
+                state.notify(changed(&changes).and(" They are reloaded before the build."));
+                vec![JobRequest::Reread(Some(photos)).into()]
             }));
         }
         let store = StackStore::new(&folder).keeping_former();
@@ -364,9 +364,9 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
         let known = if made > 0 { Vec::new() } else { known };
         let photos = survey(&folder, &opened, &known, &Task::silent())?;
         Ok(Box::new(move |state| {
-            let mut asks = state.stacks_changed(&folder, photos, notes, made > 0);
-            asks.push(MaskAsk::Report(damaged, "is not built").into());
-            asks
+            let mut requests = state.stacks_changed(&folder, photos, notes, made > 0);
+            requests.push(MaskRequest::Report(damaged, "is not built").into());
+            requests
         }))
     });
 }
@@ -409,9 +409,9 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
         let known = if made > 0 { Vec::new() } else { known };
         let photos = survey(&folder, &opened, &known, &Task::silent())?;
         Ok(Box::new(move |state| {
-            let mut asks = state.stacks_changed(&folder, photos, notes, made > 0);
-            asks.push(MaskAsk::Report(damaged, "is not filled").into());
-            asks
+            let mut requests = state.stacks_changed(&folder, photos, notes, made > 0);
+            requests.push(MaskRequest::Report(damaged, "is not filled").into());
+            requests
         }))
     });
 }

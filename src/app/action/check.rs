@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::state::State;
-use crate::state::ask::CheckAsk;
 use crate::state::checks::{Checked, Mend, verdict};
 use crate::state::notes::{Note, Weight};
+use crate::state::request::CheckRequest;
 use crate::state::running::JobKind;
 use crate::work::Work;
 use crate::work::jobs::arrival;
@@ -20,12 +20,12 @@ use quadratura_recipe::thumbnail::picture_of_file;
 const SHOWN_PX: u32 = 1600;
 
 /// Applies an ask about the check.
-pub fn apply(state: &mut State, work: &mut Work, ask: CheckAsk) {
-    match ask {
-        CheckAsk::Check => check_project(state, work),
-        CheckAsk::Mend(mend) => state.mend(mend),
-        CheckAsk::ShowPhoto(photo) => state.checks.photo = photo,
-        CheckAsk::Overlay(path) => ask_overlay(state, work, &path),
+pub fn apply(state: &mut State, work: &mut Work, request: CheckRequest) {
+    match request {
+        CheckRequest::Check => check_project(state, work),
+        CheckRequest::Mend(mend) => state.mend(mend),
+        CheckRequest::ShowPhoto(photo) => state.checks.photo = photo,
+        CheckRequest::Overlay(path) => request_overlay(state, work, &path),
     }
 }
 
@@ -90,8 +90,8 @@ pub fn check_again(state: &mut State, work: &mut Work) {
 }
 
 /// Starts the job that reads an overlay.
-fn ask_overlay(state: &mut State, work: &mut Work, path: &Path) {
-    if !state.checks.ask_for(path) {
+fn request_overlay(state: &mut State, work: &mut Work, path: &Path) {
+    if !state.checks.request_for(path) {
         return;
     }
     let path = path.to_path_buf();
@@ -117,8 +117,8 @@ fn judged(report: &CheckReport) -> Note {
 mod tests {
     use super::*;
     use crate::action::tests::bench::TestBench;
-    use crate::state::ask::DecideAsk;
     use crate::state::checks::Mend;
+    use crate::state::request::DecideRequest;
     use quadratura_base::geometry::Similarity;
     use quadratura_recipe::check::{FaceReport, Names, PhotoReport};
 
@@ -180,7 +180,7 @@ mod tests {
                 .unwrap()
                 .ends_with("covers 25 % of a photo, and matches 50 % of the sparse-point observations.")
         );
-        bench.ask(CheckAsk::ShowPhoto(PhotoId(2)));
+        bench.request(CheckRequest::ShowPhoto(PhotoId(2)));
         assert_eq!(bench.state.checks.photo, PhotoId(2));
     }
 
@@ -202,32 +202,32 @@ mod tests {
     fn a_report_replaces_the_overlay_of_the_one_before() {
         let mut bench = TestBench::new();
         checked(&mut bench, Verdict::Fits);
-        assert!(bench.state.checks.ask_for(Path::new("a.jpg")));
-        assert!(!bench.state.checks.ask_for(Path::new("a.jpg")), "it is being read");
+        assert!(bench.state.checks.request_for(Path::new("a.jpg")));
+        assert!(!bench.state.checks.request_for(Path::new("a.jpg")), "it is being read");
         checked(&mut bench, Verdict::Fits);
-        assert!(bench.state.checks.overlay.is_none() && bench.state.checks.ask_for(Path::new("a.jpg")));
+        assert!(bench.state.checks.overlay.is_none() && bench.state.checks.request_for(Path::new("a.jpg")));
     }
 
     #[test]
     fn the_model_is_moved_as_a_step_and_put_back() {
         let mut bench = TestBench::new();
-        bench.ask(CheckAsk::Mend(Mend::Back));
+        bench.request(CheckRequest::Mend(Mend::Back));
         assert_eq!(bench.undoes(), None, "it was not moved");
-        bench.ask(CheckAsk::Mend(Mend::Stand(twice_as_large())));
+        bench.request(CheckRequest::Mend(Mend::Stand(twice_as_large())));
         assert_eq!(bench.project().world_from_model, twice_as_large());
         assert_eq!(bench.undoes(), Some("alignment of the model"));
         assert!(bench.state.checks.again && bench.state.checks.before.is_some());
-        bench.ask(CheckAsk::Mend(Mend::Back));
+        bench.request(CheckRequest::Mend(Mend::Back));
         assert_eq!(bench.project().world_from_model, Similarity::IDENTITY);
         assert!(bench.state.checks.before.is_none());
-        bench.ask(DecideAsk::Undo);
+        bench.request(DecideRequest::Undo);
         assert_eq!(bench.project().world_from_model, twice_as_large());
     }
 
     #[test]
     fn a_check_after_a_move_waits_until_the_site_was_read() {
         let mut bench = TestBench::new();
-        bench.ask(CheckAsk::Mend(Mend::Stand(twice_as_large())));
+        bench.request(CheckRequest::Mend(Mend::Stand(twice_as_large())));
         check_again(&mut bench.state, &mut bench.work);
         assert!(bench.state.checks.again && !bench.state.running.runs(JobKind::Check));
     }
@@ -236,7 +236,7 @@ mod tests {
     fn an_overlay_is_read_once_and_one_that_cannot_be_read_is_told() {
         let mut bench = TestBench::new();
         let path = bench.folder().join("none.jpg");
-        bench.ask(CheckAsk::Overlay(path.clone()));
+        bench.request(CheckRequest::Overlay(path.clone()));
         assert!(bench.state.running.runs(JobKind::PhotoView));
         bench.settle();
         let messages = bench.said().len();
@@ -245,7 +245,7 @@ mod tests {
             "{:?}",
             bench.said()
         );
-        bench.ask(CheckAsk::Overlay(path));
+        bench.request(CheckRequest::Overlay(path));
         bench.settle();
         assert!(bench.state.checks.overlay.is_none());
         assert_eq!(bench.said().len(), messages);

@@ -1,9 +1,9 @@
 //! Actions on bookmarks and the flight; a job orders the frames of pictures and videos from the view's painter.
 
 use crate::state::State;
-use crate::state::ask::FlightAsk;
 use crate::state::flight::export::{Export, Rendering};
 use crate::state::notes::{Note, Weight};
+use crate::state::request::FlightRequest;
 use crate::state::running::JobKind;
 use crate::work::Work;
 use crate::work::jobs::arrival;
@@ -16,19 +16,19 @@ use quadratura_recipe::views::RequestedView;
 use quadratura_view::{DisplayMode, Quality, Shot, Unseen};
 
 /// Applies an ask about bookmarks, the flight, pictures and videos.
-pub fn apply(state: &mut State, work: &mut Work, ask: FlightAsk) {
-    match ask {
-        FlightAsk::FlyToView(view) => state.fly_to_view(view),
-        FlightAsk::GoTo(time_s) => state.go_to(time_s),
-        FlightAsk::Pause => state.flights.pause(),
-        FlightAsk::SelectKeyframe(index) => state.flights.keyframe = Some(index),
-        FlightAsk::KeepView => state.keep_view(),
-        FlightAsk::AddKeyframe => state.add_keyframe(),
-        FlightAsk::RemoveKeyframe => state.remove_keyframe(),
-        FlightAsk::Play => state.play(),
-        FlightAsk::ChooseStill => state.ask_still(),
-        FlightAsk::ChooseFilm => state.ask_film(),
-        FlightAsk::Render(export) => export_views(state, work, &export),
+pub fn apply(state: &mut State, work: &mut Work, request: FlightRequest) {
+    match request {
+        FlightRequest::FlyToView(view) => state.fly_to_view(view),
+        FlightRequest::GoTo(time_s) => state.go_to(time_s),
+        FlightRequest::Pause => state.flights.pause(),
+        FlightRequest::SelectKeyframe(index) => state.flights.keyframe = Some(index),
+        FlightRequest::KeepView => state.keep_view(),
+        FlightRequest::AddKeyframe => state.add_keyframe(),
+        FlightRequest::RemoveKeyframe => state.remove_keyframe(),
+        FlightRequest::Play => state.play(),
+        FlightRequest::ChooseStill => state.request_still(),
+        FlightRequest::ChooseFilm => state.request_film(),
+        FlightRequest::Render(export) => export_views(state, work, &export),
     }
 }
 
@@ -63,7 +63,7 @@ fn export_views(state: &mut State, work: &mut Work, export: &Export) {
         };
         let report = render(&views, &mut draw, &options, task)?;
         let notes = notes_of_report(&report);
-        Ok(arrival(move |state| notes.into_iter().for_each(|note| state.tell(note))))
+        Ok(arrival(move |state| notes.into_iter().for_each(|note| state.notify(note))))
     });
 }
 

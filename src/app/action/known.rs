@@ -51,6 +51,6 @@ pub fn follow_known(state: &mut State, work: &mut Work) {
 fn change(state: &mut State, work: &Work, change: impl Fn(&mut KnownProjects)) {
     if let Err(error) = work.known.change(&mut state.settings.known, change) {
         let text = format!("other windows do not know of this: {error}");
-        state.tell(Note::new(Weight::Warning, text));
+        state.notify(Note::new(Weight::Warning, text));
     }
 }

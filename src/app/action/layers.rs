@@ -1,8 +1,8 @@
 //! Decisions about layers, applied to the selection.
 
 use crate::state::State;
-use crate::state::ask::OptionsEdit;
 use crate::state::notes::{Note, Weight};
+use crate::state::request::OptionsEdit;
 use crate::state::selection::Selection;
 use crate::state::session::PhotoStatus;
 use quadratura_base::error::Error;
@@ -105,7 +105,7 @@ impl State {
         });
         match project {
             Ok(project) => self.edit(name, project, Some(OPTIONS)),
-            Err(error) => self.tell(Note::new(Weight::Problem, error.message())),
+            Err(error) => self.notify(Note::new(Weight::Problem, error.message())),
         }
         if !goes_on {
             self.end_gesture();
@@ -130,7 +130,7 @@ impl State {
         let cost = self.merge_cost(photo, &layers).filter(|cost| cost.is_high() || cost.is_too_large());
         match cost {
             // A merge that is not possible is reported at once, without a question.
-            Some(cost) if self.decided(&edit).is_ok() => self.ask_to_merge(edit, cost),
+            Some(cost) if self.decided(&edit).is_ok() => self.request_to_merge(edit, cost),
             _ => self.decide(&edit),
         }
     }

@@ -85,7 +85,7 @@ pub fn answer_recovery(state: &mut State, work: &mut Work, restores: bool) {
     work.autosave.iter().for_each(|autosave| autosave.hold(false));
     if !restores {
         discard_unsaved(state, work);
-        return state.tell(Note::new(Weight::Info, "Unsaved changes were discarded"));
+        return state.notify(Note::new(Weight::Info, "Unsaved changes were discarded"));
     }
     let mut project = recovery.found.project;
     if let Some(session) = &state.session {

@@ -41,26 +41,26 @@ use self::reread::{reload, reload_if_due, reopen};
 use self::saving::{autosave_if_due, save_project};
 use self::updating::{keep_up_to_date, stop_job};
 use super::state::State;
-use super::state::ask::{Ask, BuildAsk, DecideAsk, ProjectAsk};
+use super::state::request::{DecideRequest, JobRequest, ProjectRequest, Request};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
-pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
-    match ask {
-        Ask::Select(ask) => select::apply(state, ask),
-        Ask::Decide(ask) => decide(state, work, ask),
-        Ask::Build(ask) => build(state, work, ask),
-        Ask::Space(ask) => space::apply(state, work, ask),
-        Ask::Flight(ask) => flight::apply(state, work, ask),
-        Ask::Flat(ask) => flat::apply(state, work, ask),
-        Ask::Mask(ask) => masks::apply(state, work, ask),
-        Ask::Quality(ask) => quality::apply(state, work, ask),
-        Ask::Check(ask) => check::apply(state, work, ask),
-        Ask::RoundTrip(ask) => round_trip::apply(state, work, ask),
-        Ask::Project(ask) => project(state, work, ask),
-        Ask::Trees(ask) => trees::apply(state, work, ask),
-        Ask::Images(ask) => save_image::apply(state, work, ask),
-        Ask::Window(ask) => window::apply(state, work, ask),
+pub fn apply(state: &mut State, work: &mut Work, request: Request) {
+    match request {
+        Request::Select(request) => select::apply(state, request),
+        Request::Decide(request) => decide(state, work, request),
+        Request::Build(request) => build(state, work, request),
+        Request::Space(request) => space::apply(state, work, request),
+        Request::Flight(request) => flight::apply(state, work, request),
+        Request::Flat(request) => flat::apply(state, work, request),
+        Request::Mask(request) => masks::apply(state, work, request),
+        Request::Quality(request) => quality::apply(state, work, request),
+        Request::Check(request) => check::apply(state, work, request),
+        Request::RoundTrip(request) => round_trip::apply(state, work, request),
+        Request::Project(request) => project(state, work, request),
+        Request::Trees(request) => trees::apply(state, work, request),
+        Request::Images(request) => save_image::apply(state, work, request),
+        Request::Window(request) => window::apply(state, work, request),
     }
     autosave_if_due(state, work);
 }
@@ -68,22 +68,22 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
 /// Applies the results that jobs have delivered since the last call.
 pub fn take_in(state: &mut State, work: &mut Work) {
     let (notes, arrivals) = work.jobs.receive(&mut state.running);
-    notes.into_iter().for_each(|note| state.tell(note));
+    notes.into_iter().for_each(|note| state.notify(note));
     for arrival in arrivals {
-        arrival(state).into_iter().for_each(|ask| apply(state, work, ask));
+        arrival(state).into_iter().for_each(|request| apply(state, work, request));
     }
 }
 
 /// Continues everything that runs by itself; called once a frame.
-pub fn go_on(state: &mut State, work: &mut Work) {
+pub fn check_cancelled(state: &mut State, work: &mut Work) {
     follow(state, work);
     follow_history(state, work);
     trees::follow_light(state, work);
     trees::follow_images(state, work);
     trees::follow_trees(state, work);
     state.fly_on();
-    space::go_on(state, work);
-    round_trip::take_home(state, work).into_iter().for_each(|ask| apply(state, work, ask));
+    space::check_cancelled(state, work);
+    round_trip::take_home(state, work).into_iter().for_each(|request| apply(state, work, request));
     paint_strokes(state, work);
     check_again(state, work);
     reload_if_due(state, work);
@@ -92,65 +92,65 @@ pub fn go_on(state: &mut State, work: &mut Work) {
     keep_up_to_date(state, work);
 }
 
-fn decide(state: &mut State, work: &mut Work, ask: DecideAsk) {
-    match ask {
-        DecideAsk::Edit(name, project, gesture) => state.edit(name, *project, gesture),
-        DecideAsk::EndGesture => state.end_gesture(),
-        DecideAsk::Undo => undo(state, work),
-        DecideAsk::Redo => redo(state, work),
-        DecideAsk::Layers(edit) => state.decide(&edit),
-        DecideAsk::Merge => state.merge_layers(),
-        DecideAsk::ConfirmMerge(confirmed) => state.confirm_merge(confirmed),
-        DecideAsk::Split => state.split_layer(),
-        DecideAsk::Pin => state.pin(),
-        DecideAsk::Exclude => state.exclude(),
-        DecideAsk::Reset => state.reset_decisions(),
-        DecideAsk::Rename(photo, layer, name) => state.rename_layer(photo, layer, &name),
-        DecideAsk::Forget(photo, number) => state.forget_decision(photo, number),
-        DecideAsk::GoToStep(done) => state.history_target = Some(done),
-        DecideAsk::AskToRemove(object) => state.ask_to_remove(&object),
-        DecideAsk::ConfirmRemoval(confirmed) => state.confirm_removal(confirmed),
-        DecideAsk::SwitchObject(object, on) => state.switch_object(&object, on),
-        DecideAsk::TurnObject(object, turns) => state.turn_object(&object, turns),
-        DecideAsk::SeeThroughObject(object, through) => state.see_through_object(&object, through),
-        DecideAsk::FreeObject(object) => state.free_object(&object),
-        DecideAsk::AllObjectsOn => state.switch_all_on(),
-        DecideAsk::Options { edit, goes_on } => state.edit_options(&edit, goes_on),
+fn decide(state: &mut State, work: &mut Work, request: DecideRequest) {
+    match request {
+        DecideRequest::Edit(name, project, gesture) => state.edit(name, *project, gesture),
+        DecideRequest::EndGesture => state.end_gesture(),
+        DecideRequest::Undo => undo(state, work),
+        DecideRequest::Redo => redo(state, work),
+        DecideRequest::Layers(edit) => state.decide(&edit),
+        DecideRequest::Merge => state.merge_layers(),
+        DecideRequest::ConfirmMerge(confirmed) => state.confirm_merge(confirmed),
+        DecideRequest::Split => state.split_layer(),
+        DecideRequest::Pin => state.pin(),
+        DecideRequest::Exclude => state.exclude(),
+        DecideRequest::Reset => state.reset_decisions(),
+        DecideRequest::Rename(photo, layer, name) => state.rename_layer(photo, layer, &name),
+        DecideRequest::Forget(photo, number) => state.forget_decision(photo, number),
+        DecideRequest::GoToStep(done) => state.history_target = Some(done),
+        DecideRequest::AskToRemove(object) => state.request_to_remove(&object),
+        DecideRequest::ConfirmRemoval(confirmed) => state.confirm_removal(confirmed),
+        DecideRequest::SwitchObject(object, on) => state.switch_object(&object, on),
+        DecideRequest::TurnObject(object, turns) => state.turn_object(&object, turns),
+        DecideRequest::SeeThroughObject(object, through) => state.see_through_object(&object, through),
+        DecideRequest::FreeObject(object) => state.free_object(&object),
+        DecideRequest::AllObjectsOn => state.switch_all_on(),
+        DecideRequest::Options { edit, goes_on } => state.edit_options(&edit, goes_on),
     }
 }
 
-fn build(state: &mut State, work: &mut Work, ask: BuildAsk) {
-    match ask {
-        BuildAsk::Build(photos) => build_layers(state, work, photos),
-        BuildAsk::Fill => fill_hidden(state, work),
-        BuildAsk::Reread(None) => reload(state, work),
-        BuildAsk::Reread(then_build) => reopen(state, work, then_build),
-        BuildAsk::PreparePainter => prepare_painter(state, work),
-        BuildAsk::RestartPainter => restart_painter(state, work),
-        BuildAsk::SiteRead { is_same } => site_read(state, work, is_same),
-        BuildAsk::PainterMade => painter_made(state, work),
-        BuildAsk::PainterFailed(folder, error) => painter_failed(state, work, &folder, &error),
-        BuildAsk::Redecide => redecide(state, work),
-        BuildAsk::Stop(job) => stop_job(state, work, job),
-        BuildAsk::StopAll => work.jobs.stop_all(&mut state.running),
+fn build(state: &mut State, work: &mut Work, request: JobRequest) {
+    match request {
+        JobRequest::Build(photos) => build_layers(state, work, photos),
+        JobRequest::Fill => fill_hidden(state, work),
+        JobRequest::Reread(None) => reload(state, work),
+        JobRequest::Reread(then_build) => reopen(state, work, then_build),
+        JobRequest::PreparePainter => prepare_painter(state, work),
+        JobRequest::RestartPainter => restart_painter(state, work),
+        JobRequest::SiteRead { is_same } => site_read(state, work, is_same),
+        JobRequest::PainterMade => painter_made(state, work),
+        JobRequest::PainterFailed(folder, error) => painter_failed(state, work, &folder, &error),
+        JobRequest::Redecide => redecide(state, work),
+        JobRequest::Stop(job) => stop_job(state, work, job),
+        JobRequest::StopAll => work.jobs.stop_all(&mut state.running),
     }
 }
 
-fn project(state: &mut State, work: &mut Work, ask: ProjectAsk) {
-    match ask {
-        ProjectAsk::Open(project) => open_project(state, work, project),
-        ProjectAsk::OpenNow(project) => open_now(state, work, project),
-        ProjectAsk::Opened(opened) => {
+fn project(state: &mut State, work: &mut Work, request: ProjectRequest) {
+    match request {
+        ProjectRequest::Open(project) => open_project(state, work, project),
+        ProjectRequest::OpenNow(project) => open_now(state, work, project),
+        ProjectRequest::Opened(opened) => {
             let (session, recovered) = *opened;
             arrived(state, work, session, recovered);
         }
-        ProjectAsk::Created(parts, made) => created(state, work, &parts, *made),
-        ProjectAsk::Save => drop(save_project(state, work)),
-        ProjectAsk::Life(event) => happens(state, work, event),
-        ProjectAsk::Recover(restores) => answer_recovery(state, work, restores),
-        ProjectAsk::Forget(project) => forget_project(state, work, &project),
-        ProjectAsk::ShowMissing => state.show_missing(),
-        ProjectAsk::Dialog(request) => grant_opening(state, work, request),
+        ProjectRequest::Created(parts, made) => created(state, work, &parts, *made),
+        ProjectRequest::Save => drop(save_project(state, work)),
+        ProjectRequest::Life(event) => happens(state, work, event),
+        ProjectRequest::Recover(restores) => answer_recovery(state, work, restores),
+        ProjectRequest::Forget(project) => forget_project(state, work, &project),
+        ProjectRequest::ShowMissing => state.show_missing(),
+        ProjectRequest::Dialog(request) => grant_opening(state, work, request),
     }
 }
 

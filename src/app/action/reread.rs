@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use crate::state::State;
-use crate::state::ask::{BuildAsk, MaskAsk};
 use crate::state::notes::{Note, NoteRemedy, Weight};
 use crate::state::pending::Invalidation;
+use crate::state::request::{JobRequest, MaskRequest};
 use crate::state::running::JobKind;
 use crate::state::selection::Selection;
 use crate::state::session::survey;
@@ -25,7 +25,7 @@ pub fn reload(state: &mut State, work: &mut Work) {
     match (waits, &mut state.session) {
         (Some(text), Some(session)) => {
             session.pending.reload = true;
-            state.tell(Note::new(Weight::Info, text));
+            state.notify(Note::new(Weight::Info, text));
         }
         _ => reopen(state, work, None),
     }
@@ -78,9 +78,9 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
                 state.space.refresh();
             }
             state.flat.forget();
-            let build = then_build.map(|photos| BuildAsk::Build(photos).into());
-            let asks = [BuildAsk::SiteRead { is_same }.into(), MaskAsk::ReportProblems.into()];
-            asks.into_iter().chain(build).collect()
+            let build = then_build.map(|photos| JobRequest::Build(photos).into());
+            let requests = [JobRequest::SiteRead { is_same }.into(), MaskRequest::ReportProblems.into()];
+            requests.into_iter().chain(build).collect()
         }))
     });
 }
@@ -97,6 +97,6 @@ pub fn not_followed(folder: PathBuf, invalidation: Invalidation, error: Error) -
             error => (Weight::Problem, error.to_string()),
         };
         let text = format!("The site was not reloaded ({why}): views and photos show its previous state.");
-        state.tell(Note::new(weight, text).with("Reload from disk", NoteRemedy::ReadAgain));
+        state.notify(Note::new(weight, text).with("Reload from disk", NoteRemedy::ReadAgain));
     })
 }

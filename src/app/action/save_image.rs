@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::state::State;
-use crate::state::ask::ImagesAsk;
 use crate::state::notes::{Note, Weight};
 use crate::state::numbers::grouped;
+use crate::state::request::ImagesRequest;
 use crate::state::running::JobKind;
 use crate::state::save_image::{ImageFormat, ImageSource, SaveImage};
 use crate::work::Work;
@@ -27,10 +27,10 @@ use quadratura_recipe::trees::PlantParts;
 const PAGE_GUARD: f64 = 0.1;
 
 /// Applies an ask about layered depth images to save.
-pub fn apply(state: &mut State, work: &mut Work, ask: ImagesAsk) {
-    match ask {
-        ImagesAsk::Choose(format) => state.choose_save_image(format),
-        ImagesAsk::Save(dialog) => save(state, work, dialog),
+pub fn apply(state: &mut State, work: &mut Work, request: ImagesRequest) {
+    match request {
+        ImagesRequest::Choose(format) => state.choose_save_image(format),
+        ImagesRequest::Save(dialog) => save(state, work, dialog),
     }
 }
 
@@ -155,6 +155,6 @@ impl State {
         }
         let kilobytes = grouped(bytes.div_ceil(1000));
         let text = format!("{what} saved: {}, {kilobytes} kB", path.display());
-        self.tell(Note::new(Weight::Info, text));
+        self.notify(Note::new(Weight::Info, text));
     }
 }

@@ -24,7 +24,7 @@ impl State {
             session.pending.keep.failed(now_s);
         }
         let text = format!("Autosaving failed and is tried again: {error}");
-        self.tell(Note::new(Weight::Problem, text));
+        self.notify(Note::new(Weight::Problem, text));
     }
 }
 
@@ -33,7 +33,7 @@ pub fn save_project(state: &mut State, work: &mut Work) -> bool {
     match save(state, work) {
         Ok(()) => true,
         Err(error) => {
-            state.tell(Note::new(Weight::Problem, format!("The project was not saved: {error}")));
+            state.notify(Note::new(Weight::Problem, format!("The project was not saved: {error}")));
             false
         }
     }
@@ -59,7 +59,7 @@ pub fn save(state: &mut State, work: &mut Work) -> Result<()> {
     session.history.saved();
     session.pending.keep = Autosave::default();
     if let Err(error) = forgotten {
-        state.tell(Note::new(Weight::Warning, error.message()));
+        state.notify(Note::new(Weight::Warning, error.message()));
     }
     Ok(())
 }
@@ -71,7 +71,7 @@ pub fn discard_unsaved(state: &mut State, work: &mut Work) {
     session.pending.keep = Autosave::default();
     let forgotten = work.autosave.as_ref().map_or(Ok(()), |autosave| autosave.forget());
     if let Err(error) = forgotten {
-        state.tell(Note::new(Weight::Warning, error.message()));
+        state.notify(Note::new(Weight::Warning, error.message()));
     }
 }
 

@@ -1,16 +1,16 @@
 //! Actions on the selection, and on where it is shown.
 
 use crate::state::State;
-use crate::state::ask::SelectAsk;
+use crate::state::request::SelectRequest;
 
 /// Applies an ask about the selection.
-pub fn apply(state: &mut State, ask: SelectAsk) {
-    match ask {
-        SelectAsk::Only(selection) => state.select(selection),
-        SelectAsk::Toggle(photo, layer) => state.toggle_layer(photo, layer),
-        SelectAsk::Layers(photo, layers) => state.select_layers(photo, layers),
-        SelectAsk::ShowInPhoto(photo, face, at) => state.show_in_photo(photo, face, at),
-        SelectAsk::ShowRect(photo, rect) => state.show_rect(photo, rect),
-        SelectAsk::StepPhoto(by) => state.step_photo(by),
+pub fn apply(state: &mut State, request: SelectRequest) {
+    match request {
+        SelectRequest::Only(selection) => state.select(selection),
+        SelectRequest::Toggle(photo, layer) => state.toggle_layer(photo, layer),
+        SelectRequest::Layers(photo, layers) => state.select_layers(photo, layers),
+        SelectRequest::ShowInPhoto(photo, face, at) => state.show_in_photo(photo, face, at),
+        SelectRequest::ShowRect(photo, rect) => state.show_rect(photo, rect),
+        SelectRequest::StepPhoto(by) => state.step_photo(by),
     }
 }

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::flat::slot::{ResultRequest, want};
 use crate::state::State;
-use crate::state::ask::SpaceAsk;
 use crate::state::notes::{Note, Weight};
 use crate::state::panes::Pane;
+use crate::state::request::SpaceRequest;
 use crate::state::space::FrameFacts;
 use crate::state::space::exploded::Panes3D;
 use crate::work::Work;
@@ -18,49 +18,49 @@ use quadratura_recipe::exploded::layer_textures::layer_thumbnails;
 const LONGEST_PX: u32 = 1024;
 
 /// Applies an ask about the 3D view.
-pub fn apply(state: &mut State, work: &mut Work, ask: SpaceAsk) {
-    match ask {
-        SpaceAsk::FlyToPhoto(photo) => {
+pub fn apply(state: &mut State, work: &mut Work, request: SpaceRequest) {
+    match request {
+        SpaceRequest::FlyToPhoto(photo) => {
             state.panes.show(Pane::Space);
             state.fly_to_photo(photo);
         }
-        SpaceAsk::LookFrom(view) => state.look_from(&view),
-        SpaceAsk::Frame => state.frame(),
-        SpaceAsk::ShowAll => state.show_all(),
-        SpaceAsk::Snap => {
+        SpaceRequest::LookFrom(view) => state.look_from(&view),
+        SpaceRequest::Frame => state.frame(),
+        SpaceRequest::ShowAll => state.show_all(),
+        SpaceRequest::Snap => {
             state.panes.show(Pane::Space);
             state.snap();
         }
         // The view never leaves the photo here: confirming a text field with a second Enter must not leave it.
-        SpaceAsk::FlyInto => {
+        SpaceRequest::FlyInto => {
             state.panes.show(Pane::Space);
             if state.space.through() != state.selected_photo() {
                 state.snap();
             }
         }
-        SpaceAsk::Level => state.level(),
-        SpaceAsk::Display(shown) => state.space.look.display = shown,
-        SpaceAsk::PullApart => state.toggle_exploded(),
-        SpaceAsk::FollowSelection => follow_selection(state),
-        SpaceAsk::Draw(drawn) => draw(state, work, drawn),
-        SpaceAsk::WantLayerPictures => want_layer_pictures(state, work),
-        SpaceAsk::ShowObject(name, on) => state.show_object(&name, on),
-        SpaceAsk::Isolate(name) => state.isolate_object(&name),
-        SpaceAsk::ShowAllObjects => state.show_all_objects(),
-        SpaceAsk::ShowUncovered(uncovered) => state.show_uncovered(uncovered),
-        SpaceAsk::Brush => {
+        SpaceRequest::Level => state.level(),
+        SpaceRequest::Display(shown) => state.space.look.display = shown,
+        SpaceRequest::PullApart => state.toggle_exploded(),
+        SpaceRequest::FollowSelection => follow_selection(state),
+        SpaceRequest::Draw(drawn) => draw(state, work, drawn),
+        SpaceRequest::WantLayerPictures => want_layer_pictures(state, work),
+        SpaceRequest::ShowObject(name, on) => state.show_object(&name, on),
+        SpaceRequest::Isolate(name) => state.isolate_object(&name),
+        SpaceRequest::ShowAllObjects => state.show_all_objects(),
+        SpaceRequest::ShowUncovered(uncovered) => state.show_uncovered(uncovered),
+        SpaceRequest::Brush => {
             state.panes.show(Pane::Space);
             state.space.brush.give_up();
             state.space.brush.on = !state.space.brush.on;
             // The left button does one thing at a time.
             state.trees.hand.on = false;
         }
-        SpaceAsk::ResizeBrush(factor) => state.space.brush.resize(factor),
+        SpaceRequest::ResizeBrush(factor) => state.space.brush.resize(factor),
     }
 }
 
 /// Continues what the view does by itself while it is shown: a flight, and taking the newest picture.
-pub fn go_on(state: &mut State, work: &mut Work) {
+pub fn check_cancelled(state: &mut State, work: &mut Work) {
     if !state.panes.is_shown(Pane::Space) {
         return;
     }
@@ -96,14 +96,14 @@ fn draw(state: &mut State, work: &mut Work, frame: FrameFacts) {
     let (request, again_s) = state.space.due(FrameFacts { moves, ..frame }, now_s, painter.is_busy());
     let tells_in_s = state.space.tells_in_s();
     again_s.into_iter().chain(tells_in_s).for_each(|seconds| state.window.wake_within(seconds));
-    request.into_iter().for_each(|request| painter.ask(request));
+    request.into_iter().for_each(|request| painter.request(request));
 }
 
 /// Shows in the view why it cannot be drawn, until it is restarted.
 pub fn space_failed(state: &mut State, work: &mut Work, error: &Error) {
     work.drop_painter(state);
     if state.space.fail(&error.to_string()) {
-        state.tell(Note::new(Weight::Problem, format!("The 3D view: {error}")));
+        state.notify(Note::new(Weight::Problem, format!("The 3D view: {error}")));
     }
 }
 

@@ -7,10 +7,10 @@ use glam::DVec3;
 
 use super::masks::keeping::queue_mask;
 use crate::state::State;
-use crate::state::ask::TreeAsk;
 use crate::state::masking::keeping::MaskWork;
 use crate::state::notes::{Note, Weight};
 use crate::state::panes::Pane;
+use crate::state::request::TreeRequest;
 use crate::state::running::JobKind;
 use crate::state::selection::Selection;
 use crate::state::space::view_pixel::ViewPixel;
@@ -36,26 +36,26 @@ use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees, species_images
 const UNKNOWN_SHARE: f64 = 0.05;
 
 /// Applies an ask about trees.
-pub fn apply(state: &mut State, work: &mut Work, ask: TreeAsk) {
-    match ask {
-        TreeAsk::Set { name, tree, what, goes_on } => set(state, &name, &tree, what, goes_on),
-        TreeAsk::Duplicate(name) => duplicate(state, &name),
-        TreeAsk::Remove(name) => remove(state, &name),
-        TreeAsk::Show(names, on) => state.show_trees(&names, on),
-        TreeAsk::ShowAll => state.trees.hidden.clear(),
-        TreeAsk::Light { light, goes_on } => set_light(state, light, goes_on),
-        TreeAsk::Mask => mask(state, work),
-        TreeAsk::ClearMasks => clear_masks(state),
-        TreeAsk::WantFigures => want_figures(state, work),
-        TreeAsk::Hand => take_up(state),
-        TreeAsk::Choose(species) => state.trees.hand.species = species,
-        TreeAsk::Press(pixel) => press(state, &pixel),
-        TreeAsk::Drag(pixel, hold) => drag(state, &pixel, hold),
-        TreeAsk::Release => {
+pub fn apply(state: &mut State, work: &mut Work, request: TreeRequest) {
+    match request {
+        TreeRequest::Set { name, tree, what, goes_on } => set(state, &name, &tree, what, goes_on),
+        TreeRequest::Duplicate(name) => duplicate(state, &name),
+        TreeRequest::Remove(name) => remove(state, &name),
+        TreeRequest::Show(names, on) => state.show_trees(&names, on),
+        TreeRequest::ShowAll => state.trees.hidden.clear(),
+        TreeRequest::Light { light, goes_on } => set_light(state, light, goes_on),
+        TreeRequest::Mask => mask(state, work),
+        TreeRequest::ClearMasks => clear_masks(state),
+        TreeRequest::WantFigures => want_figures(state, work),
+        TreeRequest::Hand => take_up(state),
+        TreeRequest::Choose(species) => state.trees.hand.species = species,
+        TreeRequest::Press(pixel) => press(state, &pixel),
+        TreeRequest::Drag(pixel, hold) => drag(state, &pixel, hold),
+        TreeRequest::Release => {
             state.trees.hand.held = None;
             state.end_gesture();
         }
-        TreeAsk::GiveUp => {
+        TreeRequest::GiveUp => {
             if let Some(held) = state.trees.hand.held.take() {
                 state.give_gesture_up(&held.before);
             }
@@ -123,7 +123,7 @@ fn duplicate(state: &mut State, name: &str) {
             state.trees.hidden.remove(&copy);
             state.select_tree(&copy);
         }
-        Err(error) => state.tell(Note::new(Weight::Problem, error.to_string())),
+        Err(error) => state.notify(Note::new(Weight::Problem, error.to_string())),
     }
 }
 
@@ -171,7 +171,7 @@ fn want_figures(state: &mut State, work: &mut Work) {
     let job = work.jobs.start(&mut state.running, JobKind::Look, "Reading plants", move |task| {
         let mut found = Vec::new();
         for (name, species) in named {
-            task.go_on()?;
+            task.check_cancelled()?;
             // The 3D view tells what is wrong with a plant.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
             let figures = species_figures(&folder, &name, &species, &quiet);
@@ -242,10 +242,10 @@ fn estimated(folder: &Path, opened: &Opened, task: &Task) -> Result<LightEstimat
     let quiet = Task::silent().with_stop_flag(task.stop_flag());
     let trees =
         site_trees(folder, &opened.project.trees, up(&opened.site.photos), PlantParts::Openness, &quiet)?;
-    let Some(SiteTrees { wood, .. }) = trees.filter(|trees| !trees.wood.trees.is_empty()) else {
+    let Some(SiteTrees { placed, .. }) = trees.filter(|trees| !trees.placed.trees.is_empty()) else {
         return Err(Error::Request("no tree can be drawn".into()));
     };
-    estimated_light(folder, opened, &wood, task)
+    estimated_light(folder, opened, &placed, task)
 }
 
 /// Takes up the tool in the 3D view, or puts it away. It takes the place of the brush.
@@ -263,7 +263,7 @@ fn press(state: &mut State, pixel: &ViewPixel) {
     let before = session.history.present().clone();
     state.end_gesture();
     if state.shows_tree_of_before(pixel) {
-        state.tell(Note::new(
+        state.notify(Note::new(
             Weight::Info,
             "Place tree: the trees in the picture have just changed; click again",
         ));
@@ -284,7 +284,7 @@ fn press(state: &mut State, pixel: &ViewPixel) {
 fn place(state: &mut State, pixel: &ViewPixel) -> bool {
     let Some(ground) = state.ground_at(pixel) else {
         let text = "Place tree: there is no surface here to stand on";
-        state.tell(Note::new(Weight::Info, text));
+        state.notify(Note::new(Weight::Info, text));
         return false;
     };
     let Some(trees) = state.trees() else { return false };
@@ -297,7 +297,7 @@ fn place(state: &mut State, pixel: &ViewPixel) -> bool {
             true
         }
         Err(error) => {
-            state.tell(Note::new(Weight::Problem, error.to_string()));
+            state.notify(Note::new(Weight::Problem, error.to_string()));
             false
         }
     }

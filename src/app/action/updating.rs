@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use crate::action::masks::repairing::damaged_masks;
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk};
 use crate::state::notes::{Note, Weight};
 use crate::state::numbers::counted;
 use crate::state::progress::Progress;
+use crate::state::request::{MaskRequest, Request};
 use crate::state::running::{Job, JobId, JobKind};
 use crate::state::session::{PhotoStatus, Session, stacks_of, survey};
 use crate::work::Work;
@@ -128,9 +128,9 @@ impl BackgroundUpdate {
             let damaged = if news.is_empty() { Vec::new() } else { damaged };
             notes.extend(news);
             let built = updated.iter().any(|photo| photo.built);
-            let mut asks = state.updated(&folder, photos, notes, built);
-            asks.push(MaskAsk::Report(damaged, "is not up to date").into());
-            asks
+            let mut requests = state.updated(&folder, photos, notes, built);
+            requests.push(MaskRequest::Report(damaged, "is not up to date").into());
+            requests
         }))
     }
 
@@ -256,11 +256,11 @@ impl State {
         photos: Vec<PhotoStatus>,
         notes: Vec<Note>,
         built: bool,
-    ) -> Vec<Ask> {
+    ) -> Vec<Request> {
         if self.running.runs(JobKind::Render) {
             // A film is drawn by the renderer of the 3D view, which new layers replace: they are shown afterwards.
             self.updating.want();
-            notes.into_iter().for_each(|note| self.tell(note));
+            notes.into_iter().for_each(|note| self.notify(note));
             return Vec::new();
         }
         let Some(session) = &self.session else { return Vec::new() };
@@ -268,7 +268,7 @@ impl State {
         match StackChange::between(&stacks_of(&session.photos), &stacks_of(&photos)) {
             StackChange::Fillings if !built => self.fillings_changed(folder, photos, notes),
             StackChange::None if !built => {
-                notes.into_iter().for_each(|note| self.tell(note));
+                notes.into_iter().for_each(|note| self.notify(note));
                 self.states_seen(folder, photos)
             }
             _ => self.stacks_changed(folder, photos, notes, true),

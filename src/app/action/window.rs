@@ -1,38 +1,38 @@
 //! Actions on the window itself: visible panels, colours, sizes and notes.
 
 use crate::state::State;
-use crate::state::ask::{Flag, WindowAsk};
 use crate::state::guide::Document;
 use crate::state::notes::{Note, Weight};
+use crate::state::request::{Flag, WindowRequest};
 use crate::work::Work;
 use crate::work::pages::{file_in, write_pages};
 use quadratura_io::programs::open_with_system;
 
 /// Applies an ask about the window.
-pub fn apply(state: &mut State, work: &Work, ask: WindowAsk) {
-    match ask {
-        WindowAsk::Hide(flag) => *state.flag_mut(flag) = false,
-        WindowAsk::Flip(flag) => flip(state, flag),
-        WindowAsk::Palette => state.palette.toggle(),
-        WindowAsk::SortLayers(column) => state.settings.layer_list.sort_by(column),
-        WindowAsk::Theme(colours) => state.settings.colours = colours,
-        WindowAsk::Resize(steps) => state.settings.resize(steps),
-        WindowAsk::Scale(scale) => state.settings.scale = scale,
-        WindowAsk::UsualSize => state.settings.scale = 1.0,
-        WindowAsk::Navigate(navigation) => state.settings.navigation = navigation,
-        WindowAsk::ShowHints(shown) => state.settings.hints = shown,
-        WindowAsk::ImagesWhileMoving(on) => state.settings.images_while_moving = on,
-        WindowAsk::ResetLayout => {
+pub fn apply(state: &mut State, work: &Work, request: WindowRequest) {
+    match request {
+        WindowRequest::Hide(flag) => *state.flag_mut(flag) = false,
+        WindowRequest::Flip(flag) => flip(state, flag),
+        WindowRequest::Palette => state.palette.toggle(),
+        WindowRequest::SortLayers(column) => state.settings.layer_list.sort_by(column),
+        WindowRequest::Theme(colours) => state.settings.colours = colours,
+        WindowRequest::Resize(steps) => state.settings.resize(steps),
+        WindowRequest::Scale(scale) => state.settings.scale = scale,
+        WindowRequest::UsualSize => state.settings.scale = 1.0,
+        WindowRequest::Navigate(navigation) => state.settings.navigation = navigation,
+        WindowRequest::ShowHints(shown) => state.settings.hints = shown,
+        WindowRequest::ImagesWhileMoving(on) => state.settings.images_while_moving = on,
+        WindowRequest::ResetLayout => {
             state.settings.lay_out_anew();
             state.window.resets = true;
         }
-        WindowAsk::ShowTab(tab) => state.settings.side = tab,
-        WindowAsk::ShowPane(pane) => state.panes.show(pane),
-        WindowAsk::Say(note) => state.notes.add(note),
-        WindowAsk::ClearNotes => state.notes.clear(),
-        WindowAsk::SeeNotes => state.notes.see(),
-        WindowAsk::Read(document) => read(state, work, document),
-        WindowAsk::CopyDiagnostics => {
+        WindowRequest::ShowTab(tab) => state.settings.side = tab,
+        WindowRequest::ShowPane(pane) => state.panes.show(pane),
+        WindowRequest::Say(note) => state.notes.add(note),
+        WindowRequest::ClearNotes => state.notes.clear(),
+        WindowRequest::SeeNotes => state.notes.see(),
+        WindowRequest::Read(document) => read(state, work, document),
+        WindowRequest::CopyDiagnostics => {
             state.window.copies = Some(state.diagnostics());
             state.notes.add(Note::new(Weight::Info, "Diagnostics were copied to the clipboard"));
         }
@@ -43,7 +43,7 @@ pub fn apply(state: &mut State, work: &Work, ask: WindowAsk) {
 fn read(state: &mut State, work: &Work, document: Document) {
     let Some(folder) = &work.pages else {
         let text = "The document could not be opened: the system names no folder for files of the program";
-        return state.tell(Note::about(Weight::Problem, document.name, text));
+        return state.notify(Note::about(Weight::Problem, document.name, text));
     };
     let file = file_in(folder, document);
     let note = match write_pages(folder).and_then(|()| open_with_system(&file)) {
@@ -56,7 +56,7 @@ fn read(state: &mut State, work: &Work, document: Document) {
             Note::new(Weight::Problem, format!("The document could not be opened: {error}{page}"))
         }
     };
-    state.tell(Note { subject: document.name.into(), ..note });
+    state.notify(Note { subject: document.name.into(), ..note });
 }
 
 fn flip(state: &mut State, flag: Flag) {

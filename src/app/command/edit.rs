@@ -4,7 +4,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl};
 use crate::state::State;
-use crate::state::ask::{DecideAsk, Flag, MaskAsk, WindowAsk};
+use crate::state::request::{DecideRequest, Flag, MaskRequest, WindowRequest};
 use crate::state::running::JobKind;
 use crate::state::selection::Selection;
 
@@ -29,9 +29,9 @@ pub const UNDO: Command = Command {
         false => Some(state.session.as_ref()?.history.undoes()?.to_owned()),
     }),
     // During a stroke, the stroke is the last step.
-    ask: |state| match state.masking.is_drawing() {
-        true => MaskAsk::GiveUpStroke.into(),
-        false => DecideAsk::Undo.into(),
+    request: |state| match state.masking.is_drawing() {
+        true => MaskRequest::GiveUpStroke.into(),
+        false => DecideRequest::Undo.into(),
     },
     ..PLAIN
 };
@@ -44,7 +44,7 @@ pub const REDO: Command = Command {
     menu: Menu::Edit,
     ready: |state| history(state, |history| history.redo_name().is_some(), "nothing to redo"),
     detail: Some(|state| Some(state.session.as_ref()?.history.redo_name()?.to_owned())),
-    ask: |_| DecideAsk::Redo.into(),
+    request: |_| DecideRequest::Redo.into(),
     ..PLAIN
 };
 
@@ -55,7 +55,7 @@ pub const HISTORY: Command = Command {
     menu: Menu::Edit,
     ready: |state| state.session.as_ref().map(|_| ()).ok_or("open a project first"),
     on: Some(|state| state.history_shown),
-    ask: |_| WindowAsk::Flip(Flag::History).into(),
+    request: |_| WindowRequest::Flip(Flag::History).into(),
     ..PLAIN
 };
 
@@ -70,7 +70,7 @@ pub const MERGE: Command = Command {
         0 | 1 => Err("select several image layers of one photo with Ctrl+click"),
         _ => Ok(()),
     },
-    ask: |_| DecideAsk::Merge.into(),
+    request: |_| DecideRequest::Merge.into(),
     ..PLAIN
 };
 
@@ -83,7 +83,7 @@ pub const SPLIT: Command = Command {
         Selection::Layer { .. } => Ok(()),
         _ => Err("select an image layer"),
     },
-    ask: |_| DecideAsk::Split.into(),
+    request: |_| DecideRequest::Split.into(),
     ..PLAIN
 };
 
@@ -95,7 +95,7 @@ pub const PIN: Command = Command {
     starts_group: true,
     ready: with_surface_and_photo,
     detail: Some(photo_in_brackets),
-    ask: |_| DecideAsk::Pin.into(),
+    request: |_| DecideRequest::Pin.into(),
     ..PLAIN
 };
 
@@ -106,7 +106,7 @@ pub const EXCLUDE: Command = Command {
     menu: Menu::Edit,
     ready: with_surface_and_photo,
     detail: Some(photo_in_brackets),
-    ask: |_| DecideAsk::Exclude.into(),
+    request: |_| DecideRequest::Exclude.into(),
     ..PLAIN
 };
 
@@ -121,19 +121,19 @@ pub const RESET: Command = Command {
         let decided = session.opened.project.decisions.photos.contains_key(&name);
         if decided { Ok(()) } else { Err("there are no decisions about this photo") }
     },
-    ask: |_| DecideAsk::Reset.into(),
+    request: |_| DecideRequest::Reset.into(),
     ..PLAIN
 };
 
 /// Removes the selected object from the model, in this project.
 pub const SWITCH_OFF: Command = Command {
     name: "Remove object from model…",
-    tooltip: "Asks, and removes the selected object from the model in this project: photos, layers and views ignore it.",
+    tooltip: "Requests, and removes the selected object from the model in this project: photos, layers and views ignore it.",
     menu: Menu::Edit,
     starts_group: true,
     ready: |state| state.selected_object().map(|_| ()).ok_or("select an object or a face"),
     detail: Some(|state| Some(format!("({})", state.selected_object()?))),
-    ask: |state| DecideAsk::AskToRemove(state.selected_object().unwrap_or_default()).into(),
+    request: |state| DecideRequest::AskToRemove(state.selected_object().unwrap_or_default()).into(),
     ..PLAIN
 };
 
@@ -147,7 +147,7 @@ pub const ALL_ON: Command = Command {
         let any = !session.history.present().objects_off.is_empty();
         if any { Ok(()) } else { Err("no object is removed from the model") }
     },
-    ask: |_| DecideAsk::AllObjectsOn.into(),
+    request: |_| DecideRequest::AllObjectsOn.into(),
     ..PLAIN
 };
 

@@ -4,10 +4,10 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, flight, images, paint, plain, with_project};
 use crate::state::State;
-use crate::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
 use crate::state::guide::Document;
 use crate::state::life::{Goal, LifeEvent};
 use crate::state::opening::{DialogRequest, Purpose};
+use crate::state::request::{Flag, JobRequest, ProjectRequest, Request, WindowRequest};
 use crate::state::running::JobKind;
 use crate::state::session::Session;
 use crate::state::settings::Colours;
@@ -59,16 +59,16 @@ pub const NEW: Command = Command {
     tooltip: "Creates a project from photos, cameras and a model. A folder is enough: its contents are detected \
               automatically.",
     keys: &[ctrl(Key::N)],
-    ask: |_| dialog(DialogRequest::New(None)),
+    request: |_| dialog(DialogRequest::New(None)),
     ..PLAIN
 };
 
-/// Asks for a project folder and opens it.
+/// Requests for a project folder and opens it.
 pub const OPEN: Command = Command {
     name: "Open project…",
     tooltip: "Opens a project folder.",
     keys: &[ctrl(Key::O)],
-    ask: |_| dialog(DialogRequest::Choose(Purpose::Project)),
+    request: |_| dialog(DialogRequest::Choose(Purpose::Project)),
     ..PLAIN
 };
 
@@ -82,7 +82,7 @@ pub const SAVE: Command = Command {
         with_project(state)?;
         if state.is_dirty() { Ok(()) } else { Err("there are no unsaved changes") }
     },
-    ask: |_| ProjectAsk::Save.into(),
+    request: |_| ProjectRequest::Save.into(),
     ..PLAIN
 };
 
@@ -92,17 +92,17 @@ pub const SAVE_COPY: Command = Command {
     tooltip: "Copies the project to another folder, with unsaved changes; this project stays open.",
     keys: &[KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S)],
     ready: can_copy,
-    ask: |_| dialog(DialogRequest::Copy),
+    request: |_| dialog(DialogRequest::Copy),
     ..PLAIN
 };
 
 /// Closes the project.
 pub const CLOSE: Command = Command {
     name: "Close project",
-    tooltip: "Closes the project; asks first if there are unsaved changes.",
+    tooltip: "Closes the project; requests first if there are unsaved changes.",
     keys: &[ctrl(Key::W)],
     ready: with_project,
-    ask: |_| ProjectAsk::Life(LifeEvent::Leave(Goal::Close)).into(),
+    request: |_| ProjectRequest::Life(LifeEvent::Leave(Goal::Close)).into(),
     ..PLAIN
 };
 
@@ -112,7 +112,7 @@ pub const QUIT: Command = Command {
     tooltip: "Quits the program.",
     keys: &[ctrl(Key::Q)],
     starts_group: true,
-    ask: |_| ProjectAsk::Life(LifeEvent::Leave(Goal::Quit)).into(),
+    request: |_| ProjectRequest::Life(LifeEvent::Leave(Goal::Quit)).into(),
     ..PLAIN
 };
 
@@ -123,7 +123,7 @@ pub const READ_AGAIN: Command = Command {
     keys: &[plain(Key::F5)],
     starts_group: true,
     ready: with_project,
-    ask: |_| BuildAsk::Reread(None).into(),
+    request: |_| BuildRequest::Reread(None).into(),
     ..PLAIN
 };
 
@@ -132,7 +132,7 @@ pub const MISSING: Command = Command {
     name: "Missing files…",
     tooltip: "Lists files of the project that are missing, and helps to locate them.",
     ready: with_problems,
-    ask: |_| ProjectAsk::ShowMissing.into(),
+    request: |_| ProjectRequest::ShowMissing.into(),
     ..PLAIN
 };
 
@@ -144,7 +144,7 @@ pub const SETTINGS: Command = Command {
     starts_group: true,
     on: Some(|state| state.settings_shown),
     in_dialog: |state| state.settings_shown,
-    ask: |_| WindowAsk::Flip(Flag::Settings).into(),
+    request: |_| WindowRequest::Flip(Flag::Settings).into(),
     ..PLAIN
 };
 
@@ -155,7 +155,7 @@ pub const PALETTE: Command = Command {
     keys: &[ctrl(Key::P)],
     menu: Menu::Window,
     in_dialog: |state| state.palette.is_open(),
-    ask: |_| WindowAsk::Palette.into(),
+    request: |_| WindowRequest::Palette.into(),
     ..PLAIN
 };
 
@@ -166,7 +166,7 @@ pub const NOTES: Command = Command {
     keys: &[ctrl(Key::J)],
     menu: Menu::Window,
     on: Some(|state| state.settings.notes_shown),
-    ask: |_| WindowAsk::Flip(Flag::Notes).into(),
+    request: |_| WindowRequest::Flip(Flag::Notes).into(),
     ..PLAIN
 };
 
@@ -178,7 +178,7 @@ pub const LISTS: Command = Command {
     menu: Menu::Window,
     ready: with_project,
     on: Some(|state| state.settings.lists_shown),
-    ask: |_| WindowAsk::Flip(Flag::Lists).into(),
+    request: |_| WindowRequest::Flip(Flag::Lists).into(),
     ..PLAIN
 };
 
@@ -190,7 +190,7 @@ pub const SIDE: Command = Command {
     menu: Menu::Window,
     ready: with_project,
     on: Some(|state| state.settings.side_shown),
-    ask: |_| WindowAsk::Flip(Flag::Side).into(),
+    request: |_| WindowRequest::Flip(Flag::Side).into(),
     ..PLAIN
 };
 
@@ -203,7 +203,7 @@ macro_rules! theme {
             menu: Menu::Window,
             starts_group: $starts_group,
             on: Some(|state| state.settings.colours == Colours::$colours),
-            ask: |_| WindowAsk::Theme(Colours::$colours).into(),
+            request: |_| WindowRequest::Theme(Colours::$colours).into(),
             ..PLAIN
         };
     };
@@ -221,7 +221,7 @@ pub const LARGER: Command = Command {
     menu: Menu::Window,
     starts_group: true,
     in_dialog: |_| true,
-    ask: |_| WindowAsk::Resize(1.0).into(),
+    request: |_| WindowRequest::Resize(1.0).into(),
     ..PLAIN
 };
 
@@ -232,7 +232,7 @@ pub const SMALLER: Command = Command {
     keys: &[ctrl(Key::Minus)],
     menu: Menu::Window,
     in_dialog: |_| true,
-    ask: |_| WindowAsk::Resize(-1.0).into(),
+    request: |_| WindowRequest::Resize(-1.0).into(),
     ..PLAIN
 };
 
@@ -243,7 +243,7 @@ pub const USUAL: Command = Command {
     keys: &[ctrl(Key::Num0)],
     menu: Menu::Window,
     in_dialog: |_| true,
-    ask: |_| WindowAsk::UsualSize.into(),
+    request: |_| WindowRequest::UsualSize.into(),
     ..PLAIN
 };
 
@@ -252,7 +252,7 @@ pub const LAYOUT: Command = Command {
     name: "Reset layout",
     tooltip: "Restores the default layout of all views and panels.",
     menu: Menu::Window,
-    ask: |_| WindowAsk::ResetLayout.into(),
+    request: |_| WindowRequest::ResetLayout.into(),
     ..PLAIN
 };
 
@@ -263,7 +263,7 @@ pub const KEYS: Command = Command {
     keys: &[plain(Key::F1)],
     menu: Menu::Help,
     on: Some(|state| state.help_shown),
-    ask: |_| WindowAsk::Flip(Flag::Help).into(),
+    request: |_| WindowRequest::Flip(Flag::Help).into(),
     ..PLAIN
 };
 
@@ -272,7 +272,7 @@ pub const SAMPLE: Command = Command {
     name: "Open sample project…",
     tooltip: "Copies a small project, an invented square, to a folder that you choose, and opens it.",
     menu: Menu::Help,
-    ask: |_| dialog(DialogRequest::Sample),
+    request: |_| dialog(DialogRequest::Sample),
     ..PLAIN
 };
 
@@ -284,7 +284,7 @@ macro_rules! document {
             tooltip: $tooltip,
             menu: Menu::Help,
             starts_group: $starts_group,
-            ask: |_| WindowAsk::Read(Document::$constant).into(),
+            request: |_| WindowRequest::Read(Document::$constant).into(),
             ..PLAIN
         };
     };
@@ -305,7 +305,7 @@ pub const ABOUT: Command = Command {
     menu: Menu::Help,
     starts_group: true,
     on: Some(|state| state.about_shown),
-    ask: |_| WindowAsk::Flip(Flag::About).into(),
+    request: |_| WindowRequest::Flip(Flag::About).into(),
     ..PLAIN
 };
 
@@ -314,12 +314,12 @@ pub const DIAGNOSTICS: Command = Command {
     name: "Copy diagnostics",
     tooltip: "Copies version, system, graphics device, the size of the project and all messages to the clipboard.",
     menu: Menu::Help,
-    ask: |_| WindowAsk::CopyDiagnostics.into(),
+    request: |_| WindowRequest::CopyDiagnostics.into(),
     ..PLAIN
 };
 
-fn dialog(request: DialogRequest) -> Ask {
-    ProjectAsk::Dialog(request).into()
+fn dialog(request: DialogRequest) -> Request {
+    ProjectRequest::Dialog(request).into()
 }
 
 /// Succeeds when no job writes what a copy would contain.

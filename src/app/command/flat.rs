@@ -4,8 +4,8 @@ use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, plain, with_project};
 use crate::state::State;
-use crate::state::ask::{Flag, FlatAsk, WindowAsk};
 use crate::state::panes::Pane;
+use crate::state::request::{Flag, FlatRequest, WindowRequest};
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[
@@ -33,7 +33,7 @@ const PHOTO: Command = Command { menu: Menu::Photo, ready: with_project, ..PLAIN
 pub const FIT: Command = Command {
     name: "Fit into the view",
     tooltip: "Shows the whole photo or image layer.",
-    ask: |_| FlatAsk::Fit.into(),
+    request: |_| FlatRequest::Fit.into(),
     ..PHOTO
 };
 
@@ -42,7 +42,7 @@ pub const PIXELS: Command = Command {
     name: "Show pixels 1:1",
     tooltip: "Shows one pixel of the photo or image layer per pixel of the screen.",
     keys: &[plain(Key::N)],
-    ask: |_| FlatAsk::ShowPixels.into(),
+    request: |_| FlatRequest::ShowPixels.into(),
     ..PHOTO
 };
 
@@ -51,7 +51,7 @@ pub const LARGER: Command = Command {
     name: "Zoom in",
     tooltip: "Shows the photo or image layer larger.",
     keys: &[plain(Key::Plus), plain(Key::Equals)],
-    ask: |_| FlatAsk::Zoom(STEP).into(),
+    request: |_| FlatRequest::Zoom(STEP).into(),
     ..PHOTO
 };
 
@@ -60,7 +60,7 @@ pub const SMALLER: Command = Command {
     name: "Zoom out",
     tooltip: "Shows the photo or image layer smaller.",
     keys: &[plain(Key::Minus)],
-    ask: |_| FlatAsk::Zoom(1.0 / STEP).into(),
+    request: |_| FlatRequest::Zoom(1.0 / STEP).into(),
     ..PHOTO
 };
 
@@ -74,7 +74,7 @@ pub const TAKE_OFF: Command = Command {
     keys: &[plain(Key::Period)],
     starts_group: true,
     ready: with_layers,
-    ask: |_| FlatAsk::Peel(1).into(),
+    request: |_| FlatRequest::Peel(1).into(),
     ..PHOTO
 };
 
@@ -84,7 +84,7 @@ pub const PUT_BACK: Command = Command {
     tooltip: "Shows the visibility layer that was hidden last.",
     keys: &[plain(Key::Comma)],
     ready: with_layers,
-    ask: |_| FlatAsk::Peel(-1).into(),
+    request: |_| FlatRequest::Peel(-1).into(),
     ..PHOTO
 };
 
@@ -97,7 +97,7 @@ macro_rules! switch {
             keys: &[$(plain(Key::$key))?],
             starts_group: $starts_group,
             on: Some(|state| state.flat.switches.$field),
-            ask: |_| WindowAsk::Flip(Flag::$flag).into(),
+            request: |_| WindowRequest::Flip(Flag::$flag).into(),
             ..PHOTO
         };
     };
@@ -157,7 +157,7 @@ pub const UNTEXTURED: Command = Command {
     keys: &[plain(Key::U)],
     starts_group: true,
     on: Some(|state| state.flat.photo.reasons_shown),
-    ask: |_| FlatAsk::ListUntextured.into(),
+    request: |_| FlatRequest::ListUntextured.into(),
     ..PHOTO
 };
 
@@ -172,7 +172,7 @@ macro_rules! show {
             starts_group: $starts_group,
             ready: with_project,
             on: Some(|state| state.panes.is_shown(Pane::$pane)),
-            ask: |_| WindowAsk::ShowPane(Pane::$pane).into(),
+            request: |_| WindowRequest::ShowPane(Pane::$pane).into(),
             ..PLAIN
         };
     };

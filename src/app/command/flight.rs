@@ -4,7 +4,7 @@ use eframe::egui::Key;
 
 use super::{Command, KeysIn, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
 use crate::state::State;
-use crate::state::ask::{Flag, FlightAsk, WindowAsk};
+use crate::state::request::{Flag, FlightRequest, WindowRequest};
 use crate::state::running::JobKind;
 
 /// The commands in the order of their menus.
@@ -19,7 +19,7 @@ pub const PANEL: Command = Command {
     keys: &[plain(Key::T)],
     starts_group: true,
     on: Some(|state| state.flights.shown),
-    ask: |_| WindowAsk::Flip(Flag::Flight).into(),
+    request: |_| WindowRequest::Flip(Flag::Flight).into(),
     ..FLIGHT
 };
 
@@ -28,7 +28,7 @@ pub const KEEP: Command = Command {
     name: "Add bookmark",
     tooltip: "Saves the current viewpoint as a bookmark.",
     keys: &[ctrl(Key::D)],
-    ask: |_| FlightAsk::KeepView.into(),
+    request: |_| FlightRequest::KeepView.into(),
     ..FLIGHT
 };
 
@@ -38,7 +38,7 @@ pub const ADD: Command = Command {
     tooltip: "Adds the current viewpoint to the flight as a keyframe.",
     keys: &[plain(Key::K)],
     keys_in: KeysIn::Space,
-    ask: |_| FlightAsk::AddKeyframe.into(),
+    request: |_| FlightRequest::AddKeyframe.into(),
     ..FLIGHT
 };
 
@@ -47,7 +47,7 @@ pub const REMOVE: Command = Command {
     name: "Remove keyframe",
     tooltip: "Removes the selected keyframe from the flight.",
     ready: |state| if state.has_keyframe() { Ok(()) } else { Err("select a keyframe of the flight") },
-    ask: |_| FlightAsk::RemoveKeyframe.into(),
+    request: |_| FlightRequest::RemoveKeyframe.into(),
     ..FLIGHT
 };
 
@@ -59,7 +59,7 @@ pub const PLAY: Command = Command {
     keys_in: KeysIn::AllButFlat,
     ready: can_fly,
     on: Some(State::plays),
-    ask: |_| FlightAsk::Play.into(),
+    request: |_| FlightRequest::Play.into(),
     ..FLIGHT
 };
 
@@ -70,7 +70,7 @@ pub const STILL: Command = Command {
     starts_group: true,
     menu: Menu::File,
     ready: with_painter,
-    ask: |_| FlightAsk::ChooseStill.into(),
+    request: |_| FlightRequest::ChooseStill.into(),
     ..FLIGHT
 };
 
@@ -80,7 +80,7 @@ pub const FILM: Command = Command {
     tooltip: "Renders the flight in final quality, as a video or as a sequence of pictures.",
     menu: Menu::File,
     ready: |state| with_painter(state).and(can_fly(state)),
-    ask: |_| FlightAsk::ChooseFilm.into(),
+    request: |_| FlightRequest::ChooseFilm.into(),
     ..FLIGHT
 };
 

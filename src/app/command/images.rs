@@ -4,7 +4,7 @@ use eframe::egui::Key;
 
 use super::paint::can_export_photo;
 use super::{Command, Menu, PLAIN, shift, with_project};
-use crate::state::ask::{Flag, ImagesAsk, WindowAsk};
+use crate::state::request::{Flag, ImagesRequest, WindowRequest};
 use crate::state::save_image::ImageFormat;
 
 /// Draws the 3D view from layered depth images, or from the model.
@@ -16,7 +16,7 @@ pub const SHOW: Command = Command {
     menu: Menu::View,
     ready: with_project,
     on: Some(|state| state.space.images.on),
-    ask: |_| WindowAsk::Flip(Flag::Images).into(),
+    request: |_| WindowRequest::Flip(Flag::Images).into(),
     ..PLAIN
 };
 
@@ -25,7 +25,7 @@ pub const SAVE: Command = Command {
     name: "Export layered depth image…",
     tooltip: "Writes the selected photo, with what is behind its surfaces, as a layered depth image.",
     ready: can_export_photo,
-    ask: |_| ImagesAsk::Choose(ImageFormat::Ldi).into(),
+    request: |_| ImagesRequest::Choose(ImageFormat::Ldi).into(),
     ..PLAIN
 };
 
@@ -35,6 +35,6 @@ pub const PAGE: Command = Command {
     tooltip: "Writes the selected photo, with what is behind its surfaces, as a page for browsers in which one leans into \
               it.",
     ready: can_export_photo,
-    ask: |_| ImagesAsk::Choose(ImageFormat::Page).into(),
+    request: |_| ImagesRequest::Choose(ImageFormat::Page).into(),
     ..PLAIN
 };

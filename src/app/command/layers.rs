@@ -4,7 +4,7 @@ use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, shift, with_project};
 use crate::state::State;
-use crate::state::ask::{BuildAsk, CheckAsk, Flag, QualityAsk, WindowAsk};
+use crate::state::request::{CheckRequest, Flag, JobRequest, QualityRequest, WindowRequest};
 use crate::state::running::JobKind;
 
 /// The commands in the order of their menus.
@@ -29,7 +29,7 @@ pub const BUILD: Command = Command {
     keys: &[ctrl(Key::B)],
     menu: Menu::Layers,
     ready: can_write,
-    ask: |_| BuildAsk::Build(Vec::new()).into(),
+    request: |_| JobRequest::Build(Vec::new()).into(),
     ..PLAIN
 };
 
@@ -39,7 +39,7 @@ pub const BUILD_PHOTO: Command = Command {
     tooltip: "Builds the image layers of the selected photo only.",
     menu: Menu::Layers,
     ready: |state| can_write(state).and(with_photo(state)),
-    ask: |state| BuildAsk::Build(state.selected_photo_name().into_iter().collect()).into(),
+    request: |state| JobRequest::Build(state.selected_photo_name().into_iter().collect()).into(),
     ..PLAIN
 };
 
@@ -49,7 +49,7 @@ pub const FILL: Command = Command {
     tooltip: "Fills occluded areas: from other photos, else by inpainting (patch-based or smooth).",
     menu: Menu::Layers,
     ready: |state| can_write(state).and(with_stacks(state)),
-    ask: |_| BuildAsk::Fill.into(),
+    request: |_| JobRequest::Fill.into(),
     ..PLAIN
 };
 
@@ -57,10 +57,10 @@ pub const FILL: Command = Command {
 pub const KEEP_UP: Command = Command {
     name: "Keep everything up to date",
     tooltip: "Builds and fills layers that are out of date in the background. Photos without layers are left to Build \
-              layers. Off: nothing is updated before you ask for it.",
+              layers. Off: nothing is updated before you request for it.",
     menu: Menu::Layers,
     on: Some(|state| state.settings.keep_up_to_date),
-    ask: |_| WindowAsk::Flip(Flag::KeepUpToDate).into(),
+    request: |_| WindowRequest::Flip(Flag::KeepUpToDate).into(),
     ..PLAIN
 };
 
@@ -70,7 +70,7 @@ pub const PROPAGATE: Command = Command {
     tooltip: "Fills occluded areas, and projects paint of one photo to the others that show the same surfaces.",
     menu: Menu::Layers,
     ready: |state| can_write(state).and(with_stacks(state)),
-    ask: |_| QualityAsk::Propagate.into(),
+    request: |_| QualityRequest::Propagate.into(),
     ..PLAIN
 };
 
@@ -84,7 +84,7 @@ pub const TAKE_OFF: Command = Command {
         can_write(state).and(with_stacks(state))?;
         if state.has_propagated() { Ok(()) } else { Err("no paint is projected to another photo") }
     },
-    ask: |_| QualityAsk::TakePropagatedOff.into(),
+    request: |_| QualityRequest::TakePropagatedOff.into(),
     ..PLAIN
 };
 
@@ -95,7 +95,7 @@ pub const AS_TABLE: Command = Command {
     menu: Menu::Layers,
     starts_group: true,
     on: Some(|state| state.settings.layer_list.as_table),
-    ask: |_| WindowAsk::Flip(Flag::LayerTable).into(),
+    request: |_| WindowRequest::Flip(Flag::LayerTable).into(),
     ..PLAIN
 };
 
@@ -106,7 +106,7 @@ pub const OPTIONS: Command = Command {
     menu: Menu::Layers,
     ready: with_project,
     on: Some(|state| state.layer_options_shown),
-    ask: |_| WindowAsk::Flip(Flag::LayerOptions).into(),
+    request: |_| WindowRequest::Flip(Flag::LayerOptions).into(),
     ..PLAIN
 };
 
@@ -117,7 +117,7 @@ pub const CHECK: Command = Command {
     menu: Menu::Layers,
     starts_group: true,
     ready: with_project,
-    ask: |_| CheckAsk::Check.into(),
+    request: |_| CheckRequest::Check.into(),
     ..PLAIN
 };
 
@@ -128,7 +128,7 @@ pub const CHECKED: Command = Command {
     menu: Menu::Layers,
     ready: with_check,
     on: Some(|state| state.checks.shown),
-    ask: |_| WindowAsk::Flip(Flag::Check).into(),
+    request: |_| WindowRequest::Flip(Flag::Check).into(),
     ..PLAIN
 };
 
@@ -139,7 +139,7 @@ pub const STOP: Command = Command {
     keys: &[shift(Key::Escape)],
     menu: Menu::Layers,
     ready: |state| if state.running.is_idle() { Err("no job is running") } else { Ok(()) },
-    ask: |_| BuildAsk::StopAll.into(),
+    request: |_| BuildRequest::StopAll.into(),
     ..PLAIN
 };
 

@@ -4,10 +4,10 @@ use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
 use crate::state::State;
-use crate::state::ask::{Flag, MaskAsk, WindowAsk};
 use crate::state::masking::STEP;
 use crate::state::masking::keeping::MaskWork;
 use crate::state::masking::tool::MaskTool;
+use crate::state::request::{Flag, MaskRequest, WindowRequest};
 use crate::state::running::JobKind;
 use quadratura_document::stroke::BrushMode;
 use quadratura_recipe::masks::MaskEdit;
@@ -41,7 +41,7 @@ pub const BRUSH: Command = Command {
     tooltip: "Masks parts of the photo that must not be used, with a round brush; Esc puts the brush away.",
     keys: &[plain(Key::B)],
     on: Some(|state| state.masking.tool == Some(MaskTool::Brush)),
-    ask: |_| MaskAsk::TakeUp(MaskTool::Brush).into(),
+    request: |_| MaskRequest::TakeUp(MaskTool::Brush).into(),
     ..MASK
 };
 
@@ -51,7 +51,7 @@ pub const LASSO: Command = Command {
     tooltip: "Masks parts of the photo that must not be used, with a line around them; Esc puts the lasso away.",
     keys: &[plain(Key::L)],
     on: Some(|state| state.masking.tool == Some(MaskTool::Lasso)),
-    ask: |_| MaskAsk::TakeUp(MaskTool::Lasso).into(),
+    request: |_| MaskRequest::TakeUp(MaskTool::Lasso).into(),
     ..MASK
 };
 
@@ -61,7 +61,7 @@ pub const UNCOVER: Command = Command {
     tooltip: "Brush and lasso erase masks; hold Ctrl to erase for one stroke.",
     keys: &[plain(Key::I)],
     on: Some(|state| state.masking.uncovers),
-    ask: |_| MaskAsk::Uncover.into(),
+    request: |_| MaskRequest::Uncover.into(),
     ..MASK
 };
 
@@ -75,7 +75,7 @@ pub const SEE_THROUGH: Command = Command {
     starts_group: true,
     ready: with_matte,
     on: Some(|state| state.masking.tool == Some(MaskTool::Matte(BrushMode::SeeThrough))),
-    ask: |_| MaskAsk::TakeUp(MaskTool::Matte(BrushMode::SeeThrough)).into(),
+    request: |_| MaskRequest::TakeUp(MaskTool::Matte(BrushMode::SeeThrough)).into(),
     ..MASK
 };
 
@@ -85,7 +85,7 @@ pub const SOLID: Command = Command {
     tooltip: "A brush that makes the selected see-through layer, or the nearest one, solid, in the photo's colours.",
     ready: with_matte,
     on: Some(|state| state.masking.tool == Some(MaskTool::Matte(BrushMode::Solid))),
-    ask: |_| MaskAsk::TakeUp(MaskTool::Matte(BrushMode::Solid)).into(),
+    request: |_| MaskRequest::TakeUp(MaskTool::Matte(BrushMode::Solid)).into(),
     ..MASK
 };
 
@@ -95,7 +95,7 @@ pub const SOLVE: Command = Command {
     tooltip: "A brush under which the matte is solved from the photo's colours, with the matte around it as known.",
     ready: with_matte,
     on: Some(|state| state.masking.tool == Some(MaskTool::Matte(BrushMode::Solve))),
-    ask: |_| MaskAsk::TakeUp(MaskTool::Matte(BrushMode::Solve)).into(),
+    request: |_| MaskRequest::TakeUp(MaskTool::Matte(BrushMode::Solve)).into(),
     ..MASK
 };
 
@@ -104,7 +104,7 @@ pub const LARGER: Command = Command {
     name: "Larger brush",
     tooltip: "Makes the brush larger by a quarter.",
     keys: &[ctrl(Key::CloseBracket)],
-    ask: |_| MaskAsk::ResizeBrush(STEP).into(),
+    request: |_| MaskRequest::ResizeBrush(STEP).into(),
     ..MASK
 };
 
@@ -113,7 +113,7 @@ pub const SMALLER: Command = Command {
     name: "Smaller brush",
     tooltip: "Makes the brush smaller by a quarter.",
     keys: &[ctrl(Key::OpenBracket)],
-    ask: |_| MaskAsk::ResizeBrush(1.0 / STEP).into(),
+    request: |_| MaskRequest::ResizeBrush(1.0 / STEP).into(),
     ..MASK
 };
 
@@ -123,7 +123,7 @@ pub const SHOW: Command = Command {
     tooltip: "Shows masks over the photo.",
     keys: &[plain(Key::M)],
     on: Some(|state| state.masking.shown),
-    ask: |_| MaskAsk::Show.into(),
+    request: |_| MaskRequest::Show.into(),
     ..MASK
 };
 
@@ -133,7 +133,7 @@ pub const LOOK: Command = Command {
     tooltip: "Finds objects that only this photo shows, such as people and cars; you decide what is masked.",
     starts_group: true,
     ready: |state| can_look(state).and(with_photo(state)),
-    ask: |state| MaskAsk::Look(state.selected_photo_name().into_iter().collect()).into(),
+    request: |state| MaskRequest::Look(state.selected_photo_name().into_iter().collect()).into(),
     ..MASK
 };
 
@@ -142,7 +142,7 @@ pub const LOOK_EVERYWHERE: Command = Command {
     name: "Find transient objects in all photos",
     tooltip: "Finds objects that only one photo shows, in all photos; you decide what is masked.",
     ready: can_look,
-    ask: |_| MaskAsk::Look(Vec::new()).into(),
+    request: |_| MaskRequest::Look(Vec::new()).into(),
     ..MASK
 };
 
@@ -151,7 +151,7 @@ pub const SUGGESTIONS: Command = Command {
     name: "Suggestions",
     tooltip: "Outlines suggested masks; a click on an outline masks its area.",
     on: Some(|state| state.masking.suggested.shown),
-    ask: |_| WindowAsk::Flip(Flag::Suggestions).into(),
+    request: |_| WindowRequest::Flip(Flag::Suggestions).into(),
     ..MASK
 };
 
@@ -160,7 +160,7 @@ pub const ACCEPT: Command = Command {
     name: "Mask all suggestions",
     tooltip: "Masks all suggestions in this photo.",
     ready: with_suggestion,
-    ask: |state| MaskAsk::Accept(state.open_suggestions()).into(),
+    request: |state| MaskRequest::Accept(state.open_suggestions()).into(),
     ..MASK
 };
 
@@ -172,7 +172,7 @@ pub const ACCEPT_EVERYWHERE: Command = Command {
         0 => Err(NO_SUGGESTION),
         _ => Ok(()),
     },
-    ask: |state| MaskAsk::Accept(state.all_suggestions()).into(),
+    request: |state| MaskRequest::Accept(state.all_suggestions()).into(),
     ..MASK
 };
 
@@ -181,7 +181,7 @@ pub const DISMISS: Command = Command {
     name: "Dismiss suggestions",
     tooltip: "Removes the suggestions in this photo, until the next search.",
     ready: with_suggestion,
-    ask: |state| MaskAsk::Dismiss(state.open_suggestions()).into(),
+    request: |state| MaskRequest::Dismiss(state.open_suggestions()).into(),
     ..MASK
 };
 
@@ -194,7 +194,7 @@ pub const OBJECT: Command = Command {
         with_photo(state)?;
         state.selected_object().map(|_| ()).ok_or("select an object or a face")
     },
-    ask: |_| MaskAsk::Object.into(),
+    request: |_| MaskRequest::Object.into(),
     ..MASK
 };
 
@@ -208,10 +208,10 @@ pub const CLEAR: Command = Command {
         let masked = !session.history.present().masks.of(&name).is_empty();
         if masked { Ok(()) } else { Err("the photo has no mask") }
     },
-    ask: |state| {
+    request: |state| {
         let photo = state.selected_photo_name().unwrap_or_default();
         let name = format!("removal of masks of {photo}");
-        MaskAsk::Mask(name, MaskWork::Edits(vec![MaskEdit::Clear { photo }].into())).into()
+        MaskRequest::Mask(name, MaskWork::Edits(vec![MaskEdit::Clear { photo }].into())).into()
     },
     ..MASK
 };

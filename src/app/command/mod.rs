@@ -16,9 +16,9 @@ pub mod words;
 use eframe::egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
 
 use crate::state::State;
-use crate::state::ask::{Ask, Flag, WindowAsk};
 use crate::state::notes::{Note, Weight};
 use crate::state::panes::{KeyOwner, Pane};
+use crate::state::request::{Flag, Request, WindowRequest};
 
 /// A menu of the menu bar, in order from left to right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -125,16 +125,16 @@ pub struct Command {
     /// Returns what the command would apply to, for the menu: `merge of 3 layers`.
     pub detail: Option<fn(&State) -> Option<String>>,
     /// Returns the ask of the command.
-    pub ask: fn(&State) -> Ask,
+    pub request: fn(&State) -> Request,
 }
 
 impl Command {
     /// Returns the command's ask if it is ready; otherwise a note with the reason.
-    pub fn asked(&self, state: &State) -> Ask {
+    pub fn asked(&self, state: &State) -> Request {
         match (self.ready)(state) {
-            Ok(()) => (self.ask)(state),
+            Ok(()) => (self.request)(state),
             Err(why_not) => {
-                WindowAsk::Say(Note::new(Weight::Info, format!("{}: {why_not}", self.name))).into()
+                WindowRequest::Say(Note::new(Weight::Info, format!("{}: {why_not}", self.name))).into()
             }
         }
     }
@@ -164,7 +164,7 @@ pub const PLAIN: Command = Command {
     on: None,
     in_dialog: |_| false,
     detail: None,
-    ask: |_| WindowAsk::Flip(Flag::Help).into(),
+    request: |_| WindowRequest::Flip(Flag::Help).into(),
 };
 
 /// Returns all commands in the order of their menus.

@@ -4,7 +4,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
 use crate::state::State;
-use crate::state::ask::{Flag, RoundTripAsk, WindowAsk};
+use crate::state::request::{Flag, RoundTripRequest, WindowRequest};
 use crate::state::running::JobKind;
 
 /// The commands in the order of their menus.
@@ -18,7 +18,7 @@ pub const EDIT: Command = Command {
     tooltip: "Opens the selected photo's layers in the image editor; what you save there is imported automatically.",
     keys: &[ctrl(Key::E)],
     ready: can_export_photo,
-    ask: |_| RoundTripAsk::EditPhoto { fresh: false }.into(),
+    request: |_| RoundTripRequest::EditPhoto { fresh: false }.into(),
     ..PAINT
 };
 
@@ -27,7 +27,7 @@ pub const EDIT_FRESH: Command = Command {
     name: "Edit a new export",
     tooltip: "Opens a new export of the selected photo's layers, with all paint, instead of the previous file.",
     ready: can_export_photo,
-    ask: |_| RoundTripAsk::EditPhoto { fresh: true }.into(),
+    request: |_| RoundTripRequest::EditPhoto { fresh: true }.into(),
     ..PAINT
 };
 
@@ -36,7 +36,7 @@ pub const CHOOSE_EDITOR: Command = Command {
     name: "Choose image editor…",
     tooltip: "Chooses one of the installed image editors, or another program.",
     ready: super::always,
-    ask: |_| WindowAsk::Flip(Flag::ImageEditor).into(),
+    request: |_| WindowRequest::Flip(Flag::ImageEditor).into(),
     ..PAINT
 };
 
@@ -47,7 +47,7 @@ pub const IMPORT: Command = Command {
     keys: &[ctrl(Key::I)],
     starts_group: true,
     menu: Menu::File,
-    ask: |_| RoundTripAsk::ChooseImports.into(),
+    request: |_| RoundTripRequest::ChooseImports.into(),
     ..PAINT
 };
 
@@ -57,7 +57,7 @@ pub const TAKE_BACK: Command = Command {
     tooltip: "Restores all paint as it was before the last import; the files do not change.",
     starts_group: true,
     ready: can_take_back,
-    ask: |_| RoundTripAsk::TakeBackLast.into(),
+    request: |_| RoundTripRequest::TakeBackLast.into(),
     ..PAINT
 };
 
@@ -69,7 +69,7 @@ pub const EXPORT: Command = Command {
     keys: &[KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::E)],
     menu: Menu::File,
     ready: |state| can_export(state),
-    ask: |_| RoundTripAsk::ChooseExport.into(),
+    request: |_| RoundTripRequest::ChooseExport.into(),
     ..PAINT
 };
 
@@ -81,7 +81,7 @@ pub const SHOW_EDITING: Command = Command {
         Some(_) => Ok(()),
         None => Err("no photo was opened in an image editor yet"),
     },
-    ask: |state| RoundTripAsk::ShowFolder(state.editing_folder().unwrap_or_default()).into(),
+    request: |state| RoundTripRequest::ShowFolder(state.editing_folder().unwrap_or_default()).into(),
     ..PAINT
 };
 

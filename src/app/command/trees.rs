@@ -4,7 +4,7 @@ use eframe::egui::Key;
 
 use super::{Command, KeysIn, Menu, PLAIN, WhyNot, shift, with_project};
 use crate::state::State;
-use crate::state::ask::{SelectAsk, TreeAsk};
+use crate::state::request::{SelectRequest, TreeRequest};
 use crate::state::selection::Selection;
 
 /// The commands in the order of their menu.
@@ -20,7 +20,7 @@ pub const PLACE: Command = Command {
     keys: &[shift(Key::T)],
     keys_in: KeysIn::Space,
     on: Some(|state| state.trees.hand.on),
-    ask: |_| TreeAsk::Hand.into(),
+    request: |_| TreeRequest::Hand.into(),
     ..TREES
 };
 
@@ -31,7 +31,7 @@ pub const DUPLICATE: Command = Command {
     starts_group: true,
     ready: with_tree,
     detail: Some(selected_in_brackets),
-    ask: |state| TreeAsk::Duplicate(selected(state)).into(),
+    request: |state| TreeRequest::Duplicate(selected(state)).into(),
     ..TREES
 };
 
@@ -41,7 +41,7 @@ pub const REMOVE: Command = Command {
     tooltip: "Removes the selected tree from the project; what it replaced is back.",
     ready: with_tree,
     detail: Some(selected_in_brackets),
-    ask: |state| TreeAsk::Remove(selected(state)).into(),
+    request: |state| TreeRequest::Remove(selected(state)).into(),
     ..TREES
 };
 
@@ -51,7 +51,7 @@ pub const HIDE: Command = Command {
     tooltip: "Hides the selected tree in the 3D view, as its eye in the list does; it remains in the project.",
     starts_group: true,
     ready: with_tree,
-    ask: |state| TreeAsk::Show(vec![selected(state)], false).into(),
+    request: |state| TreeRequest::Show(vec![selected(state)], false).into(),
     ..TREES
 };
 
@@ -63,7 +63,7 @@ pub const SHOW_ALL: Command = Command {
         false => with_project(state),
         true => Err("no tree is hidden"),
     },
-    ask: |_| TreeAsk::ShowAll.into(),
+    request: |_| TreeRequest::ShowAll.into(),
     ..TREES
 };
 
@@ -73,7 +73,7 @@ pub const LIGHT: Command = Command {
     tooltip: "Shows the page of all trees on the right: where the sun is, and how bright sun, sky and ground are.",
     starts_group: true,
     ready: with_trees,
-    ask: |_| SelectAsk::Only(Selection::Trees).into(),
+    request: |_| SelectRequest::Only(Selection::Trees).into(),
     ..TREES
 };
 
@@ -83,7 +83,7 @@ pub const MASK: Command = Command {
     tooltip: "Masks the real trees in all photos, where trees of the project stand; the walls behind are filled from other photos.",
     starts_group: true,
     ready: with_trees,
-    ask: |_| TreeAsk::Mask.into(),
+    request: |_| TreeRequest::Mask.into(),
     ..TREES
 };
 
@@ -95,7 +95,7 @@ pub const CLEAR_MASKS: Command = Command {
         Some(_) => Ok(()),
         None => Err("no photo has a mask of a tree"),
     },
-    ask: |_| TreeAsk::ClearMasks.into(),
+    request: |_| TreeRequest::ClearMasks.into(),
     ..TREES
 };
 

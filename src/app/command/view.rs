@@ -4,8 +4,8 @@ use eframe::egui::Key;
 
 use super::{Command, KeysIn, Menu, PLAIN, WhyNot, images, plain, shift, with_project};
 use crate::state::State;
-use crate::state::ask::{Ask, BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
 use crate::state::panes::{KeyOwner, Pane};
+use crate::state::request::{Flag, JobRequest, Request, SelectRequest, SpaceRequest, WindowRequest};
 use crate::state::space::brush::STEP;
 use crate::state::space::visibility::Uncovered;
 use quadratura_view::DisplayMode;
@@ -91,7 +91,7 @@ pub const FRAME: Command = Command {
     name: "Frame selection",
     tooltip: "Moves to where the selection fills the view: 3D, photo or image layer.",
     keys: &[plain(Key::F)],
-    ask: |_| SpaceAsk::Frame.into(),
+    request: |_| SpaceRequest::Frame.into(),
     ..VIEW
 };
 
@@ -100,7 +100,7 @@ pub const EVERYTHING: Command = Command {
     name: "Show everything",
     tooltip: "Zooms out until the whole model, photo or image layer is in the view.",
     keys: &[plain(Key::Home)],
-    ask: |_| SpaceAsk::ShowAll.into(),
+    request: |_| SpaceRequest::ShowAll.into(),
     ..VIEW
 };
 
@@ -110,7 +110,7 @@ pub const SNAP: Command = Command {
     tooltip: "Flies to the selected photo's camera, and the second time back.",
     keys: &[plain(Key::Num0)],
     ready: with_photo,
-    ask: |_| SpaceAsk::Snap.into(),
+    request: |_| SpaceRequest::Snap.into(),
     ..VIEW
 };
 
@@ -120,7 +120,7 @@ pub const INTO: Command = Command {
     tooltip: "Flies to the selected photo's camera and stays there; 0 flies back.",
     keys: &[plain(Key::Enter)],
     ready: with_photo,
-    ask: |_| SpaceAsk::FlyInto.into(),
+    request: |_| SpaceRequest::FlyInto.into(),
     ..VIEW
 };
 
@@ -129,7 +129,7 @@ pub const NEXT: Command = Command {
     name: "Next photo",
     tooltip: "Selects the next photo, and flies to its camera if you look through one. With the brush: makes it larger.",
     keys: &[plain(Key::CloseBracket), plain(Key::PageDown)],
-    ask: |state| resized(state, STEP).unwrap_or(SelectAsk::StepPhoto(1).into()),
+    request: |state| resized(state, STEP).unwrap_or(SelectRequest::StepPhoto(1).into()),
     ..VIEW
 };
 
@@ -138,7 +138,7 @@ pub const PREVIOUS: Command = Command {
     name: "Previous photo",
     tooltip: "Selects the previous photo, and flies to its camera if you look through one. With the brush: makes it smaller.",
     keys: &[plain(Key::OpenBracket), plain(Key::PageUp)],
-    ask: |state| resized(state, 1.0 / STEP).unwrap_or(SelectAsk::StepPhoto(-1).into()),
+    request: |state| resized(state, 1.0 / STEP).unwrap_or(SelectRequest::StepPhoto(-1).into()),
     ..VIEW
 };
 
@@ -146,7 +146,7 @@ pub const PREVIOUS: Command = Command {
 pub const LEVEL: Command = Command {
     name: "Level the horizon",
     tooltip: "Rolls the view until vertical lines are upright.",
-    ask: |_| SpaceAsk::Level.into(),
+    request: |_| SpaceRequest::Level.into(),
     ..VIEW
 };
 
@@ -158,7 +158,7 @@ macro_rules! shown {
             tooltip: $tooltip,
             keys: &[plain(Key::$key)],
             on: Some(|state| state.space.look.display == DisplayMode::$shown),
-            ask: |_| SpaceAsk::Display(DisplayMode::$shown).into(),
+            request: |_| SpaceRequest::Display(DisplayMode::$shown).into(),
             ..VIEW
         };
     };
@@ -196,7 +196,7 @@ pub const AGREED: Command = Command {
     name: "Agreement",
     tooltip: "Shows how far the other photos confirm the nearest photo: what they contradict is magenta.",
     on: Some(|state| state.space.look.display == DisplayMode::Agreement),
-    ask: |_| SpaceAsk::Display(DisplayMode::Agreement).into(),
+    request: |_| SpaceRequest::Display(DisplayMode::Agreement).into(),
     ..VIEW
 };
 
@@ -205,7 +205,7 @@ pub const GROUP: Command = Command {
     name: "Groups of light",
     tooltip: "Shows the group of light of the photo with the highest weight, one colour per group.",
     on: Some(|state| state.space.look.display == DisplayMode::Group),
-    ask: |_| SpaceAsk::Display(DisplayMode::Group).into(),
+    request: |_| SpaceRequest::Display(DisplayMode::Group).into(),
     ..VIEW
 };
 
@@ -214,7 +214,7 @@ pub const MATTE: Command = Command {
     name: "Mattes",
     tooltip: "Shows how much see-through surfaces, such as trees, cover of what is behind them: white is solid.",
     on: Some(|state| state.space.look.display == DisplayMode::Matte),
-    ask: |_| SpaceAsk::Display(DisplayMode::Matte).into(),
+    request: |_| SpaceRequest::Display(DisplayMode::Matte).into(),
     ..VIEW
 };
 
@@ -224,7 +224,7 @@ pub const LEGEND: Command = Command {
     tooltip: "Explains the colours of the 3D view.",
     keys: &[shift(Key::L)],
     on: Some(|state| state.space.legend_shown),
-    ask: |_| WindowAsk::Flip(Flag::Legend).into(),
+    request: |_| WindowRequest::Flip(Flag::Legend).into(),
     ..VIEW
 };
 
@@ -236,7 +236,7 @@ pub const EXPLODED: Command = Command {
     starts_group: true,
     ready: with_layers,
     on: Some(|state| state.space.exploded.is_on()),
-    ask: |_| SpaceAsk::PullApart.into(),
+    request: |_| SpaceRequest::PullApart.into(),
     ..VIEW
 };
 
@@ -247,7 +247,7 @@ pub const BRUSH: Command = Command {
     keys: &[plain(Key::G)],
     keys_in: KeysIn::Space,
     on: Some(|state| state.space.brush.on),
-    ask: |_| SpaceAsk::Brush.into(),
+    request: |_| SpaceRequest::Brush.into(),
     ..VIEW
 };
 
@@ -258,7 +258,7 @@ pub const COLOUR: Command = Command {
     keys: &[plain(Key::Num1)],
     starts_group: true,
     on: Some(|state| state.space.look.display == DisplayMode::Colour),
-    ask: |_| SpaceAsk::Display(DisplayMode::Colour).into(),
+    request: |_| SpaceRequest::Display(DisplayMode::Colour).into(),
     ..VIEW
 };
 
@@ -269,7 +269,7 @@ pub const WIREFRAME: Command = Command {
     keys: &[plain(Key::Z)],
     starts_group: true,
     on: Some(|state| state.space.wireframe),
-    ask: |_| WindowAsk::Flip(Flag::Wireframe).into(),
+    request: |_| WindowRequest::Flip(Flag::Wireframe).into(),
     ..VIEW
 };
 
@@ -279,7 +279,7 @@ pub const CAMERAS: Command = Command {
     tooltip: "Shows the camera of each photo, with its picture.",
     keys: &[plain(Key::C)],
     on: Some(|state| state.space.cameras),
-    ask: |_| WindowAsk::Flip(Flag::Cameras).into(),
+    request: |_| WindowRequest::Flip(Flag::Cameras).into(),
     ..VIEW
 };
 
@@ -289,7 +289,7 @@ pub const BACKS: Command = Command {
     tooltip: "Shows back faces, which no photo covers; while they are hidden, you see into courtyards from outside.",
     keys: &[shift(Key::B)],
     on: Some(|state| !state.space.look.without_backs),
-    ask: |_| WindowAsk::Flip(Flag::Backs).into(),
+    request: |_| WindowRequest::Flip(Flag::Backs).into(),
     ..VIEW
 };
 
@@ -298,7 +298,7 @@ pub const SURROUNDINGS: Command = Command {
     name: "Surroundings",
     tooltip: "Shows what the photos show where no surface of the model is, such as sky.",
     on: Some(|state| !state.space.look.without_surroundings),
-    ask: |_| WindowAsk::Flip(Flag::Surroundings).into(),
+    request: |_| WindowRequest::Flip(Flag::Surroundings).into(),
     ..VIEW
 };
 
@@ -307,7 +307,7 @@ pub const AGREEMENT: Command = Command {
     name: "Outvote contradicted photos",
     tooltip: "Photos count less where several others contradict them; a photo's own camera still shows the photo.",
     on: Some(|state| state.space.look.blend.agreement),
-    ask: |_| WindowAsk::Flip(Flag::Agreement).into(),
+    request: |_| WindowRequest::Flip(Flag::Agreement).into(),
     ..VIEW
 };
 
@@ -319,7 +319,7 @@ pub const WITHOUT_TRANSIENTS: Command = Command {
         state.space.look.blend.agreement.then_some(()).ok_or("switch on the agreement of photos first")
     },
     on: Some(|state| state.space.look.blend.without_transients),
-    ask: |_| WindowAsk::Flip(Flag::WithoutTransients).into(),
+    request: |_| WindowRequest::Flip(Flag::WithoutTransients).into(),
     ..VIEW
 };
 
@@ -328,7 +328,7 @@ pub const GLASS: Command = Command {
     name: "Uncovered surfaces as glass",
     tooltip: "Draws only the outlines of surfaces that no photo covers, so that one sees what is behind them.",
     on: Some(|state| state.space.visibility.uncovered == Uncovered::Glass),
-    ask: |state| uncovered(state, Uncovered::Glass),
+    request: |state| uncovered(state, Uncovered::Glass),
     ..VIEW
 };
 
@@ -337,7 +337,7 @@ pub const NO_UNCOVERED: Command = Command {
     name: "Hide uncovered surfaces",
     tooltip: "Hides surfaces that no photo covers.",
     on: Some(|state| state.space.visibility.uncovered == Uncovered::Hidden),
-    ask: |state| uncovered(state, Uncovered::Hidden),
+    request: |state| uncovered(state, Uncovered::Hidden),
     ..VIEW
 };
 
@@ -347,7 +347,7 @@ pub const HIDE: Command = Command {
     tooltip: "Hides the selected object in the 3D view, as its eye in the list does; it remains in the model.",
     starts_group: true,
     ready: with_object,
-    ask: |state| SpaceAsk::ShowObject(state.selected_object().unwrap_or_default(), false).into(),
+    request: |state| SpaceRequest::ShowObject(state.selected_object().unwrap_or_default(), false).into(),
     ..VIEW
 };
 
@@ -356,7 +356,7 @@ pub const ISOLATE: Command = Command {
     name: "Show only this object",
     tooltip: "Hides all objects but the selected one in the 3D view, and the second time shows them again.",
     ready: with_object,
-    ask: |state| SpaceAsk::Isolate(state.selected_object().unwrap_or_default()).into(),
+    request: |state| SpaceRequest::Isolate(state.selected_object().unwrap_or_default()).into(),
     ..VIEW
 };
 
@@ -368,7 +368,7 @@ pub const SHOW_OBJECTS: Command = Command {
         true => with_project(state),
         false => Err("no object is hidden"),
     },
-    ask: |_| SpaceAsk::ShowAllObjects.into(),
+    request: |_| SpaceRequest::ShowAllObjects.into(),
     ..VIEW
 };
 
@@ -379,7 +379,7 @@ pub const FLIP: Command = Command {
     tooltip: "Overlays the photo whose camera you look through; hold X to flip between photo and view.",
     keys: &[plain(Key::P)],
     on: Some(|state| state.space.photo_over),
-    ask: |_| WindowAsk::Flip(Flag::PhotoOver).into(),
+    request: |_| WindowRequest::Flip(Flag::PhotoOver).into(),
     ..VIEW
 };
 
@@ -388,20 +388,20 @@ pub const RESTART: Command = Command {
     name: "Restart 3D view",
     tooltip: "Restarts the renderer of the 3D view on the current graphics device.",
     starts_group: true,
-    ask: |_| BuildAsk::PreparePainter.into(),
+    request: |_| JobRequest::PreparePainter.into(),
     ..VIEW
 };
 
 /// Returns the ask that resizes the brush, while it is in use and the 3D view has the keys.
-fn resized(state: &State, factor: f64) -> Option<Ask> {
+fn resized(state: &State, factor: f64) -> Option<Request> {
     let has_keys = state.panes.key_owner() == KeyOwner::View(Pane::Space);
-    (state.space.brush.on && has_keys).then(|| SpaceAsk::ResizeBrush(factor).into())
+    (state.space.brush.on && has_keys).then(|| SpaceRequest::ResizeBrush(factor).into())
 }
 
 /// Returns the ask that shows uncovered surfaces in one way, or as usual where they are shown in it already.
-fn uncovered(state: &State, way: Uncovered) -> Ask {
+fn uncovered(state: &State, way: Uncovered) -> Request {
     let now = state.space.visibility.uncovered;
-    SpaceAsk::ShowUncovered(if now == way { Uncovered::Solid } else { way }).into()
+    SpaceRequest::ShowUncovered(if now == way { Uncovered::Solid } else { way }).into()
 }
 
 fn with_object(state: &State) -> Result<(), WhyNot> {

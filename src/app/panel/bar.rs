@@ -5,7 +5,7 @@ use eframe::egui::{Button, Id, Label, Popup, PopupCloseBehavior, RichText, Role,
 use super::{named, text_width, toggle_ui};
 use crate::command::Command;
 use crate::state::State;
-use crate::state::ask::Ask;
+use crate::state::request::Request;
 use crate::widget::elide::elided;
 
 /// The position in which a part of a bar is drawn.
@@ -18,7 +18,7 @@ pub enum BarPosition {
 }
 
 /// A function that draws a part; it may change the bar's memory.
-pub type DrawPart<M> = fn(&mut Ui, &State, &mut M, BarPosition, &mut Vec<Ask>);
+pub type DrawPart<M> = fn(&mut Ui, &State, &mut M, BarPosition, &mut Vec<Request>);
 
 /// A part of a bar.
 pub enum BarPart<M> {
@@ -50,7 +50,7 @@ pub fn bar_ui<M>(
     of: &str,
     name: Option<&str>,
     parts: &[BarPart<M>],
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let id = ui.scope_id().with(of);
     ui.horizontal(|ui| {
@@ -75,10 +75,10 @@ pub fn bar_ui<M>(
         let is_tool = |part: &BarPart<M>| !matches!(part, BarPart::Gap);
         let last = parts[..shown].iter().rposition(is_tool).map_or(0, |last| last + 1);
         for (part, width) in parts[..last].iter().zip(&mut measured) {
-            *width = part_ui(ui, state, memory, part, asks);
+            *width = part_ui(ui, state, memory, part, requests);
         }
         if shown < parts.len() {
-            more_ui(ui, state, memory, id, of, &parts[shown..], asks);
+            more_ui(ui, state, memory, id, of, &parts[shown..], requests);
         }
         if widths.is_none() {
             ui.ctx().request_discard("a bar is measured");
@@ -101,10 +101,16 @@ fn share(widths: &[f32], gap: f32, room: f32, name: Option<f32>) -> (usize, Opti
 }
 
 /// Draws a part in the bar; returns its width.
-fn part_ui<M>(ui: &mut Ui, state: &State, memory: &mut M, part: &BarPart<M>, asks: &mut Vec<Ask>) -> f32 {
+fn part_ui<M>(
+    ui: &mut Ui,
+    state: &State,
+    memory: &mut M,
+    part: &BarPart<M>,
+    requests: &mut Vec<Request>,
+) -> f32 {
     let drawn = ui.scope(|ui| match part {
-        BarPart::Switch(command) => toggle_ui(state, ui, command, asks),
-        BarPart::Tool(draw) => draw(ui, state, memory, BarPosition::Bar, asks),
+        BarPart::Switch(command) => toggle_ui(state, ui, command, requests),
+        BarPart::Tool(draw) => draw(ui, state, memory, BarPosition::Bar, requests),
         BarPart::Gap => drop(ui.separator()),
     });
     drawn.response.rect.width()
@@ -118,7 +124,7 @@ fn more_ui<M>(
     id: Id,
     of: &str,
     parts: &[BarPart<M>],
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let button = ui.add(Button::new("…").min_size([MORE_BUTTON, 0.0].into()));
     button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("More tools: {of}")));
@@ -127,8 +133,8 @@ fn more_ui<M>(
     menu.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
         for part in parts.iter().skip_while(|part| matches!(part, BarPart::Gap)) {
             match part {
-                BarPart::Switch(command) => toggle_ui(state, ui, command, asks),
-                BarPart::Tool(draw) => draw(ui, state, memory, BarPosition::Menu, asks),
+                BarPart::Switch(command) => toggle_ui(state, ui, command, requests),
+                BarPart::Tool(draw) => draw(ui, state, memory, BarPosition::Menu, requests),
                 BarPart::Gap => drop(ui.separator()),
             }
         }

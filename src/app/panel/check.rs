@@ -10,8 +10,8 @@ use eframe::egui::{
 use crate::command::layers;
 use crate::panel::pictures::image;
 use crate::state::State;
-use crate::state::ask::{Ask, CheckAsk, Flag, WindowAsk};
 use crate::state::checks::{Checked, Mend, percent_of, verdict};
+use crate::state::request::{CheckRequest, Flag, Request, WindowRequest};
 use crate::state::running::JobKind;
 use crate::widget::dialog::escaped;
 use quadratura_base::geometry::Similarity;
@@ -39,7 +39,7 @@ impl CheckTextures {
 }
 
 /// Draws the window when it is open.
-pub fn check_ui(state: &State, textures: &mut CheckTextures, context: &Context, asks: &mut Vec<Ask>) {
+pub fn check_ui(state: &State, textures: &mut CheckTextures, context: &Context, requests: &mut Vec<Request>) {
     let checks = &state.checks;
     if checks.overlay.is_none() {
         *textures = CheckTextures::default();
@@ -55,7 +55,7 @@ pub fn check_ui(state: &State, textures: &mut CheckTextures, context: &Context, 
         .default_size([860.0, 560.0])
         .min_width(640.0);
     window.show(context, |ui| match &checks.report {
-        Some(checked) => contents(state, checked, textures, ui, asks),
+        Some(checked) => contents(state, checked, textures, ui, requests),
         None => {
             ui.horizontal(|ui| {
                 ui.spinner();
@@ -64,7 +64,7 @@ pub fn check_ui(state: &State, textures: &mut CheckTextures, context: &Context, 
         }
     });
     if !open || escaped(context) {
-        asks.push(WindowAsk::Hide(Flag::Check).into());
+        requests.push(WindowRequest::Hide(Flag::Check).into());
     }
 }
 
@@ -74,17 +74,17 @@ fn contents(
     checked: &Checked,
     textures: &mut CheckTextures,
     ui: &mut Ui,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
-    judgement(state, checked, ui, asks);
+    judgement(state, checked, ui, requests);
     ui.separator();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_top(|ui| {
             ui.vertical(|ui| {
                 ui.set_width(380.0);
-                photos(state.checks.photo, &checked.report.photos, ui, asks);
+                photos(state.checks.photo, &checked.report.photos, ui, requests);
             });
-            ui.vertical(|ui| overlay(state, checked, textures, ui, asks));
+            ui.vertical(|ui| overlay(state, checked, textures, ui, requests));
         });
         ui.add_space(6.0);
         faces(&checked.report.faces, ui);
@@ -97,7 +97,7 @@ fn contents(
     });
 }
 
-fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn judgement(state: &State, checked: &Checked, ui: &mut Ui, requests: &mut Vec<Request>) {
     let color = match checked.report.verdict {
         Verdict::Fits => ui.visuals().strong_text_color(),
         Verdict::Poor => ui.visuals().warn_fg_color,
@@ -113,7 +113,7 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>)
         suggestion => {
             ui.label(RichText::new(verdict(&checked.report)).size(16.0).color(color));
             match suggestion {
-                Some(suggestion) => suggested(checked, suggestion, ui, asks),
+                Some(suggestion) => suggested(checked, suggestion, ui, requests),
                 None if !unmended.is_empty() => drop(ui.label(unmended)),
                 None => (),
             }
@@ -122,7 +122,7 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>)
     ui.horizontal(|ui| {
         let again = ui.button("Check again").on_hover_text(layers::CHECK.tooltip);
         if again.clicked() {
-            asks.push(layers::CHECK.asked(state));
+            requests.push(layers::CHECK.asked(state));
         }
         let before = state.checks.before.as_ref().filter(|(project, _)| *project == checked.project);
         if let Some((_, before)) = before {
@@ -130,13 +130,13 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>)
                 "Restores the transform that the model had before it was aligned: {before}"
             ));
             if back.clicked() {
-                asks.push(Ask::Check(CheckAsk::Mend(Mend::Back)));
+                requests.push(Request::Check(CheckRequest::Mend(Mend::Back)));
             }
         }
     });
 }
 
-fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, requests: &mut Vec<Request>) {
     let reach = match (suggestion.agreement, suggestion.covered) {
         (Some(share), _) => format!("The fixed model matches {} of the observations.", percent_of(share)),
         (None, Some(share)) => format!("The fixed model covers {} of a photo.", percent_of(share)),
@@ -149,7 +149,7 @@ fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, a
         let mend = Button::new(RichText::new("Fix alignment").strong()).min_size([110.0, 28.0].into());
         let tooltip = format!("Writes this transform of the model into the project: {better}");
         if ui.add(mend).on_hover_text(tooltip).clicked() {
-            asks.push(Ask::Check(CheckAsk::Mend(Mend::Stand(better))));
+            requests.push(Request::Check(CheckRequest::Mend(Mend::Stand(better))));
         }
         if !suggestion.alternatives.is_empty() {
             ui.label("These transforms fit nearly as well. Check the edges afterwards:");
@@ -157,13 +157,13 @@ fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, a
         for other in &suggestion.alternatives {
             let Ok(there) = Similarity::parse(other) else { continue };
             if ui.button(other).on_hover_text("Applies this transform to the model.").clicked() {
-                asks.push(Ask::Check(CheckAsk::Mend(Mend::Stand(there))));
+                requests.push(Request::Check(CheckRequest::Mend(Mend::Stand(there))));
             }
         }
     });
 }
 
-fn photos(shown: PhotoId, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn photos(shown: PhotoId, photos: &[PhotoReport], ui: &mut Ui, requests: &mut Vec<Request>) {
     Grid::new("checked photos").num_columns(5).striped(true).show(ui, |ui| {
         for (title, tooltip) in [
             ("Photo", "Click a photo to see the model's edges over it."),
@@ -178,7 +178,7 @@ fn photos(shown: PhotoId, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<As
         for (id, photo) in PhotoId::all(photos.len()).zip(photos) {
             let name = ui.selectable_label(shown == id, &photo.name);
             if name.on_hover_text(photo.problem.as_deref().unwrap_or(&photo.name)).clicked() {
-                asks.push(CheckAsk::ShowPhoto(id).into());
+                requests.push(CheckRequest::ShowPhoto(id).into());
             }
             for share in [photo.in_front, photo.inside, photo.covered] {
                 let text = RichText::new(percent_of(share));
@@ -190,7 +190,13 @@ fn photos(shown: PhotoId, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<As
     });
 }
 
-fn overlay(state: &State, checked: &Checked, textures: &mut CheckTextures, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn overlay(
+    state: &State,
+    checked: &Checked,
+    textures: &mut CheckTextures,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
     let Some(photo) = checked.report.photos.get(state.checks.photo.index()) else { return };
     let Some(path) = &photo.picture else {
         let why = photo.problem.as_deref().unwrap_or("There is no overlay picture of this photo.");
@@ -207,7 +213,7 @@ fn overlay(state: &State, checked: &Checked, textures: &mut CheckTextures, ui: &
         }
         None => {
             ui.spinner();
-            asks.push(CheckAsk::Overlay(path.clone()).into());
+            requests.push(CheckRequest::Overlay(path.clone()).into());
         }
     }
 }

@@ -5,7 +5,7 @@ use eframe::egui::{Button, ComboBox, DragValue, Grid, Response, RichText, Scroll
 use super::{NameCell, name_cell, room_for_names, slider_ui, text_width, toggle_ui};
 use crate::command::flat;
 use crate::state::State;
-use crate::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::widget::elide::beside;
 use quadratura_base::scene::PhotoId;
@@ -26,17 +26,17 @@ fn shown(stops: f64) -> f64 {
 }
 
 /// Draws the panel.
-pub fn colour_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn colour_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let any_stack = state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
         ui.weak("Build the layers first, so that photos can be compared where they show the same surface.");
         return;
     }
-    asks.push(QualityAsk::WantEstimate.into());
+    requests.push(QualityRequest::WantEstimate.into());
     if state.quality.colour.failed(&state.running) {
         ui.label("The photos could not be compared; the messages give the reason.");
         if ui.button("Try again").clicked() {
-            asks.push(QualityAsk::EstimateAgain.into());
+            requests.push(QualityRequest::EstimateAgain.into());
         }
         return;
     }
@@ -48,27 +48,27 @@ pub fn colour_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         return;
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        switches(state, &report, ui, asks);
+        switches(state, &report, ui, requests);
         if let Some(photo) = state.selected_photo().and_then(|photo| report.photos.get(photo.index())) {
-            selected(state, photo, &report, ui, asks);
+            selected(state, photo, &report, ui, requests);
         }
         ui.separator();
-        all(state, &report, ui, asks);
+        all(state, &report, ui, requests);
         ui.separator();
         supports(&report, ui);
     });
 }
 
-fn decide(asks: &mut Vec<Ask>, edit: ColourEdit) {
-    asks.push(Ask::Quality(QualityAsk::Colour { edits: vec![edit], goes_on: false }));
+fn decide(requests: &mut Vec<Request>, edit: ColourEdit) {
+    requests.push(Request::Quality(QualityRequest::Colour { edits: vec![edit], goes_on: false }));
 }
 
-fn switches(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn switches(state: &State, report: &ColourReport, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(colour) = state.colour() else { return };
     let mut switch = |on: bool, name: &str, tooltip: &str, edit: fn(bool) -> ColourEdit| {
         let mut on = on;
         if ui.checkbox(&mut on, name).on_hover_text(tooltip).changed() {
-            decide(asks, edit(on));
+            decide(requests, edit(on));
         }
     };
     let even = "Matches the exposure of photos before they are blended; off: photos are used as they are.";
@@ -79,11 +79,11 @@ fn switches(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<As
     });
     let haze = "Estimates and corrects light that was added everywhere in a photo, such as haze.";
     switch(colour.offset, "Correct haze", haze, ColourEdit::Offset);
-    rules(colour.exposure, report, ui, asks);
+    rules(colour.exposure, report, ui, requests);
     // The button is always there, so that the parts below do not move during a drag.
     let reset = ui.add_enabled(!colour.is_default(), Button::new("Reset all"));
     if reset.on_hover_text("Removes all decisions about colour.").clicked() {
-        decide(asks, ColourEdit::Reset);
+        decide(requests, ColourEdit::Reset);
     }
 }
 
@@ -91,7 +91,7 @@ fn switches(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<As
 const RULE_WIDTH: f32 = 190.0;
 
 /// Draws the choice of the rule by which views are exposed, with the figures behind it.
-fn rules(set: Option<ExposureRule>, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn rules(set: Option<ExposureRule>, report: &ColourReport, ui: &mut Ui, requests: &mut Vec<Request>) {
     let text = |rule: Option<ExposureRule>| match rule {
         None => format!("Decided: {}", rule_name(report.rule_decided)),
         Some(rule) => rule_name(rule).into(),
@@ -104,7 +104,7 @@ fn rules(set: Option<ExposureRule>, report: &ColourReport, ui: &mut Ui, asks: &m
         let choice = list.show_ui(ui, |ui| {
             for rule in std::iter::once(None).chain(ExposureRule::ALL.map(Some)) {
                 if ui.selectable_label(rule == set, text(rule)).clicked() && rule != set {
-                    decide(asks, ColourEdit::Rule(rule));
+                    decide(requests, ColourEdit::Rule(rule));
                 }
             }
         });
@@ -130,57 +130,63 @@ fn rule_name(rule: ExposureRule) -> &'static str {
 }
 
 /// Draws the selected photo, with all decisions about its colour.
-fn selected(state: &State, photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn selected(
+    state: &State,
+    photo: &PhotoColour,
+    report: &ColourReport,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
     ui.separator();
     ui.weak("Photo");
     ui.label(RichText::new(&photo.photo).strong());
     ui.add_enabled_ui(report.even, |ui| {
-        exposure(photo, ui, "Brighter by", asks);
+        exposure(photo, ui, "Brighter by", requests);
         let channels = ["Red", "Green", "Blue"];
         let names = channels.iter().map(|name| text_width(ui, name)).fold(0.0, f32::max);
         for (channel, name) in channels.into_iter().enumerate() {
             let mut stops = photo.stops;
             stops[channel] = shown(stops[channel]);
             let response = slider(ui, name, names, &mut stops[channel]);
-            drag(&response, photo, stops, asks);
+            drag(&response, photo, stops, requests);
         }
     });
     ui.horizontal_wrapped(|ui| {
         ui.weak("In the photo’s view:");
-        toggle_ui(state, ui, &flat::EVEN, asks);
+        toggle_ui(state, ui, &flat::EVEN, requests);
     });
     ui.label(origin(photo));
-    group(photo, report, ui, asks);
+    group(photo, report, ui, requests);
     ui.horizontal_wrapped(|ui| {
         let mut left_out = photo.left_out;
         let tooltip = "Excludes the photo from the estimate of exposures.";
         if ui.checkbox(&mut left_out, "Leave out").on_hover_text(tooltip).changed() {
             let name = photo.photo.clone();
-            decide(asks, if left_out { ColourEdit::LeaveOut(name) } else { ColourEdit::Free(name) });
+            decide(requests, if left_out { ColourEdit::LeaveOut(name) } else { ColourEdit::Free(name) });
         }
         let mut reference = photo.reference;
         let tooltip = "Renders all pictures with the exposure of this photo, from any viewpoint.";
         if ui.checkbox(&mut reference, "Reference").on_hover_text(tooltip).changed() {
-            decide(asks, ColourEdit::Reference(reference.then(|| photo.photo.clone())));
+            decide(requests, ColourEdit::Reference(reference.then(|| photo.photo.clone())));
         }
         if photo.fixed && ui.button("As estimated").on_hover_text("Restores the estimate.").clicked() {
-            decide(asks, ColourEdit::Free(photo.photo.clone()));
+            decide(requests, ColourEdit::Free(photo.photo.clone()));
         }
     });
 }
 
 /// Draws the choice of a photo's group of light.
-fn group(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn group(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, requests: &mut Vec<Request>) {
     let name = |group: usize| match report.light_set {
         true => report.light[group].name.clone(),
         false => found_name(&report.light[group]),
     };
     // Found groups become decided ones with the first change.
     let mut found = keeping_found(report);
-    let mut moved = |to: String, asks: &mut Vec<Ask>| {
+    let mut moved = |to: String, requests: &mut Vec<Request>| {
         let mut edits = std::mem::take(&mut found);
         edits.push(ColourEdit::Group(to, vec![photo.photo.clone()]));
-        asks.push(Ask::Quality(QualityAsk::Colour { edits, goes_on: false }));
+        requests.push(Request::Quality(QualityRequest::Colour { edits, goes_on: false }));
     };
     ui.add_enabled_ui(report.even, |ui| {
         let label = ui.label("Group of light");
@@ -191,7 +197,7 @@ fn group(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec
             for at in (0..report.light.len()).filter(|_| report.light.len() > 1) {
                 if ui.selectable_label(at == photo.group, name(at)).clicked() && at != photo.group {
                     let is_rest = report.light[at].name == REST || (!report.light_set && at == 0);
-                    moved(if is_rest { REST.into() } else { name(at) }, asks);
+                    moved(if is_rest { REST.into() } else { name(at) }, requests);
                 }
             }
             let free = (2..).map(|number| format!("Light {number}"));
@@ -199,13 +205,13 @@ fn group(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec
             if let Some(new) = free.next()
                 && ui.button("A new group").clicked()
             {
-                moved(new, asks);
+                moved(new, requests);
             }
             if report.light.len() > 1 && ui.button("One group for all photos").clicked() {
-                decide(asks, ColourEdit::OneGroup);
+                decide(requests, ColourEdit::OneGroup);
             }
             if report.light_set && ui.button("As found in the photos").clicked() {
-                decide(asks, ColourEdit::FindGroups);
+                decide(requests, ColourEdit::FindGroups);
             }
         });
         let tooltip = format!("Photos of one group were taken in the same light.{}", leaning(report));
@@ -221,12 +227,12 @@ fn leaning(report: &ColourReport) -> String {
 }
 
 /// Draws a slider that moves all channels together.
-fn exposure(photo: &PhotoColour, ui: &mut Ui, text: &str, asks: &mut Vec<Ask>) {
+fn exposure(photo: &PhotoColour, ui: &mut Ui, text: &str, requests: &mut Vec<Request>) {
     let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);
     let mut moved = mean;
     let response = slider(ui, text, text_width(ui, text), &mut moved);
     let response = response.on_hover_text("By how much the photo is brighter than the others.");
-    drag(&response, photo, photo.stops.map(|stops| stops + moved - mean), asks);
+    drag(&response, photo, photo.stops.map(|stops| stops + moved - mean), requests);
 }
 
 fn slider(ui: &mut Ui, name: &str, names: f32, stops: &mut f64) -> Response {
@@ -239,7 +245,7 @@ fn slider(ui: &mut Ui, name: &str, names: f32, stops: &mut f64) -> Response {
 }
 
 /// Handles a slider or number: during a drag the value is only previewed.
-fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], asks: &mut Vec<Ask>) {
+fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], requests: &mut Vec<Request>) {
     let ends = response.drag_stopped() || response.lost_focus();
     // Sliders round their values even where the user has not moved them.
     let moved = stops.iter().zip(photo.stops).any(|(now, before)| (now - before).abs() > NOTHING);
@@ -248,12 +254,12 @@ fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], asks: &mut Ve
     if changed || (response.drag_stopped() && photo.fixed) {
         let goes_on = response.dragged() && !ends;
         let edits = vec![ColourEdit::Fix(photo.photo.clone(), stops)];
-        asks.push(Ask::Quality(QualityAsk::Colour { edits, goes_on }));
+        requests.push(Request::Quality(QualityRequest::Colour { edits, goes_on }));
     }
 }
 
 /// Draws all photos, each with its exposure.
-fn all(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn all(state: &State, report: &ColourReport, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
     Grid::new("exposures").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
@@ -261,7 +267,7 @@ fn all(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
             let others = beside(id.index(), |place| Some(report.photos.get(place)?.photo.as_str()));
             let cell = NameCell { name: &photo.photo, others: &others, width: names };
             if name_cell(ui, state.photo == Some(id), &cell).clicked() {
-                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
+                requests.push(Request::Select(SelectRequest::Only(Selection::Photo(id))));
             }
             let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);
             let mut moved = mean;
@@ -271,7 +277,7 @@ fn all(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
             response.widget_info(|| {
                 eframe::egui::WidgetInfo::labeled(eframe::egui::Role::SpinButton, true, &name)
             });
-            drag(&response, photo, photo.stops.map(|stops| stops + moved - mean), asks);
+            drag(&response, photo, photo.stops.map(|stops| stops + moved - mean), requests);
             ui.weak(badge(photo));
             ui.end_row();
         }

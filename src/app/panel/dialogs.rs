@@ -4,7 +4,7 @@ use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 
 use crate::command::{Command, flight, images};
 use crate::state::State;
-use crate::state::ask::{Ask, RoundTripAsk};
+use crate::state::request::{Request, RoundTripRequest};
 use crate::state::round_trip::dialogs::{DialogPurpose, RoundTripDialogs};
 use crate::state::running::JobKind;
 use crate::widget::dialog::{Dialog, at_the_right};
@@ -15,10 +15,15 @@ use quadratura_io::layered::format::file_names;
 use quadratura_io::programs::{ImageEditor, check_program};
 
 /// Draws the open dialogs, which change as they are edited.
-pub fn dialogs_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {
-    import_ui(context, dialogs, asks);
-    export_ui(context, state, dialogs, asks);
-    editor_ui(context, state, &mut dialogs.choosing_editor, asks);
+pub fn dialogs_ui(
+    context: &Context,
+    state: &State,
+    dialogs: &mut RoundTripDialogs,
+    requests: &mut Vec<Request>,
+) {
+    import_ui(context, dialogs, requests);
+    export_ui(context, state, dialogs, requests);
+    editor_ui(context, state, &mut dialogs.choosing_editor, requests);
 }
 
 /// The width of the dialogs, in points.
@@ -26,7 +31,7 @@ const WIDTH: f32 = 470.0;
 /// The width of a field with a label before it and a button behind it, in points.
 const FIELD: f32 = 280.0;
 
-fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {
+fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, requests: &mut Vec<Request>) {
     let Some(dialog) = &mut dialogs.import else { return };
     let (mut open, mut choose, mut done) = (true, false, false);
     let answer = Dialog::new("import", WIDTH).show(context, |ui, keys| {
@@ -64,10 +69,10 @@ fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<A
         dialogs.import = None;
     }
     if choose {
-        asks.push(RoundTripAsk::ChoosePath(DialogPurpose::Layered).into());
+        requests.push(RoundTripRequest::ChoosePath(DialogPurpose::Layered).into());
     }
     if done {
-        asks.push(Ask::RoundTrip(RoundTripAsk::Import));
+        requests.push(Request::RoundTrip(RoundTripRequest::Import));
     }
 }
 
@@ -78,7 +83,7 @@ const OTHERS: &[(&Command, &str)] = &[
     (&flight::STILL, "Picture of the view…"),
 ];
 
-fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {
+fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, requests: &mut Vec<Request>) {
     let Some(dialog) = &mut dialogs.export else { return };
     let (mut open, mut choose, mut go, mut show, mut other) = (true, false, false, None, None);
     let answer = Dialog::new("export", WIDTH).show(context, |ui, keys| {
@@ -142,15 +147,15 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, a
     if !open || answer.escaped || other.is_some() {
         dialogs.export = None;
     }
-    asks.extend(other.map(|command: &Command| command.asked(state)));
+    requests.extend(other.map(|command: &Command| command.asked(state)));
     if choose {
-        asks.push(RoundTripAsk::ChoosePath(DialogPurpose::ExportFolder).into());
+        requests.push(RoundTripRequest::ChoosePath(DialogPurpose::ExportFolder).into());
     }
     if go {
-        asks.push(Ask::RoundTrip(RoundTripAsk::Export));
+        requests.push(Request::RoundTrip(RoundTripRequest::Export));
     }
     if let Some(folder) = show {
-        asks.push(RoundTripAsk::ShowFolder(folder).into());
+        requests.push(RoundTripRequest::ShowFolder(folder).into());
     }
 }
 
@@ -200,7 +205,7 @@ fn photos(state: &State, chosen: &mut std::collections::BTreeSet<PhotoId>, ui: &
     });
 }
 
-fn editor_ui(context: &Context, state: &State, shown: &mut bool, asks: &mut Vec<Ask>) {
+fn editor_ui(context: &Context, state: &State, shown: &mut bool, requests: &mut Vec<Request>) {
     if !*shown {
         return;
     }
@@ -244,12 +249,12 @@ fn editor_ui(context: &Context, state: &State, shown: &mut bool, asks: &mut Vec<
     });
     *shown = open && !answer.is_left();
     if choice != state.settings.image_editor {
-        asks.push(RoundTripAsk::UseEditor(choice).into());
+        requests.push(RoundTripRequest::UseEditor(choice).into());
     }
     if choose {
-        asks.push(RoundTripAsk::ChoosePath(DialogPurpose::Program).into());
+        requests.push(RoundTripRequest::ChoosePath(DialogPurpose::Program).into());
     }
     if again {
-        asks.push(RoundTripAsk::LookForEditors.into());
+        requests.push(RoundTripRequest::LookForEditors.into());
     }
 }

@@ -3,17 +3,17 @@
 use eframe::egui::{Label, RichText, Ui};
 
 use super::link_ui;
-use crate::state::ask::{Ask, ProjectAsk};
+use crate::state::request::{ProjectRequest, Request};
 use crate::state::session::Session;
 
 /// The number of photos that are named; the dialog lists all.
 const MOST: usize = 4;
 
 /// Draws a line for each photo that is gone.
-pub fn gone_ui(ui: &mut Ui, session: &Session, asks: &mut Vec<Ask>) {
+pub fn gone_ui(ui: &mut Ui, session: &Session, requests: &mut Vec<Request>) {
     for (photo, reason) in session.gone.iter().take(MOST) {
         ui.horizontal(|ui| {
-            locate_ui(ui, asks);
+            locate_ui(ui, requests);
             ui.colored_label(ui.visuals().error_fg_color, "missing");
             ui.add(Label::new(RichText::new(photo).strong()).truncate()).on_hover_text(reason);
         });
@@ -24,9 +24,9 @@ pub fn gone_ui(ui: &mut Ui, session: &Session, asks: &mut Vec<Ask>) {
 }
 
 /// Draws the link to the dialog of missing files.
-pub fn locate_ui(ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn locate_ui(ui: &mut Ui, requests: &mut Vec<Request>) {
     let tooltip = "Chooses the file, or the folder in which the photos are now.";
     if link_ui(ui, "Locate…").on_hover_text(tooltip).clicked() {
-        asks.push(ProjectAsk::ShowMissing.into());
+        requests.push(ProjectRequest::ShowMissing.into());
     }
 }

@@ -4,7 +4,7 @@ use eframe::egui::{Align2, Context, Grid, Label, RichText, ScrollArea, Ui, Windo
 
 use crate::command;
 use crate::state::State;
-use crate::state::ask::{Ask, Flag, WindowAsk};
+use crate::state::request::{Flag, Request, WindowRequest};
 use crate::state::settings::Navigation;
 use crate::widget::dialog::escaped;
 
@@ -50,7 +50,7 @@ const COLUMN: f32 = 400.0;
 const FRAME: f32 = 110.0;
 
 /// Draws the help when it is open: in as many columns as fit into the window.
-pub fn help_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
+pub fn help_ui(state: &State, context: &Context, requests: &mut Vec<Request>) {
     if !state.help_shown {
         return;
     }
@@ -72,7 +72,7 @@ pub fn help_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
         });
     });
     if !open || escaped(context) {
-        asks.push(WindowAsk::Hide(Flag::Help).into());
+        requests.push(WindowRequest::Hide(Flag::Help).into());
     }
 }
 

@@ -4,26 +4,26 @@ use eframe::egui::{Button, Context, RichText, Ui, Window};
 
 use super::long_list;
 use crate::state::State;
-use crate::state::ask::{Ask, DecideAsk, Flag, WindowAsk};
+use crate::state::request::{DecideRequest, Flag, Request, WindowRequest};
 use crate::widget::dialog::escaped;
 
 /// The height of the list, in points.
 const HEIGHT: f32 = 360.0;
 
 /// Draws the list while it is open.
-pub fn history_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
+pub fn history_ui(state: &State, context: &Context, requests: &mut Vec<Request>) {
     if !state.history_shown {
         return;
     }
     let mut open = true;
     let window = Window::new("History").open(&mut open).default_width(300.0);
-    window.show(context, |ui| steps_ui(state, ui, asks));
+    window.show(context, |ui| steps_ui(state, ui, requests));
     if !open || escaped(context) {
-        asks.push(WindowAsk::Hide(Flag::History).into());
+        requests.push(WindowRequest::Hide(Flag::History).into());
     }
 }
 
-fn steps_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn steps_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else {
         ui.weak("Open a project first.");
         return;
@@ -36,7 +36,7 @@ fn steps_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let text = RichText::new(name);
         let text = if place > done { text.weak() } else { text };
         if ui.add(Button::selectable(place == done, text).truncate()).clicked() && place != done {
-            asks.push(DecideAsk::GoToStep(place).into());
+            requests.push(DecideRequest::GoToStep(place).into());
         }
     });
 }

@@ -7,7 +7,7 @@ use eframe::egui::{Context, Frame, RichText, TextureHandle, TextureOptions, Ui};
 use super::fill::question::side_by_side;
 use crate::panel::pictures::image;
 use crate::state::State;
-use crate::state::ask::{Ask, RoundTripAsk};
+use crate::state::request::{Request, RoundTripRequest};
 use crate::state::round_trip::report::ImportQuestion;
 use crate::state::round_trip::shown_path;
 use quadratura_view::Picture;
@@ -40,7 +40,7 @@ pub fn import_question_ui(
     ui: &mut Ui,
     state: &State,
     textures: &mut ImportQuestionTextures,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let Some(question) = state.round_trip.questions.first() else { return textures.follow(None, ui.ctx()) };
     textures.follow(question.pictures.as_ref(), ui.ctx());
@@ -60,11 +60,11 @@ pub fn import_question_ui(
         ui.horizontal_wrapped(|ui| {
             let all = "All of it becomes paint. Undo import takes it back.";
             if ui.button("Import everything").on_hover_text(all).clicked() {
-                asks.push(RoundTripAsk::ImportAll(file.clone()).into());
+                requests.push(RoundTripRequest::ImportAll(file.clone()).into());
             }
             let leave = "Nothing is imported. Undo the change in the image editor and save again.";
             if ui.button("Leave it").on_hover_text(leave).clicked() {
-                asks.push(RoundTripAsk::LeaveFile(file.clone()).into());
+                requests.push(RoundTripRequest::LeaveFile(file.clone()).into());
             }
         });
     });

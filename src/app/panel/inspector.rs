@@ -11,8 +11,8 @@ use super::inspect::trees::trees_page;
 use super::{button, counted, grouped, layer_options, masks, percent, title};
 use crate::command::{paint, view};
 use crate::state::State;
-use crate::state::ask::{Ask, DecideAsk};
 use crate::state::next_steps::NextStep;
+use crate::state::request::{DecideRequest, Request};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
@@ -21,32 +21,32 @@ use quadratura_recipe::decide::decided;
 use quadratura_recipe::layer_table::LayerFigures;
 
 /// Draws the inspector.
-pub fn inspector_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+pub fn inspector_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
     ui.add_space(4.0);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match state.selection {
-        Selection::Object(object) => object_page(ui, state, object, asks),
-        Selection::Face(face) => face_page(ui, state, face, asks),
-        Selection::Layer { photo, layer } => layer_page(ui, state, photo, layer, asks),
-        Selection::Tree(tree) => tree_page(ui, state, tree, asks),
-        Selection::Trees => trees_page(ui, state, asks),
+        Selection::Object(object) => object_page(ui, state, object, requests),
+        Selection::Face(face) => face_page(ui, state, face, requests),
+        Selection::Layer { photo, layer } => layer_page(ui, state, photo, layer, requests),
+        Selection::Tree(tree) => tree_page(ui, state, tree, requests),
+        Selection::Trees => trees_page(ui, state, requests),
         Selection::Nothing | Selection::Photo(_) => {
             let Some(session) = &state.session else { return };
             match state.selection {
                 Selection::Photo(photo) => {
-                    photo_ui(state, session, photo, ui, asks);
+                    photo_ui(state, session, photo, ui, requests);
                 }
-                _ => nothing(state, session, ui, asks),
+                _ => nothing(state, session, ui, requests),
             }
         }
     });
 }
 
-fn nothing(state: &State, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn nothing(state: &State, session: &Session, ui: &mut Ui, requests: &mut Vec<Request>) {
     title(ui, "Project", &session.name());
     let model = session.model();
     let built = session.photos.iter().filter(|photo| photo.is_current()).count();
     ui.weak(format!("{} · {built} built", counted(session.photos.len() as u64, "photo")));
-    site_steps_ui(state, None, ui, asks);
+    site_steps_ui(state, None, ui, requests);
     ui.label("Click a photo, an object or a layer to see its properties, and what to do next with it.");
     let project = &session.opened.project;
     let facts = [
@@ -59,23 +59,23 @@ fn nothing(state: &State, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
     details_ui(ui, &facts);
 }
 
-fn photo_ui(state: &State, session: &Session, id: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn photo_ui(state: &State, session: &Session, id: PhotoId, ui: &mut Ui, requests: &mut Vec<Request>) {
     let photo = session.opened.site.photo(id);
     title(ui, "Photo", &photo.name);
-    next_ui(state, session, id, ui, asks);
-    masks::masks_ui(state, id, ui, asks);
-    decisions(session, &photo.name, ui, asks);
+    next_ui(state, session, id, ui, requests);
+    masks::masks_ui(state, id, ui, requests);
+    decisions(session, &photo.name, ui, requests);
     ui.add_space(8.0);
     ui.horizontal_wrapped(|ui| {
-        button(state, ui, &view::SNAP, asks);
+        button(state, ui, &view::SNAP, requests);
         // Where areas are hidden, this is among what to do next.
         let paints = state.next_steps(id).iter().any(|step| matches!(step, NextStep::Paint(_)));
         if session.stack_of(id).is_some() && !paints {
-            button(state, ui, &paint::EDIT, asks);
+            button(state, ui, &paint::EDIT, requests);
         }
     });
     ui.add_space(4.0);
-    layer_options::photo_options_ui(state, session, &photo.name, ui, asks);
+    layer_options::photo_options_ui(state, session, &photo.name, ui, requests);
     details_ui(ui, &facts(session, id));
 }
 
@@ -117,14 +117,14 @@ fn ratio(part: u64, all: u64) -> f64 {
 }
 
 /// Draws the decisions about a photo, each with a button to remove it.
-fn decisions(session: &Session, name: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn decisions(session: &Session, name: &str, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(decisions) = session.opened.project.decisions.photos.get(name) else { return };
     ui.add_space(8.0);
     ui.strong("Decisions");
     for decision in decided(decisions) {
         ui.horizontal_wrapped(|ui| {
             if ui.small_button("Remove").on_hover_text("Removes this decision.").clicked() {
-                asks.push(Ask::Decide(DecideAsk::Forget(name.to_owned(), decision.number)));
+                requests.push(Request::Decide(DecideRequest::Forget(name.to_owned(), decision.number)));
             }
             ui.label(&decision.text);
         });

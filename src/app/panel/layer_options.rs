@@ -7,7 +7,7 @@ use eframe::egui::{
 use super::{button, slider_ui, small_button, text_width};
 use crate::command::layers;
 use crate::state::State;
-use crate::state::ask::{Ask, DecideAsk, Flag, OptionsEdit, WindowAsk};
+use crate::state::request::{DecideRequest, Flag, OptionsEdit, Request, WindowRequest};
 use crate::state::session::Session;
 use crate::widget::dialog::escaped;
 use quadratura_document::decisions::PhotoOptions;
@@ -86,7 +86,7 @@ const REACH: Number = Number {
 };
 
 /// Draws a slider with its name; returns the new value when it was moved, and whether the gesture continues.
-fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
+fn number(ui: &mut Ui, of: &Number, value: f64, requests: &mut Vec<Request>) -> Option<(f64, bool)> {
     let mut moved = value;
     let slider = Slider::new(&mut moved, of.range.clone())
         .logarithmic(true)
@@ -99,25 +99,31 @@ fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(
         .scope(|ui| slider_ui(ui, of.name, text_width(ui, LEAST_SHARE.name), slider))
         .inner
         .on_hover_text(of.tooltip);
-    wanted(&response, moved, asks)
+    wanted(&response, moved, requests)
 }
 
-fn wanted(response: &Response, moved: f64, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
+fn wanted(response: &Response, moved: f64, requests: &mut Vec<Request>) -> Option<(f64, bool)> {
     if response.drag_stopped() && !response.changed() {
-        asks.push(Ask::Decide(DecideAsk::EndGesture));
+        requests.push(Request::Decide(DecideRequest::EndGesture));
     }
     response.changed().then(|| (moved, response.dragged() && !response.drag_stopped()))
 }
 
 /// Draws the options of a photo, each inherited from the project or its own.
-pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn photo_options_ui(
+    state: &State,
+    session: &Session,
+    photo: &str,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
     let project = session.history.present();
     let own = project.decisions.photos.get(photo).map(|decided| decided.options).unwrap_or_default();
     let title =
         if own.is_default() { "Layer options: project defaults" } else { "Layer options: its own values" };
     CollapsingHeader::new(title).id_salt("photo options").show(ui, |ui| {
         let all = own.applied_to(&project.options);
-        let mut rows = PhotoOptionRows { photo, ui, asks };
+        let mut rows = PhotoOptionRows { photo, ui, requests };
         rows.row(&TOLERANCE, percent(all.tolerance), own.tolerance.is_some(), |value| PhotoOptions {
             tolerance: value.map(share),
             ..own
@@ -143,7 +149,7 @@ pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut 
             ..own
         });
         if ui.button(layers::OPTIONS.name).on_hover_text(layers::OPTIONS.tooltip).clicked() {
-            asks.push(layers::OPTIONS.asked(state));
+            requests.push(layers::OPTIONS.asked(state));
         }
     });
 }
@@ -152,16 +158,16 @@ pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut 
 struct PhotoOptionRows<'a> {
     photo: &'a str,
     ui: &'a mut Ui,
-    asks: &'a mut Vec<Ask>,
+    requests: &'a mut Vec<Request>,
 }
 
 impl PhotoOptionRows<'_> {
     /// Draws a number; a photo's own one has a button that resets it to the project's.
     fn row(&mut self, of: &Number, value: f64, is_own: bool, with: impl Fn(Option<f64>) -> PhotoOptions) {
-        let Self { photo, ui, asks } = self;
+        let Self { photo, ui, requests } = self;
         let edit = |options| OptionsEdit::Photo((*photo).to_owned(), options);
-        if let Some((moved, goes_on)) = number(ui, of, value, asks) {
-            asks.push(Ask::Decide(DecideAsk::Options { edit: edit(with(Some(moved))), goes_on }));
+        if let Some((moved, goes_on)) = number(ui, of, value, requests) {
+            requests.push(Request::Decide(DecideRequest::Options { edit: edit(with(Some(moved))), goes_on }));
         }
         ui.horizontal(|ui| {
             ui.add_space(12.0);
@@ -171,14 +177,15 @@ impl PhotoOptionRows<'_> {
             }
             let name = format!("{}: use project default", of.name);
             if small_button(ui, "Use project default", &name, "Removes the photo’s own value.").clicked() {
-                asks.push(Ask::Decide(DecideAsk::Options { edit: edit(with(None)), goes_on: false }));
+                requests
+                    .push(Request::Decide(DecideRequest::Options { edit: edit(with(None)), goes_on: false }));
             }
         });
     }
 }
 
 /// Draws the window of the project's options when it is open.
-pub fn layer_options_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
+pub fn layer_options_ui(context: &Context, state: &State, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let mut open = state.layer_options_shown;
     let window = Window::new("Layer options").open(&mut open).resizable(false).collapsible(false);
@@ -189,48 +196,51 @@ pub fn layer_options_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
         );
         ui.add_space(6.0);
         let options = &session.history.present().options;
-        numbers(options, ui, asks);
-        shape(options, ui, asks);
+        numbers(options, ui, requests);
+        shape(options, ui, requests);
         ui.add_space(6.0);
         let usual = Options { method: options.method, ..Options::default() };
         ui.horizontal(|ui| {
             let reset = ui.add_enabled(*options != usual, Button::new("Restore defaults"));
             if reset.on_hover_text("Restores the options of a new project.").clicked() {
-                asks.push(Ask::Decide(DecideAsk::Options {
+                requests.push(Request::Decide(DecideRequest::Options {
                     edit: OptionsEdit::Project(usual),
                     goes_on: false,
                 }));
             }
-            button(state, ui, &layers::BUILD, asks);
+            button(state, ui, &layers::BUILD, requests);
         });
     });
     if state.layer_options_shown && (!open || escaped(context)) {
-        asks.push(WindowAsk::Flip(Flag::LayerOptions).into());
+        requests.push(WindowRequest::Flip(Flag::LayerOptions).into());
     }
 }
 
-fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let ask = |moved: Option<(f64, bool)>, with: &dyn Fn(f64) -> Options, asks: &mut Vec<Ask>| {
+fn numbers(options: &Options, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let request = |moved: Option<(f64, bool)>, with: &dyn Fn(f64) -> Options, requests: &mut Vec<Request>| {
         if let Some((value, goes_on)) = moved {
-            asks.push(Ask::Decide(DecideAsk::Options { edit: OptionsEdit::Project(with(value)), goes_on }));
+            requests.push(Request::Decide(DecideRequest::Options {
+                edit: OptionsEdit::Project(with(value)),
+                goes_on,
+            }));
         }
     };
-    let moved = number(ui, &TOLERANCE, percent(options.tolerance), asks);
-    ask(moved, &|value| Options { tolerance: share(value), ..options.clone() }, asks);
-    let moved = number(ui, &SUPPORT, options.min_support.into(), asks);
-    ask(moved, &|value| Options { min_support: whole(value), ..options.clone() }, asks);
-    let moved = number(ui, &MARGIN, options.margin.into(), asks);
-    ask(moved, &|value| Options { margin: whole(value), ..options.clone() }, asks);
-    let moved = number(ui, &LEAST_VISIBLE, options.min_visible.into(), asks);
-    ask(moved, &|value| Options { min_visible: whole(value), ..options.clone() }, asks);
-    let moved = number(ui, &LEAST_SHARE, percent(options.min_share), asks);
-    ask(moved, &|value| Options { min_share: share(value), ..options.clone() }, asks);
-    let moved = number(ui, &TOLERATED, percent(options.tolerated), asks);
-    ask(moved, &|value| Options { tolerated: share(value), ..options.clone() }, asks);
-    let moved = number(ui, &REACH, percent(options.reach), asks);
-    ask(moved, &|value| Options { reach: share(value), ..options.clone() }, asks);
-    let moved = largest_side(options, ui, asks);
-    ask(moved, &|value| Options { largest_side: whole(value), ..options.clone() }, asks);
+    let moved = number(ui, &TOLERANCE, percent(options.tolerance), requests);
+    request(moved, &|value| Options { tolerance: share(value), ..options.clone() }, requests);
+    let moved = number(ui, &SUPPORT, options.min_support.into(), requests);
+    request(moved, &|value| Options { min_support: whole(value), ..options.clone() }, requests);
+    let moved = number(ui, &MARGIN, options.margin.into(), requests);
+    request(moved, &|value| Options { margin: whole(value), ..options.clone() }, requests);
+    let moved = number(ui, &LEAST_VISIBLE, options.min_visible.into(), requests);
+    request(moved, &|value| Options { min_visible: whole(value), ..options.clone() }, requests);
+    let moved = number(ui, &LEAST_SHARE, percent(options.min_share), requests);
+    request(moved, &|value| Options { min_share: share(value), ..options.clone() }, requests);
+    let moved = number(ui, &TOLERATED, percent(options.tolerated), requests);
+    request(moved, &|value| Options { tolerated: share(value), ..options.clone() }, requests);
+    let moved = number(ui, &REACH, percent(options.reach), requests);
+    request(moved, &|value| Options { reach: share(value), ..options.clone() }, requests);
+    let moved = largest_side(options, ui, requests);
+    request(moved, &|value| Options { largest_side: whole(value), ..options.clone() }, requests);
 }
 
 /// Artists have no use for smaller image layers.
@@ -238,7 +248,7 @@ const LEAST_SIDE: f64 = 512.0;
 /// Image editors open no larger images.
 const MOST_SIDE: f64 = 300_000.0;
 
-fn largest_side(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
+fn largest_side(options: &Options, ui: &mut Ui, requests: &mut Vec<Request>) -> Option<(f64, bool)> {
     let mut side = f64::from(options.largest_side);
     ui.horizontal(|ui| {
         let value = DragValue::new(&mut side).range(LEAST_SIDE..=MOST_SIDE).speed(64.0).suffix(" px");
@@ -246,12 +256,12 @@ fn largest_side(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) -> Option<(
         let label = ui.label("Longest side of an image layer");
         let tooltip = "A surface that needs a larger image layer gets several, side by side.";
         let field = field.labelled_by(label.id).on_hover_text(tooltip);
-        wanted(&field, side, asks)
+        wanted(&field, side, requests)
     })
     .inner
 }
 
-fn shape(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn shape(options: &Options, ui: &mut Ui, requests: &mut Vec<Request>) {
     let mut wanted = options.clone();
     ui.horizontal(|ui| {
         ui.label("Sides of image layers");
@@ -265,7 +275,10 @@ fn shape(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
          layers.",
     );
     if wanted != *options {
-        asks.push(Ask::Decide(DecideAsk::Options { edit: OptionsEdit::Project(wanted), goes_on: false }));
+        requests.push(Request::Decide(DecideRequest::Options {
+            edit: OptionsEdit::Project(wanted),
+            goes_on: false,
+        }));
     }
 }
 

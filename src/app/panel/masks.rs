@@ -6,10 +6,10 @@ use super::button;
 use super::{counted, link_ui, percent, small_button};
 use crate::command::{Command, mask};
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk, SelectAsk};
 use crate::state::masking::keeping::MaskWork;
 use crate::state::masking::origin_words;
 use crate::state::masking::suggested::ShownSuggestion;
+use crate::state::request::{MaskRequest, Request, SelectRequest};
 use quadratura_base::scene::PhotoId;
 use quadratura_document::masks::Mask;
 use quadratura_recipe::masks::MaskEdit;
@@ -19,8 +19,8 @@ use quadratura_recipe::masks::suggest::UNSEEN;
 const MOST_MARGIN: u32 = 4096;
 
 /// Draws the masks of a photo.
-pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    asks.push(MaskAsk::WantSuggestions.into());
+pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, requests: &mut Vec<Request>) {
+    requests.push(MaskRequest::WantSuggestions.into());
     let open = state.suggestions_of(photo);
     let Some(session) = &state.session else { return };
     let it = session.opened.site.photo(photo);
@@ -31,9 +31,9 @@ pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>)
         ui.add_space(8.0);
         ui.strong("Masks");
         for of_one in masks {
-            row(&it.name, of_one, all, ui, asks);
+            row(&it.name, of_one, all, ui, requests);
         }
-        buttons(state, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, asks);
+        buttons(state, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, requests);
     }
     let unlikely = state.unlikely_in(photo);
     if open.is_empty() && unlikely == 0 {
@@ -44,44 +44,49 @@ pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>)
         "Outlines show objects that only this photo shows, such as people and cars. {UNSEEN}"
     ));
     for shown in open.iter() {
-        suggestion(shown, photo, all, ui, asks);
+        suggestion(shown, photo, all, ui, requests);
     }
     if unlikely > 0 {
-        unlikely_ui(state, unlikely, ui, asks);
+        unlikely_ui(state, unlikely, ui, requests);
     }
     if !open.is_empty() {
-        buttons(state, [&mask::ACCEPT, &mask::DISMISS], ui, asks);
+        buttons(state, [&mask::ACCEPT, &mask::DISMISS], ui, requests);
     }
 }
 
-fn buttons<const N: usize>(state: &State, commands: [&'static Command; N], ui: &mut Ui, asks: &mut Vec<Ask>) {
-    ui.horizontal_wrapped(|ui| commands.into_iter().for_each(|command| button(state, ui, command, asks)));
+fn buttons<const N: usize>(
+    state: &State,
+    commands: [&'static Command; N],
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
+    ui.horizontal_wrapped(|ui| commands.into_iter().for_each(|command| button(state, ui, command, requests)));
 }
 
 /// Draws the switch that lists what is hardly an object.
-fn unlikely_ui(state: &State, count: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn unlikely_ui(state: &State, count: usize, ui: &mut Ui, requests: &mut Vec<Request>) {
     let mut on = state.masking.suggested.offers_unlikely();
     let found = counted(count as u64, "finding");
     let tooltip = format!("{found} in this photo: hardly objects, such as haze, glare and window panes.");
     if ui.checkbox(&mut on, "Show unlikely ones").on_hover_text(tooltip).changed() {
-        asks.push(Ask::Mask(MaskAsk::OfferUnlikely(on)));
+        requests.push(Request::Mask(MaskRequest::OfferUnlikely(on)));
     }
 }
 
 /// Draws a suggestion in a photo of `all` pixels, with its buttons.
-fn suggestion(shown: &ShownSuggestion, photo: PhotoId, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn suggestion(shown: &ShownSuggestion, photo: PhotoId, all: u64, ui: &mut Ui, requests: &mut Vec<Request>) {
     let number = shown.it.number;
     ui.horizontal_wrapped(|ui| {
-        let mut asked = |text: &str, tooltip: &str, ask: Ask| {
+        let mut asked = |text: &str, tooltip: &str, request: Request| {
             if small_button(ui, text, &format!("{text} suggestion {number}"), tooltip).clicked() {
-                asks.push(ask);
+                requests.push(request);
             }
         };
-        asked("Mask", "Masks the outlined area.", Ask::Mask(MaskAsk::Accept(vec![number])));
+        asked("Mask", "Masks the outlined area.", Request::Mask(MaskRequest::Accept(vec![number])));
         asked(
             "Dismiss",
             "Removes this suggestion, until the next search.",
-            Ask::Mask(MaskAsk::Dismiss(vec![number])),
+            Request::Mask(MaskRequest::Dismiss(vec![number])),
         );
         let text = format!("{number}: {}, {}", shown.confidence(), percent(shown.it.pixels, all));
         let tooltip = format!(
@@ -90,19 +95,19 @@ fn suggestion(shown: &ShownSuggestion, photo: PhotoId, all: u64, ui: &mut Ui, as
             shown.it.score.exp()
         );
         if link_ui(ui, text).on_hover_text(tooltip).clicked() {
-            asks.push(Ask::Select(SelectAsk::ShowRect(photo, shown.it.rect)));
+            requests.push(Request::Select(SelectRequest::ShowRect(photo, shown.it.rect)));
         }
     });
 }
 
-fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.horizontal_wrapped(|ui| {
         let words = origin_words(&of_one.from);
         let remove = small_button(ui, "Remove", &format!("Remove mask {words}"), "Removes this mask.");
         if remove.clicked() {
             let edit = MaskEdit::Remove { photo: photo.to_owned(), from: of_one.from.clone() };
             let name = format!("removal of mask {words} of {photo}");
-            asks.push(Ask::Mask(MaskAsk::Mask(name, MaskWork::Edits(vec![edit].into()))));
+            requests.push(Request::Mask(MaskRequest::Mask(name, MaskWork::Edits(vec![edit].into()))));
         }
         ui.label(format!("{words}: {} of the photo", percent(of_one.pixels, all)))
             .on_hover_text(counted(of_one.pixels, "pixel"));
@@ -110,16 +115,16 @@ fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Draws the button that masks the selected object in the selected photo.
-pub fn object_mask_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn object_mask_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.horizontal_wrapped(|ui| {
-        button(state, ui, &mask::OBJECT, asks);
+        button(state, ui, &mask::OBJECT, requests);
         let mut margin = state.masking.margin_px;
         let value = DragValue::new(&mut margin).range(0..=MOST_MARGIN).suffix(" px");
         let field = ui.add(value);
         let label = ui.label("margin");
         let tooltip = "Pixels to mask around the object, because models are a few pixels off.";
         if field.labelled_by(label.id).on_hover_text(tooltip).changed() {
-            asks.push(Ask::Mask(MaskAsk::Margin(margin)));
+            requests.push(Request::Mask(MaskRequest::Margin(margin)));
         }
     });
 }

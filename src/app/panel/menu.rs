@@ -8,7 +8,7 @@ use crate::command::{
     self, Command, Menu, edit, first_keys, flat, flight, images, layers, mask, paint, trees, view,
 };
 use crate::state::State;
-use crate::state::ask::{Ask, ProjectAsk, WindowAsk};
+use crate::state::request::{ProjectRequest, Request, WindowRequest};
 use crate::state::settings::Navigation;
 use crate::widget::look::menu_look;
 
@@ -70,13 +70,18 @@ pub const KEYFRAME: &[Option<&Command>] =
     &[Some(&flight::PLAY), Some(&flight::ADD), None, Some(&flight::REMOVE), None, Some(&flight::FILM)];
 
 /// Draws commands in the menu of a right click.
-pub fn context_ui(state: &State, ui: &mut Ui, commands: &[Option<&'static Command>], asks: &mut Vec<Ask>) {
+pub fn context_ui(
+    state: &State,
+    ui: &mut Ui,
+    commands: &[Option<&'static Command>],
+    requests: &mut Vec<Request>,
+) {
     ui.set_min_width(WIDTH);
     with_margin(ui);
     for command in commands {
         match command {
             Some(command) if item(state, ui, command) => {
-                asks.push(command.asked(state));
+                requests.push(command.asked(state));
                 ui.close();
             }
             Some(_) => (),
@@ -86,7 +91,7 @@ pub fn context_ui(state: &State, ui: &mut Ui, commands: &[Option<&'static Comman
 }
 
 /// Draws the menu bar.
-pub fn menu_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn menu_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let bar = MenuBar::new().style(menu_look).config(MenuConfig::new().style(menu_look));
     bar.ui(ui, |ui| {
         for menu in Menu::ALL {
@@ -98,28 +103,28 @@ pub fn menu_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
                 ui.set_max_height(most);
                 // The bar is always there where it scrolls, so that one sees that there is more.
                 ui.spacing_mut().scroll = ScrollStyle::solid();
-                ScrollArea::vertical().max_height(most).show(ui, |ui| entries(state, menu, ui, asks));
+                ScrollArea::vertical().max_height(most).show(ui, |ui| entries(state, menu, ui, requests));
             });
         }
     });
 }
 
-fn entries(state: &State, menu: Menu, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn entries(state: &State, menu: Menu, ui: &mut Ui, requests: &mut Vec<Request>) {
     with_margin(ui);
     for command in command::all().filter(|command| command.menu == menu) {
         if command.starts_group {
             ui.separator();
         }
         if item(state, ui, command) {
-            asks.push(command.asked(state));
+            requests.push(command.asked(state));
         }
         if command.name == command::file::OPEN.name {
-            recent(state, ui, asks);
+            recent(state, ui, requests);
         }
     }
     if menu == Menu::Window {
         ui.separator();
-        navigation(state, ui, asks);
+        navigation(state, ui, requests);
     }
 }
 
@@ -163,7 +168,7 @@ fn with_margin(ui: &mut Ui) {
     ui.spacing_mut().button_padding.x = MARGIN;
 }
 
-fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn recent(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.add_enabled_ui(!state.settings.known.recent.is_empty(), |ui| {
         ui.menu_button("Open recent", |ui| {
             for project in &state.settings.known.recent {
@@ -173,21 +178,21 @@ fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
                     .on_disabled_hover_text("This folder no longer exists.")
                     .clicked()
                 {
-                    asks.push(Ask::Project(ProjectAsk::Open(project.clone())));
+                    requests.push(Request::Project(ProjectRequest::Open(project.clone())));
                 }
             }
         });
     });
 }
 
-fn navigation(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn navigation(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.menu_button("Mouse in the 3D view", |ui| {
         let mut wanted = state.settings.navigation;
         for navigation in Navigation::ALL {
             ui.radio_value(&mut wanted, navigation, navigation.name());
         }
         if wanted != state.settings.navigation {
-            asks.push(WindowAsk::Navigate(wanted).into());
+            requests.push(WindowRequest::Navigate(wanted).into());
         }
     });
 }

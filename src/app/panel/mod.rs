@@ -45,8 +45,8 @@ use eframe::egui::{
 
 use super::command::Command;
 use crate::state::State;
-use crate::state::ask::Ask;
 pub use crate::state::numbers::{counted, grouped, percent};
+use crate::state::request::Request;
 use crate::widget::dialog::Keys;
 use crate::widget::elide::elided;
 use crate::widget::look::selection_look;
@@ -83,22 +83,22 @@ pub fn rows(ui: &mut Ui, rows: &[(&str, String)]) {
 }
 
 /// Draws a button for a command; its tooltip gives the reason where the command is not ready.
-pub fn button(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
+pub fn button(state: &State, ui: &mut Ui, command: &'static Command, requests: &mut Vec<Request>) {
     let ready = (command.ready)(state);
     let on = command.on.is_some_and(|on| on(state));
     let button = Button::new(command.name).selected(on);
     let response = ui.add_enabled(ready.is_ok(), button);
     let response = response.on_hover_text(command.tooltip);
     if response.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
-        asks.push(command.asked(state));
+        requests.push(command.asked(state));
     }
 }
 
 /// Draws a command that switches something, highlighted while it is on.
-pub fn toggle_ui(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
+pub fn toggle_ui(state: &State, ui: &mut Ui, command: &'static Command, requests: &mut Vec<Request>) {
     let on = command.on.is_some_and(|on| on(state));
     if switch_ui(ui, on, command.name).on_hover_text(command.tooltip).clicked() {
-        asks.push(command.asked(state));
+        requests.push(command.asked(state));
     }
 }
 

@@ -7,44 +7,44 @@ use super::status::{bar_ui, left, stop_ui};
 use crate::command::file::READ_AGAIN;
 use crate::command::words::worded;
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk, SelectAsk, WindowAsk};
 use crate::state::notes::{Note, NoteRemedy, Weight};
+use crate::state::request::{MaskRequest, Request, SelectRequest, WindowRequest};
 use crate::state::selection::Selection;
 
 /// Draws the panel.
-pub fn notes_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn notes_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
         ui.strong("Messages and jobs");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui.button("Clear").on_hover_text("Removes all messages.").clicked() {
-                asks.push(WindowAsk::ClearNotes.into());
+                requests.push(WindowRequest::ClearNotes.into());
             }
         });
     });
     ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
-        state.notes.list().iter().for_each(|note| note_ui(state, ui, note, asks));
+        state.notes.list().iter().for_each(|note| note_ui(state, ui, note, requests));
         // A new message is scrolled into view, wherever the list was.
         let (id, count) = (ui.scope_id().with("notes"), state.notes.list().len());
         let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or(id, 0), count));
         if count > before {
             ui.scroll_to_cursor(Some(Align::BOTTOM));
         }
-        jobs(state, ui, asks);
+        jobs(state, ui, requests);
         if state.notes.list().is_empty() && state.running.is_idle() {
             ui.weak("There are no messages. Problems and results are listed here.");
         }
     });
     if state.notes.unseen().0 > 0 {
-        asks.push(WindowAsk::SeeNotes.into());
+        requests.push(WindowRequest::SeeNotes.into());
     }
 }
 
-fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn jobs(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     for (id, job) in state.running.all() {
         ui.horizontal(|ui| {
             bar_ui(ui, job);
-            stop_ui(ui, id, job, asks);
+            stop_ui(ui, id, job, requests);
             ui.label(&job.name);
             ui.weak(job.in_words());
             ui.weak(left(job));
@@ -52,13 +52,13 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
+fn note_ui(state: &State, ui: &mut Ui, note: &Note, requests: &mut Vec<Request>) {
     let texts = ui.horizontal_wrapped(|ui| {
-        let texts = texts(state, ui, note, asks);
+        let texts = texts(state, ui, note, requests);
         let open: Vec<_> = note.remedies.iter().filter(|(_, remedy)| state.can_remedy(remedy)).collect();
         for (words, remedy) in &open {
             if link_ui(ui, words.as_str()).clicked() {
-                asks.push(remedy_ask(remedy, state));
+                requests.push(remedy_request(remedy, state));
             }
         }
         if open.is_empty() && !note.remedies.is_empty() {
@@ -69,12 +69,12 @@ fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
         }
         texts
     });
-    texts.inner.context_menu(|ui| menu(state, ui, note, asks));
+    texts.inner.context_menu(|ui| menu(state, ui, note, requests));
 }
 
 /// Draws weight, subject and text of a message; returns them as one, for their menu. Its links are not part of it: a
 /// line that takes clicks would take theirs.
-fn texts(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) -> Response {
+fn texts(state: &State, ui: &mut Ui, note: &Note, requests: &mut Vec<Request>) -> Response {
     let label = |ui: &mut Ui, text: RichText| ui.add(Label::new(text).sense(Sense::click()));
     let (mark, color) = mark(ui, note.weight);
     let mut texts = label(ui, RichText::new(mark).color(color).strong());
@@ -82,7 +82,7 @@ fn texts(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) -> Respon
         Some(index) => {
             let subject = link_ui(ui, &note.subject).on_hover_text("Selects the subject of this message.");
             if subject.clicked() {
-                asks.push(Ask::Select(SelectAsk::Only(index)));
+                requests.push(Request::Select(SelectRequest::Only(index)));
             }
             texts |= subject;
         }
@@ -93,7 +93,7 @@ fn texts(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) -> Respon
 }
 
 /// Draws the menu of a message.
-fn menu(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
+fn menu(state: &State, ui: &mut Ui, note: &Note, requests: &mut Vec<Request>) {
     if ui.button("Copy message").clicked() {
         ui.ctx().copy_text(line(note));
         ui.close();
@@ -106,12 +106,12 @@ fn menu(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
     if let Some(subject) = index_of(state, &note.subject)
         && ui.button(format!("Select {}", note.subject)).clicked()
     {
-        asks.push(Ask::Select(SelectAsk::Only(subject)));
+        requests.push(Request::Select(SelectRequest::Only(subject)));
         ui.close();
     }
     ui.separator();
     if ui.button("Clear messages").clicked() {
-        asks.push(WindowAsk::ClearNotes.into());
+        requests.push(WindowRequest::ClearNotes.into());
         ui.close();
     }
 }
@@ -123,11 +123,11 @@ fn line(note: &Note) -> String {
 }
 
 /// Returns the ask of a remedy that was clicked.
-fn remedy_ask(remedy: &NoteRemedy, state: &State) -> Ask {
+fn remedy_request(remedy: &NoteRemedy, state: &State) -> Request {
     match remedy {
         NoteRemedy::ReadAgain => READ_AGAIN.asked(state),
-        NoteRemedy::SetMask(change) => MaskAsk::Set((**change).clone()).into(),
-        NoteRemedy::ChooseMask(unmasked) => MaskAsk::Choose(unmasked.clone()).into(),
+        NoteRemedy::SetMask(change) => MaskRequest::Set((**change).clone()).into(),
+        NoteRemedy::ChooseMask(unmasked) => MaskRequest::Choose(unmasked.clone()).into(),
     }
 }
 

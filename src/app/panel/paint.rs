@@ -13,7 +13,7 @@ use super::{button, counted, grouped, link_ui};
 use crate::command::paint;
 use crate::panel::pictures::image;
 use crate::state::State;
-use crate::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::round_trip::report::Report;
 use crate::state::round_trip::shown_path;
 use crate::state::selection::Selection;
@@ -61,21 +61,21 @@ impl PaintTextures {
 }
 
 /// Draws the panel.
-pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: &mut Vec<Ask>) {
+pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, requests: &mut Vec<Request>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
             for command in [&paint::EDIT, &paint::IMPORT, &paint::TAKE_BACK] {
-                button(state, ui, command, asks);
+                button(state, ui, command, requests);
             }
         });
         ui.separator();
-        import_question_ui(ui, state, &mut textures.import_question, asks);
-        question_ui(ui, state, &mut textures.question, asks);
+        import_question_ui(ui, state, &mut textures.import_question, requests);
+        question_ui(ui, state, &mut textures.question, requests);
         textures.follow(state.round_trip.report.as_ref(), ui.ctx());
         match &state.round_trip.report {
             Some(report) => {
                 let shown = ShownReport { report, textures: &textures.textures };
-                report_ui(ui, state, shown, asks);
+                report_ui(ui, state, shown, requests);
             }
             None => {
                 // The report of an import is that of this session; the imports before are listed below.
@@ -98,7 +98,7 @@ struct ShownReport<'a> {
     textures: &'a [[TextureHandle; 2]],
 }
 
-fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<Ask>) {
+fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, requests: &mut Vec<Request>) {
     let report = shown.report;
     let imported = &report.imported;
     ui.horizontal_wrapped(|ui| {
@@ -117,7 +117,7 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<
         ui.label(format!("{} of new paint.", counted(painted, "pixel")));
     }
     if let Some(number) = imported.number.filter(|_| painted > 0 && !report.taken_back) {
-        only_here(ui, state, number, asks);
+        only_here(ui, state, number, requests);
     }
     for paint in &imported.elsewhere {
         let PaintElsewhere { photo, face, pixels, .. } = paint;
@@ -130,7 +130,7 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<
     for file in &imported.files {
         ui.add_space(6.0);
         ui.strong(shown_path(&folder, &file.file));
-        file_ui(ui, state, file, shown, asks);
+        file_ui(ui, state, file, shown, requests);
     }
     for (path, problem) in &imported.failed {
         ui.add_space(6.0);
@@ -140,17 +140,23 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<
 }
 
 /// Draws the switch of an import's paint.
-fn only_here(ui: &mut Ui, state: &State, number: u32, asks: &mut Vec<Ask>) {
+fn only_here(ui: &mut Ui, state: &State, number: u32, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let mut stays = session.opened.project.fill.only_here.imports.contains(&number);
     let tooltip = "The paint of this import is not projected to other photos.";
     if ui.checkbox(&mut stays, "Only in this photo").on_hover_text(tooltip).changed() {
         let seen = if stays { Seen::OnlyHere } else { Seen::Everywhere };
-        asks.push(QualityAsk::See(SeenEdit { paint: EditedPaint::OfImport(number), seen }).into());
+        requests.push(QualityRequest::See(SeenEdit { paint: EditedPaint::OfImport(number), seen }).into());
     }
 }
 
-fn file_ui(ui: &mut Ui, state: &State, file: &FileReport, shown: ShownReport<'_>, asks: &mut Vec<Ask>) {
+fn file_ui(
+    ui: &mut Ui,
+    state: &State,
+    file: &FileReport,
+    shown: ShownReport<'_>,
+    requests: &mut Vec<Request>,
+) {
     let looks = || shown.report.looks.iter().zip(shown.textures);
     file.notes.iter().for_each(|note| {
         ui.weak(note);
@@ -159,7 +165,7 @@ fn file_ui(ui: &mut Ui, state: &State, file: &FileReport, shown: ShownReport<'_>
         layer.state == LayerState::Unchanged && layer.changed == 0 && layer.moved.is_none() && !layer.renamed
     };
     for layer in file.layers.iter().filter(|layer| !plain(layer)) {
-        layer_ui(state, file, layer, ui, asks);
+        layer_ui(state, file, layer, ui, requests);
         let is_it =
             |look: &ChangedLayer| look.photo == file.photo && Some(&look.token) == layer.token.as_ref();
         if let Some((look, pictures)) = looks().find(|(look, _)| is_it(look)) {
@@ -179,7 +185,13 @@ fn file_ui(ui: &mut Ui, state: &State, file: &FileReport, shown: ShownReport<'_>
     }
 }
 
-fn layer_ui(state: &State, file: &FileReport, layer: &LayerImportReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn layer_ui(
+    state: &State,
+    file: &FileReport,
+    layer: &LayerImportReport,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
     ui.horizontal_wrapped(|ui| {
         let warns =
             !matches!(layer.state, LayerState::Unchanged | LayerState::Painted | LayerState::Restored);
@@ -188,7 +200,7 @@ fn layer_ui(state: &State, file: &FileReport, layer: &LayerImportReport, ui: &mu
         match index_of(state, file, layer) {
             Some(index) => {
                 if link_ui(ui, &layer.name).on_hover_text("Selects the layer.").clicked() {
-                    asks.push(Ask::Select(SelectAsk::Only(index)));
+                    requests.push(Request::Select(SelectRequest::Only(index)));
                 }
             }
             None => {

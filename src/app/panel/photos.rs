@@ -11,7 +11,7 @@ use super::menu::{PHOTO, context_ui};
 use super::percent;
 use crate::command::layers::BUILD;
 use crate::state::State;
-use crate::state::ask::{Ask, SelectAsk, SpaceAsk};
+use crate::state::request::{Request, SelectRequest, SpaceRequest};
 use crate::state::selection::Selection;
 use crate::state::session::{BUILT, MISSING, PhotoStatus, Session};
 use crate::widget::elide::{beside, elided};
@@ -36,7 +36,7 @@ const SIGN: f32 = 10.0;
 pub type ThumbnailLookup<'a> = &'a dyn Fn(PhotoId) -> Option<SizedTexture>;
 
 /// Draws the list.
-pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: ThumbnailLookup<'_>, asks: &mut Vec<Ask>) {
+pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: ThumbnailLookup<'_>, requests: &mut Vec<Request>) {
     ui.add_space(4.0);
     let Some(session) = &state.session else { return };
     let behind = session.photos.iter().filter(|photo| !photo.is_current()).count();
@@ -47,11 +47,11 @@ pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: ThumbnailLookup<'_>, as
             let ready = (BUILD.ready)(state).is_ok();
             let button = eframe::egui::Button::new(text).small();
             if ui.add_enabled(ready, button).on_hover_text(BUILD.tooltip).clicked() {
-                asks.push(BUILD.asked(state));
+                requests.push(BUILD.asked(state));
             }
         }
     });
-    gone_ui(ui, session, asks);
+    gone_ui(ui, session, requests);
     let count = session.photos.len();
     let goes_to = gone_to(state, ui);
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, count, |ui, rows| {
@@ -59,7 +59,7 @@ pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: ThumbnailLookup<'_>, as
             show_row(ui, photo.index(), rows.start);
         }
         for id in rows.map(PhotoId::new) {
-            row(ui, state, session, id, thumbnails(id), asks);
+            row(ui, state, session, id, thumbnails(id), requests);
         }
     });
 }
@@ -85,7 +85,7 @@ fn row(
     session: &Session,
     id: PhotoId,
     thumbnail: Option<SizedTexture>,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let photo = session.opened.site.photo(id);
     let status = &session.photos[id.index()];
@@ -128,17 +128,17 @@ fn row(
     let others = beside(id.index(), |place| Some(photos.get(place)?.name.as_str()));
     let name = elided(&ui, &photo.name, &others, ui.available_width(), &TextStyle::Body);
     ui.add(eframe::egui::Label::new(RichText::new(name).strong()).truncate().selectable(false));
-    word_of_state(&mut ui, selected, status, changes, asks);
+    word_of_state(&mut ui, selected, status, changes, requests);
     details(&mut ui, status);
     if response.double_clicked() {
-        asks.push(Ask::Space(SpaceAsk::FlyToPhoto(id)));
+        requests.push(Request::Space(SpaceRequest::FlyToPhoto(id)));
     } else if response.clicked() {
-        asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
+        requests.push(Request::Select(SelectRequest::Only(Selection::Photo(id))));
     }
     if response.secondary_clicked() {
-        asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
+        requests.push(Request::Select(SelectRequest::Only(Selection::Photo(id))));
     }
-    response.context_menu(|ui| context_ui(state, ui, PHOTO, asks));
+    response.context_menu(|ui| context_ui(state, ui, PHOTO, requests));
     response.on_hover_ui(|ui| tooltip(ui, &photo.name, status, changes));
 }
 
@@ -181,7 +181,13 @@ fn meaning(word: &str) -> &'static str {
     }
 }
 
-fn word_of_state(ui: &mut Ui, selected: bool, status: &PhotoStatus, changes: Changes, asks: &mut Vec<Ask>) {
+fn word_of_state(
+    ui: &mut Ui,
+    selected: bool,
+    status: &PhotoStatus,
+    changes: Changes,
+    requests: &mut Vec<Request>,
+) {
     let colour = match status.word {
         BUILT => good(ui.visuals()),
         "stale" => ui.visuals().warn_fg_color,
@@ -197,7 +203,7 @@ fn word_of_state(ui: &mut Ui, selected: bool, status: &PhotoStatus, changes: Cha
         let (rect, _) = ui.allocate_exact_size(Vec2::splat(SIGN), Sense::hover());
         sign(ui, rect, status.word, colour);
         if status.word == MISSING {
-            locate_ui(ui, asks);
+            locate_ui(ui, requests);
         }
         ui.add(eframe::egui::Label::new(text).truncate().selectable(false));
     });

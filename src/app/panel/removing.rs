@@ -4,8 +4,8 @@ use eframe::egui::{Context, RichText, Ui};
 
 use super::{answers_ui, counted};
 use crate::state::State;
-use crate::state::ask::{Ask, DecideAsk};
 use crate::state::lists::PendingRemoval;
+use crate::state::request::{DecideRequest, Request};
 use crate::widget::dialog::{Dialog, Keys};
 
 /// The answer that confirms the removal.
@@ -14,11 +14,11 @@ const REMOVE: &str = "Remove";
 const NAMED: usize = 4;
 
 /// Draws the question while it is open.
-pub fn removing_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
+pub fn removing_ui(context: &Context, state: &State, requests: &mut Vec<Request>) {
     let Some(pending) = &state.lists.removing else { return };
     let asked = Dialog::new("removing", 440.0).show(context, |ui, keys| question_ui(ui, keys, pending));
     if asked.inner.is_some() || asked.is_left() {
-        asks.push(DecideAsk::ConfirmRemoval(asked.inner == Some(true)).into());
+        requests.push(DecideRequest::ConfirmRemoval(asked.inner == Some(true)).into());
     }
 }
 

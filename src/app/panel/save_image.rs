@@ -3,7 +3,7 @@
 use eframe::egui::{Button, Context, RichText, TextEdit, Ui, vec2};
 
 use crate::state::State;
-use crate::state::ask::{Ask, ImagesAsk, RoundTripAsk};
+use crate::state::request::{ImagesRequest, Request, RoundTripRequest};
 use crate::state::round_trip::dialogs::DialogPurpose;
 use crate::state::save_image::{ImageFormat, ImageSource, SaveImage};
 use crate::widget::dialog::{Dialog, Keys};
@@ -12,15 +12,20 @@ use crate::widget::dialog::{Dialog, Keys};
 const PATH: f32 = 290.0;
 
 /// Draws the dialog while it is open. `open` holds what is typed; it is emptied when the dialog is left.
-pub fn save_image_ui(context: &Context, state: &State, open: &mut Option<SaveImage>, asks: &mut Vec<Ask>) {
+pub fn save_image_ui(
+    context: &Context,
+    state: &State,
+    open: &mut Option<SaveImage>,
+    requests: &mut Vec<Request>,
+) {
     let Some(mut dialog) = open.take() else { return };
     if state.session.is_none() {
         return;
     }
     let answer =
-        Dialog::new("save image", 460.0).show(context, |ui, keys| questions(ui, keys, &mut dialog, asks));
+        Dialog::new("save image", 460.0).show(context, |ui, keys| questions(ui, keys, &mut dialog, requests));
     match answer.inner {
-        Some(true) => asks.push(ImagesAsk::Save(dialog).into()),
+        Some(true) => requests.push(ImagesRequest::Save(dialog).into()),
         Some(false) => (),
         None if answer.escaped => (),
         None => *open = Some(dialog),
@@ -28,7 +33,12 @@ pub fn save_image_ui(context: &Context, state: &State, open: &mut Option<SaveIma
 }
 
 /// Draws the dialog; returns true to save, false to cancel.
-fn questions(ui: &mut Ui, keys: &mut Keys, dialog: &mut SaveImage, asks: &mut Vec<Ask>) -> Option<bool> {
+fn questions(
+    ui: &mut Ui,
+    keys: &mut Keys,
+    dialog: &mut SaveImage,
+    requests: &mut Vec<Request>,
+) -> Option<bool> {
     let (title, what, path, purpose) = match dialog.format {
         ImageFormat::Ldi => (
             "Export layered depth image",
@@ -56,7 +66,7 @@ fn questions(ui: &mut Ui, keys: &mut Keys, dialog: &mut SaveImage, asks: &mut Ve
         let line = ui.add(TextEdit::singleline(&mut dialog.path).desired_width(PATH));
         keys.begin_at(&line.labelled_by(label.id));
         if ui.button("Browse…").clicked() {
-            asks.push(RoundTripAsk::ChoosePath(purpose).into());
+            requests.push(RoundTripRequest::ChoosePath(purpose).into());
         }
     });
     ui.weak("Relative to the project folder, unless it begins with /. Changed files are never overwritten.");

@@ -4,12 +4,12 @@ use eframe::egui::{Button, Context, Grid, RichText, Slider, Ui};
 
 use crate::command::{file, first_keys, paint};
 use crate::state::State;
-use crate::state::ask::{Ask, Flag, WindowAsk};
+use crate::state::request::{Flag, Request, WindowRequest};
 use crate::state::settings::{Colours, Navigation, Settings};
 use crate::widget::dialog::{Dialog, at_the_right};
 
 /// Draws the settings when they are open.
-pub fn settings_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
+pub fn settings_ui(state: &State, context: &Context, requests: &mut Vec<Request>) {
     if !state.settings_shown {
         return;
     }
@@ -26,23 +26,23 @@ pub fn settings_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
         let close = at_the_right(ui, |ui| ui.add(button));
         keys.press(&close) || leads_on
     });
-    asks.extend(changes(&state.settings, &wanted));
+    requests.extend(changes(&state.settings, &wanted));
     if answer.inner || answer.is_left() {
-        asks.push(WindowAsk::Hide(Flag::Settings).into());
+        requests.push(WindowRequest::Hide(Flag::Settings).into());
     }
     // A command may change what is set or shown, so it comes last.
-    asks.append(&mut leads);
+    requests.append(&mut leads);
 }
 
 /// Returns the asks for the settings that were changed.
-fn changes(known: &Settings, wanted: &Settings) -> Vec<Ask> {
-    let theme = (known.colours != wanted.colours).then_some(WindowAsk::Theme(wanted.colours));
-    let scale = (known.scale != wanted.scale).then_some(WindowAsk::Scale(wanted.scale));
-    let mouse = (known.navigation != wanted.navigation).then_some(WindowAsk::Navigate(wanted.navigation));
-    let hints = (known.hints != wanted.hints).then_some(WindowAsk::ShowHints(wanted.hints));
+fn changes(known: &Settings, wanted: &Settings) -> Vec<Request> {
+    let theme = (known.colours != wanted.colours).then_some(WindowRequest::Theme(wanted.colours));
+    let scale = (known.scale != wanted.scale).then_some(WindowRequest::Scale(wanted.scale));
+    let mouse = (known.navigation != wanted.navigation).then_some(WindowRequest::Navigate(wanted.navigation));
+    let hints = (known.hints != wanted.hints).then_some(WindowRequest::ShowHints(wanted.hints));
     let moving = (known.images_while_moving != wanted.images_while_moving)
-        .then_some(WindowAsk::ImagesWhileMoving(wanted.images_while_moving));
-    [theme, scale, mouse, hints, moving].into_iter().flatten().map(Ask::from).collect()
+        .then_some(WindowRequest::ImagesWhileMoving(wanted.images_while_moving));
+    [theme, scale, mouse, hints, moving].into_iter().flatten().map(Request::from).collect()
 }
 
 fn contents(settings: &mut Settings, ui: &mut Ui) {
@@ -98,12 +98,12 @@ fn contents(settings: &mut Settings, ui: &mut Ui) {
 }
 
 /// Draws further commands; returns whether one was chosen, which closes the settings.
-fn commands(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) -> bool {
+fn commands(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) -> bool {
     let mut chosen = false;
     ui.horizontal(|ui| {
         for command in [&paint::CHOOSE_EDITOR, &file::KEYS, &file::LAYOUT] {
             if ui.button(command.name).on_hover_text(command.tooltip).clicked() {
-                asks.push(command.asked(state));
+                requests.push(command.asked(state));
                 chosen = true;
             }
         }

@@ -5,14 +5,14 @@ use eframe::egui::Ui;
 use super::paint::PaintTextures;
 use super::{colour, fill, inspector, paint};
 use crate::state::State;
-use crate::state::ask::{Ask, WindowAsk};
 use crate::state::panels::Tab;
+use crate::state::request::{Request, WindowRequest};
 
 /// The width below which tabs are close to each other, in points.
 const ROOM: f32 = 270.0;
 
 /// Draws the right side.
-pub fn side_ui(ui: &mut Ui, state: &State, paint: &mut PaintTextures, asks: &mut Vec<Ask>) {
+pub fn side_ui(ui: &mut Ui, state: &State, paint: &mut PaintTextures, requests: &mut Vec<Request>) {
     ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {
         if ui.available_width() < ROOM {
@@ -21,15 +21,15 @@ pub fn side_ui(ui: &mut Ui, state: &State, paint: &mut PaintTextures, asks: &mut
         for tab in Tab::ALL {
             let shown = state.settings.side == tab;
             if ui.selectable_label(shown, tab.name()).on_hover_text(tab.tooltip()).clicked() {
-                asks.push(WindowAsk::ShowTab(tab).into());
+                requests.push(WindowRequest::ShowTab(tab).into());
             }
         }
     });
     ui.separator();
     match state.settings.side {
-        Tab::Selection => inspector::inspector_ui(ui, state, asks),
-        Tab::Fill => fill::fill_ui(state, ui, asks),
-        Tab::Colour => colour::colour_ui(state, ui, asks),
-        Tab::Paint => paint::paint_ui(ui, state, paint, asks),
+        Tab::Selection => inspector::inspector_ui(ui, state, requests),
+        Tab::Fill => fill::fill_ui(state, ui, requests),
+        Tab::Colour => colour::colour_ui(state, ui, requests),
+        Tab::Paint => paint::paint_ui(ui, state, paint, requests),
     }
 }

@@ -8,9 +8,9 @@ use super::photos::{ThumbnailLookup, photos_ui};
 use super::pictures::PhotoTextures;
 use super::side::side_ui;
 use crate::state::State;
-use crate::state::ask::Ask;
 use crate::state::lists::ListsState;
 use crate::state::panels::PanelSizes;
+use crate::state::request::Request;
 use crate::widget::sized::{PanelEdge, sized_panel};
 
 /// The largest share of the window's width that the left side takes: views keep their space in small windows and with
@@ -27,7 +27,7 @@ pub fn sides_ui(
     lists: &mut ListsState,
     photos: &PhotoTextures,
     paint: &mut PaintTextures,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let width = ui.available_width();
     if state.settings.lists_shown {
@@ -35,13 +35,13 @@ pub fn sides_ui(
         let height = &mut sizes.photos;
         let thumbnails: ThumbnailLookup<'_> = &|photo| photos.small(photo).map(Into::into);
         sized_panel(ui, PanelEdge::Left, "outliner", &mut sizes.left, most, |ui| {
-            left_ui(ui, state, thumbnails, height, lists, asks);
+            left_ui(ui, state, thumbnails, height, lists, requests);
         });
     }
     if state.settings.side_shown {
         let most = RIGHT_MOST * width;
         sized_panel(ui, PanelEdge::Right, "inspector", &mut sizes.right, most, |ui| {
-            side_ui(ui, state, paint, asks)
+            side_ui(ui, state, paint, requests)
         });
     }
 }
@@ -56,9 +56,9 @@ fn left_ui(
     thumbnails: ThumbnailLookup<'_>,
     height: &mut f32,
     lists: &mut ListsState,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let most = PHOTOS_MOST * ui.available_height();
-    sized_panel(ui, PanelEdge::Top, "photos", height, most, |ui| photos_ui(ui, state, thumbnails, asks));
-    outliner_ui(ui, state, lists, asks);
+    sized_panel(ui, PanelEdge::Top, "photos", height, most, |ui| photos_ui(ui, state, thumbnails, requests));
+    outliner_ui(ui, state, lists, requests);
 }

@@ -5,40 +5,40 @@ use eframe::egui::{Align, Button, Label, Layout, ProgressBar, RichText, Spinner,
 use super::{grouped, text_width};
 use crate::command::{file, layers};
 use crate::state::State;
-use crate::state::ask::{Ask, BuildAsk};
 use crate::state::notes::Weight;
+use crate::state::request::{JobRequest, Request};
 use crate::state::running::{Job, JobId, JobKind};
 
 /// Draws the status bar.
-pub fn status_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn status_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.horizontal(|ui| {
-        jobs(state, ui, asks);
+        jobs(state, ui, requests);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            notes(state, ui, asks);
-            unsaved(state, ui, asks);
+            notes(state, ui, requests);
+            unsaved(state, ui, requests);
             site(state, ui);
         });
     });
 }
 
-fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn jobs(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     // What the user has started comes first, and then an update in the background.
     let is_update = |job: &Job| job.kind == JobKind::Update;
     let rank = |job: &Job| (job.kind.is_quiet() && !is_update(job), is_update(job));
     let first = state.running.all().min_by_key(|(id, job)| (rank(job), *id));
     let images = state.images_in_words();
     let Some((id, job)) = first else {
-        let Some(images) = images else { return rest(state, ui, asks) };
+        let Some(images) = images else { return rest(state, ui, requests) };
         // What the view shows is said in place of nothing.
         if state.paused_updates().in_words().is_some() {
-            rest(state, ui, asks);
+            rest(state, ui, requests);
             ui.separator();
         }
         return images_ui(ui, images);
     };
     bar_ui(ui, job);
     // The button comes before the words, whose length changes, so that it stays under the pointer.
-    stop_ui(ui, id, job, asks);
+    stop_ui(ui, id, job, requests);
     ui.label(&job.name);
     if !job.progress.in_words().is_empty() {
         let words = ui.weak(job.progress.in_words());
@@ -70,14 +70,14 @@ pub fn bar_ui(ui: &mut Ui, job: &Job) {
 }
 
 /// Draws the button that stops a job; an update in the background is paused.
-pub fn stop_ui(ui: &mut Ui, id: JobId, job: &Job, asks: &mut Vec<Ask>) {
+pub fn stop_ui(ui: &mut Ui, id: JobId, job: &Job, requests: &mut Vec<Request>) {
     let (name, tooltip) = match job.kind {
         JobKind::Update => ("Pause", "Switches “Keep everything up to date” off."),
         _ => ("Stop", "Stops this job; finished results are kept."),
     };
     let button = ui.add_enabled(!job.is_stopping(), Button::new(name).small());
     if button.on_hover_text(tooltip).clicked() {
-        asks.push(Ask::Build(BuildAsk::Stop(id)));
+        requests.push(Request::Build(JobRequest::Stop(id)));
     }
 }
 
@@ -96,7 +96,7 @@ fn images_ui(ui: &mut Ui, text: String) {
 }
 
 /// Draws what is said while no job runs.
-fn rest(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn rest(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(waits) = state.paused_updates().in_words() else {
         ui.weak("Ready");
         return;
@@ -104,7 +104,7 @@ fn rest(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     // The button comes first, so that its place does not depend on the text.
     let button = ui.add(Button::new("Resume").small());
     if button.on_hover_text(layers::KEEP_UP.tooltip).clicked() {
-        asks.push(layers::KEEP_UP.asked(state));
+        requests.push(layers::KEEP_UP.asked(state));
     }
     ui.weak(format!("Updates are paused: {waits}"));
 }
@@ -122,7 +122,7 @@ pub fn left(job: &Job) -> String {
     }
 }
 
-fn notes(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn notes(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let (count, weight) = state.notes.unseen();
     let text = match (count, weight) {
         (0, _) => RichText::new("Messages"),
@@ -135,16 +135,16 @@ fn notes(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         (count, _) => RichText::new(format!("Messages ({count})")),
     };
     if ui.selectable_label(state.settings.notes_shown, text).on_hover_text(file::NOTES.tooltip).clicked() {
-        asks.push(file::NOTES.asked(state));
+        requests.push(file::NOTES.asked(state));
     }
 }
 
-fn unsaved(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn unsaved(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     if state.session.is_some() && state.is_dirty() {
         ui.separator();
         let text = RichText::new("Unsaved").color(ui.visuals().warn_fg_color);
         if ui.button(text).on_hover_text(file::SAVE.tooltip).clicked() {
-            asks.push(file::SAVE.asked(state));
+            requests.push(file::SAVE.asked(state));
         }
     }
 }

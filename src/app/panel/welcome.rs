@@ -6,9 +6,9 @@ use super::opening::place::{is_entered, line};
 use super::small_button;
 use crate::command::{Command, file, first_keys};
 use crate::state::State;
-use crate::state::ask::{Ask, ProjectAsk};
 use crate::state::opening::DialogRequest;
 use crate::state::opening::place::typed_path;
+use crate::state::request::{ProjectRequest, Request};
 use crate::state::running::JobKind;
 
 /// The size of the button of a recent project, in points.
@@ -21,12 +21,12 @@ const LONGEST: usize = 30;
 const ABOVE: f32 = 0.12;
 
 /// Draws the welcome page.
-pub fn welcome_ui(state: &State, path: &mut String, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn welcome_ui(state: &State, path: &mut String, ui: &mut Ui, requests: &mut Vec<Request>) {
     let above = ABOVE * ui.available_height();
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(state, path, above, ui, asks));
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(state, path, above, ui, requests));
 }
 
-fn contents(state: &State, path: &mut String, above: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn contents(state: &State, path: &mut String, above: f32, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.vertical_centered(|ui| {
         ui.add_space(above);
         ui.label(RichText::new("Quadratura").size(40.0).strong());
@@ -40,24 +40,26 @@ fn contents(state: &State, path: &mut String, above: f32, ui: &mut Ui, asks: &mu
             ui.label("Opening…");
             return;
         }
-        large(state, ui, &file::NEW, asks);
+        large(state, ui, &file::NEW, requests);
         ui.add_space(4.0);
-        large(state, ui, &file::OPEN, asks);
+        large(state, ui, &file::OPEN, requests);
         ui.add_space(4.0);
-        large(state, ui, &file::SAMPLE, asks);
+        large(state, ui, &file::SAMPLE, requests);
         ui.add_space(8.0);
         ui.weak("or drop a site folder or project folder on this window, or type its path:");
-        typed(path, ui, asks);
-        recent(state, ui, asks);
+        typed(path, ui, requests);
+        recent(state, ui, requests);
     });
 }
 
-fn typed(typed: &mut String, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn typed(typed: &mut String, ui: &mut Ui, requests: &mut Vec<Request>) {
     let line = line(ui, typed, "Folder of a site or project", 300.0);
     let path = typed_path(typed);
     if is_entered(&line) {
         match path.exists() {
-            true => asks.push(Ask::Project(ProjectAsk::Dialog(DialogRequest::Take(path.clone())))),
+            true => {
+                requests.push(Request::Project(ProjectRequest::Dialog(DialogRequest::Take(path.clone()))))
+            }
             // The text field keeps the focus.
             false => line.request_focus(),
         }
@@ -67,17 +69,17 @@ fn typed(typed: &mut String, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-fn large(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
+fn large(state: &State, ui: &mut Ui, command: &'static Command, requests: &mut Vec<Request>) {
     let keys = first_keys(ui.ctx(), command);
     let button =
         Button::new(RichText::new(command.name).size(16.0)).shortcut_text(keys).min_size(vec2(300.0, 38.0));
     let ready = (command.ready)(state).is_ok();
     if ui.add_enabled(ready, button).on_hover_text(command.tooltip).clicked() {
-        asks.push(command.asked(state));
+        requests.push(command.asked(state));
     }
 }
 
-fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn recent(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     if state.settings.known.recent.is_empty() {
         return;
     }
@@ -93,11 +95,11 @@ fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             response.widget_info(|| WidgetInfo::labeled(Role::Button, there, &name));
             let gone = format!("{} no longer exists.", project.display());
             if response.on_disabled_hover_text(gone).clicked() {
-                asks.push(Ask::Project(ProjectAsk::Open(project.clone())));
+                requests.push(Request::Project(ProjectRequest::Open(project.clone())));
             }
             let tooltip = format!("Removes {name} from this list; its files are kept.");
             if small_button(ui, "×", &format!("Remove {name} from list"), &tooltip).clicked() {
-                asks.push(Ask::Project(ProjectAsk::Forget(project.clone())));
+                requests.push(Request::Project(ProjectRequest::Forget(project.clone())));
             }
         };
         ui.allocate_ui_with_layout(ROW, Layout::left_to_right(Align::Center), row);

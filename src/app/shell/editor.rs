@@ -17,7 +17,7 @@ use super::textures::Textures;
 use crate::action::end::end;
 use crate::action::known::{follow_known, remember};
 use crate::action::opening::{take_dropped, watch_opening};
-use crate::action::{apply, go_on, take_in};
+use crate::action::{apply, check_cancelled, take_in};
 use crate::command::{self, Command};
 use crate::panel;
 use crate::panel::check::check_ui;
@@ -28,9 +28,9 @@ use crate::panel::palette::palette_ui;
 use crate::panel::save_image::save_image_ui;
 use crate::panel::space::SpaceTextures;
 use crate::state::State;
-use crate::state::ask::{Ask, ProjectAsk};
 use crate::state::life::{Goal, LifeEvent};
 use crate::state::panes::KeyOwner;
+use crate::state::request::{ProjectRequest, Request};
 use crate::state::session::Session;
 use crate::state::settings::{Colours, Settings};
 use crate::widget::focus::{FocusKind, focused};
@@ -112,10 +112,10 @@ impl Editor {
             context: context.clone(),
             title: String::new(),
         };
-        editor.layout.tell(&mut editor.state.panes);
+        editor.layout.notify(&mut editor.state.panes);
         editor.share(storage);
         if let Some(project) = project {
-            editor.apply(ProjectAsk::Open(project));
+            editor.apply(ProjectRequest::Open(project));
         }
         editor
     }
@@ -133,8 +133,8 @@ impl Editor {
     }
 
     /// Applies an ask.
-    pub fn apply(&mut self, ask: impl Into<Ask>) {
-        apply(&mut self.state, &mut self.work, ask.into());
+    pub fn apply(&mut self, request: impl Into<Request>) {
+        apply(&mut self.state, &mut self.work, request.into());
     }
 
     /// Runs a command if it is ready; otherwise a note gives the reason.
@@ -152,7 +152,7 @@ impl Editor {
         watch_opening(state, work);
         self.show_title(context);
         self.take_close_request(context);
-        go_on(&mut self.state, &mut self.work);
+        check_cancelled(&mut self.state, &mut self.work);
     }
 
     fn show_title(&mut self, context: &Context) {
@@ -176,7 +176,7 @@ impl Editor {
         // After a fault no question can be answered; unsaved changes are in the autosave.
         if asked && ends && !self.state.life.quits() && self.crash.is_none() {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
-            self.apply(ProjectAsk::Life(LifeEvent::Leave(Goal::Quit)));
+            self.apply(ProjectRequest::Life(LifeEvent::Leave(Goal::Quit)));
         }
     }
 
@@ -217,7 +217,7 @@ impl Editor {
         for pane in self.state.panes.take_to_front() {
             self.layout.show(pane);
         }
-        self.layout.tell(&mut self.state.panes);
+        self.layout.notify(&mut self.state.panes);
         if std::mem::take(&mut self.state.window.closes) {
             context.send_viewport_cmd(ViewportCommand::Close);
         }
@@ -287,20 +287,20 @@ impl Drop for Editor {
 
 impl Editor {
     fn draw(&mut self, ui: &mut Ui) {
-        let mut asks = Vec::new();
-        Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(&self.state, ui, &mut asks));
-        Panel::bottom("status").show(ui, |ui| panel::status::status_ui(&self.state, ui, &mut asks));
+        let mut requests = Vec::new();
+        Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(&self.state, ui, &mut requests));
+        Panel::bottom("status").show(ui, |ui| panel::status::status_ui(&self.state, ui, &mut requests));
         let mut sizes = self.state.settings.sizes;
         if self.state.settings.notes_shown {
             let most = BELOW_MOST * ui.available_height();
             sized_panel(ui, PanelEdge::Bottom, "notes", &mut sizes.notes, most, |ui| {
-                panel::notes::notes_ui(&self.state, ui, &mut asks)
+                panel::notes::notes_ui(&self.state, ui, &mut requests)
             });
         }
         if self.state.session.is_some() && self.state.flights.shown {
             let most = BELOW_MOST * ui.available_height();
             sized_panel(ui, PanelEdge::Bottom, "flight", &mut sizes.flight, most, |ui| {
-                timeline_ui(ui, &self.state, &mut asks)
+                timeline_ui(ui, &self.state, &mut requests)
             });
         }
         if self.state.session.is_some() {
@@ -308,46 +308,46 @@ impl Editor {
             // The lists change while the rest of the state is read.
             let mut lists = std::mem::take(&mut self.state.lists);
             let (photos, paint) = (&self.textures.photos, &mut self.textures.paint);
-            panel::sides::sides_ui(ui, &self.state, &mut sizes, &mut lists, photos, paint, &mut asks);
+            panel::sides::sides_ui(ui, &self.state, &mut sizes, &mut lists, photos, paint, &mut requests);
             self.state.lists = lists;
         }
         self.state.settings.sizes = sizes;
         if self.state.session.is_some() {
             let Self { layout, state, textures, .. } = self;
-            CentralPanel::no_frame().show(ui, |ui| centre_ui(ui, layout, state, textures, &mut asks));
+            CentralPanel::no_frame().show(ui, |ui| centre_ui(ui, layout, state, textures, &mut requests));
         } else {
             self.textures.space = SpaceTextures::default();
             let mut path = self.state.opening.dialogs.typed.clone();
-            let welcome = |ui: &mut Ui| panel::welcome::welcome_ui(&self.state, &mut path, ui, &mut asks);
+            let welcome = |ui: &mut Ui| panel::welcome::welcome_ui(&self.state, &mut path, ui, &mut requests);
             CentralPanel::default_margins().show(ui, welcome);
             self.state.opening.dialogs.typed = path;
         }
         let context = ui.ctx().clone();
-        panel::closing::closing_ui(&context, &self.state, &mut asks);
-        panel::merging::merging_ui(&context, &self.state, &mut asks);
-        panel::removing::removing_ui(&context, &self.state, &mut asks);
-        export_ui(&context, &mut self.state.flights.export, &mut asks);
+        panel::closing::closing_ui(&context, &self.state, &mut requests);
+        panel::merging::merging_ui(&context, &self.state, &mut requests);
+        panel::removing::removing_ui(&context, &self.state, &mut requests);
+        export_ui(&context, &mut self.state.flights.export, &mut requests);
         let mut save_image = self.state.save_image.take();
-        save_image_ui(&context, &self.state, &mut save_image, &mut asks);
+        save_image_ui(&context, &self.state, &mut save_image, &mut requests);
         self.state.save_image = save_image;
-        panel::help::help_ui(&self.state, &context, &mut asks);
-        panel::history::history_ui(&self.state, &context, &mut asks);
+        panel::help::help_ui(&self.state, &context, &mut requests);
+        panel::history::history_ui(&self.state, &context, &mut requests);
         let mut shown = self.state.about_shown;
         panel::about::about_ui(&self.state, &mut shown, &context);
         self.state.about_shown = shown;
-        panel::settings::settings_ui(&self.state, &context, &mut asks);
-        panel::layer_options::layer_options_ui(&context, &self.state, &mut asks);
-        check_ui(&self.state, &mut self.textures.check, &context, &mut asks);
+        panel::settings::settings_ui(&self.state, &context, &mut requests);
+        panel::layer_options::layer_options_ui(&context, &self.state, &mut requests);
+        check_ui(&self.state, &mut self.textures.check, &context, &mut requests);
         let mut dialogs = self.state.opening.dialogs.clone();
-        opening_ui(&self.state, &mut dialogs, &context, &mut asks);
+        opening_ui(&self.state, &mut dialogs, &context, &mut requests);
         self.state.opening.dialogs = dialogs;
         let mut dialogs = self.state.round_trip.dialogs.clone();
-        panel::dialogs::dialogs_ui(&context, &self.state, &mut dialogs, &mut asks);
+        panel::dialogs::dialogs_ui(&context, &self.state, &mut dialogs, &mut requests);
         self.state.round_trip.dialogs = dialogs;
         let mut palette = self.state.palette.clone();
         let command = palette_ui(&self.state, &mut palette, &context);
         self.state.palette = palette;
-        asks.extend(command.map(|command| command.asked(&self.state)));
-        asks.into_iter().for_each(|ask| self.apply(ask));
+        requests.extend(command.map(|command| command.asked(&self.state)));
+        requests.into_iter().for_each(|request| self.apply(request));
     }
 }

@@ -8,8 +8,8 @@ use super::flat::{layer_view, photo_view};
 use super::textures::Textures;
 use crate::panel::space::space_ui;
 use crate::state::State;
-use crate::state::ask::Ask;
 use crate::state::panes::{KeyOwner, Pane, PaneVisibility, Panes};
+use crate::state::request::Request;
 use crate::state::space::memory::SpaceMemory;
 use crate::widget::dialog;
 use crate::widget::focus::{FocusKind, focused};
@@ -52,7 +52,7 @@ impl PaneLayout {
     }
 
     /// Mirrors in the state which views are visible, and which would be if each came to the front.
-    pub fn tell(&self, panes: &mut Panes) {
+    pub fn notify(&self, panes: &mut Panes) {
         let seen_if = Pane::ALL.map(|pane| {
             let mut layout = Self { tree: self.tree.clone() };
             layout.show(pane);
@@ -87,10 +87,10 @@ pub fn centre_ui(
     layout: &mut PaneLayout,
     state: &mut State,
     textures: &mut Textures,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let focus_is_beside = matches!(focused(ui.ctx()), FocusKind::List | FocusKind::Control);
-    let mut views = Views { state, textures, asks, used: None, under_pointer: None };
+    let mut views = Views { state, textures, requests, used: None, under_pointer: None };
     layout.tree.ui(&mut views, ui);
     let (used, under_pointer) = (views.used, views.under_pointer);
     used.into_iter().for_each(|pane| state.panes.use_pane(pane));
@@ -98,9 +98,9 @@ pub fn centre_ui(
 }
 
 /// Draws the 3D view on a copy of what it remembers.
-fn space_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, asks: &mut Vec<Ask>) {
+fn space_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, requests: &mut Vec<Request>) {
     let mut it = SpaceMemory::new(state);
-    space_ui(ui, state, &mut it, &mut textures.space, &textures.photos, asks);
+    space_ui(ui, state, &mut it, &mut textures.space, &textures.photos, requests);
     it.put_back(state);
 }
 
@@ -115,7 +115,7 @@ fn has_pointer(ui: &Ui, rect: Rect) -> bool {
 struct Views<'a> {
     state: &'a mut State,
     textures: &'a mut Textures,
-    asks: &'a mut Vec<Ask>,
+    requests: &'a mut Vec<Request>,
     used: Option<Pane>,
     under_pointer: Option<Pane>,
 }
@@ -131,9 +131,9 @@ impl Behavior<Pane> for Views<'_> {
             self.under_pointer = Some(*pane);
         }
         match pane {
-            Pane::Space => space_view(ui, self.state, self.textures, self.asks),
-            Pane::Photo => photo_view(ui, self.state, self.textures, self.asks),
-            Pane::Layer => layer_view(ui, self.state, self.textures, self.asks),
+            Pane::Space => space_view(ui, self.state, self.textures, self.requests),
+            Pane::Photo => photo_view(ui, self.state, self.textures, self.requests),
+            Pane::Layer => layer_view(ui, self.state, self.textures, self.requests),
         }
         self.frame_ui(ui, rect, *pane);
         UiResponse::None
@@ -186,14 +186,14 @@ mod tests {
     #[test]
     fn a_view_that_comes_to_the_front_hides_the_others_of_its_tabs_and_what_would_be_seen_is_known_before() {
         let (mut layout, mut panes) = (PaneLayout::default(), Panes::default());
-        layout.tell(&mut panes);
+        layout.notify(&mut panes);
         assert_eq!((panes.used(), layout.seen()), (Pane::Space, [true, false, false]));
         for pane in [Pane::Layer, Pane::Photo] {
             panes.show(pane);
             panes.take_to_front().into_iter().for_each(|pane| layout.show(pane));
             let seen = Pane::ALL.map(|other| other == pane);
             assert_eq!((layout.seen(), Pane::ALL.map(|pane| panes.is_shown(pane))), (seen, seen));
-            layout.tell(&mut panes);
+            layout.notify(&mut panes);
             assert_eq!((panes.used(), Pane::ALL.map(|pane| panes.is_shown(pane))), (pane, seen));
         }
     }

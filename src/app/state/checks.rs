@@ -48,7 +48,7 @@ pub enum Mend {
 
 impl Checks {
     /// Returns whether an overlay has to be read, and remembers that it is being read.
-    pub fn ask_for(&mut self, path: &Path) -> bool {
+    pub fn request_for(&mut self, path: &Path) -> bool {
         let is_new = self.asked.as_deref() != Some(path);
         if is_new {
             self.asked = Some(path.to_path_buf());

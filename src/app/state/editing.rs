@@ -38,7 +38,7 @@ impl State {
     pub fn decide(&mut self, edit: &LayerEdit) {
         match self.decided(edit) {
             Ok(project) => self.edit(edit.name(), project, None),
-            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+            Err(error) => self.notify(Note::new(Weight::Problem, error.to_string())),
         }
     }
 

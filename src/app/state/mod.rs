@@ -3,7 +3,6 @@
 //! `action` changes the state, `panel` shows it, `work` delivers results as closures on it. Tests use it like any other
 //! value.
 
-pub mod ask;
 pub mod checks;
 mod diagnostics;
 pub mod editing;
@@ -27,6 +26,7 @@ pub mod panes;
 pub mod pending;
 pub mod progress;
 pub mod quality;
+pub mod request;
 pub mod round_trip;
 pub mod running;
 pub mod save_image;
@@ -160,7 +160,7 @@ impl WindowState {
 
 impl State {
     /// Adds a note.
-    pub fn tell(&mut self, note: Note) {
+    pub fn notify(&mut self, note: Note) {
         // A note with remedies opens the panel of messages, too.
         if note.weight == Weight::Problem || !note.remedies.is_empty() {
             self.settings.notes_shown = true;
@@ -201,16 +201,16 @@ impl State {
     pub fn has_dialog(&self) -> bool {
         self.palette.is_open()
             || self.settings_shown
-            || self.asks()
+            || self.requests()
             || self.life.asks_about_writing()
             || self.opening.is_asking()
-            || self.flights.asks()
+            || self.flights.requests()
             || self.save_image.is_some()
-            || self.round_trip.asks()
+            || self.round_trip.requests()
     }
 
     /// Returns whether a question is open, which keys and dropped files belong to.
-    pub fn asks(&self) -> bool {
-        self.life.asks() || self.lists.asks()
+    pub fn requests(&self) -> bool {
+        self.life.requests() || self.lists.requests()
     }
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::State;
-use super::ask::{Ask, BuildAsk};
 use super::notes::{Note, Weight};
+use super::request::{JobRequest, Request};
 use super::selection::Selection;
 use super::session::PhotoStatus;
 use quadratura_base::scene::Model;
@@ -40,7 +40,7 @@ impl State {
                     None,
                 );
             }
-            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+            Err(error) => self.notify(Note::new(Weight::Problem, error.to_string())),
         }
     }
 
@@ -58,7 +58,7 @@ impl State {
                 let project = Project { see_through: decided, ..Project::clone(project) };
                 self.edit(format!("{name} {step}"), project, None);
             }
-            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+            Err(error) => self.notify(Note::new(Weight::Problem, error.to_string())),
         }
     }
 
@@ -102,12 +102,12 @@ impl State {
         let project = session.history.present();
         match edited(&project.objects_off, &[edit], &session.opened.whole) {
             Ok(off) => self.edit(step, Project { objects_off: off, ..Project::clone(project) }, None),
-            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+            Err(error) => self.notify(Note::new(Weight::Problem, error.to_string())),
         }
     }
 
     /// Replaces the model by one with other objects, and carries the selection over.
-    pub fn take_model(&mut self, folder: &Path, opened: Opened, photos: Vec<PhotoStatus>) -> Vec<Ask> {
+    pub fn take_model(&mut self, folder: &Path, opened: Opened, photos: Vec<PhotoStatus>) -> Vec<Request> {
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
             return Vec::new();
         };
@@ -118,7 +118,7 @@ impl State {
         self.follow_visibility();
         self.quality.forget_stacks();
         self.space.refresh();
-        vec![BuildAsk::RestartPainter.into()]
+        vec![JobRequest::RestartPainter.into()]
     }
 }
 

@@ -128,7 +128,7 @@ struct Outside {
 impl Ending {
     /// Requests the window to close without questions. May be called from any thread. When this returns, unsaved
     /// changes are on disk, except for masks that are being written: the window waits for them before it closes.
-    pub fn ask(&self) {
+    pub fn request(&self) {
         self.0.is_asked.store(true, Ordering::Relaxed);
         let autosave = locked(&self.0.autosave).upgrade();
         if let Some(autosave) = autosave {
@@ -197,7 +197,7 @@ mod tests {
         assert_eq!(kept(folder.path()), None, "a job would have written it");
         let ending = Ending::default();
         ending.keeps(&autosave);
-        ending.ask();
+        ending.request();
         assert_eq!((kept(folder.path()), ending.is_asked()), (Some(2), true));
         assert_eq!(ending.left_behind().as_deref(), Some(folder.path()));
         autosave.want(Some(project(3)));

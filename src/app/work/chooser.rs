@@ -35,11 +35,11 @@ impl Chooser {
         let (send, receive) = channel();
         let asked = purpose.clone();
         // The dialog blocks until the user answers, so it has a thread of its own.
-        let ask = move || {
-            let _ = send.send(ask(&asked));
+        let request = move || {
+            let _ = send.send(request(&asked));
             waker.wake();
         };
-        if std::thread::Builder::new().name("dialog".into()).spawn(ask).is_ok() {
+        if std::thread::Builder::new().name("dialog".into()).spawn(request).is_ok() {
             self.waiting = Some((purpose, Instant::now(), receive));
         }
     }
@@ -59,7 +59,7 @@ impl Chooser {
 }
 
 /// Shows a dialog and waits for the user.
-fn ask(purpose: &Purpose) -> Option<PathBuf> {
+fn request(purpose: &Purpose) -> Option<PathBuf> {
     let dialog = rfd::FileDialog::new().set_title(purpose.title());
     match purpose {
         Purpose::Part(SitePart::Model, PathKind::File) => {

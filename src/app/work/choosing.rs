@@ -17,12 +17,12 @@ impl Choosing {
     pub fn start(wanted: DialogPurpose, folder: &Path, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let dialog = rfd::FileDialog::new().set_directory(folder);
-        let ask = move || {
+        let request = move || {
             // The receiver may be gone.
             let _ = send.send(asked(wanted, dialog));
             waker.wake();
         };
-        std::thread::Builder::new().name("dialog".into()).spawn(ask).ok()?;
+        std::thread::Builder::new().name("dialog".into()).spawn(request).ok()?;
         Some(Self { wanted, receive })
     }
 

@@ -10,14 +10,14 @@ use std::thread::JoinHandle;
 use super::priority::lower_own_priority;
 use super::waker::Waker;
 use crate::state::State;
-use crate::state::ask::Ask;
 use crate::state::notes::{Note, Weight};
+use crate::state::request::Request;
 use crate::state::running::{Job, JobId, JobKind, Running};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::{Event, Task};
 
 /// The result of a job: the window's thread runs it on the state; returns the asks to apply next.
-pub type Arrival = Box<dyn FnOnce(&mut State) -> Vec<Ask> + Send>;
+pub type Arrival = Box<dyn FnOnce(&mut State) -> Vec<Request> + Send>;
 
 /// Makes a result that changes the state and returns no asks.
 pub fn arrival(change: impl FnOnce(&mut State) + Send + 'static) -> Arrival {
@@ -101,12 +101,12 @@ impl Jobs {
         let id = JobId(self.next);
         self.next += 1;
         let (send, waker) = (self.send.clone(), self.waker.clone());
-        let tell = move |message: JobMessage| {
+        let notify = move |message: JobMessage| {
             // The receiver is gone while the window closes.
             let _ = send.send(message);
             waker.wake();
         };
-        let message = tell.clone();
+        let message = notify.clone();
         let task = Task::new(move |event| message(JobMessage::Reported(id, event)));
         let job = Job::new(kind, name.into());
         let thread_name = job.name.clone();
@@ -119,7 +119,7 @@ impl Jobs {
             }
             let ended =
                 catch_unwind(AssertUnwindSafe(|| work(&task))).unwrap_or_else(|panic| Err(fault(&*panic)));
-            tell(JobMessage::Ended(id, ended));
+            notify(JobMessage::Ended(id, ended));
         };
         match std::thread::Builder::new().name(thread_name).spawn(run) {
             Ok(thread) => self.threads.push(thread),

@@ -145,7 +145,7 @@ impl UpdateSource for LiveProject {
     /// photo, and waits for imports, masks, and the jobs that the user has started.
     fn right(&self, task: &Task) -> Result<Box<dyn Any>> {
         loop {
-            task.go_on()?;
+            task.check_cancelled()?;
             match self.next_turn()? {
                 Some(turn) => return Ok(Box::new(turn)),
                 None => std::thread::sleep(AGAIN),

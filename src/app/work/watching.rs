@@ -36,12 +36,12 @@ impl Watching {
     /// that was undone stays undone.
     pub fn start(session: &Session, turn: WriteLock, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
-        let tell = move |news: News| {
+        let notify = move |news: News| {
             // The receiver is gone when another project is open.
             let _ = send.send(news);
             waker.wake();
         };
-        let said = tell.clone();
+        let said = notify.clone();
         let task = Task::new(move |event| {
             if let Event::Note { subject, text } = event {
                 said(News::Said(Note::about(Weight::Warning, subject, text)));
@@ -55,10 +55,10 @@ impl Watching {
             // The window holds the project's lock as long as the project is open; the thread holds it while paint is
             // written.
             let hold = || Ok((lock.upgrade().ok_or(Error::Cancelled)?, turn.take()));
-            let message = |imported, spent| tell(News::Imported(imported, spent));
+            let message = |imported, spent| notify(News::Imported(imported, spent));
             if let Err(error) = watched(&project, &folder, WatchOptions::default(), hold, &task, message) {
                 let text = format!("{} is no longer watched: {error}", folder.display());
-                tell(News::Said(Note::new(Weight::Problem, text)));
+                notify(News::Said(Note::new(Weight::Problem, text)));
             }
         };
         std::thread::Builder::new().name("saves".into()).spawn(run).ok()?;

@@ -57,7 +57,7 @@ fn resample_from<T: Sample, const CHANNELS: usize>(
     let kernel = Kernel::lanczos3();
     let mut pixels = vec![T::default(); width * height * 4];
     pixels.par_chunks_exact_mut(width * 4).enumerate().try_for_each(|(y, row)| {
-        task.go_on()?;
+        task.check_cancelled()?;
         for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
             let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             let Some(at) = undistortion.photo_from_pinhole(center) else { continue };

@@ -126,12 +126,12 @@ fn is_below(towards_sun: DVec3, up: DVec3) -> bool {
 fn estimate(folder: &Path, opened: &Opened, task: &Task) -> Result<(Option<LightEstimate>, Vec<String>)> {
     let trees =
         site_trees(folder, &opened.project.trees, up(&opened.site.photos), PlantParts::Openness, task)?;
-    let SiteTrees { wood, problems } = trees.expect("some trees are placed");
+    let SiteTrees { placed, problems } = trees.expect("some trees are placed");
     let problems: Vec<String> = problems.iter().map(worded).collect();
-    if wood.trees.is_empty() {
+    if placed.trees.is_empty() {
         return Err(Error::Request(format!("no tree can be drawn: {}", problems.join("; "))));
     }
-    Ok((Some(estimated_light(folder, opened, &wood, task)?), problems))
+    Ok((Some(estimated_light(folder, opened, &placed, task)?), problems))
 }
 
 fn outcome(project: &Project, estimate: Option<&LightEstimate>, problems: Vec<String>) -> Outcome {

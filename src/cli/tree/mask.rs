@@ -31,10 +31,10 @@ pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {
     let mut opened = open_site(&args.project, project, task)?;
     let up = up(&opened.site.photos);
     let trees = site_trees(&args.project, &opened.project.trees, up, PlantParts::Geometry, task)?;
-    let SiteTrees { wood, problems } = trees.expect("some trees are placed");
+    let SiteTrees { placed, problems } = trees.expect("some trees are placed");
     let problems: Vec<String> = problems.iter().map(worded).collect();
     let photos = opened.photos_named(&args.photos.names)?;
-    let edits = tree_masks(&opened, &photos, &wood, &names, args.margin, task)?;
+    let edits = tree_masks(&opened, &photos, &placed, &names, args.margin, task)?;
     opened.project.masks = edited(&args.project, &masks, &edits, &opened.site)?;
     write_project(&args.project, &opened.project)?;
     attach(&args.project, &opened.project.masks, &mut opened.site.photos);

@@ -24,11 +24,11 @@ fn counts(plant: &Plant) -> [u64; 3] {
 
 #[test]
 fn the_maple_the_oak_and_a_wood_have_the_numbers_of_the_published_ones() {
-    let (maple, wood, oak) = (grown(MAPLE, 1), grown(MAPLE, 13), grown(OAK, 1));
+    let (maple, placed, oak) = (grown(MAPLE, 1), grown(MAPLE, 13), grown(OAK, 1));
     assert_eq!(counts(&maple), [73_547, 1_323_512, 2_536_144]);
-    assert_eq!(counts(&wood), [956_111, 17_205_656, 32_969_872]);
+    assert_eq!(counts(&placed), [956_111, 17_205_656, 32_969_872]);
     assert_eq!(counts(&oak), [50_608, 737_288, 1_393_576]);
-    assert_eq!([&maple, &wood, &oak].map(|plant| plant.whole().counts.levels), [7, 8, 7]);
+    assert_eq!([&maple, &placed, &oak].map(|plant| plant.whole().counts.levels), [7, 8, 7]);
 }
 
 #[test]
@@ -130,8 +130,8 @@ fn no_limb_is_thicker_at_its_foot_than_its_parent_is_there() {
 
 #[test]
 fn trees_of_a_wood_are_apart_on_the_ground() {
-    let wood = grown(MAPLE, 13);
-    let feet: Vec<DVec3> = wood.whole().uses.iter().map(|of| of.parent_from_child.translation).collect();
+    let placed = grown(MAPLE, 13);
+    let feet: Vec<DVec3> = placed.whole().uses.iter().map(|of| of.parent_from_child.translation).collect();
     assert_eq!(feet.len(), 13);
     for (i, a) in feet.iter().enumerate() {
         assert_eq!(a.z, 0.0);

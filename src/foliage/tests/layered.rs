@@ -275,8 +275,8 @@ fn a_walk_draws_every_instance_in_each_sub_pixel_exactly_once_itself_or_by_one_a
         let view = from(&plant, DVec3::new(1.0, 0.5, 0.3), 64);
         let options = WalkOptions { threshold: rng.between(0.05, 3.0) };
         let drawn = walk(&plant, &images, &view, &options, 5);
-        let mut triangles = |Drawn { object, part, door, .. }: &Drawn| {
-            in_part += u32::from(!door.is_wide());
+        let mut triangles = |Drawn { object, part, stipple, .. }: &Drawn| {
+            in_part += u32::from(!stipple.is_wide());
             let of = &plant.objects[*object];
             match part {
                 Part::Image(_) => {
@@ -291,7 +291,7 @@ fn a_walk_draws_every_instance_in_each_sub_pixel_exactly_once_itself_or_by_one_a
         };
         let triangles: Vec<u64> = drawn.iter().map(&mut triangles).collect();
         for (x, y) in [(0, 0), (17, 40), (63, 9)] {
-            let open = |drawn: &Drawn| u64::from(drawn.door.open_at(x, y).count_ones());
+            let open = |drawn: &Drawn| u64::from(drawn.stipple.open_at(x, y).count_ones());
             let in_sub_pixels =
                 drawn.iter().zip(&triangles).map(|(drawn, triangles)| open(drawn) * triangles);
             assert_eq!(in_sub_pixels.sum::<u64>(), 16 * plant.whole().counts.triangles);

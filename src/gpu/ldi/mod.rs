@@ -159,7 +159,7 @@ impl GpuWarp {
         let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
         let mut too_near = 0;
         for top in (0..height).step_by(rows as usize) {
-            task.go_on()?;
+            task.check_cancelled()?;
             let rows = top..height.min(top + rows);
             let view = self.view_of(&moves, &rows, [width, height], options.splat);
             let (colours, near) = self.draw_rows(ldi.chunks(moves.level), &view, options.splat)?;

@@ -285,7 +285,7 @@ impl Renderer {
         let is_whole = exposure.is_none();
         let (mut cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
         cells.depths = self.depths_with_trees(shot, cells.depths);
-        task.go_on()?;
+        task.check_cancelled()?;
         let mut wanted = wants(&cells, &self.sources);
         if !self.skirts.are_in(shot) {
             wanted.retain(|want| !self.skirts.is_texture(want.layer_texture));

@@ -229,7 +229,7 @@ impl Peels for Renderer {
             Ok((prepared, RenderTarget::new(&gpu, TargetKey::of_faces(shot)), peeled, programs))
         })?;
         loop {
-            task.go_on()?;
+            task.check_cancelled()?;
             let layer = gpu.guarded("drawing a layer", || {
                 let pass = self.pass(shot, &target, &prepared, programs[1]);
                 self.passes.peel(&pass, programs, surfaces, &peeled);

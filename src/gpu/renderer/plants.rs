@@ -2,7 +2,6 @@
 //! large in a view is drawn as polygons (`shaders/plants.wgsl`), the rest from images ([`flakes`], [`flaked`]).
 
 pub(super) mod daylight;
-mod door;
 mod extent;
 pub(super) mod flake;
 pub(super) mod flaked;
@@ -14,9 +13,10 @@ mod painted;
 pub(super) mod pipeline;
 pub(super) mod polygons;
 pub(super) mod ratio;
+pub(super) mod resources;
 pub(super) mod slices;
 pub(super) mod species;
-pub(super) mod stock;
+mod stipple;
 pub(super) mod sunlit;
 #[cfg(test)]
 mod tests;
@@ -25,19 +25,19 @@ pub(super) mod view;
 use std::sync::Arc;
 
 pub use self::pipeline::{SampledProgram, TreeProgram};
+use self::resources::TreeResources;
 use self::slices::Slices;
-use self::stock::Stock;
-use self::view::{Onto, PlantsView};
+use self::view::{PlantsView, TreeTarget};
 use super::Renderer;
 use crate::device::Gpu;
 use quadratura_base::error::Result;
-use quadratura_foliage::Wood;
+use quadratura_foliage::PlacedTrees;
 use quadratura_view::{Shot, TreeMethod};
 
 /// The trees of a site on the device, and what a view shows of them.
 #[derive(Debug)]
 pub struct Plants {
-    stock: Stock,
+    resources: TreeResources,
     view: PlantsView,
 }
 
@@ -46,8 +46,8 @@ impl Plants {
     ///
     /// # Errors
     /// [`quadratura_base::Error::Request`] for a plant without images that has too many instances.
-    pub fn new(gpu: &Gpu, wood: Arc<Wood>, faces: usize) -> Result<Self> {
-        Ok(Self { stock: Stock::new(gpu, wood, faces)?, view: PlantsView::new(gpu) })
+    pub fn new(gpu: &Gpu, placed: Arc<PlacedTrees>, faces: usize) -> Result<Self> {
+        Ok(Self { resources: TreeResources::new(gpu, placed, faces)?, view: PlantsView::new(gpu) })
     }
 
     /// Prepares the trees for a view ([`PlantsView::prepare`]). Returns whether some tree may be in view.
@@ -61,8 +61,8 @@ impl Plants {
         program: SampledProgram,
         of_common: [f64; 3],
     ) -> Result<bool> {
-        let Self { stock, view } = self;
-        view.prepare(gpu, stock, &|_| true, shot, program, of_common)
+        let Self { resources, view } = self;
+        view.prepare(gpu, resources, &|_| true, shot, program, of_common)
     }
 
     /// Forgets the picture that was drawn last, because trees or faces have changed.
@@ -72,12 +72,12 @@ impl Plants {
 
     /// Returns whether some tree casts a shadow.
     pub fn casts(&self) -> bool {
-        self.stock.wood.trees.iter().any(|tree| tree.casts)
+        self.resources.placed.trees.iter().any(|tree| tree.casts)
     }
 
     /// Returns the trees and species, whatever the view.
-    pub fn stock(&mut self) -> &mut Stock {
-        &mut self.stock
+    pub fn resources(&mut self) -> &mut TreeResources {
+        &mut self.resources
     }
 
     /// Returns what of the trees is handed to the device at once, as a cost in samples.
@@ -92,11 +92,11 @@ impl Plants {
     pub fn draw(
         &self,
         slices: &mut Slices,
-        onto: &Onto,
+        onto: &TreeTarget,
         frame: wgpu::BindingResource,
         program: SampledProgram,
     ) -> Result<()> {
-        self.view.draw(&self.stock, slices, onto, frame, program)
+        self.view.draw(&self.resources, slices, onto, frame, program)
     }
 }
 
@@ -106,27 +106,28 @@ impl Renderer {
     /// # Errors
     /// [`quadratura_base::Error::Request`] for a plant without images that has too many instances to be drawn as polygons; [`quadratura_base::Error::Gpu`]. The trees
     /// before remain.
-    pub fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
+    pub fn set_trees(&mut self, placed: Option<Arc<PlacedTrees>>) -> Result<()> {
         self.ready = None;
         self.forget_shadows();
-        if !wood.as_ref().is_some_and(|wood| wood.trees.iter().any(|tree| tree.casts)) {
+        if !placed.as_ref().is_some_and(|placed| placed.trees.iter().any(|tree| tree.casts)) {
             // Their maps take 125 MB.
             self.shadows = None;
         }
-        if let (Some(plants), Some(wood)) = (&mut self.plants, &wood)
-            && plants.stock.has_species_of(wood)
+        if let (Some(plants), Some(placed)) = (&mut self.plants, &placed)
+            && plants.resources.has_species_of(placed)
         {
-            let (gpu, stock) = (self.gpu.clone(), &mut plants.stock);
+            let (gpu, resources) = (self.gpu.clone(), &mut plants.resources);
             gpu.guarded("uploading trees", || {
-                stock.set_trees(&gpu, wood.clone());
+                resources.set_trees(&gpu, placed.clone());
                 Ok(())
             })?;
             plants.forget();
             return Ok(());
         }
         let (gpu, faces) = (self.gpu.clone(), self.model.faces.len());
-        let plants =
-            gpu.guarded("uploading trees", || wood.map(|wood| Plants::new(&gpu, wood, faces)).transpose())?;
+        let plants = gpu.guarded("uploading trees", || {
+            placed.map(|placed| Plants::new(&gpu, placed, faces)).transpose()
+        })?;
         self.plants = plants;
         Ok(())
     }
@@ -138,7 +139,7 @@ impl Renderer {
 
     /// Returns the depths of the nearest and the farthest visible point with those of the trees.
     pub(super) fn depths_with_trees(&self, shot: &Shot, depths: [f64; 2]) -> [f64; 2] {
-        match self.trees(shot).and_then(|plants| plants.stock.depths(shot)) {
+        match self.trees(shot).and_then(|plants| plants.resources.depths(shot)) {
             Some([nearest, farthest]) if depths[1] > 0.0 => [depths[0].min(nearest), depths[1].max(farthest)],
             Some(of_trees) => of_trees,
             None => depths,

@@ -12,7 +12,7 @@ use super::grids::FaceGrids;
 use super::peel::Peeling;
 use super::pipeline::{PipelineDescription, SURFACES};
 use super::plants::slices::Slices;
-use super::plants::view::{BeginPass, Onto};
+use super::plants::view::{BeginPass, TreeTarget};
 use super::plants::{Plants, SampledProgram, TreeProgram};
 use super::program::{self, Program};
 use super::render_target::RenderTarget;
@@ -312,7 +312,7 @@ fn record_trees(slices: &mut Slices, pass: &Pass, program: Program) -> Result<()
             ..Default::default()
         })
     };
-    let onto = Onto { begin, depths: &pass.target.depth };
+    let onto = TreeTarget { begin, depths: &pass.target.depth };
     let program = SampledProgram { program: of_trees, samples: pass.target.samples };
     plants.draw(slices, &onto, pass.tables.frame.binding(), program)
 }

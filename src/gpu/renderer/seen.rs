@@ -59,7 +59,7 @@ impl Renderer {
             let (groups, sky, origin) = (&self.gains.light.groups, &self.sky, self.surfaces.origin());
             let content = TableData { shot, cells: &cells, exposure, optics, groups, sky, origin };
             self.tables.write(&gpu, &self.sources, &content);
-            task.go_on()?;
+            task.check_cancelled()?;
             self.draw(shot, [Program::Faces; 2], &Prepared::default(), task)?;
             read(&self.targets[&TargetKey::of_faces(shot)], &gpu, cells.near())
         })

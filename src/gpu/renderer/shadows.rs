@@ -16,9 +16,9 @@ use self::maps::{Maps, ShadowLayer};
 use super::Renderer;
 use super::frame::CameraUniform;
 use super::pipeline::{PipelineDescription, SURFACES};
+use super::plants::resources::TreeResources;
 use super::plants::slices::Slices;
-use super::plants::stock::Stock;
-use super::plants::view::{BeginPass, Onto, PlantsView};
+use super::plants::view::{BeginPass, PlantsView, TreeTarget};
 use super::plants::{Plants, SampledProgram, TreeProgram};
 use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
@@ -199,7 +199,7 @@ impl Shadows {
     fn cast(
         &mut self,
         gpu: &Gpu,
-        stock: &mut Stock,
+        resources: &mut TreeResources,
         catching: Catching<'_>,
         shot: &Shot,
         task: &Task,
@@ -212,21 +212,21 @@ impl Shadows {
             return Ok(());
         }
         (self.of, self.group) = (None, None);
-        let wood = stock.wood.clone();
+        let placed = resources.placed.clone();
         let casters: Vec<Ball> =
-            wood.trees.iter().filter(|tree| tree.casts).map(|tree| wood.ball(tree)).collect();
+            placed.trees.iter().filter(|tree| tree.casts).map(|tree| placed.ball(tree)).collect();
         let scene = SunScene {
             casters: &casters,
             corners: &catching.model.vertices,
-            towards_sun: wood.light.towards_sun,
-            up: wood.light.up,
+            towards_sun: placed.light.towards_sun,
+            up: placed.light.up,
         };
         let side = SIDE_PX[usize::from(is_final)].min(gpu.device.limits().max_texture_dimension_2d);
         let views = sun_views(&camera, &pose, &scene, side, if moves { ROOM } else { 0.0 });
         if !views.is_empty() {
             let maps = self.maps[usize::from(is_final)].take().filter(|maps| maps.side == side);
             let mut maps = maps.unwrap_or_else(|| Maps::new(gpu, side));
-            let words = self.fill(&mut maps, stock, &views, Casting { gpu, task, catching, shot, moves });
+            let words = self.fill(&mut maps, resources, &views, Casting { gpu, task, catching, shot, moves });
             let [of_trees, of_faces] = maps.views(None);
             self.maps[usize::from(is_final)] = Some(maps);
             self.words.write(gpu, &[words?]);
@@ -246,12 +246,12 @@ impl Shadows {
     fn fill(
         &mut self,
         maps: &mut Maps,
-        stock: &mut Stock,
+        resources: &mut TreeResources,
         views: &[SunView],
         casting: Casting<'_>,
     ) -> Result<ShadowsWords> {
         let Casting { shot, moves, .. } = casting;
-        let mut words = ShadowsWords::new(&stock.wood.light, views.len());
+        let mut words = ShadowsWords::new(&resources.placed.light, views.len());
         for (index, view) in views.iter().enumerate() {
             self.trees.pace.set(self.paces[index]);
             let threshold = self.threshold(view, moves);
@@ -261,7 +261,7 @@ impl Shadows {
                 Some(held) => held,
                 None => {
                     let onto = maps.views(Some(index as u32));
-                    let drawn = self.draw(stock, view, casting, &onto);
+                    let drawn = self.draw(resources, view, casting, &onto);
                     self.paces[index] = self.trees.pace.get();
                     drawn?
                 }
@@ -282,7 +282,7 @@ impl Shadows {
     /// Draws what one view from the sun sees of trees and of faces.
     fn draw(
         &mut self,
-        stock: &mut Stock,
+        resources: &mut TreeResources,
         view: &SunView,
         casting: Casting<'_>,
         [of_trees, of_faces]: &[TextureView; 2],
@@ -303,13 +303,13 @@ impl Shadows {
         let casts = |tree: &Tree| tree.casts;
         let program = SampledProgram { program: TreeProgram::Shadow, samples: 1 };
         self.trees.finest = finest(view);
-        let has_trees = self.trees.prepare(gpu, stock, &casts, &shot, program, [1.0; 3])?;
+        let has_trees = self.trees.prepare(gpu, resources, &casts, &shot, program, [1.0; 3])?;
         let mut slices = Slices::new(gpu, task, self.trees.most_at_once());
         self.draw_faces(gpu, slices.encoder(), surfaces, of_faces);
         let begin: &BeginPass = &|encoder, is_first| depths(encoder, of_trees, is_first);
         if has_trees {
-            let onto = Onto { begin, depths: of_trees };
-            self.trees.draw(stock, &mut slices, &onto, self.frame.binding(), program)?;
+            let onto = TreeTarget { begin, depths: of_trees };
+            self.trees.draw(resources, &mut slices, &onto, self.frame.binding(), program)?;
         } else {
             drop(begin(slices.encoder(), true));
         }
@@ -435,7 +435,7 @@ impl Renderer {
         let Self { gpu, model, surfaces, sources, shadows, passes, .. } = self;
         let shadows = shadows.get_or_insert_with(|| Shadows::new(gpu, passes.shadows.clone()));
         let catching = Catching { model, surfaces, sources };
-        task.timed("shadows", || shadows.cast(gpu, plants.stock(), catching, shot, task))?;
+        task.timed("shadows", || shadows.cast(gpu, plants.resources(), catching, shot, task))?;
         Ok(shadows.group().is_some())
     }
 }

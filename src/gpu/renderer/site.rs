@@ -13,7 +13,7 @@ use crate::{Gpu, TileStore};
 use quadratura_base::error::Result;
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::task::Task;
-use quadratura_foliage::Wood;
+use quadratura_foliage::PlacedTrees;
 use quadratura_layers::device::{PlantedRenderer, SiteDevice};
 use quadratura_projection::agreement::Agreement;
 use quadratura_projection::continuation::Continuation;
@@ -43,8 +43,8 @@ impl SiteDevice for Gpu {
 }
 
 impl PlantedRenderer for Renderer {
-    fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
-        Self::set_trees(self, wood)
+    fn set_trees(&mut self, placed: Option<Arc<PlacedTrees>>) -> Result<()> {
+        Self::set_trees(self, placed)
     }
 }
 

@@ -181,8 +181,8 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
 #[test]
 fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
     assert!(plants::daylight::SOURCE.contains(&format!("const RATIO_CELLS = {RATIO_CELLS}.0;")));
-    for (by_picture, by_door) in [(false, false), (true, false), (false, true), (true, true)] {
-        let source = pipeline::source(Cuts { by_picture, by_door });
+    for (by_picture, by_stipple) in [(false, false), (true, false), (false, true), (true, true)] {
+        let source = pipeline::source(Cuts { by_picture, by_stipple });
         let module =
             naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
         let capabilities = Capabilities::MULTISAMPLED_SHADING;

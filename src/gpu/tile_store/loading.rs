@@ -146,7 +146,7 @@ impl TileStore {
         let missing: Vec<TileKey> = chosen.iter().filter(is_missing).copied().collect();
         let layer_textures: BTreeSet<LayerTextureId> = missing.iter().map(|key| key.layer_texture).collect();
         for batch in self.pyramids.batches(layer_textures) {
-            task.go_on()?;
+            task.check_cancelled()?;
             let (DecodedPyramids { made: pyramids, failed }, decoded) = self.pyramids.get(&batch, task)?;
             self.give_up(&failed, task);
             loaded.layer_textures += decoded;

@@ -211,7 +211,7 @@ impl PhotoFolder {
 
 /// Lists the files below a folder; hidden files and folders are skipped.
 fn enter(root: &Path, below: &str, depth: usize, files: &mut Vec<String>, task: &Task) -> Result<()> {
-    task.go_on()?;
+    task.check_cancelled()?;
     let folder = root.join(below);
     for entry in std::fs::read_dir(&folder).map_err(Error::io(&folder, "read the folder"))? {
         let entry = entry.map_err(Error::io(&folder, "read the folder"))?;

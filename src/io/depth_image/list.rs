@@ -187,7 +187,7 @@ pub fn read_list(file: &Path, task: &Task) -> Result<DepthList> {
     let reading = DepthListReader { file, folder, cameras: &cameras };
     let (mut images, mut problems) = (Vec::new(), Vec::new());
     for (number, value) in (1..).zip(list.images) {
-        task.go_on()?;
+        task.check_cancelled()?;
         match reading.entry(number, value) {
             Ok(entry) => images.push(entry),
             Err(error) => problems.push(error),

@@ -121,7 +121,7 @@ pub fn direction_agreement(
     scale: f64,
     task: &Task,
 ) -> Result<Vec<f32>> {
-    task.go_on()?;
+    task.check_cancelled()?;
     let here = tested.pose.center_in_world();
     let away = |photo: &DirectionPhoto| photo.pose.center_in_world().distance(here);
     let weight = |other: &DirectionPhoto| (scale / away(other).max(scale).max(f64::MIN_POSITIVE)) as f32;

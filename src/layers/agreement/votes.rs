@@ -105,7 +105,7 @@ pub fn votes(
     let poll = Poll { photos, tested, others };
     let (width, height) = (tested.donor.camera.width, tested.donor.camera.height);
     let row = |y: u32| {
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok((0..width).map(|x| poll.pixel(x, y).unwrap_or(Votes::ALONE)).collect::<Vec<_>>())
     };
     let rows: Vec<Vec<Votes>> = (0..height).into_par_iter().map(row).collect::<Result<_>>()?;

@@ -41,7 +41,7 @@ pub fn predicted_colours(
     let given = |query: &Query, px: DVec2| query.given(px, 0).filter(|given| !given.painted);
     let given = asking.ask(regions, &given, task)?;
     let exposed = |(region, given): (&Region, Vec<Option<DonatedColour>>)| {
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(asking.in_own_exposure(region, &given))
     };
     regions.par_iter().zip(given).map(exposed).collect()

@@ -152,7 +152,7 @@ pub fn fill_photo(
     let sides: Vec<SurfaceSide> = flat.filter_map(|(region, _)| job.side(region)).collect();
     task.timed("invent", || plates.make(context, sides, task))?;
     let finish = |(region, given): (Region, Vec<Option<DonatedColour>>)| {
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(job.finish(region, &given, plates))
     };
     let regions: Vec<_> = regions.into_iter().zip(from_photos).collect();

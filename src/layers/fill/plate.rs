@@ -99,7 +99,7 @@ impl RectifiedTextures {
         sides.dedup();
         sides.retain(|side| !self.made.contains_key(side));
         let make = |side: &SurfaceSide| {
-            task.go_on()?;
+            task.check_cancelled()?;
             Ok((*side, plate(context, *side)?.map(Arc::new)))
         };
         let made: Vec<_> = sides.par_iter().map(make).collect::<Result<_>>()?;

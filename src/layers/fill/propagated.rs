@@ -75,7 +75,7 @@ pub fn propagate_paint(
     let offered = task.timed("spread", || asking.ask(&regions, &offered, task))?;
     let answered: Vec<_> = regions.into_iter().zip(offered).collect();
     let propagated = answered.par_iter().map(|(region, offered)| {
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(asking.propagated(region, offered))
     });
     let (regions, offers): (Vec<_>, Vec<_>) = propagated.collect::<Result<Vec<_>>>()?.into_iter().unzip();

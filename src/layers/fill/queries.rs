@@ -80,7 +80,7 @@ impl Asking<'_> {
         let blocks: Vec<QueryBlock> =
             regions.iter().enumerate().flat_map(|(index, region)| blocks(index, region)).collect();
         let ask = |block: &QueryBlock| {
-            task.go_on()?;
+            task.check_cancelled()?;
             Ok((block.region, self.ask_block(&regions[block.region], block, answer)))
         };
         let found: Vec<(usize, Vec<QueryRow<T>>)> = blocks.par_iter().map(ask).collect::<Result<_>>()?;

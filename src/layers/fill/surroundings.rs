@@ -141,7 +141,7 @@ impl SurroundingsFilling<'_> {
         let centre = |(x, y): (u32, u32)| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let given = |px: &(u32, u32)| {
             if px.0.is_multiple_of(64) {
-                task.go_on()?;
+                task.check_cancelled()?;
             }
             Ok(self.given(centre(*px), 1.0))
         };

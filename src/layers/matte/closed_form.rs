@@ -182,7 +182,7 @@ impl System {
             if norm <= enough.max(f64::MIN_POSITIVE) {
                 break;
             }
-            task.go_on()?;
+            task.check_cancelled()?;
             let applied = apply(&direction);
             let along = dot(&direction, &applied);
             if along <= 0.0 {

@@ -80,7 +80,7 @@ pub fn presence(drawing: &SoftwareDrawing, task: &Task) -> Result<Vec<Presence>>
         .bands()
         .into_par_iter()
         .map(|rows| {
-            task.go_on()?;
+            task.check_cancelled()?;
             Ok(presence_in(drawing, &rows))
         })
         .try_reduce(nowhere, |above, below| {
@@ -156,7 +156,7 @@ pub fn lists(drawing: &SoftwareDrawing, tolerance: f32, kept: &[bool], task: &Ta
         .bands()
         .into_par_iter()
         .map(|rows| {
-            task.go_on()?;
+            task.check_cancelled()?;
             Ok(band(drawing, &rows, tolerance, kept))
         })
         .collect::<Result<Vec<_>>>()?;

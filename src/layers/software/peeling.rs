@@ -48,7 +48,7 @@ pub fn stencil(
     let mut current = 0;
     let mut locked = 0;
     while rest.contains(&true) {
-        task.go_on()?;
+        task.check_cancelled()?;
         let (set, rounds) = peel_one(view, lists, tolerance, &rest);
         passes += rounds;
         // An empty set means that every item hides another: no order can be found any more.

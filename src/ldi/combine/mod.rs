@@ -179,7 +179,7 @@ fn merged_rows(
         let part = top..height.min(top + rows_at_once);
         let parts = collected_in(&plans, &collected, width, &part, task)?;
         let of_strip = |strip: u32| {
-            task.go_on()?;
+            task.check_cancelled()?;
             let size = [width, STRIP.min(part.end - part.start - strip * STRIP)];
             let strips = parts.iter().map(|strips| &strips[strip as usize]);
             let samples: Vec<&Strip> = strips.filter(|strip| !strip.is_empty()).collect();
@@ -210,7 +210,7 @@ fn collected_in(
         parts.flat_map(|(source, tile_parts)| tile_parts.chunks(TILE_PARTS).map(move |part| (source, part)));
     let parts: Vec<(usize, &[usize])> = parts.collect();
     let of_part = |(source, tile_parts): (usize, &[usize])| {
-        task.go_on()?;
+        task.check_cancelled()?;
         let canvas = CollectCanvas::new(&collected[source], width, rows);
         Ok(plans[source].draw_tile_parts(tile_parts, rows, canvas).strips)
     };

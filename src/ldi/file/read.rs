@@ -223,7 +223,7 @@ impl Reading {
         for first in (0..entry.chunks.len()).step_by(CHUNKS_AT_A_TIME) {
             let mut batch = Vec::new();
             for chunk in &entry.chunks[first..entry.chunks.len().min(first + CHUNKS_AT_A_TIME)] {
-                task.go_on()?;
+                task.check_cancelled()?;
                 batch.push(self.load(at, chunk.bytes)?);
                 at += chunk.bytes;
             }

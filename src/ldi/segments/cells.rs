@@ -156,7 +156,7 @@ pub fn patches(ldi: &Ldi, labels: &Labels, task: &Task) -> Result<Vec<Patch>> {
     let tiles: Vec<[u32; 2]> =
         (0..level.camera.height.div_ceil(TILE)).flat_map(|y| (0..columns).map(move |x| [x, y])).collect();
     let of_tile = |tile: &[u32; 2]| {
-        task.go_on()?;
+        task.check_cancelled()?;
         let mut patches = collected(level, labels, *tile);
         patches.iter_mut().for_each(|patch| patch.nodes = Divider::new(level, &ldi.surfaces, patch).nodes());
         Ok(patches)

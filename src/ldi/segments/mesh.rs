@@ -96,7 +96,7 @@ pub fn meshes(
     let of_segment = |(first, group): &(usize, &[Patch])| {
         let mut exceptions = Exceptions::default();
         loop {
-            task.go_on()?;
+            task.check_cancelled()?;
             let mesher = Mesher::new(group, limits, &exceptions);
             if !exceptions.add(&mesher.poor_cells(level, limits)) {
                 return Ok(mesher.mesh(*first));

@@ -99,7 +99,7 @@ pub fn segments(ldi: &Ldi, options: &SegmentOptions, task: &Task) -> Result<Segm
     let mut parallax = options.parallax;
     let mut last = usize::MAX;
     loop {
-        task.go_on()?;
+        task.check_cancelled()?;
         // Both errors grow alike.
         let undivided = options.undivided.map(|most| most * parallax / options.parallax);
         let limits = Limits { error: parallax / pixels_per_depth, undivided };

@@ -122,7 +122,7 @@ fn drawn(images: &[Exposed], shot: &Shot, splat: SplatKind, task: &Task) -> Resu
     let too_near = bands.map_init(
         || None,
         |spare, (band, out)| {
-            task.go_on()?;
+            task.check_cancelled()?;
             Ok(drawing.draw(band as u32, out.as_chunks_mut::<4>().0, spare, task))
         },
     );
@@ -143,7 +143,7 @@ pub fn last_drawn(ldi: &Ldi, shot: &Shot, options: &WarpOptions, task: &Task) ->
     let mut indices = vec![0u32; width as usize * height as usize];
     let bands = indices.par_chunks_mut(width as usize * BAND as usize).enumerate();
     bands.try_for_each(|(band, out)| {
-        task.go_on()?;
+        task.check_cancelled()?;
         let band = band as u32;
         let rows = BAND.min(height - band * BAND);
         out.copy_from_slice(plan.draw(band, IndexCanvas::new(width, rows)).indices());

@@ -50,7 +50,7 @@ impl MeasuredColours {
         let of_places = places.iter().map(|place| &place.patches[..]);
         let patches: Vec<&[PointPatch]> = patches.into_iter().chain(of_places).collect();
         let mut colours = task.timed("measure colours", || measure(photos.len(), &patches, colours))?;
-        task.go_on()?;
+        task.check_cancelled()?;
         let place_colours = colours.split_off(points.len());
         let camera_logs = vec![None; photos.len()];
         Ok(Self { points, colours, joined: visibility.joined(), places, place_colours, camera_logs })

@@ -184,7 +184,7 @@ impl ReferenceRenderer {
             wanted.filter(|layer_texture| !self.layer_textures.contains_key(layer_texture)).collect();
         let texels = self.skirts.texels(self.texels.clone(), &self.agreement);
         let decode = |layer_texture: LayerTextureId| {
-            task.go_on()?;
+            task.check_cancelled()?;
             let pixels = texels.layer_texture(layer_texture)?;
             Ok((
                 layer_texture,
@@ -267,7 +267,7 @@ impl Renders for ReferenceRenderer {
         {
             self.load_surroundings(task)?;
         }
-        task.go_on()?;
+        task.check_cancelled()?;
         let exposure = self.exposure(shot);
         let twin = &*self;
         let colours: Vec<_> =
@@ -277,7 +277,7 @@ impl Renders for ReferenceRenderer {
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(self
             .owners(shot, &shot.hidden)
             .into_iter()

@@ -86,7 +86,7 @@ impl ReferenceRenderer {
             positions.iter().flat_map(hits).map(|hit| hit.face).collect()
         };
         self.load(&seen_through, task)?;
-        task.go_on()?;
+        task.check_cancelled()?;
         let exposure = self.view_exposure(shot);
         let opaque: HiddenFaces = shot.hidden.iter().chain(self.see_through.iter().copied()).collect();
         let behind = self.probed_points(&Shot { hidden: opaque, ..shot.clone() }, positions);
@@ -129,7 +129,7 @@ impl ReferenceRenderer {
         task: &Task,
     ) -> Result<Vec<ProbedTexel>> {
         self.load(&points.iter().map(|point| point.hit.face).collect::<BTreeSet<FaceId>>(), task)?;
-        task.go_on()?;
+        task.check_cancelled()?;
         let twin = &*self;
         let texel = |point: &ProbedPoint| {
             let on_face = HitPoint::new(twin, shot, point.px, point.hit);

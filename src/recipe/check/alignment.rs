@@ -97,7 +97,7 @@ pub fn best_alignment(tree: &Bvh, sightings: &[Observation], task: &Task) -> Res
     }
     let model = PointSpread::from_points(tree.triangles().iter().flatten().copied());
     let rough = axes::conventions().into_par_iter().map(|(_, rotation)| {
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(fit_convention(tree, rotation, sightings, &model))
     });
     let mut rough: Vec<Alignment> = rough.collect::<Result<_>>()?;
@@ -105,7 +105,7 @@ pub fn best_alignment(tree: &Bvh, sightings: &[Observation], task: &Task) -> Res
     rough.truncate(FINALISTS);
     let many = sample(sightings, LAST.sightings);
     let polished = rough.into_par_iter().map(|alignment| {
-        task.go_on()?;
+        task.check_cancelled()?;
         let start = alignment.correction;
         let fine = fitted(tree, start, &many, LAST.steps, Scale::Free);
         let whole = fitted(tree, in_whole_units(&fine, &many), &many, LAST.steps, Scale::Kept);

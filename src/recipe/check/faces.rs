@@ -119,7 +119,7 @@ pub fn crossings(model: &Model, surface: &CheckedSurface, task: &Task) -> Result
     let end = surface.tree.overlapping_pairs(|a, b| {
         looked_at += 1;
         if looked_at.is_multiple_of(1 << 16) {
-            stopped = task.go_on();
+            stopped = task.check_cancelled();
         }
         if looked_at > MOST_PAIRS || stopped.is_err() {
             return ControlFlow::Break(());

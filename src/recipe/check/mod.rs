@@ -260,7 +260,7 @@ fn pictures(
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     let jobs: Vec<_> = site.photo_ids().zip(seen).collect();
     let drawn = |(id, seen): (PhotoId, &VisibleModel)| {
-        task.go_on()?;
+        task.check_cancelled()?;
         let photo = site.photo(id);
         let path = picture_path(folder, photo);
         let points = unexplained.map_or(&[][..], |found| &found.in_photo[id.index()]);

@@ -25,7 +25,7 @@ pub fn parted(
     let mut corners = Corners { site, surface, shown: FxHashMap::default() };
     let (mut sunk, mut others) = (Vec::new(), Vec::new());
     for pair in pairs {
-        task.go_on()?;
+        task.check_cancelled()?;
         let [a, b] = pair.0;
         let is_sunk = corners.ends_behind(a, b) || corners.ends_behind(b, a);
         if is_sunk { &mut sunk } else { &mut others }.push(pair);

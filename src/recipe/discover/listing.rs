@@ -52,7 +52,7 @@ impl Listing {
         let mut waiting = VecDeque::from([PathBuf::new()]);
         let mut entries = 0;
         while let Some(below) = waiting.pop_front() {
-            task.go_on()?;
+            task.check_cancelled()?;
             let names = names_in(&root.join(&below));
             entries += names.len();
             if entries > MOST_ENTRIES {

@@ -181,7 +181,7 @@ fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut ranked = Vec::with_capacity(folders.len());
     for folder in folders {
-        task.go_on()?;
+        task.check_cancelled()?;
         let Ok(files) = PhotoFolder::scan(&folder, task) else { continue };
         let matched = PhotoMatch::new(&files, &names);
         ranked.push((matched.exactly, matched.found, files.len(), folder));

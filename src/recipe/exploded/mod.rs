@@ -43,7 +43,7 @@ pub struct LayerPicture {
 /// Returns [`quadratura_base::Error::Io`] and [`quadratura_base::Error::Input`] for their files, or [`quadratura_base::Error::Cancelled`].
 pub fn read_layers(folder: &Path, stack: &Stack, task: &Task) -> Result<Vec<LayerPicture>> {
     let seen = stack.image_layers.iter().filter(|layer| !layer.needed_rect.is_empty());
-    let read = |layer| task.go_on().and_then(|()| LayerPicture::read(folder, layer));
+    let read = |layer| task.check_cancelled().and_then(|()| LayerPicture::read(folder, layer));
     seen.map(read).collect()
 }
 

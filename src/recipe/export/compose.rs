@@ -364,7 +364,7 @@ impl<'a> StackContent<'a> {
 
     /// Composes the pixels of a layer as exported, and stores their hash.
     fn pixels(&self, index: LayerIndex) -> Result<Arc<Raster>> {
-        self.task.go_on()?;
+        self.task.check_cancelled()?;
         let layer = self.layer(index);
         let rect = self.exported_rect(layer);
         let whole = layer_pixels(self.stack, &self.folder, &self.paint, index)?;
@@ -403,7 +403,7 @@ impl<'a> StackContent<'a> {
 
     /// Returns the pixels of a layer that remain to be painted.
     fn hidden(&self, index: LayerIndex) -> Result<HiddenPixels> {
-        self.task.go_on()?;
+        self.task.check_cancelled()?;
         let layer = self.layer(index);
         let colours = unfilled_pixels(self.stack, &self.folder, &self.paint, index)?;
         let needed = read_mask(&self.folder.join(&layer.needed_file), layer.rect)?;

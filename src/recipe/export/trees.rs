@@ -18,7 +18,7 @@ use quadratura_base::scene::up;
 use quadratura_base::scene::{Model, Photo};
 use quadratura_base::task::Task;
 use quadratura_document::Trees;
-use quadratura_foliage::{Ball, Tree, Wood, balls};
+use quadratura_foliage::{Ball, PlacedTrees, Tree, balls};
 use quadratura_io::layered::{Depth, Raster};
 
 /// The stage that is reported for drawing the trees of one photo.
@@ -50,10 +50,10 @@ impl TreesInSite {
     /// [`quadratura_base::Error::Cancelled`].
     pub fn grown(&self, folder: &Path, task: &Task) -> Result<Option<GuidedTrees<'_>>> {
         let made = site_trees(folder, &self.trees, self.up, PlantParts::Geometry, task)?;
-        Ok(made.map(|SiteTrees { wood, problems }| {
+        Ok(made.map(|SiteTrees { placed, problems }| {
             problems.into_iter().for_each(|problem| task.note(problem));
-            let balls = wood.species.par_iter().map(|species| balls(&species.plant)).collect();
-            GuidedTrees { wood, balls, model: &self.model, tolerance: self.tolerance }
+            let balls = placed.species.par_iter().map(|species| balls(&species.plant)).collect();
+            GuidedTrees { placed, balls, model: &self.model, tolerance: self.tolerance }
         }))
     }
 }
@@ -61,7 +61,7 @@ impl TreesInSite {
 /// Trees with their plants, and the model that hides parts of them.
 #[derive(Debug, Clone)]
 pub struct GuidedTrees<'a> {
-    wood: Arc<Wood>,
+    placed: Arc<PlacedTrees>,
     /// The balls that cover the plants, by species.
     balls: Vec<Vec<Ball>>,
     model: &'a Model,
@@ -74,9 +74,9 @@ impl GuidedTrees<'_> {
     /// # Errors
     /// [`quadratura_base::Error::Cancelled`].
     pub fn guide(&self, photo: &Photo, depth: Depth, task: &Task) -> Result<Option<TreeGuide>> {
-        let distance = |tree: &Tree| photo.pose.center_in_world().distance(self.wood.ball(tree).middle);
-        let in_frame = |tree: &&Tree| !rect_of(&self.wood.ball(tree), photo).is_empty();
-        let mut trees: Vec<&Tree> = self.wood.trees.iter().filter(in_frame).collect();
+        let distance = |tree: &Tree| photo.pose.center_in_world().distance(self.placed.ball(tree).middle);
+        let in_frame = |tree: &&Tree| !rect_of(&self.placed.ball(tree), photo).is_empty();
+        let mut trees: Vec<&Tree> = self.placed.trees.iter().filter(in_frame).collect();
         if trees.is_empty() {
             return Ok(None);
         }
@@ -84,7 +84,7 @@ impl GuidedTrees<'_> {
         trees.sort_by(|a, b| distance(b).total_cmp(&distance(a)).then(a.number.cmp(&b.number)));
         let model = ModelNearness::new(self.model, photo, self.tolerance);
         let shown = |tree: &&Tree| -> Result<(usize, Spans)> {
-            task.go_on()?;
+            task.check_cancelled()?;
             Ok((tree.number as usize, self.shown(tree, photo, &model)))
         };
         let mut parts: Vec<(usize, Spans)> = trees.par_iter().map(shown).collect::<Result<_>>()?;
@@ -100,7 +100,7 @@ impl GuidedTrees<'_> {
 
     /// Returns the pixels at which a photo shows the balls of a tree before the model.
     fn shown(&self, tree: &Tree, photo: &Photo, model: &ModelNearness) -> Spans {
-        let rect = rect_of(&self.wood.ball(tree), photo);
+        let rect = rect_of(&self.placed.ball(tree), photo);
         let mut shown = HiddenPixels::filled(rect, false);
         let nearness = model.inverse_depths();
         for ball in &self.balls[tree.species] {

@@ -92,7 +92,7 @@ impl<'a> PhotoDonors<'a> {
     /// Decodes a photo and its paint; `None` where that fails.
     fn read(&self, photo: SeenPhoto) -> Result<Option<Arc<Donor>>> {
         let SeenPhoto { photo, seen_by } = photo;
-        self.task.go_on()?;
+        self.task.check_cancelled()?;
         let site = &self.opened.site;
         let file = site.photo(photo);
         let read = || Ok((read_unmasked(file)?, self.paint.of_photo(photo, seen_by)?));

@@ -5,7 +5,6 @@ mod donors;
 mod hidden;
 pub(crate) mod inputs;
 mod kept;
-pub mod lookouts;
 pub mod mattes;
 mod named;
 mod paint;
@@ -19,6 +18,7 @@ pub mod shares;
 mod stacks;
 mod surroundings;
 mod unknown;
+pub mod viewpoints;
 pub mod worst;
 mod write;
 
@@ -328,7 +328,9 @@ impl FillJob<'_> {
         };
         match filled {
             // A photo that is stopped alone is a result like others.
-            Err(Error::Cancelled) if self.turns.is_none() || task.go_on().is_err() => Err(Error::Cancelled),
+            Err(Error::Cancelled) if self.turns.is_none() || task.check_cancelled().is_err() => {
+                Err(Error::Cancelled)
+            }
             filled => Ok(filled.unwrap_or_else(failed)),
         }
     }
@@ -341,7 +343,7 @@ impl FillJob<'_> {
         means: &mut FillMeans,
         task: &Task,
     ) -> Result<FilledPhoto> {
-        task.go_on()?;
+        task.check_cancelled()?;
         let (id, state) = self.state(photo);
         let stack = current(photo, state)?;
         let folder = self.store.folder(&photo.name);

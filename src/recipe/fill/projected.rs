@@ -146,7 +146,7 @@ impl<'a> PaintProjection<'a> {
         };
         let now = paint.placed();
         let to_photo = |target: &PhotoId| {
-            task.go_on()?;
+            task.check_cancelled()?;
             let Some(stack) = &self.stacks[target.index()] else { return Ok(OntoPhoto::default()) };
             let before = stack.fill.as_ref().and_then(|fill| fill.basis.as_ref());
             let change = PaintChange::between(before.map_or(&[], |basis| &basis.paint), &now);

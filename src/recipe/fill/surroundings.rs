@@ -80,7 +80,7 @@ impl<'a> SurroundingsFiller<'a> {
 
     /// Returns a photo's surroundings, decoded if they are not in the cache.
     fn donor(&mut self, photo: PhotoId, task: &Task) -> Result<Option<Arc<SurroundingsDonor>>> {
-        task.go_on()?;
+        task.check_cancelled()?;
         if let Some(index) = self.recent.iter().position(|(other, _)| *other == photo) {
             let entry = self.recent.remove(index);
             self.recent.push(entry.clone());

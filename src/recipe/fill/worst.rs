@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::super::untextured::{FaceInStack, face_in_stack};
-use super::lookouts::{LookoutIndex, LookoutView};
+use super::viewpoints::{RankedViewpoint, ViewpointIndex};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::{FaceId, Model, PhotoId, Site};
@@ -29,7 +29,7 @@ pub struct HiddenLayer {
     /// area times visibility.
     pub seen: f64,
     /// The index of the view that shows most of it.
-    pub view: LookoutIndex,
+    pub view: ViewpointIndex,
 }
 
 /// The number of rays along the longer side of a view; shares are then accurate to about a third of a percent.
@@ -47,20 +47,20 @@ const NEARER: f64 = 1e-3;
 pub fn hidden_layers_by_visibility(
     site: &Site,
     stacks: &[Option<&Stack>],
-    views: &[LookoutView],
+    views: &[RankedViewpoint],
     task: &Task,
 ) -> Result<Vec<HiddenLayer>> {
     let surface = ModelSurface::from_model(&site.model);
     let layers_of: Vec<Option<LayersOfFaces>> =
         stacks.iter().map(|stack| stack.map(|stack| LayersOfFaces::new(stack, &site.model))).collect();
-    let count = |(index, view): (usize, &LookoutView)| {
+    let count = |(index, view): (usize, &RankedViewpoint)| {
         task.step("find occluded areas", index as u64, views.len() as u64)?;
         Ok(seen_from(view, &RayScene { site, surface: &surface, layers_of: &layers_of }))
     };
     let counted: Vec<ViewCount> = views.par_iter().enumerate().map(count).collect::<Result<_>>()?;
     let rays: u64 = counted.iter().map(|counted| counted.rays).sum();
     let mut seen: FxHashMap<(PhotoId, LayerIndex), HitCount> = FxHashMap::default();
-    for (view, counted) in (0..).map(LookoutIndex).zip(counted) {
+    for (view, counted) in (0..).map(ViewpointIndex).zip(counted) {
         for (layer, count) in counted.hidden {
             seen.entry(layer).or_default().add(view, count);
         }
@@ -83,13 +83,13 @@ pub fn hidden_layers_by_visibility(
 struct HitCount {
     count: u64,
     /// The first of the views that see most of them.
-    view: LookoutIndex,
+    view: ViewpointIndex,
     /// The number of rays of that view.
     most: u64,
 }
 
 impl HitCount {
-    fn add(&mut self, view: LookoutIndex, count: u64) {
+    fn add(&mut self, view: ViewpointIndex, count: u64) {
         self.count += count;
         if count > self.most {
             (self.view, self.most) = (view, count);
@@ -112,7 +112,7 @@ struct RayScene<'a> {
 }
 
 /// Casts a grid of rays from a view.
-fn seen_from(view: &LookoutView, scene: &RayScene<'_>) -> ViewCount {
+fn seen_from(view: &RankedViewpoint, scene: &RayScene<'_>) -> ViewCount {
     let Pinhole { width, height, .. } = view.camera;
     let step = f64::from(width.max(height)) / f64::from(RAYS_ACROSS);
     let along = |side: u32| ((f64::from(side) / step).round() as u32).max(1);
@@ -181,7 +181,7 @@ mod tests {
 
     use super::*;
     use crate::assemble::assemble;
-    use crate::fill::lookouts::views_of_photos;
+    use crate::fill::viewpoints::views_of_photos;
     use quadratura_base::geometry::Pose;
     use quadratura_base::scene::Photo;
     use quadratura_base::scene::synthetic::closed_form;

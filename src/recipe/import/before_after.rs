@@ -31,7 +31,7 @@ pub fn before_and_after(project: &Path, file: &Path, longest: u32, task: &Task) 
     let mut after = SmallCanvas::new((document.width, document.height), longest);
     // The record has the nearest layer first.
     for (index, layers) in sorted(&document, record).image_layers.iter().rev() {
-        task.go_on()?;
+        task.check_cancelled()?;
         let exported = &record.layers[index.0];
         if let Some(pixels) = originals.pixels(record, exported)? {
             before.lay_over(PlacedRaster { rect: exported.baseline.rect, pixels: &pixels });

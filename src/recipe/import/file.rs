@@ -97,7 +97,7 @@ pub fn compared<'a>(
     let found: Vec<(RecordedIndex, LayerPaint)> = task.timed("compare layers", || {
         let all: Vec<_> = sorted.image_layers.iter().collect();
         let compared = all.par_iter().map(|(index, layers)| {
-            task.go_on()?;
+            task.check_cancelled()?;
             let exported = &record.layers[index.0];
             Ok((**index, context.layer(exported, layers, before.layers.get(&exported.id))?))
         });

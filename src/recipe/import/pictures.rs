@@ -63,7 +63,7 @@ pub fn changed_layers(
         let [before, after] =
             [&sides.before, &sides.after].map(|b| PhotoPaint::new(b, paint.clone(), &stack));
         for layer in after.differs_on(&before) {
-            task.go_on()?;
+            task.check_cancelled()?;
             let look = LayerComparison { stack: &stack, folder: &stacks.folder(photo), layer, longest };
             changed.extend(look.at(&before, &after)?);
         }

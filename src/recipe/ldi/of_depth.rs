@@ -61,7 +61,7 @@ fn depth_image(
     let size = [entry.camera.width, entry.camera.height];
     let photo = read_photo(&entry.colour, size[0], size[1])?;
     let map = read_depth_map(&entry.depth, size)?;
-    task.go_on()?;
+    task.check_cancelled()?;
     let points = SparsePointDepth::all(list, entry, &map);
     let kind = entry.kind.ok_or_else(|| depth_fit::missing_kind(list, entry, &points))?;
     depth_fit::check_scale(list, entry, kind, &points, options.force, task)?;
@@ -75,7 +75,7 @@ fn depth_image(
         let remedy = "check `kind`, `scale`, `offset` and `background` in the list";
         return Err(Error::input(&entry.depth, "", found, remedy));
     }
-    task.go_on()?;
+    task.check_cancelled()?;
     let colours = SrgbPixels::new(&photo, task);
     ldi_of(entry, kind, &depths, &colours, task)
 }
@@ -156,7 +156,7 @@ fn ldi_of(
     };
     let rows: Vec<_> = (0..camera.height).into_par_iter().map(row).collect();
     let level = ResolutionLevel::of_rows(camera, rows);
-    task.go_on()?;
+    task.check_cancelled()?;
     Ok(of_level(entry, kind, level, quartiles))
 }
 

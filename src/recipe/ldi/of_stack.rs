@@ -104,7 +104,7 @@ fn cover_of(source: &StackSource, options: &StackLdiOptions, task: &Task) -> Res
     let shown = |layer: &_| options.surroundings || !stack.is_of_surroundings(stack.layer(*layer));
     let layers: Vec<_> = stack.layer_indices().filter(shown).collect();
     let read = |layer: &_| {
-        task.go_on()?;
+        task.check_cancelled()?;
         LayerTexels::read(&folder, stack, &paint, *layer, options.filled)
     };
     let texels = layers.par_iter().map(read).collect::<Result<Vec<_>>>()?;
@@ -143,7 +143,7 @@ fn leftovers(
 
 /// Walks over all rows.
 fn rows(cover: &Cover, camera: &Pinhole, task: &Task) -> Result<(Vec<Vec<Found>>, SampleCounts)> {
-    let row = |y: u32| task.go_on().map(|()| cover.row(y));
+    let row = |y: u32| task.check_cancelled().map(|()| cover.row(y));
     let rows: Vec<(Vec<Found>, SampleCounts)> =
         (0..camera.height).into_par_iter().map(row).collect::<Result<_>>()?;
     let mut counts = SampleCounts::default();

@@ -41,7 +41,7 @@ pub fn find_origins(
                 *next += 1;
             }
         }
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(true)
     };
     peels.peel(shot, Peeled::Faces, &mut each, task)?;

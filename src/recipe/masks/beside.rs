@@ -98,7 +98,7 @@ pub fn masks_beside(folder: &Path, project: &Project, site: &Site, task: &Task) 
     }
     let cameras = cameras(folder, project, task)?;
     for (photo, file) in files {
-        task.go_on()?;
+        task.check_cancelled()?;
         let photo = photo.to_owned();
         match read_whole(&root.join(&file), &cameras[&photo]) {
             Ok(masked) => beside.found.push(FoundMask { photo, file, masked }),

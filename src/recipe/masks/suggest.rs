@@ -378,7 +378,7 @@ fn pictures(folder: &Path, all: &[(&Photo, FoundRegion)], first: u32, task: &Tas
     photos.sort_by(|a, b| a.name.cmp(&b.name));
     photos.dedup_by(|a, b| a.name == b.name);
     for photo in photos {
-        task.go_on()?;
+        task.check_cancelled()?;
         let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
         let mut overlay = Overlay::new(&pixels, PICTURE_SIDE).bold();
         drop(pixels);

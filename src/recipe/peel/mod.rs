@@ -143,7 +143,9 @@ impl PhotoLayers {
         let contents = (0..stack.image_layers.len())
             .into_par_iter()
             .map(LayerIndex::new)
-            .map(|layer| task.go_on().and_then(|()| PeelContent::read(&folder, stack, &paint, layer)))
+            .map(|layer| {
+                task.check_cancelled().and_then(|()| PeelContent::read(&folder, stack, &paint, layer))
+            })
             .collect::<Result<Vec<_>>>()?;
         let painted = contents.iter().any(PeelContent::is_painted);
         let propagated_on = contents.iter().any(PeelContent::is_propagated_on);
@@ -211,7 +213,7 @@ impl PhotoLayers {
         }
         let left = self.order.iter().map(|&at| &self.shapes[at]);
         for shape in left.filter(|shape| peeling.shows(shape)) {
-            task.go_on()?;
+            task.check_cancelled()?;
             canvas.draw(shape, &self.contents[shape.layer.index()], photo, peeling);
         }
         // They are nearer than all image layers, so they go with the first visibility layer.

@@ -16,7 +16,7 @@ use quadratura_base::scene::Model;
 use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_document::Trees;
-use quadratura_foliage::Wood;
+use quadratura_foliage::PlacedTrees;
 
 /// What is needed to place other trees.
 pub(super) struct PreviewTrees {
@@ -47,23 +47,23 @@ impl PreviewTrees {
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    fn shade(&self, wood: &mut Wood, task: &Task) -> Result<()> {
-        if wood.trees.is_empty() {
+    fn shade(&self, placed: &mut PlacedTrees, task: &Task) -> Result<()> {
+        if placed.trees.is_empty() {
             return Ok(());
         }
-        let shade = || self.blockers.get_or_init(|| SunBlockers::new(&self.model)).shade(wood, task);
+        let shade = || self.blockers.get_or_init(|| SunBlockers::new(&self.model)).shade(placed, task);
         task.timed("sun on trees", shade)
     }
 
     /// Makes what is drawn of trees, in the estimated light that is known where no other is given.
-    fn wood(&mut self, trees: &Trees, task: &Task) -> Result<(Option<Wood>, Vec<Message>)> {
+    fn placed(&mut self, trees: &Trees, task: &Task) -> Result<(Option<PlacedTrees>, Vec<Message>)> {
         let made = site_trees_with(&self.folder, trees, &mut self.known, self.up, self.parts, task)?;
-        let Some(SiteTrees { wood, problems }) = made else { return Ok((None, Vec::new())) };
-        let mut wood = Arc::unwrap_or_clone(wood);
+        let Some(SiteTrees { placed, problems }) = made else { return Ok((None, Vec::new())) };
+        let mut placed = Arc::unwrap_or_clone(placed);
         if let Some(estimate) = &self.estimate {
-            estimate.shine(&trees.light, &mut wood);
+            estimate.shine(&trees.light, &mut placed);
         }
-        Ok((Some(wood), problems))
+        Ok((Some(placed), problems))
     }
 }
 
@@ -88,12 +88,12 @@ impl Preview {
         task: &Task,
     ) -> Result<()> {
         self.trees.estimate = estimate.or(self.trees.estimate.take());
-        let (wood, problems) = self.trees.wood(trees, task)?;
+        let (placed, problems) = self.trees.placed(trees, task)?;
         let mut shown = None;
-        if let Some(mut wood) = wood {
-            wood.trees.retain(|tree| !hidden.contains(&tree.name));
-            self.trees.shade(&mut wood, task)?;
-            shown = Some(Arc::new(wood));
+        if let Some(mut placed) = placed {
+            placed.trees.retain(|tree| !hidden.contains(&tree.name));
+            self.trees.shade(&mut placed, task)?;
+            shown = Some(Arc::new(placed));
         }
         self.renderer.set_trees(shown)?;
         problems
@@ -111,12 +111,12 @@ impl Preview {
             return Ok(());
         }
         let trees = &opened.project.trees;
-        let (mut wood, mut problems) = self.trees.wood(trees, task)?;
-        if let Some(wood) = wood.as_mut().filter(|wood| !wood.trees.is_empty())
+        let (mut placed, mut problems) = self.trees.placed(trees, task)?;
+        if let Some(placed) = placed.as_mut().filter(|placed| !placed.trees.is_empty())
             && is_needed(&opened.project)
         {
             let made =
-                task.timed("light on trees", || estimated_light(&self.trees.folder, opened, wood, task));
+                task.timed("light on trees", || estimated_light(&self.trees.folder, opened, placed, task));
             match made {
                 // Light that is given needs no estimate: trees are shown without what photos show of them.
                 Err(error)
@@ -126,17 +126,17 @@ impl Preview {
                 }
                 made => {
                     let made = made?;
-                    made.shine(&trees.light, wood);
+                    made.shine(&trees.light, placed);
                     self.trees.estimate = Some(Arc::new(made));
                 }
             }
         }
-        if let Some(wood) = &mut wood {
-            self.trees.shade(wood, task)?;
+        if let Some(placed) = &mut placed {
+            self.trees.shade(placed, task)?;
         }
         self.trees.noted.clone_from(&problems);
         // A plant that cannot be drawn leaves the rest of the site to be seen.
-        match self.renderer.set_trees(wood.map(Arc::new)) {
+        match self.renderer.set_trees(placed.map(Arc::new)) {
             Err(error @ Error::Request(_)) => self.problems.push(error.message()),
             drawn => drawn?,
         }

@@ -71,7 +71,7 @@ pub(super) fn apply_to_mattes(
     }
     let view = PaintedView { photo: stack.photo.clone(), camera: stack.camera.clone() };
     for layer in layers {
-        task.go_on()?;
+        task.check_cancelled()?;
         let painted = layer.painted(stroke, &effect, &pixels, task)?;
         recorded.report.coverage.pixels += painted.len() as u64;
         recorded.report.coverage.painted += painted.len() as u64;

@@ -187,7 +187,7 @@ impl Brushing<'_> {
             task.timed("find colours", || colours(self.stroke, &view, dabs, grid, &layers, renderer, task))?;
         let before = self.recorded.session.before().clone();
         for (layer, colours) in layers.iter().zip(colours) {
-            task.go_on()?;
+            task.check_cancelled()?;
             let stack = &stacks[&layer.photo];
             let patch = self.patch(&exposure, stack, layer, &colours, &before)?;
             self.add(stack, layer, &patch)?;
@@ -318,7 +318,7 @@ impl Recorded<'_> {
             ..PaintMade::default()
         };
         // A stroke that was undone meanwhile is not written.
-        task.go_on()?;
+        task.check_cancelled()?;
         let committed = task.timed("write paint", || session.commit(made, options.only_here))?;
         report.book = Arc::new(committed.book);
         Ok(report)

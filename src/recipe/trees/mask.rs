@@ -13,7 +13,7 @@ use quadratura_document::Project;
 use quadratura_document::masks::{MaskOrigin, MaskedTree};
 use quadratura_document::trees::PlacedTree;
 use quadratura_files::hash::hash_bytes;
-use quadratura_foliage::{Tree, View, Wood, silhouette};
+use quadratura_foliage::{PlacedTrees, Tree, View, silhouette};
 use quadratura_layers::ProjectedModel;
 use quadratura_layers::software::owners;
 
@@ -52,14 +52,14 @@ impl ModelNearness {
 /// # Errors
 /// Those of [`silhouette`].
 pub fn tree_pixels(
-    wood: &Wood,
+    placed: &PlacedTrees,
     tree: &Tree,
     photo: &Photo,
     model: &ModelNearness,
     margin: u32,
     task: &Task,
 ) -> Result<Spans> {
-    let plant = &wood.species[tree.species].plant;
+    let plant = &placed.species[tree.species].plant;
     let view = View::of_tree(photo.camera, &photo.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
     let covered = silhouette(plant, &view, &model.inverse_depths, task)?;
     let (whole, width) = (photo.camera.rect(), photo.camera.width as usize);
@@ -75,7 +75,7 @@ pub fn tree_pixels(
 pub fn tree_masks(
     opened: &Opened,
     photos: &[&Photo],
-    wood: &Wood,
+    placed: &PlacedTrees,
     names: &[String],
     margin: u32,
     task: &Task,
@@ -85,10 +85,10 @@ pub fn tree_masks(
     for (photo, done) in photos.iter().zip(0..) {
         task.step("mask trees", done, photos.len() as u64)?;
         let model = ModelNearness::new(&opened.site.model, photo, tolerance);
-        for tree in wood.trees.iter().filter(|tree| names.contains(&tree.name)) {
+        for tree in placed.trees.iter().filter(|tree| names.contains(&tree.name)) {
             // Its progress is that of the photos.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let masked = tree_pixels(wood, tree, photo, &model, margin, &quiet)?;
+            let masked = tree_pixels(placed, tree, photo, &model, margin, &quiet)?;
             let placed = opened.project.trees.placed.iter().find(|placed| placed.name == tree.name);
             let placing = placed.map(|placed| placing(&opened.project, placed));
             let from = MaskOrigin::Tree(MaskedTree { name: tree.name.clone(), margin, placing });
@@ -143,7 +143,7 @@ mod tests {
     use quadratura_document::trees::Trees;
 
     /// A tree 6 high before the camera, half of it behind a wall.
-    fn scene() -> (Scene, Wood) {
+    fn scene() -> (Scene, PlacedTrees) {
         let mut model = Modeller::new();
         model.object("wall").quad(DVec3::new(-9.0, -4.0, -1.0), 9.0 * DVec3::X, 20.0 * DVec3::Z);
         let scene = Scene {
@@ -158,16 +158,16 @@ mod tests {
         let trees = site_trees(Path::new("."), &trees, DVec3::Z, PlantParts::Geometry, &Task::silent())
             .unwrap()
             .unwrap();
-        (scene, (*trees.wood).clone())
+        (scene, (*trees.placed).clone())
     }
 
     #[test]
     fn what_a_photo_shows_of_a_tree_is_masked_with_its_margin_and_what_is_hidden_is_not() {
-        let (scene, wood) = scene();
+        let (scene, placed) = scene();
         let photo = scene.photo();
         let of = |model: &Model, margin| {
             let nearness = ModelNearness::new(model, &photo, 1e-4);
-            tree_pixels(&wood, &wood.trees[0], &photo, &nearness, margin, &Task::silent()).unwrap()
+            tree_pixels(&placed, &placed.trees[0], &photo, &nearness, margin, &Task::silent()).unwrap()
         };
         let (alone, beside) = (of(&Model::default(), 0), of(&scene.model, 0));
         // As high as 6 of 12 units are in the picture, give or take the nearer part of the crown.

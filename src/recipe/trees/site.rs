@@ -12,14 +12,14 @@ use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::task::Task;
 use quadratura_document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
 use quadratura_foliage::files::{built_in_plant, read_plant};
-use quadratura_foliage::{OutdoorLight, Placing, Plant, Tree, Wood, WoodSpecies};
+use quadratura_foliage::{OutdoorLight, PlacedSpecies, PlacedTrees, Placing, Plant, Tree};
 use quadratura_io::project::resolved;
 
 /// The trees of a project.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SiteTrees {
     /// What is drawn.
-    pub wood: Arc<Wood>,
+    pub placed: Arc<PlacedTrees>,
     /// Why trees are missing: species that cannot be read.
     pub problems: Vec<Message>,
 }
@@ -67,12 +67,12 @@ struct KnownPlant {
     species: TreeSpecies,
     /// The state of its paint.
     paint: Vec<String>,
-    known: WoodSpecies,
+    known: PlacedSpecies,
 }
 
 impl KnownPlants {
     /// Returns the species of a name, whose plant is read or grown the first time, and when its paint has changed.
-    fn of(&mut self, folder: &Path, name: &str, species: &TreeSpecies, task: &Task) -> Result<WoodSpecies> {
+    fn of(&mut self, folder: &Path, name: &str, species: &TreeSpecies, task: &Task) -> Result<PlacedSpecies> {
         let paint = paint_state(folder, name);
         let is_same = |of: &&KnownPlant| of.name == name && of.species == *species && of.paint == paint;
         if let Some(of) = self.0.iter().find(is_same) {
@@ -80,7 +80,7 @@ impl KnownPlants {
         }
         let SpeciesPlants { plant, unpainted } = species_plants(folder, name, species, task)?;
         let (plant, unpainted) = (Arc::new(plant), unpainted.map(Arc::new));
-        let known = WoodSpecies { plant, unpainted, images: None, openness: None };
+        let known = PlacedSpecies { plant, unpainted, images: None, openness: None };
         // What a species was before is of no use any more.
         self.0.retain(|of| of.name != name);
         let (name, species, of) = (name.to_owned(), species.clone(), known.clone());
@@ -178,8 +178,8 @@ pub fn site_trees_with(
             sunlit: None,
         });
     }
-    let wood = Arc::new(Wood { species, trees: placed, light: light(&trees.light, up) });
-    Ok(Some(SiteTrees { wood, problems }))
+    let placed = Arc::new(PlacedTrees { species, trees: placed, light: light(&trees.light, up) });
+    Ok(Some(SiteTrees { placed, problems }))
 }
 
 fn plant_of_species(
@@ -188,7 +188,7 @@ fn plant_of_species(
     name: &str,
     plants: &mut KnownPlants,
     task: &Task,
-) -> Result<WoodSpecies> {
+) -> Result<PlacedSpecies> {
     let species = trees.species.get(name).ok_or_else(|| {
         let found = format!("a tree is of the species {name:?}, which the project does not have");
         Error::input(folder, "trees", found, "add the species, or remove the tree")
@@ -266,19 +266,19 @@ mod tests {
 
     #[test]
     fn trees_of_a_species_that_cannot_be_read_are_a_problem_and_the_others_stand() {
-        let SiteTrees { wood, problems } =
+        let SiteTrees { placed, problems } =
             site_trees(Path::new("."), &trees(), DVec3::Z, PlantParts::Geometry, &Task::silent())
                 .unwrap()
                 .unwrap();
-        let names: Vec<&str> = wood.trees.iter().map(|tree| &tree.name[..]).collect();
-        assert_eq!((names, wood.species.len(), problems.len()), (vec!["a", "c"], 1, 1));
-        assert_eq!(wood.trees[1].number, 2, "numbers are those of the project");
+        let names: Vec<&str> = placed.trees.iter().map(|tree| &tree.name[..]).collect();
+        assert_eq!((names, placed.species.len(), problems.len()), (vec!["a", "c"], 1, 1));
+        assert_eq!(placed.trees[1].number, 2, "numbers are those of the project");
         assert!(problems[0].to_string().contains("lost"), "{}", problems[0]);
-        assert_eq!(wood.light.towards_sun, DVec3::Z);
-        assert_eq!(wood.trees[0].tint, Vec3::new(2.0, 1.0, 0.5));
-        assert_eq!(wood.trees.iter().map(|tree| tree.casts).collect::<Vec<_>>(), [false, true]);
+        assert_eq!(placed.light.towards_sun, DVec3::Z);
+        assert_eq!(placed.trees[0].tint, Vec3::new(2.0, 1.0, 0.5));
+        assert_eq!(placed.trees.iter().map(|tree| tree.casts).collect::<Vec<_>>(), [false, true]);
         // As high as is said, on its foot.
-        let ball = wood.ball(&wood.trees[1]);
+        let ball = placed.ball(&placed.trees[1]);
         assert!((ball.middle - DVec3::new(3.0, 0.0, 3.5)).length() < 2.0, "{ball:?}");
     }
 
@@ -294,7 +294,7 @@ mod tests {
                 PlantParts::Geometry,
                 &Task::silent(),
             );
-            made.unwrap().unwrap().wood
+            made.unwrap().unwrap().placed
         };
         let (first, second) = (made(), made());
         assert!(Arc::ptr_eq(&first.species[0].plant, &second.species[0].plant));

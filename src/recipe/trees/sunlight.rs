@@ -12,7 +12,7 @@ use quadratura_base::scene::builder::says_backdrop;
 use quadratura_base::task::Task;
 use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::directions::{Serving, serving};
-use quadratura_foliage::{Openness, Sunlit, Tree, Wood};
+use quadratura_foliage::{Openness, PlacedTrees, Sunlit, Tree};
 use quadratura_projection::model_surface::ModelSurface;
 
 /// The faces of a model that keep the sun away: not those of backdrops, nor what one sees through. What was found of trees is kept
@@ -37,8 +37,8 @@ impl SunBlockers {
     ///
     /// # Errors
     /// [`quadratura_base::Error::Cancelled`].
-    pub fn shade(&self, wood: &mut Wood, task: &Task) -> Result<()> {
-        self.shade_by(wood, &|_| true, task)
+    pub fn shade(&self, placed: &mut PlacedTrees, task: &Task) -> Result<()> {
+        self.shade_by(placed, &|_| true, task)
     }
 
     /// [`Self::shade`] where only some trees shade others.
@@ -47,21 +47,21 @@ impl SunBlockers {
     /// [`quadratura_base::Error::Cancelled`].
     pub fn shade_by(
         &self,
-        wood: &mut Wood,
+        placed: &mut PlacedTrees,
         shades: &(dyn Fn(&Tree) -> bool + Sync),
         task: &Task,
     ) -> Result<()> {
-        let towards_sun = wood.light.towards_sun;
-        if towards_sun.dot(wood.light.up) <= 0.0 {
-            wood.trees.iter_mut().for_each(|tree| tree.sunlit = None);
+        let towards_sun = placed.light.towards_sun;
+        if towards_sun.dot(placed.light.up) <= 0.0 {
+            placed.trees.iter_mut().for_each(|tree| tree.sunlit = None);
             return Ok(());
         }
-        let crowns: Vec<Option<Crown>> = wood.trees.iter().map(|tree| Crown::new(wood, tree)).collect();
+        let crowns: Vec<Option<Crown>> = placed.trees.iter().map(|tree| Crown::new(placed, tree)).collect();
         let known = std::mem::take(&mut *self.known.lock().unwrap_or_else(PoisonError::into_inner));
         let sunlit = |(number, crown): (usize, &Option<Crown>)| {
-            task.go_on()?;
+            task.check_cancelled()?;
             let Some(crown) = crown else { return Ok(None) };
-            let others = crowns.iter().zip(&wood.trees).enumerate();
+            let others = crowns.iter().zip(&placed.trees).enumerate();
             let others = others.filter(|(other, (_, tree))| *other != number && shades(tree));
             let others = others.filter_map(|(_, (other, _))| other.as_ref());
             let others: Vec<&Crown> = others.filter(|other| other.may_shade(crown, towards_sun)).collect();
@@ -72,7 +72,7 @@ impl SunBlockers {
         };
         let found: Result<Vec<_>> = crowns.par_iter().enumerate().map(sunlit).collect();
         let found = found?;
-        for (tree, found) in wood.trees.iter_mut().zip(&found) {
+        for (tree, found) in placed.trees.iter_mut().zip(&found) {
             tree.sunlit = found.as_ref().and_then(|(_, found)| found.sunlit.clone());
         }
         *self.known.lock().unwrap_or_else(PoisonError::into_inner) = found.into_iter().flatten().collect();
@@ -126,11 +126,11 @@ struct Crown {
 
 impl Crown {
     /// Returns the crown of a tree; `None` where its openness is not known.
-    fn new(wood: &Wood, tree: &Tree) -> Option<Self> {
-        let openness = wood.species[tree.species].openness.clone()?;
-        let ball = wood.ball(tree);
+    fn new(placed: &PlacedTrees, tree: &Tree) -> Option<Self> {
+        let openness = placed.species[tree.species].openness.clone()?;
+        let ball = placed.ball(tree);
         let (world_from_plant, plant_from_world) = (tree.world_from_plant, tree.world_from_plant.inverse());
-        let towards_sun = plant_from_world.transform_vector3(wood.light.towards_sun);
+        let towards_sun = plant_from_world.transform_vector3(placed.light.towards_sun);
         Some(Self {
             openness,
             towards_sun,
@@ -174,15 +174,15 @@ mod tests {
     use quadratura_base::scene::synthetic::Modeller;
     use quadratura_foliage::directions::DIRECTIONS;
     use quadratura_foliage::synthetic::boxed;
-    use quadratura_foliage::{OutdoorLight, WoodSpecies};
+    use quadratura_foliage::{OutdoorLight, PlacedSpecies};
 
     /// A species of 2 x 2 x 4 of which a share of all light comes in from outside.
-    fn species(open: u8) -> WoodSpecies {
+    fn species(open: u8) -> PlacedSpecies {
         let plant = Arc::new(boxed(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 4.0), DVec3::Z));
         let low = DVec3::new(-1.0, -1.0, 0.0);
         let openness =
             Openness::of(low, 2.0, [1, 1, 2], vec![[127, 0, 0, 0]; 2], vec![[open; DIRECTIONS]; 2]);
-        WoodSpecies { plant, unpainted: None, images: None, openness: Some(Arc::new(openness.unwrap())) }
+        PlacedSpecies { plant, unpainted: None, images: None, openness: Some(Arc::new(openness.unwrap())) }
     }
 
     fn tree(at: DVec3, species: usize) -> Tree {
@@ -199,10 +199,10 @@ mod tests {
     }
 
     /// The sun is in the direction of +x, 45 degrees high.
-    fn wood(trees: Vec<Tree>) -> Wood {
+    fn placed(trees: Vec<Tree>) -> PlacedTrees {
         let towards_sun = DVec3::new(1.0, 0.0, 1.0).normalize();
         let light = OutdoorLight { towards_sun, ..OutdoorLight::day(DVec3::Z) };
-        Wood { species: vec![species(51), species(255)], trees, light }
+        PlacedTrees { species: vec![species(51), species(255)], trees, light }
     }
 
     fn at(tree: &Tree, point: DVec3) -> f32 {
@@ -217,7 +217,7 @@ mod tests {
         for (name, x) in [("sky.backdrop", 30.0), ("tree.billboard", 3.0)] {
             model.object(name).quad(DVec3::new(x, 40.0, 0.0), -80.0 * DVec3::Y, 80.0 * DVec3::Z);
         }
-        let mut lit = wood(vec![tree(DVec3::ZERO, 0)]);
+        let mut lit = placed(vec![tree(DVec3::ZERO, 0)]);
         let model = Arc::unwrap_or_clone(model.finish());
         SunBlockers::new(&model.with_see_through(|object| object.name.contains("billboard")))
             .shade(&mut lit, &Task::silent())
@@ -225,7 +225,7 @@ mod tests {
         assert_eq!(lit.trees[0].sunlit, None);
         let mut model = Modeller::new();
         model.object("wall").quad(DVec3::new(4.0, 40.0, 0.0), -80.0 * DVec3::Y, 6.0 * DVec3::Z);
-        let mut shaded = wood(vec![tree(DVec3::ZERO, 0)]);
+        let mut shaded = placed(vec![tree(DVec3::ZERO, 0)]);
         SunBlockers::new(&model.finish()).shade(&mut shaded, &Task::silent()).unwrap();
         let tree = &shaded.trees[0];
         // At x the sun comes over the wall from a height of 2 + x on; cells are 0.25 and 0.5 wide.
@@ -240,30 +240,30 @@ mod tests {
         // The second and the third one towards the sun, the fourth one away from it; the third is bare.
         let along = |distance: f64| tree(DVec3::new(distance, 0.0, distance - 2.0), 0);
         let bare = Tree { species: 1, ..along(8.0) };
-        let mut wood =
-            wood(vec![along(2.0), along(6.0), bare, along(-4.0), tree(DVec3::new(2.0, 9.0, 0.0), 0)]);
+        let mut placed =
+            placed(vec![along(2.0), along(6.0), bare, along(-4.0), tree(DVec3::new(2.0, 9.0, 0.0), 0)]);
         let blockers = SunBlockers::new(&Model::default());
-        blockers.shade(&mut wood, &Task::silent()).unwrap();
+        blockers.shade(&mut placed, &Task::silent()).unwrap();
         let middle = DVec3::new(0.0, 0.0, 2.0);
-        let found: Vec<f32> = wood.trees.iter().map(|tree| at(tree, middle)).collect();
+        let found: Vec<f32> = placed.trees.iter().map(|tree| at(tree, middle)).collect();
         // A fifth comes through each.
         let expected = [0.2, 1.0, 1.0, 0.04, 1.0];
         let off = found.iter().zip(expected).map(|(found, expected)| (found - expected).abs());
         // Shares are bytes: openness 51 of 255, and what is kept of the product.
         assert!(off.fold(0.0, f32::max) <= 0.5 / 255.0 + 1e-6, "{found:?}");
         // What was found is the same the next time, and one that is moved away shades nothing any more.
-        let before = wood.clone();
-        blockers.shade(&mut wood, &Task::silent()).unwrap();
+        let before = placed.clone();
+        blockers.shade(&mut placed, &Task::silent()).unwrap();
         let same = |(a, b): (&Tree, &Tree)| match (&a.sunlit, &b.sunlit) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        assert!(before.trees.iter().zip(&wood.trees).all(same));
-        wood.trees[1].world_from_plant.translation.y += 50.0;
-        blockers.shade(&mut wood, &Task::silent()).unwrap();
-        assert_eq!(at(&wood.trees[0], middle), 1.0);
+        assert!(before.trees.iter().zip(&placed.trees).all(same));
+        placed.trees[1].world_from_plant.translation.y += 50.0;
+        blockers.shade(&mut placed, &Task::silent()).unwrap();
+        assert_eq!(at(&placed.trees[0], middle), 1.0);
         // Trees that shade none, such as planned ones where the light of photos is found.
-        blockers.shade_by(&mut wood, &|_| false, &Task::silent()).unwrap();
-        assert!(wood.trees.iter().all(|tree| tree.sunlit.is_none()));
+        blockers.shade_by(&mut placed, &|_| false, &Task::silent()).unwrap();
+        assert!(placed.trees.iter().all(|tree| tree.sunlit.is_none()));
     }
 }

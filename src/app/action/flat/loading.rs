@@ -26,7 +26,7 @@ pub fn want_photo(state: &mut State, work: &mut Work, photo: PhotoId) {
     };
     want(state, work, request, move |task| {
         let picture = photo_picture(&it)?;
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(levels_of(picture))
     });
     let Some(version) = version else { return };
@@ -84,7 +84,7 @@ pub fn want_image_layer(state: &mut State, work: &mut Work) {
     };
     want(state, work, request, move |task| {
         let view = layer_view(&folder, &version.stack, index, look, task)?;
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(ImageLayerPicture { levels: levels_of(view.picture), hidden: view.hidden, legend: view.legend })
     });
 }

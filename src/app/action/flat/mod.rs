@@ -8,12 +8,12 @@ use glam::DVec2;
 
 use self::loading::{want_image_layer, want_photo};
 use crate::state::State;
-use crate::state::ask::FlatAsk;
 use crate::state::flat::layer_views::LayerViews;
 use crate::state::flat::picked::Picked;
 use crate::state::flat::placement::PlacedView;
 use crate::state::flat::version::LayersVersion;
 use crate::state::panes::Pane;
+use crate::state::request::FlatRequest;
 use crate::state::selection::Selection;
 use crate::work::Work;
 use quadratura_base::geometry::PixelRect;
@@ -22,34 +22,34 @@ use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
 
 /// Applies an ask about the flat views.
-pub fn apply(state: &mut State, work: &mut Work, ask: FlatAsk) {
-    match ask {
-        FlatAsk::Fit => state.flat_view().fit(),
-        FlatAsk::ShowPixels => {
+pub fn apply(state: &mut State, work: &mut Work, request: FlatRequest) {
+    match request {
+        FlatRequest::Fit => state.flat_view().fit(),
+        FlatRequest::ShowPixels => {
             let density = state.window.density;
             state.flat_view().show_pixels(density);
         }
-        FlatAsk::Zoom(factor) => state.flat_view().zoom(factor),
-        FlatAsk::Peel(by) => state.peel(by),
-        FlatAsk::ListUntextured => {
+        FlatRequest::Zoom(factor) => state.flat_view().zoom(factor),
+        FlatRequest::Peel(by) => state.peel(by),
+        FlatRequest::ListUntextured => {
             state.flat.photo.reasons_shown ^= true;
             if state.flat.photo.reasons_shown {
                 state.panes.show(Pane::Photo);
             }
         }
-        FlatAsk::ShowLayer(photo, layer, on) => {
+        FlatRequest::ShowLayer(photo, layer, on) => {
             state.view_layer(photo, layer, |views, layer| views.show(photo, layer, on));
         }
-        FlatAsk::Solo(photo, layer) => {
+        FlatRequest::Solo(photo, layer) => {
             state.view_layer(photo, layer, |views, layer| views.turn_solo(photo, layer));
         }
-        FlatAsk::Opacity(photo, layer, opacity) => {
+        FlatRequest::Opacity(photo, layer, opacity) => {
             state.view_layer(photo, layer, |views, layer| views.set_opacity(photo, layer, opacity));
         }
-        FlatAsk::ShowAllLayers(photo) => state.flat.layer_views.reset(photo),
-        FlatAsk::WantPhoto(photo) => want_photo(state, work, photo),
-        FlatAsk::WantImageLayer => want_image_layer(state, work),
-        FlatAsk::WantLargePicture(photo) => want_large_picture(state, work, photo),
+        FlatRequest::ShowAllLayers(photo) => state.flat.layer_views.reset(photo),
+        FlatRequest::WantPhoto(photo) => want_photo(state, work, photo),
+        FlatRequest::WantImageLayer => want_image_layer(state, work),
+        FlatRequest::WantLargePicture(photo) => want_large_picture(state, work, photo),
     }
 }
 

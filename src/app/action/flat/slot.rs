@@ -41,7 +41,7 @@ pub fn want<K: Clone + PartialEq + Send + 'static, V: Send + 'static>(
         }
         Ok(arrival(move |state| {
             let failed = slot(state).arrived(key, made);
-            failed.iter().flat_map(|error| Note::of_error(name, error)).for_each(|note| state.tell(note));
+            failed.iter().flat_map(|error| Note::of_error(name, error)).for_each(|note| state.notify(note));
         }))
     });
     slot(state).is_asked(asked, job);

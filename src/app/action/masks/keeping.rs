@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk};
 use crate::state::masking::keeping::{MaskWork, Waiting};
 use crate::state::notes::{Note, Weight};
+use crate::state::request::{MaskRequest, Request};
 use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_base::error::Result;
@@ -28,7 +28,7 @@ struct EditedMasks {
 }
 
 impl State {
-    fn mask_kept(&mut self, folder: &PathBuf, base: &Masks, made: Result<EditedMasks>) -> Vec<Ask> {
+    fn mask_kept(&mut self, folder: &PathBuf, base: &Masks, made: Result<EditedMasks>) -> Vec<Request> {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == *folder) else {
             return Vec::new();
         };
@@ -46,9 +46,9 @@ impl State {
                             format!("{photo} shows no part of {object} that is not masked already")
                         }
                         MaskWork::Trees { .. } => "the real trees are masked already".into(),
-                        MaskWork::Edits(_) => return vec![MaskAsk::WriteNext.into()],
+                        MaskWork::Edits(_) => return vec![MaskRequest::WriteNext.into()],
                     };
-                    self.tell(Note::new(Weight::Info, nothing));
+                    self.notify(Note::new(Weight::Info, nothing));
                 }
                 Ok(EditedMasks { masks, read }) => {
                     self.masking.cache.add(read, &masks);
@@ -56,11 +56,11 @@ impl State {
                 }
                 Err(error) => {
                     self.masking.cache.revision += 1;
-                    self.tell(Note::new(Weight::Problem, format!("The mask was not saved: {error}")));
+                    self.notify(Note::new(Weight::Problem, format!("The mask was not saved: {error}")));
                 }
             }
         }
-        vec![MaskAsk::WriteNext.into()]
+        vec![MaskRequest::WriteNext.into()]
     }
 }
 
@@ -125,10 +125,10 @@ fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Ta
 fn tree_edits(folder: &Path, opened: &Opened, margin_px: u32, task: &Task) -> Result<Vec<MaskEdit>> {
     let (project, photos) = (&opened.project, opened.site.photos.iter().collect::<Vec<_>>());
     let made = site_trees(folder, &project.trees, up(&opened.site.photos), PlantParts::Geometry, task)?;
-    let Some(SiteTrees { wood, problems }) = made else { return Ok(Vec::new()) };
+    let Some(SiteTrees { placed, problems }) = made else { return Ok(Vec::new()) };
     problems.into_iter().for_each(|problem| task.note(problem));
     let names: Vec<String> = project.trees.placed.iter().map(|tree| tree.name.clone()).collect();
-    tree_masks(opened, &photos, &wood, &names, margin_px, task)
+    tree_masks(opened, &photos, &placed, &names, margin_px, task)
 }
 
 /// Returns the edit for an object of the whole model: an excluded object can be masked, too.

@@ -13,41 +13,41 @@ use self::repairing::{tell_masks, tell_problems};
 use self::suggesting::{accept_suggestions, look_for_transients, want_suggestions};
 use crate::action::opening::chooser::choose;
 use crate::state::State;
-use crate::state::ask::MaskAsk;
 use crate::state::masking::keeping::MaskWork;
 use crate::state::masking::tool::MaskTool;
 use crate::state::opening::Purpose;
 use crate::state::panes::Pane;
+use crate::state::request::MaskRequest;
 use crate::state::space::brush::DrawnStroke;
 use crate::work::Work;
 use quadratura_document::stroke::Stroke;
 
 /// Applies an ask about masks.
-pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
-    match ask {
-        MaskAsk::Mask(name, change) => queue_mask(state, work, name, change),
-        MaskAsk::Accept(numbers) => accept_suggestions(state, work, &numbers),
-        MaskAsk::Dismiss(numbers) => state.dismiss_suggestions(&numbers),
-        MaskAsk::Margin(margin_px) => state.masking.margin_px = margin_px,
-        MaskAsk::Matte(stroke) => state.paint_matte(*stroke),
-        MaskAsk::TakeUp(tool) => state.take_up(tool),
-        MaskAsk::PutAway => state.masking.tool = None,
-        MaskAsk::Uncover => state.masking.uncovers = state.switched_in_photo(state.masking.uncovers),
-        MaskAsk::ResizeBrush(factor) => state.resize_brush(factor),
-        MaskAsk::Show => state.masking.shown = state.switched_in_photo(state.masking.shown),
-        MaskAsk::WantMasks(photo) => want_masks(state, work, photo),
-        MaskAsk::WantSuggestions => want_suggestions(state, work),
-        MaskAsk::OfferUnlikely(on) => state.masking.suggested.offer_unlikely(on),
-        MaskAsk::PointAt(suggestion) => state.masking.suggested.pointed = suggestion,
-        MaskAsk::ForgetOutcome => state.masking.suggested.outcome = None,
-        MaskAsk::Look(photos) => look_for_transients(state, work, photos),
-        MaskAsk::Object => mask_object(state, work),
-        MaskAsk::GiveUpStroke => drop(state.masking.give_up()),
-        MaskAsk::WriteNext => keep_masks(state, work),
-        MaskAsk::Report(unusable, therefore) => tell_masks(state, work, unusable, therefore),
-        MaskAsk::ReportProblems => tell_problems(state, work),
-        MaskAsk::Set(change) => state.set_mask(&change),
-        MaskAsk::Choose(unmasked) => choose(work, Purpose::Mask(unmasked)),
+pub fn apply(state: &mut State, work: &mut Work, request: MaskRequest) {
+    match request {
+        MaskRequest::Mask(name, change) => queue_mask(state, work, name, change),
+        MaskRequest::Accept(numbers) => accept_suggestions(state, work, &numbers),
+        MaskRequest::Dismiss(numbers) => state.dismiss_suggestions(&numbers),
+        MaskRequest::Margin(margin_px) => state.masking.margin_px = margin_px,
+        MaskRequest::Matte(stroke) => state.paint_matte(*stroke),
+        MaskRequest::TakeUp(tool) => state.take_up(tool),
+        MaskRequest::PutAway => state.masking.tool = None,
+        MaskRequest::Uncover => state.masking.uncovers = state.switched_in_photo(state.masking.uncovers),
+        MaskRequest::ResizeBrush(factor) => state.resize_brush(factor),
+        MaskRequest::Show => state.masking.shown = state.switched_in_photo(state.masking.shown),
+        MaskRequest::WantMasks(photo) => want_masks(state, work, photo),
+        MaskRequest::WantSuggestions => want_suggestions(state, work),
+        MaskRequest::OfferUnlikely(on) => state.masking.suggested.offer_unlikely(on),
+        MaskRequest::PointAt(suggestion) => state.masking.suggested.pointed = suggestion,
+        MaskRequest::ForgetOutcome => state.masking.suggested.outcome = None,
+        MaskRequest::Look(photos) => look_for_transients(state, work, photos),
+        MaskRequest::Object => mask_object(state, work),
+        MaskRequest::GiveUpStroke => drop(state.masking.give_up()),
+        MaskRequest::WriteNext => keep_masks(state, work),
+        MaskRequest::Report(unusable, therefore) => tell_masks(state, work, unusable, therefore),
+        MaskRequest::ReportProblems => tell_problems(state, work),
+        MaskRequest::Set(change) => state.set_mask(&change),
+        MaskRequest::Choose(unmasked) => choose(work, Purpose::Mask(unmasked)),
     }
 }
 
@@ -101,25 +101,25 @@ mod tests {
 
     #[test]
     fn a_switch_of_the_photo_shows_the_photo_before_it_switches_anything_off() {
-        type Switch = (fn() -> MaskAsk, fn(&State) -> bool);
+        type Switch = (fn() -> MaskRequest, fn(&State) -> bool);
         const BRUSH: Switch =
-            (|| MaskAsk::TakeUp(MaskTool::Brush), |state| state.masking.tool == Some(MaskTool::Brush));
+            (|| MaskRequest::TakeUp(MaskTool::Brush), |state| state.masking.tool == Some(MaskTool::Brush));
         const LASSO: Switch =
-            (|| MaskAsk::TakeUp(MaskTool::Lasso), |state| state.masking.tool == Some(MaskTool::Lasso));
-        const UNCOVER: Switch = (|| MaskAsk::Uncover, |state| state.masking.uncovers);
-        const SHOW: Switch = (|| MaskAsk::Show, |state| state.masking.shown);
+            (|| MaskRequest::TakeUp(MaskTool::Lasso), |state| state.masking.tool == Some(MaskTool::Lasso));
+        const UNCOVER: Switch = (|| MaskRequest::Uncover, |state| state.masking.uncovers);
+        const SHOW: Switch = (|| MaskRequest::Show, |state| state.masking.shown);
         let (mut state, mut work) = (State::default(), Work::new(Waker::default()));
         let cases =
             [(BRUSH, false), (BRUSH, true), (LASSO, false), (UNCOVER, false), (UNCOVER, true), (SHOW, true)];
-        for (place, ((ask, on), is_on)) in cases.into_iter().enumerate() {
+        for (place, ((request, on), is_on)) in cases.into_iter().enumerate() {
             state.panes.show(Pane::Photo);
             while on(&state) != is_on {
-                apply(&mut state, &mut work, ask());
+                apply(&mut state, &mut work, request());
             }
             state.panes.show(Pane::Space);
-            apply(&mut state, &mut work, ask());
+            apply(&mut state, &mut work, request());
             assert!(on(&state) && state.panes.is_shown(Pane::Photo), "switch {place} from the 3D view");
-            apply(&mut state, &mut work, ask());
+            apply(&mut state, &mut work, request());
             assert!(!on(&state), "switch {place} in the photo's view");
         }
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk};
+use crate::state::request::{MaskRequest, Request};
 use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_base::geometry::Spans;
@@ -17,12 +17,12 @@ impl State {
         folder: &Path,
         read: Vec<(String, Spans)>,
         message: Vec<UnusableMask>,
-    ) -> Vec<Ask> {
+    ) -> Vec<Request> {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else {
             return Vec::new();
         };
         self.masking.cache.add(read, &session.history.present().masks);
-        vec![MaskAsk::Report(message, "cannot be built").into()]
+        vec![MaskRequest::Report(message, "cannot be built").into()]
     }
 }
 
@@ -41,7 +41,7 @@ pub fn want_masks(state: &mut State, work: &mut Work, photo: PhotoId) {
         let store = MaskStore::new(&folder);
         let (mut read, mut message) = (Vec::new(), Vec::new());
         for mask in missing {
-            task.go_on()?;
+            task.check_cancelled()?;
             let pixels = store.read(&mask.file, size).unwrap_or_else(|error| {
                 let (photo, mask, problem) = (photo.clone(), mask.clone(), error.to_string());
                 message.push(UnusableMask { photo, mask, problem });

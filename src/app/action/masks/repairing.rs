@@ -35,7 +35,7 @@ impl State {
             "This desktop has no file dialog: save the mask as {}, then choose “Reload from disk” (F5)",
             position.display()
         );
-        self.tell(Note::about(Weight::Warning, &it.photo.name, text));
+        self.notify(Note::about(Weight::Warning, &it.photo.name, text));
     }
 }
 
@@ -65,7 +65,7 @@ pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<UnusableMask
         let notes: Vec<Note> = unusable.into_iter().map(note).collect();
         Ok(arrival(move |state| {
             if state.session.as_ref().is_some_and(|session| session.folder == folder) {
-                notes.into_iter().for_each(|note| state.tell(note));
+                notes.into_iter().for_each(|note| state.notify(note));
             }
         }))
     });

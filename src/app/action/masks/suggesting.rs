@@ -46,7 +46,7 @@ impl State {
         let text = format!("{text} {UNSEEN}");
         self.masking.suggested.shown = true;
         self.masking.suggested.outcome = Some(SearchOutcome { without });
-        self.tell(Note::new(Weight::Info, text));
+        self.notify(Note::new(Weight::Info, text));
     }
 
     /// Dismisses suggestions, by number.
@@ -58,7 +58,7 @@ impl State {
             self.masking.suggested.dismissed.extend(numbers);
         }
         if let Err(error) = dismissed {
-            self.tell(Note::new(Weight::Warning, error.to_string()));
+            self.notify(Note::new(Weight::Warning, error.to_string()));
         }
     }
 }
@@ -128,7 +128,7 @@ fn in_short(photos: &[&str]) -> String {
 /// Reads the masks of suggestions.
 fn shown(folder: &Path, list: Vec<MaskSuggestion>, task: &Task) -> Result<Vec<ShownSuggestion>> {
     let read = |it: MaskSuggestion| {
-        task.go_on()?;
+        task.check_cancelled()?;
         Ok(ShownSuggestion { masked: Arc::new(pixels(folder, &it)?), it })
     };
     list.into_iter().map(read).collect()

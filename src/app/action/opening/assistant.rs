@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use super::open::if_wanted;
 use crate::action::build::{close_project, opened};
 use crate::state::State;
-use crate::state::ask::ProjectAsk;
 use crate::state::opening::looking::Looking;
 use crate::state::opening::place::typed_path;
+use crate::state::request::ProjectRequest;
 use crate::state::running::JobKind;
 use crate::state::session::Session;
 use crate::work::Work;
@@ -94,7 +94,7 @@ pub fn create_project(state: &mut State, work: &mut Work) {
         match made {
             Err(Error::Cancelled) => Err(Error::Cancelled),
             made => {
-                let made = ProjectAsk::Created(parts, Box::new(made));
+                let made = ProjectRequest::Created(parts, Box::new(made));
                 Ok(if_wanted(round, Box::new(move |_| vec![made.into()])))
             }
         }

@@ -36,7 +36,7 @@ pub fn without_dialog(state: &mut State, purpose: &Purpose) {
     state.opening.typing = *purpose == Purpose::Project;
     if !state.opening.typing {
         let text = "This desktop has no file dialog: type the path, or drop the file or folder on the window";
-        state.tell(Note::new(Weight::Warning, text));
+        state.notify(Note::new(Weight::Warning, text));
     }
 }
 

@@ -13,7 +13,7 @@ use quadratura_io::project::check_is_empty;
 use quadratura_recipe::copy::copy_project;
 
 /// Shows the dialog, with a free folder beside the project.
-pub fn ask_for_copy(state: &mut State) {
+pub fn request_for_copy(state: &mut State) {
     let Some(session) = &state.session else { return };
     let folder = session.folder.canonicalize().unwrap_or_else(|_| session.folder.clone());
     let mut field = PathField::default();
@@ -58,7 +58,7 @@ pub fn save_copy(state: &mut State, work: &mut Work) {
         let copied = copy_project(&folder, &project, &to, task)?;
         let (files, megabytes) = (counted(copied.files, "file"), grouped(copied.bytes.div_ceil(1_000_000)));
         let text = format!("A copy of the project was saved: {}, {files}, {megabytes} MB", to.display());
-        Ok(arrival(move |state| state.tell(Note::new(Weight::Info, text))))
+        Ok(arrival(move |state| state.notify(Note::new(Weight::Info, text))))
     });
 }
 

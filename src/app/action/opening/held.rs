@@ -1,8 +1,8 @@
 //! Waits for a project that is open elsewhere, and opens it as soon as it is free.
 
 use crate::state::State;
-use crate::state::ask::ProjectAsk;
 use crate::state::opening::held::LOOKS_EVERY_S;
+use crate::state::request::ProjectRequest;
 use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_files::lock::ProjectLock;
@@ -20,7 +20,7 @@ pub fn watch_held(state: &mut State, work: &mut Work) {
         let is_free = ProjectLock::holder(&folder).is_none();
         Ok(Box::new(move |state| {
             let waits = state.opening.held.as_ref().is_some_and(|held| held.folder == folder);
-            let opens = (is_free && waits).then(|| ProjectAsk::OpenNow(folder).into());
+            let opens = (is_free && waits).then(|| ProjectRequest::OpenNow(folder).into());
             opens.into_iter().collect()
         }))
     });

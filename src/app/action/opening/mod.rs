@@ -16,13 +16,13 @@ use std::path::{Path, PathBuf};
 
 use self::assistant::{search_site, start_assistant};
 use self::chooser::{choose, take_chosen};
-use self::copying::{ask_for_copy, save_copy};
+use self::copying::{request_for_copy, save_copy};
 use self::held::watch_held;
 use self::looking::keep_looking;
 use self::on_disk::take_changes;
 use self::open::{cancel_dialogs, project_at};
 use self::relinking::relink_parts;
-use self::sample::{ask_for_sample, open_sample};
+use self::sample::{open_sample, request_for_sample};
 use crate::action::build::opened;
 use crate::action::life::{happens, offer_recovery, open_project};
 use crate::action::round_trip::import_dropped;
@@ -44,7 +44,7 @@ pub fn watch_opening(state: &mut State, work: &mut Work) {
 
 /// Handles files and folders dropped on the window.
 pub fn take_dropped(state: &mut State, work: &mut Work, paths: &[PathBuf]) {
-    if state.asks() {
+    if state.requests() {
         return;
     }
     if !import_dropped(state, work, paths) {
@@ -62,9 +62,9 @@ pub fn grant_opening(state: &mut State, work: &mut Work, request: DialogRequest)
         DialogRequest::Create => happens(state, work, LifeEvent::Leave(Goal::Create)),
         DialogRequest::Cancel => cancel_dialogs(state, work),
         DialogRequest::TryAgain(folder) => open_project(state, work, folder),
-        DialogRequest::Sample => ask_for_sample(state),
+        DialogRequest::Sample => request_for_sample(state),
         DialogRequest::OpenSample => open_sample(state, work),
-        DialogRequest::Copy => ask_for_copy(state),
+        DialogRequest::Copy => request_for_copy(state),
         DialogRequest::SaveCopy => save_copy(state, work),
         DialogRequest::Relink => relink_parts(state, work),
     }

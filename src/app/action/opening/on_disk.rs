@@ -19,12 +19,12 @@ pub fn take_changes(state: &mut State, work: &mut Work) {
             FoundOnDisk::Site(now) => {
                 let changes = state.session.as_ref().map_or(Vec::new(), |session| session.seen.changes(&now));
                 if !changes.is_empty() {
-                    state.tell(changed(&changes).with("Reload from disk", NoteRemedy::ReadAgain));
+                    state.notify(changed(&changes).with("Reload from disk", NoteRemedy::ReadAgain));
                 }
             }
             FoundOnDisk::Plants { there, missing } => {
                 state.trees.files_changed();
-                plants_changed(&there, &missing).into_iter().for_each(|note| state.tell(note));
+                plants_changed(&there, &missing).into_iter().for_each(|note| state.notify(note));
             }
         }
     }

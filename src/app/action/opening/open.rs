@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use crate::action::build::close_project;
 use crate::state::State;
-use crate::state::ask::ProjectAsk;
 use crate::state::notes::{Note, Weight};
 use crate::state::opening::held::Held;
 use crate::state::opening::relinking::Relinking;
+use crate::state::request::ProjectRequest;
 use crate::state::running::JobKind;
 use crate::state::session::Session;
 use crate::work::Work;
@@ -28,7 +28,7 @@ pub fn open_now(state: &mut State, work: &mut Work, folder: PathBuf) {
     work.jobs.start(&mut state.running, JobKind::Open, name, move |task| {
         let arrival: Arrival = match Session::open(&folder, task) {
             Ok(opened) => {
-                let opened = ProjectAsk::Opened(Box::new(opened));
+                let opened = ProjectRequest::Opened(Box::new(opened));
                 Box::new(move |_| vec![opened.into()])
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),

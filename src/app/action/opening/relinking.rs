@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::action::life::open_project;
 use crate::state::State;
-use crate::state::ask::{Ask, ProjectAsk};
+use crate::state::request::{ProjectRequest, Request};
 use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_base::error::Result;
@@ -13,14 +13,14 @@ use quadratura_recipe::relink::{bring_photo, relink, relinked};
 
 impl State {
     /// Takes the result of copying the file of a photo; opens the project when none is missing any more.
-    fn brought(&mut self, name: &str, brought: Result<()>) -> Vec<Ask> {
+    fn brought(&mut self, name: &str, brought: Result<()>) -> Vec<Request> {
         let Some(relinking) = &mut self.opening.dialogs.relinking else { return Vec::new() };
         match brought {
             Ok(()) => relinking.photos.retain(|photo| photo != name),
             Err(error) => relinking.errors.push(error.to_string()),
         }
         let is_whole = relinking.photos.is_empty();
-        is_whole.then(|| ProjectAsk::Open(relinking.folder.clone()).into()).into_iter().collect()
+        is_whole.then(|| ProjectRequest::Open(relinking.folder.clone()).into()).into_iter().collect()
     }
 }
 

@@ -2,16 +2,16 @@
 
 use super::open::if_wanted;
 use crate::state::State;
-use crate::state::ask::ProjectAsk;
 use crate::state::opening::DialogRequest;
 use crate::state::opening::place::PathField;
+use crate::state::request::ProjectRequest;
 use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_base::error::Error;
 use quadratura_recipe::sample::{create_sample, has_sample, project_of_sample, suggested_folder};
 
 /// Shows the dialog, with a folder in the user's home.
-pub fn ask_for_sample(state: &mut State) {
+pub fn request_for_sample(state: &mut State) {
     let mut folder = PathField::default();
     folder.set(&suggested_folder(&std::env::home_dir().unwrap_or_default()));
     state.opening.dialogs.sample = Some(folder);
@@ -38,7 +38,7 @@ pub fn open_sample(state: &mut State, work: &mut Work) {
             }
             state.opening.dialogs.sample = None;
             let project = DialogRequest::Take(project_of_sample(&folder));
-            vec![ProjectAsk::Dialog(project).into()]
+            vec![ProjectRequest::Dialog(project).into()]
         };
         Ok(if_wanted(round, Box::new(arrival)))
     });

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::surroundings::renew_surroundings;
 use crate::state::State;
-use crate::state::ask::{BuildAsk, QualityAsk};
 use crate::state::notes::{Note, Weight};
 use crate::state::quality::colour::GainInputs;
+use crate::state::request::{JobRequest, QualityRequest};
 use crate::state::running::JobKind;
 use crate::work::Work;
 use crate::work::painter::PreviewChange;
@@ -44,13 +44,13 @@ pub fn want_estimate(state: &mut State, work: &mut Work) {
             }
             let groups = estimate.gains.light.groups.clone();
             let before = state.quality.colour.estimate.replace((asked, estimate));
-            let mut asks = vec![QualityAsk::ShowGains.into()];
+            let mut requests = vec![QualityRequest::ShowGains.into()];
             // Photos of other groups do not contradict each other: photos are compared again, while the current 3D view
             // keeps drawing.
             if before.is_some_and(|(_, before)| before.gains.light.groups != groups) {
-                asks.push(BuildAsk::PreparePainter.into());
+                requests.push(JobRequest::PreparePainter.into());
             }
-            asks
+            requests
         }))
     });
     state.quality.colour.estimating = Some((sought, job));
@@ -62,7 +62,7 @@ pub fn edit_colour(state: &mut State, work: &mut Work, edits: &[ColourEdit], goe
     let project = session.history.present();
     let colour = match edited(&project.colour, edits, &session.opened.site) {
         Ok(colour) => colour,
-        Err(error) => return state.tell(Note::new(Weight::Problem, error.message())),
+        Err(error) => return state.notify(Note::new(Weight::Problem, error.message())),
     };
     let project = Project { colour, ..Project::clone(project) };
     state.edit(name_of(edits), project, Some(DRAG));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::action::build::fill_hidden;
 use crate::state::State;
 use crate::state::panes::Pane;
-use crate::state::quality::filling::{LookoutInputs, Worst};
+use crate::state::quality::filling::{RankingInputs, Worst};
 use crate::state::quality::lookup::ComputedValue;
 use crate::state::running::JobKind;
 use crate::state::session::{Session, stacks_of};
@@ -16,17 +16,17 @@ use quadratura_document::{Project, Stack};
 use quadratura_layers::fill::{FillOptions, Propagation};
 use quadratura_recipe::budget::default_memory;
 use quadratura_recipe::fill::both_ways::both_ways;
-use quadratura_recipe::fill::lookouts::LookoutView;
 use quadratura_recipe::fill::propagation::{PropagationToPhoto, most_disputed_first, painters, with_all};
 use quadratura_recipe::fill::seen::{SeenEdit, edited};
 use quadratura_recipe::fill::shares::layer_shares;
+use quadratura_recipe::fill::viewpoints::RankedViewpoint;
 use quadratura_recipe::fill::worst::hidden_layers_by_visibility;
-use quadratura_recipe::fill::{FillRequest, stale_fillings, tell};
+use quadratura_recipe::fill::{FillRequest, notify, stale_fillings};
 use quadratura_view::navigation::Viewpoint;
 
 impl State {
     /// Flies to the viewpoint of a view; the selection is kept.
-    pub fn look_from(&mut self, view: &LookoutView) {
+    pub fn look_from(&mut self, view: &RankedViewpoint) {
         let Some(session) = &self.session else { return };
         let ahead = view.pose.rotation.transpose() * glam::DVec3::Z;
         let eye = view.pose.center_in_world();
@@ -92,9 +92,9 @@ pub fn want_stale(state: &mut State, work: &mut Work) {
 
 /// Starts ranking layers by the visibility of their occluded areas, unless it is known.
 pub fn want_worst(state: &mut State, work: &mut Work) {
-    let lookouts = state.lookouts();
+    let viewpoints = state.viewpoints();
     let Some(session) = &state.session else { return };
-    let inputs = LookoutInputs::new(lookouts, &session.opened.project);
+    let inputs = RankingInputs::new(viewpoints, &session.opened.project);
     let fill = &mut state.quality.fill;
     let known = fill.asked.as_ref().is_some_and(|asked| asked.has_views_of(&inputs));
     // During a drag of a keyframe one ranking is finished before the next one starts.
@@ -109,7 +109,7 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
     let ticket = fill.worst.ticket();
     let job = work.jobs.start(&mut state.running, JobKind::Look, "Finding occluded areas", move |task| {
         let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();
-        let views = Arc::new(lookouts.views(&opened.project, &opened.site, up));
+        let views = Arc::new(viewpoints.views(&opened.project, &opened.site, up));
         let layers = hidden_layers_by_visibility(&opened.site, &stacks, &views, task)?;
         Ok(arrival(move |state| state.quality.fill.worst.find(&ticket, Worst { layers, views })))
     });
@@ -166,7 +166,7 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
             let (photos, memory) = (Vec::new(), default_memory());
             let request =
                 FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
-            let message = tell(&folder, &opened, &request, task)?;
+            let message = notify(&folder, &opened, &request, task)?;
             let propagated = message
                 .into_iter()
                 .filter_map(|it| Some((opened.site.photo_named(&it.photo)?, it.propagated)));

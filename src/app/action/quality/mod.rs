@@ -11,32 +11,32 @@ use self::filling::{
 };
 use self::surroundings::{renew_surroundings, show_surroundings};
 use crate::state::State;
-use crate::state::ask::QualityAsk;
+use crate::state::request::QualityRequest;
 use crate::work::Work;
 
 /// Applies an ask about filling and exposures.
-pub fn apply(state: &mut State, work: &mut Work, ask: QualityAsk) {
-    match ask {
-        QualityAsk::Fill(options) => state.edit_fill(options),
-        QualityAsk::TypeWithout(text) => state.quality.fill.without = text,
-        QualityAsk::SeeFrom(lookouts) => state.quality.fill.lookouts = Some(lookouts),
-        QualityAsk::WantWorst => want_worst(state, work),
-        QualityAsk::WantShares(photo) => want_shares(state, work, photo),
-        QualityAsk::WantPainters => want_painters(state, work),
-        QualityAsk::WantEstimate => want_estimate(state, work),
-        QualityAsk::EstimateAgain => state.quality.colour = Default::default(),
-        QualityAsk::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
-        QualityAsk::LookAtPropagation => look_at_propagation(state, work),
-        QualityAsk::See(edit) => state.edit_seen(&edit),
-        QualityAsk::WantBothWays => want_both_ways(state, work),
-        QualityAsk::ChooseLater => state.quality.fill.chooses_later = true,
-        QualityAsk::WantStale => want_stale(state, work),
-        QualityAsk::Propagate => propagate_paint(state, work),
-        QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
-        QualityAsk::ShowGains => {
+pub fn apply(state: &mut State, work: &mut Work, request: QualityRequest) {
+    match request {
+        QualityRequest::Fill(options) => state.edit_fill(options),
+        QualityRequest::TypeWithout(text) => state.quality.fill.without = text,
+        QualityRequest::SeeFrom(viewpoints) => state.quality.fill.viewpoints = Some(viewpoints),
+        QualityRequest::WantWorst => want_worst(state, work),
+        QualityRequest::WantShares(photo) => want_shares(state, work, photo),
+        QualityRequest::WantPainters => want_painters(state, work),
+        QualityRequest::WantEstimate => want_estimate(state, work),
+        QualityRequest::EstimateAgain => state.quality.colour = Default::default(),
+        QualityRequest::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
+        QualityRequest::LookAtPropagation => look_at_propagation(state, work),
+        QualityRequest::See(edit) => state.edit_seen(&edit),
+        QualityRequest::WantBothWays => want_both_ways(state, work),
+        QualityRequest::ChooseLater => state.quality.fill.chooses_later = true,
+        QualityRequest::WantStale => want_stale(state, work),
+        QualityRequest::Propagate => propagate_paint(state, work),
+        QualityRequest::TakePropagatedOff => take_propagated_off(state, work),
+        QualityRequest::ShowGains => {
             show_gains(state, work);
             renew_surroundings(state, work);
         }
-        QualityAsk::ShowSurroundings(surroundings) => show_surroundings(state, work, surroundings),
+        QualityRequest::ShowSurroundings(surroundings) => show_surroundings(state, work, surroundings),
     }
 }

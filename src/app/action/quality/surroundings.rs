@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use crate::state::State;
-use crate::state::ask::QualityAsk;
 use crate::state::quality::colour::GainInputs;
+use crate::state::request::QualityRequest;
 use crate::state::running::JobKind;
 use crate::state::session::Session;
 use crate::work::Work;
@@ -40,7 +40,7 @@ pub fn renew_surroundings(state: &mut State, work: &mut Work) {
                 session.folder == folder && Arc::ptr_eq(&session.opened.site.model, &opened.site.model)
             };
             match state.session.as_ref().filter(is_of) {
-                Some(_) => vec![QualityAsk::ShowSurroundings(surroundings).into()],
+                Some(_) => vec![QualityRequest::ShowSurroundings(surroundings).into()],
                 None => Vec::new(),
             }
         }))

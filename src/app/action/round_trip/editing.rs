@@ -1,8 +1,8 @@
 //! `Edit in …`: opens a photo's stack in the installed image editor, or in the chosen one.
 
 use crate::state::State;
-use crate::state::ask::RoundTripAsk;
 use crate::state::notes::{Note, Weight};
+use crate::state::request::RoundTripRequest;
 use crate::state::round_trip::shown_path;
 use crate::state::running::JobKind;
 use crate::work::Work;
@@ -19,7 +19,7 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
     };
     if let Err(error) = check_program(&tool.program) {
         state.round_trip.dialogs.choosing_editor = true;
-        return state.tell(Note::new(Weight::Problem, error.message()));
+        return state.notify(Note::new(Weight::Problem, error.message()));
     }
     let (Some(session), Some(id)) = (&state.session, state.selected_photo()) else { return };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
@@ -52,12 +52,12 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
         );
         let note = Note::about(Weight::Info, &photo.name, text);
         Ok(Box::new(move |state| {
-            state.tell(note);
+            state.notify(note);
             // Who edits photo after photo knows where it is said.
             if !std::mem::replace(&mut state.round_trip.opened_messages, true) {
                 state.settings.notes_shown = true;
             }
-            vec![RoundTripAsk::WatchForSaves.into()]
+            vec![RoundTripRequest::WatchForSaves.into()]
         }))
     });
 }

@@ -18,7 +18,7 @@ use quadratura_recipe::export::{ExportOptions, TreesInSite, export, write_proven
 pub fn show_folder_of(state: &mut State, folder: &Path) {
     if let Err(error) = open_with_system(folder) {
         let said = |error: Error| format!("{} could not be shown: {error}", folder.display());
-        state.tell(Note::new(Weight::Warning, said(error)));
+        state.notify(Note::new(Weight::Warning, said(error)));
     }
 }
 

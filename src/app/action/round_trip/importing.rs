@@ -133,8 +133,8 @@ pub fn read_history(state: &mut State, work: &mut Work) {
                 state.history_is(&book);
                 if state.asks_where_paint_is_seen() {
                     let text = "This project has paint, and nobody has chosen yet whether it is seen from everywhere: \
-                                the panel Paint asks, with a picture of both.";
-                    state.tell(Note::new(Weight::Info, text));
+                                the panel Paint requests, with a picture of both.";
+                    state.notify(Note::new(Weight::Info, text));
                 }
             }
         }))

@@ -20,41 +20,43 @@ use self::projecting::{show_fillings, show_projected};
 use self::taking_back::take_back_last;
 use self::watching::{take_saved, watch_for_saves};
 use crate::state::State;
-use crate::state::ask::{Ask, RoundTripAsk};
+use crate::state::request::{Request, RoundTripRequest};
 use crate::work::Work;
 use quadratura_io::documents::is_document;
 use quadratura_io::programs::image_editors;
 
 /// Applies an ask about the round trip.
-pub fn apply(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
-    match ask {
-        RoundTripAsk::ChooseImports => state.choose_imports(),
-        RoundTripAsk::Import => import_chosen(state, work),
-        RoundTripAsk::ImportFiles(files) => import_files(state, work, files),
-        RoundTripAsk::ImportAll(file) => import_all(state, work, file),
-        RoundTripAsk::LeaveFile(file) => state.round_trip.questions.retain(|question| question.file != file),
-        RoundTripAsk::LookAtQuestion(file) => look_at_question(state, work, file),
-        RoundTripAsk::ChooseExport => state.choose_export(),
-        RoundTripAsk::Export => export_chosen(state, work),
-        RoundTripAsk::EditPhoto { fresh } => edit_photo(state, work, fresh),
-        RoundTripAsk::UseEditor(choice) => state.settings.image_editor = choice,
-        RoundTripAsk::LookForEditors => state.round_trip.found = Some(image_editors()),
-        RoundTripAsk::TakeBackLast => take_back_last(state, work),
-        RoundTripAsk::ShowFolder(folder) => show_folder_of(state, &folder),
-        RoundTripAsk::ChoosePath(wanted) => choose_path(state, work, wanted),
-        RoundTripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
-        RoundTripAsk::ShowProjected(projected) => show_projected(state, work, *projected),
-        RoundTripAsk::ShowFillings => show_fillings(state, work),
-        RoundTripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
-        RoundTripAsk::WatchForSaves => watch_for_saves(state, work),
+pub fn apply(state: &mut State, work: &mut Work, request: RoundTripRequest) {
+    match request {
+        RoundTripRequest::ChooseImports => state.choose_imports(),
+        RoundTripRequest::Import => import_chosen(state, work),
+        RoundTripRequest::ImportFiles(files) => import_files(state, work, files),
+        RoundTripRequest::ImportAll(file) => import_all(state, work, file),
+        RoundTripRequest::LeaveFile(file) => {
+            state.round_trip.questions.retain(|question| question.file != file)
+        }
+        RoundTripRequest::LookAtQuestion(file) => look_at_question(state, work, file),
+        RoundTripRequest::ChooseExport => state.choose_export(),
+        RoundTripRequest::Export => export_chosen(state, work),
+        RoundTripRequest::EditPhoto { fresh } => edit_photo(state, work, fresh),
+        RoundTripRequest::UseEditor(choice) => state.settings.image_editor = choice,
+        RoundTripRequest::LookForEditors => state.round_trip.found = Some(image_editors()),
+        RoundTripRequest::TakeBackLast => take_back_last(state, work),
+        RoundTripRequest::ShowFolder(folder) => show_folder_of(state, &folder),
+        RoundTripRequest::ChoosePath(wanted) => choose_path(state, work, wanted),
+        RoundTripRequest::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
+        RoundTripRequest::ShowProjected(projected) => show_projected(state, work, *projected),
+        RoundTripRequest::ShowFillings => show_fillings(state, work),
+        RoundTripRequest::LookAtImport(number, book) => look_at_import(state, work, number, book),
+        RoundTripRequest::WatchForSaves => watch_for_saves(state, work),
     }
 }
 
 /// Handles files saved in image editors, and answers of system dialogs; returns the asks to apply next.
-pub fn take_home(state: &mut State, work: &mut Work) -> Vec<Ask> {
-    let asks = take_saved(state, work);
+pub fn take_home(state: &mut State, work: &mut Work) -> Vec<Request> {
+    let requests = take_saved(state, work);
     take_chosen_files(state, work);
-    asks
+    requests
 }
 
 /// Imports layered files dropped on the window; returns whether there were any.

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::state::State;
-use crate::state::ask::{Ask, RoundTripAsk};
 use crate::state::notes::Note;
+use crate::state::request::{Request, RoundTripRequest};
 use crate::state::round_trip::Projected;
 use crate::state::running::JobKind;
 use crate::state::session::{PhotoStatus, stacks_of};
@@ -35,8 +35,8 @@ impl State {
         folder: &Path,
         photos: Vec<PhotoStatus>,
         notes: Vec<Note>,
-    ) -> Vec<Ask> {
-        notes.into_iter().for_each(|note| self.tell(note));
+    ) -> Vec<Request> {
+        notes.into_iter().for_each(|note| self.notify(note));
         let is_of = |session: &&mut crate::state::session::Session| {
             session.folder == folder && session.opened.site.photos.len() == photos.len()
         };
@@ -46,7 +46,7 @@ impl State {
         self.keep_selection(&before);
         let is_all = !self.running.runs(JobKind::Update);
         self.quality.fill.forget_made(is_all);
-        vec![RoundTripAsk::ShowFillings.into()]
+        vec![RoundTripRequest::ShowFillings.into()]
     }
 }
 
@@ -81,7 +81,7 @@ fn project_to(state: &mut State, work: &mut Work, book: Arc<PaintBook>, mut phot
             paint => paint?,
         };
         let projected = Projected { number, photos, paint, later, book };
-        Ok(Box::new(move |_| vec![RoundTripAsk::ShowProjected(Box::new(projected)).into()]))
+        Ok(Box::new(move |_| vec![RoundTripRequest::ShowProjected(Box::new(projected)).into()]))
     });
 }
 

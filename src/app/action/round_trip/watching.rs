@@ -2,7 +2,7 @@
 
 use super::importing::read_history;
 use crate::state::State;
-use crate::state::ask::Ask;
+use crate::state::request::Request;
 use crate::state::round_trip::report::Way;
 use crate::work::Work;
 use crate::work::live_project::LiveProject;
@@ -31,19 +31,19 @@ pub fn watch_for_saves(state: &mut State, work: &mut Work) {
 }
 
 /// Handles documents that were saved; returns the asks to apply next.
-pub fn take_saved(state: &mut State, work: &mut Work) -> Vec<Ask> {
+pub fn take_saved(state: &mut State, work: &mut Work) -> Vec<Request> {
     let Some(watching) = &work.watching else { return Vec::new() };
     let (news, ended) = watching.take();
     // A watch that has ended can be started again.
     if ended {
         work.watching = None;
     }
-    let mut asks = Vec::new();
+    let mut requests = Vec::new();
     for news in news {
         match news {
-            News::Imported(imported, spent) => asks.extend(state.paint_came(imported, spent, Way::Saved)),
-            News::Said(note) => state.tell(note),
+            News::Imported(imported, spent) => requests.extend(state.paint_came(imported, spent, Way::Saved)),
+            News::Said(note) => state.notify(note),
         }
     }
-    asks
+    requests
 }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use tempfile::TempDir;
 
 use crate::action::build::opened;
-use crate::action::{apply, go_on, take_in};
+use crate::action::{apply, check_cancelled, take_in};
 use crate::state::State;
-use crate::state::ask::Ask;
+use crate::state::request::Request;
 use crate::state::session::Session;
 use crate::work::Work;
 use crate::work::waker::Waker;
@@ -58,14 +58,14 @@ impl TestBench {
     }
 
     /// Applies an ask.
-    pub fn ask(&mut self, ask: impl Into<Ask>) {
-        apply(&mut self.state, &mut self.work, ask.into());
+    pub fn request(&mut self, request: impl Into<Request>) {
+        apply(&mut self.state, &mut self.work, request.into());
     }
 
     /// Advances the clock by `seconds` and runs what is due.
     pub fn pass(&mut self, seconds: f64) {
         self.state.window.now_s += seconds;
-        go_on(&mut self.state, &mut self.work);
+        check_cancelled(&mut self.state, &mut self.work);
     }
 
     /// Waits until no job runs, and applies the results.

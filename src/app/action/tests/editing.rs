@@ -1,9 +1,9 @@
 //! Tests of edits, and of the updates that follow from them.
 
 use super::bench::TestBench;
-use crate::state::ask::{BuildAsk, DecideAsk};
 use crate::state::notes::{NoteRemedy, Weight};
 use crate::state::pending::Invalidation;
+use crate::state::request::{DecideRequest, JobRequest};
 use crate::state::running::JobKind;
 use quadratura_base::geometry::Similarity;
 use quadratura_recipe::decide::LayerEdit;
@@ -11,7 +11,7 @@ use quadratura_recipe::decide::LayerEdit;
 fn edit(bench: &mut TestBench, change: impl FnOnce(&mut quadratura_document::Project)) {
     let mut project = bench.project();
     change(&mut project);
-    bench.ask(DecideAsk::Edit("edit".into(), Box::new(project), None));
+    bench.request(DecideRequest::Edit("edit".into(), Box::new(project), None));
     bench.settle();
 }
 
@@ -57,7 +57,7 @@ fn a_site_that_cannot_be_read_again_stays_as_it_was_and_can_be_read_later() {
 fn layers_are_not_built_from_a_site_that_is_behind() {
     let mut bench = TestBench::new();
     move_model(&mut bench);
-    bench.ask(BuildAsk::Build(Vec::new()));
+    bench.request(JobRequest::Build(Vec::new()));
     assert!(bench.state.running.runs(JobKind::Open) && !bench.state.running.runs(JobKind::Build));
     bench.settle();
     assert!(bench.session().is_behind());
@@ -70,7 +70,7 @@ fn an_undo_is_followed_like_an_edit() {
     bench.pass(1.0);
     bench.settle();
     assert_eq!(bench.session().pending.invalidation, None);
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(bench.session().pending.invalidation, Some(Invalidation::Stacks));
 }
 
@@ -79,11 +79,11 @@ fn a_decision_that_is_not_possible_is_a_problem_that_is_told_and_no_step() {
     let mut bench = TestBench::new();
     let before = bench.said().len();
     let merge = LayerEdit::Split { photo: "a.jpg".into(), groups: Vec::new() };
-    bench.ask(DecideAsk::Layers(Box::new(merge)));
+    bench.request(DecideRequest::Layers(Box::new(merge)));
     assert_eq!((bench.said().len(), bench.undoes()), (before + 1, None));
     let merge = LayerEdit::Split { photo: "a.jpg".into(), groups: Vec::new() };
     let mut empty = TestBench::empty();
-    empty.ask(DecideAsk::Layers(Box::new(merge)));
+    empty.request(DecideRequest::Layers(Box::new(merge)));
     assert_eq!(empty.said(), ["no project is open"]);
 }
 

@@ -4,10 +4,10 @@ use glam::{DVec2, Vec2};
 
 use super::bench::TestBench;
 use crate::action::flat::slot::{ResultRequest, want};
-use crate::state::ask::{FlatAsk, SelectAsk, SpaceAsk, WindowAsk};
 use crate::state::flat::levels::{Levels, levels_of};
 use crate::state::flat::placement::ScreenRect;
 use crate::state::panes::Pane;
+use crate::state::request::{FlatRequest, SelectRequest, SpaceRequest, WindowRequest};
 use crate::state::selection::Selection;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
@@ -42,7 +42,7 @@ fn has_photo(bench: &TestBench, file: &str) -> bool {
 fn a_photo_whose_file_is_gone_is_reported_once() {
     let mut bench = TestBench::new();
     for _ in 0..3 {
-        bench.ask(FlatAsk::WantPhoto(PhotoId(0)));
+        bench.request(FlatRequest::WantPhoto(PhotoId(0)));
         bench.settle();
     }
     let notes = bench.state.notes.list();
@@ -54,7 +54,7 @@ fn a_photo_whose_file_is_gone_is_reported_once() {
 fn a_large_picture_that_cannot_be_made_is_reported_once() {
     let mut bench = TestBench::new();
     for _ in 0..3 {
-        bench.ask(FlatAsk::WantLargePicture(PhotoId(1)));
+        bench.request(FlatRequest::WantLargePicture(PhotoId(1)));
         bench.settle();
     }
     assert_eq!(bench.state.notes.list().iter().map(|note| note.times).sum::<u32>(), 1, "{:?}", bench.said());
@@ -63,16 +63,16 @@ fn a_large_picture_that_cannot_be_made_is_reported_once() {
 #[test]
 fn a_photo_that_the_site_does_not_have_is_not_looked_for() {
     let mut bench = TestBench::new();
-    bench.ask(FlatAsk::WantPhoto(PhotoId(99)));
+    bench.request(FlatRequest::WantPhoto(PhotoId(99)));
     assert!(bench.state.running.is_idle());
 }
 
 #[test]
 fn an_image_layer_is_loaded_only_where_one_was_selected_and_is_built() {
     let mut bench = TestBench::new();
-    bench.ask(FlatAsk::WantImageLayer);
-    bench.ask(SelectAsk::Only(Selection::Layer { photo: PhotoId(0), layer: LayerIndex(0) }));
-    bench.ask(FlatAsk::WantImageLayer);
+    bench.request(FlatRequest::WantImageLayer);
+    bench.request(SelectRequest::Only(Selection::Layer { photo: PhotoId(0), layer: LayerIndex(0) }));
+    bench.request(FlatRequest::WantImageLayer);
     assert!(bench.state.running.is_idle() && bench.said().is_empty());
 }
 
@@ -118,16 +118,16 @@ fn the_view_in_use_is_zoomed_and_the_other_one_is_not() {
     bench.state.flat.photo.view.rect = Some(VIEW);
     bench.state.flat.layer.view.rect = Some(VIEW);
     bench.state.panes.show(Pane::Layer);
-    bench.ask(FlatAsk::Zoom(2.0));
+    bench.request(FlatRequest::Zoom(2.0));
     let scales = |bench: &TestBench| {
         [bench.state.flat.photo.view, bench.state.flat.layer.view].map(|view| view.placement.scale())
     };
     assert_eq!(scales(&bench), [1.0, 2.0]);
     bench.state.panes.show(Pane::Photo);
     bench.state.window.density = 2.0;
-    bench.ask(FlatAsk::ShowPixels);
+    bench.request(FlatRequest::ShowPixels);
     assert_eq!(scales(&bench), [0.5, 2.0]);
-    bench.ask(FlatAsk::Fit);
+    bench.request(FlatRequest::Fit);
     assert!(bench.state.flat.photo.view.placement.is_fitted());
     assert!(!bench.state.flat.layer.view.placement.is_fitted());
 }
@@ -135,7 +135,7 @@ fn the_view_in_use_is_zoomed_and_the_other_one_is_not() {
 #[test]
 fn a_photo_that_is_not_built_has_no_layers_to_take_off() {
     let mut bench = TestBench::new();
-    bench.ask(FlatAsk::Peel(1));
+    bench.request(FlatRequest::Peel(1));
     assert_eq!(bench.state.flat.photo.hidden_layers, 0);
     assert!(bench.state.panes.is_shown(Pane::Photo));
 }
@@ -143,17 +143,17 @@ fn a_photo_that_is_not_built_has_no_layers_to_take_off() {
 #[test]
 fn the_list_of_untextured_faces_brings_the_photo_to_the_front_when_it_opens() {
     let mut bench = TestBench::new();
-    bench.ask(FlatAsk::ListUntextured);
+    bench.request(FlatRequest::ListUntextured);
     assert!(bench.state.flat.photo.reasons_shown && bench.state.panes.is_shown(Pane::Photo));
-    bench.ask(WindowAsk::ShowPane(Pane::Space));
-    bench.ask(FlatAsk::ListUntextured);
+    bench.request(WindowRequest::ShowPane(Pane::Space));
+    bench.request(FlatRequest::ListUntextured);
     assert!(!bench.state.flat.photo.reasons_shown && bench.state.panes.is_shown(Pane::Space));
 }
 
 #[test]
 fn a_rectangle_is_framed_with_its_surroundings() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::ShowRect(PhotoId(0), PixelRect { x: 100, y: 40, w: 20, h: 10 }));
+    bench.request(SelectRequest::ShowRect(PhotoId(0), PixelRect { x: 100, y: 40, w: 20, h: 10 }));
     let pane = &mut bench.state.flat.photo;
     pane.show_sought(VIEW);
     assert_eq!(pane.view.placement.middle(), DVec2::new(110.0, 45.0));
@@ -163,9 +163,9 @@ fn a_rectangle_is_framed_with_its_surroundings() {
 #[test]
 fn a_face_that_the_photo_does_not_show_is_not_framed_in_it() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::Only(Selection::Face(FaceId(0))));
+    bench.request(SelectRequest::Only(Selection::Face(FaceId(0))));
     assert!(!bench.state.frame_in_photo());
-    bench.ask(SelectAsk::Only(Selection::Photo(PhotoId(1))));
+    bench.request(SelectRequest::Only(Selection::Photo(PhotoId(1))));
     bench.state.flat.photo.view.placement.pan(Vec2::X);
     assert!(bench.state.frame_in_photo() && bench.state.flat.photo.view.placement.is_fitted());
 }
@@ -175,7 +175,7 @@ fn everything_is_shown_in_the_view_in_use() {
     let mut bench = TestBench::new();
     bench.state.flat.layer.view.placement.pan(Vec2::X);
     bench.state.panes.show(Pane::Layer);
-    bench.ask(SpaceAsk::ShowAll);
+    bench.request(SpaceRequest::ShowAll);
     assert!(bench.state.flat.layer.view.placement.is_fitted());
 }
 

@@ -1,8 +1,8 @@
 //! Tests of bookmarks, of the flight, and of the dialog for pictures and videos.
 
 use super::bench::TestBench;
-use crate::state::ask::{DecideAsk, FlightAsk, SpaceAsk};
 use crate::state::flight::export::{Export, Rendering};
+use crate::state::request::{DecideRequest, FlightRequest, SpaceRequest};
 use crate::state::running::JobKind;
 use crate::state::space::memory::SpaceMemory;
 use quadratura_document::bookmark::BookmarkIndex;
@@ -18,11 +18,11 @@ const LANDED_S: f64 = 2.0;
 fn with_flight() -> (TestBench, [Viewpoint; 2]) {
     let mut bench = TestBench::new();
     let first = bench.state.space.viewpoint;
-    bench.ask(FlightAsk::AddKeyframe);
-    bench.ask(SpaceAsk::ShowAll);
+    bench.request(FlightRequest::AddKeyframe);
+    bench.request(SpaceRequest::ShowAll);
     bench.pass(LANDED_S);
     let last = bench.state.space.viewpoint;
-    bench.ask(FlightAsk::AddKeyframe);
+    bench.request(FlightRequest::AddKeyframe);
     assert!(first.position().distance(last.position()) > 1e-3);
     (bench, [first, last])
 }
@@ -43,10 +43,10 @@ fn keyframe_times(bench: &TestBench) -> Vec<f64> {
 fn a_keyframe_at_the_end_follows_the_last_one_and_one_at_a_time_replaces_what_is_there() {
     let (mut bench, _) = with_flight();
     assert_eq!(keyframe_times(&bench), [0.0, 2.0]);
-    bench.ask(FlightAsk::AddKeyframe);
+    bench.request(FlightRequest::AddKeyframe);
     assert_eq!(keyframe_times(&bench), [0.0, 2.0, 4.0]);
-    bench.ask(FlightAsk::GoTo(2.0));
-    bench.ask(FlightAsk::AddKeyframe);
+    bench.request(FlightRequest::GoTo(2.0));
+    bench.request(FlightRequest::AddKeyframe);
     assert_eq!(keyframe_times(&bench), [0.0, 2.0, 4.0]);
     assert_eq!(bench.state.flights.keyframe, Some(KeyframeIndex(1)));
 }
@@ -54,11 +54,11 @@ fn a_keyframe_at_the_end_follows_the_last_one_and_one_at_a_time_replaces_what_is
 #[test]
 fn the_flight_shows_each_keyframe_at_its_time() {
     let (mut bench, [first, last]) = with_flight();
-    bench.ask(FlightAsk::GoTo(0.0));
+    bench.request(FlightRequest::GoTo(0.0));
     assert!(is_at(&bench, &first));
-    bench.ask(FlightAsk::GoTo(1.0));
+    bench.request(FlightRequest::GoTo(1.0));
     assert!(!is_at(&bench, &first) && !is_at(&bench, &last));
-    bench.ask(FlightAsk::GoTo(2.0));
+    bench.request(FlightRequest::GoTo(2.0));
     assert!(is_at(&bench, &last));
     assert_eq!(bench.state.flights.time_s, 2.0);
 }
@@ -66,10 +66,10 @@ fn the_flight_shows_each_keyframe_at_its_time() {
 #[test]
 fn a_paused_flight_stays_where_it_is() {
     let (mut bench, _) = with_flight();
-    bench.ask(FlightAsk::GoTo(0.0));
-    bench.ask(FlightAsk::Play);
+    bench.request(FlightRequest::GoTo(0.0));
+    bench.request(FlightRequest::Play);
     bench.pass(0.5);
-    bench.ask(FlightAsk::Pause);
+    bench.request(FlightRequest::Pause);
     bench.pass(0.5);
     assert!(!bench.state.plays());
     assert!((bench.state.flights.time_s - 0.5).abs() < 1e-9, "{}", bench.state.flights.time_s);
@@ -78,13 +78,13 @@ fn a_paused_flight_stays_where_it_is() {
 #[test]
 fn a_flight_at_its_end_is_played_from_the_start_and_one_in_between_goes_on() {
     let (mut bench, _) = with_flight();
-    bench.ask(FlightAsk::GoTo(2.0));
-    bench.ask(FlightAsk::Play);
+    bench.request(FlightRequest::GoTo(2.0));
+    bench.request(FlightRequest::Play);
     bench.pass(0.25);
     assert!((bench.state.flights.time_s - 0.25).abs() < 1e-9);
-    bench.ask(FlightAsk::Play);
-    bench.ask(FlightAsk::GoTo(1.5));
-    bench.ask(FlightAsk::Play);
+    bench.request(FlightRequest::Play);
+    bench.request(FlightRequest::GoTo(1.5));
+    bench.request(FlightRequest::Play);
     bench.pass(0.25);
     assert!((bench.state.flights.time_s - 1.75).abs() < 1e-9);
 }
@@ -92,12 +92,12 @@ fn a_flight_at_its_end_is_played_from_the_start_and_one_in_between_goes_on() {
 #[test]
 fn the_selected_keyframe_is_the_one_that_is_removed() {
     let (mut bench, _) = with_flight();
-    bench.ask(FlightAsk::SelectKeyframe(KeyframeIndex(0)));
-    bench.ask(FlightAsk::RemoveKeyframe);
+    bench.request(FlightRequest::SelectKeyframe(KeyframeIndex(0)));
+    bench.request(FlightRequest::RemoveKeyframe);
     assert_eq!(keyframe_times(&bench), [2.0]);
-    bench.ask(FlightAsk::RemoveKeyframe);
+    bench.request(FlightRequest::RemoveKeyframe);
     assert_eq!(keyframe_times(&bench), [2.0], "none is selected any more");
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(keyframe_times(&bench), [0.0, 2.0]);
 }
 
@@ -105,13 +105,13 @@ fn the_selected_keyframe_is_the_one_that_is_removed() {
 fn a_kept_view_is_flown_to_and_one_that_is_not_there_is_not() {
     let mut bench = TestBench::new();
     let kept = bench.state.space.viewpoint;
-    bench.ask(FlightAsk::KeepView);
-    bench.ask(SpaceAsk::ShowAll);
+    bench.request(FlightRequest::KeepView);
+    bench.request(SpaceRequest::ShowAll);
     bench.pass(LANDED_S);
-    bench.ask(FlightAsk::FlyToView(BookmarkIndex(7)));
+    bench.request(FlightRequest::FlyToView(BookmarkIndex(7)));
     bench.pass(LANDED_S);
     assert!(!is_at(&bench, &kept));
-    bench.ask(FlightAsk::FlyToView(BookmarkIndex(0)));
+    bench.request(FlightRequest::FlyToView(BookmarkIndex(0)));
     bench.pass(LANDED_S);
     assert!(is_at(&bench, &kept));
 }
@@ -119,11 +119,11 @@ fn a_kept_view_is_flown_to_and_one_that_is_not_there_is_not() {
 #[test]
 fn a_project_that_is_left_takes_its_flight_along_and_the_panel_stays() {
     let (mut bench, _) = with_flight();
-    bench.ask(FlightAsk::ChooseFilm);
-    assert!(bench.state.flights.asks());
+    bench.request(FlightRequest::ChooseFilm);
+    assert!(bench.state.flights.requests());
     bench.state.flights.forget();
     let flights = &bench.state.flights;
-    assert!(flights.shown && !flights.asks() && flights.keyframe.is_none() && flights.time_s == 0.0);
+    assert!(flights.shown && !flights.requests() && flights.keyframe.is_none() && flights.time_s == 0.0);
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn a_picture_is_offered_at_twice_the_size_of_the_view_with_even_sides() {
     for (view, offered) in [([801, 601], [1602, 1202]), ([9000, 333], [7680, 666])] {
         let it = SpaceMemory::new(&bench.state);
         SpaceMemory { size_px: view, ..it }.put_back(&mut bench.state);
-        bench.ask(FlightAsk::ChooseStill);
+        bench.request(FlightRequest::ChooseStill);
         assert_eq!(bench.state.flights.export.take().unwrap().size, offered);
     }
 }
@@ -140,10 +140,10 @@ fn a_picture_is_offered_at_twice_the_size_of_the_view_with_even_sides() {
 #[test]
 fn a_film_is_offered_only_where_there_is_a_flight() {
     let mut bench = TestBench::new();
-    bench.ask(FlightAsk::ChooseFilm);
+    bench.request(FlightRequest::ChooseFilm);
     assert!(!bench.state.has_dialog());
     let (mut bench, _) = with_flight();
-    bench.ask(FlightAsk::ChooseFilm);
+    bench.request(FlightRequest::ChooseFilm);
     assert!(bench.state.has_dialog());
     let export = bench.state.flights.export.take().unwrap();
     let offered = if export.has_ffmpeg { Rendering::Video } else { Rendering::Sequence };
@@ -181,8 +181,8 @@ fn a_film_has_a_frame_for_each_moment_and_a_picture_is_the_view() {
 #[test]
 fn nothing_is_rendered_where_no_painter_runs() {
     let mut bench = TestBench::new();
-    bench.ask(FlightAsk::ChooseStill);
+    bench.request(FlightRequest::ChooseStill);
     let export = bench.state.flights.export.take().unwrap();
-    bench.ask(FlightAsk::Render(export));
+    bench.request(FlightRequest::Render(export));
     assert!(!bench.state.running.runs(JobKind::Render));
 }

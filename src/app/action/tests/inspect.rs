@@ -2,11 +2,11 @@
 
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
-use crate::state::ask::{DecideAsk, Flag, SelectAsk, WindowAsk};
 use crate::state::first_steps::FirstStep;
 use crate::state::next_steps::{NextStep, SiteStep};
 use crate::state::panels::Tab;
 use crate::state::panes::Pane;
+use crate::state::request::{DecideRequest, Flag, SelectRequest, WindowRequest};
 use crate::state::selection::Selection;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::LayerIndex;
@@ -17,7 +17,7 @@ const FACE: FaceId = FaceId(0);
 const OBJECT: ObjectId = ObjectId(0);
 
 fn with_face(mut bench: TestBench) -> TestBench {
-    bench.ask(SelectAsk::Only(Selection::Face(FACE)));
+    bench.request(SelectRequest::Only(Selection::Face(FACE)));
     bench.state.look_up_selection();
     bench
 }
@@ -41,11 +41,11 @@ fn a_photo_without_layers_is_told_apart_from_one_that_has_nothing_of_the_face() 
 #[test]
 fn a_decision_about_the_face_is_known_after_the_next_look_and_undone_with_it() {
     let mut bench = with_face(layered());
-    bench.ask(DecideAsk::Exclude);
+    bench.request(DecideRequest::Exclude);
     bench.state.look_up_selection();
     let decided = |bench: &TestBench| bench.state.inspect.photos_of_face(FACE).unwrap().photos[0].decided;
     assert_eq!(decided(&bench), Some("excluded"));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     bench.state.look_up_selection();
     assert_eq!(decided(&bench), None);
 }
@@ -53,9 +53,9 @@ fn a_decision_about_the_face_is_known_after_the_next_look_and_undone_with_it() {
 #[test]
 fn a_pinned_face_names_its_photo() {
     let mut bench = with_face(layered());
-    bench.ask(SelectAsk::StepPhoto(1));
-    bench.ask(SelectAsk::Only(Selection::Face(FACE)));
-    bench.ask(DecideAsk::Pin);
+    bench.request(SelectRequest::StepPhoto(1));
+    bench.request(SelectRequest::Only(Selection::Face(FACE)));
+    bench.request(DecideRequest::Pin);
     bench.state.look_up_selection();
     assert_eq!(bench.state.inspect.photos_of_face(FACE).unwrap().pinned_to, Some(PhotoId(1)));
 }
@@ -63,23 +63,23 @@ fn a_pinned_face_names_its_photo() {
 #[test]
 fn photos_are_counted_for_each_face_of_an_object_without_those_that_are_excluded() {
     let mut bench = layered();
-    bench.ask(SelectAsk::Only(Selection::Object(OBJECT)));
+    bench.request(SelectRequest::Only(Selection::Object(OBJECT)));
     bench.state.look_up_selection();
     let faces = bench.session().model().object(OBJECT).faces.len();
     assert_eq!(bench.state.inspect.photos_of_object(OBJECT), vec![PHOTOS.len() as u32; faces]);
-    bench.ask(DecideAsk::Exclude);
+    bench.request(DecideRequest::Exclude);
     bench.state.look_up_selection();
     assert_eq!(bench.state.inspect.photos_of_object(OBJECT), vec![PHOTOS.len() as u32 - 1; faces]);
 }
 
 #[test]
 fn nothing_is_looked_up_while_another_tab_or_no_side_is_shown() {
-    for hide in [WindowAsk::ShowTab(Tab::Fill), WindowAsk::Flip(Flag::Side)] {
+    for hide in [WindowRequest::ShowTab(Tab::Fill), WindowRequest::Flip(Flag::Side)] {
         let mut bench = layered();
-        bench.ask(hide);
+        bench.request(hide);
         bench = with_face(bench);
         assert!(bench.state.inspect.photos_of_face(FACE).is_none());
-        bench.ask(WindowAsk::ShowTab(Tab::Selection));
+        bench.request(WindowRequest::ShowTab(Tab::Selection));
         bench.state.settings.side_shown = true;
         bench.state.look_up_selection();
         assert!(bench.state.inspect.photos_of_face(FACE).is_some());
@@ -99,7 +99,7 @@ fn a_stack_that_was_made_anew_is_looked_at_anew() {
 #[test]
 fn a_face_of_no_such_photo_is_shown_nowhere() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::ShowInPhoto(PhotoId::new(PHOTOS.len()), FACE, None));
+    bench.request(SelectRequest::ShowInPhoto(PhotoId::new(PHOTOS.len()), FACE, None));
     assert!(!bench.state.panes.is_shown(Pane::Photo));
 }
 
@@ -150,12 +150,12 @@ fn the_project_and_an_object_say_what_to_do_next_with_all_photos() {
 #[test]
 fn an_object_that_a_photo_does_not_texture_any_more_says_so_and_is_given_back() {
     let mut bench = layered();
-    bench.ask(SelectAsk::Only(Selection::Object(OBJECT)));
+    bench.request(SelectRequest::Only(Selection::Object(OBJECT)));
     assert!(bench.state.decided_about_object(OBJECT).is_empty());
     bench.state.photo = Some(PhotoId(1));
-    bench.ask(DecideAsk::Exclude);
+    bench.request(DecideRequest::Exclude);
     assert_eq!(bench.state.decided_about_object(OBJECT), [(PhotoId(1), EXCLUDED)]);
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert!(bench.state.decided_about_object(OBJECT).is_empty());
 }
 

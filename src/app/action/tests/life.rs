@@ -4,9 +4,9 @@ use super::bench::{TestBench, project};
 use crate::action::end::end;
 use crate::action::life::{happens, offer_recovery};
 use crate::action::saving::keep_now;
-use crate::state::ask::{DecideAsk, ProjectAsk};
 use crate::state::life::{Goal, LifeEvent, Phase};
 use crate::state::notes::{Note, Weight};
+use crate::state::request::{DecideRequest, ProjectRequest};
 use crate::state::running::JobKind;
 use crate::state::space::brush::DrawnStroke;
 use crate::state::space::brush::tests::a_stroke;
@@ -25,15 +25,15 @@ fn with_margin(bench: &TestBench, margin: u32) -> Box<Project> {
 
 fn edit(bench: &mut TestBench, margin: u32) {
     let project = with_margin(bench, margin);
-    bench.ask(DecideAsk::Edit("margin".into(), project, None));
+    bench.request(DecideRequest::Edit("margin".into(), project, None));
 }
 
 fn leave(bench: &mut TestBench, goal: Goal) {
-    bench.ask(ProjectAsk::Life(LifeEvent::Leave(goal)));
+    bench.request(ProjectRequest::Life(LifeEvent::Leave(goal)));
 }
 
 fn life(bench: &mut TestBench, event: LifeEvent) {
-    bench.ask(ProjectAsk::Life(event));
+    bench.request(ProjectRequest::Life(event));
 }
 
 // ---- saving and autosaving ----
@@ -62,13 +62,13 @@ fn a_gesture_is_one_step_and_kept_when_it_has_ended() {
     let mut bench = TestBench::new();
     for margin in 5..9 {
         let project = with_margin(&bench, margin);
-        bench.ask(DecideAsk::Edit("margin".into(), project, Some(Gesture(1))));
+        bench.request(DecideRequest::Edit("margin".into(), project, Some(Gesture(1))));
     }
     assert!(!bench.state.running.runs(JobKind::Keep));
-    bench.ask(DecideAsk::EndGesture);
+    bench.request(DecideRequest::EndGesture);
     bench.settle();
     assert_eq!(bench.kept().unwrap().options.margin, 8);
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(bench.undoes(), None);
 }
 
@@ -77,7 +77,7 @@ fn a_save_writes_the_project_and_forgets_what_was_kept() {
     let mut bench = TestBench::new();
     edit(&mut bench, 9);
     bench.settle();
-    bench.ask(ProjectAsk::Save);
+    bench.request(ProjectRequest::Save);
     assert_eq!((bench.saved().options.margin, bench.state.is_dirty()), (9, false));
     assert!(bench.kept().is_none());
 }
@@ -90,7 +90,7 @@ fn a_save_that_fails_says_so_and_keeps_everything() {
     let (file, aside) = (bench.folder().join("project.json"), bench.folder().join("aside.json"));
     std::fs::rename(&file, &aside).unwrap();
     std::fs::create_dir(&file).unwrap();
-    bench.ask(ProjectAsk::Save);
+    bench.request(ProjectRequest::Save);
     assert!(bench.state.is_dirty());
     assert!(
         bench.said().iter().any(|text| text.starts_with("The project was not saved: ")),
@@ -107,10 +107,10 @@ fn an_edit_that_is_undone_leaves_nothing_to_be_kept() {
     let mut bench = TestBench::new();
     edit(&mut bench, 9);
     bench.settle();
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     bench.settle();
     assert!(!bench.state.is_dirty() && bench.kept().is_none());
-    bench.ask(DecideAsk::Redo);
+    bench.request(DecideRequest::Redo);
     bench.settle();
     assert_eq!(bench.kept().unwrap().options.margin, 9);
 }
@@ -119,7 +119,7 @@ fn an_edit_that_is_undone_leaves_nothing_to_be_kept() {
 fn a_window_that_ends_without_asking_keeps_what_is_not_saved() {
     let mut bench = TestBench::new();
     let project = with_margin(&bench, 9);
-    bench.ask(DecideAsk::Edit("margin".into(), project, Some(Gesture(1))));
+    bench.request(DecideRequest::Edit("margin".into(), project, Some(Gesture(1))));
     end(&mut bench.state, &mut bench.work);
     assert_eq!(bench.kept().unwrap().options.margin, 9);
 }
@@ -147,9 +147,9 @@ fn a_project_with_changes_is_asked_about_and_stays() {
     let mut bench = TestBench::new();
     edit(&mut bench, 9);
     leave(&mut bench, Goal::Close);
-    assert!(bench.state.asks() && bench.state.has_dialog() && bench.state.session.is_some());
+    assert!(bench.state.requests() && bench.state.has_dialog() && bench.state.session.is_some());
     life(&mut bench, LifeEvent::Stay);
-    assert!(!bench.state.asks() && bench.state.session.is_some() && bench.state.is_dirty());
+    assert!(!bench.state.requests() && bench.state.session.is_some() && bench.state.is_dirty());
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn a_job_that_writes_is_asked_about_stopped_and_then_the_project_is_left() {
     let running = &mut bench.state.running;
     bench.work.jobs.start(running, JobKind::Export, "Exporting", |task| {
         loop {
-            task.go_on()?;
+            task.check_cancelled()?;
             std::thread::yield_now();
         }
     });
@@ -245,7 +245,7 @@ fn with_something_kept() -> TestBench {
 #[test]
 fn what_was_found_after_a_crash_is_asked_about_and_stays_on_disk_meanwhile() {
     let mut bench = with_something_kept();
-    assert!(bench.state.asks());
+    assert!(bench.state.requests());
     edit(&mut bench, 9);
     bench.settle();
     assert_eq!(bench.kept().unwrap().options.margin, 7);
@@ -254,9 +254,9 @@ fn what_was_found_after_a_crash_is_asked_about_and_stays_on_disk_meanwhile() {
 #[test]
 fn what_was_found_is_restored_as_a_step() {
     let mut bench = with_something_kept();
-    bench.ask(ProjectAsk::Recover(true));
+    bench.request(ProjectRequest::Recover(true));
     assert_eq!((bench.project().options.margin, bench.undoes()), (7, Some("recovery")));
-    assert!(!bench.state.asks() && bench.state.is_dirty());
+    assert!(!bench.state.requests() && bench.state.is_dirty());
     bench.settle();
     assert_eq!(bench.kept().unwrap().options.margin, 7);
 }
@@ -264,8 +264,8 @@ fn what_was_found_is_restored_as_a_step() {
 #[test]
 fn what_was_found_is_discarded() {
     let mut bench = with_something_kept();
-    bench.ask(ProjectAsk::Recover(false));
-    assert!(!bench.state.asks() && !bench.state.is_dirty() && bench.kept().is_none());
+    bench.request(ProjectRequest::Recover(false));
+    assert!(!bench.state.requests() && !bench.state.is_dirty() && bench.kept().is_none());
     assert!(bench.said().iter().any(|text| text == "Unsaved changes were discarded"));
 }
 
@@ -276,12 +276,12 @@ fn a_project_is_opened_and_remembered() {
     let mut bench = TestBench::empty();
     write_project(bench.folder(), &project()).unwrap();
     let folder = bench.folder().to_path_buf();
-    bench.ask(ProjectAsk::Open(folder.clone()));
+    bench.request(ProjectRequest::Open(folder.clone()));
     assert!(bench.state.running.runs(JobKind::Open));
     bench.settle();
     // The site is missing: a note reports it, and a dialog asks for the missing parts.
     assert!(bench.state.session.is_none() && bench.state.opening.is_asking(), "{:?}", bench.said());
-    bench.ask(ProjectAsk::Forget(folder));
+    bench.request(ProjectRequest::Forget(folder));
     assert!(bench.state.settings.known.recent.is_empty());
 }
 
@@ -289,7 +289,7 @@ fn a_project_is_opened_and_remembered() {
 fn a_folder_without_a_project_is_a_problem_that_is_told() {
     let mut bench = TestBench::empty();
     let folder = bench.folder().join("none");
-    bench.ask(ProjectAsk::Open(folder));
+    bench.request(ProjectRequest::Open(folder));
     bench.settle();
     assert_eq!(bench.state.notes.list().len(), 1);
     assert!(bench.state.settings.notes_shown && bench.state.session.is_none());
@@ -352,11 +352,11 @@ fn undo_takes_back_the_last_stroke_that_waits() {
     let mut bench = TestBench::new();
     edit(&mut bench, 9);
     (0..2).for_each(|_| stroke(&mut bench));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!((bench.state.space.brush.unpainted(), bench.undoes()), (1, Some("margin")));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!((bench.state.space.brush.unpainted(), bench.undoes()), (0, Some("margin")));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(bench.undoes(), None);
 }
 
@@ -365,7 +365,7 @@ fn undo_takes_back_the_last_stroke_that_waits() {
 #[test]
 fn messages_about_a_project_go_with_it() {
     let mut bench = TestBench::new();
-    bench.state.tell(Note::new(Weight::Warning, "the layers are out of date"));
+    bench.state.notify(Note::new(Weight::Warning, "the layers are out of date"));
     bench.work.jobs.start(&mut bench.state.running, JobKind::Check, "Checking", |task| {
         loop {
             task.step("photos", 1, 2)?;

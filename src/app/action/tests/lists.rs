@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
-use crate::state::ask::{Ask, DecideAsk, Flag, SelectAsk, WindowAsk};
 use crate::state::lists::ListsState;
 use crate::state::lists::row::ListRow;
 use crate::state::lists::rows::{ListedSite, rows};
+use crate::state::request::{DecideRequest, Flag, Request, SelectRequest, WindowRequest};
 use crate::state::selection::Selection;
 use quadratura_base::scene::{FaceIndex, ObjectId, PhotoId};
 use quadratura_layers::{Faces, LayerIndex};
@@ -23,14 +23,14 @@ fn listed(bench: &TestBench) -> Vec<ListRow> {
 /// Changes the lists as a panel does, and applies what they ask for.
 fn hand(
     bench: &mut TestBench,
-    act: impl FnOnce(&mut ListsState, &ListedSite<'_>, Selection, &[ListRow]) -> Option<Ask>,
+    act: impl FnOnce(&mut ListsState, &ListedSite<'_>, Selection, &[ListRow]) -> Option<Request>,
 ) {
     let mut lists = std::mem::take(&mut bench.state.lists);
     let site = ListedSite::from_state(&bench.state).unwrap();
     let rows = rows(&bench.state, &lists, &site);
-    let ask = act(&mut lists, &site, bench.state.selection, &rows);
+    let request = act(&mut lists, &site, bench.state.selection, &rows);
     bench.state.lists = lists;
-    ask.into_iter().for_each(|ask| bench.ask(ask));
+    request.into_iter().for_each(|request| bench.request(request));
 }
 
 fn layers_in(rows: &[ListRow]) -> Vec<LayerIndex> {
@@ -69,13 +69,13 @@ fn layers_are_listed_by_depth_and_a_closed_depth_lists_none() {
 #[test]
 fn a_table_has_headings_and_the_order_of_its_column() {
     let mut bench = layered();
-    bench.ask(WindowAsk::Flip(Flag::LayerTable));
-    bench.ask(WindowAsk::SortLayers(LayerColumn::Name));
+    bench.request(WindowRequest::Flip(Flag::LayerTable));
+    bench.request(WindowRequest::SortLayers(LayerColumn::Name));
     let rows = listed(&bench);
     assert_eq!(rows[1], ListRow::Head);
     assert!(!rows.iter().any(|row| matches!(row, ListRow::Depth(_))));
     let before = layers_in(&rows);
-    bench.ask(WindowAsk::SortLayers(LayerColumn::Name));
+    bench.request(WindowRequest::SortLayers(LayerColumn::Name));
     let after = layers_in(&listed(&bench));
     let stack = bench.session().photos[0].stack.clone().unwrap();
     let name = |layer: &LayerIndex| stack.layer(*layer).name.to_lowercase();
@@ -107,7 +107,7 @@ fn a_selection_made_elsewhere_opens_its_row_once() {
     let mut bench = layered();
     bench.state.lists.turn(ListRow::Objects);
     let face = bench.session().model().objects[1].faces[0];
-    bench.ask(SelectAsk::Only(Selection::Face(face)));
+    bench.request(SelectRequest::Only(Selection::Face(face)));
     let mut follows = Vec::new();
     for _ in 0..2 {
         hand(&mut bench, |lists, site, selection, _| {
@@ -181,10 +181,10 @@ fn linked_layers_are_selected_together_and_one_can_be_taken_off() {
     stack.linked = vec![vec![stack.image_layers[0].id.clone(), stack.image_layers[1].id.clone()]];
     let layer = |index: u32| LayerIndex(index);
     for first in [0, 1] {
-        bench.ask(SelectAsk::Only(Selection::Layer { photo: PhotoId(0), layer: layer(first) }));
+        bench.request(SelectRequest::Only(Selection::Layer { photo: PhotoId(0), layer: layer(first) }));
         assert_eq!(bench.state.selected_layers().1, [layer(0), layer(1)]);
     }
-    bench.ask(SelectAsk::Toggle(PhotoId(0), layer(0)));
+    bench.request(SelectRequest::Toggle(PhotoId(0), layer(0)));
     assert_eq!(bench.state.selected_layers().1, [layer(1)]);
 }
 
@@ -194,32 +194,32 @@ fn asked_to_merge() -> TestBench {
     let cost = bench.state.merge_cost(PhotoId(0), &[LayerIndex(0), LayerIndex(1)]).unwrap();
     assert!(cost.is_too_large());
     let of = vec![Faces::whole(&bench.session().model().objects[0].name)];
-    bench.state.ask_to_merge(LayerEdit::Exclude { photo: PHOTOS[0].into(), of }, cost);
+    bench.state.request_to_merge(LayerEdit::Exclude { photo: PHOTOS[0].into(), of }, cost);
     bench
 }
 
 #[test]
 fn a_merge_that_is_not_possible_is_told_at_once_whatever_it_wastes() {
     let mut bench = with_distant_layers();
-    bench.ask(SelectAsk::Layers(PhotoId(0), vec![LayerIndex(0), LayerIndex(1)]));
-    bench.ask(DecideAsk::Merge);
-    assert_eq!((bench.state.asks(), bench.undoes(), bench.said().len()), (false, None, 1));
+    bench.request(SelectRequest::Layers(PhotoId(0), vec![LayerIndex(0), LayerIndex(1)]));
+    bench.request(DecideRequest::Merge);
+    assert_eq!((bench.state.requests(), bench.undoes(), bench.said().len()), (false, None, 1));
 }
 
 #[test]
 fn a_merge_that_waits_is_a_question_and_then_a_step() {
     let mut bench = asked_to_merge();
-    assert!(bench.state.lists.asks() && bench.state.asks() && bench.undoes().is_none());
-    bench.ask(DecideAsk::ConfirmMerge(true));
-    assert!(!bench.state.asks());
+    assert!(bench.state.lists.requests() && bench.state.requests() && bench.undoes().is_none());
+    bench.request(DecideRequest::ConfirmMerge(true));
+    assert!(!bench.state.requests());
     assert!(bench.project().decisions.photos.contains_key(PHOTOS[0]), "{:?}", bench.said());
 }
 
 #[test]
 fn a_merge_that_is_given_up_is_no_step() {
     let mut bench = asked_to_merge();
-    bench.ask(DecideAsk::ConfirmMerge(false));
-    assert_eq!((bench.state.asks(), bench.undoes()), (false, None));
-    bench.ask(DecideAsk::ConfirmMerge(true));
+    bench.request(DecideRequest::ConfirmMerge(false));
+    assert_eq!((bench.state.requests(), bench.undoes()), (false, None));
+    bench.request(DecideRequest::ConfirmMerge(true));
     assert_eq!(bench.undoes(), None, "nothing waits any more");
 }

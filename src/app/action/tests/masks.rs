@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::bench::{PHOTOS, TestBench};
-use crate::state::ask::{DecideAsk, MaskAsk, SelectAsk};
 use crate::state::masking::keeping::MaskWork;
 use crate::state::masking::stroke::MaskStroke;
 use crate::state::masking::suggested::ShownSuggestion;
 use crate::state::masking::tool::MaskTool;
 use crate::state::notes::NoteRemedy;
+use crate::state::request::{DecideRequest, MaskRequest, SelectRequest};
 use crate::state::selection::Selection;
 use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::{ObjectId, PhotoId};
@@ -25,7 +25,7 @@ fn block(x: i32, w: u32) -> Spans {
 /// Masks a block of the first photo.
 fn mask(bench: &mut TestBench, name: &str, masked: Spans) {
     let edit = MaskEdit::Add { photo: PHOTOS[0].into(), from: MaskOrigin::Drawn, masked };
-    bench.ask(MaskAsk::Mask(name.into(), MaskWork::Edits(Arc::new(vec![edit]))));
+    bench.request(MaskRequest::Mask(name.into(), MaskWork::Edits(Arc::new(vec![edit]))));
 }
 
 /// Runs frames until all masks are written.
@@ -86,7 +86,7 @@ fn masks_are_written_one_after_the_other_each_as_a_step() {
     assert_eq!(covered(&bench), 8);
     keep(&mut bench);
     assert_eq!((covered(&bench), bench.undoes()), (8, Some("two")));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!((covered(&bench), bench.undoes()), (4, Some("one")));
 }
 
@@ -94,7 +94,7 @@ fn masks_are_written_one_after_the_other_each_as_a_step() {
 fn a_mask_that_changes_nothing_is_no_step() {
     let mut bench = TestBench::new();
     let edit = MaskEdit::Clear { photo: PHOTOS[1].into() };
-    bench.ask(MaskAsk::Mask("nothing".into(), MaskWork::Edits(Arc::new(vec![edit]))));
+    bench.request(MaskRequest::Mask("nothing".into(), MaskWork::Edits(Arc::new(vec![edit]))));
     keep(&mut bench);
     assert_eq!(bench.undoes(), None);
 }
@@ -102,8 +102,8 @@ fn a_mask_that_changes_nothing_is_no_step() {
 #[test]
 fn a_mask_that_cannot_be_made_is_reported_and_the_next_one_is_written() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::Only(Selection::Object(ObjectId(0))));
-    bench.ask(MaskAsk::Object);
+    bench.request(SelectRequest::Only(Selection::Object(ObjectId(0))));
+    bench.request(MaskRequest::Object);
     mask(&mut bench, "after it", block(0, 2));
     keep(&mut bench);
     assert!(bench.said().iter().any(|text| text.starts_with("The mask was not saved")), "{:?}", bench.said());
@@ -115,11 +115,11 @@ fn masks_that_were_read_are_not_read_again() {
     let mut bench = TestBench::new();
     mask(&mut bench, "one", block(0, 2));
     keep(&mut bench);
-    bench.ask(MaskAsk::WantMasks(PhotoId(0)));
+    bench.request(MaskRequest::WantMasks(PhotoId(0)));
     assert!(bench.state.running.is_idle());
     bench.state.masking.cache = Default::default();
     assert_eq!(covered(&bench), 0);
-    bench.ask(MaskAsk::WantMasks(PhotoId(0)));
+    bench.request(MaskRequest::WantMasks(PhotoId(0)));
     bench.settle();
     assert_eq!(covered(&bench), 4);
 }
@@ -133,7 +133,7 @@ fn a_mask_whose_file_is_gone_counts_as_empty_and_is_reported_with_remedies_once(
     std::fs::remove_file(MaskStore::new(bench.folder()).path(&lost.file)).unwrap();
     bench.state.masking.cache = Default::default();
     for _ in 0..3 {
-        bench.ask(MaskAsk::WantMasks(PhotoId(0)));
+        bench.request(MaskRequest::WantMasks(PhotoId(0)));
         bench.settle();
     }
     assert_eq!((covered(&bench), bench.state.notes.list().len()), (0, 1), "{:?}", bench.said());
@@ -144,9 +144,9 @@ fn a_mask_whose_file_is_gone_counts_as_empty_and_is_reported_with_remedies_once(
     });
     let away = away.expect("the mask can be taken away");
     assert!(bench.state.can_remedy(&NoteRemedy::SetMask(away.clone())));
-    bench.ask(MaskAsk::Set((*away).clone()));
+    bench.request(MaskRequest::Set((*away).clone()));
     assert!(masks(&bench).is_empty() && !bench.state.can_remedy(&NoteRemedy::SetMask(away)));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(masks(&bench), [lost]);
 }
 
@@ -161,7 +161,7 @@ fn a_mask_of_an_older_version_is_offered_in_place_of_a_lost_one() {
     std::fs::remove_file(MaskStore::new(bench.folder()).path(&lost.file)).unwrap();
     let photo = bench.session().opened.site.photos[0].clone();
     let unusable = UnusableMask { photo, mask: lost, problem: "it is gone".into() };
-    bench.ask(MaskAsk::Report(vec![unusable], "cannot be built"));
+    bench.request(MaskRequest::Report(vec![unusable], "cannot be built"));
     bench.settle();
     let note = &bench.state.notes.list()[0];
     assert_eq!(note.remedies.len(), 3, "away, the older one, a file: {}", note.text);
@@ -172,11 +172,11 @@ fn a_mask_of_an_older_version_is_offered_in_place_of_a_lost_one() {
 #[test]
 fn a_tool_is_put_away_and_its_stroke_given_up() {
     let mut bench = TestBench::new();
-    bench.ask(MaskAsk::TakeUp(MaskTool::Brush));
+    bench.request(MaskRequest::TakeUp(MaskTool::Brush));
     bench.state.masking.stroke = Some(MaskStroke::new(PhotoId(0), MaskTool::Brush, false, 3.0));
-    bench.ask(MaskAsk::GiveUpStroke);
+    bench.request(MaskRequest::GiveUpStroke);
     assert!(!bench.state.masking.is_drawing() && bench.state.masking.tool == Some(MaskTool::Brush));
-    bench.ask(MaskAsk::PutAway);
+    bench.request(MaskRequest::PutAway);
     assert_eq!(bench.state.masking.tool, None);
 }
 
@@ -185,7 +185,7 @@ fn the_brush_is_resized_for_the_selected_photo() {
     let mut bench = TestBench::new();
     let size = bench.state.selected_photo_size().unwrap();
     let before = bench.state.masking.radius_px(size);
-    bench.ask(MaskAsk::ResizeBrush(2.0));
+    bench.request(MaskRequest::ResizeBrush(2.0));
     assert_eq!(bench.state.masking.radius_px(size), 2.0 * before);
 }
 
@@ -197,11 +197,11 @@ fn a_suggestion_that_is_accepted_is_a_mask_and_open_no_longer() {
     let list = vec![suggestion(1, PHOTOS[0], block(0, 2)), suggestion(2, PHOTOS[1], block(0, 2))];
     suggest(&mut bench, list);
     assert_eq!(bench.state.suggestions_of(PhotoId(0)).len(), 1);
-    bench.ask(MaskAsk::Accept(vec![1]));
+    bench.request(MaskRequest::Accept(vec![1]));
     assert!(bench.state.suggestions_of(PhotoId(0)).is_empty() && bench.state.open_suggestions().is_empty());
     keep(&mut bench);
     assert_eq!(bench.undoes(), Some(format!("mask of {} by suggestion 1", PHOTOS[0]).as_str()));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(bench.state.suggestions_of(PhotoId(0)).len(), 1, "it returns");
     assert_eq!(bench.state.all_suggestions(), [1, 2]);
 }
@@ -210,7 +210,7 @@ fn a_suggestion_that_is_accepted_is_a_mask_and_open_no_longer() {
 fn a_number_that_no_suggestion_has_masks_nothing() {
     let mut bench = TestBench::new();
     suggest(&mut bench, vec![suggestion(1, PHOTOS[0], block(0, 2))]);
-    bench.ask(MaskAsk::Accept(vec![7]));
+    bench.request(MaskRequest::Accept(vec![7]));
     keep(&mut bench);
     assert_eq!(bench.undoes(), None);
 }
@@ -230,9 +230,9 @@ fn the_smallest_suggestion_under_the_pointer_is_meant_and_none_while_they_are_hi
 fn a_suggestion_that_is_pointed_at_is_forgotten_with_its_list() {
     let mut bench = TestBench::new();
     suggest(&mut bench, vec![suggestion(1, PHOTOS[0], block(0, 2))]);
-    bench.ask(MaskAsk::PointAt(Some(1)));
+    bench.request(MaskRequest::PointAt(Some(1)));
     assert_eq!(bench.state.masking.suggested.pointed, Some(1));
-    bench.ask(MaskAsk::Dismiss(vec![1]));
+    bench.request(MaskRequest::Dismiss(vec![1]));
     assert_eq!((bench.state.masking.suggested.pointed, bench.state.masking.suggested.count()), (None, 0));
 }
 
@@ -244,22 +244,22 @@ fn what_is_hardly_an_object_is_offered_only_on_request() {
     suggest(&mut bench, vec![suggestion(1, PHOTOS[0], block(0, 2)), haze]);
     let offered = |bench: &TestBench| (bench.state.all_suggestions(), bench.state.unlikely_in(PhotoId(0)));
     assert_eq!(offered(&bench), (vec![1], 1));
-    bench.ask(MaskAsk::OfferUnlikely(true));
+    bench.request(MaskRequest::OfferUnlikely(true));
     assert_eq!(offered(&bench), (vec![1, 2], 1));
-    bench.ask(MaskAsk::Dismiss(vec![1]));
+    bench.request(MaskRequest::Dismiss(vec![1]));
     assert_eq!(offered(&bench), (vec![2], 1));
-    bench.ask(MaskAsk::OfferUnlikely(false));
+    bench.request(MaskRequest::OfferUnlikely(false));
     assert_eq!(offered(&bench), (vec![], 1), "it is kept");
-    bench.ask(MaskAsk::OfferUnlikely(true));
+    bench.request(MaskRequest::OfferUnlikely(true));
     assert_eq!(offered(&bench), (vec![2], 1));
 }
 
 #[test]
 fn suggestions_of_earlier_runs_are_read_once() {
     let mut bench = TestBench::new();
-    bench.ask(MaskAsk::WantSuggestions);
+    bench.request(MaskRequest::WantSuggestions);
     bench.settle();
-    bench.ask(MaskAsk::WantSuggestions);
+    bench.request(MaskRequest::WantSuggestions);
     assert!(bench.state.running.is_idle() && bench.said().is_empty());
 }
 
@@ -274,8 +274,8 @@ fn the_outcome_of_a_search_is_told_until_it_was_seen() {
     let reported =
         |bench: &TestBench| [0, 1, 2].map(|photo| bench.state.outcome_in(PhotoId(photo)).is_some());
     assert_eq!(reported(&bench), [true, true, false]);
-    bench.ask(MaskAsk::Accept(vec![1]));
+    bench.request(MaskRequest::Accept(vec![1]));
     assert_eq!(reported(&bench), [false, true, false], "all of it is masked");
-    bench.ask(MaskAsk::ForgetOutcome);
+    bench.request(MaskRequest::ForgetOutcome);
     assert_eq!(reported(&bench), [false; 3]);
 }

@@ -6,17 +6,17 @@ use super::bench::{TestBench, project};
 use crate::action::build::close_project;
 use crate::action::opening::chooser::{take_choice, without_dialog};
 use crate::action::opening::{take_dropped, watch_opening};
-use crate::state::ask::ProjectAsk;
 use crate::state::opening::assistant::Assistant;
 use crate::state::opening::relinking::Relinking;
 use crate::state::opening::{DialogRequest, PathKind, Purpose};
+use crate::state::request::ProjectRequest;
 use crate::state::running::JobKind;
 use quadratura_files::lock::ProjectLock;
 use quadratura_io::project::write_project;
 use quadratura_recipe::discover::{SitePart, SiteParts};
 
 fn dialog(bench: &mut TestBench, request: DialogRequest) {
-    bench.ask(ProjectAsk::Dialog(request));
+    bench.request(ProjectRequest::Dialog(request));
 }
 
 fn assistant(bench: &mut TestBench) -> &mut Assistant {
@@ -69,8 +69,8 @@ fn what_is_dropped_while_a_question_is_open_is_ignored() {
     let mut edited = bench.project();
     edited.options.margin += 1;
     bench.state.edit("margin", edited, None);
-    bench.ask(ProjectAsk::Open("other".into()));
-    assert!(bench.state.asks());
+    bench.request(ProjectRequest::Open("other".into()));
+    assert!(bench.state.requests());
     take_dropped(&mut bench.state, &mut bench.work, &["site".into()]);
     assert!(!bench.state.opening.is_asking());
 }
@@ -78,7 +78,7 @@ fn what_is_dropped_while_a_question_is_open_is_ignored() {
 #[test]
 fn a_project_that_was_left_while_it_was_opened_opens_no_dialog() {
     let (mut bench, folder) = without_site();
-    bench.ask(ProjectAsk::OpenNow(folder));
+    bench.request(ProjectRequest::OpenNow(folder));
     close_project(&mut bench.state, &mut bench.work);
     bench.settle();
     assert!(!bench.state.opening.is_asking() && bench.state.session.is_none());
@@ -88,7 +88,7 @@ fn a_project_that_was_left_while_it_was_opened_opens_no_dialog() {
 fn a_project_that_is_open_elsewhere_is_waited_for_and_opened_when_it_is_free() {
     let (mut bench, folder) = without_site();
     let lock = ProjectLock::take(&folder).unwrap();
-    bench.ask(ProjectAsk::Open(folder.clone()));
+    bench.request(ProjectRequest::Open(folder.clone()));
     bench.settle();
     assert_eq!(bench.state.opening.held.as_ref().map(|held| &held.folder), Some(&folder));
     watch(&mut bench, 10.0);
@@ -201,7 +201,7 @@ fn where_no_dialog_is_shown_a_project_is_typed_and_the_rest_is_explained() {
 fn new_places_that_cannot_be_used_are_refused_in_the_dialog_and_change_nothing() {
     let (mut bench, folder) = without_site();
     let before = bench.saved();
-    bench.ask(ProjectAsk::Open(folder));
+    bench.request(ProjectRequest::Open(folder));
     bench.settle();
     assert_eq!(relinking(&bench).asked, SitePart::ALL);
     dialog(&mut bench, DialogRequest::Relink);
@@ -213,7 +213,7 @@ fn new_places_that_cannot_be_used_are_refused_in_the_dialog_and_change_nothing()
 #[test]
 fn a_photo_s_file_is_copied_to_where_it_is_missing_or_the_dialog_says_why_not() {
     let mut bench = TestBench::new();
-    bench.ask(ProjectAsk::ShowMissing);
+    bench.request(ProjectRequest::ShowMissing);
     assert!(relinking(&bench).photos.is_empty());
     let mut with_photo = relinking(&bench).clone();
     with_photo.was.photos = bench.folder().join("photos");

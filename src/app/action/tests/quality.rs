@@ -1,17 +1,17 @@
 //! Tests of fillings and exposures: the facts that panels ask for, and the decisions.
 
 use super::bench::{PHOTOS, TestBench};
-use crate::state::ask::{DecideAsk, FlightAsk, QualityAsk};
+use crate::state::request::{DecideRequest, FlightRequest, QualityRequest};
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::fill::{FillOptions, Invent};
 use quadratura_recipe::colour::ColourEdit;
-use quadratura_recipe::fill::lookouts::Viewpoints;
 use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
+use quadratura_recipe::fill::viewpoints::Viewpoints;
 
-/// Asks until no job runs any more; returns in how many of three frames a job was started.
-fn starts(bench: &mut TestBench, ask: fn() -> QualityAsk) -> usize {
+/// Requests until no job runs any more; returns in how many of three frames a job was started.
+fn starts(bench: &mut TestBench, request: fn() -> QualityRequest) -> usize {
     let started = |bench: &mut TestBench| {
-        bench.ask(ask());
+        bench.request(request());
         let started = !bench.state.running.is_idle();
         bench.settle();
         started
@@ -22,7 +22,7 @@ fn starts(bench: &mut TestBench, ask: fn() -> QualityAsk) -> usize {
 }
 
 fn colour(bench: &mut TestBench, edit: ColourEdit, goes_on: bool) {
-    bench.ask(QualityAsk::Colour { edits: vec![edit], goes_on });
+    bench.request(QualityRequest::Colour { edits: vec![edit], goes_on });
 }
 
 // ---- fillings ----
@@ -30,9 +30,9 @@ fn colour(bench: &mut TestBench, edit: ColourEdit, goes_on: bool) {
 #[test]
 fn what_a_panel_asks_for_in_every_frame_is_computed_once() {
     let mut bench = TestBench::new();
-    assert_eq!(starts(&mut bench, || QualityAsk::WantPainters), 1);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantPainters), 1);
     assert!(bench.state.quality.fill.painters.found().is_some_and(Vec::is_empty));
-    assert_eq!(starts(&mut bench, || QualityAsk::WantWorst), 1);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantWorst), 1);
     assert!(bench.state.quality.fill.worst.found().is_some_and(|worst| worst.layers.is_empty()));
 }
 
@@ -42,7 +42,7 @@ fn a_fact_that_cannot_be_found_out_is_reported_once() {
     let stack = bench.folder().join("stacks").join(PHOTOS[0]);
     std::fs::create_dir_all(&stack).unwrap();
     std::fs::write(stack.join("stack.json"), "{").unwrap();
-    assert_eq!(starts(&mut bench, || QualityAsk::WantShares(PhotoId(0))), 1);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantShares(PhotoId(0))), 1);
     let shares = &bench.state.quality.fill.shares[&PhotoId(0)];
     assert!(shares.failed(&bench.state.running) && bench.said().len() == 1, "{:?}", bench.said());
 }
@@ -50,31 +50,31 @@ fn a_fact_that_cannot_be_found_out_is_reported_once() {
 #[test]
 fn other_viewpoints_rank_layers_again_and_views_of_photos_do_not() {
     let mut bench = TestBench::new();
-    assert_eq!(bench.state.lookouts(), Viewpoints::Photos);
-    starts(&mut bench, || QualityAsk::WantWorst);
-    bench.ask(QualityAsk::SeeFrom(Viewpoints::Photos));
-    bench.ask(FlightAsk::KeepView);
-    assert_eq!(starts(&mut bench, || QualityAsk::WantWorst), 0, "a bookmark is no camera of a photo");
-    bench.ask(QualityAsk::SeeFrom(Viewpoints::Kept));
-    assert_eq!(starts(&mut bench, || QualityAsk::WantWorst), 1);
+    assert_eq!(bench.state.viewpoints(), Viewpoints::Photos);
+    starts(&mut bench, || QualityRequest::WantWorst);
+    bench.request(QualityRequest::SeeFrom(Viewpoints::Photos));
+    bench.request(FlightRequest::KeepView);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantWorst), 0, "a bookmark is no camera of a photo");
+    bench.request(QualityRequest::SeeFrom(Viewpoints::Kept));
+    assert_eq!(starts(&mut bench, || QualityRequest::WantWorst), 1);
     assert_eq!(bench.state.quality.fill.worst.found().unwrap().views.len(), 1);
-    bench.ask(FlightAsk::KeepView);
-    assert_eq!(starts(&mut bench, || QualityAsk::WantWorst), 1);
+    bench.request(FlightRequest::KeepView);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantWorst), 1);
 }
 
 #[test]
 fn facts_are_asked_for_again_after_fillings_have_changed_and_choices_stay() {
     let mut bench = TestBench::new();
-    bench.ask(QualityAsk::SeeFrom(Viewpoints::Kept));
-    bench.ask(QualityAsk::TypeWithout(Some("tree".into())));
-    starts(&mut bench, || QualityAsk::WantPainters);
+    bench.request(QualityRequest::SeeFrom(Viewpoints::Kept));
+    bench.request(QualityRequest::TypeWithout(Some("tree".into())));
+    starts(&mut bench, || QualityRequest::WantPainters);
     bench.state.quality.forget_fillings();
-    assert_eq!(starts(&mut bench, || QualityAsk::WantPainters), 1);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantPainters), 1);
     bench.state.quality.forget_stacks();
-    assert_eq!(starts(&mut bench, || QualityAsk::WantPainters), 1);
-    assert_eq!(bench.state.lookouts(), Viewpoints::Kept);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantPainters), 1);
+    assert_eq!(bench.state.viewpoints(), Viewpoints::Kept);
     assert_eq!(bench.state.quality.fill.without.as_deref(), Some("tree"));
-    bench.ask(QualityAsk::TypeWithout(None));
+    bench.request(QualityRequest::TypeWithout(None));
     assert_eq!(bench.state.quality.fill.without, None);
 }
 
@@ -82,14 +82,14 @@ fn facts_are_asked_for_again_after_fillings_have_changed_and_choices_stay() {
 fn options_of_filling_are_steps_named_by_what_changes() {
     let mut bench = TestBench::new();
     let before = bench.project().fill;
-    bench.ask(QualityAsk::Fill(FillOptions { invent: Invent::Diffusion, ..before.clone() }));
+    bench.request(QualityRequest::Fill(FillOptions { invent: Invent::Diffusion, ..before.clone() }));
     let named = bench.undoes().map(str::to_owned);
-    bench.ask(QualityAsk::Fill(FillOptions { invent: Invent::Exemplar, ..before.clone() }));
+    bench.request(QualityRequest::Fill(FillOptions { invent: Invent::Exemplar, ..before.clone() }));
     assert!(named.is_some() && bench.undoes() == Some("fill options"));
-    bench.ask(QualityAsk::Fill(FillOptions { propagate: vec!["*".into()].into(), ..before.clone() }));
+    bench.request(QualityRequest::Fill(FillOptions { propagate: vec!["*".into()].into(), ..before.clone() }));
     assert_eq!(bench.undoes(), Some("choice of propagated paint"));
     assert!(bench.state.has_propagated());
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert!(!bench.state.has_propagated());
 }
 
@@ -99,17 +99,17 @@ fn where_paint_is_seen_is_a_step_for_each_switch_and_the_question_ends_with_an_a
     assert!(!bench.state.asks_where_paint_is_seen(), "there is no paint");
     bench.state.round_trip.painted.insert("a.jpg".into());
     assert!(bench.state.asks_where_paint_is_seen());
-    let see = |paint, seen| QualityAsk::See(SeenEdit { paint, seen });
-    bench.ask(see(EditedPaint::OfImport(3), Seen::OnlyHere));
+    let see = |paint, seen| QualityRequest::See(SeenEdit { paint, seen });
+    bench.request(see(EditedPaint::OfImport(3), Seen::OnlyHere));
     assert!(bench.project().fill.only_here.imports.contains(&3));
     assert_eq!(bench.undoes(), Some("choice of propagated paint"));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert!(bench.project().fill.only_here.imports.is_empty());
-    bench.ask(see(EditedPaint::All, Seen::OnlyHere));
+    bench.request(see(EditedPaint::All, Seen::OnlyHere));
     assert!(!bench.state.asks_where_paint_is_seen(), "it is answered");
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert!(bench.state.asks_where_paint_is_seen(), "and the answer undone");
-    bench.ask(QualityAsk::ChooseLater);
+    bench.request(QualityRequest::ChooseLater);
     assert!(!bench.state.asks_where_paint_is_seen());
     assert!(bench.project().fill.propagate.is_undecided());
 }
@@ -124,7 +124,7 @@ fn a_drag_of_an_exposure_is_one_step() {
     }
     assert_eq!(bench.project().colour.fixed[PHOTOS[0]], [0.3; 3]);
     assert_eq!(bench.undoes(), Some(format!("exposure of {}", PHOTOS[0]).as_str()));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert!(bench.project().colour.is_default() && bench.undoes().is_none());
 }
 
@@ -138,9 +138,9 @@ fn groups_of_light_are_steps_that_are_taken_back_one_by_one() {
         bench.project().colour.groups.as_ref().map_or(0, |groups| groups["Light 2"].len())
     };
     assert_eq!((members(&bench), bench.undoes()), (2, Some("groups of light")));
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(members(&bench), 1);
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert!(bench.project().colour.is_default() && bench.undoes().is_none());
     colour(&mut bench, ColourEdit::OneGroup, false);
     assert!(bench.project().colour.groups.as_ref().unwrap().is_empty());
@@ -152,7 +152,7 @@ fn two_drags_are_two_steps() {
     for stops in [0.1, 0.2] {
         colour(&mut bench, ColourEdit::Fix(PHOTOS[0].into(), [stops; 3]), false);
     }
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(bench.project().colour.fixed[PHOTOS[0]], [0.1; 3]);
 }
 
@@ -164,22 +164,22 @@ fn an_exposure_of_a_photo_that_is_not_there_is_a_problem_and_no_step() {
 }
 
 #[test]
-fn photos_that_cannot_be_compared_are_compared_again_only_when_one_asks() {
+fn photos_that_cannot_be_compared_are_compared_again_only_when_one_requests() {
     let mut bench = TestBench::new();
-    assert_eq!(starts(&mut bench, || QualityAsk::WantEstimate), 1);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantEstimate), 1);
     let colour = &bench.state.quality.colour;
     assert!(colour.failed(&bench.state.running) || colour.estimate.is_some(), "{:?}", bench.said());
-    bench.ask(QualityAsk::EstimateAgain);
+    bench.request(QualityRequest::EstimateAgain);
     assert!(!bench.state.quality.colour.failed(&bench.state.running));
-    assert_eq!(starts(&mut bench, || QualityAsk::WantEstimate), 1);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantEstimate), 1);
 }
 
 #[test]
 fn an_estimate_is_made_again_for_decisions_that_it_depends_on() {
     let mut bench = TestBench::new();
-    starts(&mut bench, || QualityAsk::WantEstimate);
+    starts(&mut bench, || QualityRequest::WantEstimate);
     colour(&mut bench, ColourEdit::Even(false), false);
-    assert_eq!(starts(&mut bench, || QualityAsk::WantEstimate), 0, "it does not depend on that");
+    assert_eq!(starts(&mut bench, || QualityRequest::WantEstimate), 0, "it does not depend on that");
     colour(&mut bench, ColourEdit::LeaveOut(PHOTOS[1].into()), false);
-    assert_eq!(starts(&mut bench, || QualityAsk::WantEstimate), 1);
+    assert_eq!(starts(&mut bench, || QualityRequest::WantEstimate), 1);
 }

@@ -7,8 +7,8 @@ use std::time::Duration;
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
 use crate::action::take_in;
-use crate::state::ask::{Flag, RoundTripAsk, WindowAsk};
 use crate::state::panels::Tab;
+use crate::state::request::{Flag, RoundTripRequest, WindowRequest};
 use crate::state::round_trip::image_editor::EditorChoice;
 use crate::state::round_trip::report::Way;
 use quadratura_base::error::Error;
@@ -52,8 +52,8 @@ fn come(bench: &mut TestBench, number: Option<u32>, way: Way) {
     let imports = number.map(import).into_iter().collect();
     let book = Arc::new(PaintBook { imports, ..PaintBook::default() });
     let imported = Imported { number, files: vec![file(bench)], book, ..Imported::default() };
-    let asks = bench.state.paint_came(imported, Duration::ZERO, way);
-    asks.into_iter().for_each(|ask| bench.ask(ask));
+    let requests = bench.state.paint_came(imported, Duration::ZERO, way);
+    requests.into_iter().for_each(|request| bench.request(request));
     bench.settle();
 }
 
@@ -65,10 +65,10 @@ const BY_HAND: Way = Way::ByHand { again: None };
 fn programs_are_looked_up_when_their_dialog_is_opened_and_only_then() {
     let mut bench = TestBench::empty();
     assert!(bench.state.round_trip.found.is_none());
-    bench.ask(WindowAsk::Flip(Flag::ImageEditor));
+    bench.request(WindowRequest::Flip(Flag::ImageEditor));
     assert!(bench.state.round_trip.found.is_some() && bench.state.has_dialog());
     bench.state.round_trip.found = Some(vec![(ImageEditor::Krita, "no-such-program".into())]);
-    bench.ask(RoundTripAsk::LookForEditors);
+    bench.request(RoundTripRequest::LookForEditors);
     let found = bench.state.round_trip.found.as_ref().unwrap();
     assert!(found.iter().all(|(_, program)| program != &PathBuf::from("no-such-program")));
 }
@@ -77,7 +77,7 @@ fn programs_are_looked_up_when_their_dialog_is_opened_and_only_then() {
 fn the_chosen_image_editor_is_a_setting() {
     let mut bench = TestBench::empty();
     let choice = EditorChoice { editor: None, program: "paint".into(), ..EditorChoice::default() };
-    bench.ask(RoundTripAsk::UseEditor(choice.clone()));
+    bench.request(RoundTripRequest::UseEditor(choice.clone()));
     assert_eq!(bench.state.settings.image_editor, choice);
 }
 
@@ -85,8 +85,8 @@ fn the_chosen_image_editor_is_a_setting() {
 fn a_photo_that_no_program_can_open_asks_for_one() {
     let mut bench = layered();
     let choice = EditorChoice { editor: None, program: "no-such-program".into(), ..EditorChoice::default() };
-    bench.ask(RoundTripAsk::UseEditor(choice));
-    bench.ask(RoundTripAsk::EditPhoto { fresh: false });
+    bench.request(RoundTripRequest::UseEditor(choice));
+    bench.request(RoundTripRequest::EditPhoto { fresh: false });
     assert!(bench.state.round_trip.dialogs.choosing_editor && bench.state.running.is_idle());
     assert_eq!(bench.said().len(), 1);
 }
@@ -94,14 +94,14 @@ fn a_photo_that_no_program_can_open_asks_for_one() {
 #[test]
 fn an_import_takes_the_lines_that_are_not_empty_and_closes_its_dialog() {
     let mut bench = TestBench::new();
-    bench.ask(RoundTripAsk::ChooseImports);
-    bench.ask(RoundTripAsk::Import);
+    bench.request(RoundTripRequest::ChooseImports);
+    bench.request(RoundTripRequest::Import);
     assert!(bench.state.running.is_idle(), "there was nothing to import");
-    bench.ask(RoundTripAsk::ChooseImports);
+    bench.request(RoundTripRequest::ChooseImports);
     let dialog = bench.state.round_trip.dialogs.import.as_mut().unwrap();
     dialog.paths = vec![" no-such-file.psd ".into(), "  ".into()];
-    bench.ask(RoundTripAsk::Import);
-    assert!(!bench.state.round_trip.asks());
+    bench.request(RoundTripRequest::Import);
+    assert!(!bench.state.round_trip.requests());
     bench.settle();
     let said = bench.said().join("\n");
     assert!(said.contains("no-such-file.psd"), "{said}");
@@ -110,7 +110,7 @@ fn an_import_takes_the_lines_that_are_not_empty_and_closes_its_dialog() {
 #[test]
 fn an_export_without_a_dialog_or_a_project_starts_nothing() {
     for mut bench in [TestBench::new(), TestBench::empty()] {
-        bench.ask(RoundTripAsk::Export);
+        bench.request(RoundTripRequest::Export);
         assert!(bench.state.running.is_idle());
     }
 }
@@ -161,8 +161,8 @@ fn pictures_of_an_import_that_is_not_the_last_one_are_dropped() {
 fn an_import_that_was_taken_back_is_marked_and_its_photos_are_shown_again() {
     let mut bench = TestBench::new();
     come(&mut bench, Some(1), BY_HAND);
-    let asks = bench.state.taken_back(import(1), Arc::default());
-    asks.into_iter().for_each(|ask| bench.ask(ask));
+    let requests = bench.state.taken_back(import(1), Arc::default());
+    requests.into_iter().for_each(|request| bench.request(request));
     assert!(bench.state.round_trip.report.as_ref().unwrap().taken_back);
     assert!(bench.state.round_trip.history.is_empty());
 }
@@ -180,7 +180,7 @@ fn an_import_that_cannot_be_taken_back_is_no_step_any_more() {
 fn taking_back_the_last_import_when_it_is_the_last_step_is_an_undo() {
     let mut bench = TestBench::new();
     come(&mut bench, Some(1), BY_HAND);
-    bench.ask(RoundTripAsk::TakeBackLast);
+    bench.request(RoundTripRequest::TakeBackLast);
     assert_eq!(bench.undoes(), None);
     assert!(!bench.state.running.is_idle());
     bench.settle();
@@ -190,7 +190,7 @@ fn taking_back_the_last_import_when_it_is_the_last_step_is_an_undo() {
 #[test]
 fn an_export_says_how_much_it_wrote_and_what_failed() {
     let mut bench = TestBench::new();
-    bench.ask(RoundTripAsk::ChooseExport);
+    bench.request(RoundTripRequest::ChooseExport);
     let failed = vec![(PHOTOS[1].to_owned(), Error::Request("no room".into()))];
     bench.state.exported(&Exported { done: Vec::new(), failed }, "out".into());
     assert_eq!(bench.said(), ["no room", "Exported 0 photos to out: 0.0 MB"]);
@@ -201,11 +201,11 @@ fn an_export_says_how_much_it_wrote_and_what_failed() {
 #[test]
 fn the_watch_begins_with_the_folder_of_documents_and_ends_with_the_project() {
     let mut bench = TestBench::new();
-    bench.ask(RoundTripAsk::WatchForSaves);
+    bench.request(RoundTripRequest::WatchForSaves);
     assert!(bench.work.watching.is_none() && bench.state.editing_folder().is_none());
     std::fs::create_dir_all(quadratura_recipe::editing::folder(bench.folder())).unwrap();
     assert!(bench.state.editing_folder().is_some());
-    bench.ask(RoundTripAsk::WatchForSaves);
+    bench.request(RoundTripRequest::WatchForSaves);
     assert!(bench.work.watching.is_some());
     crate::action::build::close_project(&mut bench.state, &mut bench.work);
     take_in(&mut bench.state, &mut bench.work);

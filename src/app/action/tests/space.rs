@@ -4,8 +4,8 @@ use glam::DVec2;
 
 use super::bench::TestBench;
 use crate::command::images;
-use crate::state::ask::{Flag, ImagesAsk, SelectAsk, SpaceAsk, WindowAsk};
 use crate::state::panes::Pane;
+use crate::state::request::{Flag, ImagesRequest, SelectRequest, SpaceRequest, WindowRequest};
 use crate::state::round_trip::dialogs::DialogPurpose;
 use crate::state::save_image::ImageFormat;
 use crate::state::selection::Selection;
@@ -13,7 +13,7 @@ use crate::state::space::FrameFacts;
 use crate::state::space::images::DrawnFrom;
 use crate::state::space::memory::SpaceMemory;
 use crate::state::space::picking::{ViewPixel, ball_of, faces_of};
-use crate::state::space::picture::{PaintedPicture, Request};
+use crate::state::space::picture::{PaintedPicture, PictureRequest};
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::LayerIndex;
 use quadratura_recipe::ldi::live::LiveStatus;
@@ -26,7 +26,7 @@ const LANDED_S: f64 = 2.0;
 /// Makes a bench whose view has moved back until all is seen: it looks through no photo.
 fn far_away() -> TestBench {
     let mut bench = TestBench::new();
-    bench.ask(SpaceAsk::ShowAll);
+    bench.request(SpaceRequest::ShowAll);
     bench.pass(LANDED_S);
     assert_eq!(bench.state.space.through(), None);
     bench
@@ -42,7 +42,7 @@ fn eye(bench: &TestBench) -> glam::DVec3 {
 fn a_flight_into_a_photo_takes_its_time_and_ends_in_its_camera() {
     let mut bench = far_away();
     let from = eye(&bench);
-    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(2)));
+    bench.request(SpaceRequest::FlyToPhoto(PhotoId(2)));
     bench.pass(0.3);
     let there = bench.session().viewpoint_of(PhotoId(2));
     assert!(eye(&bench).distance(from) > 1e-6 && eye(&bench).distance(there.position()) > 1e-6);
@@ -54,7 +54,7 @@ fn a_flight_into_a_photo_takes_its_time_and_ends_in_its_camera() {
 #[test]
 fn the_frame_in_which_a_flight_ends_is_its_last() {
     let mut bench = far_away();
-    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(1)));
+    bench.request(SpaceRequest::FlyToPhoto(PhotoId(1)));
     for _ in 0..2 {
         assert!(bench.state.space.flies(bench.state.window.now_s));
         bench.pass(0.4);
@@ -69,10 +69,10 @@ fn the_frame_in_which_a_flight_ends_is_its_last() {
 fn the_same_command_flies_into_the_photo_and_back() {
     let mut bench = far_away();
     let before = eye(&bench);
-    bench.ask(SpaceAsk::Snap);
+    bench.request(SpaceRequest::Snap);
     bench.pass(LANDED_S);
     assert_eq!(bench.state.space.through(), Some(PhotoId(0)));
-    bench.ask(SpaceAsk::Snap);
+    bench.request(SpaceRequest::Snap);
     bench.pass(LANDED_S);
     assert_eq!(bench.state.space.through(), None);
     assert!(eye(&bench).distance(before) < 1e-9);
@@ -82,7 +82,7 @@ fn the_same_command_flies_into_the_photo_and_back() {
 fn flying_into_a_photo_a_second_time_stays_there() {
     let mut bench = far_away();
     for _ in 0..2 {
-        bench.ask(SpaceAsk::FlyInto);
+        bench.request(SpaceRequest::FlyInto);
         bench.pass(LANDED_S);
         assert_eq!(bench.state.space.through(), Some(PhotoId(0)));
     }
@@ -92,12 +92,12 @@ fn flying_into_a_photo_a_second_time_stays_there() {
 fn the_next_photo_is_flown_to_only_while_the_view_looks_through_one() {
     let mut bench = far_away();
     let before = eye(&bench);
-    bench.ask(SelectAsk::StepPhoto(1));
+    bench.request(SelectRequest::StepPhoto(1));
     bench.pass(LANDED_S);
     assert_eq!((bench.state.selected_photo(), eye(&bench)), (Some(PhotoId(1)), before));
-    bench.ask(SpaceAsk::FlyInto);
+    bench.request(SpaceRequest::FlyInto);
     bench.pass(LANDED_S);
-    bench.ask(SelectAsk::StepPhoto(1));
+    bench.request(SelectRequest::StepPhoto(1));
     bench.pass(LANDED_S);
     assert_eq!(bench.state.space.through(), Some(PhotoId(2)));
 }
@@ -105,11 +105,11 @@ fn the_next_photo_is_flown_to_only_while_the_view_looks_through_one() {
 #[test]
 fn a_view_that_is_hidden_waits_with_its_flight() {
     let mut bench = far_away();
-    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(1)));
-    bench.ask(WindowAsk::ShowPane(Pane::Photo));
+    bench.request(SpaceRequest::FlyToPhoto(PhotoId(1)));
+    bench.request(WindowRequest::ShowPane(Pane::Photo));
     bench.pass(LANDED_S);
     assert_eq!(bench.state.space.through(), None);
-    bench.ask(WindowAsk::ShowPane(Pane::Space));
+    bench.request(WindowRequest::ShowPane(Pane::Space));
     bench.pass(0.1);
     assert_eq!(bench.state.space.through(), Some(PhotoId(1)));
 }
@@ -118,13 +118,13 @@ fn a_view_that_is_hidden_waits_with_its_flight() {
 fn framing_nothing_shows_everything_and_framing_a_face_holds_its_ball() {
     let mut bench = far_away();
     let all = eye(&bench);
-    bench.ask(SelectAsk::Only(Selection::Nothing));
-    bench.ask(SpaceAsk::Frame);
+    bench.request(SelectRequest::Only(Selection::Nothing));
+    bench.request(SpaceRequest::Frame);
     bench.pass(LANDED_S);
     assert!(eye(&bench).distance(all) < 1e-9);
     let face = Selection::Face(FaceId(0));
-    bench.ask(SelectAsk::Only(face));
-    bench.ask(SpaceAsk::Frame);
+    bench.request(SelectRequest::Only(face));
+    bench.request(SpaceRequest::Frame);
     bench.pass(LANDED_S);
     let (center, radius) = ball_of(face, bench.session()).unwrap();
     assert!(bench.state.space.viewpoint.pivot.distance(center) < 1e-9);
@@ -141,7 +141,7 @@ fn a_tilted_view_is_levelled_without_leaving_its_place() {
     let before = eye(&bench);
     let tilt = |bench: &TestBench| bench.state.space.viewpoint.pose.rotation.row(0).dot(up).abs();
     assert!(tilt(&bench) > 0.1);
-    bench.ask(SpaceAsk::Level);
+    bench.request(SpaceRequest::Level);
     bench.pass(LANDED_S);
     assert!(tilt(&bench) < 1e-9 && eye(&bench).distance(before) < 1e-6);
 }
@@ -151,7 +151,7 @@ fn a_tilted_view_is_levelled_without_leaving_its_place() {
 #[test]
 fn a_movement_by_hand_leaves_the_photo_and_ends_a_flight() {
     let mut bench = far_away();
-    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(1)));
+    bench.request(SpaceRequest::FlyToPhoto(PhotoId(1)));
     bench.pass(0.1);
     let mut it = SpaceMemory::new(&bench.state);
     it.viewpoint.pan(DVec2::new(10.0, 0.0), 600.0);
@@ -184,7 +184,7 @@ fn a_view_that_is_only_drawn_stays_in_its_photo_and_keeps_what_was_chosen() {
 fn a_view_without_painter_requests_nothing_and_wakes_nobody() {
     let mut bench = TestBench::new();
     bench.state.window.next_frame_s = None;
-    bench.ask(SpaceAsk::Draw(FrameFacts { background: [0; 3], moves: true }));
+    bench.request(SpaceRequest::Draw(FrameFacts { background: [0; 3], moves: true }));
     assert_eq!(bench.state.window.next_frame_s, None);
     let (request, _) = bench.state.space.due(FrameFacts { background: [0; 3], moves: true }, 0.0, false);
     assert!(request.is_some(), "it is still to be requested");
@@ -194,7 +194,7 @@ fn a_view_without_painter_requests_nothing_and_wakes_nobody() {
 fn the_status_says_of_which_photos_the_layered_depth_image_is_and_which_are_being_combined() {
     let mut bench = TestBench::new();
     assert_eq!(bench.state.images_in_words(), None);
-    bench.ask(WindowAsk::Flip(Flag::Images));
+    bench.request(WindowRequest::Flip(Flag::Images));
     assert_eq!(bench.state.images_in_words(), None, "there is no picture yet");
     let mut status =
         LiveStatus { building: vec![PhotoId(1), PhotoId(0), PhotoId(2)], ..LiveStatus::default() };
@@ -210,12 +210,12 @@ fn the_status_says_of_which_photos_the_layered_depth_image_is_and_which_are_bein
     assert_eq!(words(&status), "c · depth complexity 1.24 · 14 ms · building b with a, c");
     (status.building, status.fault) = (Vec::new(), Some("no stack".into()));
     assert_eq!(words(&status), "c · depth complexity 1.24 · 14 ms · not built: no stack");
-    bench.ask(SpaceAsk::ShowObject(bench.session().model().objects[0].name.clone(), false));
+    bench.request(SpaceRequest::ShowObject(bench.session().model().objects[0].name.clone(), false));
     assert_eq!(
         bench.state.images_in_words().unwrap(),
         "The model is shown instead of layered depth images: they cannot hide objects"
     );
-    bench.ask(WindowAsk::Flip(Flag::Images));
+    bench.request(WindowRequest::Flip(Flag::Images));
     assert_eq!(bench.state.images_in_words(), None);
 }
 
@@ -223,8 +223,8 @@ fn the_status_says_of_which_photos_the_layered_depth_image_is_and_which_are_bein
 fn a_photo_without_layers_is_not_saved_as_a_layered_depth_image() {
     let mut bench = TestBench::new();
     for command in [&images::SAVE, &images::PAGE] {
-        let ask = command.asked(&bench.state);
-        bench.ask(ask);
+        let request = command.asked(&bench.state);
+        bench.request(request);
         assert!(bench.state.save_image.is_none());
         let said = bench.said();
         assert!(said.last().is_some_and(|it| it.contains("build the layers first")), "{said:?}");
@@ -234,7 +234,7 @@ fn a_photo_without_layers_is_not_saved_as_a_layered_depth_image() {
 #[test]
 fn the_dialog_proposes_a_file_of_the_photos_name_and_takes_the_path_that_was_chosen() {
     let mut bench = TestBench::new();
-    bench.ask(ImagesAsk::Choose(ImageFormat::Ldi));
+    bench.request(ImagesRequest::Choose(ImageFormat::Ldi));
     let dialog = bench.state.save_image.as_ref().unwrap();
     assert_eq!(dialog.out(), bench.folder().join("ldi/a.ldi"));
     assert!(bench.state.has_dialog());
@@ -242,7 +242,7 @@ fn the_dialog_proposes_a_file_of_the_photos_name_and_takes_the_path_that_was_cho
     let dialog = bench.state.save_image.take().unwrap();
     assert_eq!(dialog.out(), std::path::Path::new("/elsewhere/b.ldi"));
     // It fails with a reason, because the photo has no layers.
-    bench.ask(ImagesAsk::Save(dialog));
+    bench.request(ImagesRequest::Save(dialog));
     bench.settle();
     assert!(bench.said().last().is_some_and(|it| it.contains("has no stack yet")), "{:?}", bench.said());
 }
@@ -255,7 +255,8 @@ fn show_faces(bench: &mut TestBench, faces: &[u32]) -> Viewpoint {
     let camera = view.camera(faces.len() as u32, 1);
     let shot = bench.state.space.look.shot(camera, view.pose);
     let from = DrawnFrom::Model;
-    let request = Request { shot, lens: view.lens, from, yields: false, background: [0; 3], revision: 0 };
+    let request =
+        PictureRequest { shot, lens: view.lens, from, yields: false, background: [0; 3], revision: 0 };
     let image = Picture { width: faces.len() as u32, height: 1, rgba: vec![255; 4 * faces.len()] };
     let surface = bench.session().solid.clone();
     let spent = std::time::Duration::from_millis(10);
@@ -349,12 +350,12 @@ fn the_faces_of_a_selection_are_in_its_ball() {
 fn layers_are_pulled_apart_and_put_together_where_the_view_was() {
     let mut bench = TestBench::new();
     let before = bench.state.space.viewpoint;
-    bench.ask(WindowAsk::ShowPane(Pane::Photo));
-    bench.ask(SpaceAsk::PullApart);
+    bench.request(WindowRequest::ShowPane(Pane::Photo));
+    bench.request(SpaceRequest::PullApart);
     assert!(bench.state.space.exploded.is_on() && bench.state.panes.is_shown(Pane::Space));
     bench.pass(LANDED_S);
     assert!(eye(&bench).distance(before.position()) > 1e-3, "it looks from the side");
-    bench.ask(SpaceAsk::PullApart);
+    bench.request(SpaceRequest::PullApart);
     bench.pass(LANDED_S);
     assert!(!bench.state.space.exploded.is_on());
     assert_eq!((bench.state.space.viewpoint, bench.state.space.through()), (before, Some(PhotoId(0))));
@@ -363,24 +364,24 @@ fn layers_are_pulled_apart_and_put_together_where_the_view_was() {
 #[test]
 fn the_layers_of_the_photo_that_is_selected_are_the_ones_pulled_apart() {
     let mut bench = TestBench::new();
-    bench.ask(SpaceAsk::FollowSelection);
+    bench.request(SpaceRequest::FollowSelection);
     assert!(!bench.state.space.exploded.is_on(), "nothing is pulled apart");
-    bench.ask(SpaceAsk::PullApart);
+    bench.request(SpaceRequest::PullApart);
     bench.state.space.exploded.now_apart = 1.0;
-    bench.ask(SelectAsk::Only(Selection::Photo(PhotoId(2))));
-    bench.ask(SpaceAsk::FollowSelection);
+    bench.request(SelectRequest::Only(Selection::Photo(PhotoId(2))));
+    bench.request(SpaceRequest::FollowSelection);
     assert_eq!(bench.state.space.exploded.photo, Some(PhotoId(2)));
     assert_eq!(bench.state.space.exploded.now_apart, 0.0, "they open from the beginning");
     bench.state.space.exploded.now_apart = 1.0;
-    bench.ask(SpaceAsk::FollowSelection);
+    bench.request(SpaceRequest::FollowSelection);
     assert_eq!(bench.state.space.exploded.now_apart, 1.0, "once");
 }
 
 #[test]
 fn a_photo_without_layers_has_no_pictures_to_pull_apart() {
     let mut bench = TestBench::new();
-    bench.ask(SpaceAsk::PullApart);
-    bench.ask(SpaceAsk::WantLayerPictures);
+    bench.request(SpaceRequest::PullApart);
+    bench.request(SpaceRequest::WantLayerPictures);
     assert!(bench.state.running.is_idle() && bench.state.panes_apart().is_none());
     let pixel = SpaceMemory::new(&bench.state).pixel_at(DVec2::ZERO);
     assert!(bench.state.layer_at(&pixel, 1.0).is_none());

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::bench::{PHOTOS, TestBench};
-use crate::state::ask::{DecideAsk, SelectAsk, SpaceAsk, TreeAsk};
+use crate::state::request::{DecideRequest, SelectRequest, SpaceRequest, TreeRequest};
 use crate::state::selection::Selection;
 use crate::state::space::picking::ViewPixel;
 use crate::state::trees::hand::Hold;
@@ -25,8 +25,8 @@ fn bench() -> TestBench {
     let species = TreeSpecies { from: PlantSource::File("leaf.plant".into()), up: None, unit: None };
     let trees = Trees { species: [("bush".to_owned(), species)].into(), ..Trees::default() };
     let project = Project { trees, ..bench.project() };
-    bench.ask(DecideAsk::Edit("species".into(), Box::new(project), None));
-    bench.ask(TreeAsk::Choose("bush".into()));
+    bench.request(DecideRequest::Edit("species".into(), Box::new(project), None));
+    bench.request(TreeRequest::Choose("bush".into()));
     bench
 }
 
@@ -39,7 +39,7 @@ fn planted(names: &[&str]) -> TestBench {
         trees = placed(&trees, "bush", Some(name), &change).unwrap().0;
     }
     let project = Project { trees, ..bench.project() };
-    bench.ask(DecideAsk::Edit("planting".into(), Box::new(project), None));
+    bench.request(DecideRequest::Edit("planting".into(), Box::new(project), None));
     bench
 }
 
@@ -62,41 +62,41 @@ fn at(pixel: &ViewPixel, x: f64, y: f64) -> ViewPixel {
 #[test]
 fn a_click_places_a_tree_on_the_surface_and_a_drag_from_there_is_the_same_step() {
     let mut bench = bench();
-    bench.ask(TreeAsk::Hand);
+    bench.request(TreeRequest::Hand);
     // A point of the nearest step of the stairs.
     let point = DVec3::new(-3.0, 0.5, 6.0);
     let pixel = pixel_of(&bench, point);
-    bench.ask(TreeAsk::Press(pixel));
+    bench.request(TreeRequest::Press(pixel));
     assert_eq!((names(&bench), bench.undoes()), (vec!["bush_1".to_owned()], Some("placing of bush_1")));
     assert_eq!(bench.state.selection, Selection::Tree(TreeIndex(0)));
     let foot = |bench: &TestBench| DVec3::from_array(bench.project().trees.placed[0].at);
     assert!(foot(&bench).abs_diff_eq(point, 1e-6), "{}", foot(&bench));
     let there = DVec3::new(-2.6, -0.4, 6.0);
-    bench.ask(TreeAsk::Drag(pixel_of(&bench, there), Hold::Move));
+    bench.request(TreeRequest::Drag(pixel_of(&bench, there), Hold::Move));
     assert!(foot(&bench).abs_diff_eq(there, 1e-6), "{}", foot(&bench));
-    bench.ask(TreeAsk::Drag(at(&pixel_of(&bench, there), 64.0, 0.0), Hold::Turn));
-    bench.ask(TreeAsk::Drag(at(&pixel_of(&bench, there), 128.0, 0.0), Hold::Turn));
-    bench.ask(TreeAsk::Drag(at(&pixel_of(&bench, there), 128.0, -40.0), Hold::Height));
-    bench.ask(TreeAsk::Drag(at(&pixel_of(&bench, there), 128.0, -80.0), Hold::Height));
-    bench.ask(TreeAsk::Release);
+    bench.request(TreeRequest::Drag(at(&pixel_of(&bench, there), 64.0, 0.0), Hold::Turn));
+    bench.request(TreeRequest::Drag(at(&pixel_of(&bench, there), 128.0, 0.0), Hold::Turn));
+    bench.request(TreeRequest::Drag(at(&pixel_of(&bench, there), 128.0, -40.0), Hold::Height));
+    bench.request(TreeRequest::Drag(at(&pixel_of(&bench, there), 128.0, -80.0), Hold::Height));
+    bench.request(TreeRequest::Release);
     let tree = bench.project().trees.placed[0].clone();
     assert!((tree.turn - 36.0).abs() < 1e-9 && tree.height.unwrap() > 0.1, "{tree:?}");
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert!(names(&bench).is_empty(), "all of it was one gesture");
-    bench.ask(DecideAsk::Redo);
+    bench.request(DecideRequest::Redo);
     assert_eq!(bench.project().trees.placed[0], tree);
 }
 
 #[test]
 fn a_gesture_that_is_given_up_leaves_no_step_and_nothing_is_placed_in_the_sky() {
     let mut bench = bench();
-    bench.ask(TreeAsk::Press(pixel_of(&bench, DVec3::new(-3.0, 0.5, 6.0))));
-    bench.ask(TreeAsk::Drag(pixel_of(&bench, DVec3::new(-3.0, -0.5, 6.0)), Hold::Move));
-    bench.ask(TreeAsk::GiveUp);
+    bench.request(TreeRequest::Press(pixel_of(&bench, DVec3::new(-3.0, 0.5, 6.0))));
+    bench.request(TreeRequest::Drag(pixel_of(&bench, DVec3::new(-3.0, -0.5, 6.0)), Hold::Move));
+    bench.request(TreeRequest::GiveUp);
     assert_eq!((names(&bench).len(), bench.undoes()), (0, Some("species")));
     bench.pass(0.1);
     assert_eq!(bench.state.selection, Selection::Nothing, "what was selected is gone");
-    bench.ask(TreeAsk::Press(pixel_of(&bench, DVec3::new(-3.0, 9.0, 6.0))));
+    bench.request(TreeRequest::Press(pixel_of(&bench, DVec3::new(-3.0, 9.0, 6.0))));
     assert!(names(&bench).is_empty());
     assert!(bench.said().iter().any(|said| said.contains("no surface")), "{:?}", bench.said());
 }
@@ -104,33 +104,39 @@ fn a_gesture_that_is_given_up_leaves_no_step_and_nothing_is_placed_in_the_sky() 
 #[test]
 fn the_brush_and_the_tool_for_trees_put_each_other_away() {
     let mut bench = bench();
-    bench.ask(TreeAsk::Hand);
-    bench.ask(SpaceAsk::Brush);
+    bench.request(TreeRequest::Hand);
+    bench.request(SpaceRequest::Brush);
     assert!(bench.state.space.brush.on && !bench.state.trees.hand.on);
-    bench.ask(TreeAsk::Hand);
+    bench.request(TreeRequest::Hand);
     assert!(!bench.state.space.brush.on && bench.state.trees.hand.on);
 }
 
 #[test]
 fn the_selection_stays_with_its_tree_where_others_go_and_under_another_name() {
     let mut bench = planted(&["a", "b", "c"]);
-    bench.ask(SelectAsk::Only(Selection::Tree(TreeIndex(2))));
-    bench.ask(TreeAsk::Remove("a".into()));
+    bench.request(SelectRequest::Only(Selection::Tree(TreeIndex(2))));
+    bench.request(TreeRequest::Remove("a".into()));
     bench.pass(0.1);
     assert_eq!(bench.state.selection, Selection::Tree(TreeIndex(1)));
     let mut tree = bench.state.selected_tree().unwrap().clone();
     tree.name = "old one".into();
-    bench.ask(TreeAsk::Show(vec!["c".into()], false));
-    let set = |tree| TreeAsk::Set { name: "c".into(), tree: Box::new(tree), what: "name", goes_on: false };
-    bench.ask(set(tree.clone()));
+    bench.request(TreeRequest::Show(vec!["c".into()], false));
+    let set =
+        |tree| TreeRequest::Set { name: "c".into(), tree: Box::new(tree), what: "name", goes_on: false };
+    bench.request(set(tree.clone()));
     bench.pass(0.1);
     assert_eq!(bench.state.selected_tree().unwrap().name, "old one");
     assert!(bench.state.trees.hidden.contains("old one") && bench.state.trees.hidden.len() == 1);
     tree.name = "b".into();
-    bench.ask(TreeAsk::Set { name: "old one".into(), tree: Box::new(tree), what: "name", goes_on: false });
+    bench.request(TreeRequest::Set {
+        name: "old one".into(),
+        tree: Box::new(tree),
+        what: "name",
+        goes_on: false,
+    });
     assert_eq!(names(&bench), ["b", "old one"]);
     assert!(bench.said().iter().any(|said| said.contains("two trees")), "{:?}", bench.said());
-    bench.ask(TreeAsk::Remove("old one".into()));
+    bench.request(TreeRequest::Remove("old one".into()));
     bench.pass(0.1);
     assert_eq!(bench.state.selection, Selection::Nothing);
 }
@@ -138,22 +144,22 @@ fn the_selection_stays_with_its_tree_where_others_go_and_under_another_name() {
 #[test]
 fn a_drag_of_a_number_is_one_step_and_a_copy_stands_beside_its_tree() {
     let mut bench = planted(&["a"]);
-    bench.ask(TreeAsk::WantFigures);
+    bench.request(TreeRequest::WantFigures);
     bench.settle();
     let tree = bench.project().trees.placed[0].clone();
     for (height, goes_on) in [(2.0, true), (3.0, true), (4.0, false)] {
         let tree = Box::new(quadratura_document::trees::PlacedTree { height: Some(height), ..tree.clone() });
-        bench.ask(TreeAsk::Set { name: "a".into(), tree, what: "height", goes_on });
+        bench.request(TreeRequest::Set { name: "a".into(), tree, what: "height", goes_on });
     }
     assert_eq!((bench.project().trees.placed[0].height, bench.undoes()), (Some(4.0), Some("height of a")));
-    bench.ask(TreeAsk::Duplicate("a".into()));
+    bench.request(TreeRequest::Duplicate("a".into()));
     let trees = bench.project().trees;
     let apart = DVec3::from_array(trees.placed[1].at).distance(DVec3::from_array(tree.at));
     // The leaf is as wide as it is high.
     assert!((apart - 4.0).abs() < 1e-6, "{apart}");
     assert_eq!(bench.state.selected_tree().unwrap().name, "bush_1");
-    bench.ask(DecideAsk::Undo);
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(bench.project().trees.placed[..], [tree]);
 }
 
@@ -161,9 +167,9 @@ fn a_drag_of_a_number_is_one_step_and_a_copy_stands_beside_its_tree() {
 fn the_light_is_a_step_of_its_own_and_light_that_cannot_be_is_refused() {
     let mut bench = planted(&["a"]);
     let light = |x: f64| TreeLight { sun: Some([x, 0.0, 0.0]), ..TreeLight::default() };
-    bench.ask(TreeAsk::Light { light: light(1.0), goes_on: false });
+    bench.request(TreeRequest::Light { light: light(1.0), goes_on: false });
     assert_eq!((bench.project().trees.light, bench.undoes()), (light(1.0), Some("light on trees")));
-    bench.ask(TreeAsk::Light { light: light(0.0), goes_on: false });
+    bench.request(TreeRequest::Light { light: light(0.0), goes_on: false });
     assert_eq!(bench.project().trees.light, light(1.0));
     assert!(bench.said().iter().any(|said| said.contains("light.sun")), "{:?}", bench.said());
 }
@@ -177,7 +183,7 @@ fn the_real_trees_are_masked_in_all_photos_as_one_step_and_a_second_time_nothing
             bench.settle();
         }
     };
-    bench.ask(TreeAsk::Mask);
+    bench.request(TreeRequest::Mask);
     keep(&mut bench);
     assert_eq!(bench.undoes(), Some("masks of trees"), "{:?}", bench.said());
     let masks = bench.project().masks;
@@ -185,12 +191,12 @@ fn the_real_trees_are_masked_in_all_photos_as_one_step_and_a_second_time_nothing
         let is_of_tree = matches!(masks.of(photo), [mask] if matches!(mask.from, MaskOrigin::Tree(_)));
         assert!(is_of_tree && masks.of(photo)[0].pixels > 10, "{photo}: {:?}", masks.of(photo));
     }
-    bench.ask(TreeAsk::Mask);
+    bench.request(TreeRequest::Mask);
     keep(&mut bench);
     assert!(bench.said().iter().any(|said| said.contains("masked already")), "{:?}", bench.said());
     assert_eq!(bench.undoes(), Some("masks of trees"));
-    bench.ask(TreeAsk::ClearMasks);
+    bench.request(TreeRequest::ClearMasks);
     assert!(bench.project().masks.is_empty());
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(bench.project().masks, masks);
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::bench::{PHOTOS, TestBench};
 use super::layered::layered;
 use crate::action::known::{leave_known, remember_opened};
-use crate::state::ask::{BuildAsk, DecideAsk, Flag, MaskAsk, WindowAsk};
 use crate::state::masking::keeping::MaskWork;
+use crate::state::request::{DecideRequest, Flag, JobRequest, MaskRequest, WindowRequest};
 use crate::state::running::{Job, JobId, JobKind};
 use crate::state::session::PhotoStatus;
 use crate::state::updating::Updating;
@@ -25,7 +25,7 @@ fn updates(bench: &TestBench) -> bool {
 /// Switches updates on, as if the first one had ended. (The stacks of the bench are not on disk, so that none can.)
 fn keeping(mut bench: TestBench) -> TestBench {
     bench.pass(1.0);
-    bench.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bench.request(WindowRequest::Flip(Flag::KeepUpToDate));
     bench.state.updating.begin();
     bench.pass(1.0);
     assert!(!updates(&bench), "nothing is left to do");
@@ -35,7 +35,7 @@ fn keeping(mut bench: TestBench) -> TestBench {
 fn edit(bench: &mut TestBench, change: impl FnOnce(&mut Project)) {
     let mut project = bench.project();
     change(&mut project);
-    bench.ask(DecideAsk::Edit("edit".into(), Box::new(project), None));
+    bench.request(DecideRequest::Edit("edit".into(), Box::new(project), None));
 }
 
 fn widen(bench: &mut TestBench) {
@@ -76,7 +76,7 @@ fn updates_are_paused_for_one_project_in_all_windows_and_not_for_the_next_one() 
     reopen(&mut bench, &project);
     bench.pass(1.0);
     assert!(bench.state.settings.keep_up_to_date);
-    bench.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bench.request(WindowRequest::Flip(Flag::KeepUpToDate));
     bench.pass(1.0);
     reopen(&mut bench, folder.path());
     assert!(bench.state.settings.keep_up_to_date, "another project");
@@ -92,11 +92,11 @@ fn a_project_that_is_opened_is_updated_where_it_has_stacks() {
     let mut bench = layered();
     bench.pass(1.0);
     assert!(!updates(&bench), "it is switched off");
-    bench.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bench.request(WindowRequest::Flip(Flag::KeepUpToDate));
     bench.pass(1.0);
     assert!(updates(&bench));
     let mut bare = TestBench::new();
-    bare.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bare.request(WindowRequest::Flip(Flag::KeepUpToDate));
     bare.pass(1.0);
     assert!(!updates(&bare), "a photo that was never built is left to the user");
 }
@@ -150,7 +150,7 @@ fn imports_and_masks_go_before_the_next_photo() {
     assert!(free(&bench));
     let photo = PHOTOS[0].to_owned();
     let work = MaskWork::Object { photo, object: "no such object".into(), margin_px: 0 };
-    bench.ask(MaskAsk::Mask("mask".into(), work));
+    bench.request(MaskRequest::Mask("mask".into(), work));
     bench.work.live.give_way(bench.state.updates_wait());
     assert!(!free(&bench), "a mask waits to be written");
     let stacks = bench.work.live.stacks.take();
@@ -168,10 +168,10 @@ fn the_photo_in_view_comes_first() {
 #[test]
 fn the_button_at_its_progress_switches_it_off() {
     let mut bench = layered();
-    bench.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bench.request(WindowRequest::Flip(Flag::KeepUpToDate));
     bench.pass(1.0);
     let id = bench.state.running.all().find(|(_, job)| job.kind == JobKind::Update).unwrap().0;
-    bench.ask(BuildAsk::Stop(id));
+    bench.request(JobRequest::Stop(id));
     assert!(!bench.state.settings.keep_up_to_date);
     let mut bench = layered();
     let waits = |bench: &TestBench| bench.state.paused_updates();
@@ -214,7 +214,7 @@ fn an_update_stops_for_the_photos_whose_inputs_change_and_for_no_other() {
 fn while_the_model_is_not_what_the_decisions_say_nothing_is_made_of_it() {
     let mut bench = keeping(layered());
     let object = bench.session().model().objects[0].name.clone();
-    bench.ask(DecideAsk::SwitchObject(object, false));
+    bench.request(DecideRequest::SwitchObject(object, false));
     assert!(bench.session().is_behind());
     bench.work.live.publish(None::<&crate::state::session::Session>);
     let right: Result<Box<dyn Any>, _> = bench.work.live.right(&Task::silent());
@@ -228,7 +228,7 @@ fn reloading_waits_for_a_running_job_and_happens_after_it() {
     let mut bench = TestBench::new();
     let reads = |bench: &TestBench| bench.state.running.runs(JobKind::Open);
     bench.state.running.begun(JobId(900), Job::new(JobKind::Export, "Exporting".into()));
-    bench.ask(BuildAsk::Reread(None));
+    bench.request(JobRequest::Reread(None));
     bench.pass(0.1);
     assert!(!reads(&bench));
     assert!(bench.said().last().unwrap().contains("waits until “Exporting” has ended"));
@@ -244,7 +244,7 @@ fn reloading_waits_for_a_running_job_and_happens_after_it() {
 fn reloading_waits_for_an_update_and_comes_before_the_next_one() {
     let mut bench = keeping(layered());
     bench.state.running.begun(JobId(900), Job::new(JobKind::Update, "Updating layers".into()));
-    bench.ask(BuildAsk::Reread(None));
+    bench.request(JobRequest::Reread(None));
     bench.pass(0.1);
     assert!(!bench.state.running.runs(JobKind::Open), "the update goes on");
     assert!(bench.said().last().unwrap().contains("waits until “Updating layers” has ended or is paused"));

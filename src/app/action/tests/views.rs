@@ -1,8 +1,8 @@
 //! Tests of the selection, of decisions about it, and of viewpoints.
 
 use super::bench::{PHOTOS, TestBench};
-use crate::state::ask::{DecideAsk, FlightAsk, SelectAsk, SpaceAsk, WindowAsk};
 use crate::state::panes::Pane;
+use crate::state::request::{DecideRequest, FlightRequest, SelectRequest, SpaceRequest, WindowRequest};
 use crate::state::selection::Selection;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::LayerIndex;
@@ -14,21 +14,21 @@ use quadratura_view::DisplayMode;
 fn a_photo_that_is_selected_is_the_one_that_commands_mean() {
     let mut bench = TestBench::new();
     assert_eq!(bench.state.selected_photo_name().as_deref(), Some(PHOTOS[0]));
-    bench.ask(SelectAsk::Only(Selection::Photo(PhotoId(2))));
+    bench.request(SelectRequest::Only(Selection::Photo(PhotoId(2))));
     assert_eq!(bench.state.selected_photo_name().as_deref(), Some(PHOTOS[2]));
-    bench.ask(SelectAsk::Only(Selection::Nothing));
+    bench.request(SelectRequest::Only(Selection::Nothing));
     assert_eq!(bench.state.selected_photo(), Some(PhotoId(2)), "it stays the one");
 }
 
 #[test]
 fn photos_are_stepped_through_in_a_circle() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::StepPhoto(1));
-    bench.ask(SelectAsk::StepPhoto(1));
+    bench.request(SelectRequest::StepPhoto(1));
+    bench.request(SelectRequest::StepPhoto(1));
     assert_eq!(bench.state.selected_photo(), Some(PhotoId(2)));
-    bench.ask(SelectAsk::StepPhoto(1));
+    bench.request(SelectRequest::StepPhoto(1));
     assert_eq!(bench.state.selected_photo(), Some(PhotoId(0)));
-    bench.ask(SelectAsk::StepPhoto(-1));
+    bench.request(SelectRequest::StepPhoto(-1));
     assert_eq!(bench.state.selected_photo(), Some(PhotoId(2)));
 }
 
@@ -36,21 +36,21 @@ fn photos_are_stepped_through_in_a_circle() {
 fn layers_are_added_to_the_selection_and_taken_out() {
     let mut bench = TestBench::new();
     let layer = |layer| Selection::Layer { photo: PhotoId(1), layer };
-    bench.ask(SelectAsk::Only(layer(LayerIndex(3))));
-    bench.ask(SelectAsk::Toggle(PhotoId(1), LayerIndex(5)));
+    bench.request(SelectRequest::Only(layer(LayerIndex(3))));
+    bench.request(SelectRequest::Toggle(PhotoId(1), LayerIndex(5)));
     assert_eq!(bench.state.selected_layers(), (PhotoId(1), vec![LayerIndex(3), LayerIndex(5)]));
-    bench.ask(SelectAsk::Toggle(PhotoId(1), LayerIndex(3)));
+    bench.request(SelectRequest::Toggle(PhotoId(1), LayerIndex(3)));
     assert_eq!(bench.state.selected_layers(), (PhotoId(1), vec![LayerIndex(5)]));
-    bench.ask(SelectAsk::Toggle(PhotoId(1), LayerIndex(5)));
+    bench.request(SelectRequest::Toggle(PhotoId(1), LayerIndex(5)));
     assert_eq!(bench.state.selected_layers(), (PhotoId(1), vec![LayerIndex(5)]), "one is always left");
-    bench.ask(SelectAsk::Toggle(PhotoId(0), LayerIndex(1)));
+    bench.request(SelectRequest::Toggle(PhotoId(0), LayerIndex(1)));
     assert_eq!(bench.state.selected_layers(), (PhotoId(0), vec![LayerIndex(1)]), "of one photo only");
 }
 
 #[test]
 fn a_face_is_shown_in_a_photo() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::ShowInPhoto(PhotoId(1), FaceId(0), Some([3, 4])));
+    bench.request(SelectRequest::ShowInPhoto(PhotoId(1), FaceId(0), Some([3, 4])));
     assert!(bench.state.panes.is_shown(Pane::Photo));
     assert_eq!(bench.state.selected_photo(), Some(PhotoId(1)));
 }
@@ -61,11 +61,11 @@ fn a_face_is_shown_in_a_photo() {
 fn an_object_is_switched_off_and_on_by_steps() {
     let mut bench = TestBench::new();
     let object = bench.session().model().objects[0].name.clone();
-    bench.ask(DecideAsk::SwitchObject(object.clone(), false));
+    bench.request(DecideRequest::SwitchObject(object.clone(), false));
     assert!(bench.project().objects_off.contains(&object));
-    bench.ask(DecideAsk::AllObjectsOn);
+    bench.request(DecideRequest::AllObjectsOn);
     assert!(bench.project().objects_off.is_empty());
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert!(bench.project().objects_off.contains(&object));
 }
 
@@ -73,14 +73,14 @@ fn an_object_is_switched_off_and_on_by_steps() {
 fn what_was_decided_about_an_object_is_removed_by_one_step() {
     let mut bench = TestBench::new();
     let object = bench.session().model().objects[0].name.clone();
-    bench.ask(DecideAsk::TurnObject(object.clone(), true));
-    bench.ask(DecideAsk::SeeThroughObject(object.clone(), true));
+    bench.request(DecideRequest::TurnObject(object.clone(), true));
+    bench.request(DecideRequest::SeeThroughObject(object.clone(), true));
     let decided = bench.project();
     assert!(bench.state.is_decided_about(&object));
-    bench.ask(DecideAsk::FreeObject(object.clone()));
+    bench.request(DecideRequest::FreeObject(object.clone()));
     assert!(!bench.state.is_decided_about(&object));
     assert!(bench.project().impostors.is_empty() && bench.project().see_through.is_empty());
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert!(bench.project() == decided, "undone");
 }
 
@@ -89,8 +89,8 @@ fn the_model_without_an_object_is_taken_after_a_moment() {
     let mut bench = TestBench::new();
     let object = bench.session().model().objects[0].name.clone();
     let before = bench.session().model().objects.len();
-    bench.ask(SelectAsk::Only(Selection::Object(ObjectId(1))));
-    bench.ask(DecideAsk::SwitchObject(object, false));
+    bench.request(SelectRequest::Only(Selection::Object(ObjectId(1))));
+    bench.request(DecideRequest::SwitchObject(object, false));
     bench.settle();
     assert_eq!(bench.session().model().objects.len(), before);
     bench.pass(1.0);
@@ -102,15 +102,15 @@ fn the_model_without_an_object_is_taken_after_a_moment() {
 #[test]
 fn an_object_that_is_not_there_is_a_problem_and_no_step() {
     let mut bench = TestBench::new();
-    bench.ask(DecideAsk::SwitchObject("no such".into(), false));
+    bench.request(DecideRequest::SwitchObject("no such".into(), false));
     assert_eq!((bench.undoes(), bench.said().len()), (None, 1));
 }
 
 #[test]
 fn a_photo_without_layers_has_nothing_to_merge_or_split() {
     let mut bench = TestBench::new();
-    for ask in [DecideAsk::Merge, DecideAsk::Split] {
-        bench.ask(ask);
+    for request in [DecideRequest::Merge, DecideRequest::Split] {
+        bench.request(request);
     }
     assert_eq!(bench.undoes(), None);
 }
@@ -118,10 +118,10 @@ fn a_photo_without_layers_has_nothing_to_merge_or_split() {
 #[test]
 fn a_face_is_excluded_from_the_selected_photo() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::Only(Selection::Face(FaceId(0))));
-    bench.ask(DecideAsk::Exclude);
+    bench.request(SelectRequest::Only(Selection::Face(FaceId(0))));
+    bench.request(DecideRequest::Exclude);
     assert!(bench.project().decisions.photos.contains_key(PHOTOS[0]), "{:?}", bench.said());
-    bench.ask(DecideAsk::Reset);
+    bench.request(DecideRequest::Reset);
     assert!(!bench.project().decisions.photos.contains_key(PHOTOS[0]));
 }
 
@@ -130,8 +130,8 @@ fn a_face_is_excluded_from_the_selected_photo() {
 #[test]
 fn a_photo_is_flown_into_in_the_3d_view() {
     let mut bench = TestBench::new();
-    bench.ask(WindowAsk::ShowPane(Pane::Photo));
-    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(2)));
+    bench.request(WindowRequest::ShowPane(Pane::Photo));
+    bench.request(SpaceRequest::FlyToPhoto(PhotoId(2)));
     assert!(bench.state.panes.is_shown(Pane::Space));
     assert_eq!(bench.state.selection, Selection::Photo(PhotoId(2)));
 }
@@ -139,39 +139,39 @@ fn a_photo_is_flown_into_in_the_3d_view() {
 #[test]
 fn the_picture_shows_what_is_chosen() {
     let mut bench = TestBench::new();
-    bench.ask(SpaceAsk::Display(DisplayMode::Coverage));
+    bench.request(SpaceRequest::Display(DisplayMode::Coverage));
     assert_eq!(bench.state.space.look.display, DisplayMode::Coverage);
 }
 
 #[test]
 fn a_view_is_kept_by_the_first_free_name_and_can_be_undone() {
     let mut bench = TestBench::new();
-    bench.ask(FlightAsk::KeepView);
-    bench.ask(FlightAsk::KeepView);
+    bench.request(FlightRequest::KeepView);
+    bench.request(FlightRequest::KeepView);
     let names: Vec<String> = bench.project().views.iter().map(|view| view.name.clone()).collect();
     assert_eq!(names, ["View 1", "View 2"]);
     assert!(bench.state.flights.shown);
-    bench.ask(DecideAsk::Undo);
+    bench.request(DecideRequest::Undo);
     assert_eq!(bench.project().views.len(), 1);
 }
 
 #[test]
 fn keyframes_follow_each_other_and_are_removed() {
     let mut bench = TestBench::new();
-    bench.ask(FlightAsk::AddKeyframe);
+    bench.request(FlightRequest::AddKeyframe);
     assert!(!bench.state.can_fly());
-    bench.ask(FlightAsk::AddKeyframe);
+    bench.request(FlightRequest::AddKeyframe);
     assert!(bench.state.can_fly() && bench.state.has_keyframe());
-    bench.ask(FlightAsk::RemoveKeyframe);
+    bench.request(FlightRequest::RemoveKeyframe);
     assert!(!bench.state.can_fly() && !bench.state.has_keyframe());
 }
 
 #[test]
 fn a_flight_is_played_to_its_end() {
     let mut bench = TestBench::new();
-    bench.ask(FlightAsk::AddKeyframe);
-    bench.ask(FlightAsk::AddKeyframe);
-    bench.ask(FlightAsk::Play);
+    bench.request(FlightRequest::AddKeyframe);
+    bench.request(FlightRequest::AddKeyframe);
+    bench.request(FlightRequest::Play);
     assert!(bench.state.plays());
     bench.pass(0.5);
     assert!(bench.state.plays() && bench.state.window.next_frame_s == Some(0.0));

@@ -3,8 +3,8 @@
 use super::bench::TestBench;
 use crate::command::{all, file};
 use crate::state::State;
-use crate::state::ask::{Flag, WindowAsk};
 use crate::state::notes::{Note, Weight};
+use crate::state::request::{Flag, WindowRequest};
 use crate::state::settings::{Colours, Navigation};
 
 // ---- the window ----
@@ -43,11 +43,11 @@ fn every_flag_is_switched_and_switched_back_by_itself() {
     ];
     for (flag, is_on) in flags {
         let before: Vec<bool> = flags.iter().map(|(_, is_on)| is_on(&bench.state)).collect();
-        bench.ask(WindowAsk::Flip(flag));
+        bench.request(WindowRequest::Flip(flag));
         let changed = flags.iter().zip(before).filter(|((_, is_on), before)| is_on(&bench.state) != *before);
         assert_eq!(changed.map(|((flag, _), _)| *flag).collect::<Vec<_>>(), [flag]);
         let now = is_on(&bench.state);
-        bench.ask(WindowAsk::Flip(flag));
+        bench.request(WindowRequest::Flip(flag));
         assert_ne!(is_on(&bench.state), now);
     }
 }
@@ -55,19 +55,19 @@ fn every_flag_is_switched_and_switched_back_by_itself() {
 #[test]
 fn the_size_of_text_goes_by_tenths_and_back() {
     let mut bench = TestBench::empty();
-    bench.ask(WindowAsk::Resize(1.0));
-    bench.ask(WindowAsk::Resize(1.0));
+    bench.request(WindowRequest::Resize(1.0));
+    bench.request(WindowRequest::Resize(1.0));
     assert_eq!(bench.state.settings.scale, 1.2);
-    bench.ask(WindowAsk::UsualSize);
+    bench.request(WindowRequest::UsualSize);
     assert_eq!(bench.state.settings.scale, 1.0);
 }
 
 #[test]
 fn the_theme_and_the_layout_are_the_window_s_to_apply() {
     let mut bench = TestBench::empty();
-    bench.ask(WindowAsk::Theme(Colours::Light));
+    bench.request(WindowRequest::Theme(Colours::Light));
     bench.state.settings.lists_shown = false;
-    bench.ask(WindowAsk::ResetLayout);
+    bench.request(WindowRequest::ResetLayout);
     assert_eq!(bench.state.settings.colours, Colours::Light);
     assert!(bench.state.settings.lists_shown && bench.state.window.resets);
 }
@@ -75,9 +75,9 @@ fn the_theme_and_the_layout_are_the_window_s_to_apply() {
 #[test]
 fn what_is_hidden_stays_hidden_when_it_is_hidden_again() {
     let mut bench = TestBench::empty();
-    bench.ask(WindowAsk::Flip(Flag::Help));
+    bench.request(WindowRequest::Flip(Flag::Help));
     for _ in 0..2 {
-        bench.ask(WindowAsk::Hide(Flag::Help));
+        bench.request(WindowRequest::Hide(Flag::Help));
         assert!(!bench.state.help_shown);
     }
 }
@@ -85,9 +85,9 @@ fn what_is_hidden_stays_hidden_when_it_is_hidden_again() {
 #[test]
 fn the_settings_take_what_the_user_sets() {
     let mut bench = TestBench::empty();
-    bench.ask(WindowAsk::Scale(1.5));
-    bench.ask(WindowAsk::Navigate(Navigation::Blender));
-    bench.ask(WindowAsk::ShowHints(false));
+    bench.request(WindowRequest::Scale(1.5));
+    bench.request(WindowRequest::Navigate(Navigation::Blender));
+    bench.request(WindowRequest::ShowHints(false));
     let settings = &bench.state.settings;
     assert_eq!((settings.scale, settings.navigation, settings.hints), (1.5, Navigation::Blender, false));
 }
@@ -95,19 +95,19 @@ fn the_settings_take_what_the_user_sets() {
 #[test]
 fn notes_are_news_until_they_were_seen_and_gone_when_cleared() {
     let mut bench = TestBench::empty();
-    bench.ask(WindowAsk::Say(Note::new(Weight::Info, "dust")));
+    bench.request(WindowRequest::Say(Note::new(Weight::Info, "dust")));
     assert_eq!(bench.state.notes.unseen(), (1, Some(Weight::Info)));
-    bench.ask(WindowAsk::SeeNotes);
+    bench.request(WindowRequest::SeeNotes);
     assert_eq!((bench.state.notes.unseen(), bench.said().len()), ((0, None), 1));
-    bench.ask(WindowAsk::ClearNotes);
+    bench.request(WindowRequest::ClearNotes);
     assert!(bench.said().is_empty());
 }
 
 #[test]
 fn a_command_that_is_not_ready_says_why() {
     let mut bench = TestBench::empty();
-    let ask = file::SAVE.asked(&bench.state);
-    bench.ask(ask);
+    let request = file::SAVE.asked(&bench.state);
+    bench.request(request);
     assert_eq!(bench.said(), ["Save: open a project first"]);
 }
 
@@ -119,8 +119,8 @@ fn every_command_that_is_ready_can_be_asked_for_without_a_window() {
             continue;
         }
         let mut bench = TestBench::new();
-        let ask = command.asked(&bench.state);
-        bench.ask(ask);
+        let request = command.asked(&bench.state);
+        bench.request(request);
         bench.work.jobs.stop_all(&mut bench.state.running);
         bench.settle();
     }

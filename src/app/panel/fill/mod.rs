@@ -12,7 +12,7 @@ use super::button;
 use super::{NameCell, grouped, name_cell, percent, room_for_names};
 use crate::command::{layers, view};
 use crate::state::State;
-use crate::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use crate::widget::elide::beside;
@@ -27,37 +27,37 @@ use quadratura_recipe::fill::shares::LayerShares;
 const BESIDE_NAMES: f32 = 36.0 + 36.0 + 50.0 + 34.0 + 40.0;
 
 /// Draws the panel.
-pub fn fill_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn fill_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let any_stack = state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
         ui.weak("Build the layers first, to see what photos do not show of them.");
         return;
     }
-    asks.push(QualityAsk::WantWorst.into());
-    asks.extend(state.selected_photo().map(|photo| QualityAsk::WantShares(photo).into()));
+    requests.push(QualityRequest::WantWorst.into());
+    requests.extend(state.selected_photo().map(|photo| QualityRequest::WantShares(photo).into()));
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
-            button(state, ui, &layers::FILL, asks);
-            button(state, ui, &view::CONFIDENCE, asks);
+            button(state, ui, &layers::FILL, requests);
+            button(state, ui, &view::CONFIDENCE, requests);
         });
-        stale_ui(state, ui, asks);
-        options(state, ui, asks);
-        propagation_ui(state, ui, asks);
+        stale_ui(state, ui, requests);
+        options(state, ui, requests);
+        propagation_ui(state, ui, requests);
         ui.separator();
-        worst_ui(state, ui, asks);
+        worst_ui(state, ui, requests);
         ui.separator();
         let Some(session) = &state.session else { return };
         if let Some(photo) = state.selected_photo() {
-            of_photo(state, session, photo, ui, asks);
+            of_photo(state, session, photo, ui, requests);
             ui.separator();
         }
-        photos(state, session, ui, asks);
+        photos(state, session, ui, requests);
     });
 }
 
 /// Says which fillings are out of date.
-fn stale_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    asks.push(QualityAsk::WantStale.into());
+fn stale_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+    requests.push(QualityRequest::WantStale.into());
     let stale = state.quality.fill.stale.found().map_or(0, Vec::len);
     if stale > 0 {
         let fillings = if stale == 1 {
@@ -71,7 +71,7 @@ fn stale_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-fn options(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn options(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(options) = state.session.as_ref().map(|session| session.opened.project.fill.clone()) else {
         return;
     };
@@ -83,7 +83,7 @@ fn options(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let smooth = "Continues colours smoothly from the border.";
         ui.radio_value(&mut invent, Invent::Diffusion, "smooth").on_hover_text(smooth);
         if invent != options.invent {
-            asks.push(Ask::Quality(QualityAsk::Fill(FillOptions { invent, ..options.clone() })));
+            requests.push(Request::Quality(QualityRequest::Fill(FillOptions { invent, ..options.clone() })));
         }
         let label = ui.label("Objects that are not filled:");
         let mut text = state.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
@@ -91,14 +91,14 @@ fn options(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let edit = edit.hint_text("names, or tree_* for all names that begin so");
         let response = ui.add(edit).labelled_by(label.id);
         if response.changed() {
-            asks.push(QualityAsk::TypeWithout(Some(text.clone())).into());
+            requests.push(QualityRequest::TypeWithout(Some(text.clone())).into());
         }
         if response.lost_focus() {
-            asks.push(QualityAsk::TypeWithout(None).into());
+            requests.push(QualityRequest::TypeWithout(None).into());
             let names = text.split(',').map(str::trim).filter(|name| !name.is_empty());
             let without: Vec<String> = names.map(str::to_owned).collect();
             if without != options.without {
-                asks.push(Ask::Quality(QualityAsk::Fill(FillOptions { without, ..options })));
+                requests.push(Request::Quality(QualityRequest::Fill(FillOptions { without, ..options })));
             }
         }
         ui.weak("Existing fillings stay until you fill again.");
@@ -115,7 +115,7 @@ fn not_there(failed: bool, ui: &mut Ui) {
 }
 
 /// Draws the provenance of the hidden texels of a photo's layers.
-fn of_photo(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn of_photo(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, requests: &mut Vec<Request>) {
     let name = &session.opened.site.photo(photo).name;
     ui.strong(format!("Occluded areas of {name}"));
     let Some(stack) = session.stack_of(photo) else {
@@ -137,7 +137,7 @@ fn of_photo(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, asks:
         let this = Selection::Layer { photo, layer };
         let text = format!("{}: {} hidden", it.name, grouped(shares.hidden));
         if ui.add(Button::selectable(state.selection == this, text).truncate()).clicked() {
-            asks.push(Ask::Select(SelectAsk::Only(this)));
+            requests.push(Request::Select(SelectRequest::Only(this)));
         }
         ui.weak(shares_message(shares));
     }
@@ -164,14 +164,14 @@ fn shares_message(shares: &LayerShares) -> String {
 }
 
 /// Draws all photos, as shares of their hidden texels.
-fn photos(state: &State, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn photos(state: &State, session: &Session, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
     // Where the figures do not fit, the table scrolls.
-    ScrollArea::horizontal().id_salt("all photos").show(ui, |ui| table(state, session, names, ui, asks));
+    ScrollArea::horizontal().id_salt("all photos").show(ui, |ui| table(state, session, names, ui, requests));
 }
 
-fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, requests: &mut Vec<Request>) {
     Grid::new("fillings").num_columns(5).spacing([8.0, 4.0]).striped(true).show(ui, |ui| {
         for (heading, tooltip) in [
             ("Photo", "The photo."),
@@ -189,7 +189,7 @@ fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, asks: &mut V
             let others = beside(id.index(), |place| Some(photos.get(place)?.name.as_str()));
             let cell = NameCell { name: &photo.name, others: &others, width: names };
             if name_cell(ui, state.photo == Some(id), &cell).clicked() {
-                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
+                requests.push(Request::Select(SelectRequest::Only(Selection::Photo(id))));
             }
             let shares = FillShares::from_stack(stack);
             let invented = shares.by_example + shares.diffused;

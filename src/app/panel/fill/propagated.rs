@@ -7,7 +7,7 @@ use crate::command::layers::{PROPAGATE, TAKE_OFF};
 use crate::panel::button;
 use crate::panel::counted;
 use crate::state::State;
-use crate::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
@@ -20,9 +20,9 @@ use quadratura_recipe::survey::face_named;
 const MOST: usize = 40;
 
 /// Draws the panel.
-pub fn propagation_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn propagation_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     CollapsingHeader::new("Propagated paint").default_open(true).show(ui, |ui| {
-        asks.push(QualityAsk::WantPainters.into());
+        requests.push(QualityRequest::WantPainters.into());
         let lookup = &state.quality.fill.painters;
         let Some(painters) = lookup.found().cloned() else { return not_there(lookup.failed(&state.running), ui) };
         if painters.is_empty() && !state.has_propagated() {
@@ -32,22 +32,22 @@ pub fn propagation_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             );
             return;
         }
-        choose(state, &painters, ui, asks);
+        choose(state, &painters, ui, requests);
         ui.horizontal_wrapped(|ui| {
             let ready = (PROPAGATE.ready)(state).is_ok();
             let look = ui.add_enabled(ready, Button::new("Preview"));
             if look.on_hover_text("Shows what paint would be projected to which photos; nothing is written.").clicked() {
-                asks.push(Ask::Quality(QualityAsk::LookAtPropagation));
+                requests.push(Request::Quality(QualityRequest::LookAtPropagation));
             }
-            button(state, ui, &PROPAGATE, asks);
-            button(state, ui, &TAKE_OFF, asks);
+            button(state, ui, &PROPAGATE, requests);
+            button(state, ui, &TAKE_OFF, requests);
         });
-        found(state, ui, asks);
+        found(state, ui, requests);
     });
 }
 
 /// Draws the choice of photos whose paint is projected to the others.
-fn choose(state: &State, painters: &[PaintedPhoto], ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn choose(state: &State, painters: &[PaintedPhoto], ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let options = &session.opened.project.fill;
     ui.label("Projected to other photos that show the same surfaces, when occluded areas are filled:");
@@ -56,20 +56,20 @@ fn choose(state: &State, painters: &[PaintedPhoto], ui: &mut Ui, asks: &mut Vec<
         let text = format!("paint of {}", painter.photo);
         let tooltip = counted(painter.pixels, "painted pixel");
         if ui.checkbox(&mut on, text).on_hover_text(tooltip).changed() {
-            asks.push(see(EditedPaint::OfPhoto(painter.photo.clone()), on));
+            requests.push(see(EditedPaint::OfPhoto(painter.photo.clone()), on));
         }
     }
-    exceptions(session, state, ui, asks);
+    exceptions(session, state, ui, requests);
 }
 
 /// Returns the ask that makes paint seen everywhere, or only in its photo.
-fn see(paint: EditedPaint, everywhere: bool) -> Ask {
+fn see(paint: EditedPaint, everywhere: bool) -> Request {
     let seen = if everywhere { Seen::Everywhere } else { Seen::OnlyHere };
-    Ask::Quality(QualityAsk::See(SeenEdit { paint, seen }))
+    Request::Quality(QualityRequest::See(SeenEdit { paint, seen }))
 }
 
 /// Draws the exceptions for the selection, and those that there are.
-fn exceptions(session: &Session, state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn exceptions(session: &Session, state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let options = &session.opened.project.fill;
     let mut listed: Vec<(String, EditedPaint)> = Vec::new();
     let model = session.model();
@@ -100,12 +100,12 @@ fn exceptions(session: &Session, state: &State, ui: &mut Ui, asks: &mut Vec<Ask>
             EditedPaint::All | EditedPaint::OfPhoto(_) => continue,
         };
         if ui.checkbox(&mut stays, text).changed() {
-            asks.push(see(paint, !stays));
+            requests.push(see(paint, !stays));
         }
     }
 }
 
-fn found(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn found(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let offered = &state.quality.fill.offered;
     if offered.is_sought(&state.running) {
@@ -116,13 +116,13 @@ fn found(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     } else if let Some((options, propagated)) = offered.found() {
         let all = session.opened.project.fill.propagate.patterns().is_empty();
         if all || *options == session.opened.project.fill {
-            summary(session, propagated, true, ui, asks);
+            summary(session, propagated, true, ui, requests);
         }
     }
     let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
     let laid = laid_over(&stacks);
     if !laid.is_empty() {
-        summary(session, &laid, false, ui, asks);
+        summary(session, &laid, false, ui, requests);
     }
 }
 
@@ -132,7 +132,7 @@ fn summary(
     propagated: &[PropagationToPhoto],
     would: bool,
     ui: &mut Ui,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let texels: u64 = propagated.iter().map(|it| it.paint.texels).sum();
     let mut photos: Vec<PhotoId> =
@@ -152,24 +152,24 @@ fn summary(
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
     for it in propagated.iter().take(MOST) {
-        place(session, it, ui, asks);
+        place(session, it, ui, requests);
     }
     if propagated.len() > MOST {
         ui.weak(format!("{} more.", counted((propagated.len() - MOST) as u64, "place")));
     }
 }
 
-fn place(session: &Session, it: &PropagationToPhoto, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn place(session: &Session, it: &PropagationToPhoto, ui: &mut Ui, requests: &mut Vec<Request>) {
     let name = &session.opened.site.photo(it.photo).name;
     let text = RichText::new(format!("{} in {name}", it.paint.face));
     let text = if it.disputed() > 0 { text.color(ui.visuals().warn_fg_color) } else { text };
     let face = face_named(session.model(), &it.paint.face).ok();
     let button = ui.add_enabled(face.is_some(), Button::selectable(false, text).truncate());
     if button.on_hover_text("Shows the face in this photo.").clicked() {
-        asks.extend(face.into_iter().flat_map(|face| {
+        requests.extend(face.into_iter().flat_map(|face| {
             [
-                Ask::Select(SelectAsk::Only(Selection::Face(face))),
-                Ask::Select(SelectAsk::ShowInPhoto(it.photo, face, None)),
+                Request::Select(SelectRequest::Only(Selection::Face(face))),
+                Request::Select(SelectRequest::ShowInPhoto(it.photo, face, None)),
             ]
         }));
     }

@@ -6,7 +6,7 @@ use eframe::egui::{Context, Frame, Image, RichText, Sense, TextureHandle, Textur
 
 use crate::panel::pictures::image;
 use crate::state::State;
-use crate::state::ask::{Ask, QualityAsk};
+use crate::state::request::{QualityRequest, Request};
 use quadratura_recipe::fill::both_ways::BothWays;
 use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 
@@ -34,11 +34,11 @@ impl QuestionTextures {
 }
 
 /// Draws the question where it is to be answered.
-pub fn question_ui(ui: &mut Ui, state: &State, textures: &mut QuestionTextures, asks: &mut Vec<Ask>) {
+pub fn question_ui(ui: &mut Ui, state: &State, textures: &mut QuestionTextures, requests: &mut Vec<Request>) {
     if !state.asks_where_paint_is_seen() {
         return textures.follow(None, ui.ctx());
     }
-    asks.push(QualityAsk::WantBothWays.into());
+    requests.push(QualityRequest::WantBothWays.into());
     let lookup = &state.quality.fill.both_ways;
     let both = lookup.found().and_then(Option::as_ref);
     textures.follow(both, ui.ctx());
@@ -64,25 +64,26 @@ pub fn question_ui(ui: &mut Ui, state: &State, textures: &mut QuestionTextures, 
             }
             _ => (),
         }
-        answers(ui, asks);
+        answers(ui, requests);
     });
     ui.separator();
 }
 
-fn answers(ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn answers(ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.horizontal_wrapped(|ui| {
         let everywhere =
             "Projects paint to all photos that show the surface, and fills occluded areas again.";
         if ui.button("Show it from everywhere").on_hover_text(everywhere).clicked() {
-            asks.push(QualityAsk::Propagate.into());
+            requests.push(QualityRequest::Propagate.into());
         }
         let only =
             "Paint replaces no pixels of other photos. You can change this later, also for single photos.";
         if ui.button("Only in its photo").on_hover_text(only).clicked() {
-            asks.push(QualityAsk::See(SeenEdit { paint: EditedPaint::All, seen: Seen::OnlyHere }).into());
+            requests
+                .push(QualityRequest::See(SeenEdit { paint: EditedPaint::All, seen: Seen::OnlyHere }).into());
         }
-        if ui.button("Later").on_hover_text("Asks again when the project is opened.").clicked() {
-            asks.push(QualityAsk::ChooseLater.into());
+        if ui.button("Later").on_hover_text("Requests again when the project is opened.").clicked() {
+            requests.push(QualityRequest::ChooseLater.into());
         }
     });
 }

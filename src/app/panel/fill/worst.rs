@@ -5,12 +5,12 @@ use eframe::egui::{ComboBox, Grid, Ui};
 use super::not_there;
 use crate::panel::{NameCell, counted, name_cell, percent, room_for_names};
 use crate::state::State;
-use crate::state::ask::{Ask, QualityAsk, SelectAsk, SpaceAsk};
 use crate::state::quality::filling::Worst;
+use crate::state::request::{QualityRequest, Request, SelectRequest, SpaceRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use crate::widget::elide::beside;
-use quadratura_recipe::fill::lookouts::{Viewpoints, bookmark_count};
+use quadratura_recipe::fill::viewpoints::{Viewpoints, bookmark_count};
 use quadratura_recipe::fill::worst::HiddenLayer;
 
 /// The number of listed layers: the areas of the others are hardly visible.
@@ -21,11 +21,11 @@ const BESIDE_NAMES: f32 = 54.0 + 46.0 + 24.0;
 const SEEN_FROM: f32 = 190.0;
 
 /// Draws the list.
-pub fn worst_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn worst_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.strong("Worst first").on_hover_text(
         "Sorted by hidden area times its visibility in the views: the most noticeable layers first.",
     );
-    choose(state, ui, asks);
+    choose(state, ui, requests);
     let Some(session) = &state.session else { return };
     let lookup = &state.quality.fill.worst;
     let Some(worst) = lookup.found() else { return not_there(lookup.failed(&state.running), ui) };
@@ -44,7 +44,7 @@ pub fn worst_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         for (index, hidden) in listed.iter().enumerate() {
             let others = beside(index, |place| texts.get(place).map(String::as_str));
             let cell = NameCell { name: &texts[index], others: &others, width: names };
-            row(state, worst, hidden, &cell, ui, asks);
+            row(state, worst, hidden, &cell, ui, requests);
         }
     });
     let more = worst.layers.len().saturating_sub(WORST);
@@ -54,34 +54,34 @@ pub fn worst_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Draws the choice of viewpoints.
-fn choose(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn choose(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let (kept, photos) = (bookmark_count(&session.opened.project), session.photos.len());
-    if kept == 0 && state.quality.fill.lookouts.is_none() {
+    if kept == 0 && state.quality.fill.viewpoints.is_none() {
         ui.weak(
             "Seen from the photos' cameras. Add bookmarks (Ctrl+D) or keyframes (K) to use those instead.",
         );
         return;
     }
-    let name = |lookouts: Viewpoints| match lookouts {
+    let name = |viewpoints: Viewpoints| match viewpoints {
         Viewpoints::Kept => format!("bookmarks and keyframes ({kept})"),
         Viewpoints::Photos => format!("the photos' cameras ({photos})"),
     };
-    let now = state.lookouts();
+    let now = state.viewpoints();
     let mut chosen = now;
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Seen from");
         let width = SEEN_FROM.min(ui.max_rect().width());
         let list = ComboBox::from_id_salt("seen from").selected_text(name(now)).width(width).truncate();
         let list = list.show_ui(ui, |ui| {
-            for lookouts in [Viewpoints::Kept, Viewpoints::Photos] {
-                ui.selectable_value(&mut chosen, lookouts, name(lookouts));
+            for viewpoints in [Viewpoints::Kept, Viewpoints::Photos] {
+                ui.selectable_value(&mut chosen, viewpoints, name(viewpoints));
             }
         });
         list.response.labelled_by(label.id);
     });
     if chosen != now {
-        asks.push(QualityAsk::SeeFrom(chosen).into());
+        requests.push(QualityRequest::SeeFrom(chosen).into());
     }
     if chosen == Viewpoints::Kept && kept == 0 {
         ui.weak("There are no bookmarks or keyframes: Ctrl+D adds a bookmark, K a keyframe.");
@@ -102,7 +102,7 @@ fn row(
     hidden: &HiddenLayer,
     cell: &NameCell<'_>,
     ui: &mut Ui,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     if cell.name.is_empty() {
         return;
@@ -111,9 +111,9 @@ fn row(
     let response = name_cell(ui, state.selection == this, cell);
     let view = worst.views.get(hidden.view.0);
     if response.double_clicked() {
-        asks.extend(view.cloned().map(|view| Ask::Space(SpaceAsk::LookFrom(Box::new(view)))));
+        requests.extend(view.cloned().map(|view| Request::Space(SpaceRequest::LookFrom(Box::new(view)))));
     } else if response.clicked() {
-        asks.push(Ask::Select(SelectAsk::Only(this)));
+        requests.push(Request::Select(SelectRequest::Only(this)));
     }
     if let Some(view) = view {
         response.on_hover_text(format!("Most visible from {}: a double click flies there.", view.name));

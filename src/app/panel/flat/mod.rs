@@ -12,8 +12,8 @@ use self::tiled::TiledPictures;
 use super::button_ui;
 use crate::command::flat;
 use crate::state::State;
-use crate::state::ask::Ask;
 use crate::state::flat::placement::Placement;
+use crate::state::request::Request;
 use quadratura_base::geometry::PixelRect;
 
 /// The zoom factor of one point of wheel movement (a step of a wheel is about 40 points in egui).
@@ -87,11 +87,11 @@ pub fn navigate(
 }
 
 /// Draws the buttons Fit and 1:1, and the zoom.
-pub fn scale_ui(state: &State, ui: &mut Ui, magnification: f64, asks: &mut Vec<Ask>) {
+pub fn scale_ui(state: &State, ui: &mut Ui, magnification: f64, requests: &mut Vec<Request>) {
     ui.horizontal(|ui| {
         for (command, text) in [(&flat::FIT, "Fit"), (&flat::PIXELS, "1:1")] {
             if button_ui(ui, command, Button::new(text).small()) {
-                asks.push(command.asked(state));
+                requests.push(command.asked(state));
             }
         }
         ui.monospace(format!("{:.0} %", 100.0 * magnification));

@@ -2,8 +2,8 @@
 
 use eframe::egui::{Button, Context, DragValue, RichText, TextEdit, Ui, vec2};
 
-use crate::state::ask::{Ask, FlightAsk, RoundTripAsk};
 use crate::state::flight::export::{Export, Rendering};
+use crate::state::request::{FlightRequest, Request, RoundTripRequest};
 use crate::state::round_trip::dialogs::DialogPurpose;
 use crate::widget::dialog::{Dialog, Keys};
 use quadratura_recipe::render::PictureFormat;
@@ -12,12 +12,12 @@ use quadratura_recipe::render::PictureFormat;
 const FOLDER: f32 = 280.0;
 
 /// Draws the dialog while it is open. `open` holds what is typed; it is emptied when the dialog is left.
-pub fn export_ui(context: &Context, open: &mut Option<Export>, asks: &mut Vec<Ask>) {
+pub fn export_ui(context: &Context, open: &mut Option<Export>, requests: &mut Vec<Request>) {
     let Some(mut export) = open.take() else { return };
     let dialog = Dialog::new("export picture", 440.0);
-    let asked = dialog.show(context, |ui, keys| questions(ui, keys, &mut export, asks));
+    let asked = dialog.show(context, |ui, keys| questions(ui, keys, &mut export, requests));
     match asked.inner {
-        Some(true) => asks.push(FlightAsk::Render(export).into()),
+        Some(true) => requests.push(FlightRequest::Render(export).into()),
         Some(false) => (),
         None if asked.escaped => (),
         None => *open = Some(export),
@@ -25,7 +25,7 @@ pub fn export_ui(context: &Context, open: &mut Option<Export>, asks: &mut Vec<As
 }
 
 /// Draws the dialog; returns true to export, false to cancel.
-fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export, asks: &mut Vec<Ask>) -> Option<bool> {
+fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export, requests: &mut Vec<Request>) -> Option<bool> {
     let is_view = export.what == Rendering::Picture;
     ui.label(RichText::new(if is_view { "Render picture of the view" } else { "Render flight" }).heading());
     ui.add_space(6.0);
@@ -37,7 +37,7 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export, asks: &mut Vec<A
         let folder = TextEdit::singleline(&mut export.folder).desired_width(FOLDER);
         ui.add(folder).labelled_by(label.id);
         if ui.button("Browse…").clicked() {
-            asks.push(RoundTripAsk::ChoosePath(DialogPurpose::RenderFolder).into());
+            requests.push(RoundTripRequest::ChoosePath(DialogPurpose::RenderFolder).into());
         }
     });
     ui.weak("Relative to the project folder, unless it begins with /. Changed files are never overwritten.");

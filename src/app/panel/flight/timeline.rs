@@ -9,7 +9,7 @@ use crate::command;
 use crate::panel::menu::{KEYFRAME, context_ui};
 use crate::panel::{button, named};
 use crate::state::State;
-use crate::state::ask::{Ask, DecideAsk, FlightAsk};
+use crate::state::request::{DecideRequest, FlightRequest, Request};
 use crate::widget::look::selected as selected_colours;
 use quadratura_document::bookmark::BookmarkIndex;
 use quadratura_document::camera_path::{KeyframeIndex, PathSpeed};
@@ -23,25 +23,25 @@ const BEYOND_S: f64 = 2.0;
 const MARK: f32 = 6.0;
 
 /// Draws the panel.
-pub fn timeline_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+pub fn timeline_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
     ui.add_space(4.0);
     ui.horizontal_top(|ui| {
         ui.allocate_ui_with_layout(vec2(250.0, ui.available_height()), Layout::top_down(Align::Min), |ui| {
-            views(state, ui, asks);
+            views(state, ui, requests);
         });
         ui.separator();
         ui.vertical(|ui| {
-            ui.horizontal_wrapped(|ui| controls(state, ui, asks));
-            line(state, ui, asks);
+            ui.horizontal_wrapped(|ui| controls(state, ui, requests));
+            line(state, ui, requests);
         });
     });
 }
 
-fn views(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn views(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     ui.horizontal(|ui| {
         ui.strong("Bookmarks");
-        button(state, ui, &command::flight::KEEP, asks);
+        button(state, ui, &command::flight::KEEP, requests);
     });
     let views = &session.opened.project.views;
     if views.is_empty() {
@@ -49,14 +49,14 @@ fn views(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
     ScrollArea::vertical().id_salt("views").auto_shrink([false, false]).show(ui, |ui| {
         for (index, view) in views.iter().enumerate() {
-            ui.horizontal(|ui| view_row(state, ui, index, &view.name, asks));
+            ui.horizontal(|ui| view_row(state, ui, index, &view.name, requests));
         }
     });
 }
 
-fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, asks: &mut Vec<Ask>) {
+fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, requests: &mut Vec<Request>) {
     if ui.button("Go").on_hover_text("Flies to this bookmark.").clicked() {
-        asks.push(Ask::Flight(FlightAsk::FlyToView(BookmarkIndex(index))));
+        requests.push(Request::Flight(FlightRequest::FlyToView(BookmarkIndex(index))));
     }
     let id = ui.make_persistent_id(("name of view", index));
     let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| name.to_owned());
@@ -64,7 +64,7 @@ fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, asks: &mut Vec
     field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, format!("Name of {name}")));
     if field.lost_focus() && typed.trim() != name && !typed.trim().is_empty() {
         let named = typed.trim().to_owned();
-        ask_edit(state, asks, "name of a bookmark", |project| project.views[index].name = named);
+        request_edit(state, requests, "name of a bookmark", |project| project.views[index].name = named);
     }
     if field.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, typed));
@@ -72,16 +72,16 @@ fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, asks: &mut Vec
         ui.data_mut(|data| data.remove::<String>(id));
     }
     if ui.small_button("Remove").on_hover_text("Removes this bookmark.").clicked() {
-        ask_edit(state, asks, "removal of a bookmark", |project| {
+        request_edit(state, requests, "removal of a bookmark", |project| {
             project.views.remove(index);
         });
     }
 }
 
-fn controls(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn controls(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     use command::flight::{ADD, FILM, PLAY, REMOVE, STILL};
     for command in [&PLAY, &ADD, &REMOVE] {
-        button(state, ui, command, asks);
+        button(state, ui, command, requests);
     }
     ui.label(format!("{:.2} s", state.flights.time_s));
     let path = state.session.as_ref().and_then(|session| session.opened.project.flight.clone());
@@ -91,17 +91,17 @@ fn controls(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let changed = path != before;
         if changed {
             let gesture = Some(Gesture(ui.make_persistent_id("film").value()));
-            edit_path(state, asks, "video settings", path, gesture);
+            edit_path(state, requests, "video settings", path, gesture);
         }
         // A drag lasts until the pointer is released, mostly in a frame that changes nothing more; clicks and typed
         // values are steps of their own.
         let (down, released) = ui.input(|input| (input.pointer.any_down(), input.pointer.any_released()));
         if released || (changed && !down) {
-            asks.push(Ask::Decide(DecideAsk::EndGesture));
+            requests.push(Request::Decide(DecideRequest::EndGesture));
         }
     }
     for command in [&STILL, &FILM] {
-        button(state, ui, command, asks);
+        button(state, ui, command, requests);
     }
 }
 
@@ -131,22 +131,28 @@ fn speed_name(speed: PathSpeed) -> &'static str {
 }
 
 /// Pushes an ask for an edit of the project.
-fn ask_edit(state: &State, asks: &mut Vec<Ask>, name: &str, edit: impl FnOnce(&mut Project)) {
+fn request_edit(state: &State, requests: &mut Vec<Request>, name: &str, edit: impl FnOnce(&mut Project)) {
     if let Some(mut project) = state.project() {
         edit(&mut project);
-        asks.push(Ask::Decide(DecideAsk::Edit(name.to_owned(), Box::new(project), None)));
+        requests.push(Request::Decide(DecideRequest::Edit(name.to_owned(), Box::new(project), None)));
     }
 }
 
-fn edit_path(state: &State, asks: &mut Vec<Ask>, name: &str, path: CameraPath, gesture: Option<Gesture>) {
+fn edit_path(
+    state: &State,
+    requests: &mut Vec<Request>,
+    name: &str,
+    path: CameraPath,
+    gesture: Option<Gesture>,
+) {
     if let Some(project) = state.project() {
         let project = Project { flight: Some(path), ..project };
-        asks.push(Ask::Decide(DecideAsk::Edit(name.to_owned(), Box::new(project), gesture)));
+        requests.push(Request::Decide(DecideRequest::Edit(name.to_owned(), Box::new(project), gesture)));
     }
 }
 
 /// Draws the timeline, its keyframes, and the current time.
-fn line(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn line(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let path = state.session.as_ref().and_then(|session| session.opened.project.flight.clone());
     let path = path.filter(|path| !path.keyframes.is_empty());
     let Some(path) = path else {
@@ -162,12 +168,12 @@ fn line(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, "Time of the flight"));
     let line = TimeScale { rect: rect.shrink2(vec2(12.0, 0.0)), span_s };
     draw(state, ui, &line, &path);
-    let dragged = keyframes(state, ui, &line, &path, asks);
+    let dragged = keyframes(state, ui, &line, &path, requests);
     let pointer =
         response.interact_pointer_pos().filter(|_| !dragged && (response.dragged() || response.clicked()));
     if let Some(pointer) = pointer {
-        asks.push(FlightAsk::Pause.into());
-        asks.push(Ask::Flight(FlightAsk::GoTo(line.time_at(pointer).clamp(0.0, path.end_s()))));
+        requests.push(FlightRequest::Pause.into());
+        requests.push(Request::Flight(FlightRequest::GoTo(line.time_at(pointer).clamp(0.0, path.end_s()))));
     }
 }
 
@@ -207,7 +213,13 @@ fn draw(state: &State, ui: &Ui, line: &TimeScale, path: &CameraPath) {
 }
 
 /// Draws the keyframes, which can be selected and dragged; returns whether one is being dragged or was clicked.
-fn keyframes(state: &State, ui: &mut Ui, line: &TimeScale, path: &CameraPath, asks: &mut Vec<Ask>) -> bool {
+fn keyframes(
+    state: &State,
+    ui: &mut Ui,
+    line: &TimeScale,
+    path: &CameraPath,
+    requests: &mut Vec<Request>,
+) -> bool {
     let mut busy = false;
     for (index, frame) in path.keyframes.iter().enumerate() {
         let center = pos2(line.x(frame.t), line.rect.bottom() - 18.0);
@@ -219,23 +231,23 @@ fn keyframes(state: &State, ui: &mut Ui, line: &TimeScale, path: &CameraPath, as
         diamond(ui, center, selected, response.hovered());
         if response.clicked() || response.drag_started() {
             busy = true;
-            asks.push(FlightAsk::SelectKeyframe(KeyframeIndex(index)).into());
-            asks.push(Ask::Flight(FlightAsk::GoTo(frame.t)));
+            requests.push(FlightRequest::SelectKeyframe(KeyframeIndex(index)).into());
+            requests.push(Request::Flight(FlightRequest::GoTo(frame.t)));
         }
         if response.dragged() {
             busy = true;
             let pointer = response.interact_pointer_pos();
             let mut moved = path.clone();
             moved.shift(KeyframeIndex(index), pointer.map_or(frame.t, |pointer| line.time_at(pointer)));
-            edit_path(state, asks, "time of a keyframe", moved, Some(Gesture(id.value())));
+            edit_path(state, requests, "time of a keyframe", moved, Some(Gesture(id.value())));
         }
         if response.drag_stopped() {
-            asks.push(Ask::Decide(DecideAsk::EndGesture));
+            requests.push(Request::Decide(DecideRequest::EndGesture));
         }
         if response.secondary_clicked() {
-            asks.push(FlightAsk::SelectKeyframe(KeyframeIndex(index)).into());
+            requests.push(FlightRequest::SelectKeyframe(KeyframeIndex(index)).into());
         }
-        response.context_menu(|ui| context_ui(state, ui, KEYFRAME, asks));
+        response.context_menu(|ui| context_ui(state, ui, KEYFRAME, requests));
         response.on_hover_text(format!(
             "Keyframe {} at {:.2} s; drag it to another time.",
             index + 1,

@@ -8,7 +8,7 @@ use crate::command::{Command, edit, flat, paint};
 use crate::panel::layer::shown::shown_ui;
 use crate::panel::{button, counted, grouped, long_list, percent, rows, title};
 use crate::state::State;
-use crate::state::ask::{Ask, DecideAsk, QualityAsk, SelectAsk};
+use crate::state::request::{DecideRequest, QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::{FaceIndex, ObjectId, PhotoId};
@@ -19,16 +19,22 @@ use quadratura_recipe::decide::{decided, faces_of_layer};
 use quadratura_recipe::layer_table::LayerFigures;
 
 /// Draws the page of the selected image layers of a photo; `layer` was selected last.
-pub fn layer_page(ui: &mut Ui, state: &State, photo: PhotoId, layer: LayerIndex, asks: &mut Vec<Ask>) {
+pub fn layer_page(
+    ui: &mut Ui,
+    state: &State,
+    photo: PhotoId,
+    layer: LayerIndex,
+    requests: &mut Vec<Request>,
+) {
     let (_, all) = state.selected_layers();
     if all.len() > 1 {
-        several(state, photo, &all, ui, asks);
+        several(state, photo, &all, ui, requests);
     } else {
-        one(state, photo, layer, ui, asks);
+        one(state, photo, layer, ui, requests);
     }
 }
 
-fn several(state: &State, photo: PhotoId, all: &[LayerIndex], ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn several(state: &State, photo: PhotoId, all: &[LayerIndex], ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let Some(stack) = session.stack_of(photo) else {
         return;
@@ -45,23 +51,24 @@ fn several(state: &State, photo: PhotoId, all: &[LayerIndex], ui: &mut Ui, asks:
     }
     rows(ui, &facts);
     ui.add_space(6.0);
-    ui.horizontal_wrapped(|ui| button(state, ui, &edit::MERGE, asks));
+    ui.horizontal_wrapped(|ui| button(state, ui, &edit::MERGE, requests));
     ui.add_space(6.0);
     ui.strong("Layers");
     long_list(ui, "selected layers", LIST, all.len(), |ui, index| {
         let Some(it) = stack.image_layers.get(all[index].index()) else { return };
         if ui.add(Button::selectable(false, &it.name).truncate()).clicked() {
-            asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer: all[index] })));
+            requests
+                .push(Request::Select(SelectRequest::Only(Selection::Layer { photo, layer: all[index] })));
         }
     });
     details_ui(ui, &figures(&sum));
 }
 
-fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, requests: &mut Vec<Request>) {
     let filled =
         stack_of(state, photo).and_then(|stack| stack.image_layers.get(layer.index())?.fill.as_ref());
     if filled.is_some() {
-        asks.push(QualityAsk::WantShares(photo).into());
+        requests.push(QualityRequest::WantShares(photo).into());
     }
     let (Some(session), Some(stack)) = (&state.session, stack_of(state, photo)) else { return };
     let Some(it) = stack.image_layers.get(layer.index()) else { return };
@@ -75,22 +82,22 @@ fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks: &mut
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
     ui.add_space(6.0);
-    let commands = |ui: &mut Ui, asks: &mut Vec<Ask>, commands: &[&'static Command]| {
-        ui.horizontal_wrapped(|ui| commands.iter().for_each(|command| button(state, ui, command, asks)));
+    let commands = |ui: &mut Ui, requests: &mut Vec<Request>, commands: &[&'static Command]| {
+        ui.horizontal_wrapped(|ui| commands.iter().for_each(|command| button(state, ui, command, requests)));
     };
     if figures.hidden > 0 {
         ui.strong("Next");
         ui.label("Paint what the photo does not show of it.");
     }
-    commands(ui, asks, &[&paint::EDIT, &flat::SHOW_LAYER]);
+    commands(ui, requests, &[&paint::EDIT, &flat::SHOW_LAYER]);
     ui.add_space(6.0);
-    rename(it, photo, layer, ui, asks);
-    shown_ui(state, ui, photo, layer, it, asks);
+    rename(it, photo, layer, ui, requests);
+    shown_ui(state, ui, photo, layer, it, requests);
     ui.add_space(4.0);
-    commands(ui, asks, &[&edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE]);
-    decisions(session, photo, &faces_of_layer(stack, layer), ui, asks);
+    commands(ui, requests, &[&edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE]);
+    decisions(session, photo, &faces_of_layer(stack, layer), ui, requests);
     ui.add_space(6.0);
-    held(session, stack, it, ui, asks);
+    held(session, stack, it, ui, requests);
     details_ui(ui, &facts(state, stack, photo, layer, it));
 }
 
@@ -164,7 +171,7 @@ fn visibility(stack: &Stack, it: &ImageLayer) -> Option<String> {
 }
 
 /// Draws a field for the layer's name; the name is applied when the field loses the focus.
-fn rename(it: &ImageLayer, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn rename(it: &ImageLayer, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, requests: &mut Vec<Request>) {
     let id = ui.make_persistent_id(("name of layer", photo, &it.id));
     let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| it.name.clone());
     ui.horizontal(|ui| {
@@ -173,7 +180,7 @@ fn rename(it: &ImageLayer, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks:
         let tooltip = "The layer's name; leave it empty to restore the original name.";
         let field = ui.add(field).on_hover_text(tooltip).labelled_by(label.id);
         if field.lost_focus() && typed != it.name && !ui.input(|input| input.key_pressed(Key::Escape)) {
-            asks.push(Ask::Decide(DecideAsk::Rename(photo, layer, typed.clone())));
+            requests.push(Request::Decide(DecideRequest::Rename(photo, layer, typed.clone())));
         }
         if field.has_focus() {
             ui.data_mut(|data| data.insert_temp(id, typed));
@@ -184,7 +191,7 @@ fn rename(it: &ImageLayer, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks:
 }
 
 /// Draws the decisions about the layer's contents, each with a button to remove it.
-fn decisions(session: &Session, photo: PhotoId, of: &[Faces], ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn decisions(session: &Session, photo: PhotoId, of: &[Faces], ui: &mut Ui, requests: &mut Vec<Request>) {
     let name = &session.opened.site.photo(photo).name;
     let all = decided(&session.history.present().decisions.of(name));
     let about = |decided: &quadratura_recipe::decide::ListedDecision| {
@@ -199,7 +206,7 @@ fn decisions(session: &Session, photo: PhotoId, of: &[Faces], ui: &mut Ui, asks:
     for decision in all {
         ui.horizontal_wrapped(|ui| {
             if ui.small_button("Remove").on_hover_text("Removes this decision.").clicked() {
-                asks.push(Ask::Decide(DecideAsk::Forget(name.clone(), decision.number)));
+                requests.push(Request::Decide(DecideRequest::Forget(name.clone(), decision.number)));
             }
             ui.label(&decision.text);
         });
@@ -207,7 +214,7 @@ fn decisions(session: &Session, photo: PhotoId, of: &[Faces], ui: &mut Ui, asks:
 }
 
 /// Draws the objects and faces that the layer contains.
-fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, requests: &mut Vec<Request>) {
     let all: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let elements: Vec<&Element> =
         it.elements.iter().filter_map(|element| all.get(element.index()).copied()).collect();
@@ -231,10 +238,10 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
         let button = ui.add_enabled(known.is_some(), Button::selectable(false, text).truncate());
         let button = button.on_disabled_hover_text("The object was removed, or is no longer in the model.");
         if button.on_hover_text(element.known_by().to_string()).clicked() {
-            asks.extend(
+            requests.extend(
                 known
                     .and_then(|object| selected(session, object, &faces))
-                    .map(|it| Ask::Select(SelectAsk::Only(it))),
+                    .map(|it| Request::Select(SelectRequest::Only(it))),
             );
         }
     });

@@ -5,20 +5,20 @@ use eframe::egui::{Button, Ui};
 use crate::command::{Command, first_keys, layers, mask, paint};
 use crate::panel::{button, counted};
 use crate::state::State;
-use crate::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::state::next_steps::{HiddenAreas, NextStep, SiteAreas, SiteStep};
+use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::{ObjectId, PhotoId};
 use quadratura_recipe::layer_table::LayerFigures;
 
 /// Draws a photo's state in a line, and below it what to do next.
-pub fn next_ui(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn next_ui(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, requests: &mut Vec<Request>) {
     let status = &session.photos[photo.index()];
     if status.stack.as_ref().is_some_and(|stack| stack.image_layers.iter().any(|layer| layer.fill.is_some()))
     {
         // By these it is known what is painted already.
-        asks.push(QualityAsk::WantShares(photo).into());
+        requests.push(QualityRequest::WantShares(photo).into());
     }
     let mut words = vec![status.word.to_owned()];
     if let (Some(stack), Some(figures)) = (&status.stack, status.figures()) {
@@ -36,7 +36,7 @@ pub fn next_ui(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, as
     ui.add_space(6.0);
     ui.strong("Next");
     for step in &steps {
-        step_ui(state, session, photo, step, ui, asks);
+        step_ui(state, session, photo, step, ui, requests);
         ui.add_space(4.0);
     }
 }
@@ -59,11 +59,11 @@ fn step_ui(
     photo: PhotoId,
     step: &NextStep,
     ui: &mut Ui,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let mut say = |ui: &mut Ui, text: &str, commands: &[&'static Command]| {
         ui.label(text);
-        ui.horizontal_wrapped(|ui| commands.iter().for_each(|command| button(state, ui, command, asks)));
+        ui.horizontal_wrapped(|ui| commands.iter().for_each(|command| button(state, ui, command, requests)));
     };
     match step {
         NextStep::Build { again: false } => {
@@ -78,14 +78,14 @@ fn step_ui(
             say(ui, text, &[&mask::BRUSH, &mask::LASSO, &mask::LOOK]);
         }
         NextStep::Paint(areas) => {
-            paint_ui(session, photo, areas, ui, asks);
-            ui.horizontal_wrapped(|ui| button(state, ui, &paint::EDIT, asks));
+            paint_ui(session, photo, areas, ui, requests);
+            ui.horizontal_wrapped(|ui| button(state, ui, &paint::EDIT, requests));
         }
     }
 }
 
 /// Draws what to do next with all photos, or with what they show of an object.
-pub fn site_steps_ui(state: &State, object: Option<ObjectId>, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn site_steps_ui(state: &State, object: Option<ObjectId>, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     ui.add_space(6.0);
     ui.strong("Next");
@@ -100,9 +100,9 @@ pub fn site_steps_ui(state: &State, object: Option<ObjectId>, ui: &mut Ui, asks:
             }
             SiteStep::Fill(count) => {
                 ui.label(format!("The occluded areas of {} are empty.", photos(*count)));
-                button(state, ui, &layers::FILL, asks);
+                button(state, ui, &layers::FILL, requests);
             }
-            SiteStep::Paint(areas) => areas_ui(session, areas, ui, asks),
+            SiteStep::Paint(areas) => areas_ui(session, areas, ui, requests),
             SiteStep::Cover(count) => {
                 let text = "not covered by any photo: the list of faces marks them; a click says why.";
                 let are = if *count == 1 { "is" } else { "are" };
@@ -118,7 +118,7 @@ pub fn site_steps_ui(state: &State, object: Option<ObjectId>, ui: &mut Ui, asks:
 }
 
 /// Draws the largest hidden areas of several photos, each with a button that selects its layer.
-fn areas_ui(session: &Session, areas: &SiteAreas, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn areas_ui(session: &Session, areas: &SiteAreas, ui: &mut Ui, requests: &mut Vec<Request>) {
     let largest = if areas.count > areas.largest.len() { ", the largest first" } else { "" };
     let (count, photos) = (counted(areas.count as u64, "hidden area"), counted(areas.photos as u64, "photo"));
     ui.label(format!("Paint {count} in {photos}{largest}:"));
@@ -127,30 +127,36 @@ fn areas_ui(session: &Session, areas: &SiteAreas, ui: &mut Ui, asks: &mut Vec<As
         let it = stack.layer(*layer);
         if it.fill.is_some() {
             // By these it is known what is painted already.
-            asks.push(QualityAsk::WantShares(*photo).into());
+            requests.push(QualityRequest::WantShares(*photo).into());
         }
         let name = format!("{}: {}", session.opened.site.photo(*photo).name, it.name);
-        area_ui(ui, &name, Selection::Layer { photo: *photo, layer: *layer }, *share, asks);
+        area_ui(ui, &name, Selection::Layer { photo: *photo, layer: *layer }, *share, requests);
     }
 }
 
 /// Draws a hidden area with a button that selects its layer.
-fn area_ui(ui: &mut Ui, name: &str, layer: Selection, share: f64, asks: &mut Vec<Ask>) {
+fn area_ui(ui: &mut Ui, name: &str, layer: Selection, share: f64, requests: &mut Vec<Request>) {
     let share = format!("{:.0} % hidden", 100.0 * share);
     let row = Button::selectable(false, name).right_text(share).truncate();
     let row = ui.add(row.min_size([ui.available_width(), 0.0].into()));
     if row.on_hover_text(format!("Selects this image layer: {name}")).clicked() {
-        asks.push(SelectAsk::Only(layer).into());
+        requests.push(SelectRequest::Only(layer).into());
     }
 }
 
 /// Draws the layers to paint, each with a button that selects it.
-fn paint_ui(session: &Session, photo: PhotoId, areas: &HiddenAreas, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn paint_ui(
+    session: &Session,
+    photo: PhotoId,
+    areas: &HiddenAreas,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
     let Some(stack) = session.stack_of(photo) else { return };
     let largest = if areas.count > areas.largest.len() { ", the largest first" } else { "" };
     ui.label(format!("Paint {}{largest}:", counted(areas.count as u64, "hidden area")));
     for (layer, share) in &areas.largest {
         let Some(it) = stack.image_layers.get(layer.index()) else { continue };
-        area_ui(ui, &it.name, Selection::Layer { photo, layer: *layer }, *share, asks);
+        area_ui(ui, &it.name, Selection::Layer { photo, layer: *layer }, *share, requests);
     }
 }

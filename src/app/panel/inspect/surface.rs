@@ -8,7 +8,7 @@ use crate::command::edit;
 use crate::panel::masks::object_mask_ui;
 use crate::panel::{button, counted, link_ui, long_list, rows, small_button, title};
 use crate::state::State;
-use crate::state::ask::{Ask, DecideAsk, SelectAsk};
+use crate::state::request::{DecideRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
@@ -18,7 +18,7 @@ use quadratura_recipe::survey::face_named;
 use quadratura_recipe::untextured::{FaceTexture, words as reason_words};
 
 /// Draws the page of an object.
-pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<Ask>) {
+pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, requests: &mut Vec<Request>) {
     let counts = state.inspect.photos_of_object(object);
     let Some(session) = &state.session else { return };
     let model = session.model();
@@ -29,28 +29,28 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
         words.push("billboard, shown from both sides".into());
     }
     ui.weak(words.join(" · "));
-    site_steps_ui(state, Some(object), ui, asks);
+    site_steps_ui(state, Some(object), ui, requests);
     ui.add_space(6.0);
-    surface_buttons(state, ui, asks);
-    decided_ui(state, session, object, ui, asks);
+    surface_buttons(state, ui, requests);
+    decided_ui(state, session, object, ui, requests);
     let mut turns = it.impostor.is_some();
     let turning = ui.checkbox(&mut turns, "Turns towards the camera");
     let help = "For trees and the like: one upright rectangle about the middle of the object faces each photo and each \
                 viewer, in place of the faces of the model.";
     if turning.on_hover_text(help).changed() {
-        asks.push(DecideAsk::TurnObject(it.name.clone(), turns).into());
+        requests.push(DecideRequest::TurnObject(it.name.clone(), turns).into());
     }
     let mut through = it.see_through;
     let declaring = ui.checkbox(&mut through, "See-through in places");
     let help = "For trees, fences, railings and the like: Fill finds how much of each pixel the object covers, and views \
                 show what is behind its gaps.";
     if declaring.on_hover_text(help).changed() {
-        asks.push(DecideAsk::SeeThroughObject(it.name.clone(), through).into());
+        requests.push(DecideRequest::SeeThroughObject(it.name.clone(), through).into());
     }
     if state.is_decided_about(&it.name) {
         let help = "Billboards turn, by their names, and one may see through what turns.";
         if ui.button("Remove decisions").on_hover_text(help).clicked() {
-            asks.push(DecideAsk::FreeObject(it.name.clone()).into());
+            requests.push(DecideRequest::FreeObject(it.name.clone()).into());
         }
     }
     ui.strong("Faces, with the number of photos that show them");
@@ -60,13 +60,13 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
         let text = RichText::new(format!("{}: {}", model.face_name(it.faces[id]), counted(count, "photo")));
         let text = if count == 0 { text.color(warns) } else { text };
         if ui.add(Button::selectable(false, text).truncate()).clicked() {
-            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(it.faces[id]))));
+            requests.push(Request::Select(SelectRequest::Only(Selection::Face(it.faces[id]))));
         }
     });
 }
 
 /// Draws the photos that are excluded from an object, and those to which it is pinned, each with a button that undoes that.
-fn decided_ui(state: &State, session: &Session, object: ObjectId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn decided_ui(state: &State, session: &Session, object: ObjectId, ui: &mut Ui, requests: &mut Vec<Request>) {
     for (photo, decided) in state.decided_about_object(object) {
         let name = &session.opened.site.photo(photo).name;
         ui.horizontal_wrapped(|ui| {
@@ -77,7 +77,7 @@ fn decided_ui(state: &State, session: &Session, object: ObjectId, ui: &mut Ui, a
             if small_button(ui, text, &format!("{text} {name}"), tooltip).clicked() {
                 let of = vec![Faces::whole(&session.model().object(object).name)];
                 let edit = LayerEdit::Free { photo: name.clone(), of };
-                asks.push(DecideAsk::Layers(Box::new(edit)).into());
+                requests.push(DecideRequest::Layers(Box::new(edit)).into());
             }
             match decided {
                 EXCLUDED => ui.label(format!("{name} is excluded: it does not texture the object.")),
@@ -88,7 +88,7 @@ fn decided_ui(state: &State, session: &Session, object: ObjectId, ui: &mut Ui, a
 }
 
 /// Draws the page of a face.
-pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) {
+pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, requests: &mut Vec<Request>) {
     let Some(found) = state.inspect.photos_of_face(face) else { return };
     let Some(session) = &state.session else { return };
     let model = session.model();
@@ -103,9 +103,9 @@ pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) 
     ui.horizontal_wrapped(|ui| {
         let object = model.object(it.object).name.clone();
         if link_ui(ui, object).on_hover_text("Selects the object.").clicked() {
-            asks.push(Ask::Select(SelectAsk::Only(Selection::Object(it.object))));
+            requests.push(Request::Select(SelectRequest::Only(Selection::Object(it.object))));
         }
-        button(state, ui, &edit::SWITCH_OFF, asks);
+        button(state, ui, &edit::SWITCH_OFF, requests);
     });
     ui.add_space(6.0);
     ui.strong("In the photos");
@@ -114,7 +114,7 @@ pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) 
         return;
     }
     for id in in_order(found) {
-        photo_row(session, face, id, found, ui, asks);
+        photo_row(session, face, id, found, ui, requests);
     }
 }
 
@@ -138,19 +138,19 @@ fn photo_row(
     id: PhotoId,
     found: &FaceInPhotos,
     ui: &mut Ui,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let photo = &found.photos[id.index()];
     let name = &session.opened.site.photo(id).name;
     let at = if let FaceTexture::Nothing(why) = &photo.given { why.at } else { None };
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            asks.extend(decisions(session, face, photo, name, ui));
+            requests.extend(decisions(session, face, photo, name, ui));
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 let text = RichText::new(name).color(ui.visuals().hyperlink_color).underline();
                 let link = ui.add(Button::new(text).truncate().frame(false));
                 if link.on_hover_text("Shows the face in this photo.").clicked() {
-                    asks.push(Ask::Select(SelectAsk::ShowInPhoto(id, face, at)));
+                    requests.push(Request::Select(SelectRequest::ShowInPhoto(id, face, at)));
                 }
             });
         });
@@ -162,7 +162,8 @@ fn photo_row(
         if let Some(by) = by {
             let front = face_named(session.model(), by).ok();
             if link_ui(ui, by).on_hover_text("Selects the face in front.").clicked() {
-                asks.extend(front.map(|front| Ask::Select(SelectAsk::Only(Selection::Face(front)))));
+                requests
+                    .extend(front.map(|front| Request::Select(SelectRequest::Only(Selection::Face(front)))));
             }
         }
     });
@@ -190,14 +191,20 @@ fn photo_message(photo: &FaceInPhoto, id: PhotoId, found: &FaceInPhotos, session
 }
 
 /// Draws buttons for the decisions about a face in a photo; returns the ask of the one that was clicked.
-fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, ui: &mut Ui) -> Option<Ask> {
+fn decisions(
+    session: &Session,
+    face: FaceId,
+    photo: &FaceInPhoto,
+    name: &str,
+    ui: &mut Ui,
+) -> Option<Request> {
     let model = session.model();
     let of = || {
         let it = model.face(face);
         vec![Faces { object: model.object(it.object).name.clone(), faces: vec![it.index] }]
     };
     let edit = |edit: fn(String, Vec<Faces>) -> LayerEdit| {
-        Ask::Decide(DecideAsk::Layers(Box::new(edit(name.to_owned(), of()))))
+        Request::Decide(DecideRequest::Layers(Box::new(edit(name.to_owned(), of()))))
     };
     let free = |photo, of| LayerEdit::Free { photo, of };
     let gives = matches!(photo.given, FaceTexture::Texture { .. });
@@ -228,16 +235,16 @@ fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, u
 }
 
 /// Draws the decisions about an object, for the photo that was selected last.
-fn surface_buttons(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    button(state, ui, &edit::SWITCH_OFF, asks);
+fn surface_buttons(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+    button(state, ui, &edit::SWITCH_OFF, requests);
     if let Some(photo) = state.selected_photo_name() {
         ui.weak(format!("For {photo}:"));
     }
     ui.horizontal_wrapped(|ui| {
         for command in [&edit::PIN, &edit::EXCLUDE] {
-            button(state, ui, command, asks);
+            button(state, ui, command, requests);
         }
     });
-    object_mask_ui(state, ui, asks);
+    object_mask_ui(state, ui, requests);
     ui.add_space(6.0);
 }

@@ -5,7 +5,7 @@ use eframe::egui::{ComboBox, DragValue, Grid, Key, Response, TextEdit, Ui};
 use crate::command::{trees, view};
 use crate::panel::{button, grouped, link_ui, named, rows, small_button, title};
 use crate::state::State;
-use crate::state::ask::{Ask, DecideAsk, SelectAsk, TreeAsk};
+use crate::state::request::{DecideRequest, Request, SelectRequest, TreeRequest};
 use crate::state::selection::Selection;
 use quadratura_document::trees::{PlacedTree, TreeIndex};
 use quadratura_recipe::trees::mask::masks_of;
@@ -16,13 +16,13 @@ pub const BUILT_IN: [&str; 2] = ["maple", "oak"];
 const STEP_SHARE: f64 = 1e-3;
 
 /// Draws the page of a tree.
-pub fn tree_page(ui: &mut Ui, state: &State, index: TreeIndex, asks: &mut Vec<Ask>) {
+pub fn tree_page(ui: &mut Ui, state: &State, index: TreeIndex, requests: &mut Vec<Request>) {
     let (Some(session), Some(all)) = (&state.session, state.trees()) else { return };
     let Some(tree) = all.at(index) else { return };
-    asks.push(TreeAsk::WantFigures.into());
+    requests.push(TreeRequest::WantFigures.into());
     title(ui, "Tree", &tree.name);
     let step = STEP_SHARE * session.scene_frame.radius;
-    let mut page = TreePage { tree, asks };
+    let mut page = TreePage { tree, requests };
     page.name_ui(ui);
     Grid::new("tree").num_columns(2).spacing([8.0, 4.0]).show(ui, |ui| {
         page.species_ui(ui, state);
@@ -34,39 +34,39 @@ pub fn tree_page(ui: &mut Ui, state: &State, index: TreeIndex, asks: &mut Vec<As
     });
     page.replaces_ui(ui, state);
     ui.add_space(6.0);
-    costs_ui(ui, state, tree, asks);
+    costs_ui(ui, state, tree, requests);
     ui.add_space(6.0);
     ui.horizontal_wrapped(|ui| {
         for command in [&view::FRAME, &trees::DUPLICATE, &trees::HIDE, &trees::REMOVE, &trees::MASK] {
-            button(state, ui, command, asks);
+            button(state, ui, command, requests);
         }
     });
     let light = link_ui(ui, "Light on all trees").on_hover_text(trees::LIGHT.tooltip);
     if light.clicked() {
-        asks.push(SelectAsk::Only(Selection::Trees).into());
+        requests.push(SelectRequest::Only(Selection::Trees).into());
     }
 }
 
 struct TreePage<'a> {
     tree: &'a PlacedTree,
-    asks: &'a mut Vec<Ask>,
+    requests: &'a mut Vec<Request>,
 }
 
 impl TreePage<'_> {
-    /// Asks for another tree in place of this one.
+    /// Requests for another tree in place of this one.
     fn set(&mut self, what: &'static str, goes_on: bool, change: impl FnOnce(&mut PlacedTree)) {
         let mut tree = self.tree.clone();
         change(&mut tree);
         let name = self.tree.name.clone();
-        self.asks.push(TreeAsk::Set { name, tree: Box::new(tree), what, goes_on }.into());
+        self.requests.push(TreeRequest::Set { name, tree: Box::new(tree), what, goes_on }.into());
     }
 
-    /// Asks for what a field was changed to; a drag is one step.
+    /// Requests for what a field was changed to; a drag is one step.
     fn dragged(&mut self, field: &Response, what: &'static str, change: impl FnOnce(&mut PlacedTree)) {
         if field.changed() {
             self.set(what, goes_on(field), change);
         } else if field.drag_stopped() {
-            self.asks.push(DecideAsk::EndGesture.into());
+            self.requests.push(DecideRequest::EndGesture.into());
         }
     }
 
@@ -264,7 +264,7 @@ pub fn species_choice(ui: &mut Ui, state: &State, now: &str) -> Option<String> {
 }
 
 /// Draws what a tree costs, and where it is masked.
-fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree, asks: &mut Vec<Ask>) {
+fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let project = session.history.present();
     let masked = masks_of(project, tree);
@@ -284,7 +284,7 @@ fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree, asks: &mut Vec<Ask>) 
             ui.colored_label(ui.visuals().warn_fg_color, "Its masks are out of date: the tree has changed.");
             let again = link_ui(ui, "Mask real trees").on_hover_text(trees::MASK.tooltip);
             if again.clicked() {
-                asks.push(TreeAsk::Mask.into());
+                requests.push(TreeRequest::Mask.into());
             }
         });
     }

@@ -7,8 +7,8 @@ use super::tree::goes_on;
 use crate::command::trees;
 use crate::panel::{button, grouped, named, rows, small_button, title};
 use crate::state::State;
-use crate::state::ask::{Ask, DecideAsk, MaskAsk, TreeAsk};
 use crate::state::numbers::counted;
+use crate::state::request::{DecideRequest, MaskRequest, Request, TreeRequest};
 use crate::state::trees::light::{SunAngles, shown_strength, sun_angles, sun_direction, with_strength};
 use quadratura_document::trees::{LightStrength, TreeLight, Trees};
 use quadratura_recipe::trees::light::{LightSupport, clear_day, is_needed};
@@ -19,17 +19,17 @@ const MOST_MARGIN: u32 = 512;
 const LIGHT_STEP: f64 = 0.01;
 
 /// Draws the page of all trees.
-pub fn trees_page(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+pub fn trees_page(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
     let (Some(session), Some(all)) = (&state.session, state.trees()) else { return };
-    asks.push(TreeAsk::WantFigures.into());
+    requests.push(TreeRequest::WantFigures.into());
     title(ui, "Project", "Trees");
     facts_ui(ui, state, all);
     ui.add_space(6.0);
-    button(state, ui, &trees::PLACE, asks);
+    button(state, ui, &trees::PLACE, requests);
     ui.separator();
-    light_ui(ui, state, &all.light, session.scene_frame.up, asks);
+    light_ui(ui, state, &all.light, session.scene_frame.up, requests);
     ui.separator();
-    masks_ui(ui, state, asks);
+    masks_ui(ui, state, requests);
 }
 
 fn facts_ui(ui: &mut Ui, state: &State, all: &Trees) {
@@ -54,32 +54,32 @@ fn facts_ui(ui: &mut Ui, state: &State, all: &Trees) {
 }
 
 /// Draws the light on all trees.
-fn light_ui(ui: &mut Ui, state: &State, light: &TreeLight, up: DVec3, asks: &mut Vec<Ask>) {
+fn light_ui(ui: &mut Ui, state: &State, light: &TreeLight, up: DVec3, requests: &mut Vec<Request>) {
     ui.strong("Light");
     let now = light.strength.given().copied().or(state.trees.light.strength()).unwrap_or_else(clear_day);
     Grid::new("light on trees").num_columns(2).spacing([8.0, 4.0]).show(ui, |ui| {
-        sun_ui(ui, light, up, asks);
-        strength_ui(ui, light, shown_strength(&now), asks);
+        sun_ui(ui, light, up, requests);
+        strength_ui(ui, light, shown_strength(&now), requests);
     });
     ui.add(Label::new(RichText::new(source_of_light(state, light)).weak()).wrap());
-    photos_ui(ui, state, light, asks);
+    photos_ui(ui, state, light, requests);
     let default = *light == TreeLight::default();
     ui.add_enabled_ui(!default, |ui| {
         let tooltip = "Removes what was decided about the light on trees.";
         if small_button(ui, "Reset light", "Reset light", tooltip).clicked() {
-            asks.push(TreeAsk::Light { light: TreeLight::default(), goes_on: false }.into());
+            requests.push(TreeRequest::Light { light: TreeLight::default(), goes_on: false }.into());
         }
     });
 }
 
 /// Draws whether trees are as photos show them.
-fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, asks: &mut Vec<Ask>) {
+fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, requests: &mut Vec<Request>) {
     let mut with_photos = !light.without_photos;
     let tooltip = "Seen from near a photo in which they are masked, trees are as bright and coloured as this photo shows them. \
                    They keep their own leaves, and light that is set here goes on top.";
     if ui.checkbox(&mut with_photos, "Match photos").on_hover_text(tooltip).changed() {
         let light = TreeLight { without_photos: !with_photos, ..*light };
-        asks.push(TreeAsk::Light { light, goes_on: false }.into());
+        requests.push(TreeRequest::Light { light, goes_on: false }.into());
     }
     let is_needed = state.session.as_ref().is_some_and(|session| is_needed(session.history.present()));
     if with_photos
@@ -97,7 +97,7 @@ fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, asks: &mut Vec<Ask>)
     }
 }
 
-fn sun_ui(ui: &mut Ui, light: &TreeLight, up: DVec3, asks: &mut Vec<Ask>) {
+fn sun_ui(ui: &mut Ui, light: &TreeLight, up: DVec3, requests: &mut Vec<Request>) {
     let angles = sun_angles(light, up);
     type Set = fn(SunAngles, f64) -> SunAngles;
     let rows: [(&str, f64, std::ops::RangeInclusive<f64>, &str, Set); 2] = [
@@ -122,9 +122,11 @@ fn sun_ui(ui: &mut Ui, light: &TreeLight, up: DVec3, asks: &mut Vec<Ask>) {
         let field = ui.add(field.update_while_editing(false)).labelled_by(label.id).on_hover_text(tooltip);
         if field.changed() {
             let sun = Some(sun_direction(set(angles, degrees), up));
-            asks.push(TreeAsk::Light { light: TreeLight { sun, ..*light }, goes_on: goes_on(&field) }.into());
+            requests.push(
+                TreeRequest::Light { light: TreeLight { sun, ..*light }, goes_on: goes_on(&field) }.into(),
+            );
         } else if field.drag_stopped() {
-            asks.push(DecideAsk::EndGesture.into());
+            requests.push(DecideRequest::EndGesture.into());
         }
         ui.end_row();
     }
@@ -161,7 +163,7 @@ fn source_of_light(state: &State, light: &TreeLight) -> String {
     }
 }
 
-fn strength_ui(ui: &mut Ui, light: &TreeLight, now: LightStrength, asks: &mut Vec<Ask>) {
+fn strength_ui(ui: &mut Ui, light: &TreeLight, now: LightStrength, requests: &mut Vec<Request>) {
     type Part = fn(&mut LightStrength) -> &mut [f64; 3];
     let rows: [(&str, &str, Part); 3] = [
         ("Sun", "What a white surface reflects that faces the sun.", |light| &mut light.sun),
@@ -182,9 +184,9 @@ fn strength_ui(ui: &mut Ui, light: &TreeLight, now: LightStrength, asks: &mut Ve
                 named(&field, &format!("{name}: {colour}"));
                 if field.changed() {
                     let light = with_strength(light, after);
-                    asks.push(TreeAsk::Light { light, goes_on: goes_on(&field) }.into());
+                    requests.push(TreeRequest::Light { light, goes_on: goes_on(&field) }.into());
                 } else if field.drag_stopped() {
-                    asks.push(DecideAsk::EndGesture.into());
+                    requests.push(DecideRequest::EndGesture.into());
                 }
             }
         });
@@ -192,17 +194,17 @@ fn strength_ui(ui: &mut Ui, light: &TreeLight, now: LightStrength, asks: &mut Ve
     }
 }
 
-fn masks_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+fn masks_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
     ui.strong("Photos");
     ui.horizontal_wrapped(|ui| {
-        button(state, ui, &trees::MASK, asks);
+        button(state, ui, &trees::MASK, requests);
         let mut margin = state.masking.margin_px;
         let field = ui.add(DragValue::new(&mut margin).range(0..=MOST_MARGIN).suffix(" px"));
         let label = ui.label("margin");
         let tooltip = "Pixels to mask around trees, because they are not quite like the real ones.";
         if field.labelled_by(label.id).on_hover_text(tooltip).changed() {
-            asks.push(MaskAsk::Margin(margin).into());
+            requests.push(MaskRequest::Margin(margin).into());
         }
-        button(state, ui, &trees::CLEAR_MASKS, asks);
+        button(state, ui, &trees::CLEAR_MASKS, requests);
     });
 }

@@ -10,8 +10,8 @@ use super::flat::hatch::hatch;
 use super::flat::placement::{PlacedPicture, screen_rect};
 use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use crate::state::State;
-use crate::state::ask::{Ask, FlatAsk};
 use crate::state::flat::layer::{LayerKey, LayerPane};
+use crate::state::request::{FlatRequest, Request};
 use crate::widget::behind::behind_ui;
 use crate::widget::focus::{FocusKind, mark};
 use quadratura_base::geometry::PixelRect;
@@ -22,7 +22,7 @@ pub fn layer_ui(
     state: &State,
     pane: &mut LayerPane,
     textures: &mut FlatTextures,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let Some((key, layer)) = state.looked_at_layer(pane) else {
         return nothing_ui(
@@ -30,10 +30,10 @@ pub fn layer_ui(
             "Select an image layer in the list, or click one in the photo, to see it here.",
         );
     };
-    Panel::top("layer tools").show(ui, |ui| tools::tools_ui(ui, state, pane, &layer, asks));
+    Panel::top("layer tools").show(ui, |ui| tools::tools_ui(ui, state, pane, &layer, requests));
     Panel::bottom("layer status").show(ui, |ui| tools::status_ui(ui, state, pane, &key, &layer));
     CentralPanel::no_frame().show(ui, |ui| canvas_ui(ui, state, pane, &key, layer.rect, textures));
-    asks.push(FlatAsk::WantImageLayer.into());
+    requests.push(FlatRequest::WantImageLayer.into());
 }
 
 fn canvas_ui(

@@ -4,7 +4,7 @@ use eframe::egui::{DragValue, Ui};
 
 use crate::panel::named;
 use crate::state::State;
-use crate::state::ask::{Ask, FlatAsk};
+use crate::state::request::{FlatRequest, Request};
 use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
@@ -16,24 +16,24 @@ pub fn shown_ui(
     photo: PhotoId,
     index: LayerIndex,
     layer: &ImageLayer,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let views = &state.flat.layer_views;
     ui.horizontal_wrapped(|ui| {
         let mut shown = views.is_shown(photo, layer);
         let eye = ui.checkbox(&mut shown, "Shown");
         if eye.on_hover_text("Shows the layer in the photo and the exploded view.").changed() {
-            asks.push(FlatAsk::ShowLayer(photo, index, shown).into());
+            requests.push(FlatRequest::ShowLayer(photo, index, shown).into());
         }
         let mut solo = views.is_solo(photo, layer);
         let only = ui.checkbox(&mut solo, "Solo");
         if only.on_hover_text("Shows only this layer of the photo.").changed() {
-            asks.push(FlatAsk::Solo(photo, index).into());
+            requests.push(FlatRequest::Solo(photo, index).into());
         }
         let plain = views.is_plain(photo);
         let all = ui.add_enabled(!plain, eframe::egui::Button::new("Show all layers").small());
         if all.on_hover_text("Shows all layers of the photo, opaque.").clicked() {
-            asks.push(FlatAsk::ShowAllLayers(photo).into());
+            requests.push(FlatRequest::ShowAllLayers(photo).into());
         }
     });
     let mut opacity = f32::from(views.opacity(photo, layer)) / 255.0 * 100.0;
@@ -44,6 +44,6 @@ pub fn shown_ui(
     });
     named(&value.inner, "Opacity");
     if value.inner.changed() {
-        asks.push(FlatAsk::Opacity(photo, index, (opacity / 100.0 * 255.0).round() as u8).into());
+        requests.push(FlatRequest::Opacity(photo, index, (opacity / 100.0 * 255.0).round() as u8).into());
     }
 }

@@ -7,8 +7,8 @@ use crate::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::panel::flat::scale_ui;
 use crate::panel::{grouped, percent, switch_ui, toggle_ui};
 use crate::state::State;
-use crate::state::ask::Ask;
 use crate::state::flat::layer::{Aspect, LayerKey, LayerPane};
+use crate::state::request::Request;
 use quadratura_document::ImageLayer;
 
 /// The parts of the bar above, the most needed first.
@@ -18,8 +18,8 @@ const PARTS: &[BarPart<LayerPane>] = &[
     BarPart::Tool(|ui, _, pane, _, _| aspect(ui, &mut pane.aspect, Aspect::Provenance)),
     BarPart::Gap,
     BarPart::Switch(&flat::HATCHING),
-    BarPart::Tool(|ui, state, pane, _, asks| of_pixels(ui, state, pane.aspect, &flat::FILLING, asks)),
-    BarPart::Tool(|ui, state, pane, _, asks| of_pixels(ui, state, pane.aspect, &flat::PAINT, asks)),
+    BarPart::Tool(|ui, state, pane, _, requests| of_pixels(ui, state, pane.aspect, &flat::FILLING, requests)),
+    BarPart::Tool(|ui, state, pane, _, requests| of_pixels(ui, state, pane.aspect, &flat::PAINT, requests)),
     BarPart::Gap,
     BarPart::Tool(scale),
 ];
@@ -37,8 +37,14 @@ fn texts(aspect: Aspect) -> (&'static str, &'static str) {
 }
 
 /// Draws the bar above.
-pub fn tools_ui(ui: &mut Ui, state: &State, pane: &mut LayerPane, layer: &ImageLayer, asks: &mut Vec<Ask>) {
-    bar_ui(ui, state, pane, "image layer", Some(&layer.name), PARTS, asks);
+pub fn tools_ui(
+    ui: &mut Ui,
+    state: &State,
+    pane: &mut LayerPane,
+    layer: &ImageLayer,
+    requests: &mut Vec<Request>,
+) {
+    bar_ui(ui, state, pane, "image layer", Some(&layer.name), PARTS, requests);
     ui.horizontal_wrapped(|ui| facts(ui, layer));
 }
 
@@ -50,13 +56,19 @@ fn aspect(ui: &mut Ui, now: &mut Aspect, aspect: Aspect) {
 }
 
 /// Draws a switch that applies to the pixels only; the other aspects do not use it.
-fn of_pixels(ui: &mut Ui, state: &State, now: Aspect, command: &'static Command, asks: &mut Vec<Ask>) {
-    ui.add_enabled_ui(now == Aspect::Pixels, |ui| toggle_ui(state, ui, command, asks));
+fn of_pixels(
+    ui: &mut Ui,
+    state: &State,
+    now: Aspect,
+    command: &'static Command,
+    requests: &mut Vec<Request>,
+) {
+    ui.add_enabled_ui(now == Aspect::Pixels, |ui| toggle_ui(state, ui, command, requests));
 }
 
-fn scale(ui: &mut Ui, state: &State, pane: &mut LayerPane, _: BarPosition, asks: &mut Vec<Ask>) {
+fn scale(ui: &mut Ui, state: &State, pane: &mut LayerPane, _: BarPosition, requests: &mut Vec<Request>) {
     let magnification = pane.view.placement.magnification(ui.ctx().pixels_per_point());
-    scale_ui(state, ui, magnification, asks);
+    scale_ui(state, ui, magnification, requests);
 }
 
 fn facts(ui: &mut Ui, layer: &ImageLayer) {

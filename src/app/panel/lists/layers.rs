@@ -10,9 +10,9 @@ use crate::panel::layer::shown::shown_ui;
 use crate::panel::menu::{LAYER, context_ui};
 use crate::panel::photo::drawing::MERGED;
 use crate::state::State;
-use crate::state::ask::{Ask, FlatAsk, QualityAsk};
 use crate::state::lists::row::ListRow;
 use crate::state::numbers::{grouped, percent};
+use crate::state::request::{FlatRequest, QualityRequest, Request};
 use crate::widget::elide::beside;
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
@@ -34,11 +34,11 @@ const EYE: &str = "Shows or hides the layer in the photo and the exploded view; 
                    a view and changes nothing in the project.";
 
 /// Returns the ask for the figures that the table shows, where it shows some that have to be computed.
-pub(super) fn wanted_figures(state: &State, width: f32) -> Option<Ask> {
+pub(super) fn wanted_figures(state: &State, width: f32) -> Option<Request> {
     let list = state.settings.layer_list;
     let shows_trust = list.as_table && columns(width, list.column).contains(&LayerColumn::Trust);
     let photo = state.selected_photo().filter(|_| shows_trust)?;
-    Some(QualityAsk::WantShares(photo).into())
+    Some(QualityRequest::WantShares(photo).into())
 }
 
 impl Outliner<'_> {
@@ -53,7 +53,7 @@ impl Outliner<'_> {
         let button = ui.put(rect, Button::selectable(as_table, RichText::new("Table").small()));
         button.widget_info(|| WidgetInfo::selected(Role::Button, true, as_table, AS_TABLE.name));
         if button.on_hover_text(AS_TABLE.tooltip).clicked() {
-            self.asks.push(AS_TABLE.asked(self.state));
+            self.requests.push(AS_TABLE.asked(self.state));
         }
         line.text(ui, &name, RowText::Strong);
         self.title_clicked(ui, ListRow::Layers, &line);
@@ -125,9 +125,9 @@ impl Outliner<'_> {
         let id = self.id_of(ListRow::Layer(index));
         let clicked = line.eye(ui, id, &layer.name, shown, EYE);
         if clicked && ui.input(|input| input.modifiers.alt) {
-            self.asks.push(FlatAsk::Solo(photo, index).into());
+            self.requests.push(FlatRequest::Solo(photo, index).into());
         } else if clicked {
-            self.asks.push(FlatAsk::ShowLayer(photo, index, !shown).into());
+            self.requests.push(FlatRequest::ShowLayer(photo, index, !shown).into());
         }
         shown
     }
@@ -137,12 +137,12 @@ impl Outliner<'_> {
         let row = ListRow::Layer(index);
         if line.response.secondary_clicked() && !self.site.is_selected(row, self.state) {
             self.lists.cursor = Some(row);
-            self.asks.extend(self.lists.select_layer(self.site, index));
+            self.requests.extend(self.lists.select_layer(self.site, index));
         }
-        let (state, photo, asks) = (self.state, self.site.photo, &mut *self.asks);
+        let (state, photo, requests) = (self.state, self.site.photo, &mut *self.requests);
         line.response.context_menu(|ui| {
-            photo.into_iter().for_each(|photo| shown_ui(state, ui, photo, index, layer, asks));
-            context_ui(state, ui, LAYER, asks);
+            photo.into_iter().for_each(|photo| shown_ui(state, ui, photo, index, layer, requests));
+            context_ui(state, ui, LAYER, requests);
         });
     }
 
@@ -153,12 +153,12 @@ impl Outliner<'_> {
         } else if response.clicked() {
             let modifiers = ui.input(|input| input.modifiers);
             self.take_focus(ui, ListRow::Layer(index));
-            let ask = match (modifiers.shift, modifiers.command) {
+            let request = match (modifiers.shift, modifiers.command) {
                 (true, _) => self.lists.select_range(self.site, self.state.selection, rows, index),
                 (false, true) => self.lists.toggle_layer(self.site, index),
                 (false, false) => self.lists.select_layer(self.site, index),
             };
-            self.asks.extend(ask);
+            self.requests.extend(request);
         }
     }
 }

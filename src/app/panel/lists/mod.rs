@@ -14,10 +14,10 @@ mod trees;
 use eframe::egui::{Context, Id, Ui};
 
 use crate::state::State;
-use crate::state::ask::Ask;
 use crate::state::lists::ListsState;
 use crate::state::lists::row::ListRow;
 use crate::state::lists::rows::ListedSite;
+use crate::state::request::Request;
 
 /// The height of a row, in points: a line of text, large enough to be clicked.
 const ROW: f32 = 23.0;
@@ -33,7 +33,7 @@ struct Outliner<'a> {
     /// The widget id of the list.
     id: Id,
     /// The asks pushed while drawing.
-    asks: &'a mut Vec<Ask>,
+    requests: &'a mut Vec<Request>,
 }
 
 impl Outliner<'_> {

@@ -7,9 +7,9 @@ use super::{Outliner, ROW};
 use crate::command::edit::ALL_ON;
 use crate::command::view::FRAME;
 use crate::panel::menu::{SURFACE, context_ui};
-use crate::state::ask::{Ask, DecideAsk, SelectAsk, SpaceAsk};
 use crate::state::lists::row::ListRow;
 use crate::state::numbers::grouped;
+use crate::state::request::{DecideRequest, Request, SelectRequest, SpaceRequest};
 use crate::widget::elide::beside;
 use quadratura_base::scene::{FaceIndex, ObjectId};
 
@@ -29,7 +29,7 @@ impl Outliner<'_> {
             let rect = line.take_right(76.0).shrink2([0.0, 2.0].into());
             let button = ui.put(rect, Button::new(RichText::new("Restore all").small()));
             if button.on_hover_text(ALL_ON.tooltip).clicked() {
-                self.asks.push(ALL_ON.asked(self.state));
+                self.requests.push(ALL_ON.asked(self.state));
             }
         }
         line.text(ui, &name, RowText::Strong);
@@ -53,7 +53,7 @@ impl Outliner<'_> {
             self.restore_ui(ui, &mut line, &object.name);
         } else if line.eye(ui, self.id_of(row), &object.name, shown, EYE) {
             self.lists.cursor = Some(row);
-            self.asks.push(SpaceAsk::ShowObject(object.name.clone(), !shown).into());
+            self.requests.push(SpaceRequest::ShowObject(object.name.clone(), !shown).into());
         }
         line.take_right(4.0);
         let count = line.take_right(40.0);
@@ -87,7 +87,7 @@ impl Outliner<'_> {
         let button = ui.put(rect, Button::new(RichText::new("Restore").small()));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Restore {name}")));
         if button.on_hover_text("Restores the object that was removed from the model.").clicked() {
-            self.asks.push(DecideAsk::SwitchObject(name.to_owned(), true).into());
+            self.requests.push(DecideRequest::SwitchObject(name.to_owned(), true).into());
         }
     }
 
@@ -95,10 +95,10 @@ impl Outliner<'_> {
     fn surface_menu(&mut self, row: ListRow, line: &DrawnRow) {
         if line.response.secondary_clicked() {
             self.lists.cursor = Some(row);
-            self.asks.extend(self.site.selection(row).map(|it| Ask::Select(SelectAsk::Only(it))));
+            self.requests.extend(self.site.selection(row).map(|it| Request::Select(SelectRequest::Only(it))));
         }
-        let (state, asks) = (self.state, &mut *self.asks);
-        line.response.context_menu(|ui| context_ui(state, ui, SURFACE, asks));
+        let (state, requests) = (self.state, &mut *self.requests);
+        line.response.context_menu(|ui| context_ui(state, ui, SURFACE, requests));
     }
 
     pub(super) fn face(&mut self, ui: &mut Ui, id: ObjectId, index: FaceIndex) {
@@ -115,7 +115,7 @@ impl Outliner<'_> {
             self.activate(row);
         } else if line.response.clicked() {
             self.take_focus(ui, row);
-            self.asks.extend(self.site.selection(row).map(|it| Ask::Select(SelectAsk::Only(it))));
+            self.requests.extend(self.site.selection(row).map(|it| Request::Select(SelectRequest::Only(it))));
         }
     }
 
@@ -124,17 +124,18 @@ impl Outliner<'_> {
         match row {
             ListRow::Layer(_) => {
                 let show = crate::command::flat::SHOW_LAYER.asked(self.state);
-                self.asks.extend(
+                self.requests.extend(
                     self.site
                         .selection(row)
-                        .map(|it| Ask::Select(SelectAsk::Only(it)))
+                        .map(|it| Request::Select(SelectRequest::Only(it)))
                         .into_iter()
                         .chain([show]),
                 );
             }
             ListRow::Object(_) | ListRow::Face(..) | ListRow::Tree(_) => {
                 if let Some(this) = self.site.selection(row) {
-                    self.asks.extend([Ask::Select(SelectAsk::Only(this)), FRAME.asked(self.state)]);
+                    self.requests
+                        .extend([Request::Select(SelectRequest::Only(this)), FRAME.asked(self.state)]);
                 }
             }
             row if row.opens() => {

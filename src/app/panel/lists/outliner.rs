@@ -5,10 +5,10 @@ use eframe::egui::{Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2
 use super::layers::wanted_figures;
 use super::{Outliner, ROW};
 use crate::state::State;
-use crate::state::ask::Ask;
 use crate::state::lists::ListsState;
 use crate::state::lists::row::ListRow;
 use crate::state::lists::rows::{ListedSite, rows};
+use crate::state::request::Request;
 use crate::widget::focus::{FocusKind, mark};
 
 /// The number of rows above which the list has a search field.
@@ -20,11 +20,11 @@ const CLEAR: f32 = 32.0;
 const RIGHT: f32 = 4.0;
 
 /// Draws the list.
-pub fn outliner_ui(ui: &mut Ui, state: &State, lists: &mut ListsState, asks: &mut Vec<Ask>) {
-    asks.extend(wanted_figures(state, ui.available_width()));
+pub fn outliner_ui(ui: &mut Ui, state: &State, lists: &mut ListsState, requests: &mut Vec<Request>) {
+    requests.extend(wanted_figures(state, ui.available_width()));
     let Some(site) = ListedSite::from_state(state) else { return };
     let id = ui.make_persistent_id("layers and objects");
-    Outliner { state, site: &site, lists, id, asks }.ui(ui);
+    Outliner { state, site: &site, lists, id, requests }.ui(ui);
 }
 
 impl Outliner<'_> {

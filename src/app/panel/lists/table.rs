@@ -6,8 +6,8 @@ use eframe::egui::{
 
 use super::Outliner;
 use super::row::{DrawnRow, styled_text_in, text_in};
-use crate::state::ask::{Ask, WindowAsk};
 use crate::state::lists::row::ListRow;
+use crate::state::request::{Request, WindowRequest};
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
 use quadratura_recipe::layer_table::{LayerColumn, LayerFigures};
@@ -132,7 +132,7 @@ impl Outliner<'_> {
             ui.painter().add(Shape::convex_polygon(corners, color, Stroke::NONE));
         }
         if response.clicked() {
-            self.asks.push(Ask::Window(WindowAsk::SortLayers(column)));
+            self.requests.push(Request::Window(WindowRequest::SortLayers(column)));
         }
         response.on_hover_text(tooltip);
     }
@@ -149,7 +149,7 @@ impl Outliner<'_> {
                 let (name, _, tooltip) = heading(*column);
                 let text = format!("Sort by {}", name.to_lowercase());
                 if ui.button(text).on_hover_text(tooltip).clicked() {
-                    self.asks.push(Ask::Window(WindowAsk::SortLayers(*column)));
+                    self.requests.push(Request::Window(WindowRequest::SortLayers(*column)));
                 }
             }
         });

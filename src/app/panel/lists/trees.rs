@@ -6,9 +6,9 @@ use super::Outliner;
 use super::row::{RowText, text_in};
 use crate::command::view::FRAME;
 use crate::panel::menu::{TREE, context_ui};
-use crate::state::ask::{Ask, SelectAsk, TreeAsk};
 use crate::state::lists::row::ListRow;
 use crate::state::numbers::grouped;
+use crate::state::request::{Request, SelectRequest, TreeRequest};
 use crate::state::selection::Selection;
 use quadratura_document::trees::TreeIndex;
 
@@ -27,7 +27,7 @@ impl Outliner<'_> {
             self.lists.turn(row);
         } else if line.response.clicked() {
             self.take_focus(ui, row);
-            self.asks.push(SelectAsk::Only(Selection::Trees).into());
+            self.requests.push(SelectRequest::Only(Selection::Trees).into());
         }
         line.response.on_hover_text("A click shows their light and cost on the right.");
     }
@@ -39,7 +39,7 @@ impl Outliner<'_> {
         let mut line = self.line(ui, row, species);
         let shown = names.iter().any(|name| !self.state.trees.hidden.contains(name));
         if !names.is_empty() && line.eye(ui, self.id_of(row), species, shown, EYE) {
-            self.asks.push(TreeAsk::Show(names.clone(), !shown).into());
+            self.requests.push(TreeRequest::Show(names.clone(), !shown).into());
         }
         line.take_right(4.0);
         let count = line.take_right(COUNT.min(0.5 * line.room.width()));
@@ -66,17 +66,17 @@ impl Outliner<'_> {
         let shown = !self.state.trees.hidden.contains(&tree.name);
         if line.eye(ui, self.id_of(row), &tree.name, shown, EYE) {
             self.lists.cursor = Some(row);
-            self.asks.push(TreeAsk::Show(vec![tree.name.clone()], !shown).into());
+            self.requests.push(TreeRequest::Show(vec![tree.name.clone()], !shown).into());
         }
         line.text(ui, &tree.name, if shown { RowText::Plain } else { RowText::Weak });
-        let select = Ask::Select(SelectAsk::Only(Selection::Tree(index)));
+        let select = Request::Select(SelectRequest::Only(Selection::Tree(index)));
         if line.response.double_clicked() {
-            self.asks.extend([select, FRAME.asked(self.state)]);
+            self.requests.extend([select, FRAME.asked(self.state)]);
         } else if line.response.clicked() || line.response.secondary_clicked() {
             self.take_focus(ui, row);
-            self.asks.push(select);
+            self.requests.push(select);
         }
-        let (state, asks) = (self.state, &mut *self.asks);
-        line.response.context_menu(|ui| context_ui(state, ui, TREE, asks));
+        let (state, requests) = (self.state, &mut *self.requests);
+        line.response.context_menu(|ui| context_ui(state, ui, TREE, requests));
     }
 }

@@ -4,9 +4,9 @@ use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
 use super::place::{is_entered, line, part_found, part_line, typed_ui, wrong, wrongs};
 use crate::state::State;
-use crate::state::ask::{Ask, BuildAsk};
 use crate::state::opening::assistant::Assistant;
 use crate::state::opening::{DialogRequest, Purpose};
+use crate::state::request::{JobRequest, Request};
 use crate::state::running::JobKind;
 use crate::widget::dialog::{Dialog, Keys, scrolled};
 use quadratura_recipe::discover::{DiscoveryReport, SitePart};
@@ -20,7 +20,7 @@ pub fn assistant_ui(
     assistant: &mut Assistant,
     context: &Context,
     requests: &mut Vec<DialogRequest>,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let makes = state.running.runs(JobKind::Open);
     // Escape first leaves the text field.
@@ -34,7 +34,7 @@ pub fn assistant_ui(
         });
         ui.add_space(8.0);
         if makes {
-            progress(state, ui, asks);
+            progress(state, ui, requests);
         } else {
             buttons(state, assistant, ui, keys, requests);
         }
@@ -135,7 +135,7 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogReque
     });
 }
 
-fn progress(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn progress(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some((id, job)) = state.running.all().find(|(_, job)| job.kind == JobKind::Open) else {
         return;
     };
@@ -143,7 +143,7 @@ fn progress(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.add(ProgressBar::new(job.progress.share().unwrap_or_default()).desired_width(240.0));
         ui.label(job.in_words());
         if ui.button("Stop").clicked() {
-            asks.push(BuildAsk::Stop(id).into());
+            requests.push(BuildRequest::Stop(id).into());
         }
     });
 }

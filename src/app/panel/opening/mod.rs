@@ -17,14 +17,19 @@ use self::relinking::relinking_ui;
 use self::sample::sample_ui;
 use self::typing::typing_ui;
 use crate::state::State;
-use crate::state::ask::{Ask, ProjectAsk};
 use crate::state::opening::OpeningDialogs;
+use crate::state::request::{ProjectRequest, Request};
 
 /// Draws the open dialogs; `dialogs` is what is typed in them.
-pub fn opening_ui(state: &State, dialogs: &mut OpeningDialogs, context: &Context, asks: &mut Vec<Ask>) {
+pub fn opening_ui(
+    state: &State,
+    dialogs: &mut OpeningDialogs,
+    context: &Context,
+    requests: &mut Vec<Request>,
+) {
     let mut requests = Vec::new();
     if let Some(assistant) = &mut dialogs.assistant {
-        assistant_ui(state, assistant, context, &mut requests, asks);
+        assistant_ui(state, assistant, context, &mut requests, requests);
     }
     if let Some(relinking) = &mut dialogs.relinking {
         relinking_ui(state, relinking, context, &mut requests);
@@ -39,5 +44,5 @@ pub fn opening_ui(state: &State, dialogs: &mut OpeningDialogs, context: &Context
     if state.opening.typing {
         typing_ui(&mut dialogs.typed, context, &mut requests);
     }
-    asks.extend(requests.into_iter().map(|request| Ask::Project(ProjectAsk::Dialog(request))));
+    requests.extend(requests.into_iter().map(|request| Request::Project(ProjectRequest::Dialog(request))));
 }

@@ -5,11 +5,11 @@ use eframe::egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Respo
 use super::placed::PlacedPhoto;
 use crate::panel::flat::placement::on_screen;
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk};
 use crate::state::flat::placement::ScreenRect;
 use crate::state::masking::Masking;
 use crate::state::masking::stroke::MaskStroke;
 use crate::state::masking::tool::MaskTool;
+use crate::state::request::{MaskRequest, Request};
 use crate::widget::dialog;
 use quadratura_base::geometry::PixelRect;
 
@@ -43,19 +43,19 @@ pub fn hand_ui(
     stroke: &mut Option<MaskStroke>,
     response: &Response,
     target: &StrokeTarget<'_>,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let Some(tool) = state.masking.tool else { return };
     if escaped(ui) {
         // Escape cancels the stroke first, then deselects the tool.
         if stroke.take().is_none() {
-            asks.push(MaskAsk::PutAway.into());
+            requests.push(MaskRequest::PutAway.into());
         }
         return;
     }
     if response.hovered() {
         ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
-        asks.extend(resized(ui));
+        requests.extend(resized(ui));
     }
     *stroke = stroke.take().filter(|stroke| stroke.photo == target.placed.photo);
     let may_begin = draws(state, ui) && (response.hovered() || response.is_pointer_button_down_on());
@@ -76,7 +76,7 @@ pub fn hand_ui(
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } => {
                 if let Some(mut stroke) = stroke.take() {
                     target.go_to(&mut stroke, pos);
-                    asks.extend(edit(state, &stroke, target.placed.bounds));
+                    requests.extend(edit(state, &stroke, target.placed.bounds));
                 }
             }
             _ => (),
@@ -90,9 +90,9 @@ fn escaped(ui: &Ui) -> bool {
 }
 
 /// Resizes the brush with Ctrl and the wheel.
-fn resized(ui: &Ui) -> Option<Ask> {
+fn resized(ui: &Ui) -> Option<Request> {
     let factor = ui.input(|input| if input.modifiers.command { input.zoom_delta() } else { 1.0 });
-    (factor != 1.0).then(|| MaskAsk::ResizeBrush(f64::from(factor)).into())
+    (factor != 1.0).then(|| MaskRequest::ResizeBrush(f64::from(factor)).into())
 }
 
 /// Starts a stroke; held modifier keys switch between masking and erasing.
@@ -102,12 +102,12 @@ fn begun(masking: &Masking, tool: MaskTool, held: Modifiers, target: &StrokeTarg
     MaskStroke::new(target.placed.photo, tool, uncovers, radius_px)
 }
 
-fn edit(state: &State, stroke: &MaskStroke, within: PixelRect) -> Option<Ask> {
+fn edit(state: &State, stroke: &MaskStroke, within: PixelRect) -> Option<Request> {
     let photo = state.session.as_ref()?.opened.site.photos.get(stroke.photo.index())?;
     if let MaskTool::Matte(_) = stroke.tool {
         let painted = stroke.of_matte(photo, state.matte_layer(stroke.photo))?;
-        return Some(MaskAsk::Matte(Box::new(painted)).into());
+        return Some(MaskRequest::Matte(Box::new(painted)).into());
     }
     let (name, work) = stroke.step(&photo.name, within)?;
-    Some(MaskAsk::Mask(name, work).into())
+    Some(MaskRequest::Mask(name, work).into())
 }

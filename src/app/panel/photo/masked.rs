@@ -9,10 +9,10 @@ use glam::DVec2;
 use super::placed::PlacedPhoto;
 use crate::panel::flat::placement::PlacedPicture;
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk};
 use crate::state::masking::stroke::MaskStroke;
 use crate::state::masking::suggested::ShownSuggestion;
 use crate::state::masking::tool::MaskTool;
+use crate::state::request::{MaskRequest, Request};
 use quadratura_base::geometry::Spans;
 use quadratura_base::geometry::grid::{Grid, boxes, rim};
 use quadratura_base::scene::PhotoId;
@@ -61,10 +61,10 @@ pub fn masks_ui(
     stroke: Option<&MaskStroke>,
     meshes: &mut MaskMeshes,
     placed: &PlacedPhoto,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let (photo, seen) = (placed.photo, &placed.seen);
-    asks.extend([MaskAsk::WantMasks(photo).into(), MaskAsk::WantSuggestions.into()]);
+    requests.extend([MaskRequest::WantMasks(photo).into(), MaskRequest::WantSuggestions.into()]);
     let painter = ui.painter_at(seen.rect);
     if state.masking.shown
         && let Some(pixels) = state.covered(photo)

@@ -21,10 +21,10 @@ use super::flat::placement::screen_rect;
 use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use super::pictures;
 use crate::state::State;
-use crate::state::ask::{Ask, FlatAsk};
 use crate::state::flat::photo::PhotoPane;
 use crate::state::masking::stroke::MaskStroke;
 use crate::state::panels::PanelSizes;
+use crate::state::request::{FlatRequest, Request};
 use crate::widget::focus::{FocusKind, mark};
 use crate::widget::sized::{PanelEdge, sized_panel};
 use quadratura_base::geometry::PixelRect;
@@ -65,7 +65,7 @@ pub fn photo_ui(
     state: &State,
     memory: PhotoMemory<'_>,
     textures: &mut PhotoViewTextures<'_>,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let Some(photo) = state.selected_photo() else {
         return nothing_ui(ui, "Select a photo in the list to see it here.");
@@ -73,17 +73,17 @@ pub fn photo_ui(
     let PhotoMemory { pane, stroke, sizes } = memory;
     pane.turn_to(photo);
     Panel::top("photo tools").show(ui, |ui| {
-        tools::tools_ui(ui, state, pane, photo, asks);
-        strip::strip_ui(ui, state, asks);
+        tools::tools_ui(ui, state, pane, photo, requests);
+        strip::strip_ui(ui, state, requests);
     });
     let status = Panel::bottom("photo status").exact_size(STATUS);
     status.show(ui, |ui| pointing::status_ui(ui, state, pane));
     if pane.reasons_shown {
-        untextured_ui(ui, state, pane, sizes, photo, asks);
+        untextured_ui(ui, state, pane, sizes, photo, requests);
     }
     let central = CentralPanel::no_frame();
-    central.show(ui, |ui| canvas_ui(ui, state, pane, stroke, textures, photo, asks));
-    asks.push(FlatAsk::WantPhoto(photo).into());
+    central.show(ui, |ui| canvas_ui(ui, state, pane, stroke, textures, photo, requests));
+    requests.push(FlatRequest::WantPhoto(photo).into());
 }
 
 /// Draws the list of untextured faces: beside the photo where both fit, otherwise below it.
@@ -93,14 +93,14 @@ fn untextured_ui(
     pane: &mut PhotoPane,
     sizes: &mut PanelSizes,
     photo: PhotoId,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let room = ui.available_size() * LIST_MOST;
     let (edge, name, size, most) = match ui.available_width() {
         WIDE.. => (PanelEdge::Right, "untextured faces", &mut sizes.faces_width, room.x),
         _ => (PanelEdge::Bottom, "untextured faces below", &mut sizes.faces_below, room.y),
     };
-    sized_panel(ui, edge, name, size, most, |ui| reasons::reasons_ui(ui, state, pane, photo, asks));
+    sized_panel(ui, edge, name, size, most, |ui| reasons::reasons_ui(ui, state, pane, photo, requests));
 }
 
 fn canvas_ui(
@@ -110,7 +110,7 @@ fn canvas_ui(
     stroke: &mut Option<MaskStroke>,
     textures: &mut PhotoViewTextures<'_>,
     photo: PhotoId,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Photo view"));
@@ -123,13 +123,13 @@ fn canvas_ui(
     let seen = navigate(&mut pane.view.placement, ui, &response, rect, bounds, left);
     let placed = PlacedPhoto { photo, bounds, seen };
     let target = StrokeTarget { placed: &placed, line: pane.line };
-    hand_ui(ui, state, stroke, &response, &target, asks);
-    picture_ui(ui, state, pane, textures, &placed, asks);
+    hand_ui(ui, state, stroke, &response, &target, requests);
+    picture_ui(ui, state, pane, textures, &placed, requests);
     drawing::drawing_ui(ui, state, pane, &placed);
-    masks_ui(ui, state, stroke.as_ref(), textures.masks, &placed, asks);
-    pointing::point(ui, state, pane, &response, &placed, asks);
+    masks_ui(ui, state, stroke.as_ref(), textures.masks, &placed, requests);
+    pointing::point(ui, state, pane, &response, &placed, requests);
     // Nothing covers the photo during a stroke.
-    let line = if stroke.is_none() { over::line_ui(ui, state, rect, photo, asks) } else { None };
+    let line = if stroke.is_none() { over::line_ui(ui, state, rect, photo, requests) } else { None };
     pane.line = line.map(screen_rect);
 }
 

@@ -5,7 +5,7 @@ use eframe::egui::{Frame, Pos2, Rect, Ui, UiBuilder};
 use crate::command::{Command, layers};
 use crate::panel::button;
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk};
+use crate::state::request::{MaskRequest, Request};
 use quadratura_base::scene::PhotoId;
 
 /// The distance from the view's lower edge to the top of the line, in points.
@@ -13,7 +13,13 @@ const OVER: f32 = 64.0;
 
 /// Draws the outcome of the search for transient objects, or the next step where the photo's layers are missing or out
 /// of date; returns the rectangle of the line.
-pub fn line_ui(ui: &mut Ui, state: &State, rect: Rect, photo: PhotoId, asks: &mut Vec<Ask>) -> Option<Rect> {
+pub fn line_ui(
+    ui: &mut Ui,
+    state: &State,
+    rect: Rect,
+    photo: PhotoId,
+    requests: &mut Vec<Request>,
+) -> Option<Rect> {
     let session = state.session.as_ref()?;
     let status = &session.photos[photo.index()];
     // The latest outcome comes first; layers that are out of date remain so.
@@ -23,7 +29,7 @@ pub fn line_ui(ui: &mut Ui, state: &State, rect: Rect, photo: PhotoId, asks: &mu
             ui.label(outcome);
             ui.button("OK").on_hover_text("Hides this line.").clicked()
         });
-        asks.extend(read.then(|| MaskAsk::ForgetOutcome.into()));
+        requests.extend(read.then(|| MaskRequest::ForgetOutcome.into()));
         return Some(line);
     }
     let text = match status.word {
@@ -40,7 +46,7 @@ pub fn line_ui(ui: &mut Ui, state: &State, rect: Rect, photo: PhotoId, asks: &mu
     };
     let ((), line) = over(ui, rect, |ui| {
         ui.label(text);
-        commands.iter().for_each(|command| button(state, ui, command, asks));
+        commands.iter().for_each(|command| button(state, ui, command, requests));
     });
     Some(line)
 }

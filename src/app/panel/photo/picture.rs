@@ -7,10 +7,10 @@ use super::placed::PlacedPhoto;
 use crate::panel::flat::hatch::hatch;
 use crate::panel::flat::tiled::AS_IT_IS;
 use crate::state::State;
-use crate::state::ask::{Ask, QualityAsk};
 use crate::state::flat::photo::PhotoPane;
 use crate::state::flat::picked::Picked;
 use crate::state::flat::version::LayersVersion;
+use crate::state::request::{QualityRequest, Request};
 use crate::state::selection::Selection;
 use crate::widget::behind::behind_ui;
 use quadratura_base::scene::PhotoId;
@@ -30,12 +30,12 @@ pub fn picture_ui(
     pane: &PhotoPane,
     textures: &mut PhotoViewTextures<'_>,
     placed: &PlacedPhoto,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let PlacedPhoto { photo, bounds, seen } = placed;
     let photo = *photo;
     update_selected_hidden(state, textures.selected_hidden, photo);
-    let light = light(state, photo, asks);
+    let light = light(state, photo, requests);
     let Some(session) = &state.session else { return };
     let (loading, switches) = (&state.flat.loading, &state.flat.switches);
     let painter = ui.painter_at(seen.rect);
@@ -63,11 +63,11 @@ pub fn picture_ui(
 }
 
 /// Returns the photo's light factors, R, G, B: those of blending, where matched exposure is on and known.
-fn light(state: &State, photo: PhotoId, asks: &mut Vec<Ask>) -> [f64; 3] {
+fn light(state: &State, photo: PhotoId, requests: &mut Vec<Request>) -> [f64; 3] {
     if !state.flat.switches.even {
         return AS_IT_IS;
     }
-    asks.push(QualityAsk::WantEstimate.into());
+    requests.push(QualityRequest::WantEstimate.into());
     state.even_factors(photo).unwrap_or(AS_IT_IS)
 }
 

@@ -5,10 +5,10 @@ use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, 
 use super::placed::PlacedPhoto;
 use super::strip::hint;
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk, SelectAsk};
 use crate::state::flat::photo::PhotoPane;
 use crate::state::flat::picked::face_of;
 use crate::state::flat::version::LayersVersion;
+use crate::state::request::{MaskRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
@@ -21,7 +21,7 @@ pub fn point(
     pane: &mut PhotoPane,
     response: &Response,
     placed: &PlacedPhoto,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let photo = placed.photo;
     let hovered = response.hover_pos().filter(|_| !response.dragged());
@@ -33,27 +33,27 @@ pub fn point(
     let free = state.masking.tool.is_none();
     let pointed = suggestion.filter(|_| free);
     if state.masking.suggested.pointed != pointed {
-        asks.push(MaskAsk::PointAt(pointed).into());
+        requests.push(MaskRequest::PointAt(pointed).into());
     }
     let Some(session) = &state.session else { return };
     match suggestion {
         _ if !free || !response.clicked() => (),
-        Some(number) => asks.push(Ask::Mask(MaskAsk::Accept(vec![number]))),
-        None => asks.push(select(ui, state, pane, session, photo).into()),
+        Some(number) => requests.push(Request::Mask(MaskRequest::Accept(vec![number]))),
+        None => requests.push(select(ui, state, pane, session, photo).into()),
     }
 }
 
 /// Selects the front image layer; further clicks select its object, its face, and the layer again. With Ctrl or Shift a
 /// click adds a layer.
-fn select(ui: &Ui, state: &State, pane: &PhotoPane, session: &Session, photo: PhotoId) -> SelectAsk {
+fn select(ui: &Ui, state: &State, pane: &PhotoPane, session: &Session, photo: PhotoId) -> SelectRequest {
     let pointed = pane.pointed.as_ref();
     let layers = pointed.and_then(|pointed| state.flat.loading.layers(pointed.version.as_ref()?));
     let shape = layers.as_ref().and_then(|layers| pointed?.shape(layers));
     let more = ui.input(|input| input.modifiers.command || input.modifiers.shift);
     match shape {
-        Some(shape) if more => SelectAsk::Toggle(photo, shape.layer),
-        Some(shape) => SelectAsk::Only(next(state.selection, photo, shape, session)),
-        None => SelectAsk::Only(Selection::Photo(photo)),
+        Some(shape) if more => SelectRequest::Toggle(photo, shape.layer),
+        Some(shape) => SelectRequest::Only(next(state.selection, photo, shape, session)),
+        None => SelectRequest::Only(Selection::Photo(photo)),
     }
 }
 

@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3};
 
 use crate::panel::{link_ui, named};
 use crate::state::State;
-use crate::state::ask::{Ask, SelectAsk};
 use crate::state::flat::photo::PhotoPane;
+use crate::state::request::{Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use crate::widget::look::selection_look;
@@ -23,7 +23,13 @@ fn listed(session: &Session, photo: PhotoId) -> Option<Vec<Untextured>> {
 }
 
 /// Draws the list.
-pub fn reasons_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: PhotoId, asks: &mut Vec<Ask>) {
+pub fn reasons_ui(
+    ui: &mut Ui,
+    state: &State,
+    pane: &mut PhotoPane,
+    photo: PhotoId,
+    requests: &mut Vec<Request>,
+) {
     ui.add_space(4.0);
     ui.strong("Faces without texture from this photo");
     let Some(faces) = state.session.as_ref().and_then(|session| listed(session, photo)) else {
@@ -49,7 +55,7 @@ pub fn reasons_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: Photo
     // Names may be longer than the list is wide.
     let area = ScrollArea::both().id_salt("untextured").auto_shrink(false);
     area.show_rows(ui, height, listed.len(), |ui, rows| {
-        rows.for_each(|index| row(ui, state, pane, listed[index], asks));
+        rows.for_each(|index| row(ui, state, pane, listed[index], requests));
     });
 }
 
@@ -92,7 +98,7 @@ fn choose(ui: &mut Ui, filter: &mut Option<UntexturedReason>, faces: &[&Untextur
     named(&combo.response, "Reason");
 }
 
-fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: &mut Vec<Ask>) {
+fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let face = session.model().face_named(&it.object, it.face);
     let selected = face.is_some_and(|face| state.selection == Selection::Face(face));
@@ -107,7 +113,9 @@ fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: 
                 ui.weak("hidden by");
                 let front = face_named(session.model(), by).ok();
                 if link_ui(ui, by).on_hover_text("Selects the face in front.").clicked() {
-                    asks.extend(front.map(|front| Ask::Select(SelectAsk::Only(Selection::Face(front)))));
+                    requests.extend(
+                        front.map(|front| Request::Select(SelectRequest::Only(Selection::Face(front)))),
+                    );
                 }
             }
             None => {
@@ -116,7 +124,7 @@ fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: 
         }
     });
     if let Some(face) = face.filter(|_| gone_to) {
-        asks.push(Ask::Select(SelectAsk::Only(Selection::Face(face))));
+        requests.push(Request::Select(SelectRequest::Only(Selection::Face(face))));
         let at = it.at.map(|[x, y]| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
         pane.go_to(face, at);
     }

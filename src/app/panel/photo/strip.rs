@@ -6,9 +6,9 @@ use crate::command::{Command, keys_text, mask};
 use crate::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::panel::{button, named, switch_ui};
 use crate::state::State;
-use crate::state::ask::{Ask, MaskAsk};
 use crate::state::masking::RADII_PX;
 use crate::state::masking::tool::MaskTool;
+use crate::state::request::{MaskRequest, Request};
 use quadratura_document::stroke::BrushMode;
 
 /// The width of the brush's slider, in points: all tools fit a window of usual size.
@@ -19,32 +19,32 @@ const MATTE_WIDTH: f32 = 96.0;
 
 /// The parts of the bar, the most needed first.
 const PARTS: &[BarPart<()>] = &[
-    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::BRUSH, "Brush", asks)),
-    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
-    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Erase mask", asks)),
+    BarPart::Tool(|ui, state, (), _, requests| toggle(state, ui, &mask::BRUSH, "Brush", requests)),
+    BarPart::Tool(|ui, state, (), _, requests| toggle(state, ui, &mask::LASSO, "Lasso", requests)),
+    BarPart::Tool(|ui, state, (), _, requests| toggle(state, ui, &mask::UNCOVER, "Erase mask", requests)),
     BarPart::Tool(brush),
     BarPart::Gap,
     BarPart::Tool(suggestions),
-    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::SHOW, "Show masks", asks)),
+    BarPart::Tool(|ui, state, (), _, requests| toggle(state, ui, &mask::SHOW, "Show masks", requests)),
     BarPart::Tool(matte),
 ];
 
 /// Draws the bar.
-pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+pub fn strip_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
     ui.horizontal(|ui| {
         ui.label("Mask").on_hover_text("Parts of the photo that must not be used: people, cars, flare.");
-        bar_ui(ui, state, &mut (), "masks", None, PARTS, asks);
+        bar_ui(ui, state, &mut (), "masks", None, PARTS, requests);
     });
 }
 
 /// Draws the slider of the brush. It is always there, so that selecting a tool does not move the photo.
-fn brush(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, asks: &mut Vec<Ask>) {
+fn brush(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, requests: &mut Vec<Request>) {
     let brush = state.masking.tool.is_some_and(MaskTool::is_brush);
-    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, asks)));
+    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, requests)));
 }
 
 /// Draws the choice of the matte brush, where the photo has mattes.
-fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, asks: &mut Vec<Ask>) {
+fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, requests: &mut Vec<Request>) {
     if !state.has_matte() {
         return;
     }
@@ -56,7 +56,7 @@ fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, asks: &mut
             let choice =
                 choice.on_hover_text(command.tooltip).on_disabled_hover_text(may.err().unwrap_or_default());
             if choice.clicked() {
-                asks.push(command.asked(state));
+                requests.push(command.asked(state));
             }
         }
     };
@@ -75,25 +75,25 @@ fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, asks: &mut
     named(&combo.show_ui(ui, choices).response, "Matte brush");
 }
 
-fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, asks: &mut Vec<Ask>) {
+fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, requests: &mut Vec<Request>) {
     if state.masking.suggested.count() > 0 {
-        toggle(state, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
+        toggle(state, ui, &mask::SUGGESTIONS, "Show suggestions", requests);
     } else {
-        button(state, ui, &mask::LOOK, asks);
+        button(state, ui, &mask::LOOK, requests);
     }
 }
 
 /// Draws a switch with a short text; the bar names its subject.
-fn toggle(state: &State, ui: &mut Ui, command: &'static Command, text: &str, asks: &mut Vec<Ask>) {
+fn toggle(state: &State, ui: &mut Ui, command: &'static Command, text: &str, requests: &mut Vec<Request>) {
     let on = command.on.is_some_and(|on| on(state));
     let keys = command.keys.first().map(|keys| format!(" ({})", keys_text(ui.ctx(), keys)));
     let tooltip = format!("{}{}", command.tooltip, keys.unwrap_or_default());
     if switch_ui(ui, on, text).on_hover_text(tooltip).clicked() {
-        asks.push(command.asked(state));
+        requests.push(command.asked(state));
     }
 }
 
-fn radius(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+fn radius(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
     let Some(size) = state.selected_photo_size() else { return };
     let before = state.masking.radius_px(size);
     let mut radius = before;
@@ -110,7 +110,7 @@ fn radius(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
         "Brush size, in pixels of the photo; Ctrl+wheel, {larger} and {smaller} change it, too."
     ));
     if radius != before {
-        asks.push(MaskAsk::ResizeBrush(radius / before).into());
+        requests.push(MaskRequest::ResizeBrush(radius / before).into());
     }
 }
 

@@ -8,8 +8,8 @@ use crate::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::panel::flat::scale_ui;
 use crate::panel::{named, switch_ui};
 use crate::state::State;
-use crate::state::ask::Ask;
 use crate::state::flat::photo::PhotoPane;
+use crate::state::request::Request;
 use quadratura_base::scene::PhotoId;
 
 /// The size of the progress indicator, in points.
@@ -38,11 +38,17 @@ const DRAWN: &[BarPart<PhotoPane>] = &[
 ];
 
 /// Draws the bars.
-pub fn tools_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: PhotoId, asks: &mut Vec<Ask>) {
+pub fn tools_ui(
+    ui: &mut Ui,
+    state: &State,
+    pane: &mut PhotoPane,
+    photo: PhotoId,
+    requests: &mut Vec<Request>,
+) {
     let Some(session) = &state.session else { return };
     let name = &session.opened.site.photo(photo).name;
-    bar_ui(ui, state, pane, "photo", Some(name), LOOKED_AT, asks);
-    bar_ui(ui, state, pane, "overlays", None, DRAWN, asks);
+    bar_ui(ui, state, pane, "photo", Some(name), LOOKED_AT, requests);
+    bar_ui(ui, state, pane, "overlays", None, DRAWN, requests);
 }
 
 /// Returns the number of visibility layers of the photo; 0 before it is built.
@@ -50,7 +56,7 @@ fn depth(state: &State) -> u32 {
     state.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
 }
 
-fn hidden_layers(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, _: &mut Vec<Ask>) {
+fn hidden_layers(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, _: &mut Vec<Request>) {
     let depth = depth(state);
     let busy = state.flat.loading.is_busy();
     ui.horizontal(|ui| {
@@ -69,22 +75,22 @@ fn hidden_layers(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPositio
     });
 }
 
-fn untextured(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, asks: &mut Vec<Ask>) {
+fn untextured(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, requests: &mut Vec<Request>) {
     let untextured = state.selected_stack().map_or(0, |stack| stack.untextured.len());
     let text = format!("{} ({untextured})", flat::UNTEXTURED.name);
     let list = switch_ui(ui, pane.reasons_shown, text);
     if list.on_hover_text(flat::UNTEXTURED.tooltip).clicked() {
-        asks.push(flat::UNTEXTURED.asked(state));
+        requests.push(flat::UNTEXTURED.asked(state));
     }
 }
 
-fn scale(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, asks: &mut Vec<Ask>) {
+fn scale(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, requests: &mut Vec<Request>) {
     let magnification = pane.view.placement.magnification(ui.ctx().pixels_per_point());
-    scale_ui(state, ui, magnification, asks);
+    scale_ui(state, ui, magnification, requests);
 }
 
 /// Draws the legend of outlines: the visibility layers, from the front.
-fn legend(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, _: &mut Vec<Ask>) {
+fn legend(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, _: &mut Vec<Request>) {
     let depth = if state.flat.switches.outlines { depth(state) } else { 0 };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = BETWEEN;

@@ -12,9 +12,9 @@ use super::px_of;
 use crate::panel::bar::{BarPart, BarPosition};
 use crate::panel::named;
 use crate::state::State;
-use crate::state::ask::{Ask, WindowAsk};
 use crate::state::notes::{Note, Weight};
 use crate::state::panes::{KeyOwner, Pane};
+use crate::state::request::{Request, WindowRequest};
 use crate::state::space::brush::{DrawnStroke, RADII_PX};
 use crate::state::space::memory::SpaceMemory;
 use crate::state::space::picking::ViewPixel;
@@ -49,7 +49,7 @@ pub fn hand_ui(
     it: &mut SpaceMemory,
     response: &Response,
     rect: Rect,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     if !it.brush.on {
         return;
@@ -79,13 +79,13 @@ pub fn hand_ui(
                 let pixel = it.pixel_at(place(pos));
                 if seen_from(state, it) != it.viewpoint {
                     let text = "The picture is not of this view yet: paint when it is";
-                    asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());
+                    requests.push(WindowRequest::Say(Note::new(Weight::Info, text)).into());
                 } else if modifiers.command || modifiers.alt {
                     it.brush.source = state.point_at(&pixel).or(it.brush.source);
                 } else if !it.brush.begin(&pixel, pressure) {
                     let text =
                         "Pick a source first: Ctrl+click where colours are to be taken from, in this view";
-                    asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());
+                    requests.push(WindowRequest::Say(Note::new(Weight::Info, text)).into());
                 }
             }
             Event::PointerMoved(at) => it.brush.go_to(place(at), pressure),
@@ -257,7 +257,7 @@ fn between(samples: &[StrokeSample], step: f64) -> Vec<StrokeSample> {
     all
 }
 
-fn mode(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Ask>) {
+fn mode(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Request>) {
     let modes = [BrushMode::Colour, BrushMode::Clone, BrushMode::Heal, BrushMode::Erase];
     let choices = |ui: &mut Ui, now: &mut BrushMode| {
         for other in modes {
@@ -273,19 +273,19 @@ fn mode(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mu
     named(&combo.show_ui(ui, |ui| choices(ui, &mut it.brush.brush.mode)).response, "Brush mode");
 }
 
-fn size(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn size(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let slider = Slider::new(&mut it.brush.brush.radius, RADII_PX).logarithmic(true).max_decimals(0);
     ui.horizontal(|ui| {
         ui.add(slider.text("size")).on_hover_text("Radius in pixels of the view; [ and ] change it.")
     });
 }
 
-fn hardness(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn hardness(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let slider = Slider::new(&mut it.brush.brush.hardness, 0.0..=1.0).show_value(false).text("hardness");
     ui.horizontal(|ui| ui.add(slider).on_hover_text("Share of the radius with full effect."));
 }
 
-fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let is_used = it.brush.brush.mode != BrushMode::Erase;
     ui.add_enabled_ui(is_used, |ui| {
         let slider = Slider::new(&mut it.brush.brush.opacity, 0.0..=1.0).show_value(false).text("opacity");
@@ -293,7 +293,7 @@ fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut
     });
 }
 
-fn colour(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn colour(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     if it.brush.brush.mode.has_source() {
         let source = if it.brush.source.is_none() {
             "First Ctrl+click where colours are taken from"

@@ -11,8 +11,8 @@ use super::px_of;
 use crate::panel::photo::drawing::colour_of_depth;
 use crate::panel::pictures::image;
 use crate::state::State;
-use crate::state::ask::{Ask, SelectAsk, SpaceAsk};
 use crate::state::flat::version::LayersVersion;
+use crate::state::request::{Request, SelectRequest, SpaceRequest};
 use crate::state::selection::Selection;
 use crate::state::space::memory::SpaceMemory;
 use quadratura_projection::exploded::Stand;
@@ -60,25 +60,31 @@ pub fn exploded_ui(
     response: &Response,
     rect: Rect,
     textures: &mut LayerTextures,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     if state.selected_photo() != state.space.exploded.photo {
-        asks.push(SpaceAsk::FollowSelection.into());
+        requests.push(SpaceRequest::FollowSelection.into());
     }
-    open(ui, state, it, textures, asks);
+    open(ui, state, it, textures, requests);
     it.is_loading = !textures.are_complete(state);
-    pick(ui, state, it, response, rect, asks);
+    pick(ui, state, it, response, rect, requests);
     draw(ui, state, it, rect, textures);
 }
 
 /// Requests the layer pictures, uploads one in a frame, and then opens the spacing.
-fn open(ui: &Ui, state: &State, it: &mut SpaceMemory, textures: &mut LayerTextures, asks: &mut Vec<Ask>) {
+fn open(
+    ui: &Ui,
+    state: &State,
+    it: &mut SpaceMemory,
+    textures: &mut LayerTextures,
+    requests: &mut Vec<Request>,
+) {
     let Some(version) = state.version_apart() else { return };
     if std::mem::take(&mut it.begins) {
         ui.ctx().animate_value_with_time(animation(), 0.0, 0.0);
     }
     let Some(panes) = state.panes_apart() else {
-        asks.push(SpaceAsk::WantLayerPictures.into());
+        requests.push(SpaceRequest::WantLayerPictures.into());
         return;
     };
     textures.follow(version);
@@ -92,7 +98,14 @@ fn open(ui: &Ui, state: &State, it: &mut SpaceMemory, textures: &mut LayerTextur
     it.now_apart = ui.ctx().animate_value_with_time(animation(), it.apart, OPENS_S);
 }
 
-fn pick(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Response, rect: Rect, asks: &mut Vec<Ask>) {
+fn pick(
+    ui: &Ui,
+    state: &State,
+    it: &mut SpaceMemory,
+    response: &Response,
+    rect: Rect,
+    requests: &mut Vec<Request>,
+) {
     let pointer = response.hover_pos().filter(|_| !response.dragged());
     let pixel = pointer.map(|at| it.pixel_at(px_of(at - rect.min, ui.ctx().pixels_per_point())));
     let layer = pixel.and_then(|pixel| state.layer_at(&pixel, it.now_apart)).map(|(_, layer)| layer);
@@ -108,10 +121,12 @@ fn pick(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Response, rect:
             });
             response.clone().on_hover_text_at_pointer(text.unwrap_or_default());
             if response.clicked() {
-                asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer })));
+                requests.push(Request::Select(SelectRequest::Only(Selection::Layer { photo, layer })));
             }
         }
-        None if response.clicked() => asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(photo)))),
+        None if response.clicked() => {
+            requests.push(Request::Select(SelectRequest::Only(Selection::Photo(photo))))
+        }
         None => (),
     }
 }

@@ -6,8 +6,8 @@ use crate::command::{Command, file, layers, paint};
 use crate::panel::button;
 use crate::panel::help::mouse;
 use crate::state::State;
-use crate::state::ask::Ask;
 use crate::state::first_steps::FirstStep;
+use crate::state::request::Request;
 use crate::widget::look::good;
 
 /// The number of lines of the help that are shown.
@@ -23,7 +23,7 @@ pub fn is_wanted(state: &State) -> bool {
 }
 
 /// Draws the hint.
-pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>) {
+pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, requests: &mut Vec<Request>) {
     let room = ui.available_width();
     ui.set_max_width(room.min(WORDS));
     // The view is what one wants to see.
@@ -40,20 +40,20 @@ pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>
             }
         });
     }
-    step_ui(ui, state, asks);
+    step_ui(ui, state, requests);
     ui.horizontal(|ui| {
         if ui.button("Got it").on_hover_text("Hides these hints permanently.").clicked() {
             *hints = false;
         }
         if ui.button("All keys").on_hover_text(file::KEYS.tooltip).clicked() {
             *hints = false;
-            asks.push(file::KEYS.asked(state));
+            requests.push(file::KEYS.asked(state));
         }
     });
 }
 
 /// Draws the next step of the way to the first painted layer, with its button.
-fn step_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+fn step_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
     let steps = FirstStep::ALL;
     let Some(next) = state.next_first_step() else {
         ui.label(RichText::new("Your first layer is painted.").color(good(ui.visuals())));
@@ -69,7 +69,7 @@ fn step_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
                 ui.label(format!("{number}. {}{done}", words(step).0));
             }
         });
-        command.into_iter().for_each(|command| button(state, ui, command, asks));
+        command.into_iter().for_each(|command| button(state, ui, command, requests));
     });
 }
 

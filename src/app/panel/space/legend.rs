@@ -6,7 +6,7 @@ use eframe::egui::{Color32, Label, Rect, ScrollArea, Sense, TextStyle, Ui, Vec2,
 use crate::command;
 use crate::panel::{small_button, text_width};
 use crate::state::State;
-use crate::state::ask::Ask;
+use crate::state::request::Request;
 use quadratura_view::DisplayMode;
 use quadratura_view::legend::{ColourRamp, Legend, colour_at, legend};
 
@@ -28,7 +28,7 @@ pub fn is_shown(state: &State) -> bool {
 }
 
 /// Draws the legend.
-pub fn legend_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn legend_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let photos: Vec<&str> = session.opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
     let groups = match state.space.shown_display() {
@@ -44,7 +44,7 @@ pub fn legend_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
         ui.strong(*title);
         if small_button(ui, "Hide", "Hide the legend", command::view::LEGEND.tooltip).clicked() {
-            asks.push(command::view::LEGEND.asked(state));
+            requests.push(command::view::LEGEND.asked(state));
         }
     });
     match &legend {

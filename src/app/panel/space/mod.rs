@@ -21,7 +21,7 @@ use glam::DVec2;
 use self::exploded::LayerTextures;
 use crate::panel::pictures::PhotoTextures;
 use crate::state::State;
-use crate::state::ask::{Ask, SpaceAsk};
+use crate::state::request::{Request, SpaceRequest};
 use crate::state::space::FrameFacts;
 use crate::state::space::memory::SpaceMemory;
 use crate::widget::behind::behind_ui;
@@ -43,7 +43,7 @@ pub fn space_ui(
     it: &mut SpaceMemory,
     textures: &mut SpaceTextures,
     photos: &PhotoTextures,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "3D view"));
@@ -54,25 +54,25 @@ pub fn space_ui(
     let moves = input::navigate(ui, state, it, &response, rect);
     ui.painter_at(rect).rect_filled(rect, 0.0, background(ui));
     if state.space.exploded.is_on() {
-        exploded::exploded_ui(ui, state, it, &response, rect, &mut textures.layers, asks);
+        exploded::exploded_ui(ui, state, it, &response, rect, &mut textures.layers, requests);
     } else {
         let [r, g, b, _] = background(ui).to_array();
-        asks.push(SpaceAsk::Draw(FrameFacts { background: [r, g, b], moves }).into());
+        requests.push(SpaceRequest::Draw(FrameFacts { background: [r, g, b], moves }).into());
         textures.picture_ui(ui, state, rect);
-        overlay::overlay_ui(ui, state, it, rect, photos, asks);
+        overlay::overlay_ui(ui, state, it, rect, photos, requests);
         trees::outlines_ui(ui, state, it, &response, rect);
-        trees::hand_ui(ui, state, it, &response, rect, asks);
-        brush::hand_ui(ui, state, it, &response, rect, asks);
+        trees::hand_ui(ui, state, it, &response, rect, requests);
+        brush::hand_ui(ui, state, it, &response, rect, requests);
         let picture = textures.picture.as_ref().map(|(_, texture)| texture.id());
         brush::brush_ui(ui, state, it, &response, rect, picture);
         if it.brush.on || state.trees.hand.on {
             it.hovered = None;
         } else {
-            picking::pick(ui, state, it, &response, rect, asks);
+            picking::pick(ui, state, it, &response, rect, requests);
         }
         behind_ui(ui, rect, state.space.is_behind(state.window.now_s));
     }
-    tools::tools_ui(ui, state, it, rect, asks);
+    tools::tools_ui(ui, state, it, rect, requests);
 }
 
 impl SpaceTextures {

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use crate::panel::pictures::PhotoTextures;
 use crate::state::State;
-use crate::state::ask::{Ask, FlatAsk};
+use crate::state::request::{FlatRequest, Request};
 use crate::state::session::Session;
 use crate::state::space::memory::SpaceMemory;
 use crate::state::space::picking::faces_of;
@@ -58,9 +58,9 @@ pub fn overlay_ui(
     it: &mut SpaceMemory,
     rect: Rect,
     photos: &PhotoTextures,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
-    photo_over(ui, state, it, rect, photos, asks);
+    photo_over(ui, state, it, rect, photos, requests);
     let Some(session) = &state.session else { return };
     let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(state, it) };
     if state.space.wireframe || state.device.is_none() {
@@ -124,14 +124,14 @@ fn photo_over(
     it: &mut SpaceMemory,
     rect: Rect,
     photos: &PhotoTextures,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     // Typed text is no command.
     let typed = ui.ctx().text_edit_focused() || dialog::is_open(ui.ctx());
     let flips = !typed && ui.input(|input| input.key_down(Key::X));
     let shown = it.photo_over != flips;
     let (Some(photo), Some(session), true) = (it.through, &state.session, shown) else { return };
-    asks.push(FlatAsk::WantLargePicture(photo).into());
+    requests.push(FlatRequest::WantLargePicture(photo).into());
     let camera = &session.opened.site.photo(photo).camera;
     let width = rect.height() * camera.width as f32 / camera.height as f32;
     let frame = Rect::from_center_size(rect.center(), vec2(width, rect.height()));

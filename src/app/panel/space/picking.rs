@@ -7,7 +7,7 @@ use super::px_of;
 use crate::command::view;
 use crate::panel::menu::{SURFACE, TREE, context_ui};
 use crate::state::State;
-use crate::state::ask::{Ask, SelectAsk};
+use crate::state::request::{Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::space::memory::SpaceMemory;
 use crate::state::space::picking::ViewPixel;
@@ -21,7 +21,7 @@ pub fn pick(
     it: &mut SpaceMemory,
     response: &Response,
     rect: Rect,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
     let view = seen_from(state, it);
@@ -32,7 +32,7 @@ pub fn pick(
     let face = pixel.and_then(|pixel| state.face_at(&pixel));
     it.hovered = face;
     if let Some(tree) = tree {
-        return pick_tree(state, response, tree, asks);
+        return pick_tree(state, response, tree, requests);
     }
     let Some(session) = &state.session else { return };
     let model = session.model();
@@ -40,11 +40,11 @@ pub fn pick(
         let (name, object) = (model.face_name(face), model.face(face).object);
         response.clone().on_hover_text_at_pointer(name);
         if response.double_clicked() {
-            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(face))));
-            asks.push(view::FRAME.asked(state));
+            requests.push(Request::Select(SelectRequest::Only(Selection::Face(face))));
+            requests.push(view::FRAME.asked(state));
         } else if response.clicked() {
             let again = state.selection == Selection::Object(object);
-            asks.push(Ask::Select(SelectAsk::Only(if again {
+            requests.push(Request::Select(SelectRequest::Only(if again {
                 Selection::Face(face)
             } else {
                 Selection::Object(object)
@@ -53,25 +53,25 @@ pub fn pick(
         if response.secondary_clicked()
             && state.selected_object().as_ref() != Some(&model.object(object).name)
         {
-            asks.push(Ask::Select(SelectAsk::Only(Selection::Object(object))));
+            requests.push(Request::Select(SelectRequest::Only(Selection::Object(object))));
         }
     } else if response.clicked() {
-        asks.push(Ask::Select(SelectAsk::Only(Selection::Nothing)));
+        requests.push(Request::Select(SelectRequest::Only(Selection::Nothing)));
     }
     // The pointer has left the tree whose menu is open.
     let commands = if state.selected_tree().is_some() { TREE } else { SURFACE };
-    response.context_menu(|ui| context_ui(state, ui, commands, asks));
+    response.context_menu(|ui| context_ui(state, ui, commands, requests));
 }
 
 /// Handles the pointer over a tree: hovering shows the name, a click selects it, a double click frames it.
-fn pick_tree(state: &State, response: &Response, index: TreeIndex, asks: &mut Vec<Ask>) {
+fn pick_tree(state: &State, response: &Response, index: TreeIndex, requests: &mut Vec<Request>) {
     let Some(tree) = state.trees().and_then(|trees| trees.at(index)) else { return };
     response.clone().on_hover_text_at_pointer(&tree.name);
-    let select = || Ask::Select(SelectAsk::Only(Selection::Tree(index)));
+    let select = || Request::Select(SelectRequest::Only(Selection::Tree(index)));
     if response.double_clicked() {
-        asks.extend([select(), view::FRAME.asked(state)]);
+        requests.extend([select(), view::FRAME.asked(state)]);
     } else if response.clicked() || response.secondary_clicked() {
-        asks.push(select());
+        requests.push(select());
     }
-    response.context_menu(|ui| context_ui(state, ui, TREE, asks));
+    response.context_menu(|ui| context_ui(state, ui, TREE, requests));
 }

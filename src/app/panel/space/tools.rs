@@ -9,7 +9,7 @@ use crate::command;
 use crate::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::panel::named;
 use crate::state::State;
-use crate::state::ask::Ask;
+use crate::state::request::Request;
 use crate::state::running::JobKind;
 use crate::state::space::exploded::MOST_APART;
 use crate::state::space::memory::SpaceMemory;
@@ -50,24 +50,24 @@ const THROUGH: &[BarPart<SpaceMemory>] =
 const APART: &[BarPart<SpaceMemory>] = &[BarPart::Tool(distance), BarPart::Tool(together)];
 
 /// Draws the toolbars.
-pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, asks: &mut Vec<Ask>) {
+pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, requests: &mut Vec<Request>) {
     let id = ui.scope_id().with("tools");
     let named = |photo: Option<PhotoId>| {
         Some(state.session.as_ref()?.opened.site.photos.get(photo?.index())?.name.clone())
     };
     let (apart, through) = (named(state.space.exploded.photo), named(it.through));
     let room = rect.width() - 2.0 * MARGIN - FRAME;
-    let bar = |ui: &mut Ui, it: &mut SpaceMemory, of, name, parts, asks: &mut Vec<Ask>| {
+    let bar = |ui: &mut Ui, it: &mut SpaceMemory, of, name, parts, requests: &mut Vec<Request>| {
         ui.set_max_width(room);
-        bar_ui(ui, state, it, of, name, parts, asks);
+        bar_ui(ui, state, it, of, name, parts, requests);
     };
     if state.space.exploded.is_on() {
         over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, "exploded view", apart.as_deref(), APART, asks);
+            bar(ui, it, "exploded view", apart.as_deref(), APART, requests);
         });
         return;
     }
-    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, it, "3D view", None, TOP, asks));
+    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, it, "3D view", None, TOP, requests));
     let looks_through = it.through.is_some();
     // The legend is above the photo's bar, which is centred at the bottom.
     let lower = if looks_through { PHOTO_BAR } else { 0.0 };
@@ -76,29 +76,29 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
         // The id depends on the display mode, because the position depends on the size.
         over(ui, id.with(("legend", state.space.shown_display())), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
-            legend::legend_ui(state, ui, asks);
+            legend::legend_ui(state, ui, requests);
         });
     } else if hint::is_wanted(state) {
         over(ui, id.with("first steps"), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
-            hint::hint_ui(ui, state, &mut it.hints, asks);
+            hint::hint_ui(ui, state, &mut it.hints, requests);
         });
     }
     if looks_through {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, "photo overlay", through.as_deref(), THROUGH, asks);
+            bar(ui, it, "photo overlay", through.as_deref(), THROUGH, requests);
         });
     }
     // Below the bar at the top, where it does not move when panels open or the view leaves a photo.
     let below = rect.with_min_y((rect.top() + TOP_BAR).min(rect.bottom()));
     if state.space.images.on && state.space.why_no_images().is_none() {
         over(ui, id.with("images"), below, Align2::LEFT_TOP, |ui| {
-            bar(ui, it, "layered depth image", None, images::TOOLS, asks);
+            bar(ui, it, "layered depth image", None, images::TOOLS, requests);
         });
     }
     if it.brush.on {
         over(ui, id.with("brush"), below, Align2::LEFT_TOP, |ui| {
-            bar(ui, it, "brush", None, brush::TOOLS, asks);
+            bar(ui, it, "brush", None, brush::TOOLS, requests);
             if let Some(remark) = &it.brush.remark {
                 ui.set_max_width(room.min(WORDS));
                 ui.colored_label(ui.visuals().warn_fg_color, remark);
@@ -107,13 +107,13 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     }
     if state.trees.hand.on {
         over(ui, id.with("place tree"), below, Align2::LEFT_TOP, |ui| {
-            bar(ui, it, "place tree", None, trees::TOOLS, asks);
+            bar(ui, it, "place tree", None, trees::TOOLS, requests);
         });
     }
     if let Some(why) = without_picture(state) {
         over(ui, id.with("empty"), rect, Align2::CENTER_CENTER, |ui| {
             ui.set_max_width(room.min(WORDS));
-            empty(state, ui, why, asks);
+            empty(state, ui, why, requests);
         });
     }
 }
@@ -127,7 +127,7 @@ fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut U
 }
 
 /// Draws the choice of blending: a list in the bar, the options themselves in the menu.
-fn mixing(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Ask>) {
+fn mixing(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Request>) {
     let mode = &mut it.look.blend.mode;
     let title = "Blending mode";
     let choices = |ui: &mut Ui, mode: &mut Mode| {
@@ -148,21 +148,21 @@ fn mixing(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &
     named(&combo.show_ui(ui, |ui| choices(ui, mode)).response, title);
 }
 
-fn photos(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn photos(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     ui.horizontal(|ui| {
         ui.add(Slider::new(&mut it.look.blend.photos, 1..=Blend::MOST).text("photos"))
             .on_hover_text("Maximum photos blended per point.");
     });
 }
 
-fn relief(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn relief(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let mut relief = !it.look.flat;
     ui.checkbox(&mut relief, "Detail").on_hover_text("Shows depth detail that is estimated from photos.");
     it.look.flat = !relief;
 }
 
 /// Draws the choice of the display mode.
-fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: &mut Vec<Ask>) {
+fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, requests: &mut Vec<Request>) {
     let views = command::view::DISPLAY_COMMANDS;
     // The label changes with the picture, as the legend does.
     let text = command::view::command_of(state.space.shown_display()).name;
@@ -171,7 +171,7 @@ fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: 
         for &command in views {
             let on = command.on.is_some_and(|on| on(state));
             if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
-                asks.push(command.asked(state));
+                requests.push(command.asked(state));
             }
         }
     });
@@ -179,7 +179,7 @@ fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: 
 }
 
 /// Draws the spacing of the exploded view.
-fn distance(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn distance(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     ui.horizontal(|ui| {
         let slider = Slider::new(&mut it.apart, 0.0..=MOST_APART);
         ui.add(slider.show_value(false).text("spacing")).on_hover_text(
@@ -191,17 +191,17 @@ fn distance(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mu
     });
 }
 
-fn together(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: &mut Vec<Ask>) {
+fn together(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, requests: &mut Vec<Request>) {
     if ui.button("Collapse").on_hover_text("Returns to the 3D view.").clicked() {
-        asks.push(command::view::EXPLODED.asked(state));
+        requests.push(command::view::EXPLODED.asked(state));
     }
 }
 
-fn photo_over(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn photo_over(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     ui.checkbox(&mut it.photo_over, "Photo").on_hover_text("Overlays the photo; hold X to flip.");
 }
 
-fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let shown = it.photo_over;
     ui.add_enabled_ui(shown, |ui| {
         let slider = Slider::new(&mut it.photo_opacity, 0.0..=1.0);
@@ -209,7 +209,7 @@ fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut
     });
 }
 
-fn wipe(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn wipe(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let shown = it.photo_over;
     ui.add_enabled_ui(shown, |ui| {
         let slider = Slider::new(&mut it.wipe, 0.0..=1.0);
@@ -236,7 +236,7 @@ fn without_picture(state: &State) -> Option<&'static str> {
     })
 }
 
-fn empty(state: &State, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
+fn empty(state: &State, ui: &mut Ui, why: &str, requests: &mut Vec<Request>) {
     ui.vertical_centered(|ui| {
         ui.add(Label::new(RichText::new(why).heading()).selectable(false));
         let runs = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| state.running.runs(kind));
@@ -262,7 +262,7 @@ fn empty(state: &State, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
         ui.label(command.tooltip);
         ui.add_space(6.0);
         if ui.add(eframe::egui::Button::new(command.name).min_size(vec2(160.0, 30.0))).clicked() {
-            asks.push(command.asked(state));
+            requests.push(command.asked(state));
         }
     });
 }

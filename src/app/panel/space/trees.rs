@@ -11,9 +11,9 @@ use crate::panel::bar::{BarPart, BarPosition};
 use crate::panel::inspect::tree::species_choice;
 use crate::panel::named;
 use crate::state::State;
-use crate::state::ask::{Ask, TreeAsk, WindowAsk};
 use crate::state::notes::{Note, Weight};
 use crate::state::panes::{KeyOwner, Pane};
+use crate::state::request::{Request, TreeRequest, WindowRequest};
 use crate::state::selection::Selection;
 use crate::state::space::memory::SpaceMemory;
 use crate::state::trees::hand::Hold;
@@ -85,17 +85,17 @@ pub fn hand_ui(
     it: &SpaceMemory,
     response: &Response,
     rect: Rect,
-    asks: &mut Vec<Ask>,
+    requests: &mut Vec<Request>,
 ) {
     if !state.trees.hand.on {
         return;
     }
-    asks.push(TreeAsk::WantFigures.into());
+    requests.push(TreeRequest::WantFigures.into());
     let held = state.trees.hand.held.is_some();
     let has_keys = state.panes.key_owner() == KeyOwner::View(Pane::Space) && !dialog::is_open(ui.ctx());
     if (has_keys || held) && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
         // Escape gives the drag up first, then puts the tool away.
-        asks.push(if held { TreeAsk::GiveUp } else { TreeAsk::Hand }.into());
+        requests.push(if held { TreeRequest::GiveUp } else { TreeRequest::Hand }.into());
         ui.ctx().request_repaint();
         return;
     }
@@ -115,23 +115,23 @@ pub fn hand_ui(
                 response.request_focus();
                 if seen_from(state, it) != it.viewpoint {
                     let text = "The picture is not of this view yet: place trees when it is";
-                    asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());
+                    requests.push(WindowRequest::Say(Note::new(Weight::Info, text)).into());
                 } else {
-                    asks.push(TreeAsk::Press(pixel(pos)).into());
+                    requests.push(TreeRequest::Press(pixel(pos)).into());
                     held = true;
                 }
             }
             Event::PointerMoved(at) if held => last = Some(at),
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } if held => {
-                asks.push(TreeAsk::Drag(pixel(pos), hold_of(modifiers)).into());
-                asks.push(TreeAsk::Release.into());
+                requests.push(TreeRequest::Drag(pixel(pos), hold_of(modifiers)).into());
+                requests.push(TreeRequest::Release.into());
                 (held, last) = (false, None);
             }
             _ => (),
         }
     }
     // Of several moves within a frame, the last one counts.
-    asks.extend(last.map(|at| Ask::from(TreeAsk::Drag(pixel(at), hold_of(modifiers)))));
+    requests.extend(last.map(|at| Request::from(TreeRequest::Drag(pixel(at), hold_of(modifiers)))));
 }
 
 fn hold_of(modifiers: Modifiers) -> Hold {
@@ -142,7 +142,7 @@ fn hold_of(modifiers: Modifiers) -> Hold {
     }
 }
 
-fn species(ui: &mut Ui, state: &State, _: &mut SpaceMemory, place: BarPosition, asks: &mut Vec<Ask>) {
+fn species(ui: &mut Ui, state: &State, _: &mut SpaceMemory, place: BarPosition, requests: &mut Vec<Request>) {
     let now = &state.trees.hand.species;
     let mut chosen = None;
     if place == BarPosition::Menu {
@@ -152,9 +152,9 @@ fn species(ui: &mut Ui, state: &State, _: &mut SpaceMemory, place: BarPosition, 
         let combo = combo.show_ui(ui, |ui| chosen = species_choice(ui, state, now));
         named(&combo.response, "Species to place");
     }
-    asks.extend(chosen.map(|species| Ask::from(TreeAsk::Choose(species))));
+    requests.extend(chosen.map(|species| Request::from(TreeRequest::Choose(species))));
 }
 
-fn hint(ui: &mut Ui, _: &State, _: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+fn hint(ui: &mut Ui, _: &State, _: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     ui.weak("Click: place · drag: move · Alt: height · Shift: turn · Esc: end");
 }

@@ -12,24 +12,24 @@ use quadratura_recipe::views::RequestedView;
 
 impl State {
     /// Opens the dialog for a picture of the view.
-    pub fn ask_still(&mut self) {
+    pub fn request_still(&mut self) {
         let [width, height] = self.space.size_px();
         // The default size is twice that of the view, with even sides, as video codecs need.
         let size = [width, height].map(|side| (2 * side).min(7680) & !1);
-        self.ask_export(Rendering::Picture, "view", size, true);
+        self.request_export(Rendering::Picture, "view", size, true);
     }
 
     /// Opens the dialog for a video of the flight.
-    pub fn ask_film(&mut self) {
+    pub fn request_film(&mut self) {
         let size = self.session.as_ref().and_then(|s| Some(s.opened.project.flight.as_ref()?.size));
         let Some(size) = size else { return };
         // Without ffmpeg, a video is an animated PNG, which few programs read: pictures are of more use then.
         let has_ffmpeg = film::check(Path::new("flight.mp4")).is_ok();
         let what = if has_ffmpeg { Rendering::Video } else { Rendering::Sequence };
-        self.ask_export(what, if has_ffmpeg { "flight.mp4" } else { "flight" }, size, has_ffmpeg);
+        self.request_export(what, if has_ffmpeg { "flight.mp4" } else { "flight" }, size, has_ffmpeg);
     }
 
-    fn ask_export(&mut self, what: Rendering, name: &str, size: [u32; 2], has_ffmpeg: bool) {
+    fn request_export(&mut self, what: Rendering, name: &str, size: [u32; 2], has_ffmpeg: bool) {
         let Some(session) = &self.session else { return };
         let (project, folder) = (session.folder.clone(), "pictures".to_owned());
         let (name, format) = (name.to_owned(), PictureFormat::default());
@@ -56,7 +56,7 @@ impl State {
                 Some(frames.map(|(camera, number)| view(export.frame(number), camera)).collect())
             }
             Err((place, found)) => {
-                self.tell(Note::new(Weight::Problem, format!("the flight, {place}: {found}")));
+                self.notify(Note::new(Weight::Problem, format!("the flight, {place}: {found}")));
                 None
             }
         }

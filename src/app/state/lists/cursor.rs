@@ -3,7 +3,7 @@
 use super::ListsState;
 use super::row::ListRow;
 use super::rows::ListedSite;
-use crate::state::ask::{Ask, SelectAsk};
+use crate::state::request::{Request, SelectRequest};
 use crate::state::selection::Selection;
 use quadratura_layers::LayerIndex;
 
@@ -44,28 +44,28 @@ impl ListsState {
         rows: &[ListRow],
         to: usize,
         extends: bool,
-    ) -> Option<Ask> {
+    ) -> Option<Request> {
         let row = rows[to];
         self.cursor = Some(row);
         match row {
             ListRow::Layer(layer) if extends => self.select_range(site, selected, rows, layer),
             ListRow::Layer(layer) => self.select_layer(site, layer),
-            _ => site.selection(row).map(|it| SelectAsk::Only(it).into()),
+            _ => site.selection(row).map(|it| SelectRequest::Only(it).into()),
         }
     }
 
     /// Selects one layer and makes it the anchor of a range.
-    pub fn select_layer(&mut self, site: &ListedSite<'_>, layer: LayerIndex) -> Option<Ask> {
+    pub fn select_layer(&mut self, site: &ListedSite<'_>, layer: LayerIndex) -> Option<Request> {
         let photo = site.photo?;
         self.anchor = Some((photo, layer));
-        Some(SelectAsk::Only(Selection::Layer { photo, layer }).into())
+        Some(SelectRequest::Only(Selection::Layer { photo, layer }).into())
     }
 
     /// Adds a layer to the selection or removes it, and makes it the anchor of a range.
-    pub fn toggle_layer(&mut self, site: &ListedSite<'_>, layer: LayerIndex) -> Option<Ask> {
+    pub fn toggle_layer(&mut self, site: &ListedSite<'_>, layer: LayerIndex) -> Option<Request> {
         let photo = site.photo?;
         self.anchor = Some((photo, layer));
-        Some(SelectAsk::Toggle(photo, layer).into())
+        Some(SelectRequest::Toggle(photo, layer).into())
     }
 
     /// Selects the listed layers from the anchor to this one.
@@ -75,7 +75,7 @@ impl ListsState {
         selected: Selection,
         rows: &[ListRow],
         to: LayerIndex,
-    ) -> Option<Ask> {
+    ) -> Option<Request> {
         let photo = site.photo?;
         let begun = self.anchor.filter(|(of, _)| *of == photo).map(|(_, layer)| layer);
         let selected = match selected {
@@ -88,7 +88,7 @@ impl ListsState {
             .collect();
         let from = begun.or(selected).unwrap_or(to);
         self.anchor = Some((photo, from));
-        Some(SelectAsk::Layers(photo, between(&layers, from, to)).into())
+        Some(SelectRequest::Layers(photo, between(&layers, from, to)).into())
     }
 }
 

@@ -65,7 +65,7 @@ impl ListsState {
     }
 
     /// Returns whether a question is open.
-    pub fn asks(&self) -> bool {
+    pub fn requests(&self) -> bool {
         self.merging.is_some() || self.removing.is_some()
     }
 

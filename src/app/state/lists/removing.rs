@@ -27,8 +27,8 @@ impl PendingRemoval {
 }
 
 impl State {
-    /// Asks whether to remove an object from the model, by name.
-    pub fn ask_to_remove(&mut self, object: &str) {
+    /// Requests whether to remove an object from the model, by name.
+    pub fn request_to_remove(&mut self, object: &str) {
         let Some(session) = &self.session else { return };
         self.lists.removing = PendingRemoval::new(session, object);
     }

@@ -8,20 +8,20 @@ use quadratura_base::scene::PhotoId;
 use quadratura_document::{Bookmark, CameraPath, Project};
 use quadratura_layers::fill::FillOptions;
 use quadratura_recipe::fill::both_ways::BothWays;
-use quadratura_recipe::fill::lookouts::{LookoutView, Viewpoints};
 use quadratura_recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto};
 use quadratura_recipe::fill::shares::LayerShares;
+use quadratura_recipe::fill::viewpoints::{RankedViewpoint, Viewpoints};
 use quadratura_recipe::fill::worst::HiddenLayer;
 
 /// The cached facts about fillings.
 #[derive(Default)]
 pub struct FillSession {
     /// The viewpoints chosen by the user; otherwise the default of the project is used.
-    pub lookouts: Option<Viewpoints>,
+    pub viewpoints: Option<Viewpoints>,
     /// Layers ranked by how much of their occluded areas is visible.
     pub worst: ComputedValue<Worst>,
     /// The views that the ranking was requested for.
-    pub asked: Option<LookoutInputs>,
+    pub asked: Option<RankingInputs>,
     /// The provenance of hidden texels of a photo's layers.
     pub shares: BTreeMap<PhotoId, ComputedValue<Vec<LayerShares>>>,
     /// The photos that have paint.
@@ -44,26 +44,26 @@ pub struct Worst {
     /// The layers, the most visible area first.
     pub layers: Vec<HiddenLayer>,
     /// The views, indexed by [`HiddenLayer::view`].
-    pub views: Arc<Vec<LookoutView>>,
+    pub views: Arc<Vec<RankedViewpoint>>,
 }
 
 /// The inputs of the views.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LookoutInputs {
-    lookouts: Viewpoints,
+pub struct RankingInputs {
+    viewpoints: Viewpoints,
     kept: Vec<Bookmark>,
     flight: Option<CameraPath>,
 }
 
-impl LookoutInputs {
+impl RankingInputs {
     /// Returns those of a project.
-    pub fn new(lookouts: Viewpoints, project: &Project) -> Self {
-        Self { lookouts, kept: project.views.clone(), flight: project.flight.clone() }
+    pub fn new(viewpoints: Viewpoints, project: &Project) -> Self {
+        Self { viewpoints, kept: project.views.clone(), flight: project.flight.clone() }
     }
 
     /// Returns whether both have the same views: the photos' cameras depend on nothing else.
     pub fn has_views_of(&self, other: &Self) -> bool {
-        self.lookouts == other.lookouts && (self.lookouts == Viewpoints::Photos || self == other)
+        self.viewpoints == other.viewpoints && (self.viewpoints == Viewpoints::Photos || self == other)
     }
 }
 
@@ -86,7 +86,7 @@ impl FillSession {
 
     /// Drops facts that depend on stacks; the user's choices are kept.
     pub fn forget_stacks(&mut self) {
-        let (lookouts, chooses_later) = (self.lookouts, self.chooses_later);
-        *self = Self { lookouts, chooses_later, without: self.without.take(), ..Self::default() };
+        let (viewpoints, chooses_later) = (self.viewpoints, self.chooses_later);
+        *self = Self { viewpoints, chooses_later, without: self.without.take(), ..Self::default() };
     }
 }

@@ -1,10 +1,10 @@
 //! The quality of the result: the filling of occluded areas, and matched exposure of the photos.
 
-pub mod ask;
 pub mod colour;
 pub mod filling;
 pub mod lookup;
 mod queries;
+pub mod request;
 
 use self::colour::ColourSession;
 use self::filling::FillSession;

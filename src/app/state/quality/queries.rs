@@ -5,7 +5,7 @@ use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::ColourDecisions;
 use quadratura_recipe::colour::{ColourReport, report_from_estimate};
-use quadratura_recipe::fill::lookouts::Viewpoints;
+use quadratura_recipe::fill::viewpoints::Viewpoints;
 
 impl State {
     /// Returns the decisions about colour.
@@ -25,10 +25,10 @@ impl State {
     }
 
     /// Returns the viewpoints from which visibility is judged.
-    pub fn lookouts(&self) -> Viewpoints {
+    pub fn viewpoints(&self) -> Viewpoints {
         let usual =
             self.session.as_ref().map_or(Viewpoints::Photos, |s| Viewpoints::usual(&s.opened.project));
-        self.quality.fill.lookouts.unwrap_or(usual)
+        self.quality.fill.viewpoints.unwrap_or(usual)
     }
 
     /// Returns whether the project has paint, nobody has chosen where it is seen, and the question is not put off.

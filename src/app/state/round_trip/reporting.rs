@@ -7,10 +7,10 @@ use std::time::Duration;
 use super::report::{ImportQuestion, Report, Way};
 use super::shown_path;
 use crate::state::State;
-use crate::state::ask::{Ask, RoundTripAsk};
 use crate::state::notes::{Note, Weight};
 use crate::state::numbers::{counted, grouped};
 use crate::state::panels::Tab;
+use crate::state::request::{Request, RoundTripRequest};
 use quadratura_document::paint::{PaintBook, PaintImport};
 use quadratura_recipe::export::Exported;
 use quadratura_recipe::import::Imported;
@@ -20,12 +20,12 @@ use quadratura_view::Picture;
 
 impl State {
     /// Handles an import that has ended: reports its result, and updates all views.
-    pub fn paint_came(&mut self, imported: Imported, spent: Duration, way: Way) -> Vec<Ask> {
+    pub fn paint_came(&mut self, imported: Imported, spent: Duration, way: Way) -> Vec<Request> {
         let Some(session) = &self.session else { return Vec::new() };
         let folder = session.folder.clone();
         let failed =
             imported.failed.iter().map(|(_, problem)| Note::new(Weight::Problem, problem.to_string()));
-        failed.collect::<Vec<_>>().into_iter().for_each(|note| self.tell(note));
+        failed.collect::<Vec<_>>().into_iter().for_each(|note| self.notify(note));
         for file in &imported.files {
             let name = shown_path(&folder, &file.file);
             let painted = file.layers.iter().filter(|layer| layer.state != LayerState::Mask);
@@ -37,7 +37,7 @@ impl State {
             };
             self.notes.add(Note::about(Weight::Info, &file.photo, text));
         }
-        let questions = self.ask_about(&imported);
+        let questions = self.request_about(&imported);
         // A save without changes does not switch to another panel.
         if imported.files.is_empty() || (way == Way::Saved && imported.number.is_none()) {
             return questions;
@@ -52,28 +52,28 @@ impl State {
         let book = imported.book.clone();
         self.round_trip.report = Some(Report { imported, spent, looks: Arc::default(), taken_back: false });
         self.settings.side = Tab::Paint;
-        let looks = number.map(|number| RoundTripAsk::LookAtImport(number, book.clone()).into());
-        let changed = RoundTripAsk::PaintChanged(photos, book.clone()).into();
+        let looks = number.map(|number| RoundTripRequest::LookAtImport(number, book.clone()).into());
+        let changed = RoundTripRequest::PaintChanged(photos, book.clone()).into();
         questions.into_iter().chain([changed]).chain(looks).collect()
     }
 
-    /// Asks about the files in which so much has changed at once that nothing of them was imported; a file that is
+    /// Requests about the files in which so much has changed at once that nothing of them was imported; a file that is
     /// imported now is no question any more.
-    fn ask_about(&mut self, imported: &Imported) -> Vec<Ask> {
+    fn request_about(&mut self, imported: &Imported) -> Vec<Request> {
         let read = |file: &PathBuf| {
             imported.files.iter().chain(&imported.questioned).any(|report| report.file == *file)
         };
         self.round_trip.questions.retain(|question| !read(&question.file));
-        let mut asks = Vec::new();
+        let mut requests = Vec::new();
         for report in &imported.questioned {
             let Some(question) = &report.question else { continue };
             let (file, found) = (report.file.clone(), question.found());
-            self.tell(Note::about(Weight::Warning, &report.photo, format!("{}: {found}", file.display())));
-            asks.push(RoundTripAsk::LookAtQuestion(file.clone()).into());
+            self.notify(Note::about(Weight::Warning, &report.photo, format!("{}: {found}", file.display())));
+            requests.push(RoundTripRequest::LookAtQuestion(file.clone()).into());
             self.round_trip.questions.push(ImportQuestion { file, found, pictures: None });
             self.settings.side = Tab::Paint;
         }
-        asks
+        requests
     }
 
     /// Adds the pictures to the question about a file.
@@ -98,11 +98,11 @@ impl State {
         let known = self.round_trip.history.iter().find(|import| import.number == number);
         let what = known.map_or_else(|| format!("Import {number}"), name_of);
         let text = format!("{what} can no longer be undone: other paint is on top of it, or it is too old");
-        self.tell(Note::new(Weight::Problem, text));
+        self.notify(Note::new(Weight::Problem, text));
     }
 
     /// Reports that an import was undone, and updates all views.
-    pub fn taken_back(&mut self, import: PaintImport, book: Arc<PaintBook>) -> Vec<Ask> {
+    pub fn taken_back(&mut self, import: PaintImport, book: Arc<PaintBook>) -> Vec<Request> {
         let files = match import.brush {
             Some(_) => "",
             None => ". The edited files do not change; saving one again imports it again",
@@ -110,12 +110,12 @@ impl State {
         let (what, pixels) = (name_of(&import), counted(import.pixels, "pixel"));
         let text = format!("{what} is undone: {pixels} of {} are restored{files}.", import.photos.join(", "));
         self.space.brush.undone(import.number);
-        self.tell(Note::new(Weight::Info, text));
+        self.notify(Note::new(Weight::Info, text));
         if let Some(report) = &mut self.round_trip.report {
             report.taken_back |= report.imported.number == Some(import.number);
         }
         self.forget_masks_of(&import);
-        vec![RoundTripAsk::PaintChanged(import.photos.into_iter().collect(), book).into()]
+        vec![RoundTripRequest::PaintChanged(import.photos.into_iter().collect(), book).into()]
     }
 
     /// Updates the list of imports that can be undone, and the photos that have paint, from `book`.
@@ -127,13 +127,13 @@ impl State {
     /// Reports an export that has ended.
     pub fn exported(&mut self, exported: &Exported, out: PathBuf) {
         for (photo, error) in &exported.failed {
-            self.tell(Note::about(Weight::Problem, photo, error.to_string()));
+            self.notify(Note::about(Weight::Problem, photo, error.to_string()));
         }
         let bytes: u64 = exported.done.iter().map(|done| done.bytes).sum();
         let (count, megabytes) = (exported.done.len(), bytes as f64 / 1e6);
         let photos = if count == 1 { "photo" } else { "photos" };
         let text = format!("Exported {count} {photos} to {}: {megabytes:.1} MB", out.display());
-        self.tell(Note::new(Weight::Info, text));
+        self.notify(Note::new(Weight::Info, text));
         if let Some(dialog) = &mut self.round_trip.dialogs.export {
             dialog.done = Some(out);
         }

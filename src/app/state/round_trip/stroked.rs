@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::state::State;
-use crate::state::ask::{Ask, RoundTripAsk};
 use crate::state::notes::{Note, Weight};
 use crate::state::numbers::{counted, grouped};
+use crate::state::request::{Request, RoundTripRequest};
 use crate::state::running::JobKind;
 use crate::state::space::brush::{DrawnStroke, UnseenStroke};
 use quadratura_base::error::{Error, Result};
@@ -28,7 +28,7 @@ impl State {
         drawn: &Arc<DrawnStroke>,
         done: Result<StrokeReport>,
         again: Option<u32>,
-    ) -> Vec<Ask> {
+    ) -> Vec<Request> {
         let was_undone = self.space.brush.is_undone;
         let ended = self.space.brush.take_ended(drawn);
         if self.session.as_ref().is_none_or(|session| session.folder != folder) {
@@ -38,13 +38,13 @@ impl State {
             Ok(report) => report,
             Err(Error::Cancelled) if was_undone => return Vec::new(),
             Err(error) => {
-                self.tell(Note::new(Weight::Problem, format!("The stroke was not painted: {error}")));
+                self.notify(Note::new(Weight::Problem, format!("The stroke was not painted: {error}")));
                 return Vec::new();
             }
         };
         let notes = what_was_left_out(&report, drawn.stroke.brush.mode);
         self.space.brush.remark = notes.first().cloned();
-        notes.into_iter().for_each(|text| self.tell(Note::new(Weight::Warning, text)));
+        notes.into_iter().for_each(|text| self.notify(Note::new(Weight::Warning, text)));
         let Some(number) = report.number else { return Vec::new() };
         self.remember_stroke(number, again, drawn.stroke.clone(), name_of(&drawn.stroke, &report));
         if report.only_here {
@@ -57,7 +57,7 @@ impl State {
             self.space.brush.unseen.push(UnseenStroke { drawn, number, revision });
         }
         let photos = report.layers.iter().map(|layer| layer.photo.clone()).collect();
-        vec![RoundTripAsk::PaintChanged(photos, report.book.clone()).into()]
+        vec![RoundTripRequest::PaintChanged(photos, report.book.clone()).into()]
     }
 }
 

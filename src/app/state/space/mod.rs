@@ -21,7 +21,7 @@ use self::brush::{SpaceBrush, UnseenStroke};
 use self::exploded::Exploded;
 use self::images::{DrawnFrom, SpaceImages};
 use self::pace::DrawingPace;
-use self::picture::{NewestPicture, PaintedPicture, Request};
+use self::picture::{NewestPicture, PaintedPicture, PictureRequest};
 use self::travel::Travel;
 use self::visibility::ModelVisibility;
 use super::session::Session;
@@ -90,7 +90,7 @@ pub struct SpaceView {
     shown: Option<NewestPicture>,
     /// Pictures of before strokes of the brush, oldest first, with these strokes.
     before_strokes: Vec<(Vec<UnseenStroke>, NewestPicture)>,
-    asked: Option<Request>,
+    asked: Option<PictureRequest>,
     /// The number of changes of the project's content that pictures have to show.
     revision: u64,
     /// The time since which the picture has not been what is asked for, in seconds of the window's clock.
@@ -280,7 +280,7 @@ impl SpaceView {
         frame: FrameFacts,
         now_s: f64,
         painter_is_busy: bool,
-    ) -> (Option<Request>, Option<f64>) {
+    ) -> (Option<PictureRequest>, Option<f64>) {
         if self.stirred {
             self.changed_s = now_s;
         }
@@ -290,7 +290,7 @@ impl SpaceView {
         let again_s = (!moves && left_s > 0.0).then_some(left_s);
         let coarse = self.request(frame.background, moves, false);
         let shows_it = |shown: &NewestPicture| {
-            let Request { shot, from, .. } = &shown.request;
+            let PictureRequest { shot, from, .. } = &shown.request;
             shown.request.shows_the_same(&coarse)
                 && (&shot.camera, from) == (&coarse.shot.camera, &coarse.from)
         };
@@ -309,7 +309,7 @@ impl SpaceView {
         (Some(request), again_s)
     }
 
-    fn request(&self, background: [u8; 3], moves: bool, rests: bool) -> Request {
+    fn request(&self, background: [u8; 3], moves: bool, rests: bool) -> PictureRequest {
         let pace = match self.drawn_from(moves, 1.0) {
             DrawnFrom::Model => self.pace,
             DrawnFrom::Images(_) | DrawnFrom::StandIn(_) => self.images.pace,
@@ -323,7 +323,7 @@ impl SpaceView {
         let shot = look.shot(self.viewpoint.camera(width, height), self.viewpoint.pose);
         let shot = Shot { trees_within, ..shot };
         let (lens, from) = (self.viewpoint.lens, self.drawn_from(moves, scale));
-        Request { shot, lens, from, yields: !moves, background, revision: self.revision }
+        PictureRequest { shot, lens, from, yields: !moves, background, revision: self.revision }
     }
 
     /// Returns why the view cannot be drawn from layered depth images now, as the end of a sentence.

@@ -12,7 +12,7 @@ use quadratura_view::{DisplayMode, Picture, Shot};
 
 /// A request for a picture.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Request {
+pub struct PictureRequest {
     /// The view to draw.
     pub shot: Shot,
     /// The lens of the view; the shot has it rounded to the pixels of the picture.
@@ -28,7 +28,7 @@ pub struct Request {
     pub revision: u64,
 }
 
-impl Request {
+impl PictureRequest {
     /// Returns whether two requests are for the same view of the same content, maybe in another size or quality.
     pub fn shows_the_same(&self, other: &Self) -> bool {
         let Shot { pose, blend, display, exposure, relief, backs, .. } = &self.shot;
@@ -44,7 +44,7 @@ impl Request {
 /// A picture that was drawn.
 pub struct PaintedPicture {
     /// The request.
-    pub request: Request,
+    pub request: PictureRequest,
     /// The picture, opaque: with untextured faces shaded, over the background.
     pub image: Picture,
     /// The nearest face at each pixel: 1 + its id, 0 for none; empty where the picture was drawn from layered depth images.
@@ -62,7 +62,7 @@ pub struct NewestPicture {
     /// The picture, opaque.
     pub image: Arc<Picture>,
     /// The picture that was requested.
-    pub request: Request,
+    pub request: PictureRequest,
     /// The nearest face at each pixel: 1 + its id, 0 for none; empty where it is not known, or the model has changed
     /// since.
     pub faces: Vec<u32>,
@@ -72,7 +72,7 @@ pub struct NewestPicture {
 
 impl NewestPicture {
     /// Makes the newest picture of one that was drawn.
-    pub fn new(request: Request, image: Picture, faces: Vec<u32>) -> Self {
+    pub fn new(request: PictureRequest, image: Picture, faces: Vec<u32>) -> Self {
         let display = request.shot.display;
         let colours = match display {
             DisplayMode::Weights | DisplayMode::BestPhoto => {

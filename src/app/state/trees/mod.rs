@@ -1,11 +1,11 @@
 //! The trees of the project in the window: selection by name, eyes, the tool that places them, and what species cost.
 
-pub mod ask;
 pub mod figures;
 pub mod hand;
 pub mod images;
 pub mod light;
 mod queries;
+pub mod request;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

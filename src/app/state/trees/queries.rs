@@ -67,7 +67,7 @@ impl State {
                 let project = Project { trees, masks, ..Project::clone(session.history.present()) };
                 self.edit(step, project, Some(DRAG));
             }
-            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+            Err(error) => self.notify(Note::new(Weight::Problem, error.to_string())),
         }
         if !goes_on {
             self.end_gesture();

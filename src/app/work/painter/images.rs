@@ -47,7 +47,7 @@ impl PainterImages {
     pub fn drawn(
         &mut self,
         preview: &mut Preview,
-        request: &Request,
+        request: &PictureRequest,
         task: &Task,
     ) -> Result<(Option<Picture>, Option<LiveStatus>)> {
         let Some(options) = request.from.options() else { return Ok((None, None)) };
@@ -76,8 +76,9 @@ impl PainterImages {
             Some(_) => (),
             None => {
                 let queue = self.queue.clone();
-                let tell = move || queue.draw_again();
-                self.live = Some(LiveView::new(inputs(preview)?, self.on.clone(), lower_own_priority, tell)?);
+                let notify = move || queue.draw_again();
+                self.live =
+                    Some(LiveView::new(inputs(preview)?, self.on.clone(), lower_own_priority, notify)?);
             }
         }
         self.live.as_mut().ok_or_else(super::failed)

@@ -23,7 +23,7 @@ pub use self::orders::Orders;
 use self::images::PainterImages;
 use self::orders::{Order, OrderInProgress};
 use super::waker::Waker;
-use crate::state::space::picture::{PaintedPicture, Request};
+use crate::state::space::picture::{PaintedPicture, PictureRequest};
 use crate::state::trees::ShownTrees;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::raster::over::on_opaque;
@@ -64,7 +64,7 @@ pub enum PreviewChange {
 /// The work that waits for the painter, and what it is doing.
 #[derive(Default)]
 struct QueueState {
-    request: Option<Request>,
+    request: Option<PictureRequest>,
     /// The changes to apply, oldest first.
     changes: Vec<PreviewChange>,
     /// Whether changes are being applied.
@@ -154,7 +154,7 @@ impl Painter {
     }
 
     /// Requests a picture, which replaces all earlier requests.
-    pub fn ask(&mut self, request: Request) {
+    pub fn request(&mut self, request: PictureRequest) {
         let mut state = self.queue.state();
         if let Some((stop, true)) = &state.drawing {
             stop.store(true, Ordering::Relaxed);
@@ -237,7 +237,7 @@ struct PainterThread {
     waker: Waker,
     bench: OrderInProgress,
     /// The last request, where it was for a picture from layered depth images: it is drawn again when there are others.
-    last: Option<Request>,
+    last: Option<PictureRequest>,
 }
 
 impl PainterThread {
@@ -257,17 +257,17 @@ impl PainterThread {
                     queue.state().drawing = None;
                     // A picture that was dropped is followed by the one it was dropped for.
                     if !matches!(done, Err(Error::Cancelled)) {
-                        self.tell(done);
+                        self.notify(done);
                     }
                 }
-                None => changed.err().into_iter().for_each(|error| self.tell(Err(error))),
+                None => changed.err().into_iter().for_each(|error| self.notify(Err(error))),
             }
             // Requests and orders alternate, so that neither waits for the other to finish.
             self.bench.work(&mut self.preview);
         }
     }
 
-    fn tell(&self, done: Result<PaintedPicture>) {
+    fn notify(&self, done: Result<PaintedPicture>) {
         // The window may be gone.
         let _ = self.send.send(done);
         self.waker.wake();
@@ -332,12 +332,12 @@ impl PainterThread {
         }
     }
 
-    fn guarded(&mut self, request: Request, stop: Arc<AtomicBool>) -> Result<PaintedPicture> {
+    fn guarded(&mut self, request: PictureRequest, stop: Arc<AtomicBool>) -> Result<PaintedPicture> {
         let task = self.task.with_stop_flag(stop);
         catch_unwind(AssertUnwindSafe(|| self.draw(request, &task))).unwrap_or_else(|_| Err(failed()))
     }
 
-    fn draw(&mut self, request: Request, task: &Task) -> Result<PaintedPicture> {
+    fn draw(&mut self, request: PictureRequest, task: &Task) -> Result<PaintedPicture> {
         let start = Instant::now();
         let (picture, images) = self.images.drawn(&mut self.preview, &request, task)?;
         let (image, faces) = match picture {
@@ -361,12 +361,16 @@ fn failed() -> Error {
 /// The next work: changes, then a picture with the flag that stops it, then a slice of the order on the bench.
 struct PainterWork {
     changes: Vec<PreviewChange>,
-    request: Option<(Request, Arc<AtomicBool>)>,
+    request: Option<(PictureRequest, Arc<AtomicBool>)>,
 }
 
 /// Waits for work; none when the painter is gone. Puts an order on the bench where that is free. Where nothing is requested
 /// and the `last` picture would be another one now, it is drawn again.
-fn next(queue: &PainterQueue, bench: &mut OrderInProgress, last: Option<&Request>) -> Option<PainterWork> {
+fn next(
+    queue: &PainterQueue,
+    bench: &mut OrderInProgress,
+    last: Option<&PictureRequest>,
+) -> Option<PainterWork> {
     let is_free = bench.is_free();
     let waiting = |state: &mut QueueState| {
         let nothing = state.request.is_none() && state.changes.is_empty() && state.orders.is_empty();

@@ -106,7 +106,7 @@ fn finished(order: &Order, sliced: Sliced, preview: &mut Preview) -> Result<Draw
 
 /// Draws a slice; returns whether the picture is complete.
 fn slice(order: &Order, sliced: &mut Option<Sliced>, preview: &mut Preview) -> Result<bool> {
-    order.task.go_on()?;
+    order.task.check_cancelled()?;
     let sliced = match sliced {
         Some(sliced) => sliced,
         None => sliced.insert(preview.begin(&order.shot, &order.task)?),

@@ -10,7 +10,7 @@ use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline, Sh
 use super::flake::{self, BLOCK, Block, FlakeImageWords, FlakeRowsWords, SpeciesImages};
 use super::hidden::{Hidden, TileDepths, tiles};
 use super::slices::Slices;
-use super::{door, flakes_narrow, flakes_wide};
+use super::{flakes_narrow, flakes_wide, stipple};
 use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
 use crate::readback;
@@ -50,7 +50,7 @@ pub fn source(samples: u32, invocations: u32, pass: SamplePass) -> String {
         SamplePass::Second => flakes_narrow::source(true),
     };
     let invocations = format!("const INVOCATIONS = {invocations}u;\n");
-    [SURFACES, door::SOURCE, &flake::source(samples), &keep, &invocations, FLAKES].concat()
+    [SURFACES, stipple::SOURCE, &flake::source(samples), &keep, &invocations, FLAKES].concat()
 }
 
 /// A pass over the samples.

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages, TextureFormat};
 
 use super::species::{CornerWords, InstanceWords};
-use super::{daylight, door};
+use super::{daylight, stipple};
 use crate::bindings;
 use crate::device::Gpu;
 use crate::drawing::DEPTH;
@@ -64,8 +64,8 @@ impl TreeProgram {
 pub struct Cuts {
     /// What a picture cuts out.
     pub by_picture: bool,
-    /// Sub-pixels in which a door is closed.
-    pub by_door: bool,
+    /// Sub-pixels in which a stipple is closed.
+    pub by_stipple: bool,
 }
 
 /// A program of trees with its samples per pixel, which are those of what it draws onto.
@@ -94,9 +94,9 @@ pub fn trees_layout(gpu: &Gpu) -> BindGroupLayout {
 
 /// Returns the complete WGSL source of a program.
 pub fn source(cuts: Cuts) -> String {
-    let Cuts { by_picture, by_door } = cuts;
-    let constants = format!("const CUT = {by_picture};\nconst DOOR = {by_door};\n");
-    [&constants, SURFACES, daylight::SOURCE, door::SOURCE, PLANTS].concat()
+    let Cuts { by_picture, by_stipple } = cuts;
+    let constants = format!("const CUT = {by_picture};\nconst STIPPLE = {by_stipple};\n");
+    [&constants, SURFACES, daylight::SOURCE, stipple::SOURCE, PLANTS].concat()
 }
 
 /// Makes a pipeline that draws trees as polygons.

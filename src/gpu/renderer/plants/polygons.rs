@@ -11,8 +11,8 @@ use wgpu::{BufferUsages, RenderPass};
 
 use super::hidden::TileDepths;
 use super::pipeline::{Cuts, SampledProgram};
+use super::resources::TreeResources;
 use super::species::{InstanceWords, LevelInBuffers, MeshBuffers};
-use super::stock::Stock;
 use crate::device::Gpu;
 use crate::renderer::table::GrowingBuffer;
 use quadratura_foliage::{Ball, Plant, PolygonsInView, TreeCost};
@@ -70,7 +70,7 @@ impl PolygonsOfTree {
         species: usize,
         with_balls: bool,
     ) -> Self {
-        let kind = |of: &PolygonsInView| (species, (of.object, of.level), !of.door.is_wide());
+        let kind = |of: &PolygonsInView| (species, (of.object, of.level), !of.stipple.is_wide());
         let mut end = 0;
         let draw = |alike: &[PolygonsInView]| {
             let first = end;
@@ -81,7 +81,7 @@ impl PolygonsOfTree {
             let Ball { middle, radius } = of.ball(plant);
             middle.extend(radius).as_vec4()
         };
-        let words = |of: &PolygonsInView| InstanceWords::new(&of.view_from_object, &of.door, tree);
+        let words = |of: &PolygonsInView| InstanceWords::new(&of.view_from_object, &of.stipple, tree);
         Self {
             words: polygons.iter().map(words).collect(),
             balls: polygons.iter().filter(|_| with_balls).map(ball).collect(),
@@ -155,14 +155,14 @@ impl Polygons {
     }
 
     /// Returns the number of triangles of parts; trees that are drawn as polygons alone, whatever their size in the view, are left out.
-    pub fn triangles(&self, stock: &Stock) -> u64 {
-        self.all.iter().filter(|draw| draw.object.is_some()).map(|draw| triangles_of(stock, draw)).sum()
+    pub fn triangles(&self, resources: &TreeResources) -> u64 {
+        self.all.iter().filter(|draw| draw.object.is_some()).map(|draw| triangles_of(resources, draw)).sum()
     }
 
     /// Returns what trees cost that are drawn as polygons alone, in samples.
-    pub fn cost_of_whole(&self, stock: &Stock) -> f64 {
+    pub fn cost_of_whole(&self, resources: &TreeResources) -> f64 {
         let whole = self.all.iter().filter(|draw| draw.object.is_none());
-        TreeCost { samples: 0, triangles: whole.map(|draw| triangles_of(stock, draw)).sum() }.in_samples()
+        TreeCost { samples: 0, triangles: whole.map(|draw| triangles_of(resources, draw)).sum() }.in_samples()
     }
 
     /// Returns whether something is drawn in part of the sub-pixels.
@@ -171,11 +171,11 @@ impl Polygons {
     }
 
     /// Divides what was set into batches, and makes room for it.
-    pub fn divide(&mut self, gpu: &Gpu, stock: &Stock) {
+    pub fn divide(&mut self, gpu: &Gpu, resources: &TreeResources) {
         self.drawn.get_mut().clear();
         self.buffer.reserve(gpu, (self.words.len() * size_of::<InstanceWords>()) as u64);
         self.batches = match self.least_of_batch {
-            Some(least) => batches(&self.triangles_by_depth(stock), least),
+            Some(least) => batches(&self.triangles_by_depth(resources), least),
             None => vec![0.0..f32::INFINITY],
         };
     }
@@ -186,10 +186,10 @@ impl Polygons {
     }
 
     /// Returns the number of triangles by the depth of the nearest point of what they belong to: [`bin`].
-    fn triangles_by_depth(&self, stock: &Stock) -> Vec<u64> {
+    fn triangles_by_depth(&self, resources: &TreeResources) -> Vec<u64> {
         let mut triangles = vec![0; BINS];
         for draw in self.all.iter().filter(|draw| draw.object.is_some()) {
-            let of_each = triangles_of(stock, draw) / draw.instances.len().max(1) as u64;
+            let of_each = triangles_of(resources, draw) / draw.instances.len().max(1) as u64;
             for ball in &self.balls[range(&draw.instances)] {
                 triangles[bin(nearest(ball))] += of_each;
             }
@@ -202,7 +202,7 @@ impl Polygons {
     pub fn write(
         &self,
         gpu: &Gpu,
-        stock: &Stock,
+        resources: &TreeResources,
         batch: usize,
         tiles: Option<&TileDepths>,
         most: f64,
@@ -211,7 +211,7 @@ impl Polygons {
         let Some(tiles) = tiles else {
             self.buffer.write_at(gpu, 0, &self.words);
             drawn.clone_from(&self.all);
-            return at_once(stock, &drawn, most);
+            return at_once(resources, &drawn, most);
         };
         let (distances, all_words, all_balls) = (&self.batches[batch], &self.words, &self.balls);
         let is_seen = |ball: &Vec4| distances.contains(&nearest(ball)) && !tiles.hide(ball);
@@ -243,12 +243,16 @@ impl Polygons {
         // The time of hidden parts counts as that of seen ones where the device's speed is learned, so that seen ones take longer.
         let in_batch = self.balls.par_iter().filter(|ball| distances.contains(&nearest(ball))).count();
         let seen = drawn[first_draw..].iter().map(|draw| draw.instances.len()).sum::<usize>();
-        at_once(stock, &drawn[first_draw..], most * (seen.max(1) as f64 / in_batch.max(1) as f64).min(1.0))
+        at_once(
+            resources,
+            &drawn[first_draw..],
+            most * (seen.max(1) as f64 / in_batch.max(1) as f64).min(1.0),
+        )
     }
 
     /// Returns what was drawn of the batches, in slices as those of [`Self::write`].
-    pub fn drawn(&self, stock: &Stock, most: f64) -> Vec<(Vec<PolygonDraw>, f64)> {
-        at_once(stock, &self.drawn.borrow(), most)
+    pub fn drawn(&self, resources: &TreeResources, most: f64) -> Vec<(Vec<PolygonDraw>, f64)> {
+        at_once(resources, &self.drawn.borrow(), most)
     }
 
     /// Returns how many parts are in view, and how many of these were drawn.
@@ -258,17 +262,23 @@ impl Polygons {
     }
 
     /// Draws instances; frame, trees and light are bound.
-    pub fn draw(&self, stock: &Stock, drawing: &mut RenderPass, draw: &PolygonDraw, program: SampledProgram) {
-        let species = &stock.species[draw.species];
+    pub fn draw(
+        &self,
+        resources: &TreeResources,
+        drawing: &mut RenderPass,
+        draw: &PolygonDraw,
+        program: SampledProgram,
+    ) {
+        let species = &resources.species[draw.species];
         let all = species.instances.as_ref().filter(|_| draw.object.is_none());
         match all {
             Some(all) => drawing.set_vertex_buffer(1, all.words.slice(..)),
             None => drawing.set_vertex_buffer(1, self.buffer.buffer().slice(..)),
         }
-        for mesh in meshes_of(stock, draw) {
+        for mesh in meshes_of(resources, draw) {
             let instances = all.map_or(&draw.instances, |all| &all.of_object[mesh.object]);
-            let cuts = Cuts { by_picture: mesh.is_cut, by_door: draw.in_part };
-            drawing.set_pipeline(&stock.pipelines[&(program, cuts)]);
+            let cuts = Cuts { by_picture: mesh.is_cut, by_stipple: draw.in_part };
+            drawing.set_pipeline(&resources.pipelines[&(program, cuts)]);
             drawing.set_bind_group(2, &mesh.material, &[]);
             drawing.set_vertex_buffer(0, mesh.corners.slice(..));
             drawing.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
@@ -319,9 +329,9 @@ fn range(of: &Range<u32>) -> Range<usize> {
 }
 
 /// Divides what is drawn into slices that cost about `most` samples, each with its cost.
-fn at_once(stock: &Stock, draws: &[PolygonDraw], most: f64) -> Vec<(Vec<PolygonDraw>, f64)> {
+fn at_once(resources: &TreeResources, draws: &[PolygonDraw], most: f64) -> Vec<(Vec<PolygonDraw>, f64)> {
     let cost =
-        |draw: &PolygonDraw| TreeCost { samples: 0, triangles: triangles_of(stock, draw) }.in_samples();
+        |draw: &PolygonDraw| TreeCost { samples: 0, triangles: triangles_of(resources, draw) }.in_samples();
     let (mut slices, mut slice, mut sum) = (Vec::new(), Vec::new(), 0.0);
     for draw in draws {
         let PolygonDraw { instances, .. } = draw;
@@ -349,20 +359,20 @@ fn at_once(stock: &Stock, draws: &[PolygonDraw], most: f64) -> Vec<(Vec<PolygonD
     slices
 }
 
-fn meshes_of<'a>(stock: &'a Stock, draw: &PolygonDraw) -> impl Iterator<Item = &'a MeshBuffers> {
+fn meshes_of<'a>(resources: &'a TreeResources, draw: &PolygonDraw) -> impl Iterator<Item = &'a MeshBuffers> {
     let object = draw.object.map(|(object, _)| object);
     let is_of = move |mesh: &&MeshBuffers| object.is_none_or(|object| object == mesh.object);
-    stock.species[draw.species].meshes.iter().filter(is_of)
+    resources.species[draw.species].meshes.iter().filter(is_of)
 }
 
 /// Returns the number of triangles of what is drawn.
-fn triangles_of(stock: &Stock, draw: &PolygonDraw) -> u64 {
-    let all = stock.species[draw.species].instances.as_ref().filter(|_| draw.object.is_none());
+fn triangles_of(resources: &TreeResources, draw: &PolygonDraw) -> u64 {
+    let all = resources.species[draw.species].instances.as_ref().filter(|_| draw.object.is_none());
     let of_mesh = |mesh: &MeshBuffers| {
         let instances = all.map_or(&draw.instances, |all| &all.of_object[mesh.object]);
         (mesh.level(draw.level()).indices.len() / 3 * instances.len()) as u64
     };
-    meshes_of(stock, draw).map(of_mesh).sum()
+    meshes_of(resources, draw).map(of_mesh).sum()
 }
 
 #[cfg(test)]

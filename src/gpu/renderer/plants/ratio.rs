@@ -8,7 +8,7 @@ use half::f16;
 use wgpu::{BindingResource, TextureView};
 
 use crate::device::Gpu;
-use quadratura_foliage::{RATIO_CELLS, RatioImage, RatioInView, RatiosInView, Tree, Wood};
+use quadratura_foliage::{PlacedTrees, RATIO_CELLS, RatioImage, RatioInView, RatiosInView, Tree};
 use quadratura_view::Shot;
 
 /// A ratio image in a view, in the layout of the shader (`Ratio`), which documents the fields.
@@ -40,9 +40,9 @@ pub struct RatioCells {
 
 impl RatioCells {
     /// Uploads the cells. Of more ratio images than a texture holds, the last ones do not count.
-    pub fn new(gpu: &Gpu, wood: &Wood) -> Self {
+    pub fn new(gpu: &Gpu, placed: &PlacedTrees) -> Self {
         let mut count = 0;
-        let firsts = wood.trees.iter().map(|tree| {
+        let firsts = placed.trees.iter().map(|tree| {
             let first = count;
             count += tree.ratios.len();
             first
@@ -53,7 +53,7 @@ impl RatioCells {
         let row = across * RATIO_CELLS;
         let mut texels = vec![[0u16; 4]; row * down * RATIO_CELLS];
         let count = count.min(across * down);
-        let ratios = wood.trees.iter().flat_map(|tree| tree.ratios.iter());
+        let ratios = placed.trees.iter().flat_map(|tree| tree.ratios.iter());
         for (at, ratio) in ratios.take(count).enumerate() {
             let corner = at / across * RATIO_CELLS * row + at % across * RATIO_CELLS;
             for (y, cells) in ratio.logs.chunks(RATIO_CELLS).enumerate() {
@@ -73,12 +73,12 @@ impl RatioCells {
     }
 
     /// Returns the ratio images of a tree that count in a view, and the factor on all of its light.
-    pub fn in_view(&self, shot: &Shot, wood: &Wood, number: usize) -> (Vec<RatioWords>, Vec3) {
-        let tree = &wood.trees[number];
+    pub fn in_view(&self, shot: &Shot, placed: &PlacedTrees, number: usize) -> (Vec<RatioWords>, Vec3) {
+        let tree = &placed.trees[number];
         if tree.ratios.is_empty() {
             return (Vec::new(), Vec3::ONE);
         }
-        let (middle, eye) = (wood.ball(tree).middle, shot.pose.center_in_world());
+        let (middle, eye) = (placed.ball(tree).middle, shot.pose.center_in_world());
         let world_from_camera =
             DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation).inverse();
         let RatiosInView { images, rest } = RatiosInView::new(&tree.ratios, middle, eye, &shot.without);
@@ -94,7 +94,7 @@ impl RatioCells {
 }
 
 /// Returns whether trees have the ratio images of others: a tree that is dragged changes none.
-pub fn have_same_ratios(trees: &Wood, others: &Wood) -> bool {
+pub fn have_same_ratios(trees: &PlacedTrees, others: &PlacedTrees) -> bool {
     let same = |(tree, other): (&Tree, &Tree)| {
         Arc::ptr_eq(&tree.ratios, &other.ratios) || tree.ratios.is_empty() && other.ratios.is_empty()
     };

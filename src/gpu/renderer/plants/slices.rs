@@ -67,7 +67,7 @@ impl<'a> Slices<'a> {
         let waited = self.gpu.device.poll(PollType::wait_indefinitely());
         waited.map_err(|error| Error::Gpu(format!("the device stopped while it drew trees: {error}")))?;
         self.done += std::mem::take(&mut self.recorded);
-        self.task.go_on()
+        self.task.check_cancelled()
     }
 
     /// Hands the rest to the device, without waiting for it.

@@ -15,7 +15,7 @@ use super::painted::Painted;
 use crate::bindings;
 use crate::device::Gpu;
 use quadratura_base::error::{Error, Result};
-use quadratura_foliage::{Door, Material, Mesh, Pixels, Plant, Use, WoodSpecies, Wrap};
+use quadratura_foliage::{Material, Mesh, Pixels, PlacedSpecies, Plant, Stipple, Use, Wrap};
 
 /// The largest number of instances of sub-objects of a species that are drawn as polygons, 56 bytes each.
 const MOST_INSTANCES: u64 = 4_000_000;
@@ -37,8 +37,8 @@ pub struct CornerWords {
 pub struct InstanceWords {
     /// The rows of its map to the frame of instances: the plant's, or the camera's.
     rows: [[f32; 4]; 3],
-    /// [`Door::word`].
-    door: u32,
+    /// [`Stipple::word`].
+    stipple: u32,
     /// The index of its tree among those in view, counted from `first` of [`super::pipeline::PlacementWords`].
     tree: u32,
 }
@@ -120,7 +120,7 @@ impl SpeciesBuffers {
     ///
     /// # Errors
     /// [`Error::Request`] for a plant without images that has more instances than are drawn as polygons.
-    pub fn new(gpu: &Gpu, species: &WoodSpecies, number: u32, layout: &BindGroupLayout) -> Result<Self> {
+    pub fn new(gpu: &Gpu, species: &PlacedSpecies, number: u32, layout: &BindGroupLayout) -> Result<Self> {
         let images = species.images.as_ref().map(|images| SpeciesImages::new(gpu, images, number));
         if images.is_none() {
             check(&species.plant)?;
@@ -159,7 +159,7 @@ impl SpeciesBuffers {
         let (mut words, mut of_object) = (Vec::new(), Vec::new());
         for maps in instances(plant) {
             let first = words.len() as u32;
-            words.extend(maps.iter().map(|map| InstanceWords::new(map, &Door::wide(0), 0)));
+            words.extend(maps.iter().map(|map| InstanceWords::new(map, &Stipple::wide(0), 0)));
             of_object.push(first..words.len() as u32);
         }
         let words = bindings::filled(gpu, "instances", &words, BufferUsages::VERTEX);
@@ -202,9 +202,9 @@ fn instances(plant: &Plant) -> Vec<Vec<DAffine3>> {
 }
 
 impl InstanceWords {
-    /// Returns the attributes of an instance that is drawn through a door.
-    pub fn new(map: &DAffine3, door: &Door, tree: u32) -> Self {
-        Self { rows: rows_of(map), door: door.word(), tree }
+    /// Returns the attributes of an instance that is drawn through a stipple.
+    pub fn new(map: &DAffine3, stipple: &Stipple, tree: u32) -> Self {
+        Self { rows: rows_of(map), stipple: stipple.word(), tree }
     }
 }
 

@@ -6,7 +6,7 @@ use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use super::daylight::volume;
 use crate::device::Gpu;
-use quadratura_foliage::{SUNLIT_CELLS, Sunlit, Wood};
+use quadratura_foliage::{PlacedTrees, SUNLIT_CELLS, Sunlit};
 
 /// Blocks of cells in a row, and rows in a layer, as in the shader (`SUNLIT_ACROSS`).
 const ACROSS: usize = 16;
@@ -25,8 +25,8 @@ pub struct SunlitCells {
 
 impl SunlitCells {
     /// Uploads the cells. Of more trees than a texture holds, the last ones are in the sun.
-    pub fn new(gpu: &Gpu, wood: &Wood) -> Self {
-        let known: Vec<Option<Arc<Sunlit>>> = wood.trees.iter().map(|tree| tree.sunlit.clone()).collect();
+    pub fn new(gpu: &Gpu, placed: &PlacedTrees) -> Self {
+        let known: Vec<Option<Arc<Sunlit>>> = placed.trees.iter().map(|tree| tree.sunlit.clone()).collect();
         let mut count = 0;
         let block = |sunlit: &Option<Arc<Sunlit>>| {
             let is_held = sunlit.is_some() && count < ACROSS * ACROSS * MOST_LAYERS;
@@ -50,9 +50,9 @@ impl SunlitCells {
     }
 
     /// Returns whether these are the cells of the trees.
-    pub fn is_of(&self, wood: &Wood) -> bool {
-        self.known.len() == wood.trees.len()
-            && self.known.iter().zip(&wood.trees).all(|(known, tree)| *known == tree.sunlit)
+    pub fn is_of(&self, placed: &PlacedTrees) -> bool {
+        self.known.len() == placed.trees.len()
+            && self.known.iter().zip(&placed.trees).all(|(known, tree)| *known == tree.sunlit)
     }
 
     /// Returns 1 + the number of a tree's block; 0 for a tree in the sun.

@@ -18,9 +18,9 @@ use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::scene::{FaceId, Model};
 use quadratura_base::task::Task;
 use quadratura_foliage::{
-    BakeOptions, FlakeOptions, LightCorrection, Openness, OutdoorLight, PaintField, Plant, PlantImages,
-    Shades, SlabFrame, Species, SunShade, Sunlit, Tree, View, Wood, WoodSpecies, bake, draw, draw_flakes,
-    draw_shaded, finest_copy, grow, painted, painted_slabs, similarity, slab_pictures,
+    BakeOptions, FlakeOptions, LightCorrection, Openness, OutdoorLight, PaintField, PlacedSpecies,
+    PlacedTrees, Plant, PlantImages, Shades, SlabFrame, Species, SunShade, Sunlit, Tree, View, bake, draw,
+    draw_flakes, draw_shaded, finest_copy, grow, painted, painted_slabs, similarity, slab_pictures,
 };
 use quadratura_projection::TextureOptions;
 use quadratura_projection::relief::Relief;
@@ -34,7 +34,7 @@ pub(super) fn oak() -> Plant {
 }
 
 /// A plant in two places: upright in the origin, and turned, squeezed and mirrored beside it.
-fn wood(plant: Plant) -> Wood {
+fn placed(plant: Plant) -> PlacedTrees {
     let light = OutdoorLight::day(plant.up);
     let squeezed = DMat3::from_rotation_z(1.0) * DMat3::from_diagonal(DVec3::new(0.7, -0.5, 0.9));
     let tree = |number: u32, world_from_plant: DAffine3, tint: f32| Tree {
@@ -49,20 +49,25 @@ fn wood(plant: Plant) -> Wood {
     };
     let beside = DAffine3::from_mat3_translation(squeezed, DVec3::new(4.0, 3.0, 0.0));
     let trees = vec![tree(0, DAffine3::IDENTITY, 1.0), tree(1, beside, 0.5)];
-    Wood {
-        species: vec![WoodSpecies { plant: Arc::new(plant), unpainted: None, images: None, openness: None }],
+    PlacedTrees {
+        species: vec![PlacedSpecies {
+            plant: Arc::new(plant),
+            unpainted: None,
+            images: None,
+            openness: None,
+        }],
         trees,
         light,
     }
 }
 
-fn renderer(gpu: &Gpu, model: Arc<Model>, wood: Option<Wood>) -> Renderer {
+fn renderer(gpu: &Gpu, model: Arc<Model>, placed: Option<PlacedTrees>) -> Renderer {
     let of_face = vec![0..0; model.faces.len()];
     let sources = Arc::new(Sources { of_face, ..Sources::default() });
     let texels = Arc::new(super::super::tests::NoTextures);
     let tiles = TileStore::new(gpu, &sources, texels, TextureOptions::default()).unwrap();
     let mut renderer = Renderer::new(gpu, model, sources, Gains::none(0), &Relief::default(), tiles).unwrap();
-    renderer.set_trees(wood.map(Arc::new)).unwrap();
+    renderer.set_trees(placed.map(Arc::new)).unwrap();
     renderer
 }
 
@@ -88,25 +93,25 @@ fn a_tree_on_the_device_covers_what_brute_force_covers_in_the_same_light() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
     let only = |number: usize| {
-        let mut wood = wood(plant.clone());
-        wood.trees = vec![wood.trees.swap_remove(number)];
-        wood
+        let mut placed = placed(plant.clone());
+        placed.trees = vec![placed.trees.swap_remove(number)];
+        placed
     };
     for number in [0, 1] {
-        let wood = only(number);
-        let tree = &wood.trees[0];
-        let mut on_device = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+        let placed = only(number);
+        let tree = &placed.trees[0];
+        let mut on_device = renderer(&gpu, Arc::new(Model::default()), Some(placed.clone()));
         let shot = shot(&plant, Quality::Final);
         let found = on_device.picture(&shot, &Task::silent()).unwrap();
         let ball = &plant.whole().bounds.ball;
         let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, ball);
         // As bright as the tree's tint makes it.
-        let OutdoorLight { sun, sky, ground, .. } = wood.light;
+        let OutdoorLight { sun, sky, ground, .. } = placed.light;
         let scaled = OutdoorLight {
             sun: sun * tree.tint,
             sky: sky * tree.tint,
             ground: ground * tree.tint,
-            ..wood.light
+            ..placed.light
         };
         let expected = draw(&plant, &view, &scaled, &Task::silent()).unwrap().picture;
         let ((area, light), (area_expected, light_expected)) = (measured(&found), measured(&expected));
@@ -153,15 +158,15 @@ fn a_painted_tree_on_the_device_is_as_red_as_by_brute_force_and_covers_as_much()
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let (bare, plant) = (oak(), painted_oak());
     let shot = shot(&plant, Quality::Final);
-    let mut wood = wood(plant.clone());
-    wood.trees.truncate(1);
+    let mut placed = placed(plant.clone());
+    placed.trees.truncate(1);
     let ball = &plant.whole().bounds.ball;
     let view = View::of_tree(shot.camera, &shot.pose, &DAffine3::IDENTITY, ball);
     let drawn = |plant: &Plant| {
         measured(&draw(plant, &view, &OutdoorLight::day(plant.up), &Task::silent()).unwrap().picture)
     };
     let found =
-        renderer(&gpu, Arc::new(Model::default()), Some(wood)).picture(&shot, &Task::silent()).unwrap();
+        renderer(&gpu, Arc::new(Model::default()), Some(placed)).picture(&shot, &Task::silent()).unwrap();
     let ((area, light), (expected_area, expected), (bare_area, bare)) =
         (measured(&found), drawn(&plant), drawn(&bare));
     assert!(
@@ -179,7 +184,7 @@ fn faces_hide_trees_and_trees_hide_faces_and_both_have_their_numbers() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
     let shot = shot(&plant, Quality::Preview);
-    let (wood, eye) = (wood(plant), shot.viewpoint());
+    let (placed, eye) = (placed(plant), shot.viewpoint());
     // Walls before and behind the trees: on the left before them, all over behind them.
     let mut model = Modeller::new();
     let across = |at: f64, from: f64, to: f64| {
@@ -192,7 +197,7 @@ fn faces_hide_trees_and_trees_hide_faces_and_both_have_their_numbers() {
         model.object(name).quad(origin, u, v);
     }
     let model = model.finish();
-    let mut with = renderer(&gpu, model.clone(), Some(wood));
+    let mut with = renderer(&gpu, model.clone(), Some(placed));
     let mut without = renderer(&gpu, model, None);
     let [found, bare] =
         [&mut with, &mut without].map(|renderer| renderer.faces(&shot, &Task::silent()).unwrap());
@@ -232,21 +237,21 @@ fn faces_hide_trees_and_trees_hide_faces_and_both_have_their_numbers() {
 }
 
 /// Returns the wood with images of its plant.
-fn with_images(mut wood: Wood) -> Wood {
+fn with_images(mut placed: PlacedTrees) -> PlacedTrees {
     let options = BakeOptions { least_side: 192, most_side: 192, ..BakeOptions::SLABS };
-    for species in &mut wood.species {
+    for species in &mut placed.species {
         species.images = Some(Arc::new(bake(&species.plant, &options, &Task::silent()).unwrap()));
     }
-    wood
+    placed
 }
 
 #[test]
 fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let mut wood = with_images(wood(plant.clone()));
-    wood.trees.truncate(1);
-    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let mut placed = with_images(placed(plant.clone()));
+    placed.trees.truncate(1);
+    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(placed.clone()));
     let ball = plant.whole().bounds.ball;
     // As tall as the picture; an eighth of it, where four samples a pixel of polygons are no truth; and so near that branches are drawn by themselves.
     for (distance, quality, like) in
@@ -282,7 +287,7 @@ fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
 fn what_is_known_of_the_normals_of_samples_changes_light_as_much_on_the_device_as_on_the_processor() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let both = with_images(wood(plant.clone()));
+    let both = with_images(placed(plant.clone()));
     let images = both.species[0].images.clone().expect("they were made");
     let mut bare = (*images).clone();
     for copy in bare.objects.iter_mut().flatten().flat_map(|of| &mut of.copies) {
@@ -293,17 +298,17 @@ fn what_is_known_of_the_normals_of_samples_changes_light_as_much_on_the_device_a
     // Upright; and turned, squeezed and mirrored.
     for tree in &both.trees {
         let ball = plant.whole().bounds.ball.mapped(&tree.world_from_plant);
-        let mut wood = Wood { trees: vec![tree.clone()], ..both.clone() };
+        let mut placed = PlacedTrees { trees: vec![tree.clone()], ..both.clone() };
         // So far that all is images, of which a sample is several leaves.
         let shots = [(0.5, -0.8), (0.9, 0.3), (-0.6, 0.7)].map(|(x, y)| {
             let eye = ball.middle + 14.0 * ball.radius * DVec3::new(x, y, 0.1).normalize();
             Shot { quality: Quality::Final, ..Shot::new(centred(160, 120, 300.0), look_at(eye, ball.middle)) }
         });
         for towards_sun in [DVec3::Z, DVec3::X, DVec3::Y, DVec3::new(0.8, 0.6, 0.0)] {
-            wood.light = OutdoorLight { towards_sun, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
+            placed.light = OutdoorLight { towards_sun, sky: Vec3::ZERO, ground: Vec3::ZERO, ..placed.light };
             let mut lights = |images: &Arc<PlantImages>| {
-                wood.species[0].images = Some(images.clone());
-                renderer.set_trees(Some(Arc::new(wood.clone()))).unwrap();
+                placed.species[0].images = Some(images.clone());
+                renderer.set_trees(Some(Arc::new(placed.clone()))).unwrap();
                 let mut sums = [DVec3::ZERO; 2];
                 for shot in &shots {
                     sums[0] += measured(&renderer.picture(shot, &Task::silent()).unwrap()).1;
@@ -311,7 +316,7 @@ fn what_is_known_of_the_normals_of_samples_changes_light_as_much_on_the_device_a
                     let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, in_plant);
                     let options = FlakeOptions::FINAL;
                     let drawn =
-                        draw_flakes(&plant, images, &view, &wood.light, &options, &Task::silent()).unwrap();
+                        draw_flakes(&plant, images, &view, &placed.light, &options, &Task::silent()).unwrap();
                     assert!(drawn.1.images > 0 && drawn.1.triangles == 0, "{:?}", drawn.1);
                     sums[1] += measured(&drawn.0).1;
                 }
@@ -331,9 +336,9 @@ fn crowns_and_what_shades_them_keep_as_much_light_on_the_device_as_on_the_proces
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
     let openness = Openness::bake(&plant, &Task::silent()).unwrap();
-    let mut wood = with_images(wood(plant.clone()));
-    wood.trees.iter_mut().for_each(|tree| tree.tint = Vec3::ONE);
-    wood.species[0].openness = Some(Arc::new(openness.clone()));
+    let mut placed = with_images(placed(plant.clone()));
+    placed.trees.iter_mut().for_each(|tree| tree.tint = Vec3::ONE);
+    placed.species[0].openness = Some(Arc::new(openness.clone()));
     // The tree that is turned, squeezed and mirrored, first alone, then behind one that is out of sight and in the shade, too.
     let space = openness.space();
     let middle = 0.5 * (space.low + space.high);
@@ -343,29 +348,30 @@ fn crowns_and_what_shades_them_keep_as_much_light_on_the_device_as_on_the_proces
             |point| if (point - middle).dot(DVec3::new(1.0, 0.4, 0.7)) > 0.0 { 1.0 } else { share },
         )
     };
-    let mut other = wood.trees.swap_remove(0);
-    let ball = plant.whole().bounds.ball.mapped(&wood.trees[0].world_from_plant);
+    let mut other = placed.trees.swap_remove(0);
+    let ball = plant.whole().bounds.ball.mapped(&placed.trees[0].world_from_plant);
     let eye = ball.middle + ball.radius * DVec3::new(1.0, -3.0, 0.4);
     other.world_from_plant.translation += 2.0 * (eye - ball.middle);
     other.sunlit = in_shade(0.7).map(Arc::new);
     let shot =
         Shot { quality: Quality::Final, ..Shot::new(centred(240, 200, 250.0), look_at(eye, ball.middle)) };
-    let tree = wood.trees[0].clone();
+    let tree = placed.trees[0].clone();
     let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
-    let (_, plain) = measured(&draw(&plant, &view, &wood.light, &Task::silent()).unwrap().picture);
-    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let (_, plain) = measured(&draw(&plant, &view, &placed.light, &Task::silent()).unwrap().picture);
+    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(placed.clone()));
     let mut least = 0.8 * plain.y;
     for sunlit in [None, in_shade(0.0)] {
-        let sun = SunShade::Crown { towards_sun: wood.light.towards_sun, sunlit: sunlit.as_ref() };
+        let sun = SunShade::Crown { towards_sun: placed.light.towards_sun, sunlit: sunlit.as_ref() };
         let shades = Shades { sun, openness: &openness };
-        let shaded = draw_shaded(&plant, &view, &wood.light, Some(&shades), &Task::silent()).unwrap().picture;
+        let shaded =
+            draw_shaded(&plant, &view, &placed.light, Some(&shades), &Task::silent()).unwrap().picture;
         let (_, expected) = measured(&shaded);
         assert!(expected.y < least, "{expected} where it had been {least}");
         least = 0.8 * expected.y;
         if let Some(sunlit) = sunlit {
             let shaded = Tree { sunlit: Some(Arc::new(sunlit)), ..tree.clone() };
-            wood.trees = vec![other.clone(), shaded];
-            renderer.set_trees(Some(Arc::new(wood.clone()))).unwrap();
+            placed.trees = vec![other.clone(), shaded];
+            renderer.set_trees(Some(Arc::new(placed.clone()))).unwrap();
         }
         // The device looks up the grids where a pixel has its centre, with weights of 8 bits.
         for (trees, tolerance) in [(TreeMethod::Polygons, 0.04), (TreeMethod::Flakes, 0.07)] {
@@ -384,9 +390,9 @@ fn two_runs_of_narrow_words_find_what_one_run_of_wide_words_finds() {
         return;
     }
     let plant = oak();
-    let wood = with_images(wood(plant.clone()));
+    let placed = with_images(placed(plant.clone()));
     let drawn = |gpu: &Gpu| {
-        let mut renderer = renderer(gpu, Arc::new(Model::default()), Some(wood.clone()));
+        let mut renderer = renderer(gpu, Arc::new(Model::default()), Some(placed.clone()));
         renderer.picture(&shot(&plant, Quality::Final), &Task::silent()).unwrap()
     };
     let (wide, narrow) = (drawn(&gpu), drawn(&gpu.without_wide_atomics()));
@@ -413,9 +419,9 @@ fn trees_from_images_hide_faces_and_faces_hide_them() {
         );
         model.finish()
     };
-    let wood = with_images(wood(plant));
+    let placed = with_images(placed(plant));
     let trees = |model: Arc<Model>| {
-        let mut renderer = renderer(&gpu, model, Some(wood.clone()));
+        let mut renderer = renderer(&gpu, model, Some(placed.clone()));
         renderer.faces(&shot, &Task::silent()).unwrap().iter().filter(|number| **number & TREE != 0).count()
     };
     let (alone, before_a_wall) = (trees(Arc::new(Model::default())), trees(wall(60.0)));

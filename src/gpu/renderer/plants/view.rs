@@ -16,8 +16,8 @@ use super::flakes::{Flakes, FlakesExtent};
 use super::pipeline::{PlacementWords, SampledProgram, TreeProgram};
 use super::polygons::{PolygonDraw, Polygons, PolygonsOfTree};
 use super::ratio::RatioWords;
+use super::resources::TreeResources;
 use super::slices::Slices;
-use super::stock::Stock;
 use crate::bindings;
 use crate::device::Gpu;
 use crate::renderer::table::GrowingBuffer;
@@ -34,7 +34,7 @@ pub struct PlantsView {
     shown: GrowingBuffer,
     /// [`super::ratio::RatioWords`] of the trees in view.
     ratios: GrowingBuffer,
-    /// How instances are placed ([`PlacementWords`]), each at a multiple of [`Stock::stride`].
+    /// How instances are placed ([`PlacementWords`]), each at a multiple of [`TreeResources::stride`].
     placements: GrowingBuffer,
     /// The trees that are drawn as polygons alone.
     whole: Vec<usize>,
@@ -71,7 +71,7 @@ struct TreeInView {
 
 impl TreeInView {
     fn new(
-        stock: &Stock,
+        resources: &TreeResources,
         shot: &Shot,
         slot: u32,
         number: usize,
@@ -79,9 +79,9 @@ impl TreeInView {
         options: &WalkOptions,
         with_balls: bool,
     ) -> Self {
-        let species = stock.wood.trees[number].species;
-        let plant = &stock.wood.species[species].plant;
-        let InView { images: of_tree, polygons } = stock.seen(shot, number, images, options);
+        let species = resources.placed.trees[number].species;
+        let plant = &resources.placed.species[species].plant;
+        let InView { images: of_tree, polygons } = resources.seen(shot, number, images, options);
         let words = |image: &ImageInView| FlakeImageWords {
             tree: slot,
             species: species as u32,
@@ -98,7 +98,7 @@ impl TreeInView {
 pub type BeginPass<'a> = dyn for<'e> Fn(&'e mut wgpu::CommandEncoder, bool) -> RenderPass<'e> + 'a;
 
 /// What trees are drawn onto.
-pub struct Onto<'a> {
+pub struct TreeTarget<'a> {
     /// Begins a pass.
     pub begin: &'a BeginPass<'a>,
     /// Its depth buffer.
@@ -144,37 +144,37 @@ impl PlantsView {
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
-        stock: &mut Stock,
+        resources: &mut TreeResources,
         is_drawn: &dyn Fn(&Tree) -> bool,
         shot: &Shot,
         program: SampledProgram,
         of_common: [f64; 3],
     ) -> Result<bool> {
-        let wood = stock.wood.clone();
+        let placed = resources.placed.clone();
         let is_in_view = |number: &usize| {
-            let ball = wood.ball(&wood.trees[*number]);
+            let ball = placed.ball(&placed.trees[*number]);
             let middle = shot.pose.camera_from_world(ball.middle);
-            is_drawn(&wood.trees[*number]) && sees(&shot.camera, &Ball { middle, ..ball })
+            is_drawn(&placed.trees[*number]) && sees(&shot.camera, &Ball { middle, ..ball })
         };
-        let in_view: Vec<usize> = (0..wood.trees.len()).filter(is_in_view).collect();
+        let in_view: Vec<usize> = (0..placed.trees.len()).filter(is_in_view).collect();
         if in_view.is_empty() {
             return Ok(false);
         }
-        self.daylight.write(gpu, &[DaylightWords::new(&wood.light, shot)]);
+        self.daylight.write(gpu, &[DaylightWords::new(&placed.light, shot)]);
         // Numbers are those of what the picture of the view shows, where that was drawn just before.
         let is_numbered = program.program == TreeProgram::Numbered;
         let is_same = self.of.as_ref().is_some_and(|(of, count)| of == shot && *count == program.samples);
         if !(is_numbered && is_same) {
             (self.of, self.is_found) = (None, Cell::default());
             self.within = shot.trees_within.filter(|_| shot.quality == Quality::Preview && !is_numbered);
-            self.write_parts(gpu, stock, shot, &in_view, program.samples)?;
+            self.write_parts(gpu, resources, shot, &in_view, program.samples)?;
             self.of = (!is_numbered).then(|| (shot.clone(), program.samples));
         }
         let exposure = DVec3::from_array(of_common).as_vec3();
-        self.write_trees(gpu, stock, shot, &in_view, exposure);
-        stock.want_pipelines(gpu, program, self.polygons.any_in_part());
+        self.write_trees(gpu, resources, shot, &in_view, exposure);
+        resources.want_pipelines(gpu, program, self.polygons.any_in_part());
         if self.has_images {
-            self.flaked.prepare(gpu, program, [&stock.layouts[0], &stock.layouts[3]]);
+            self.flaked.prepare(gpu, program, [&resources.layouts[0], &resources.layouts[3]]);
         }
         Ok(true)
     }
@@ -195,18 +195,18 @@ impl PlantsView {
     fn write_parts(
         &mut self,
         gpu: &Gpu,
-        stock: &mut Stock,
+        resources: &mut TreeResources,
         shot: &Shot,
         in_view: &[usize],
         samples: u32,
     ) -> Result<()> {
         let mut began = Instant::now();
-        let mut images = self.find_parts(gpu, stock, shot, in_view)?;
+        let mut images = self.find_parts(gpu, resources, shot, in_view)?;
         if self.within.is_some() && self.pace.get_mut().begin(self.cost) {
             began = Instant::now();
-            images = self.find_parts(gpu, stock, shot, in_view)?;
+            images = self.find_parts(gpu, resources, shot, in_view)?;
         }
-        self.polygons.divide(gpu, stock);
+        self.polygons.divide(gpu, resources);
         self.listed = began.elapsed();
         let Pinhole { fx, fy, cx, cy, .. } = shot.camera;
         self.lens = [DVec2::new(fx, fy), DVec2::new(cx, cy)].map(|of| of.as_vec2());
@@ -220,7 +220,7 @@ impl PlantsView {
         // Samples extend this far beyond the pixel of their point, which rounding may move by one.
         let around = of_images.grown(self.options.reach_px() + 1);
         self.rect = around.intersection(&PixelRect::of_size(size[0], size[1]));
-        self.has_images = self.flakes.prepare(gpu, &mut images, &stock.images()) && !self.rect.is_empty();
+        self.has_images = self.flakes.prepare(gpu, &mut images, &resources.images()) && !self.rect.is_empty();
         self.listed += began.elapsed();
         Ok(())
     }
@@ -229,7 +229,7 @@ impl PlantsView {
     fn find_parts(
         &mut self,
         gpu: &Gpu,
-        stock: &mut Stock,
+        resources: &mut TreeResources,
         shot: &Shot,
         in_view: &[usize],
     ) -> Result<Vec<FlakeImageWords>> {
@@ -237,19 +237,19 @@ impl PlantsView {
         self.options = options;
         let with_balls = self.polygons.least_of_batch.is_some();
         let from_images = |(slot, number): (usize, &usize)| {
-            let images = stock.species[stock.wood.trees[*number].species].images.as_ref()?;
+            let images = resources.species[resources.placed.trees[*number].species].images.as_ref()?;
             let is_wanted = shot.trees == TreeMethod::Flakes;
             is_wanted
-                .then(|| TreeInView::new(stock, shot, slot as u32, *number, images, &options, with_balls))
+                .then(|| TreeInView::new(resources, shot, slot as u32, *number, images, &options, with_balls))
         };
         let seen: Vec<Option<TreeInView>> = in_view.par_iter().enumerate().map(from_images).collect();
-        let (mut images, mut polygons) = (vec![Vec::new(); stock.species.len()], Vec::new());
+        let (mut images, mut polygons) = (vec![Vec::new(); resources.species.len()], Vec::new());
         let mut species_of_whole = Vec::new();
         self.whole.clear();
         for (&number, seen) in in_view.iter().zip(&seen) {
-            let species = stock.wood.trees[number].species;
+            let species = resources.placed.trees[number].species;
             let Some(seen) = seen else {
-                stock.species[species].want_instances(gpu, &stock.wood.species[species].plant)?;
+                resources.species[species].want_instances(gpu, &resources.placed.species[species].plant)?;
                 species_of_whole.push(species);
                 self.whole.push(number);
                 continue;
@@ -261,20 +261,27 @@ impl PlantsView {
         let images = images.concat().concat();
         self.cost = TreeCost {
             samples: images.iter().map(|image| u64::from(image.count)).sum(),
-            triangles: self.polygons.triangles(stock),
+            triangles: self.polygons.triangles(resources),
         };
         Ok(images)
     }
 
-    fn write_trees(&mut self, gpu: &Gpu, stock: &Stock, shot: &Shot, in_view: &[usize], exposure: Vec3) {
+    fn write_trees(
+        &mut self,
+        gpu: &Gpu,
+        resources: &TreeResources,
+        shot: &Shot,
+        in_view: &[usize],
+        exposure: Vec3,
+    ) {
         let mut ratios = Vec::new();
-        let shown = in_view.iter().map(|number| stock.shown(shot, *number, exposure, &mut ratios));
+        let shown = in_view.iter().map(|number| resources.shown(shot, *number, exposure, &mut ratios));
         self.shown.write(gpu, &shown.collect::<Vec<ShownWords>>());
         // Nothing cannot be bound.
         ratios.resize(ratios.len().max(1), RatioWords::zeroed());
         self.ratios.write(gpu, &ratios);
         let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
-        let stride = stock.stride as usize;
+        let stride = resources.stride as usize;
         let mut bytes = vec![0u8; stride * (1 + self.whole.len())];
         let mut write = |index: usize, map: &DAffine3, first: u32| {
             let [right, down, forward] = rows_of(map);
@@ -287,7 +294,11 @@ impl PlantsView {
         for (index, number) in (1..).zip(&self.whole) {
             // Both are in the order of the trees.
             let first = in_view.binary_search(number).expect("whole trees are in view");
-            write(index, &(camera_from_world * stock.wood.trees[*number].world_from_plant), first as u32);
+            write(
+                index,
+                &(camera_from_world * resources.placed.trees[*number].world_from_plant),
+                first as u32,
+            );
         }
         self.placements.write(gpu, &bytes);
     }
@@ -304,39 +315,39 @@ impl PlantsView {
     /// Those of [`Slices::hand_over`] and [`Flakes::tiles`].
     pub fn draw(
         &self,
-        stock: &Stock,
+        resources: &TreeResources,
         slices: &mut Slices,
-        onto: &Onto,
+        onto: &TreeTarget,
         frame: wgpu::BindingResource,
         program: SampledProgram,
     ) -> Result<()> {
         let gpu = slices.gpu();
         let light = || {
-            let (ratios, cells) = (self.ratios.binding(), stock.ratios.binding());
-            [self.daylight.binding(), ratios, cells, stock.sunlit.binding()]
+            let (ratios, cells) = (self.ratios.binding(), resources.ratios.binding());
+            [self.daylight.binding(), ratios, cells, resources.sunlit.binding()]
         };
-        let lights = stock.species.iter().map(|of| of.crown.bind(gpu, &stock.layouts[3], light()));
+        let lights = resources.species.iter().map(|of| of.crown.bind(gpu, &resources.layouts[3], light()));
         let size = NonZeroU64::new(size_of::<PlacementWords>() as u64);
         let placement = wgpu::BufferBinding { buffer: self.placements.buffer(), offset: 0, size };
         let trees = [wgpu::BindingResource::Buffer(placement), self.shown.binding()];
         let bound = Bound {
-            frame: bindings::bind(gpu, "frame", &stock.layouts[0], std::slice::from_ref(&frame)),
-            trees: bindings::bind(gpu, "trees", &stock.layouts[1], &trees),
-            species: stock.images().into_iter().zip(lights).collect(),
+            frame: bindings::bind(gpu, "frame", &resources.layouts[0], std::slice::from_ref(&frame)),
+            trees: bindings::bind(gpu, "trees", &resources.layouts[1], &trees),
+            species: resources.images().into_iter().zip(lights).collect(),
         };
         let within = self.within.filter(|_| !self.is_found.get());
         if within.is_some() {
             slices.hand_over()?;
         }
         let (began, done_before) = (Instant::now(), slices.done());
-        let mut found = self.find(stock, slices, onto, frame, &bound, program);
+        let mut found = self.find(resources, slices, onto, frame, &bound, program);
         if let Some(within) = within {
             found = found.and_then(|()| slices.hand_over());
             // Where it was given up, what was done tells as much. What is hidden counts as drawn: how much that is changes little from
             // one picture to the next.
             let (done, seconds) = match &found {
                 Ok(()) => (
-                    self.cost.in_samples() + self.polygons.cost_of_whole(stock),
+                    self.cost.in_samples() + self.polygons.cost_of_whole(resources),
                     self.listed + began.elapsed(),
                 ),
                 Err(_) => (slices.done() - done_before, began.elapsed()),
@@ -361,9 +372,9 @@ impl PlantsView {
     /// Draws polygons, and finds the nearest samples of images, as far as they are not behind what is drawn before them.
     fn find(
         &self,
-        stock: &Stock,
+        resources: &TreeResources,
         slices: &mut Slices,
-        onto: &Onto,
+        onto: &TreeTarget,
         frame: wgpu::BindingResource,
         bound: &Bound,
         program: SampledProgram,
@@ -371,28 +382,28 @@ impl PlantsView {
         let gpu = slices.gpu();
         drop((onto.begin)(slices.encoder(), true));
         if self.is_found.get() {
-            let parts = self.polygons.drawn(stock, slices.most());
-            return self.draw_polygons(stock, slices, onto, bound, program, &parts);
+            let parts = self.polygons.drawn(resources, slices.most());
+            return self.draw_polygons(resources, slices, onto, bound, program, &parts);
         }
         for batch in 0..self.polygons.batches.len() {
             let tiles = match self.polygons.are_tested() {
                 true => Some(self.flakes.tiles(slices, frame.clone(), onto.depths, batch == 0, self.lens)?),
                 false => None,
             };
-            let parts = self.polygons.write(gpu, stock, batch, tiles.as_ref(), slices.most());
-            self.draw_polygons(stock, slices, onto, bound, program, &parts)?;
+            let parts = self.polygons.write(gpu, resources, batch, tiles.as_ref(), slices.most());
+            self.draw_polygons(resources, slices, onto, bound, program, &parts)?;
         }
         if self.has_images {
-            self.flakes.record(slices, frame, &stock.images(), onto.depths)?;
+            self.flakes.record(slices, frame, &resources.images(), onto.depths)?;
         }
         Ok(())
     }
 
     fn draw_polygons(
         &self,
-        stock: &Stock,
+        resources: &TreeResources,
         slices: &mut Slices,
-        onto: &Onto,
+        onto: &TreeTarget,
         bound: &Bound,
         program: SampledProgram,
         parts: &[(Vec<PolygonDraw>, f64)],
@@ -401,9 +412,13 @@ impl PlantsView {
             let mut drawing = (onto.begin)(slices.encoder(), false);
             drawing.set_bind_group(0, &bound.frame, &[]);
             for draw in draws {
-                drawing.set_bind_group(1, &bound.trees, &[(u64::from(draw.placement) * stock.stride) as u32]);
+                drawing.set_bind_group(
+                    1,
+                    &bound.trees,
+                    &[(u64::from(draw.placement) * resources.stride) as u32],
+                );
                 drawing.set_bind_group(3, &bound.species[draw.species].1, &[]);
-                self.polygons.draw(stock, &mut drawing, draw, program);
+                self.polygons.draw(resources, &mut drawing, draw, program);
             }
             drop(drawing);
             slices.count(*cost)?;

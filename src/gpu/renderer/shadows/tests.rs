@@ -15,7 +15,7 @@ use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::task::Task;
 use quadratura_foliage::synthetic::{bushy, plant_of};
 use quadratura_foliage::{
-    CastShadows, Material, OutdoorLight, Plant, Tree, Wood, WoodSpecies, left_in_shadow,
+    CastShadows, Material, OutdoorLight, PlacedSpecies, PlacedTrees, Plant, Tree, left_in_shadow,
 };
 use quadratura_projection::TextureOptions;
 use quadratura_projection::model_surface::ModelSurface;
@@ -68,24 +68,24 @@ impl Bench {
         Some(Self { gpu, model, sources: sources.into() })
     }
 
-    fn renderer(&self, wood: Option<&Wood>) -> Renderer {
+    fn renderer(&self, placed: Option<&PlacedTrees>) -> Renderer {
         let tiles =
             TileStore::new(&self.gpu, &self.sources, Arc::new(Plain), TextureOptions::default()).unwrap();
         let (model, sources) = (self.model.clone(), self.sources.clone());
         let mut renderer =
             Renderer::new(&self.gpu, model, sources, Gains::none(1), &Relief::default(), tiles).unwrap();
-        renderer.set_trees(wood.cloned().map(Arc::new)).unwrap();
+        renderer.set_trees(placed.cloned().map(Arc::new)).unwrap();
         renderer
     }
 
-    fn picture(&self, wood: Option<&Wood>, shot: &Shot) -> Picture {
-        self.renderer(wood).picture(shot, &Task::silent()).unwrap()
+    fn picture(&self, placed: Option<&PlacedTrees>, shot: &Shot) -> Picture {
+        self.renderer(placed).picture(shot, &Task::silent()).unwrap()
     }
 
     /// Returns the pixels at whose centres a view shows a face, each with the point of the face and its normal, which looks to
     /// the viewer.
-    fn points(&self, wood: &Wood, shot: &Shot) -> Vec<(usize, DVec3, DVec3)> {
-        let numbers = self.renderer(Some(wood)).faces(shot, &Task::silent()).unwrap();
+    fn points(&self, placed: &PlacedTrees, shot: &Shot) -> Vec<(usize, DVec3, DVec3)> {
+        let numbers = self.renderer(Some(placed)).faces(shot, &Task::silent()).unwrap();
         let eye = shot.viewpoint();
         let point = |(at, number): (usize, &u32)| {
             let face = number.checked_sub(1).filter(|_| number & TREE == 0)?;
@@ -112,7 +112,7 @@ fn light() -> OutdoorLight {
     }
 }
 
-fn wood(plant: Plant, world_from_plant: DAffine3, casts: bool) -> Wood {
+fn placed(plant: Plant, world_from_plant: DAffine3, casts: bool) -> PlacedTrees {
     let tree = Tree {
         number: 0,
         name: "tree".into(),
@@ -123,14 +123,15 @@ fn wood(plant: Plant, world_from_plant: DAffine3, casts: bool) -> Wood {
         ratios: Arc::default(),
         sunlit: None,
     };
-    let species = vec![WoodSpecies { plant: Arc::new(plant), unpainted: None, images: None, openness: None }];
-    Wood { species, trees: vec![tree], light: light() }
+    let species =
+        vec![PlacedSpecies { plant: Arc::new(plant), unpainted: None, images: None, openness: None }];
+    PlacedTrees { species, trees: vec![tree], light: light() }
 }
 
 /// A level square leaf of side 2, four above the origin.
-fn leaf(casts: bool) -> Wood {
+fn leaf(casts: bool) -> PlacedTrees {
     let material = Material { leaf: true, ..Material::default() };
-    wood(plant_of(material), DAffine3::from_translation(4.0 * DVec3::Z), casts)
+    placed(plant_of(material), DAffine3::from_translation(4.0 * DVec3::Z), casts)
 }
 
 fn from(eye: DVec3, quality: Quality) -> Shot {
@@ -154,11 +155,11 @@ fn a_square_leaf_darkens_just_its_shadow_on_the_ground_and_as_much_as_sky_and_su
         (DVec3::new(-8.0, 6.0, 5.0), Quality::Final, TreeMethod::Polygons),
     ] {
         let shot = Shot { trees, ..from(eye, quality) };
-        let wood = leaf(true);
-        let (with, without) = (bench.picture(Some(&wood), &shot), bench.picture(None, &shot));
-        let expected = left_in_shadow(&wood.light, DVec3::Z, 1.0, 1.0);
+        let placed = leaf(true);
+        let (with, without) = (bench.picture(Some(&placed), &shot), bench.picture(None, &shot));
+        let expected = left_in_shadow(&placed.light, DVec3::Z, 1.0, 1.0);
         let (mut dark, mut bright) = (0, 0);
-        for (at, point, _) in bench.points(&wood, &shot) {
+        for (at, point, _) in bench.points(&placed, &shot) {
             // The leaf's middle comes to x = -4; how far the point is beyond the shadow's border.
             let beyond = ((point.x + 4.0).abs() - 1.0).max(point.y.abs() - 1.0);
             // The penumbra is 5 cm wide, and a pixel shows up to 20 cm of the ground.
@@ -186,11 +187,11 @@ fn nothing_is_darkened_behind_a_wall_nor_what_looks_away_from_the_sun() {
     }) else {
         return;
     };
-    let wood = leaf(true);
+    let placed = leaf(true);
     let changed = |eye: DVec3, quality: Quality| {
         let shot = from(eye, quality);
-        let (with, without) = (bench.picture(Some(&wood), &shot), bench.picture(None, &shot));
-        let points = bench.points(&wood, &shot).into_iter();
+        let (with, without) = (bench.picture(Some(&placed), &shot), bench.picture(None, &shot));
+        let points = bench.points(&placed, &shot).into_iter();
         let changed = points.filter(|(at, ..)| with.pixels()[*at] != without.pixels()[*at]);
         changed.map(|(_, point, _)| point).collect::<Vec<DVec3>>()
     };
@@ -219,8 +220,8 @@ fn without_trees_that_cast_pictures_have_the_same_bytes() {
     far.trees[0].world_from_plant.translation = DVec3::new(0.0, -400.0, 4.0);
     assert!(bench.picture(Some(&far), &shot) == bare, "behind the camera");
     // One that casts none stands there, and the ground is as it was.
-    let (with, wood) = (bench.picture(Some(&leaf(false)), &shot), leaf(false));
-    for (at, point, _) in bench.points(&wood, &shot) {
+    let (with, placed) = (bench.picture(Some(&leaf(false)), &shot), leaf(false));
+    for (at, point, _) in bench.points(&placed, &shot) {
         let is_beside = (point.x + 4.0).abs() < 1.5 && point.y.abs() < 1.5;
         assert!(!is_beside || with.pixels()[at] == bare.pixels()[at], "{point}");
     }
@@ -232,21 +233,21 @@ fn without_trees_that_cast_pictures_have_the_same_bytes() {
 }
 
 /// A crown beside a wall, with a roof over some of its shadow.
-fn crown() -> Option<(Bench, Wood)> {
+fn crown() -> Option<(Bench, PlacedTrees)> {
     let bench = Bench::new(|model| {
         model.object("wall").quad(DVec3::new(-7.0, -6.0, 0.0), 12.0 * DVec3::Y, 4.0 * DVec3::Z);
         model.object("roof").quad(DVec3::new(-6.0, 0.0, 1.5), 3.0 * DVec3::X, 4.0 * DVec3::Y);
     })?;
     let place = DAffine3::from_mat3_translation(1.8 * DMat3::IDENTITY, DVec3::new(0.5, 0.3, 4.0));
-    Some((bench, wood(bushy(), place, true)))
+    Some((bench, placed(bushy(), place, true)))
 }
 
 #[test]
 fn shadows_of_a_crown_are_those_of_the_twin() {
-    let Some((bench, wood)) = crown() else { return };
-    let ball = wood.ball(&wood.trees[0]);
-    let cast = CastShadows::new(&wood, &ball, &Task::silent()).unwrap();
-    let (surface, towards_sun) = (ModelSurface::from_model(&bench.model), wood.light.towards_sun);
+    let Some((bench, placed)) = crown() else { return };
+    let ball = placed.ball(&placed.trees[0]);
+    let cast = CastShadows::new(&placed, &ball, &Task::silent()).unwrap();
+    let (surface, towards_sun) = (ModelSurface::from_model(&bench.model), placed.light.towards_sun);
     let light_left = move |point: DVec3, normal: Option<DVec3>| {
         let start = point + 1e-4 * towards_sun;
         let sunlit = if surface.nearest(start, towards_sun).is_some() { 0.0 } else { 1.0 };
@@ -259,11 +260,11 @@ fn shadows_of_a_crown_are_those_of_the_twin() {
     let (mut twin, mut shaded) = (twin.with_shadows(Arc::new(light_left)), 0);
     for eye in [DVec3::new(-2.0, -9.0, 8.0), DVec3::new(2.0, 8.0, 4.0), DVec3::new(-11.0, 1.0, 6.0)] {
         let shot = from(eye, Quality::Preview);
-        let found = bench.picture(Some(&wood), &shot);
+        let found = bench.picture(Some(&placed), &shot);
         let expected = twin.picture(&shot, &Task::silent()).unwrap();
         let (mut far, mut sum, mut all) = (0, 0.0, 0);
         let bare = bench.picture(None, &shot);
-        for (at, ..) in bench.points(&wood, &shot) {
+        for (at, ..) in bench.points(&placed, &shot) {
             let apart = found.pixels()[at][0].abs_diff(expected.pixels()[at][0]);
             all += 1;
             far += u32::from(apart > 16);
@@ -279,11 +280,11 @@ fn shadows_of_a_crown_are_those_of_the_twin() {
 
 #[test]
 fn a_picture_that_is_drawn_in_bands_has_the_same_shadows() {
-    let Some((bench, wood)) = crown() else { return };
+    let Some((bench, placed)) = crown() else { return };
     // So large that it is more than one band.
     let camera = centred(640, 480, 540.0);
     let shot = Shot { camera, ..from(DVec3::new(-2.0, -9.0, 8.0), Quality::Preview) };
-    let mut renderer = bench.renderer(Some(&wood));
+    let mut renderer = bench.renderer(Some(&placed));
     let whole = renderer.picture(&shot, &Task::silent()).unwrap();
     let mut sliced = renderer.begin(&shot, &Task::silent()).unwrap();
     let mut bands = 1;
@@ -297,14 +298,14 @@ fn a_picture_that_is_drawn_in_bands_has_the_same_shadows() {
 
 #[test]
 fn shadows_drawn_in_slices_are_the_same_and_can_be_given_up() {
-    let Some((bench, mut wood)) = crown() else { return };
-    let Tree { world_from_plant, .. } = wood.trees[0];
+    let Some((bench, mut placed)) = crown() else { return };
+    let Tree { world_from_plant, .. } = placed.trees[0];
     let beside = DAffine3::from_translation(DVec3::new(3.0, -2.5, 0.0)) * world_from_plant;
-    wood.trees.push(Tree { number: 1, world_from_plant: beside, ..wood.trees[0].clone() });
+    placed.trees.push(Tree { number: 1, world_from_plant: beside, ..placed.trees[0].clone() });
     let [before, shot] =
         [DVec3::new(2.0, 8.0, 4.0), DVec3::new(-2.0, -9.0, 8.0)].map(|eye| from(eye, Quality::Preview));
-    let expected = bench.picture(Some(&wood), &shot);
-    let mut sliced = bench.renderer(Some(&wood));
+    let expected = bench.picture(Some(&placed), &shot);
+    let mut sliced = bench.renderer(Some(&placed));
     sliced.picture(&before, &Task::silent()).unwrap();
     // What is drawn comes in the smallest slices, as on a device that takes a minute for each sample.
     sliced.shadows.as_mut().unwrap().paces.iter_mut().for_each(|pace| pace.learn(1.0, 60.0));
@@ -312,8 +313,8 @@ fn shadows_drawn_in_slices_are_the_same_and_can_be_given_up() {
     assert!(matches!(given_up, Err(Error::Cancelled)), "{:?}", given_up.err());
     assert_eq!(sliced.picture(&shot, &Task::silent()).unwrap(), expected);
     // One tree alone has another shadow.
-    wood.trees.pop();
-    assert!(bench.picture(Some(&wood), &shot) != expected);
+    placed.trees.pop();
+    assert!(bench.picture(Some(&placed), &shot) != expected);
 }
 
 /// How far apart two pictures are: the share of the pixels that differ by more than 8 of 255.
@@ -325,18 +326,18 @@ fn apart(a: &Picture, b: &Picture) -> f64 {
 
 #[test]
 fn maps_serve_a_moving_view_while_they_hold_what_it_sees_and_others_only_where_they_are_the_same() {
-    let Some((bench, mut wood)) = crown() else { return };
+    let Some((bench, mut placed)) = crown() else { return };
     // A row that is wider than the view, so that maps are of a part of it.
-    let Tree { world_from_plant, .. } = wood.trees[0];
+    let Tree { world_from_plant, .. } = placed.trees[0];
     let beside = |number: u32| {
         let apart = DVec3::new(6.0 * (f64::from(number) - 4.0), 0.0, 0.0);
         Tree {
             number,
             world_from_plant: DAffine3::from_translation(apart) * world_from_plant,
-            ..wood.trees[0].clone()
+            ..placed.trees[0].clone()
         }
     };
-    wood.trees = (0..9).map(beside).collect();
+    placed.trees = (0..9).map(beside).collect();
     let task = Task::silent();
     let plenty = Some(std::time::Duration::from_secs(3600));
     let moving = |x: f64| {
@@ -345,13 +346,13 @@ fn maps_serve_a_moving_view_while_they_hold_what_it_sees_and_others_only_where_t
         Shot { trees_within: plenty, ..shot }
     };
     let layers = |renderer: &Renderer| renderer.shadows.as_ref().unwrap().maps[0].as_ref().unwrap().layers;
-    let mut renderer = bench.renderer(Some(&wood));
+    let mut renderer = bench.renderer(Some(&placed));
     renderer.picture(&moving(-2.0), &task).unwrap();
     let held = layers(&renderer);
     assert!(held.iter().flatten().count() > 0);
     let near_by = renderer.picture(&moving(-1.9), &task).unwrap();
     assert!(layers(&renderer) == held, "no map was drawn anew");
-    let mut new = bench.renderer(Some(&wood));
+    let mut new = bench.renderer(Some(&placed));
     let expected = new.picture(&moving(-1.9), &task).unwrap();
     assert!(layers(&new) != held, "a new renderer has other maps");
     let without = bench.renderer(None).picture(&moving(-1.9), &task).unwrap();
@@ -363,7 +364,7 @@ fn maps_serve_a_moving_view_while_they_hold_what_it_sees_and_others_only_where_t
     );
     // Pictures of views that do not move do not depend on those before them, of the same view even.
     let rests = Shot { trees_within: None, ..moving(-1.9) };
-    let expected = bench.picture(Some(&wood), &rests);
+    let expected = bench.picture(Some(&placed), &rests);
     assert!(renderer.picture(&rests, &task).unwrap() == expected);
     assert!(layers(&renderer) != held);
     assert!(renderer.picture(&rests, &task).unwrap() == expected);
@@ -373,10 +374,10 @@ fn maps_serve_a_moving_view_while_they_hold_what_it_sees_and_others_only_where_t
     renderer.picture(&moving(9.0), &task).unwrap();
     assert!(layers(&renderer) != held);
     // Trees that have moved have other shadows, and those that cast none have no maps.
-    wood.trees.pop();
-    renderer.set_trees(Some(wood.clone().into())).unwrap();
+    placed.trees.pop();
+    renderer.set_trees(Some(placed.clone().into())).unwrap();
     assert!(layers(&renderer).iter().all(Option::is_none));
-    wood.trees.iter_mut().for_each(|tree| tree.casts = false);
-    renderer.set_trees(Some(wood.into())).unwrap();
+    placed.trees.iter_mut().for_each(|tree| tree.casts = false);
+    renderer.set_trees(Some(placed.into())).unwrap();
     assert!(renderer.shadows.is_none());
 }

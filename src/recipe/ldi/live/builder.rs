@@ -187,7 +187,7 @@ mod tests {
                 let _ = begins.send(request);
                 bench.draft(&task, request);
                 let made = loop {
-                    match (task.go_on(), may.try_recv()) {
+                    match (task.check_cancelled(), may.try_recv()) {
                         (Err(error), _) => break Err(error),
                         (Ok(()), Ok(())) => break Ok(10 * request),
                         (Ok(()), Err(_)) => std::thread::yield_now(),

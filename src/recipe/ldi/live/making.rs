@@ -91,12 +91,12 @@ fn made(
             bench.draft(task, built(&Arc::new(ldi), &[photo], Stage::Coarse));
         }
     }
-    task.go_on()?;
+    task.check_cancelled()?;
     // A photo that cannot be used is left out below.
     if let Ok(ldi) = kept.stack(site, first, stack, task) {
         bench.draft(task, built(&ldi, &[first], Stage::OnePhoto));
     }
-    task.go_on()?;
+    task.check_cancelled()?;
     let options = PhotosOptions { stack: *stack, hidden: true, ..PhotosOptions::default() };
     let whole = kept.photos(site, photos, request.halvings, &options, task)?;
     Ok(built(&whole, photos, Stage::Whole))

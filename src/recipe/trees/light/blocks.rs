@@ -14,7 +14,7 @@ use quadratura_base::scene::{Photo, PhotoId, PhotoPixels};
 use quadratura_base::task::Task;
 use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
 use quadratura_foliage::{
-    InLights, OutdoorLight, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights,
+    InLights, OutdoorLight, PlacedSpecies, PlacedTrees, Shades, SunShade, Tree, View, draw_in_lights,
 };
 use quadratura_import::photo::read_photo;
 use quadratura_io::mask_store::MaskStore;
@@ -61,18 +61,18 @@ pub struct TreeInPhoto {
 pub fn blocks(
     folder: &Path,
     opened: &Opened,
-    wood: &Wood,
+    placed: &PlacedTrees,
     gains: &Gains,
     task: &Task,
 ) -> Result<Vec<TreeInPhoto>> {
-    let photographed = photographed(opened, wood);
+    let photographed = photographed(opened, placed);
     let total = photographed.iter().filter(|trees| !trees.is_empty()).count() as u64;
     let (mut found, mut done) = (Vec::new(), 0);
     for (id, photo) in opened.site.numbered_photos().filter(|(id, _)| !photographed[id.index()].is_empty()) {
         task.step("light on trees", done, total)?;
         match read_photo(&photo.file, photo.camera.width, photo.camera.height) {
             Ok(pixels) => {
-                let of_photo = PhotoWithTrees { folder, opened, wood, gains, id, photo, pixels: &pixels };
+                let of_photo = PhotoWithTrees { folder, opened, placed, gains, id, photo, pixels: &pixels };
                 found.extend(of_photo.blocks(&photographed[id.index()], task)?);
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -88,10 +88,10 @@ pub fn blocks(
 }
 
 /// Returns the trees that are masked in each photo, for each tree in those photos that show most of it.
-fn photographed<'a>(opened: &'a Opened, wood: &'a Wood) -> Vec<Vec<PhotographedTree<'a>>> {
+fn photographed<'a>(opened: &'a Opened, placed: &'a PlacedTrees) -> Vec<Vec<PhotographedTree<'a>>> {
     let mut photographed: Vec<Vec<PhotographedTree<'_>>> =
         opened.site.photos.iter().map(|_| Vec::new()).collect();
-    for (index, tree) in wood.trees.iter().enumerate() {
+    for (index, tree) in placed.trees.iter().enumerate() {
         let is_of_it = |mask: &&Mask| matches!(&mask.from, MaskOrigin::Tree(MaskedTree { name, .. }) if *name == tree.name);
         let in_photo = |(id, photo): (PhotoId, &Photo)| {
             let mask = opened.project.masks.of(&photo.name).iter().find(is_of_it)?;
@@ -110,7 +110,7 @@ fn photographed<'a>(opened: &'a Opened, wood: &'a Wood) -> Vec<Vec<PhotographedT
 struct PhotoWithTrees<'a> {
     folder: &'a Path,
     opened: &'a Opened,
-    wood: &'a Wood,
+    placed: &'a PlacedTrees,
     gains: &'a Gains,
     id: PhotoId,
     photo: &'a Photo,
@@ -123,9 +123,9 @@ impl PhotoWithTrees<'_> {
         let tolerance = self.opened.project.options.tolerance;
         let model = ModelNearness::new(&self.opened.site.model, &small, tolerance);
         let quiet = Task::silent().with_stop_flag(task.stop_flag());
-        let tree = |photographed: &PhotographedTree<'_>| &self.wood.trees[photographed.tree];
+        let tree = |photographed: &PhotographedTree<'_>| &self.placed.trees[photographed.tree];
         let draw = |photographed: &PhotographedTree<'_>| {
-            drawn(self.wood, tree(photographed), &small, &model, &quiet)
+            drawn(self.placed, tree(photographed), &small, &model, &quiet)
         };
         let drawn: Vec<Vec<InLights>> = photographed.iter().map(draw).collect::<Result<_>>()?;
         let others = self.other_masks()?;
@@ -230,18 +230,18 @@ fn drawn_camera(camera: &Pinhole) -> Pinhole {
 
 /// Draws a tree where the model does not hide it, in sunlight and in skylight that a white surface reflects as 1.
 fn drawn(
-    wood: &Wood,
+    placed: &PlacedTrees,
     tree: &Tree,
     small: &Photo,
     model: &ModelNearness,
     task: &Task,
 ) -> Result<Vec<InLights>> {
-    let WoodSpecies { plant, openness, .. } = &wood.species[tree.species];
+    let PlacedSpecies { plant, openness, .. } = &placed.species[tree.species];
     let view = View::of_tree(small.camera, &small.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
-    let black = OutdoorLight { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
+    let black = OutdoorLight { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..placed.light };
     let of_sun = OutdoorLight { sun: Vec3::ONE, ..black };
     let sky = OutdoorLight { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..black };
-    let sun = SunShade::Crown { towards_sun: wood.light.towards_sun, sunlit: tree.sunlit.as_deref() };
+    let sun = SunShade::Crown { towards_sun: placed.light.towards_sun, sunlit: tree.sunlit.as_deref() };
     let shades = openness.as_deref().map(|openness| Shades { sun, openness });
     draw_in_lights(plant, &view, [of_sun, sky], model.inverse_depths(), shades.as_ref(), task)
 }

@@ -10,7 +10,7 @@ use quadratura_base::scene::light::LINEAR_FROM_BYTE;
 use quadratura_base::scene::{Photo, PhotoId, PhotoPixels, Site};
 use quadratura_base::task::Task;
 use quadratura_document::trees::LightStrength;
-use quadratura_foliage::{Stature, Wood};
+use quadratura_foliage::{PlacedTrees, Stature};
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::Gains;
 use quadratura_projection::model_surface::ModelSurface;
@@ -31,15 +31,15 @@ const STEP_PX: u32 = 24;
 /// [`Error::Cancelled`]. A photo that cannot be read is noted.
 pub fn light_of_faces(
     site: &Site,
-    wood: &Wood,
+    placed: &PlacedTrees,
     gains: &Gains,
     task: &Task,
 ) -> Result<Option<(LightStrength, usize)>> {
-    let near: Vec<(DVec3, f64)> = wood
+    let near: Vec<(DVec3, f64)> = placed
         .trees
         .iter()
         .map(|tree| {
-            let plant = &wood.species[tree.species].plant;
+            let plant = &placed.species[tree.species].plant;
             let stature = Stature::of(plant);
             let map = &tree.world_from_plant;
             let up = map.transform_vector3(stature.height * plant.up);
@@ -49,7 +49,7 @@ pub fn light_of_faces(
     let surface = ModelSurface::from_model(&site.model.without_see_through());
     let photos: Vec<(PhotoId, &Photo)> = site.numbered_photos().collect();
     let found = photos.par_iter().map(|(id, photo)| {
-        task.go_on()?;
+        task.check_cancelled()?;
         let pixels = match read_unmasked(photo) {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(_) => {
@@ -74,7 +74,7 @@ pub fn light_of_faces(
     }
     found.sort_by(f64::total_cmp);
     let bright = found[((found.len() - 1) as f64 * PERCENTILE).round() as usize];
-    Ok(Some((of_surface(bright, wood.light.towards_sun.dot(wood.light.up)), found.len())))
+    Ok(Some((of_surface(bright, placed.light.towards_sun.dot(placed.light.up)), found.len())))
 }
 
 /// Returns the light in which a surface has this luminance that faces the sun; `height` is the sine of the sun's height.

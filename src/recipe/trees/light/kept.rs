@@ -12,7 +12,7 @@ use quadratura_base::scene::Site;
 use quadratura_document::trees::LightStrength;
 use quadratura_files::atomic::write_atomically;
 use quadratura_files::json::{read_json, to_json};
-use quadratura_foliage::{RATIO_CELLS, RatioImage, Wood};
+use quadratura_foliage::{PlacedTrees, RATIO_CELLS, RatioImage};
 
 /// The version of the file's format and of the method.
 pub const VERSION: u32 = 4;
@@ -63,7 +63,7 @@ fn file(folder: &Path) -> PathBuf {
 }
 
 /// Returns the estimate that was kept, if it was made from the same inputs.
-pub fn kept(folder: &Path, inputs: &str, site: &Site, wood: &Wood) -> Option<LightEstimate> {
+pub fn kept(folder: &Path, inputs: &str, site: &Site, placed: &PlacedTrees) -> Option<LightEstimate> {
     let kept: KeptLight = read_json(&file(folder), LARGEST, "it is computed again").ok()?;
     if kept.version != VERSION || kept.inputs != inputs {
         return None;
@@ -88,7 +88,7 @@ pub fn kept(folder: &Path, inputs: &str, site: &Site, wood: &Wood) -> Option<Lig
         (is_whole && is_sound).then_some(image)
     };
     let of_tree = |KeptRatios { tree, images }: &KeptRatios| {
-        let placed = wood.trees.iter().find(|of| of.name == *tree)?;
+        let placed = placed.trees.iter().find(|of| of.name == *tree)?;
         let images = images.iter().map(image).collect::<Option<_>>()?;
         Some(TreeRatios { tree: tree.clone(), world_from_plant: placed.world_from_plant, images })
     };

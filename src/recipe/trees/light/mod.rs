@@ -37,7 +37,7 @@ use quadratura_document::trees::{LightStrength, PlacedTree, Strength, TreeLight}
 use quadratura_document::{Project, Stack, Trees};
 use quadratura_files::hash::hash_bytes;
 use quadratura_foliage::files::images::plant_hash;
-use quadratura_foliage::{OutdoorLight, Tree, Wood};
+use quadratura_foliage::{OutdoorLight, PlacedTrees, Tree};
 use quadratura_io::stack_store::StackStore;
 
 /// An estimate of the light on trees.
@@ -59,12 +59,12 @@ impl LightEstimate {
     }
 
     /// Gives trees what is said of their light, or else what was estimated.
-    pub fn shine(&self, said: &TreeLight, wood: &mut Wood) {
+    pub fn shine(&self, said: &TreeLight, placed: &mut PlacedTrees) {
         if said.strength == Strength::Estimated {
-            shine(&mut wood.light, &self.strength);
+            shine(&mut placed.light, &self.strength);
         }
         let ratios: &[TreeRatios] = if said.without_photos { &[] } else { &self.ratios };
-        set_ratios(wood, ratios);
+        set_ratios(placed, ratios);
     }
 }
 
@@ -99,31 +99,36 @@ pub enum LightSupport {
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`], and [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for masks that cannot be read. A cache that cannot be written is
 /// noted.
-pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task) -> Result<LightEstimate> {
-    let mut wood = wood.without_paint();
+pub fn estimated_light(
+    folder: &Path,
+    opened: &Opened,
+    placed: &PlacedTrees,
+    task: &Task,
+) -> Result<LightEstimate> {
+    let mut placed = placed.without_paint();
     let store = StackStore::new(folder);
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
-    let inputs = inputs(&opened.project, &opened.site, &wood, &gains::inputs(&opened.site, &stacks));
-    if let Some(kept) = kept(folder, &inputs, &opened.site, &wood) {
+    let inputs = inputs(&opened.project, &opened.site, &placed, &gains::inputs(&opened.site, &stacks));
+    if let Some(kept) = kept(folder, &inputs, &opened.site, &placed) {
         return Ok(kept);
     }
     // Planned trees are in no photo, and shade none of the real ones.
     let is_real = |tree: &Tree| is_in_photos(&opened.project, tree);
-    SunBlockers::new(&opened.site.model).shade_by(&mut wood, &is_real, task)?;
-    let wood = &wood;
+    SunBlockers::new(&opened.site.model).shade_by(&mut placed, &is_real, task)?;
+    let placed = &placed;
     let memory = default_memory();
     let gains = gains::photo_gains(&opened.site, &stacks, &opened.project.colour, folder, memory, task)?;
-    let shown = blocks(folder, opened, wood, &gains, task)?;
+    let shown = blocks(folder, opened, placed, &gains, task)?;
     let of_all: Vec<PixelBlock> =
         shown.iter().flat_map(|of| of.blocks.iter().map(|(_, block)| *block)).collect();
     let estimate = match fit(&of_all) {
         Some(Fit { strength, photos, blocks, residual, is_split: split, of_foliage }) => LightEstimate {
             strength,
             support: LightSupport::Photos { photos, blocks, residual, split },
-            ratios: ratios(&shown, &strength, &of_foliage, &opened.site, wood),
+            ratios: ratios(&shown, &strength, &of_foliage, &opened.site, placed),
         },
-        None => match light_of_faces(&opened.site, wood, &gains, task)? {
+        None => match light_of_faces(&opened.site, placed, &gains, task)? {
             Some((strength, pixels)) => LightEstimate::plain(strength, LightSupport::Faces { pixels }),
             None => LightEstimate::plain(clear_day(), LightSupport::ClearDay),
         },
@@ -169,8 +174,8 @@ pub fn estimated_trees(trees: &Trees) -> Trees {
 
 /// Returns the hash of what an estimate depends on: photos and gains (`of_gains`), the model that is left, trees, the plants of
 /// their species, the direction to the sun, and masks, whose files never change.
-fn inputs(project: &Project, site: &Site, wood: &Wood, of_gains: &str) -> String {
-    let plants: Vec<String> = wood.species.iter().map(|species| plant_hash(&species.plant)).collect();
+fn inputs(project: &Project, site: &Site, placed: &PlacedTrees, of_gains: &str) -> String {
+    let plants: Vec<String> = placed.species.iter().map(|species| plant_hash(&species.plant)).collect();
     let of_trees = (estimated_trees(&project.trees), plants);
     let gains = gains::decisions(&project.colour);
     let model = hash_of_model(&site.model);

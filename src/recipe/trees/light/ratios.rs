@@ -9,7 +9,7 @@ use super::fit::FoliageRatios;
 use super::kept::STEPS;
 use quadratura_base::scene::Site;
 use quadratura_document::trees::LightStrength;
-use quadratura_foliage::{RATIO_CELLS, RatioImage, Tree, Wood};
+use quadratura_foliage::{PlacedTrees, RATIO_CELLS, RatioImage, Tree};
 
 /// The ratio images of a tree, from the photos that show most of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,8 +51,8 @@ impl BlockSums {
 }
 
 /// Gives trees their ratio images, as far as they stand where they stood when these were made.
-pub fn set_ratios(wood: &mut Wood, ratios: &[TreeRatios]) {
-    for tree in &mut wood.trees {
+pub fn set_ratios(placed: &mut PlacedTrees, ratios: &[TreeRatios]) {
+    for tree in &mut placed.trees {
         let is_of_it =
             |of: &&TreeRatios| of.tree == tree.name && of.world_from_plant == tree.world_from_plant;
         tree.ratios = ratios.iter().find(is_of_it).map(|of| of.images.clone()).unwrap_or_default();
@@ -65,17 +65,17 @@ pub fn ratios(
     strength: &LightStrength,
     of_foliage: &FoliageRatios,
     site: &Site,
-    wood: &Wood,
+    placed: &PlacedTrees,
 ) -> Vec<TreeRatios> {
     let of_tree = |index: usize| {
         let of_photos = shown.iter().filter(|of| of.tree == index);
         let images: Arc<[RatioImage]> =
             of_photos.filter_map(|of| ratio_image(of, strength, of_foliage, site)).collect();
-        let Tree { name, world_from_plant, .. } = &wood.trees[index];
+        let Tree { name, world_from_plant, .. } = &placed.trees[index];
         let is_any = !images.is_empty();
         is_any.then(|| TreeRatios { tree: name.clone(), world_from_plant: *world_from_plant, images })
     };
-    (0..wood.trees.len()).filter_map(of_tree).collect()
+    (0..placed.trees.len()).filter_map(of_tree).collect()
 }
 
 /// Returns the ratio image of a tree in a photo; `None` where no block tells anything.
@@ -127,10 +127,10 @@ mod tests {
     use quadratura_base::scene::PhotoId;
     use quadratura_base::scene::synthetic::{Scene, Truth, centred, look_at};
     use quadratura_foliage::synthetic::plant_of;
-    use quadratura_foliage::{Material, OutdoorLight, WoodSpecies};
+    use quadratura_foliage::{Material, OutdoorLight, PlacedSpecies};
 
     /// A site of a photo, and a tree.
-    fn site_and_wood() -> (Site, Wood) {
+    fn site_and_wood() -> (Site, PlacedTrees) {
         let scene = Scene {
             name: "tree".into(),
             model: Arc::default(),
@@ -149,9 +149,9 @@ mod tests {
             ratios: Arc::default(),
             sunlit: None,
         };
-        let species = vec![WoodSpecies { plant, unpainted: None, images: None, openness: None }];
-        let wood = Wood { species, trees: vec![tree], light: OutdoorLight::day(DVec3::Z) };
-        (Site { photos: vec![scene.photo()], model: Arc::default() }, wood)
+        let species = vec![PlacedSpecies { plant, unpainted: None, images: None, openness: None }];
+        let placed = PlacedTrees { species, trees: vec![tree], light: OutdoorLight::day(DVec3::Z) };
+        (Site { photos: vec![scene.photo()], model: Arc::default() }, placed)
     }
 
     /// Blocks all over a rectangle of 256 x 256 pixels, which show a multiple of what is drawn in the light of a clear day.
@@ -169,10 +169,10 @@ mod tests {
     }
 
     fn found(of: TreeInPhoto) -> Option<RatioImage> {
-        let (site, wood) = site_and_wood();
+        let (site, placed) = site_and_wood();
         let blocks: Vec<PixelBlock> = of.blocks.iter().map(|(_, block)| *block).collect();
         let of_foliage = FoliageRatios::of(&blocks)?;
-        let mut ratios = ratios(&[of], &clear_day(), &of_foliage, &site, &wood);
+        let mut ratios = ratios(&[of], &clear_day(), &of_foliage, &site, &placed);
         Some(ratios.pop()?.images[0].clone())
     }
 
@@ -200,19 +200,19 @@ mod tests {
 
     #[test]
     fn a_tree_that_stands_elsewhere_has_no_ratio_images() {
-        let (_, mut wood) = site_and_wood();
+        let (_, mut placed) = site_and_wood();
         let images: Arc<[RatioImage]> = [found(in_photo(|_| DVec3::ONE)).unwrap()].into();
         let of = TreeRatios { tree: "a".into(), world_from_plant: DAffine3::IDENTITY, images };
-        set_ratios(&mut wood, std::slice::from_ref(&of));
-        assert_eq!(wood.trees[0].ratios.len(), 1);
-        wood.trees[0].world_from_plant.translation.x = 0.1;
-        set_ratios(&mut wood, &[of]);
-        assert_eq!(wood.trees[0].ratios.len(), 0);
+        set_ratios(&mut placed, std::slice::from_ref(&of));
+        assert_eq!(placed.trees[0].ratios.len(), 1);
+        placed.trees[0].world_from_plant.translation.x = 0.1;
+        set_ratios(&mut placed, &[of]);
+        assert_eq!(placed.trees[0].ratios.len(), 0);
     }
 
     #[test]
     fn an_estimate_that_was_kept_is_the_same_and_one_that_is_damaged_or_of_other_inputs_is_none() {
-        let (site, wood) = site_and_wood();
+        let (site, placed) = site_and_wood();
         let images: Arc<[RatioImage]> =
             [found(in_photo(|middle| DVec3::splat(0.5 + middle.x / 200.0))).unwrap()].into();
         let ratios = vec![TreeRatios { tree: "a".into(), world_from_plant: DAffine3::IDENTITY, images }];
@@ -220,7 +220,7 @@ mod tests {
         let estimate = LightEstimate { strength: clear_day(), support, ratios };
         let folder = tempfile::tempdir().unwrap();
         keep(folder.path(), "inputs".into(), &estimate, &site).unwrap();
-        let read = |inputs: &str| kept(folder.path(), inputs, &site, &wood);
+        let read = |inputs: &str| kept(folder.path(), inputs, &site, &placed);
         assert_eq!(read("inputs"), Some(estimate));
         assert_eq!(read("others"), None);
         let file = folder.path().join("cache/tree-light.json");

@@ -68,7 +68,7 @@ impl TreeContent {
         let frame = SlabFrame::of(&plant.whole().bounds, &images, IMAGES.slabs);
         let mut layers = Vec::new();
         for (direction, view) in images.views.iter().enumerate() {
-            task.go_on()?;
+            task.check_cancelled()?;
             for (slab, mut pixels) in slab_pictures(view, &frame, direction).into_iter().enumerate() {
                 let kept = beside.iter().filter(|of| (of.direction, of.slab) == (direction, slab));
                 lay_beside(&mut pixels, &frame, kept);

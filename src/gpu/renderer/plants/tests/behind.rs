@@ -12,7 +12,7 @@ use crate::{Gpu, Renderer};
 use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_foliage::{Plant, Wood, WoodSpecies};
+use quadratura_foliage::{PlacedSpecies, PlacedTrees, Plant};
 use quadratura_projection::Renders;
 use quadratura_view::{Quality, Shot};
 
@@ -23,31 +23,31 @@ fn near(radius: f64, middle: DVec3, quality: Quality) -> Shot {
 }
 
 /// A row of trees that have images of their large branches alone, so that much is drawn as polygons.
-fn row_with_few_images(plant: &Plant) -> Wood {
-    let mut wood = row(plant, 6, 0.2);
-    let mut images = (**wood.species[0].images.as_ref().unwrap()).clone();
+fn row_with_few_images(plant: &Plant) -> PlacedTrees {
+    let mut placed = row(plant, 6, 0.2);
+    let mut images = (**placed.species[0].images.as_ref().unwrap()).clone();
     for (of, object) in images.objects.iter_mut().zip(&plant.objects) {
         of.take_if(|_| object.counts.polygons < 50_000);
     }
     assert!(images.objects.iter().any(Option::is_some));
-    wood.species[0].images = Some(Arc::new(images));
-    wood
+    placed.species[0].images = Some(Arc::new(images));
+    placed
 }
 
 #[test]
 fn polygons_behind_others_are_left_out_and_no_pixel_changes() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let mut wood = row_with_few_images(&plant);
+    let mut placed = row_with_few_images(&plant);
     // Of other species, too: one that has images, and one that is drawn as polygons alone.
-    let other = wood.species[0].clone();
-    wood.species.extend([other.clone(), WoodSpecies { images: None, ..other }]);
-    (wood.trees[1].species, wood.trees[3].species, wood.trees[4].species) = (1, 2, 1);
+    let other = placed.species[0].clone();
+    placed.species.extend([other.clone(), PlacedSpecies { images: None, ..other }]);
+    (placed.trees[1].species, placed.trees[3].species, placed.trees[4].species) = (1, 2, 1);
     let ball = plant.whole().bounds.ball;
     for quality in [Quality::Preview, Quality::Final] {
         let shot = near(ball.radius, ball.middle, quality);
         let drawn = |least: Option<u64>, most_of_band: u64| {
-            let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+            let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(placed.clone()));
             let view = &mut renderer.plants.as_mut().unwrap().view;
             view.polygons.least_of_batch = least;
             view.flakes.most_of_band = view.flakes.most_of_band.min(most_of_band);

@@ -7,7 +7,7 @@ use std::time::Duration;
 use glam::{DAffine3, DVec3};
 
 use super::super::flakes::Flakes;
-use super::{oak, renderer, with_images, wood};
+use super::{oak, placed, renderer, with_images};
 use crate::left_out::on_adapter;
 use crate::readback;
 use crate::{Gpu, Renderer};
@@ -15,21 +15,21 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, centred, look_at};
 use quadratura_base::task::Task;
-use quadratura_foliage::{Plant, Tree, WalkOptions, Wood};
+use quadratura_foliage::{PlacedTrees, Plant, Tree, WalkOptions};
 use quadratura_projection::Renders;
 use quadratura_view::{Quality, Shot};
 
 /// A row of oaks, each so many radii behind the one before it and a little aside.
-pub fn row(plant: &Plant, count: u32, apart: f64) -> Wood {
-    let mut wood = with_images(wood(plant.clone()));
+pub fn row(plant: &Plant, count: u32, apart: f64) -> PlacedTrees {
+    let mut placed = with_images(placed(plant.clone()));
     let radius = plant.whole().bounds.ball.radius;
     let tree = |number: u32| {
         let at = radius * DVec3::new(0.05 * f64::from(number % 3), apart * f64::from(number), 0.0);
         let name = format!("tree {number}");
-        Tree { number, name, world_from_plant: DAffine3::from_translation(at), ..wood.trees[0].clone() }
+        Tree { number, name, world_from_plant: DAffine3::from_translation(at), ..placed.trees[0].clone() }
     };
-    wood.trees = (0..count).map(tree).collect();
-    wood
+    placed.trees = (0..count).map(tree).collect();
+    placed
 }
 
 /// A view along the row, with trees in the size of the picture and smaller.
@@ -82,12 +82,12 @@ fn count(hidden: &[bool]) -> usize {
 fn samples_behind_others_are_left_out_and_no_pixel_changes() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let wood = row(&plant, 16, 0.3);
+    let placed = row(&plant, 16, 0.3);
     let narrow = gpu.without_wide_atomics();
     for (gpu, quality) in [(&gpu, Quality::Preview), (&gpu, Quality::Final), (&narrow, Quality::Preview)] {
         let shot = along(&plant, quality);
         let drawn = |how: How| {
-            let mut renderer = renderer(gpu, Arc::new(Model::default()), Some(wood.clone()));
+            let mut renderer = renderer(gpu, Arc::new(Model::default()), Some(placed.clone()));
             set(&mut renderer.plants.as_mut().unwrap().view.flakes, how);
             let picture = renderer.picture(&shot, &Task::silent()).unwrap();
             (picture, hidden(gpu, &renderer))
@@ -111,7 +111,7 @@ fn samples_behind_others_are_left_out_and_no_pixel_changes() {
 fn samples_behind_a_wall_are_left_out_and_those_before_it_are_not() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let wood = row(&plant, 2, 2.0);
+    let placed = row(&plant, 2, 2.0);
     for quality in [Quality::Preview, Quality::Final] {
         let shot = along(&plant, quality);
         let [right, down, forward] = [0, 1, 2].map(|axis| shot.pose.rotation.row(axis));
@@ -121,7 +121,7 @@ fn samples_behind_a_wall_are_left_out_and_those_before_it_are_not() {
                 let corner = shot.viewpoint() + at * (forward - 2.0 * right - 2.0 * down);
                 model.object("wall").quad(corner, at * 4.0 * right, at * 4.0 * down);
             }
-            let mut renderer = renderer(&gpu, model.finish(), Some(wood.clone()));
+            let mut renderer = renderer(&gpu, model.finish(), Some(placed.clone()));
             renderer.picture(&shot, &Task::silent()).unwrap();
             hidden(&gpu, &renderer)
         };
@@ -137,17 +137,17 @@ fn samples_behind_a_wall_are_left_out_and_those_before_it_are_not() {
 fn what_the_sun_does_not_see_is_left_out_and_no_shadow_changes() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let mut wood = row(&plant, 16, 0.2);
-    wood.trees.iter_mut().for_each(|tree| tree.casts = true);
+    let mut placed = row(&plant, 16, 0.2);
+    placed.trees.iter_mut().for_each(|tree| tree.casts = true);
     // Along the row and down.
-    wood.light.towards_sun = DVec3::new(0.0, -1.0, 0.5).normalize();
+    placed.light.towards_sun = DVec3::new(0.0, -1.0, 0.5).normalize();
     let mut model = Modeller::new();
-    let (side, up) = (40.0 * plant.whole().bounds.ball.radius, wood.light.up);
+    let (side, up) = (40.0 * plant.whole().bounds.ball.radius, placed.light.up);
     assert_eq!(up, DVec3::Z);
     model.object("ground").quad(DVec3::new(-0.5 * side, -0.5 * side, 0.0), side * DVec3::X, side * DVec3::Y);
     let model = model.finish();
     let drawn = |how: How| {
-        let mut renderer = renderer(&gpu, model.clone(), Some(wood.clone()));
+        let mut renderer = renderer(&gpu, model.clone(), Some(placed.clone()));
         let catches =
             |renderer: &mut Renderer| renderer.picture(&along(&plant, Quality::Preview), &Task::silent());
         // The first picture makes what the second one is drawn with.
@@ -172,13 +172,13 @@ fn what_the_sun_does_not_see_is_left_out_and_no_shadow_changes() {
 fn samples_that_reach_several_pixels_are_left_out_only_where_all_of_them_is_hidden() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let wood = row(&plant, 16, 0.3);
+    let placed = row(&plant, 16, 0.3);
     // A nanosecond is too little for any device, so that the second picture is as coarse as can be.
     let camera = centred(720, 600, 750.0);
     let shot =
         Shot { camera, trees_within: Some(Duration::from_nanos(1)), ..along(&plant, Quality::Preview) };
     let drawn = |how: How| {
-        let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+        let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(placed.clone()));
         set(&mut renderer.plants.as_mut().unwrap().view.flakes, How { least_of_batch: 2, ..how });
         renderer.picture(&shot, &Task::silent()).unwrap();
         let picture = renderer.picture(&shot, &Task::silent()).unwrap();
@@ -202,12 +202,12 @@ fn images_are_drawn_on_the_pixels_around_them_alone_and_none_of_theirs_is_missin
         let shot = Shot { quality, ..Shot::new(centred(width, height, 250.0), look_at(eye, ball.middle)) };
         // Places in radii from the middle of the picture, to the right and up.
         let drawn = |places: &[[f64; 2]]| {
-            let mut wood = row(&plant, places.len() as u32, 0.0);
-            for (tree, [right, up]) in wood.trees.iter_mut().zip(places) {
+            let mut placed = row(&plant, places.len() as u32, 0.0);
+            for (tree, [right, up]) in placed.trees.iter_mut().zip(places) {
                 let at = ball.radius * (right * DVec3::X + up * DVec3::Z);
                 tree.world_from_plant = DAffine3::from_translation(at);
             }
-            let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood));
+            let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(placed));
             let picture = renderer.picture(&shot, &Task::silent()).unwrap();
             (picture, renderer.plants.as_ref().unwrap().view.rect)
         };

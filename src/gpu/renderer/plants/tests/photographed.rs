@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::super::ratio::have_same_ratios;
-use super::{oak, renderer, with_images, wood};
+use super::{oak, placed, renderer, with_images};
 use crate::left_out::on_adapter;
 use crate::{Gpu, Renderer};
 use quadratura_base::geometry::PixelRect;
@@ -14,7 +14,7 @@ use quadratura_base::scene::synthetic::{centred, look_at};
 use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_foliage::synthetic::plant_of;
-use quadratura_foliage::{Material, OutdoorLight, RATIO_CELLS, RatioImage, RatiosInView, Wood};
+use quadratura_foliage::{Material, OutdoorLight, PlacedTrees, RATIO_CELLS, RatioImage, RatiosInView};
 use quadratura_projection::Renders;
 use quadratura_view::{Picture, Quality, Shot};
 
@@ -46,16 +46,16 @@ fn ratios() -> Arc<[RatioImage]> {
 }
 
 /// A square of side 2 across y around the origin in even light, and before it in the list one that it hides.
-fn upright_squares() -> Wood {
-    let mut wood = wood(plant_of(Material { reflected: [0.4; 3], ..Material::default() }));
+fn upright_squares() -> PlacedTrees {
+    let mut placed = placed(plant_of(Material { reflected: [0.4; 3], ..Material::default() }));
     let upright = DAffine3::from_rotation_x(0.5 * std::f64::consts::PI);
     let places = [DAffine3::from_translation(3.0 * DVec3::Y) * upright, upright];
-    for (tree, place) in wood.trees.iter_mut().zip(places) {
+    for (tree, place) in placed.trees.iter_mut().zip(places) {
         (tree.world_from_plant, tree.tint) = (place, Vec3::ONE);
     }
     let even = Vec3::splat(0.8);
-    wood.light = OutdoorLight { sun: Vec3::ZERO, sky: even, ground: even, ..wood.light };
-    wood
+    placed.light = OutdoorLight { sun: Vec3::ZERO, sky: even, ground: even, ..placed.light };
+    placed
 }
 
 fn linear(picture: &Picture, at: usize) -> Vec3 {
@@ -67,13 +67,13 @@ fn linear(picture: &Picture, at: usize) -> Vec3 {
 fn the_light_of_each_pixel_changes_by_the_factor_of_its_point_in_the_photos() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let polygons = upright_squares();
-    for wood in [with_images(polygons.clone()), polygons] {
+    for placed in [with_images(polygons.clone()), polygons] {
         let eye = DVec3::new(0.3, -5.0, 0.2);
         let camera = centred(120, 120, 270.0);
         let shot = Shot { quality: Quality::Preview, ..Shot::new(camera, look_at(eye, DVec3::ZERO)) };
-        let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+        let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(placed.clone()));
         let bare = renderer.picture(&shot, &Task::silent()).unwrap();
-        let mut with = wood;
+        let mut with = placed;
         with.trees[1].ratios = ratios();
         with.trees[0].ratios =
             ratios().iter().map(|ratio| rising(7 - ratio.photo.0, ratio.pose.center_in_world())).collect();
@@ -112,45 +112,45 @@ fn the_light_of_each_pixel_changes_by_the_factor_of_its_point_in_the_photos() {
 fn without_ratio_images_in_the_view_a_tree_has_their_mean_and_without_any_the_same_bytes_as_ever() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let mut wood = wood(plant.clone());
+    let mut placed = placed(plant.clone());
     let shot = super::shot(&plant, Quality::Final);
-    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(placed.clone()));
     let bare = renderer.picture(&shot, &Task::silent()).unwrap();
     // A photo from the other side.
     let ball = plant.whole().bounds.ball;
     let behind = ball.middle - 3.0 * (shot.pose.center_in_world() - ball.middle);
     let of_half = Vec3::splat(0.5f32.ln());
     let sure = RatioImage { mean: of_half, blocks: 1e9, share: 1.0, ..rising(0, behind) };
-    wood.trees.iter_mut().for_each(|tree| tree.ratios = [sure.clone()].into());
-    renderer.set_trees(Some(Arc::new(wood.clone()))).unwrap();
+    placed.trees.iter_mut().for_each(|tree| tree.ratios = [sure.clone()].into());
+    renderer.set_trees(Some(Arc::new(placed.clone()))).unwrap();
     let darker = renderer.picture(&shot, &Task::silent()).unwrap();
-    wood.trees.iter_mut().for_each(|tree| {
+    placed.trees.iter_mut().for_each(|tree| {
         tree.ratios = Arc::default();
         tree.tint *= 0.5;
     });
-    renderer.set_trees(Some(Arc::new(wood.clone()))).unwrap();
+    renderer.set_trees(Some(Arc::new(placed.clone()))).unwrap();
     let tinted = renderer.picture(&shot, &Task::silent()).unwrap();
     let differ = darker.rgba.iter().zip(&tinted.rgba).filter(|(a, b)| a.abs_diff(**b) > 1).count();
     assert_eq!(differ, 0, "half of the light is half of the light");
     assert!(darker != bare);
-    wood.trees.iter_mut().for_each(|tree| tree.tint *= 2.0);
-    renderer.set_trees(Some(Arc::new(wood))).unwrap();
+    placed.trees.iter_mut().for_each(|tree| tree.tint *= 2.0);
+    renderer.set_trees(Some(Arc::new(placed))).unwrap();
     assert_eq!(renderer.picture(&shot, &Task::silent()).unwrap(), bare);
 }
 
 #[test]
 fn a_tree_that_moves_changes_no_ratio_image_and_others_replace_them() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
-    let mut wood = upright_squares();
-    wood.trees[1].ratios = ratios();
-    let (mut moved, mut others, mut fewer) = (wood.clone(), wood.clone(), wood.clone());
-    moved.trees[0].world_from_plant = DAffine3::from_translation(DVec3::X) * wood.trees[0].world_from_plant;
+    let mut placed = upright_squares();
+    placed.trees[1].ratios = ratios();
+    let (mut moved, mut others, mut fewer) = (placed.clone(), placed.clone(), placed.clone());
+    moved.trees[0].world_from_plant = DAffine3::from_translation(DVec3::X) * placed.trees[0].world_from_plant;
     others.trees[1].ratios = [rising(5, DVec3::new(0.5, -6.0, 0.0))].into();
     fewer.trees.remove(0);
     let shot = Shot::new(centred(120, 120, 270.0), look_at(DVec3::new(0.3, -5.0, 0.2), DVec3::ZERO));
     let picture = |renderer: &mut Renderer| renderer.picture(&shot, &Task::silent()).unwrap();
-    let mut kept = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
-    let mut before = wood;
+    let mut kept = renderer(&gpu, Arc::new(Model::default()), Some(placed.clone()));
+    let mut before = placed;
     for (next, same) in [(moved, true), (others, false), (fewer, false)] {
         assert_eq!(have_same_ratios(&before, &next), same);
         kept.set_trees(Some(Arc::new(next.clone()))).unwrap();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{oak, renderer, shot, with_images, wood};
+use super::{oak, placed, renderer, shot, with_images};
 use crate::left_out::on_adapter;
 use crate::renderer::tests::cancelled_before_drawing;
 use crate::{Gpu, Renderer};
@@ -22,13 +22,13 @@ fn takes(renderer: &mut Renderer, seconds: f64) {
 fn trees_drawn_in_slices_are_the_same_and_can_be_given_up() {
     let Some(gpu) = on_adapter(Gpu::headless()) else { return };
     let plant = oak();
-    let wood = with_images(wood(plant.clone()));
+    let placed = with_images(placed(plant.clone()));
     for (trees, quality) in [
         (TreeMethod::Flakes, Quality::Final),
         (TreeMethod::Flakes, Quality::Preview),
         (TreeMethod::Polygons, Quality::Preview),
     ] {
-        let made = || renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+        let made = || renderer(&gpu, Arc::new(Model::default()), Some(placed.clone()));
         let shot = Shot { trees, ..shot(&plant, quality) };
         let (mut whole, mut sliced) = (made(), made());
         // All is handed over at once, and in slices as small as they become.

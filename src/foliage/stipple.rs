@@ -1,4 +1,4 @@
-//! The screen door: which sub-pixels something is drawn in that is drawn in part, so that it comes and goes without a jump.
+//! Stippled transparency: which sub-pixels something is drawn in that is drawn in part, so that it comes and goes without a jump.
 
 use std::sync::LazyLock;
 
@@ -16,16 +16,16 @@ static OPEN: LazyLock<[[u16; 16]; 17]> = LazyLock::new(|| {
     std::array::from_fn(|count| std::array::from_fn(|begin| mask(count, begin)))
 });
 
-/// Doors open by this share of a pixel: 1/256, of which sixteen are a sub-pixel. Pixels open their sub-pixels at different moments, so
-/// that a door that opens steadily changes few pixels at a time.
+/// Stipples open by this share of a pixel: 1/256, of which sixteen are a sub-pixel. Pixels open their sub-pixels at different moments, so
+/// that a stipple that opens steadily changes few pixels at a time.
 const FULL: u32 = 256;
 /// A sub-pixel in those shares.
 const SUB_PIXEL: u32 = FULL / 16;
 
 /// The part of the sub-pixels that something draws in: an interval of the order in which they open. The order begins elsewhere in
-/// each pixel, and doors with the same seed have the same order: those whose intervals follow each other share the sub-pixels among them.
+/// each pixel, and stipples with the same seed have the same order: those whose intervals follow each other share the sub-pixels among them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Door {
+pub struct Stipple {
     /// Where it begins, below [`FULL`].
     first: u16,
     /// How much is open, up to [`FULL`].
@@ -39,13 +39,13 @@ pub struct Door {
 /// a maple and an oak of 11 to 311 rows (docs/quality.md).
 const TOGETHER: f64 = 4.0 / 3.0;
 
-impl Door {
-    /// Makes the door that is open in all sub-pixels.
+impl Stipple {
+    /// Makes the stipple that is open in all sub-pixels.
     pub fn wide(seed: u64) -> Self {
         Self { first: 0, count: FULL as u16, seed }
     }
 
-    /// Makes the door that is open in this share of the sub-pixels; from 1 on in all.
+    /// Makes the stipple that is open in this share of the sub-pixels; from 1 on in all.
     pub(super) fn open(share: f64, seed: u64) -> Self {
         Self { count: shares(share).min(FULL) as u16, ..Self::wide(seed) }
     }
@@ -60,14 +60,14 @@ impl Door {
         u32::from(self.count) == FULL
     }
 
-    /// Makes the door of a direction that has the weights from `from` to `to` of all, which go from 0 to 1: as wide as its weight, and
+    /// Makes the stipple of a direction that has the weights from `from` to `to` of all, which go from 0 to 1: as wide as its weight, and
     /// beginning where that of the direction before ends, so that few sub-pixels are drawn twice.
     pub(super) fn between(from: f64, to: f64, seed: u64) -> Self {
         let [first, last] = [from, to].map(|weight| shares(TOGETHER * weight));
         Self { first: (first % FULL) as u16, count: (last - first).min(FULL) as u16, seed }
     }
 
-    /// Divides the sub-pixels of this door: the first share of them, and the rest.
+    /// Divides the sub-pixels of this stipple: the first share of them, and the rest.
     pub(super) fn divided(&self, share: f64) -> [Self; 2] {
         let count = (share * f64::from(self.count)).round() as u16;
         let first = Self { count, ..*self };
@@ -75,7 +75,7 @@ impl Door {
         [first, Self { first: first_of_rest, count: self.count - count, ..*self }]
     }
 
-    /// Returns the door in the layout of the shaders: where it begins (8 bits), how much is open (9 bits), and the seed (15 bits).
+    /// Returns the stipple in the layout of the shaders: where it begins (8 bits), how much is open (9 bits), and the seed (15 bits).
     pub fn word(&self) -> u32 {
         u32::from(self.first) | u32::from(self.count) << 8 | ((self.seed >> 49) as u32) << 17
     }
@@ -95,21 +95,21 @@ impl Door {
     }
 }
 
-/// Returns a share of a pixel in the steps of doors.
+/// Returns a share of a pixel in the steps of stipples.
 fn shares(share: f64) -> u32 {
     (f64::from(FULL) * share).round() as u32
 }
 
-/// What something is drawn through: doors of which all have to be open.
+/// What something is drawn through: stipples of which all have to be open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Doors {
+pub(super) struct Stipples {
     /// That of the direction of an image.
-    pub of_direction: Door,
+    pub of_direction: Stipple,
     /// That of the part of a plant, while it comes or goes.
-    pub of_part: Door,
+    pub of_part: Stipple,
 }
 
-impl Doors {
+impl Stipples {
     /// Returns true where all is drawn.
     pub fn are_wide(&self) -> bool {
         self.of_direction.is_wide() && self.of_part.is_wide()
@@ -128,7 +128,7 @@ mod tests {
     use quadratura_base::scene::synthetic::Rng;
 
     #[test]
-    fn a_door_opens_by_one_sub_pixel_after_the_other_from_closed_to_wide() {
+    fn a_stipple_opens_by_one_sub_pixel_after_the_other_from_closed_to_wide() {
         for begin in 0..16 {
             for count in 0..=16 {
                 assert_eq!(OPEN[count][begin].count_ones() as usize, count);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn doors_of_several_directions_are_as_wide_as_their_weights_and_leave_no_sub_pixel_out() {
+    fn stipples_of_several_directions_are_as_wide_as_their_weights_and_leave_no_sub_pixel_out() {
         let mut rng = Rng::new(7);
         for _ in 0..500 {
             let mut weights = [0.0; 4].map(|_: f64| rng.between(0.0, 1.0));
@@ -146,7 +146,7 @@ mod tests {
             weights.iter_mut().for_each(|weight| *weight /= sum);
             let (mut from, mut all, mut opened) = (0.0, 0u16, 0);
             for weight in weights {
-                let open = Door::between(from, from + weight, 9).open_at(5, -6);
+                let open = Stipple::between(from, from + weight, 9).open_at(5, -6);
                 // Rounded to a share of a pixel at either end, and to whole sub-pixels.
                 assert!(
                     (f64::from(open.count_ones()) - 16.0 * TOGETHER * weight).abs() <= 1.1
@@ -156,15 +156,15 @@ mod tests {
             }
             assert!(all == u16::MAX && opened <= 22, "{weights:?}: {all:016b}, {opened}");
         }
-        assert_eq!(Door::between(0.0, 1.0, 3).open_at(5, 6), u16::MAX);
-        assert_eq!(Door::between(0.5, 0.5, 3).open_at(5, 6), 0);
+        assert_eq!(Stipple::between(0.0, 1.0, 3).open_at(5, 6), u16::MAX);
+        assert_eq!(Stipple::between(0.5, 0.5, 3).open_at(5, 6), 0);
     }
 
     #[test]
-    fn a_door_that_is_divided_again_and_again_opens_each_sub_pixel_once() {
+    fn a_stipple_that_is_divided_again_and_again_opens_each_sub_pixel_once() {
         let mut rng = Rng::new(11);
         for seed in 0..200 {
-            let (mut rest, mut parts) = (Door::wide(seed), Vec::new());
+            let (mut rest, mut parts) = (Stipple::wide(seed), Vec::new());
             for _ in 0..4 {
                 let [first, others] = rest.divided(rng.unit());
                 parts.push(first);
@@ -172,24 +172,24 @@ mod tests {
             }
             parts.push(rest);
             for (x, y) in [(0, 0), (5, -6), (1023, 511)] {
-                let open = parts.iter().map(|door| door.open_at(x, y));
+                let open = parts.iter().map(|stipple| stipple.open_at(x, y));
                 assert_eq!(open.clone().fold(0, |all, open| all | open), u16::MAX);
                 assert_eq!(open.map(u16::count_ones).sum::<u32>(), 16);
             }
         }
-        let [all, nothing] = Door::wide(5).divided(1.0);
+        let [all, nothing] = Stipple::wide(5).divided(1.0);
         assert!(all.is_wide() && nothing.is_closed() && nothing.open_at(3, 4) == 0);
-        let [nothing, all] = Door::wide(5).divided(0.0);
+        let [nothing, all] = Stipple::wide(5).divided(0.0);
         assert!(all.is_wide() && nothing.is_closed());
     }
 
     #[test]
-    fn a_door_that_opens_steadily_changes_few_pixels_at_a_time_and_no_sub_pixel_twice() {
+    fn a_stipple_that_opens_steadily_changes_few_pixels_at_a_time_and_no_sub_pixel_twice() {
         let pixels = || (0..64).flat_map(|y| (0..64).map(move |x| (x, y)));
         let (mut before, mut most) = (vec![0u16; 64 * 64], 0);
         for step in 0..=FULL {
-            let door = Door::open(f64::from(step) / f64::from(FULL), 9);
-            let now: Vec<u16> = pixels().map(|(x, y)| door.open_at(x, y)).collect();
+            let stipple = Stipple::open(f64::from(step) / f64::from(FULL), 9);
+            let now: Vec<u16> = pixels().map(|(x, y)| stipple.open_at(x, y)).collect();
             assert!(
                 before.iter().zip(&now).all(|(before, now)| before & !now == 0),
                 "what is open stays open"

@@ -3,12 +3,12 @@
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::fill::FillOptions;
 use quadratura_recipe::colour::ColourEdit;
-use quadratura_recipe::fill::lookouts::Viewpoints;
 use quadratura_recipe::fill::seen::SeenEdit;
+use quadratura_recipe::fill::viewpoints::Viewpoints;
 use quadratura_recipe::surroundings::SiteSurroundings;
 
-/// Asks about filling and exposures.
-pub enum QualityAsk {
+/// Requests about filling and exposures.
+pub enum QualityRequest {
     /// Sets the fill options.
     Fill(FillOptions),
     /// Keeps the names of excluded objects while they are being typed; none when that ends.

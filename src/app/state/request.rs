@@ -1,4 +1,4 @@
-//! Asks: requests of panels, keys, commands and results, which `action` applies; one enum for each subject.
+//! Requests: requests of panels, keys, commands and results, which `action` applies; one enum for each subject.
 
 mod flag;
 
@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 pub use self::flag::Flag;
-pub use super::quality::ask::QualityAsk;
-pub use super::trees::ask::TreeAsk;
+pub use super::quality::request::QualityRequest;
+pub use super::trees::request::TreeRequest;
 
 use super::checks::Mend;
 use super::flight::export::Export;
@@ -43,45 +43,45 @@ use quadratura_io::recovery::UnsavedChanges;
 use quadratura_layers::{LayerIndex, Options};
 use quadratura_recipe::decide::LayerEdit;
 use quadratura_recipe::discover::SiteParts;
-use quadratura_recipe::fill::lookouts::LookoutView;
+use quadratura_recipe::fill::viewpoints::RankedViewpoint;
 use quadratura_recipe::layer_table::LayerColumn;
 use quadratura_recipe::open::UnusableMask;
 use quadratura_view::DisplayMode;
 
 /// A request for a change, by subject.
-pub enum Ask {
+pub enum Request {
     /// The selection.
-    Select(SelectAsk),
+    Select(SelectRequest),
     /// Decisions and the history.
-    Decide(DecideAsk),
+    Decide(DecideRequest),
     /// Stacks, the renderer and the jobs.
-    Build(BuildAsk),
+    Build(JobRequest),
     /// The 3D view.
-    Space(SpaceAsk),
+    Space(SpaceRequest),
     /// Bookmarks, the flight, pictures and videos.
-    Flight(FlightAsk),
+    Flight(FlightRequest),
     /// The flat views.
-    Flat(FlatAsk),
+    Flat(FlatRequest),
     /// Masks.
-    Mask(MaskAsk),
+    Mask(MaskRequest),
     /// Filling and exposures.
-    Quality(QualityAsk),
+    Quality(QualityRequest),
     /// The round trip to the image editor.
-    RoundTrip(RoundTripAsk),
+    RoundTrip(RoundTripRequest),
     /// The check of the project.
-    Check(CheckAsk),
+    Check(CheckRequest),
     /// Opening, creating, saving and leaving projects.
-    Project(ProjectAsk),
+    Project(ProjectRequest),
     /// Trees.
-    Trees(TreeAsk),
+    Trees(TreeRequest),
     /// Layered depth images to save.
-    Images(ImagesAsk),
+    Images(ImagesRequest),
     /// The window itself.
-    Window(WindowAsk),
+    Window(WindowRequest),
 }
 
-/// Asks about the selection, and about where it is shown.
-pub enum SelectAsk {
+/// Requests about the selection, and about where it is shown.
+pub enum SelectRequest {
     /// Selects this alone.
     Only(Selection),
     /// Adds an image layer of a photo to the selection, or removes it.
@@ -96,8 +96,8 @@ pub enum SelectAsk {
     StepPhoto(isize),
 }
 
-/// Asks about decisions and the history.
-pub enum DecideAsk {
+/// Requests about decisions and the history.
+pub enum DecideRequest {
     /// Adds a step: its name for undo, the project after it, and its gesture.
     Edit(String, Box<Project>, Option<Gesture>),
     /// Ends a gesture.
@@ -126,7 +126,7 @@ pub enum DecideAsk {
     Rename(PhotoId, LayerIndex, String),
     /// Removes one decision about a photo, by its number.
     Forget(String, usize),
-    /// Asks whether to remove an object from the model, by name.
+    /// Requests whether to remove an object from the model, by name.
     AskToRemove(String),
     /// Removes the object that was asked about (`true`), or keeps it.
     ConfirmRemoval(bool),
@@ -157,8 +157,8 @@ pub enum OptionsEdit {
     Photo(String, PhotoOptions),
 }
 
-/// Asks about stacks, the renderer and the jobs.
-pub enum BuildAsk {
+/// Requests about stacks, the renderer and the jobs.
+pub enum JobRequest {
     /// Builds the stacks of these photos, or of all where the list is empty.
     Build(Vec<String>),
     /// Fills occluded areas.
@@ -186,12 +186,12 @@ pub enum BuildAsk {
     StopAll,
 }
 
-/// Asks about the 3D view.
-pub enum SpaceAsk {
+/// Requests about the 3D view.
+pub enum SpaceRequest {
     /// Flies into the camera of a photo.
     FlyToPhoto(PhotoId),
     /// Flies to the viewpoint of a view.
-    LookFrom(Box<LookoutView>),
+    LookFrom(Box<RankedViewpoint>),
     /// Frames the selection in the view in use.
     Frame,
     /// Frames everything in the view in use.
@@ -226,8 +226,8 @@ pub enum SpaceAsk {
     ResizeBrush(f64),
 }
 
-/// Asks about bookmarks, the flight, pictures and videos.
-pub enum FlightAsk {
+/// Requests about bookmarks, the flight, pictures and videos.
+pub enum FlightRequest {
     /// Flies to a bookmark.
     FlyToView(BookmarkIndex),
     /// Shows the flight at a time, in seconds.
@@ -252,8 +252,8 @@ pub enum FlightAsk {
     Render(Export),
 }
 
-/// Asks about the flat views.
-pub enum FlatAsk {
+/// Requests about the flat views.
+pub enum FlatRequest {
     /// Fits the picture into the view in use.
     Fit,
     /// Shows one screen pixel for each pixel.
@@ -280,8 +280,8 @@ pub enum FlatAsk {
     WantLargePicture(PhotoId),
 }
 
-/// Asks about masks.
-pub enum MaskAsk {
+/// Requests about masks.
+pub enum MaskRequest {
     /// Changes masks, as a step with this name for undo.
     Mask(String, MaskWork),
     /// Accepts suggestions, by number.
@@ -330,8 +330,8 @@ pub enum MaskAsk {
     Choose(Box<UnusableMask>),
 }
 
-/// Asks about the round trip to the image editor.
-pub enum RoundTripAsk {
+/// Requests about the round trip to the image editor.
+pub enum RoundTripRequest {
     /// Shows the dialog for imports.
     ChooseImports,
     /// Imports the files chosen in the dialog.
@@ -375,8 +375,8 @@ pub enum RoundTripAsk {
     WatchForSaves,
 }
 
-/// Asks about the check of the project.
-pub enum CheckAsk {
+/// Requests about the check of the project.
+pub enum CheckRequest {
     /// Compares cameras, photos and model.
     Check,
     /// Fixes the placement of the model, or undoes that.
@@ -387,8 +387,8 @@ pub enum CheckAsk {
     Overlay(PathBuf),
 }
 
-/// Asks about opening, creating, saving and leaving projects.
-pub enum ProjectAsk {
+/// Requests about opening, creating, saving and leaving projects.
+pub enum ProjectRequest {
     /// Opens a project; asks first about unsaved changes.
     Open(PathBuf),
     /// Opens a project after all questions were answered.
@@ -411,16 +411,16 @@ pub enum ProjectAsk {
     Dialog(DialogRequest),
 }
 
-/// Asks about layered depth images to save.
-pub enum ImagesAsk {
+/// Requests about layered depth images to save.
+pub enum ImagesRequest {
     /// Shows the dialog for the selected photo.
     Choose(ImageFormat),
     /// Saves with the options of the dialog.
     Save(SaveImage),
 }
 
-/// Asks about the window itself.
-pub enum WindowAsk {
+/// Requests about the window itself.
+pub enum WindowRequest {
     /// Toggles a flag of the window.
     Flip(Flag),
     /// Clears a flag of the window.
@@ -462,28 +462,28 @@ pub enum WindowAsk {
 }
 
 macro_rules! subjects {
-    ($($subject:ident($ask:ident)),*) => {
-        $(impl From<$ask> for Ask {
-            fn from(ask: $ask) -> Self {
-                Self::$subject(ask)
+    ($($subject:ident($request:ident)),*) => {
+        $(impl From<$request> for Request {
+            fn from(request: $request) -> Self {
+                Self::$subject(request)
             }
         })*
     };
 }
 
 subjects!(
-    Select(SelectAsk),
-    Decide(DecideAsk),
-    Build(BuildAsk),
-    Space(SpaceAsk),
-    Flight(FlightAsk),
-    Flat(FlatAsk),
-    Mask(MaskAsk),
-    Quality(QualityAsk),
-    RoundTrip(RoundTripAsk),
-    Check(CheckAsk),
-    Project(ProjectAsk),
-    Trees(TreeAsk),
-    Images(ImagesAsk),
-    Window(WindowAsk)
+    Select(SelectRequest),
+    Decide(DecideRequest),
+    Build(JobRequest),
+    Space(SpaceRequest),
+    Flight(FlightRequest),
+    Flat(FlatRequest),
+    Mask(MaskRequest),
+    Quality(QualityRequest),
+    RoundTrip(RoundTripRequest),
+    Check(CheckRequest),
+    Project(ProjectRequest),
+    Trees(TreeRequest),
+    Images(ImagesRequest),
+    Window(WindowRequest)
 );

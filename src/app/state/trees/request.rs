@@ -4,8 +4,8 @@ use super::hand::Hold;
 use crate::state::space::view_pixel::ViewPixel;
 use quadratura_document::trees::{PlacedTree, TreeLight};
 
-/// Asks about trees.
-pub enum TreeAsk {
+/// Requests about trees.
+pub enum TreeRequest {
     /// Replaces a tree.
     Set {
         /// Its name.

@@ -12,11 +12,11 @@ const USUAL_SIZE: [u32; 2] = [1920, 1080];
 
 /// The index of a view in the list of views that a ranking was made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub struct LookoutIndex(pub usize);
+pub struct ViewpointIndex(pub usize);
 
 /// A view from which the site may be seen.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LookoutView {
+pub struct RankedViewpoint {
     /// The name.
     pub name: String,
     /// The camera: size and K in pixels.
@@ -41,7 +41,7 @@ impl Viewpoints {
     }
 
     /// Returns the views. `up` is the up direction of the world where the flight gives none.
-    pub fn views(self, project: &Project, site: &Site, up: DVec3) -> Vec<LookoutView> {
+    pub fn views(self, project: &Project, site: &Site, up: DVec3) -> Vec<RankedViewpoint> {
         match self {
             Self::Photos => views_of_photos(site),
             Self::Kept => views_kept(&project.views, project.flight.as_ref(), up),
@@ -55,8 +55,8 @@ pub fn bookmark_count(project: &Project) -> usize {
 }
 
 /// Returns the views of the photos' own cameras.
-pub fn views_of_photos(site: &Site) -> Vec<LookoutView> {
-    let view = |photo: &quadratura_base::scene::Photo| LookoutView {
+pub fn views_of_photos(site: &Site) -> Vec<RankedViewpoint> {
+    let view = |photo: &quadratura_base::scene::Photo| RankedViewpoint {
         name: photo.name.clone(),
         camera: photo.camera,
         pose: photo.pose,
@@ -65,17 +65,17 @@ pub fn views_of_photos(site: &Site) -> Vec<LookoutView> {
 }
 
 /// Returns the bookmarks and the views at a flight's keyframes; a flight that cannot be flown has none.
-fn views_kept(kept: &[Bookmark], flight: Option<&CameraPath>, up: DVec3) -> Vec<LookoutView> {
+fn views_kept(kept: &[Bookmark], flight: Option<&CameraPath>, up: DVec3) -> Vec<RankedViewpoint> {
     let [width, height] = flight.map_or(USUAL_SIZE, |path| path.size);
     let of_bookmark = |kept: &Bookmark| {
         let view = kept.viewpoint();
-        LookoutView { name: kept.name.clone(), camera: view.camera(width, height), pose: view.pose }
+        RankedViewpoint { name: kept.name.clone(), camera: view.camera(width, height), pose: view.pose }
     };
     let flown = flight.and_then(|path| Some((path, path.flight(up).ok()?)));
     let keyframes = flown.iter().flat_map(|(path, flight)| {
         (1..).zip(&path.keyframes).map(move |(number, frame)| {
             let (camera, pose) = flight.at(frame.t);
-            LookoutView { name: format!("keyframe {number}"), camera, pose }
+            RankedViewpoint { name: format!("keyframe {number}"), camera, pose }
         })
     });
     kept.iter().map(of_bookmark).chain(keyframes).collect()

@@ -15,9 +15,9 @@ use super::sunlit::Sunlit;
 
 /// The trees of a site.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wood {
+pub struct PlacedTrees {
     /// The species.
-    pub species: Vec<WoodSpecies>,
+    pub species: Vec<PlacedSpecies>,
     /// The trees.
     pub trees: Vec<Tree>,
     /// The light on all of them, in the world, in the photos' common exposure.
@@ -26,7 +26,7 @@ pub struct Wood {
 
 /// A species of the trees of a site.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WoodSpecies {
+pub struct PlacedSpecies {
     /// The plant, with its paint.
     pub plant: Arc<Plant>,
     /// The plant without its paint; `None` where nothing is painted.
@@ -94,12 +94,12 @@ impl Placing {
     }
 }
 
-impl Wood {
+impl PlacedTrees {
     /// Returns the same trees without their paint and without images, which show the paint, too.
     pub fn without_paint(&self) -> Self {
-        let bare = |species: &WoodSpecies| match &species.unpainted {
+        let bare = |species: &PlacedSpecies| match &species.unpainted {
             Some(plant) => {
-                WoodSpecies { plant: plant.clone(), unpainted: None, images: None, ..species.clone() }
+                PlacedSpecies { plant: plant.clone(), unpainted: None, images: None, ..species.clone() }
             }
             None => species.clone(),
         };

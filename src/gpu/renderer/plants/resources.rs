@@ -17,7 +17,7 @@ use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
 use crate::renderer::render_target::FLAT_LINEAR;
 use quadratura_base::error::Result;
-use quadratura_foliage::{InView, View, WalkOptions, Wood, WoodSpecies, in_view};
+use quadratura_foliage::{InView, PlacedSpecies, PlacedTrees, View, WalkOptions, in_view};
 use quadratura_projection::TREE;
 use quadratura_view::legend;
 use quadratura_view::legend::{colour_of_number, linear};
@@ -25,9 +25,9 @@ use quadratura_view::{DisplayMode, Shot};
 
 /// Trees and species on the device.
 #[derive(Debug)]
-pub struct Stock {
+pub struct TreeResources {
     /// The trees.
-    pub wood: Arc<Wood>,
+    pub placed: Arc<PlacedTrees>,
     /// The species, in the order of the trees' indices.
     pub species: Vec<SpeciesBuffers>,
     /// The cells of the trees' ratio images.
@@ -43,54 +43,54 @@ pub struct Stock {
     faces: usize,
 }
 
-impl Stock {
+impl TreeResources {
     /// Uploads the trees of a site whose model has this many faces.
     ///
     /// # Errors
     /// [`quadratura_base::Error::Request`] for a plant without images that has too many instances.
-    pub fn new(gpu: &Gpu, wood: Arc<Wood>, faces: usize) -> Result<Self> {
+    pub fn new(gpu: &Gpu, placed: Arc<PlacedTrees>, faces: usize) -> Result<Self> {
         let shot = bindings::layout(gpu, "frame", ShaderStages::VERTEX_FRAGMENT, &[BindingKind::Uniform]);
         let layouts = [shot, trees_layout(gpu), material_layout(gpu), daylight::layout(gpu)];
-        let species = (0..).zip(&wood.species);
+        let species = (0..).zip(&placed.species);
         let species = species.map(|(number, species)| SpeciesBuffers::new(gpu, species, number, &layouts[2]));
         let alignment = u64::from(gpu.device.limits().min_uniform_buffer_offset_alignment);
         Ok(Self {
             species: species.collect::<Result<_>>()?,
-            ratios: RatioCells::new(gpu, &wood),
-            sunlit: SunlitCells::new(gpu, &wood),
+            ratios: RatioCells::new(gpu, &placed),
+            sunlit: SunlitCells::new(gpu, &placed),
             layouts,
             pipelines: FxHashMap::default(),
             stride: (size_of::<PlacementWords>() as u64).next_multiple_of(alignment),
             faces,
-            wood,
+            placed,
         })
     }
 
     /// Replaces the trees by others of the same species ([`Self::has_species_of`]).
-    pub fn set_trees(&mut self, gpu: &Gpu, wood: Arc<Wood>) {
-        if !have_same_ratios(&self.wood, &wood) {
-            self.ratios = RatioCells::new(gpu, &wood);
+    pub fn set_trees(&mut self, gpu: &Gpu, placed: Arc<PlacedTrees>) {
+        if !have_same_ratios(&self.placed, &placed) {
+            self.ratios = RatioCells::new(gpu, &placed);
         }
-        if !self.sunlit.is_of(&wood) {
-            self.sunlit = SunlitCells::new(gpu, &wood);
+        if !self.sunlit.is_of(&placed) {
+            self.sunlit = SunlitCells::new(gpu, &placed);
         }
-        self.wood = wood;
+        self.placed = placed;
     }
 
     /// Returns whether the species of other trees are on the device already, in the same order.
-    pub fn has_species_of(&self, wood: &Wood) -> bool {
-        let same = |(known, other): (&WoodSpecies, &WoodSpecies)| {
+    pub fn has_species_of(&self, placed: &PlacedTrees) -> bool {
+        let same = |(known, other): (&PlacedSpecies, &PlacedSpecies)| {
             let images = [known, other].map(|species| species.images.as_ref().map(Arc::as_ptr));
             let openness = [known, other].map(|species| species.openness.as_ref().map(Arc::as_ptr));
             Arc::ptr_eq(&known.plant, &other.plant) && images[0] == images[1] && openness[0] == openness[1]
         };
-        let (known, other) = (&self.wood.species, &wood.species);
+        let (known, other) = (&self.placed.species, &placed.species);
         known.len() == other.len() && known.iter().zip(other).all(same)
     }
 
     /// Returns the depths of the nearest and the farthest point of the trees that a view may show; `None` where there are none.
     pub fn depths(&self, shot: &Shot) -> Option<[f64; 2]> {
-        let balls = self.wood.trees.iter().map(|tree| self.wood.ball(tree));
+        let balls = self.placed.trees.iter().map(|tree| self.placed.ball(tree));
         let depths = balls.filter_map(|ball| {
             let middle = shot.pose.camera_from_world(ball.middle).z;
             let far = middle + ball.radius;
@@ -99,12 +99,13 @@ impl Stock {
         depths.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
-    /// Makes the pipelines of a program; those through doors where `in_part` is true.
+    /// Makes the pipelines of a program; those through stipples where `in_part` is true.
     pub fn want_pipelines(&mut self, gpu: &Gpu, program: SampledProgram, in_part: bool) {
         let layouts = &self.layouts;
-        let by_doors: &[bool] = if in_part { &[false, true] } else { &[false] };
-        let all =
-            by_doors.iter().flat_map(|&by_door| [false, true].map(|by_picture| Cuts { by_picture, by_door }));
+        let by_stipples: &[bool] = if in_part { &[false, true] } else { &[false] };
+        let all = by_stipples
+            .iter()
+            .flat_map(|&by_stipple| [false, true].map(|by_picture| Cuts { by_picture, by_stipple }));
         for cuts in all {
             self.pipelines.entry((program, cuts)).or_insert_with(|| pipeline(gpu, program, cuts, layouts));
         }
@@ -112,8 +113,8 @@ impl Stock {
 
     /// Returns what a view shows of a tree that has images.
     pub fn seen(&self, shot: &Shot, number: usize, images: &SpeciesImages, options: &WalkOptions) -> InView {
-        let tree = &self.wood.trees[number];
-        let plant = &self.wood.species[tree.species].plant;
+        let tree = &self.placed.trees[number];
+        let plant = &self.placed.species[tree.species].plant;
         let ball = plant.whole().bounds.ball;
         let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &ball);
         in_view(plant, &images.images, &view, options, u64::from(tree.number))
@@ -127,13 +128,13 @@ impl Stock {
         exposure: Vec3,
         ratios: &mut Vec<RatioWords>,
     ) -> ShownWords {
-        let tree = &self.wood.trees[number];
+        let tree = &self.placed.trees[number];
         let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
         let camera_from_plant = camera_from_world * tree.world_from_plant;
         let textures = &self.species[tree.species].crown;
-        let crown = textures.words(shot, &camera_from_plant, self.wood.light.towards_sun);
+        let crown = textures.words(shot, &camera_from_plant, self.placed.light.towards_sun);
         let first_ratio = ratios.len() as u32;
-        let (in_view, rest) = self.ratios.in_view(shot, &self.wood, number);
+        let (in_view, rest) = self.ratios.in_view(shot, &self.placed, number);
         ratios.extend(in_view);
         let (tint, plain) = ((tree.tint * rest * exposure).to_array(), self.plain(shot, tree.number));
         let ratio_count = ratios.len() as u32 - first_ratio;
