@@ -56,7 +56,7 @@ fn species(plant: &Arc<Plant>, images: Option<&Arc<PlantImages>>) -> PlacedSpeci
 }
 
 /// The trees of a species in these places.
-fn placed(species: PlacedSpecies, places: impl Iterator<Item = DAffine3>) -> PlacedTrees {
+fn placed_trees(species: PlacedSpecies, places: impl Iterator<Item = DAffine3>) -> PlacedTrees {
     let tree = |(number, world_from_plant): (u32, DAffine3)| Tree {
         number,
         name: format!("tree {number}"),
@@ -308,7 +308,7 @@ fn on_device(
 ) {
     let (Ok(gpu), task) = (Gpu::headless(), Task::silent()) else { return };
     let places: Vec<DAffine3> = places.collect();
-    let of = |images| renderer(&gpu, placed(species(maple, images), places.iter().copied()));
+    let of = |images| renderer(&gpu, placed_trees(species(maple, images), places.iter().copied()));
     let mut group = c.benchmark_group(name);
     few(&mut group);
     let picture =
@@ -344,7 +344,7 @@ fn rows_of_trees(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> (
     let eye = dvec3(0.0, -700.0, 700.0);
     let shot = Shot::new(centred(SIZE[0], SIZE[1], 1600.0), look_at(eye, DVec3::ZERO));
     let quality = Quality::Preview;
-    (placed(species(maple, Some(images)), places), Shot { quality, ..shot })
+    (placed_trees(species(maple, Some(images)), places), Shot { quality, ..shot })
 }
 
 fn by_trees(c: &mut Criterion) {
@@ -414,7 +414,7 @@ fn walks(c: &mut Criterion) {
     let eye = foot + dvec3(1.5, 0.0, 1.7);
     let look = look_at(eye, near.placed.whole().bounds.ball.middle);
     let near_shot = Shot::new(centred(SIZE[0], SIZE[1], FOCAL), look);
-    let near = placed(species(&maple, Some(&images)), near.places());
+    let near = placed_trees(species(&maple, Some(&images)), near.places());
     let mut group = c.benchmark_group("walk, one thread");
     few(&mut group);
     for (name, placed, shot) in [("1,000 far trees", &far, &shot), ("13 near trees", &near, &near_shot)] {

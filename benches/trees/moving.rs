@@ -15,7 +15,9 @@ use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{Modeller, centred, look_at};
 use quadratura::testing::view::{Quality, Shot};
 
-use super::{FOCAL, SIZE, baked, few, grown, is_wanted, maple_species, placed, renderer_of, species, timed};
+use super::{
+    FOCAL, SIZE, baked, few, grown, is_wanted, maple_species, placed_trees, renderer_of, species, timed,
+};
 
 /// What trees may take in a picture of a view that moves, as in the window.
 const TREES_WITHIN: Duration = Duration::from_millis(30);
@@ -62,7 +64,7 @@ fn avenue(maple: &Arc<Plant>, images: &Arc<PlantImages>, count: u32) -> PlacedTr
         unit: 1.0,
     };
     let mut placed =
-        placed(species(maple, Some(images)), (0..count).map(|i| placing(i).world_from_plant(maple)));
+        placed_trees(species(maple, Some(images)), (0..count).map(|i| placing(i).world_from_plant(maple)));
     placed.trees.iter_mut().for_each(|tree| tree.casts = true);
     placed
 }

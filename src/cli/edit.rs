@@ -55,7 +55,7 @@ mod window {
             if ending.is_asked() {
                 exit(STOPPED.into());
             }
-            ending.ask();
+            ending.request();
             std::thread::spawn(|| {
                 std::thread::sleep(CLOSING_TIME);
                 exit(STOPPED.into());

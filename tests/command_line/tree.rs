@@ -20,9 +20,12 @@ fn info_counts_every_instance_of_the_maple_and_of_a_wood() {
     let species = include_str!("../../examples/maple.json").replacen('{', "{\"trees\": 13,", 1);
     fs::write(site.path("wood.json"), species).unwrap();
     let placed = stdout_of(&site.run("tree info wood.json").success());
-    assert!(placed.contains("956111") && placed.contains("17205656") && placed.contains("leaf 2"), "{wood}");
+    assert!(
+        placed.contains("956111") && placed.contains("17205656") && placed.contains("leaf 2"),
+        "{placed}"
+    );
     // The light of leaves is their picture's; bark has none.
-    assert!(placed.contains("leaf  as its picture") && placed.contains("bark  14 12 9 %"), "{wood}");
+    assert!(placed.contains("leaf  as its picture") && placed.contains("bark  14 12 9 %"), "{placed}");
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn settle(harness: &mut Harness<'_, Editor>) {
 }
 
 /// Runs a command where it is ready; whether it was.
-fn request(harness: &mut Harness<'_, Editor>, name: &str) -> bool {
+fn ask(harness: &mut Harness<'_, Editor>, name: &str) -> bool {
     let command = command::all().find(|command| command.name == name).unwrap();
     let is_ready = (command.ready)(harness.state()).is_ok();
     harness.state_mut().run(command);
@@ -57,7 +57,7 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
     ];
     for (name, words) in dialogs {
         // These need a project that is built.
-        if !request(&mut harness, name) {
+        if !ask(&mut harness, name) {
             assert!(["Export…", "Render picture…"].contains(&name), "{name} does not open");
             continue;
         }
@@ -101,7 +101,7 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
 fn enter_imports_what_was_typed() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = opened(folder.path());
-    assert!(request(&mut harness, "Import edited files…"));
+    assert!(ask(&mut harness, "Import edited files…"));
     // The line has the focus: whoever types types into it.
     let line = harness.get_by_role_and_label(Role::TextInput, "File or folder");
     assert!(line.accesskit_node().is_focused());
@@ -122,7 +122,7 @@ fn enter_saves_what_is_asked_about_and_tab_goes_to_the_next_answer() {
     harness.state_mut().keep_view();
     harness.state_mut().keep_view();
     settle(&mut harness);
-    assert!(request(&mut harness, "Close project"));
+    assert!(ask(&mut harness, "Close project"));
     assert!(harness.get_by_label("Save").accesskit_node().is_focused());
     harness.key_press(Key::Tab);
     settle(&mut harness);
@@ -194,7 +194,7 @@ fn windows_beside_the_work_let_keys_through_and_escape_closes_them() {
     let windows =
         [("Keys and mouse", "with Shift faster"), ("Layer options…", "Longest side of an image layer")];
     for (place, (name, words)) in windows.into_iter().enumerate() {
-        assert!(request(&mut harness, name), "{name}");
+        assert!(ask(&mut harness, name), "{name}");
         assert!(is_there(&harness, words) && !harness.state().has_dialog(), "{name}");
         let (key, shown) = [(Key::Num2, DisplayMode::Weights), (Key::Num4, DisplayMode::Coverage)][place];
         harness.key_press(key);
@@ -212,7 +212,7 @@ fn how_far_surroundings_are_needed_is_an_option_of_layers_and_one_step() {
     let mut harness = opened(folder.path());
     let reach = |editor: &Editor| editor.session.as_ref().unwrap().history.present().options.reach;
     let before = reach(harness.state());
-    assert!(request(&mut harness, "Layer options…"));
+    assert!(ask(&mut harness, "Layer options…"));
     let slider = harness.get_by_role_and_label(Role::Slider, "Surroundings reach");
     slider.set_value_accesskit(100.0);
     settle(&mut harness);
@@ -295,7 +295,7 @@ fn a_key_that_changes_the_project_does_so_in_its_own_view_only() {
 fn the_assistant_begins_in_its_first_field() {
     let mut harness = window(None);
     settle(&mut harness);
-    assert!(request(&mut harness, "New project…"));
+    assert!(ask(&mut harness, "New project…"));
     let field = harness.get_by_role_and_label(Role::TextInput, "Folder of the site");
     assert!(field.accesskit_node().is_focused());
 }
@@ -310,7 +310,7 @@ fn a_click_in_the_history_goes_to_that_step() {
         harness.state().session.as_ref().unwrap().history.present().views.len()
     };
     assert_eq!(views(&harness), 3);
-    assert!(request(&mut harness, "History"));
+    assert!(ask(&mut harness, "History"));
     harness.get_by_label("project as opened").click();
     settle(&mut harness);
     assert_eq!(views(&harness), 0);
@@ -326,12 +326,12 @@ fn a_click_in_the_history_goes_to_that_step() {
 fn the_help_has_about_and_diagnostics() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = opened(folder.path());
-    assert!(request(&mut harness, "About Quadratura"));
+    assert!(ask(&mut harness, "About Quadratura"));
     assert!(is_there(&harness, "Licence: MIT OR Apache-2.0"));
     harness.key_press(Key::Escape);
     settle(&mut harness);
     assert!(!is_there(&harness, "Licence: MIT OR Apache-2.0"));
     assert!(harness.state().diagnostics().contains("9 photos (0 built)"));
-    assert!(request(&mut harness, "Copy diagnostics"));
+    assert!(ask(&mut harness, "Copy diagnostics"));
     assert!(harness.state().notes.list().iter().any(|note| note.text.to_string().contains("copied")));
 }

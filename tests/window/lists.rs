@@ -81,7 +81,7 @@ fn rows(harness: &Harness<'_, Editor>) -> Vec<String> {
 }
 
 #[test]
-fn an_object_is_hidden_by_its_eye_and_removed_by_a_command_that_requests() {
+fn an_object_is_hidden_by_its_eye_and_removed_by_a_command_that_asks() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
     let layers = stack(harness.state()).image_layers.len();
@@ -105,18 +105,18 @@ fn an_object_is_hidden_by_its_eye_and_removed_by_a_command_that_requests() {
 
     // Removing asks first, and says what becomes out of date.
     click(&mut harness, Role::TreeItem, &first);
-    let request = |harness: &mut Harness<'_, Editor>| {
+    let ask = |harness: &mut Harness<'_, Editor>| {
         harness.state_mut().run(&command::edit::SWITCH_OFF);
         steps(harness);
         harness.get_by_label(&format!("Remove {first} from the model?"));
         harness.get_by_label_contains(&format!("the layers and fillings of {PHOTOS} photos"));
     };
-    request(&mut harness);
+    ask(&mut harness);
     click(&mut harness, Role::Button, "Cancel");
     assert!(!harness.state().is_dirty());
     click(&mut harness, Role::TreeItem, &second);
     click(&mut harness, Role::TreeItem, &first);
-    request(&mut harness);
+    ask(&mut harness);
     click(&mut harness, Role::Button, "Remove");
     assert_eq!(session!(harness.state()).history.undoes(), Some(format!("removal of {first}").as_str()));
     wait(&mut harness, "the model without it", |editor| used(editor) == all - 1 && editor.running.is_idle());
@@ -268,17 +268,17 @@ fn a_merge_that_keeps_much_emptiness_is_asked_about_with_its_figures() {
     let cost = harness.state().merge_cost(PhotoId(0), &pair).unwrap();
     harness.state_mut().select_layers(PhotoId(0), pair.to_vec());
     steps(&mut harness);
-    let request = |harness: &mut Harness<'_, Editor>| {
+    let ask = |harness: &mut Harness<'_, Editor>| {
         harness.key_press_modifiers(Modifiers::COMMAND, Key::M);
         steps(harness);
     };
-    request(&mut harness);
+    ask(&mut harness);
     harness.get_by_label("Merge 2 layers?");
     let [width, height] = cost.size;
     harness.get_by_label_contains(&format!("One rectangle around all of them is {width} × {height} px"));
     click(&mut harness, Role::Button, "Cancel");
     assert!(!harness.state().is_dirty());
-    request(&mut harness);
+    ask(&mut harness);
     click(&mut harness, Role::Button, "Merge anyway");
     assert!(harness.state().is_dirty());
     let decisions = &session!(harness.state()).history.present().decisions;

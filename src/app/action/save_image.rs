@@ -151,7 +151,7 @@ impl State {
                 kept.display(),
                 path.display()
             );
-            self.tell(Note::new(Weight::Warning, found));
+            self.notify(Note::new(Weight::Warning, found));
         }
         let kilobytes = grouped(bytes.div_ceil(1000));
         let text = format!("{what} saved: {}, {kilobytes} kB", path.display());

@@ -63,7 +63,7 @@ pub const NEW: Command = Command {
     ..PLAIN
 };
 
-/// Requests for a project folder and opens it.
+/// Asks for a project folder and opens it.
 pub const OPEN: Command = Command {
     name: "Open project…",
     tooltip: "Opens a project folder.",
@@ -123,7 +123,7 @@ pub const READ_AGAIN: Command = Command {
     keys: &[plain(Key::F5)],
     starts_group: true,
     ready: with_project,
-    request: |_| BuildRequest::Reread(None).into(),
+    request: |_| JobRequest::Reread(None).into(),
     ..PLAIN
 };
 

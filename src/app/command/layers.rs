@@ -139,7 +139,7 @@ pub const STOP: Command = Command {
     keys: &[shift(Key::Escape)],
     menu: Menu::Layers,
     ready: |state| if state.running.is_idle() { Err("no job is running") } else { Ok(()) },
-    request: |_| BuildRequest::StopAll.into(),
+    request: |_| JobRequest::StopAll.into(),
     ..PLAIN
 };
 

@@ -14,21 +14,21 @@ use crate::widget::dialog::{Dialog, Keys};
 /// Draws the open question, if there is one.
 pub fn closing_ui(context: &Context, state: &State, requests: &mut Vec<Request>) {
     let answer = match (&state.life.phase, &state.life.recovery) {
-        (Phase::Asking { failed, .. }, _) => request_unsaved(context, state, failed.as_deref(), false),
-        (Phase::Saving { .. }, _) => request_unsaved(context, state, None, true),
+        (Phase::Asking { failed, .. }, _) => ask_unsaved(context, state, failed.as_deref(), false),
+        (Phase::Saving { .. }, _) => ask_unsaved(context, state, None, true),
         (Phase::Staying, Some(recovery)) => {
-            let restores = request_recovery(context, recovery);
+            let restores = ask_recovery(context, recovery);
             return requests.extend(restores.map(|restores| ProjectRequest::Recover(restores).into()));
         }
-        (Phase::Writing { goal, .. }, _) => request_writing(context, state, goal, false),
-        (Phase::Waiting { goal, .. }, _) => request_writing(context, state, goal, true),
+        (Phase::Writing { goal, .. }, _) => ask_writing(context, state, goal, false),
+        (Phase::Waiting { goal, .. }, _) => ask_writing(context, state, goal, true),
         (Phase::Staying, None) => None,
     };
     requests.extend(answer.map(|event| ProjectRequest::Life(event).into()));
 }
 
-/// Requests about unsaved changes, and gives the reason where saving failed.
-fn request_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bool) -> Option<LifeEvent> {
+/// Asks about unsaved changes, and gives the reason where saving failed.
+fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bool) -> Option<LifeEvent> {
     let name = state.session.as_ref().map(Session::name).unwrap_or_default();
     let asked = Dialog::new("leaving", 440.0).show(context, |ui, keys| {
         let answers = match failed {
@@ -67,7 +67,7 @@ fn request_unsaved(context: &Context, state: &State, failed: Option<&str>, saves
     asked.inner.or(is_left.then_some(LifeEvent::Stay))
 }
 
-/// Requests whether unsaved changes of the last run are restored.
+/// Asks whether unsaved changes of the last run are restored.
 fn ask_recovery(context: &Context, recovery: &Recovery) -> Option<bool> {
     let when = recovery.found.time.elapsed().map_or_else(|_| "the end".into(), ago);
     let mut answer = None;
@@ -92,7 +92,7 @@ fn ask_recovery(context: &Context, recovery: &Recovery) -> Option<bool> {
     answer.map(|answer| answer == "Restore")
 }
 
-/// Requests about running writes; `waits`: the user has chosen to wait, and can return to the project.
+/// Asks about running writes; `waits`: the user has chosen to wait, and can return to the project.
 fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Option<LifeEvent> {
     let asked = Dialog::new("writing", 460.0).show(context, |ui, keys| {
         ui.heading("Files are still being written");

@@ -1,4 +1,4 @@
-//! Requests: requests of panels, keys, commands and results, which `action` applies; one enum for each subject.
+//! Requests of panels, keys, commands and results, which `action` applies; one enum for each subject.
 
 mod flag;
 
@@ -126,7 +126,7 @@ pub enum DecideRequest {
     Rename(PhotoId, LayerIndex, String),
     /// Removes one decision about a photo, by its number.
     Forget(String, usize),
-    /// Requests whether to remove an object from the model, by name.
+    /// Asks whether to remove an object from the model, by name.
     AskToRemove(String),
     /// Removes the object that was asked about (`true`), or keeps it.
     ConfirmRemoval(bool),

@@ -21,7 +21,7 @@ use quadratura_recipe::fill::seen::{SeenEdit, edited};
 use quadratura_recipe::fill::shares::layer_shares;
 use quadratura_recipe::fill::viewpoints::RankedViewpoint;
 use quadratura_recipe::fill::worst::hidden_layers_by_visibility;
-use quadratura_recipe::fill::{FillRequest, notify, stale_fillings};
+use quadratura_recipe::fill::{FillRequest, stale_fillings, tell};
 use quadratura_view::navigation::Viewpoint;
 
 impl State {
@@ -166,7 +166,7 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
             let (photos, memory) = (Vec::new(), default_memory());
             let request =
                 FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
-            let message = notify(&folder, &opened, &request, task)?;
+            let message = tell(&folder, &opened, &request, task)?;
             let propagated = message
                 .into_iter()
                 .filter_map(|it| Some((opened.site.photo_named(&it.photo)?, it.propagated)));

@@ -8,7 +8,7 @@ use quadratura_recipe::colour::ColourEdit;
 use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 use quadratura_recipe::fill::viewpoints::Viewpoints;
 
-/// Requests until no job runs any more; returns in how many of three frames a job was started.
+/// Asks until no job runs any more; returns in how many of three frames a job was started.
 fn starts(bench: &mut TestBench, request: fn() -> QualityRequest) -> usize {
     let started = |bench: &mut TestBench| {
         bench.request(request());

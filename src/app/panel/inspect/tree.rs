@@ -53,7 +53,7 @@ struct TreePage<'a> {
 }
 
 impl TreePage<'_> {
-    /// Requests for another tree in place of this one.
+    /// Asks for another tree in place of this one.
     fn set(&mut self, what: &'static str, goes_on: bool, change: impl FnOnce(&mut PlacedTree)) {
         let mut tree = self.tree.clone();
         change(&mut tree);
@@ -61,7 +61,7 @@ impl TreePage<'_> {
         self.requests.push(TreeRequest::Set { name, tree: Box::new(tree), what, goes_on }.into());
     }
 
-    /// Requests for what a field was changed to; a drag is one step.
+    /// Asks for what a field was changed to; a drag is one step.
     fn dragged(&mut self, field: &Response, what: &'static str, change: impl FnOnce(&mut PlacedTree)) {
         if field.changed() {
             self.set(what, goes_on(field), change);

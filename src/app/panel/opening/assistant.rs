@@ -20,7 +20,7 @@ pub fn assistant_ui(
     assistant: &mut Assistant,
     context: &Context,
     requests: &mut Vec<DialogRequest>,
-    requests: &mut Vec<Request>,
+    app: &mut Vec<Request>,
 ) {
     let makes = state.running.runs(JobKind::Open);
     // Escape first leaves the text field.
@@ -34,7 +34,7 @@ pub fn assistant_ui(
         });
         ui.add_space(8.0);
         if makes {
-            progress(state, ui, requests);
+            progress(state, ui, app);
         } else {
             buttons(state, assistant, ui, keys, requests);
         }
@@ -143,7 +143,7 @@ fn progress(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
         ui.add(ProgressBar::new(job.progress.share().unwrap_or_default()).desired_width(240.0));
         ui.label(job.in_words());
         if ui.button("Stop").clicked() {
-            requests.push(BuildRequest::Stop(id).into());
+            requests.push(JobRequest::Stop(id).into());
         }
     });
 }

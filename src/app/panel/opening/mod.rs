@@ -27,22 +27,23 @@ pub fn opening_ui(
     context: &Context,
     requests: &mut Vec<Request>,
 ) {
-    let mut requests = Vec::new();
+    let mut dialog_requests = Vec::new();
     if let Some(assistant) = &mut dialogs.assistant {
-        assistant_ui(state, assistant, context, &mut requests, requests);
+        assistant_ui(state, assistant, context, &mut dialog_requests, requests);
     }
     if let Some(relinking) = &mut dialogs.relinking {
-        relinking_ui(state, relinking, context, &mut requests);
+        relinking_ui(state, relinking, context, &mut dialog_requests);
     }
     if let Some(sample) = &mut dialogs.sample {
-        sample_ui(state, sample, context, &mut requests);
+        sample_ui(state, sample, context, &mut dialog_requests);
     }
     if let Some(copy) = &mut dialogs.copy {
-        copy_ui(state, copy, context, &mut requests);
+        copy_ui(state, copy, context, &mut dialog_requests);
     }
-    held_ui(state, context, &mut requests);
+    held_ui(state, context, &mut dialog_requests);
     if state.opening.typing {
-        typing_ui(&mut dialogs.typed, context, &mut requests);
+        typing_ui(&mut dialogs.typed, context, &mut dialog_requests);
     }
-    requests.extend(requests.into_iter().map(|request| Request::Project(ProjectRequest::Dialog(request))));
+    requests
+        .extend(dialog_requests.into_iter().map(|request| Request::Project(ProjectRequest::Dialog(request))));
 }

@@ -33,7 +33,7 @@ impl State {
         merges.iter().map(|merge| layers_of(stack, merge)).filter(|layers| layers.len() > 1).collect()
     }
 
-    /// Requests for confirmation of a merge.
+    /// Asks for confirmation of a merge.
     pub fn request_to_merge(&mut self, edit: LayerEdit, cost: MergeCost) {
         self.lists.merging = Some(PendingMerge { edit, cost });
     }

@@ -27,7 +27,7 @@ impl PendingRemoval {
 }
 
 impl State {
-    /// Requests whether to remove an object from the model, by name.
+    /// Asks whether to remove an object from the model, by name.
     pub fn request_to_remove(&mut self, object: &str) {
         let Some(session) = &self.session else { return };
         self.lists.removing = PendingRemoval::new(session, object);

@@ -17,17 +17,17 @@ fn view() -> SpaceView {
 }
 
 /// Requests a picture, which must be due.
-fn requested(space: &mut SpaceView, frame: FrameFacts, now_s: f64) -> Request {
+fn requested(space: &mut SpaceView, frame: FrameFacts, now_s: f64) -> PictureRequest {
     space.due(frame, now_s, false).0.expect("a picture is due")
 }
 
 /// Shows a small picture as the one that was requested.
-fn shows(space: &mut SpaceView, request: Request) {
-    let small = painted(Request { shot: small(request.shot.clone()), ..request.clone() });
+fn shows(space: &mut SpaceView, request: PictureRequest) {
+    let small = painted(PictureRequest { shot: small(request.shot.clone()), ..request.clone() });
     space.show(PaintedPicture { request, ..small });
 }
 
-fn painted(request: Request) -> PaintedPicture {
+fn painted(request: PictureRequest) -> PaintedPicture {
     let (width, height) = (request.shot.camera.width, request.shot.camera.height);
     let count = (width * height) as usize;
     PaintedPicture {
@@ -190,15 +190,18 @@ fn the_time_of_the_first_picture_is_not_that_of_those_that_follow() {
     let small_view = || SpaceView { size_px: [400, 300], ..SpaceView::default() };
     let mut space = small_view();
     let first = requested(&mut space, AT_REST, 5.0);
-    let slow = |request: Request| PaintedPicture {
+    let slow = |request: PictureRequest| PaintedPicture {
         spent: Duration::from_secs(9),
-        ..painted(Request { shot: small(request.shot.clone()), ..request })
+        ..painted(PictureRequest { shot: small(request.shot.clone()), ..request })
     };
     assert_eq!(requested(&mut small_view(), MOVING, 6.0).shot.camera.width, 400);
     space.show(slow(first));
     assert_eq!(requested(&mut space, MOVING, 6.0).shot.camera.width, 400);
     let second = requested(&mut space, AT_REST, 7.0);
-    space.show(slow(Request { shot: Shot { quality: Quality::Preview, ..second.shot.clone() }, ..second }));
+    space.show(slow(PictureRequest {
+        shot: Shot { quality: Quality::Preview, ..second.shot.clone() },
+        ..second
+    }));
     assert!(requested(&mut space, MOVING, 8.0).shot.camera.width < 400);
 }
 
@@ -223,7 +226,7 @@ fn small(mut shot: quadratura_view::Shot) -> quadratura_view::Shot {
 fn the_picture_stays_when_faces_are_forgotten_and_goes_with_its_site() {
     let mut space = view();
     let request = requested(&mut space, AT_REST, 5.0);
-    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+    space.show(painted(PictureRequest { shot: small(request.shot.clone()), ..request }));
     space.hovered = Some(FaceId(3));
     assert_eq!(space.picture().unwrap().faces, [1, 1]);
     space.forget_faces();
@@ -239,14 +242,14 @@ fn a_view_that_has_moved_is_seen_from_where_its_picture_was_drawn() {
     assert!(space.seen_from() == space.viewpoint, "there is no picture");
     let request = requested(&mut space, AT_REST, 5.0);
     let before = space.viewpoint;
-    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+    space.show(painted(PictureRequest { shot: small(request.shot.clone()), ..request }));
     assert!(space.seen_from() == before, "not rounded to its pixels");
     let mut there = before;
     there.orbit(0.3, 0.0, glam::DVec3::Z);
     space.show_from(there, 6.0);
     assert_eq!((space.seen_from().pose, space.seen_from().lens), (before.pose, before.lens));
     let request = requested(&mut space, AT_REST, 7.0);
-    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+    space.show(painted(PictureRequest { shot: small(request.shot.clone()), ..request }));
     assert!(space.seen_from() == there);
 }
 
@@ -260,10 +263,10 @@ fn a_stroke_is_previewed_until_the_first_picture_that_contains_it() {
     space.brush.unseen.push(UnseenStroke { drawn, number: 1, revision });
     space.redraw();
     // A picture that was requested before comes first.
-    space.show(painted(Request { shot: small(shown.shot.clone()), ..shown }));
+    space.show(painted(PictureRequest { shot: small(shown.shot.clone()), ..shown }));
     assert_eq!(space.brush.previews().count(), 1);
     let next = requested(&mut space, AT_REST, 6.0);
-    space.show(painted(Request { shot: small(next.shot.clone()), ..next }));
+    space.show(painted(PictureRequest { shot: small(next.shot.clone()), ..next }));
     assert_eq!(space.brush.previews().count(), 0);
 }
 

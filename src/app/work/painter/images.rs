@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::PainterQueue;
-use crate::state::space::picture::Request;
+use crate::state::space::picture::PictureRequest;
 use crate::work::priority::lower_own_priority;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;

@@ -130,7 +130,7 @@ mod tests {
     use quadratura_foliage::{Material, OutdoorLight, PlacedSpecies};
 
     /// A site of a photo, and a tree.
-    fn site_and_wood() -> (Site, PlacedTrees) {
+    fn site_and_trees() -> (Site, PlacedTrees) {
         let scene = Scene {
             name: "tree".into(),
             model: Arc::default(),
@@ -169,7 +169,7 @@ mod tests {
     }
 
     fn found(of: TreeInPhoto) -> Option<RatioImage> {
-        let (site, placed) = site_and_wood();
+        let (site, placed) = site_and_trees();
         let blocks: Vec<PixelBlock> = of.blocks.iter().map(|(_, block)| *block).collect();
         let of_foliage = FoliageRatios::of(&blocks)?;
         let mut ratios = ratios(&[of], &clear_day(), &of_foliage, &site, &placed);
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn a_tree_that_stands_elsewhere_has_no_ratio_images() {
-        let (_, mut placed) = site_and_wood();
+        let (_, mut placed) = site_and_trees();
         let images: Arc<[RatioImage]> = [found(in_photo(|_| DVec3::ONE)).unwrap()].into();
         let of = TreeRatios { tree: "a".into(), world_from_plant: DAffine3::IDENTITY, images };
         set_ratios(&mut placed, std::slice::from_ref(&of));
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn an_estimate_that_was_kept_is_the_same_and_one_that_is_damaged_or_of_other_inputs_is_none() {
-        let (site, placed) = site_and_wood();
+        let (site, placed) = site_and_trees();
         let images: Arc<[RatioImage]> =
             [found(in_photo(|middle| DVec3::splat(0.5 + middle.x / 200.0))).unwrap()].into();
         let ratios = vec![TreeRatios { tree: "a".into(), world_from_plant: DAffine3::IDENTITY, images }];
