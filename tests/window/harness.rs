@@ -157,8 +157,11 @@ pub fn copy_of_piazza(to: &Path, photos: usize) {
     }
 }
 
-/// The factor by which photos are made smaller for tests that make layers: their sides have 1080 and 720 pixels then.
-const SMALLER: u32 = 2;
+/// The factor by which photos are made smaller for tests that make layers.
+const SMALLER: u32 = 4;
+
+/// The width and height of these smaller photos, in pixels.
+pub const SMALL_SIZE: [u32; 2] = [2160 / SMALLER, 1440 / SMALLER];
 
 /// A copy of it with its first photos, made smaller.
 pub fn small_piazza(to: &Path, photos: usize) {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::common;
-use crate::harness::{appears, command, first_photos, is_there, opened, press, wait};
+use crate::harness::{SMALL_SIZE, appears, command, first_photos, is_there, opened, press, wait};
 use crate::paper;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::Harness;
@@ -22,7 +22,6 @@ use quadratura::testing::io::project::{change_project, read_project};
 use quadratura::testing::scene::PhotoId;
 
 const CHURCH: &str = "01_church.jpg";
-const SIZE: [u32; 2] = [1080, 720];
 const UNSAVED: &str = "project.unsaved.json";
 
 fn project(folder: &Path) -> PathBuf {
@@ -152,8 +151,8 @@ fn a_save_that_fails_while_leaving_says_why_in_the_dialog_and_can_be_tried_again
 fn mask(project: &Path, pixels: u32) -> PathBuf {
     let store = MaskStore::new(project);
     let block = |w: u32| Spans::of_pixels(PixelRect { x: 5, y: 5, w, h: 1 }, |_, _| true);
-    store.add(CHURCH, "drawn", &block(pixels - 1), SIZE).unwrap();
-    let file = store.add(CHURCH, "drawn", &block(pixels), SIZE).unwrap();
+    store.add(CHURCH, "drawn", &block(pixels - 1), SMALL_SIZE).unwrap();
+    let file = store.add(CHURCH, "drawn", &block(pixels), SMALL_SIZE).unwrap();
     change_project(project, |project| {
         let mut project = project?;
         let mask = Mask { from: MaskOrigin::Drawn, file: file.clone(), pixels: u64::from(pixels) };
