@@ -50,7 +50,7 @@ const COARSEST: usize = 7;
 pub struct DomeContent<'a> {
     /// The photos that take part.
     pub photos: &'a [&'a DirectionPhoto],
-    /// How far others confirm each pixel of each photo.
+    /// How far others confirm each pixel that shows surroundings, of each photo.
     pub agreement: &'a [Vec<f32>],
     /// The mean light of the ground, in the common exposure; `None` where no photo looks down.
     pub ground: Option<[f32; 3]>,
@@ -124,16 +124,16 @@ impl DomeContent<'_> {
 fn shown(photo: &DirectionPhoto, agreement: &[f32], direction: DVec3) -> Option<Weighted> {
     let px = photo.position(direction)?;
     let index = photo.index(px);
-    photo.exposed[index]?;
-    let ramp = f32::from(photo.inside_px[index]) / RAMP_PX;
-    let trust = border(&photo.camera, px) as f32 * ramp.min(1.0) * agreement[index];
+    let place = photo.place(index)?;
+    let ramp = f32::from(photo.inside_px(index)) / RAMP_PX;
+    let trust = border(&photo.camera, px) as f32 * ramp.min(1.0) * agreement[place];
     let [width, height] = [photo.camera.width, photo.camera.height].map(|side| side as i32);
     let (base, share) = ((px - 0.5).floor(), px - 0.5 - (px - 0.5).floor());
     let taps = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| {
         let along = |step: i32, share: f64| if step > 0 { share } else { 1.0 - share };
         let at = |base: f64, step: i32, side: i32| (base as i32 + step).clamp(0, side - 1);
         let index = at(base.y, dy, height) * width + at(base.x, dx, width);
-        (photo.exposed[index as usize], (along(dx, share.x) * along(dy, share.y)) as f32)
+        (photo.exposed(index as usize), (along(dx, share.x) * along(dy, share.y)) as f32)
     });
     Some((mean(taps.iter().filter_map(|(light, weight)| Some(((*light)?, *weight)))), trust))
 }
@@ -279,7 +279,7 @@ mod tests {
 
     fn made(photos: &[DirectionPhoto], ground: Option<[f32; 3]>) -> Option<Dome> {
         let photos: Vec<&DirectionPhoto> = photos.iter().collect();
-        let agreement: Vec<Vec<f32>> = photos.iter().map(|photo| vec![1.0; photo.exposed.len()]).collect();
+        let agreement: Vec<Vec<f32>> = photos.iter().map(|photo| vec![1.0; photo.pixels()]).collect();
         let content = DomeContent { photos: &photos, agreement: &agreement, ground, up: DVec3::NEG_Y };
         dome(&content, 56, &Task::silent()).unwrap()
     }
@@ -359,7 +359,7 @@ mod tests {
     #[test]
     fn a_photo_has_less_weight_beside_outlines_and_at_its_border() {
         let photo = photo(0.0, [0.4; 3]);
-        let full = vec![1.0; photo.exposed.len()];
+        let full = vec![1.0; photo.pixels()];
         let trust = |x: f64, y: f64| {
             let ray = CAMERA.ray_in_camera(DVec2::new(x, y));
             shown(&photo, &full, ray).map_or(0.0, |(_, trust)| trust)

@@ -79,26 +79,28 @@ type Coarse = BTreeMap<usize, CellSums>;
 /// The common sky: logarithms of light by cell of the coarse cube.
 type Sky = CubeMap<[f32; 3]>;
 
-/// Finds the factors of each photo, in the order of `photos`. `agreement` says how far others confirm each pixel of each photo.
+/// Finds the factors of each photo, in the order of `photos`. `agreement` says how far others confirm each pixel that shows
+/// surroundings of each photo; with `None` they confirm all.
 ///
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
 pub fn one_sky(
     photos: &[&DirectionPhoto],
-    agreement: &[Vec<f32>],
+    agreement: Option<&[Vec<f32>]>,
     task: &Task,
 ) -> Result<Vec<SurroundingsFactors>> {
     task.check_cancelled()?;
-    let with_agreement: Vec<(&DirectionPhoto, &[f32])> =
-        photos.iter().copied().zip(agreement.iter().map(Vec::as_slice)).collect();
+    let of_photo = |number: usize| agreement.map(|agreement| agreement[number].as_slice());
+    let with_agreement: Vec<(&DirectionPhoto, Option<&[f32]>)> =
+        photos.iter().enumerate().map(|(number, photo)| (*photo, of_photo(number))).collect();
     let coarse: Vec<Coarse> =
-        with_agreement.par_iter().map(|(photo, agreement)| coarse(photo, agreement)).collect();
+        with_agreement.par_iter().map(|(photo, agreement)| coarse(photo, *agreement)).collect();
     task.check_cancelled()?;
     let offsets = offsets(&coarse);
     let sky = common_sky(&coarse, &offsets);
     task.check_cancelled()?;
-    let factors = |((photo, agreement), offset): (&(&DirectionPhoto, &[f32]), &[f32; 3])| {
-        factors(photo, agreement, *offset, &sky)
+    let factors = |((photo, agreement), offset): (&(&DirectionPhoto, Option<&[f32]>), &[f32; 3])| {
+        factors(photo, *agreement, *offset, &sky)
     };
     Ok(with_agreement.par_iter().zip(&offsets).map(factors).collect())
 }
@@ -115,20 +117,21 @@ struct Looked {
 }
 
 /// Returns what is looked at of a photo.
-fn looked<'a>(photo: &'a DirectionPhoto, agreement: &'a [f32]) -> impl Iterator<Item = Looked> + 'a {
+fn looked<'a>(photo: &'a DirectionPhoto, agreement: Option<&'a [f32]>) -> impl Iterator<Item = Looked> + 'a {
     let [width, height] = [photo.camera.width as usize, photo.camera.height as usize];
     let places = (0..height).step_by(STEP).flat_map(move |y| (0..width).step_by(STEP).map(move |x| (x, y)));
     places.filter_map(move |(x, y)| {
         let at = y * width + x;
-        let light = photo.exposed[at]?;
+        let place = photo.place(at)?;
+        let light = photo.exposed(at)?;
         let px = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-        let ramp = (f32::from(photo.inside_px[at]) / RAMP_PX).min(1.0);
+        let ramp = (f32::from(photo.inside_px(at)) / RAMP_PX).min(1.0);
         Some(Looked {
             px,
             direction: photo.pose.rotation.transpose() * photo.camera.ray_in_camera(px),
             log: light.map(|light| light.max(BLACK).ln()),
             known: photo.known(at),
-            trust: agreement[at] * agreement[at] * ramp,
+            trust: agreement.map_or(1.0, |agreement| agreement[place] * agreement[place]) * ramp,
         })
     })
 }
@@ -141,7 +144,7 @@ fn feather(photo: &DirectionPhoto, px: DVec2) -> f32 {
 }
 
 /// Returns what a photo shows on the coarse cube.
-fn coarse(photo: &DirectionPhoto, agreement: &[f32]) -> Coarse {
+fn coarse(photo: &DirectionPhoto, agreement: Option<&[f32]>) -> Coarse {
     let mut cells = Coarse::new();
     for seen in looked(photo, agreement).filter(|seen| seen.trust > 0.0) {
         let sums = cells.entry(Sky::cell_of(SIDE, seen.direction)).or_default();
@@ -323,7 +326,12 @@ fn continued(channels: &[Vec<(f32, f32)>; 3], least: &[[f32; 3]]) -> Sky {
 }
 
 /// Returns the factors that bring a photo to the common sky.
-fn factors(photo: &DirectionPhoto, agreement: &[f32], offset: [f32; 3], sky: &Sky) -> SurroundingsFactors {
+fn factors(
+    photo: &DirectionPhoto,
+    agreement: Option<&[f32]>,
+    offset: [f32; 3],
+    sky: &Sky,
+) -> SurroundingsFactors {
     let mut cells = vec![([0.0f32; 3], 0.0f32); GRID * GRID];
     let mut known = [(0.0f32, 0.0f32); 3];
     let mut all = 0.0;
@@ -400,8 +408,7 @@ mod tests {
 
     /// Brings photos to one sky; returns their factors.
     fn united(photos: &mut [DirectionPhoto]) -> Vec<SurroundingsFactors> {
-        let agreement: Vec<Vec<f32>> = photos.iter().map(|photo| vec![1.0; photo.exposed.len()]).collect();
-        let found = one_sky(&photos.iter().collect::<Vec<_>>(), &agreement, &Task::silent()).unwrap();
+        let found = one_sky(&photos.iter().collect::<Vec<_>>(), None, &Task::silent()).unwrap();
         for (photo, factors) in photos.iter_mut().zip(&found) {
             photo.multiply(factors);
         }
@@ -410,7 +417,7 @@ mod tests {
 
     /// Returns the light of a photo in a direction, in the common exposure.
     fn shown(photo: &DirectionPhoto, direction: DVec3) -> [f32; 3] {
-        photo.exposed[photo.index(photo.position(direction).unwrap())].unwrap()
+        photo.exposed(photo.index(photo.position(direction).unwrap())).unwrap()
     }
 
     #[test]
@@ -458,6 +465,6 @@ mod tests {
         for factors in united(&mut photos) {
             assert!(factors.cells.iter().flatten().all(|log| log.abs() < 0.02), "{:?}", factors.offset);
         }
-        assert!(one_sky(&[], &[], &Task::silent()).unwrap().is_empty());
+        assert!(one_sky(&[], None, &Task::silent()).unwrap().is_empty());
     }
 }

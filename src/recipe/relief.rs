@@ -53,6 +53,8 @@ impl SiteRelief {
             task.note(Message::from("the relief cannot be cached: ").and(&error));
         }
         opened.whole = Arc::new(relief);
+        // Prepared photos are large; few pictures need them again.
+        opened.sweep_views = None;
         Ok(opened)
     }
 

@@ -294,8 +294,7 @@ impl SiteSurroundings {
         }
         let mut factors = vec![None; photos.len()];
         // Photos are compared under one sky, and what they then confirm of each other tells more of it.
-        let all_confirmed = |photo: &DirectionPhoto| vec![1.0; photo.exposed.len()];
-        unite(&mut photos, left_out, &mut factors, all_confirmed, task)?;
+        unite(&mut photos, left_out, &mut factors, None, task)?;
         let compared = taking_part(&photos, left_out);
         let mut agreement = vec![PhotoAgreement::default(); photos.len()];
         let blended: Vec<&DirectionPhoto> = compared.iter().map(|(_, photo)| *photo).collect();
@@ -317,17 +316,10 @@ impl SiteSurroundings {
             let others: Vec<&DirectionPhoto> = others.iter().map(|(photo, _)| *photo).collect();
             lower_thin(&mut of_photo, tested, &others, scale);
             agreement[id.index()] = surroundings_agreement(tested, &of_photo);
-            values.push(of_photo);
+            values.push(tested.of_shown(&of_photo));
         }
         task.step("compare surroundings", count, count)?;
-        let mut of_all = values.iter().cloned();
-        unite(
-            &mut photos,
-            left_out,
-            &mut factors,
-            |_| of_all.next().expect("one for each photo that takes part"),
-            task,
-        )?;
+        unite(&mut photos, left_out, &mut factors, Some(&values), task)?;
         let blended: Vec<&DirectionPhoto> =
             taking_part(&photos, left_out).into_iter().map(|(_, photo)| photo).collect();
         let ground = self.ground(left_out, gains, task)?;
@@ -430,19 +422,18 @@ fn taking_part<'a>(
     numbered.filter_map(|(id, photo)| Some((id, photo.as_ref()?))).collect()
 }
 
-/// Brings the photos that are not left out nearer to one sky, and adds what that takes to their factors. `agreement` returns that
-/// of each pixel of a photo and is asked in the photos' order.
+/// Brings the photos that are not left out nearer to one sky, and adds what that takes to their factors. `agreement` is that of
+/// each pixel that shows surroundings, of the photos that are not left out; `None` where nothing was compared yet.
 fn unite(
     photos: &mut [Option<DirectionPhoto>],
     left_out: &[PhotoId],
     factors: &mut [Option<SurroundingsFactors>],
-    agreement: impl FnMut(&DirectionPhoto) -> Vec<f32>,
+    agreement: Option<&[Vec<f32>]>,
     task: &Task,
 ) -> Result<()> {
     let (ids, taking_part): (Vec<PhotoId>, Vec<&DirectionPhoto>) =
         taking_part(photos, left_out).into_iter().unzip();
-    let agreement: Vec<Vec<f32>> = taking_part.iter().copied().map(agreement).collect();
-    let found = task.timed("one sky", || one_sky(&taking_part, &agreement, task))?;
+    let found = task.timed("one sky", || one_sky(&taking_part, agreement, task))?;
     for (id, found) in ids.into_iter().zip(found) {
         let of_photo = &mut factors[id.index()];
         let photo = photos[id.index()].as_mut().expect("it takes part");

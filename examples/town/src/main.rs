@@ -12,15 +12,20 @@ mod photo;
 mod plan;
 
 use std::error::Error;
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufWriter;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
+use image::codecs::jpeg::JpegEncoder;
 use quadratura_base::scene::synthetic::centred;
 use rayon::prelude::*;
 
 use self::plan::Plan;
+
+/// The quality of the JPEG files.
+const QUALITY: u8 = 92;
 
 /// Makes a synthetic town of any number of photos
 #[derive(Debug, Parser)]
@@ -39,7 +44,7 @@ struct Arguments {
     seed: u64,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let Arguments { out, photos, width, seed } = Arguments::parse();
     let camera = centred(width, width * 2 / 3, 0.72 * f64::from(width));
     let plan = Plan::new(photos);
@@ -52,12 +57,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let done = AtomicUsize::new(0);
     plan.stations.par_iter().enumerate().try_for_each(|(number, station)| {
         let picture = photo::taken(&town, station, &camera, seed.wrapping_add(number as u64));
-        picture.save(out.join("photos").join(&station.name)).map_err(|error| error.to_string())?;
+        let file = BufWriter::new(File::create(out.join("photos").join(&station.name))?);
+        JpegEncoder::new_with_quality(file, QUALITY).encode_image(&picture)?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if done % 25 == 0 || done == plan.stations.len() {
             eprintln!("{done} of {} photos", plan.stations.len());
         }
-        Ok::<(), String>(())
-    })?;
-    Ok(())
+        Ok(())
+    })
 }

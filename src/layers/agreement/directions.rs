@@ -5,6 +5,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::shown::ShownPixels;
 use super::tints::TintLevels;
 use super::votes::{MOST_VOTES, Votes, agrees, largest_set};
 use quadratura_base::error::Result;
@@ -34,12 +35,14 @@ pub struct DirectionPhoto {
     pub camera: Pinhole,
     /// The pose, world to camera.
     pub pose: Pose,
-    /// Linear light (full range 1) in the photo's own exposure, row by row; `None` where it shows no surroundings.
-    light: Vec<Option<[f32; 3]>>,
+    /// The pixels that show surroundings; what follows is kept of these alone.
+    shown: ShownPixels,
+    /// Linear light (full range 1) in the photo's own exposure.
+    light: Vec<[f32; 3]>,
     /// The same in the common exposure.
-    pub exposed: Vec<Option<[f32; 3]>>,
-    /// The distance of each pixel from what is not surroundings, in reduced pixels; the edge of the photo is none.
-    pub inside_px: Vec<u16>,
+    exposed: Vec<[f32; 3]>,
+    /// The distance from what is not surroundings, in reduced pixels; the edge of the photo is none.
+    inside_px: Vec<u16>,
     tints: TintLevels,
 }
 
@@ -47,37 +50,73 @@ impl DirectionPhoto {
     /// Prepares a photo from linear light (full range 1), row by row; `None` where it shows no surroundings.
     pub fn new(camera: Pinhole, pose: Pose, light: Vec<Option<[f32; 3]>>) -> Self {
         let size = [camera.width as usize, camera.height as usize];
-        let shown: Vec<bool> = light.iter().map(Option::is_some).collect();
-        let tints = TintLevels::new(size, light.clone());
-        Self { inside_px: steps_inside(&shown, size), exposed: light.clone(), camera, pose, light, tints }
+        let is_shown: Vec<bool> = light.iter().map(Option::is_some).collect();
+        let shown = ShownPixels::new(is_shown.iter().copied());
+        let steps = steps_inside(&is_shown, size);
+        let inside_px = shown.iter().map(|at| steps[at]).collect();
+        let kept: Vec<[f32; 3]> = light.iter().flatten().copied().collect();
+        let tints = TintLevels::new(size, light);
+        Self { camera, pose, shown, exposed: kept.clone(), light: kept, inside_px, tints }
     }
 
     /// Brings the photo to the common exposure: `gain` is its own relative to that (natural logarithms).
     pub fn set_exposure(&mut self, gain: [f64; 3], optics: &Optics) {
-        let size = [self.camera.width as usize, self.camera.height as usize];
-        let exposed = |(at, light): (usize, &Option<[f32; 3]>)| {
-            let px = DVec2::new((at % size[0]) as f64 + 0.5, (at / size[0]) as f64 + 0.5);
-            let undone = optics.undone((*light)?.map(f64::from), squared_radius(&self.camera, px));
-            Some([0, 1, 2].map(|c| (undone[c] * (-gain[c]).exp()) as f32))
+        let exposed = |(at, light): (usize, &[f32; 3])| {
+            let undone = optics.undone(light.map(f64::from), squared_radius(&self.camera, self.centre(at)));
+            [0, 1, 2].map(|c| (undone[c] * (-gain[c]).exp()) as f32)
         };
-        self.exposed = self.light.par_iter().enumerate().map(exposed).collect();
-        self.tints = TintLevels::new(size, self.exposed.clone());
+        let places: Vec<usize> = self.shown.iter().collect();
+        self.exposed = places.into_par_iter().zip(&self.light).map(exposed).collect();
+        self.tint_anew();
     }
 
     /// Multiplies the light in the common exposure by slowly varying factors.
     pub fn multiply(&mut self, factors: &SurroundingsFactors) {
         let (camera, width) = (self.camera, self.camera.width as usize);
-        self.exposed.par_iter_mut().enumerate().for_each(|(at, light)| {
-            let px = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
-            let log = factors.at(&camera, px);
-            *light = light.map(|light| [0, 1, 2].map(|c| light[c] * log[c].exp()));
+        let places: Vec<usize> = self.shown.iter().collect();
+        self.exposed.par_iter_mut().zip(places).for_each(|(light, at)| {
+            let log = factors.at(&camera, centre(width, at));
+            *light = [0, 1, 2].map(|c| light[c] * log[c].exp());
         });
-        self.tints = TintLevels::new([width, self.camera.height as usize], self.exposed.clone());
+        self.tint_anew();
+    }
+
+    /// Prepares the colours for comparison in the present exposure.
+    fn tint_anew(&mut self) {
+        let size = [self.camera.width as usize, self.camera.height as usize];
+        self.tints = TintLevels::new(size, (0..self.pixels()).map(|at| self.exposed(at)).collect());
+    }
+
+    /// Returns the number of pixels, those that show no surroundings included.
+    pub fn pixels(&self) -> usize {
+        self.shown.count()
+    }
+
+    /// Returns the place of a pixel among those that show surroundings; `None` where it shows none.
+    pub fn place(&self, at: usize) -> Option<usize> {
+        self.shown.place(at)
+    }
+
+    /// Returns the values of the pixels that show surroundings, from those of all pixels, row by row.
+    pub fn of_shown(&self, values: &[f32]) -> Vec<f32> {
+        self.shown.iter().map(|at| values[at]).collect()
+    }
+
+    /// Returns a pixel's linear light (full range 1) in the common exposure; `None` where it shows no surroundings.
+    pub fn exposed(&self, at: usize) -> Option<[f32; 3]> {
+        self.shown.place(at).map(|place| self.exposed[place])
+    }
+
+    /// Returns the distance of a pixel from what is not surroundings, in reduced pixels; the edge of the photo is none.
+    pub fn inside_px(&self, at: usize) -> u16 {
+        self.shown.place(at).map_or(0, |place| self.inside_px[place])
     }
 
     /// Returns how far each channel of a pixel's light is known: 0 where it is clipped.
     pub fn known(&self, at: usize) -> [f32; 3] {
-        self.light[at].map_or([0.0; 3], |light| light.map(|light| 1.0 - clipped(f64::from(light)) as f32))
+        self.shown
+            .place(at)
+            .map_or([0.0; 3], |place| self.light[place].map(|light| 1.0 - clipped(f64::from(light)) as f32))
     }
 
     /// Returns the position of a direction (world) in the photo; `None` outside of it.
@@ -103,9 +142,13 @@ impl DirectionPhoto {
 
     /// Returns the centre of a pixel.
     fn centre(&self, at: usize) -> DVec2 {
-        let width = self.camera.width as usize;
-        DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5)
+        centre(self.camera.width as usize, at)
     }
+}
+
+/// Returns the centre of a pixel of an image so wide.
+fn centre(width: usize, at: usize) -> DVec2 {
+    DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5)
 }
 
 /// Returns the agreement of each pixel of a photo's surroundings, row by row, 1 where it shows none or where nobody
@@ -129,8 +172,8 @@ pub fn direction_agreement(
         others.iter().map(|&(other, same_light)| (other, same_light, weight(other))).collect();
     others.sort_by(|a, b| b.1.cmp(&a.1).then(away(a.0).total_cmp(&away(b.0))));
     others.truncate(MOST_VOTES);
-    let poll = |at: usize| tested.exposed[at].map_or(1.0, |_| polled(tested, at, &others));
-    let values: Vec<f32> = (0..tested.exposed.len()).into_par_iter().map(poll).collect();
+    let poll = |at: usize| tested.exposed(at).map_or(1.0, |_| polled(tested, at, &others));
+    let values: Vec<f32> = (0..tested.pixels()).into_par_iter().map(poll).collect();
     Ok(smoothed(tested, &values))
 }
 
@@ -142,7 +185,7 @@ fn polled(tested: &DirectionPhoto, at: usize, others: &[(&DirectionPhoto, bool, 
     let mut agreeing = 1.0;
     for &(photo, same_light, weight) in others {
         let Some(px) = photo.position(direction) else { continue };
-        if photo.inside_px[photo.index(px)] < INSIDE_PX {
+        if photo.inside_px(photo.index(px)) < INSIDE_PX {
             continue;
         }
         let voter = Voter::new(photo, px, direction);
@@ -177,7 +220,7 @@ pub(super) fn confirmed_from_afar(
     let (here, direction) = (tested.pose.center_in_world(), tested.direction(at));
     let own = Voter::new(tested, tested.centre(at), direction);
     others.iter().any(|(other, _)| {
-        let px = other.position(direction).filter(|px| other.exposed[other.index(*px)].is_some());
+        let px = other.position(direction).filter(|px| other.exposed(other.index(*px)).is_some());
         px.is_some_and(|px| {
             other.pose.center_in_world().distance(here) >= AFAR * scale
                 && agrees(own.distance(&Voter::new(other, px, direction))) > 0.5
@@ -217,11 +260,11 @@ fn smoothed(photo: &DirectionPhoto, values: &[f32]) -> Vec<f32> {
         let rows = (y - SMOOTHING).max(0)..(y + SMOOTHING + 1).min(height);
         let columns = (x - SMOOTHING).max(0)..(x + SMOOTHING + 1).min(width);
         let around = rows.flat_map(|y| columns.clone().map(move |x| (y * width + x) as usize));
-        let shown = around.filter(|at| photo.exposed[*at].is_some());
+        let shown = around.filter(|at| photo.exposed(*at).is_some());
         let (sum, count) = shown.fold((0.0, 0.0f32), |(sum, count), at| (sum + values[at], count + 1.0));
         sum / count
     };
-    let value = |at: usize| if photo.exposed[at].is_some() { mean(at) } else { 1.0 };
+    let value = |at: usize| if photo.exposed(at).is_some() { mean(at) } else { 1.0 };
     (0..values.len()).into_par_iter().map(value).collect()
 }
 
@@ -237,10 +280,10 @@ pub fn surroundings_agreement(photo: &DirectionPhoto, values: &[f32]) -> PhotoAg
     };
     let pixel = |at: u32| {
         let (x, y) = (at % width, at / width);
-        let value = match photo.exposed[at as usize] {
+        let value = match photo.exposed(at as usize) {
             Some(_) => values[at as usize],
             None => {
-                let shown = around(x, y).filter(|at| photo.exposed[*at].is_some());
+                let shown = around(x, y).filter(|at| photo.exposed(*at).is_some());
                 shown.map(|at| values[at]).fold(1.0, f32::min)
             }
         };

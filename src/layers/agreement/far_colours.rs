@@ -72,8 +72,8 @@ impl FarColours {
     pub fn new(photos: &[&DirectionPhoto]) -> Option<Self> {
         let of_photo = |photo: &&DirectionPhoto| {
             let far = (FAR * f64::from(photo.camera.width.max(photo.camera.height))) as u16;
-            let pixels = photo.exposed.iter().zip(&photo.inside_px).filter(|(_, inside)| **inside > far);
-            pixels.filter_map(|(light, _)| Some(cell((*light)?))).collect::<Vec<usize>>()
+            let pixels = (0..photo.pixels()).filter(|at| photo.inside_px(*at) > far);
+            pixels.filter_map(|at| photo.exposed(at).map(cell)).collect::<Vec<usize>>()
         };
         let far: Vec<Vec<usize>> =
             photos.par_iter().map(of_photo).filter(|cells| !cells.is_empty()).collect();
@@ -107,10 +107,10 @@ impl FarColours {
         others: &[(&DirectionPhoto, bool)],
         scale: f64,
     ) {
-        let is_unknown = |light: &Option<[f32; 3]>| light.is_some_and(|light| !self.contains(light));
-        let unknown: Vec<bool> = photo.exposed.par_iter().map(is_unknown).collect();
-        let is_stray = |(at, light): (usize, &Option<[f32; 3]>)| light.is_some() && strays(photo, at);
-        let stray: Vec<bool> = photo.exposed.par_iter().enumerate().map(is_stray).collect();
+        let is_unknown = |at: usize| photo.exposed(at).is_some_and(|light| !self.contains(light));
+        let unknown: Vec<bool> = (0..photo.pixels()).into_par_iter().map(is_unknown).collect();
+        let is_stray = |at: usize| photo.exposed(at).is_some() && strays(photo, at);
+        let stray: Vec<bool> = (0..photo.pixels()).into_par_iter().map(is_stray).collect();
         // Apart from each other, so that no rim joins a cross with a far tower behind the same roof.
         for other in [unknown, stray] {
             lower_things(values, photo, &other, others, scale);
@@ -129,7 +129,7 @@ fn lower_things(
     let size = [photo.camera.width as usize, photo.camera.height as usize];
     for thing in connected(other, size, 1) {
         // A vane's pole is too thin to be seen: what stands on it seems to float.
-        let stands = thing.iter().any(|at| photo.inside_px[*at] <= TOUCHES_PX);
+        let stands = thing.iter().any(|at| photo.inside_px(*at) <= TOUCHES_PX);
         let mean = thing.iter().map(|at| values[*at]).sum::<f32>() / thing.len() as f32;
         let floats = mean < CONTRADICTED && thing.len() as f32 <= LARGEST_FLOATING * other.len() as f32;
         if !stands && !floats {
@@ -139,7 +139,7 @@ fn lower_things(
         let confirmed = thing.par_iter().filter(is_confirmed).count();
         if confirmed as f32 <= CONFIRMED * thing.len() as f32 {
             for at in thing.iter().flat_map(|at| around(size, *at, EDGE_PX)) {
-                if photo.exposed[at].is_some() {
+                if photo.exposed(at).is_some() {
                     values[at] = values[at].min(STANDING);
                 }
             }
@@ -153,7 +153,7 @@ fn lower_things(
 fn strays(photo: &DirectionPhoto, at: usize) -> bool {
     let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
     let band = BAND * f64::from(width.max(height));
-    if f64::from(photo.inside_px[at]) > band {
+    if f64::from(photo.inside_px(at)) > band {
         return false;
     }
     let (x, y) = (at as i32 % width, at as i32 / width);
@@ -165,7 +165,7 @@ fn strays(photo: &DirectionPhoto, at: usize) -> bool {
             .filter(move |at| (0..side).contains(at))
     };
     let beyond = along(y, height).flat_map(|y| along(x, width).map(move |x| (y * width + x) as usize));
-    let mut beyond = beyond.filter(|at| f64::from(photo.inside_px[*at]) > band).peekable();
+    let mut beyond = beyond.filter(|at| f64::from(photo.inside_px(*at)) > band).peekable();
     beyond.peek().is_some() && beyond.all(|other| photo.distance(at, other) > STRAYS)
 }
 
@@ -223,7 +223,7 @@ mod tests {
     fn lowered(photos: &[DirectionPhoto], scale: f64) -> impl Fn(usize, usize) -> f32 + use<> {
         let all: Vec<&DirectionPhoto> = photos.iter().collect();
         let others: Vec<(&DirectionPhoto, bool)> = all[1..].iter().map(|photo| (*photo, true)).collect();
-        let mut values = vec![1.0; photos[0].exposed.len()];
+        let mut values = vec![1.0; photos[0].pixels()];
         let far = FarColours::new(&all).expect("most of the sky is far from the outline");
         far.lower_standing(&mut values, &photos[0], &others, scale);
         move |x, y| values[200 * y + x]
@@ -233,7 +233,8 @@ mod tests {
     fn what_stands_on_an_outline_loses_its_say_and_clouds_and_the_sky_keep_theirs() {
         // Few pixels of stone are far from outlines; those of the floating thing make stone a far colour, if there are enough.
         let without_thing = |x: f64, pole: std::ops::Range<usize>| {
-            let mut light: Vec<Option<[f32; 3]>> = photo(x, pole).exposed;
+            let made = photo(x, pole);
+            let mut light: Vec<Option<[f32; 3]>> = (0..made.pixels()).map(|at| made.exposed(at)).collect();
             for at in (10..20).flat_map(|y| (150..160).map(move |x| 200 * y + x)) {
                 light[at] = Some(SKY);
             }
@@ -245,7 +246,7 @@ mod tests {
             let mut made = without_thing(x, pole.clone());
             let light = (0..200 * 120).map(|at| match (at % 200, at / 200) {
                 (x, 50..74) if pole.contains(&x) => Some(SKY),
-                _ => made.exposed[at],
+                _ => made.exposed(at),
             });
             made = DirectionPhoto::new(CAMERA, made.pose, light.collect());
             made
@@ -273,7 +274,7 @@ mod tests {
             let light = (0..200 * 120).map(|at| match (at % 200, at / 200) {
                 (column, 78..80) if rim.contains(&column) => Some(WHITE),
                 (20..50, 40..80) => Some(WHITE),
-                _ => made.exposed[at],
+                _ => made.exposed(at),
             });
             made = DirectionPhoto::new(CAMERA, made.pose, light.collect());
             made

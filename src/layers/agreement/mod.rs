@@ -12,6 +12,7 @@ mod outline;
 mod parallax;
 pub mod reduced_photo;
 pub mod regions;
+mod shown;
 pub mod thin;
 pub mod things;
 mod tints;

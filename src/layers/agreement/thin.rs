@@ -50,7 +50,7 @@ pub fn lower_thin(values: &mut [f32], photo: &DirectionPhoto, others: &[&Directi
     let near = (NEAR * size[0].max(size[1]) as f32) as u16;
     let is_near = |thing: &Vec<usize>| {
         let is_small = thing.len() as f32 <= LARGEST * differs.len() as f32;
-        let rises = thing.iter().any(|at| photo.inside_px[*at] <= near);
+        let rises = thing.iter().any(|at| photo.inside_px(*at) <= near);
         let is_confirmed = |at: &&usize| afar.iter().any(|other| confirms(other, photo, **at));
         is_small
             && rises
@@ -58,7 +58,7 @@ pub fn lower_thin(values: &mut [f32], photo: &DirectionPhoto, others: &[&Directi
     };
     for thing in connected(&differs, size, AROUND_PX).iter().filter(|thing| is_near(thing)) {
         for at in thing.iter().flat_map(|at| around(size, *at, EDGE_PX)) {
-            if photo.exposed[at].is_some() {
+            if photo.exposed(at).is_some() {
                 values[at] = values[at].min(STANDING);
             }
         }
@@ -68,13 +68,13 @@ pub fn lower_thin(values: &mut [f32], photo: &DirectionPhoto, others: &[&Directi
 /// Returns by how much a pixel differs from the sky beside it, as a natural logarithm; 0 where too little of that is shown.
 fn difference(photo: &DirectionPhoto, at: usize) -> f32 {
     let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
-    let Some(own) = photo.exposed[at].map(brightness) else { return 0.0 };
+    let Some(own) = photo.exposed(at).map(brightness) else { return 0.0 };
     let (x, y) = (at as i32 % width, at as i32 / width);
     let ring = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)];
     let beside = ring.iter().filter_map(|(dx, dy)| {
         let (x, y) = (x + dx * BESIDE_PX, y + dy * BESIDE_PX);
         let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
-        is_inside.then(|| photo.exposed[(y * width + x) as usize]).flatten().map(brightness)
+        is_inside.then(|| photo.exposed((y * width + x) as usize)).flatten().map(brightness)
     });
     let mut beside: Vec<f32> = beside.collect();
     if beside.len() < LEAST_BESIDE {
@@ -117,7 +117,7 @@ mod tests {
 
     fn lowered(pole: usize, other: &DirectionPhoto) -> Vec<f32> {
         let tested = photo(0.0, pole);
-        let mut values = vec![1.0; tested.exposed.len()];
+        let mut values = vec![1.0; tested.pixels()];
         lower_thin(&mut values, &tested, &[other], 1.0);
         values
     }

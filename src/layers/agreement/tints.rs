@@ -3,6 +3,8 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::shown::ShownPixels;
+
 /// The least value of linear light that enters a logarithm, white being 1; below it, noise and haze decide.
 const BLACK: f32 = 0.01;
 
@@ -32,6 +34,8 @@ pub struct TintLevels(Vec<TintLevel>);
 /// One level of detail.
 struct TintLevel {
     size: [usize; 2],
+    /// The pixels within whose reach something is shown; what follows is kept of these alone.
+    near: ShownPixels,
     tints: Vec<Tint>,
     /// The least and the largest components within the reach of each pixel.
     low: Vec<Tint>,
@@ -53,7 +57,7 @@ impl TintLevels {
     /// Returns the colour at a position in pixels of the reduced photo, at a level of detail.
     pub fn tint(&self, px: DVec2, level: usize) -> Tint {
         let (level, at) = self.place(px, level);
-        level.tints[at]
+        level.near.place(at).map_or([NONE; 3], |place| level.tints[place])
     }
 
     /// Returns the brightness at a position, as a natural logarithm; `None` where no surface is shown.
@@ -66,10 +70,8 @@ impl TintLevels {
     /// 0 where one of both shows no surface.
     pub fn distance(&self, tint: Tint, px: DVec2, level: usize) -> f32 {
         let (level, at) = self.place(px, level);
-        let (low, high) = (level.low[at], level.high[at]);
-        if tint[0] == NONE || low[0] == NONE {
-            return 0.0;
-        }
+        let Some(place) = level.near.place(at).filter(|_| tint[0] != NONE) else { return 0.0 };
+        let (low, high) = (level.low[place], level.high[place]);
         let beyond = |c: usize| {
             let [tint, low, high] = [tint[c], low[c], high[c]].map(i32::from);
             (low - tint).max(tint - high).max(0) as f32 / STEPS
@@ -91,7 +93,10 @@ impl TintLevel {
         let tints: Vec<Tint> = light.par_iter().map(|light| light.map_or([NONE; 3], tint_of)).collect();
         let low = extremes(size, &tints, |a, b| a.min(b));
         let high = extremes(size, &tints, |a, b| a.max(b));
-        Self { size, tints, low, high }
+        let near = ShownPixels::new(low.iter().map(|low| low[0] != NONE));
+        let kept = |of_all: Vec<Tint>| near.iter().map(|at| of_all[at]).collect();
+        let [tints, low, high] = [tints, low, high].map(kept);
+        Self { size, near, tints, low, high }
     }
 }
 
