@@ -83,7 +83,7 @@ fn opened_again(folder: &Path) -> Option<Harness<'static, Editor>> {
 
 fn is_current(editor: &Editor) -> bool {
     let session = editor.session.as_ref().unwrap();
-    editor.device.is_some()
+    editor.space.device.is_some()
         && editor.running.is_idle()
         && session.photos.iter().all(|photo| photo.is_current())
 }
@@ -264,7 +264,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     harness.state_mut().settings.image_editor.program = NOBODY.into();
     harness.state_mut().settings.image_editor.format = ExportFormat::Xcf;
     harness.state_mut().run(&command::layers::BUILD_PHOTO);
-    let built = |editor: &Editor| editor.device.is_some() && editor.running.is_idle();
+    let built = |editor: &Editor| editor.space.device.is_some() && editor.running.is_idle();
     wait(&mut harness, "the layers", built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
 
@@ -394,7 +394,7 @@ fn a_photo_is_looked_at_layer_by_layer() {
         harness.drop_at(at);
         harness.step();
         harness.step();
-        let selection = format!("{:?}", harness.state().selection);
+        let selection = format!("{:?}", harness.state().selection.main);
         assert!(selection.starts_with(expected), "{selection}");
     }
 
@@ -419,7 +419,7 @@ fn a_photo_is_looked_at_layer_by_layer() {
     harness.get_all_by_label(&shown.expect("the list shows some faces")).last().unwrap().click();
     harness.step();
     harness.step();
-    let selection = format!("{:?}", harness.state().selection);
+    let selection = format!("{:?}", harness.state().selection.main);
     assert!(selection.starts_with("Face("), "{selection}");
 
     // Small pictures of photos are there for the next start.

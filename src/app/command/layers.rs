@@ -105,7 +105,7 @@ pub const OPTIONS: Command = Command {
     tooltip: "Sets how layers are built: when a surface counts as hidden, and how large image layers are.",
     menu: Menu::Layers,
     ready: with_project,
-    on: Some(|state| state.layer_options_shown),
+    on: Some(|state| state.dialogs.layer_options),
     request: |_| WindowRequest::Flip(Flag::LayerOptions).into(),
     ..PLAIN
 };

@@ -14,7 +14,7 @@ pub fn about_ui(state: &State, shown: &mut bool, context: &Context) {
         ui.label(RichText::new(format!("Quadratura {}", env!("CARGO_PKG_VERSION"))).heading());
         ui.label("Image layers by proven visibility, from calibrated photos and a coarse model, to paint on and project back.");
         ui.add_space(4.0);
-        ui.label(format!("Graphics device: {}", state.device.as_deref().unwrap_or("none in use")));
+        ui.label(format!("Graphics device: {}", state.space.device.as_deref().unwrap_or("none in use")));
         ui.label(format!("Licence: {}", env!("CARGO_PKG_LICENSE")));
     });
     *shown &= !escaped(context);

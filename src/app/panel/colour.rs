@@ -266,7 +266,7 @@ fn all(state: &State, report: &ColourReport, ui: &mut Ui, requests: &mut Vec<Req
         for (id, photo) in PhotoId::all(report.photos.len()).zip(&report.photos) {
             let others = beside(id.index(), |place| Some(report.photos.get(place)?.photo.as_str()));
             let cell = NameCell { name: &photo.photo, others: &others, width: names };
-            if name_cell(ui, state.photo == Some(id), &cell).clicked() {
+            if name_cell(ui, state.selection.photo == Some(id), &cell).clicked() {
                 requests.push(Request::Select(SelectRequest::Only(Selection::Photo(id))));
             }
             let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);

@@ -51,7 +51,7 @@ const FRAME: f32 = 110.0;
 
 /// Draws the help when it is open: in as many columns as fit into the window.
 pub fn help_ui(state: &State, context: &Context, requests: &mut Vec<Request>) {
-    if !state.help_shown {
+    if !state.dialogs.help {
         return;
     }
     let mut open = true;

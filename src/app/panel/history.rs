@@ -12,7 +12,7 @@ const HEIGHT: f32 = 360.0;
 
 /// Draws the list while it is open.
 pub fn history_ui(state: &State, context: &Context, requests: &mut Vec<Request>) {
-    if !state.history_shown {
+    if !state.dialogs.history {
         return;
     }
     let mut open = true;

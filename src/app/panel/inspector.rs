@@ -23,7 +23,7 @@ use quadratura_recipe::layer_table::LayerFigures;
 /// Draws the inspector.
 pub fn inspector_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
     ui.add_space(4.0);
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match state.selection {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match state.selection.main {
         Selection::Object(object) => object_page(ui, state, object, requests),
         Selection::Face(face) => face_page(ui, state, face, requests),
         Selection::Layer { photo, layer } => layer_page(ui, state, photo, layer, requests),
@@ -31,7 +31,7 @@ pub fn inspector_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
         Selection::Trees => trees_page(ui, state, requests),
         Selection::Nothing | Selection::Photo(_) => {
             let Some(session) = &state.session else { return };
-            match state.selection {
+            match state.selection.main {
                 Selection::Photo(photo) => {
                     photo_ui(state, session, photo, ui, requests);
                 }

@@ -187,7 +187,7 @@ impl PhotoOptionRows<'_> {
 /// Draws the window of the project's options when it is open.
 pub fn layer_options_ui(context: &Context, state: &State, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
-    let mut open = state.layer_options_shown;
+    let mut open = state.dialogs.layer_options;
     let window = Window::new("Layer options").open(&mut open).resizable(false).collapsible(false);
     let middle = context.content_rect().center();
     window.default_width(430.0).pivot(Align2::CENTER_CENTER).default_pos(middle).show(context, |ui| {
@@ -211,7 +211,7 @@ pub fn layer_options_ui(context: &Context, state: &State, requests: &mut Vec<Req
             button(state, ui, &layers::BUILD, requests);
         });
     });
-    if state.layer_options_shown && (!open || escaped(context)) {
+    if state.dialogs.layer_options && (!open || escaped(context)) {
         requests.push(WindowRequest::Flip(Flag::LayerOptions).into());
     }
 }

@@ -67,8 +67,9 @@ pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: ThumbnailLookup<'_>, re
 /// Returns the photo that was selected since the last frame: its row is scrolled into view.
 fn gone_to(state: &State, ui: &Ui) -> Option<PhotoId> {
     let id = Id::unique("photo in sight");
-    let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(id), state.photo));
-    state.photo.filter(|_| before != state.photo)
+    let before =
+        ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(id), state.selection.photo));
+    state.selection.photo.filter(|_| before != state.selection.photo)
 }
 
 /// Scrolls as little as necessary. `first` is the row at the top of `ui`.
@@ -90,7 +91,7 @@ fn row(
     let photo = session.opened.site.photo(id);
     let status = &session.photos[id.index()];
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
-    let selected = state.photo == Some(id);
+    let selected = state.selection.photo == Some(id);
     let changes = Changes::new(state, session, &photo.name);
     response.widget_info(|| {
         let label = format!("{}, {}{}", photo.name, status.word, changes.words(", "));

@@ -10,7 +10,7 @@ use crate::widget::dialog::{Dialog, at_the_right};
 
 /// Draws the settings when they are open.
 pub fn settings_ui(state: &State, context: &Context, requests: &mut Vec<Request>) {
-    if !state.settings_shown {
+    if !state.dialogs.settings {
         return;
     }
     let mut wanted = state.settings.clone();

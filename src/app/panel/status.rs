@@ -159,7 +159,7 @@ fn site(state: &State, ui: &mut Ui) {
     let texels: u64 = stacks().map(|stack| stack.texels_used).sum();
     let megabytes = stacks().map(|stack| stack.bytes).sum::<u64>() / 1_000_000;
     let (photos, faces) = (session.photos.len(), session.model().faces.len());
-    let adapter = state.device.clone();
+    let adapter = state.space.device.clone();
     // The name is cut at the vendor's suffix: `llvmpipe (LLVM 15.0.6, 256 bits)`.
     let device = adapter.as_ref().map(|name| name.split(" (").next().unwrap_or_default().to_owned());
     let size = format!("{} texels, {} MB of layers", grouped(texels), grouped(megabytes));

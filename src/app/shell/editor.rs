@@ -327,14 +327,14 @@ impl Editor {
         panel::merging::merging_ui(&context, &self.state, &mut requests);
         panel::removing::removing_ui(&context, &self.state, &mut requests);
         export_ui(&context, &mut self.state.flights.export, &mut requests);
-        let mut save_image = self.state.save_image.take();
+        let mut save_image = self.state.dialogs.save_image.take();
         save_image_ui(&context, &self.state, &mut save_image, &mut requests);
-        self.state.save_image = save_image;
+        self.state.dialogs.save_image = save_image;
         panel::help::help_ui(&self.state, &context, &mut requests);
         panel::history::history_ui(&self.state, &context, &mut requests);
-        let mut shown = self.state.about_shown;
+        let mut shown = self.state.dialogs.about;
         panel::about::about_ui(&self.state, &mut shown, &context);
-        self.state.about_shown = shown;
+        self.state.dialogs.about = shown;
         panel::settings::settings_ui(&self.state, &context, &mut requests);
         panel::layer_options::layer_options_ui(&context, &self.state, &mut requests);
         check_ui(&self.state, &mut self.textures.check, &context, &mut requests);
@@ -344,9 +344,9 @@ impl Editor {
         let mut dialogs = self.state.round_trip.dialogs.clone();
         panel::dialogs::dialogs_ui(&context, &self.state, &mut dialogs, &mut requests);
         self.state.round_trip.dialogs = dialogs;
-        let mut palette = self.state.palette.clone();
+        let mut palette = self.state.dialogs.palette.clone();
         let command = palette_ui(&self.state, &mut palette, &context);
-        self.state.palette = palette;
+        self.state.dialogs.palette = palette;
         requests.extend(command.map(|command| command.asked(&self.state)));
         requests.into_iter().for_each(|request| self.apply(request));
     }

@@ -20,7 +20,7 @@ impl State {
         if !self.settings.side_shown || self.settings.side != Tab::Selection {
             return;
         }
-        match self.selection {
+        match self.selection.main {
             Selection::Object(object) => self.look_up_object(object),
             Selection::Face(face) => self.look_up_face(face),
             Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => (),
@@ -30,18 +30,29 @@ impl State {
 
     fn look_up_face(&mut self, face: FaceId) {
         let Some(session) = &self.session else { return };
-        if self.inspect.face.as_ref().is_some_and(|(of, inputs, _)| *of == face && inputs.is_of(session)) {
+        if self
+            .selection
+            .facts
+            .face
+            .as_ref()
+            .is_some_and(|(of, inputs, _)| *of == face && inputs.is_of(session))
+        {
             return;
         }
         let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
         let decisions = &session.history.present().decisions;
         let found = face_in_photos(&session.opened.site, &stacks, decisions, face);
-        self.inspect.face = Some((face, FactInputs::from_session(session), found));
+        self.selection.facts.face = Some((face, FactInputs::from_session(session), found));
     }
 
     fn look_up_object(&mut self, object: ObjectId) {
         let Some(session) = &self.session else { return };
-        if self.inspect.object.as_ref().is_some_and(|(of, inputs, _)| *of == object && inputs.is_of(session))
+        if self
+            .selection
+            .facts
+            .object
+            .as_ref()
+            .is_some_and(|(of, inputs, _)| *of == object && inputs.is_of(session))
         {
             return;
         }
@@ -52,7 +63,7 @@ impl State {
             .collect();
         let it = site.model.object(object);
         let found = photos_of_faces(&stacks, &it.name, it.faces.len());
-        self.inspect.object = Some((object, FactInputs::from_session(session), found));
+        self.selection.facts.object = Some((object, FactInputs::from_session(session), found));
     }
 
     /// Returns the photos in which something was decided about all faces of an object, with that in words.
@@ -76,7 +87,7 @@ impl State {
         let Some(it) = session.opened.site.photos.get(photo.index()) else { return };
         let mark = at.map(|[x, y]| (face, DVec2::new(f64::from(x), f64::from(y)) + 0.5));
         let part = part_with(it, session.model().ring_points(face));
-        self.photo = Some(photo);
+        self.selection.photo = Some(photo);
         self.panes.show(Pane::Photo);
         self.flat.photo.look_at(photo, part, mark);
     }

@@ -89,7 +89,7 @@ impl State {
             largest.map(|(photo, layer, figures)| (*photo, *layer, figures.hidden_share())).collect();
         let outdated = session.photos.iter().filter(|photo| !photo.is_current()).count();
         let is_built = session.photos.iter().any(|photo| photo.stack.is_some());
-        let counts = object.map_or(&[][..], |object| self.inspect.photos_of_object(object));
+        let counts = object.map_or(&[][..], |object| self.selection.facts.photos_of_object(object));
         let bare = counts.iter().filter(|count| **count == 0 && is_built).count();
         let steps = [
             (outdated > 0).then_some(SiteStep::Build(outdated)),

@@ -88,7 +88,7 @@ impl State {
     /// Returns the name of the selected object, or of the object of the selected face.
     pub fn selected_object(&self) -> Option<String> {
         let model = self.session.as_ref()?.model();
-        let object = match self.selection {
+        let object = match self.selection.main {
             Selection::Object(object) => object,
             Selection::Face(face) => model.face(face).object,
             Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => return None,
@@ -113,7 +113,7 @@ impl State {
         };
         let before = session.opened.site.model.clone();
         session.set_site(opened, photos);
-        self.selection = carried(self.selection, &before, session.model());
+        self.selection.main = carried(self.selection.main, &before, session.model());
         self.space.forget_faces();
         self.follow_visibility();
         self.quality.forget_stacks();

@@ -25,16 +25,19 @@ fn with_face(mut bench: TestBench) -> TestBench {
 #[test]
 fn a_selected_face_is_looked_up_in_every_photo() {
     let bench = with_face(layered());
-    let found = bench.state.inspect.photos_of_face(FACE).unwrap();
+    let found = bench.state.selection.facts.photos_of_face(FACE).unwrap();
     assert_eq!(found.photos.len(), PHOTOS.len());
     assert!(found.photos.iter().all(|photo| matches!(photo.given, FaceTexture::Texture { .. })));
-    assert!(bench.state.inspect.photos_of_face(FaceId(1)).is_none(), "another face was not asked for");
+    assert!(
+        bench.state.selection.facts.photos_of_face(FaceId(1)).is_none(),
+        "another face was not asked for"
+    );
 }
 
 #[test]
 fn a_photo_without_layers_is_told_apart_from_one_that_has_nothing_of_the_face() {
     let bench = with_face(TestBench::new());
-    let found = bench.state.inspect.photos_of_face(FACE).unwrap();
+    let found = bench.state.selection.facts.photos_of_face(FACE).unwrap();
     assert!(found.photos.iter().all(|photo| matches!(photo.given, FaceTexture::NotBuilt)));
 }
 
@@ -43,7 +46,8 @@ fn a_decision_about_the_face_is_known_after_the_next_look_and_undone_with_it() {
     let mut bench = with_face(layered());
     bench.request(DecideRequest::Exclude);
     bench.state.look_up_selection();
-    let decided = |bench: &TestBench| bench.state.inspect.photos_of_face(FACE).unwrap().photos[0].decided;
+    let decided =
+        |bench: &TestBench| bench.state.selection.facts.photos_of_face(FACE).unwrap().photos[0].decided;
     assert_eq!(decided(&bench), Some("excluded"));
     bench.request(DecideRequest::Undo);
     bench.state.look_up_selection();
@@ -57,7 +61,7 @@ fn a_pinned_face_names_its_photo() {
     bench.request(SelectRequest::Only(Selection::Face(FACE)));
     bench.request(DecideRequest::Pin);
     bench.state.look_up_selection();
-    assert_eq!(bench.state.inspect.photos_of_face(FACE).unwrap().pinned_to, Some(PhotoId(1)));
+    assert_eq!(bench.state.selection.facts.photos_of_face(FACE).unwrap().pinned_to, Some(PhotoId(1)));
 }
 
 #[test]
@@ -66,10 +70,10 @@ fn photos_are_counted_for_each_face_of_an_object_without_those_that_are_excluded
     bench.request(SelectRequest::Only(Selection::Object(OBJECT)));
     bench.state.look_up_selection();
     let faces = bench.session().model().object(OBJECT).faces.len();
-    assert_eq!(bench.state.inspect.photos_of_object(OBJECT), vec![PHOTOS.len() as u32; faces]);
+    assert_eq!(bench.state.selection.facts.photos_of_object(OBJECT), vec![PHOTOS.len() as u32; faces]);
     bench.request(DecideRequest::Exclude);
     bench.state.look_up_selection();
-    assert_eq!(bench.state.inspect.photos_of_object(OBJECT), vec![PHOTOS.len() as u32 - 1; faces]);
+    assert_eq!(bench.state.selection.facts.photos_of_object(OBJECT), vec![PHOTOS.len() as u32 - 1; faces]);
 }
 
 #[test]
@@ -78,11 +82,11 @@ fn nothing_is_looked_up_while_another_tab_or_no_side_is_shown() {
         let mut bench = layered();
         bench.request(hide);
         bench = with_face(bench);
-        assert!(bench.state.inspect.photos_of_face(FACE).is_none());
+        assert!(bench.state.selection.facts.photos_of_face(FACE).is_none());
         bench.request(WindowRequest::ShowTab(Tab::Selection));
         bench.state.settings.side_shown = true;
         bench.state.look_up_selection();
-        assert!(bench.state.inspect.photos_of_face(FACE).is_some());
+        assert!(bench.state.selection.facts.photos_of_face(FACE).is_some());
     }
 }
 
@@ -92,7 +96,7 @@ fn a_stack_that_was_made_anew_is_looked_at_anew() {
     let session = bench.state.session.as_mut().unwrap();
     session.photos[2].stack = None;
     bench.state.look_up_selection();
-    let given = &bench.state.inspect.photos_of_face(FACE).unwrap().photos[2].given;
+    let given = &bench.state.selection.facts.photos_of_face(FACE).unwrap().photos[2].given;
     assert!(matches!(given, FaceTexture::NotBuilt));
 }
 
@@ -152,7 +156,7 @@ fn an_object_that_a_photo_does_not_texture_any_more_says_so_and_is_given_back() 
     let mut bench = layered();
     bench.request(SelectRequest::Only(Selection::Object(OBJECT)));
     assert!(bench.state.decided_about_object(OBJECT).is_empty());
-    bench.state.photo = Some(PhotoId(1));
+    bench.state.selection.photo = Some(PhotoId(1));
     bench.request(DecideRequest::Exclude);
     assert_eq!(bench.state.decided_about_object(OBJECT), [(PhotoId(1), EXCLUDED)]);
     bench.request(DecideRequest::Undo);

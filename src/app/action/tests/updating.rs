@@ -161,7 +161,7 @@ fn imports_and_masks_go_before_the_next_photo() {
 #[test]
 fn the_photo_in_view_comes_first() {
     let mut bench = layered();
-    bench.state.photo = Some(PhotoId(2));
+    bench.state.selection.photo = Some(PhotoId(2));
     assert_eq!(bench.state.in_view_first(PhotoId::all(3).collect())[0], PhotoId(2));
 }
 

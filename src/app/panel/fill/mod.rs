@@ -136,7 +136,7 @@ fn of_photo(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, reque
         let Some(it) = stack.image_layers.get(layer.index()) else { continue };
         let this = Selection::Layer { photo, layer };
         let text = format!("{}: {} hidden", it.name, grouped(shares.hidden));
-        if ui.add(Button::selectable(state.selection == this, text).truncate()).clicked() {
+        if ui.add(Button::selectable(state.selection.main == this, text).truncate()).clicked() {
             requests.push(Request::Select(SelectRequest::Only(this)));
         }
         ui.weak(shares_message(shares));
@@ -188,7 +188,7 @@ fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, requests: &m
             let photos = &session.opened.site.photos;
             let others = beside(id.index(), |place| Some(photos.get(place)?.name.as_str()));
             let cell = NameCell { name: &photo.name, others: &others, width: names };
-            if name_cell(ui, state.photo == Some(id), &cell).clicked() {
+            if name_cell(ui, state.selection.photo == Some(id), &cell).clicked() {
                 requests.push(Request::Select(SelectRequest::Only(Selection::Photo(id))));
             }
             let shares = FillShares::from_stack(stack);

@@ -73,7 +73,7 @@ fn exceptions(session: &Session, state: &State, ui: &mut Ui, requests: &mut Vec<
     let options = &session.opened.project.fill;
     let mut listed: Vec<(String, EditedPaint)> = Vec::new();
     let model = session.model();
-    let selected = match state.selection {
+    let selected = match state.selection.main {
         Selection::Object(object) => Some(Faces::whole(&model.object(object).name)),
         Selection::Face(face) => {
             let object = model.object(model.face(face).object).name.clone();

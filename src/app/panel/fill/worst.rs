@@ -108,7 +108,7 @@ fn row(
         return;
     }
     let this = Selection::Layer { photo: hidden.photo, layer: hidden.layer };
-    let response = name_cell(ui, state.selection == this, cell);
+    let response = name_cell(ui, state.selection.main == this, cell);
     let view = worst.views.get(hidden.view.0);
     if response.double_clicked() {
         requests.extend(view.cloned().map(|view| Request::Space(SpaceRequest::LookFrom(Box::new(view)))));

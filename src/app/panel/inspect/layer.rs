@@ -26,7 +26,7 @@ pub fn layer_page(
     layer: LayerIndex,
     requests: &mut Vec<Request>,
 ) {
-    let (_, all) = state.selected_layers();
+    let (_, all) = state.selection.layers();
     if all.len() > 1 {
         several(state, photo, &all, ui, requests);
     } else {

@@ -19,7 +19,7 @@ use quadratura_recipe::untextured::{FaceTexture, words as reason_words};
 
 /// Draws the page of an object.
 pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, requests: &mut Vec<Request>) {
-    let counts = state.inspect.photos_of_object(object);
+    let counts = state.selection.facts.photos_of_object(object);
     let Some(session) = &state.session else { return };
     let model = session.model();
     let it = model.object(object);
@@ -89,7 +89,7 @@ fn decided_ui(state: &State, session: &Session, object: ObjectId, ui: &mut Ui, r
 
 /// Draws the page of a face.
 pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, requests: &mut Vec<Request>) {
-    let Some(found) = state.inspect.photos_of_face(face) else { return };
+    let Some(found) = state.selection.facts.photos_of_face(face) else { return };
     let Some(session) = &state.session else { return };
     let model = session.model();
     title(ui, "Face", &model.face_name(face));

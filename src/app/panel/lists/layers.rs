@@ -135,7 +135,7 @@ impl Outliner<'_> {
     /// Opens the menu of a layer; a right click selects the layer first.
     fn layer_menu(&mut self, index: LayerIndex, layer: &ImageLayer, line: &DrawnRow) {
         let row = ListRow::Layer(index);
-        if line.response.secondary_clicked() && !self.site.is_selected(row, self.state) {
+        if line.response.secondary_clicked() && !self.site.is_selected(row, &self.state.selection) {
             self.lists.cursor = Some(row);
             self.requests.extend(self.lists.select_layer(self.site, index));
         }
@@ -154,7 +154,7 @@ impl Outliner<'_> {
             let modifiers = ui.input(|input| input.modifiers);
             self.take_focus(ui, ListRow::Layer(index));
             let request = match (modifiers.shift, modifiers.command) {
-                (true, _) => self.lists.select_range(self.site, self.state.selection, rows, index),
+                (true, _) => self.lists.select_range(self.site, self.state.selection.main, rows, index),
                 (false, true) => self.lists.toggle_layer(self.site, index),
                 (false, false) => self.lists.select_layer(self.site, index),
             };

@@ -31,7 +31,7 @@ impl Outliner<'_> {
     fn ui(&mut self, ui: &mut Ui) {
         ui.add_space(4.0);
         self.filter_ui(ui);
-        let follows = self.lists.follow(self.state.selection, self.site, self.as_table());
+        let follows = self.lists.follow(self.state.selection.main, self.site, self.as_table());
         let rows = rows(self.state, self.lists, self.site);
         let list = ui.interact(ui.available_rect_before_wrap(), self.id, Sense::focusable_noninteractive());
         list.widget_info(|| WidgetInfo::labeled(Role::Tree, true, "Layers and objects"));

@@ -41,7 +41,7 @@ pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, placed: &PlacedPhoto
     let (photo, seen) = (placed.photo, &placed.seen);
     let Some(session) = &state.session else { return };
     let Some(version) = LayersVersion::new(session, photo) else { return };
-    let picked = Picked::new(state.selection, session, photo);
+    let picked = Picked::new(state.selection.main, session, photo);
     let drawing = PhotoDrawing {
         painter: ui.painter_at(seen.rect),
         seen,
@@ -52,7 +52,7 @@ pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, placed: &PlacedPhoto
             drawing.elements(&layers);
         }
         drawing.merges(&layers, &version.stack, &state.layers_to_merge(photo));
-        let more = |shape: &PeelShape| state.more_layers.contains(&(photo, shape.layer));
+        let more = |shape: &PeelShape| state.selection.more_layers.contains(&(photo, shape.layer));
         for shape in layers.shapes.iter().filter(|shape| picked.has(shape) || more(shape)) {
             drawing.shape(shape, Stroke::new(2.5, SELECTED), Stroke::new(1.0, SELECTED.gamma_multiply(0.6)));
         }
@@ -62,7 +62,7 @@ pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, placed: &PlacedPhoto
     }
     drawing.rectangles(&version.stack, picked, state.flat.switches.rectangles);
     if let Some((face, mark)) = pane.mark
-        && state.selection == Selection::Face(face)
+        && state.selection.main == Selection::Face(face)
     {
         drawing.cross(seen.at(mark));
     }

@@ -74,7 +74,7 @@ fn light(state: &State, photo: PhotoId, requests: &mut Vec<Request>) -> [f64; 3]
 /// Updates the areas of the selection that are hidden in the photo, when the selection has changed.
 fn update_selected_hidden(state: &State, last: &mut Option<SelectedHidden>, photo: PhotoId) {
     let version = state.session.as_ref().and_then(|session| LayersVersion::new(session, photo));
-    let (Some(session), Some(version), selection) = (&state.session, version, state.selection) else {
+    let (Some(session), Some(version), selection) = (&state.session, version, state.selection.main) else {
         *last = None;
         return;
     };

@@ -52,7 +52,7 @@ fn select(ui: &Ui, state: &State, pane: &PhotoPane, session: &Session, photo: Ph
     let more = ui.input(|input| input.modifiers.command || input.modifiers.shift);
     match shape {
         Some(shape) if more => SelectRequest::Toggle(photo, shape.layer),
-        Some(shape) => SelectRequest::Only(next(state.selection, photo, shape, session)),
+        Some(shape) => SelectRequest::Only(next(state.selection.main, photo, shape, session)),
         None => SelectRequest::Only(Selection::Photo(photo)),
     }
 }

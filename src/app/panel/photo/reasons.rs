@@ -101,7 +101,7 @@ fn choose(ui: &mut Ui, filter: &mut Option<UntexturedReason>, faces: &[&Untextur
 fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let face = session.model().face_named(&it.object, it.face);
-    let selected = face.is_some_and(|face| state.selection == Selection::Face(face));
+    let selected = face.is_some_and(|face| state.selection.main == Selection::Face(face));
     let mut gone_to = false;
     ui.horizontal(|ui| {
         selection_look(ui.visuals_mut());

@@ -43,7 +43,7 @@ pub fn pick(
             requests.push(Request::Select(SelectRequest::Only(Selection::Face(face))));
             requests.push(view::FRAME.asked(state));
         } else if response.clicked() {
-            let again = state.selection == Selection::Object(object);
+            let again = state.selection.main == Selection::Object(object);
             requests.push(Request::Select(SelectRequest::Only(if again {
                 Selection::Face(face)
             } else {

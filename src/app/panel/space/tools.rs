@@ -223,7 +223,7 @@ fn without_picture(state: &State) -> Option<&'static str> {
     if state.space.has_picture() {
         return None;
     }
-    Some(if state.device.is_some() || state.running.runs(JobKind::Preview) {
+    Some(if state.space.device.is_some() || state.running.runs(JobKind::Preview) {
         "Preparing the view…"
     } else if state.running.runs(JobKind::Build) {
         "Building layers…"
@@ -241,7 +241,7 @@ fn empty(state: &State, ui: &mut Ui, why: &str, requests: &mut Vec<Request>) {
         ui.add(Label::new(RichText::new(why).heading()).selectable(false));
         let runs = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| state.running.runs(kind));
         // The device is there: the first picture is being drawn.
-        if runs || state.device.is_some() {
+        if runs || state.space.device.is_some() {
             ui.add(Spinner::new().size(24.0));
             return;
         }

@@ -38,7 +38,7 @@ pub fn outlines_ui(ui: &Ui, state: &State, it: &SpaceMemory, response: &Response
     }
     let Some(at) = response.hover_pos().filter(|_| !response.dragged()) else { return };
     let pixel = it.pixel_at(px_of(at - rect.min, ui.ctx().pixels_per_point()));
-    let hovered = state.tree_at(&pixel).filter(|index| state.selection != Selection::Tree(*index));
+    let hovered = state.tree_at(&pixel).filter(|index| state.selection.main != Selection::Tree(*index));
     if let Some(tree) = hovered.and_then(|index| trees.at(index)) {
         outline(&canvas, state, tree, Stroke::new(1.5, HOVERED));
     } else if state.trees.hand.on

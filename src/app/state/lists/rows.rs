@@ -3,7 +3,7 @@
 use super::ListsState;
 use super::row::ListRow;
 use crate::state::State;
-use crate::state::selection::Selection;
+use crate::state::selection::{Selection, SelectionState};
 use crate::state::session::Session;
 use quadratura_base::scene::{FaceId, FaceIndex, Model, ObjectId, PhotoId};
 use quadratura_document::Stack;
@@ -69,13 +69,8 @@ impl<'a> ListedSite<'a> {
     }
 
     /// Returns whether a row is selected, alone or with others.
-    pub fn is_selected(&self, row: ListRow, state: &State) -> bool {
-        self.selection(row).is_some_and(|this| match this {
-            Selection::Layer { photo, layer } => {
-                state.selection == this || state.more_layers.contains(&(photo, layer))
-            }
-            _ => state.selection == this,
-        })
+    pub fn is_selected(&self, row: ListRow, selected: &SelectionState) -> bool {
+        self.selection(row).is_some_and(|this| selected.includes(this))
     }
 
     /// Returns whether an object is switched off, by name.

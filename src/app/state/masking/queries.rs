@@ -14,7 +14,7 @@ use quadratura_document::masks::Mask;
 impl State {
     /// Returns the token of the selected image layer, if it is one of this photo with a matte: the matte brush means that one.
     pub fn matte_layer(&self, photo: PhotoId) -> Option<String> {
-        let Selection::Layer { photo: of, layer } = self.selection else { return None };
+        let Selection::Layer { photo: of, layer } = self.selection.main else { return None };
         let stack = self.session.as_ref()?.stack_of(photo).filter(|_| of == photo)?;
         let layer = stack.image_layers.get(layer.index())?;
         layer.fill.as_ref().filter(|fill| fill.matte_file.is_some()).map(|_| layer.id.clone())

@@ -23,7 +23,7 @@ impl State {
 
     /// Returns the selected tree.
     pub fn selected_tree(&self) -> Option<&PlacedTree> {
-        match self.selection {
+        match self.selection.main {
             Selection::Tree(index) => self.trees()?.at(index),
             _ => None,
         }
@@ -43,7 +43,7 @@ impl State {
 
     /// Follows the selected tree where others came or went before it; nothing is selected where it went itself.
     pub fn follow_selected_tree(&mut self) {
-        let Selection::Tree(_) = self.selection else { return };
+        let Selection::Tree(_) = self.selection.main else { return };
         let is_it = self.selected_tree().map(|tree| &tree.name) == self.trees.selected.as_ref();
         if is_it && self.trees.selected.is_some() {
             return;
