@@ -321,7 +321,9 @@ fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
 
     harness.get_by_role_and_label(Role::Button, "Colour").click();
     harness.step();
-    wait(&mut harness, "the exposures", |editor| editor.colour_report().is_some());
+    wait(&mut harness, "the exposures", |editor| {
+        editor.session.as_ref().and_then(|session| editor.quality.colour.report(session)).is_some()
+    });
     harness.step();
     harness.get_by_label("Leave out").click();
     harness.step();

@@ -143,7 +143,8 @@ fn a_layer_is_hidden_alone_and_faint_in_the_photo_and_nothing_is_decided() {
     let layer = stack(harness.state()).image_layers[0].clone();
     let name = layer.name.clone();
     let shown = |harness: &Harness<'_, Editor>, index: u32| {
-        harness.state().peeling(PhotoId(0), 0).opacities.of(LayerIndex(index))
+        let peeling = harness.state().flat.peeling(session!(harness.state()), PhotoId(0), 0);
+        peeling.opacities.of(LayerIndex(index))
     };
     let eye = format!("Show {name}");
     let first_eye = |harness: &mut Harness<'_, Editor>| {
@@ -257,7 +258,8 @@ fn dear_pair(editor: &Editor) -> Option<[LayerIndex; 2]> {
     let count = stack(editor).image_layers.len();
     let pairs =
         (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b].map(|layer| LayerIndex(layer as u32))));
-    pairs.into_iter().find(|pair| editor.merge_cost(PhotoId(0), pair).is_some_and(|cost| cost.is_high()))
+    let cost = |pair: &[LayerIndex]| session!(editor).merge_cost(PhotoId(0), pair);
+    pairs.into_iter().find(|pair| cost(pair).is_some_and(|cost| cost.is_high()))
 }
 
 #[test]
@@ -265,7 +267,7 @@ fn a_merge_that_keeps_much_emptiness_is_asked_about_with_its_figures() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
     let pair = dear_pair(harness.state()).expect("some two layers of the piazza lie far apart");
-    let cost = harness.state().merge_cost(PhotoId(0), &pair).unwrap();
+    let cost = session!(harness.state()).merge_cost(PhotoId(0), &pair).unwrap();
     harness.state_mut().select_layers(PhotoId(0), pair.to_vec());
     steps(&mut harness);
     let ask = |harness: &mut Harness<'_, Editor>| {
@@ -351,12 +353,13 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
     wait(&mut harness, "the worst", found);
     steps(&mut harness);
     harness.get_by_label_contains("Seen from the photos' cameras.");
+    let viewpoints = |editor: &Editor| editor.quality.fill.seen_from(&session!(editor).opened.project);
     let views = |editor: &Editor| editor.quality.fill.worst.found().unwrap().views.len();
     assert_eq!(views(harness.state()), PHOTOS);
 
     harness.state_mut().run(&command::flight::KEEP);
     steps(&mut harness);
-    assert_eq!(harness.state().viewpoints(), Viewpoints::Kept);
+    assert_eq!(viewpoints(harness.state()), Viewpoints::Kept);
     wait(&mut harness, "what the kept view sees", |editor| found(editor) && views(editor) == 1);
     steps(&mut harness);
     let worst = harness.state().quality.fill.worst.found().unwrap().layers[0].clone();
@@ -371,7 +374,7 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
     steps(&mut harness);
     harness.get_by_label(&format!("the photos' cameras ({PHOTOS})")).click();
     steps(&mut harness);
-    assert_eq!(harness.state().viewpoints(), Viewpoints::Photos);
+    assert_eq!(viewpoints(harness.state()), Viewpoints::Photos);
     wait(&mut harness, "what the photos see", |editor| found(editor) && views(editor) == PHOTOS);
 }
 

@@ -298,7 +298,9 @@ fn with_tool(harness: &mut Harness<'_, Editor>, project: &Path) {
     editor.apply(DecideRequest::Edit("species".into(), Box::new(after), None));
     editor.apply(TreeRequest::Choose("bush".into()));
     editor.run(&command::trees::PLACE);
-    wait(harness, "the figures", |editor| editor.figures_of("bush").is_some() && editor.running.is_idle());
+    let known =
+        |editor: &Editor| editor.trees().and_then(|trees| editor.trees.figures_of(trees, "bush")).is_some();
+    wait(harness, "the figures", |editor| known(editor) && editor.running.is_idle());
     harness.get_by_label("Species to place");
 }
 

@@ -119,7 +119,11 @@ impl State {
         let of = layers.iter().flat_map(|layer| self.faces_of(photo, *layer)).collect();
         let Some(name) = self.photo_name(photo) else { return };
         let edit = LayerEdit::Merge { photo: name, of };
-        let cost = self.merge_cost(photo, &layers).filter(|cost| cost.is_high() || cost.is_too_large());
+        let cost = self
+            .session
+            .as_ref()
+            .and_then(|session| session.merge_cost(photo, &layers))
+            .filter(|cost| cost.is_high() || cost.is_too_large());
         match cost {
             // A merge that is not possible is reported at once, without a question.
             Some(cost) if self.decided(&edit).is_ok() => self.request_to_merge(edit, cost),

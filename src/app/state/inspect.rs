@@ -7,6 +7,7 @@ use super::facts::FactInputs;
 use super::panels::Tab;
 use super::panes::Pane;
 use super::selection::Selection;
+use super::session::Session;
 
 use quadratura_base::scene::{FaceId, ObjectId, Photo, PhotoId};
 use quadratura_recipe::decide::{face_in_photos, photos_of_faces, state_of_face};
@@ -66,21 +67,6 @@ impl State {
         self.selection.facts.object = Some((object, FactInputs::from_session(session), found));
     }
 
-    /// Returns the photos in which something was decided about all faces of an object, with that in words.
-    pub fn decided_about_object(&self, object: ObjectId) -> Vec<(PhotoId, &'static str)> {
-        let Some(session) = &self.session else { return Vec::new() };
-        let (site, decisions) = (&session.opened.site, &session.history.present().decisions);
-        let it = site.model.object(object);
-        let of_photo = |(id, photo): (PhotoId, &Photo)| {
-            let of_photo = decisions.of(&photo.name);
-            let faces = it.faces.iter().map(|face| site.model.face(*face).index);
-            let mut words = faces.map(|face| state_of_face(&of_photo, &it.name, face));
-            let first = words.next().flatten()?;
-            words.all(|word| word == Some(first)).then_some((id, first))
-        };
-        site.numbered_photos().filter_map(of_photo).collect()
-    }
-
     /// Shows a face in a photo; it stays selected.
     pub fn show_in_photo(&mut self, photo: PhotoId, face: FaceId, at: Option<[u32; 2]>) {
         let Some(session) = &self.session else { return };
@@ -104,6 +90,22 @@ fn part_with(photo: &Photo, points: impl Iterator<Item = glam::DVec3>) -> Option
     let (low, high) = (low.max(DVec2::ZERO), high.min(size));
     let margin = AROUND * (high - low).max_element();
     (low.x < high.x && low.y < high.y).then(|| [low - margin, high + margin])
+}
+
+impl Session {
+    /// Returns the photos in which something was decided about all faces of an object, with that in words.
+    pub fn decided_about_object(&self, object: ObjectId) -> Vec<(PhotoId, &'static str)> {
+        let (site, decisions) = (&self.opened.site, &self.history.present().decisions);
+        let it = site.model.object(object);
+        let of_photo = |(id, photo): (PhotoId, &Photo)| {
+            let of_photo = decisions.of(&photo.name);
+            let faces = it.faces.iter().map(|face| site.model.face(*face).index);
+            let mut words = faces.map(|face| state_of_face(&of_photo, &it.name, face));
+            let first = words.next().flatten()?;
+            words.all(|word| word == Some(first)).then_some((id, first))
+        };
+        site.numbered_photos().filter_map(of_photo).collect()
+    }
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use quadratura_recipe::layer_table::LayerColumn;
 /// Returns the rows of the lists as they are.
 fn listed(bench: &TestBench) -> Vec<ListRow> {
     let site = ListedSite::from_state(&bench.state).unwrap();
-    rows(&bench.state, &bench.state.lists, &site)
+    rows(bench.state.settings.layer_list, &bench.state.quality.fill, &bench.state.lists, &site)
 }
 
 /// Changes the lists as a panel does, and applies what they ask for.
@@ -27,7 +27,7 @@ fn hand(
 ) {
     let mut lists = std::mem::take(&mut bench.state.lists);
     let site = ListedSite::from_state(&bench.state).unwrap();
-    let rows = rows(&bench.state, &lists, &site);
+    let rows = rows(bench.state.settings.layer_list, &bench.state.quality.fill, &lists, &site);
     let request = act(&mut lists, &site, bench.state.selection.main, &rows);
     bench.state.lists = lists;
     request.into_iter().for_each(|request| bench.request(request));
@@ -191,7 +191,7 @@ fn linked_layers_are_selected_together_and_one_can_be_taken_off() {
 /// Makes a bench in which a decision waits as a merge that wastes much does.
 fn asked_to_merge() -> TestBench {
     let mut bench = with_distant_layers();
-    let cost = bench.state.merge_cost(PhotoId(0), &[LayerIndex(0), LayerIndex(1)]).unwrap();
+    let cost = bench.session().merge_cost(PhotoId(0), &[LayerIndex(0), LayerIndex(1)]).unwrap();
     assert!(cost.is_too_large());
     let of = vec![Faces::whole(&bench.session().model().objects[0].name)];
     bench.state.request_to_merge(LayerEdit::Exclude { photo: PHOTOS[0].into(), of }, cost);

@@ -76,9 +76,9 @@ fn what_was_decided_about_an_object_is_removed_by_one_step() {
     bench.request(DecideRequest::TurnObject(object.clone(), true));
     bench.request(DecideRequest::SeeThroughObject(object.clone(), true));
     let decided = bench.project();
-    assert!(bench.state.is_decided_about(&object));
+    assert!(bench.session().is_decided_about(&object));
     bench.request(DecideRequest::FreeObject(object.clone()));
-    assert!(!bench.state.is_decided_about(&object));
+    assert!(!bench.session().is_decided_about(&object));
     assert!(bench.project().impostors.is_empty() && bench.project().see_through.is_empty());
     bench.request(DecideRequest::Undo);
     assert!(bench.project() == decided, "undone");
