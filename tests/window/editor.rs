@@ -83,7 +83,7 @@ fn opened_again(folder: &Path) -> Option<Harness<'static, Editor>> {
 
 fn is_current(editor: &Editor) -> bool {
     let session = editor.session.as_ref().unwrap();
-    editor.device.is_some()
+    editor.space.device.is_some()
         && editor.running.is_idle()
         && session.photos.iter().all(|photo| photo.is_current())
 }
@@ -264,7 +264,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     harness.state_mut().settings.image_editor.program = NOBODY.into();
     harness.state_mut().settings.image_editor.format = ExportFormat::Xcf;
     harness.state_mut().run(&command::layers::BUILD_PHOTO);
-    let built = |editor: &Editor| editor.device.is_some() && editor.running.is_idle();
+    let built = |editor: &Editor| editor.space.device.is_some() && editor.running.is_idle();
     wait(&mut harness, "the layers", built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
 
@@ -321,7 +321,9 @@ fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
 
     harness.get_by_role_and_label(Role::Button, "Colour").click();
     harness.step();
-    wait(&mut harness, "the exposures", |editor| editor.colour_report().is_some());
+    wait(&mut harness, "the exposures", |editor| {
+        editor.session.as_ref().and_then(|session| editor.quality.colour.report(session)).is_some()
+    });
     harness.step();
     harness.get_by_label("Leave out").click();
     harness.step();
@@ -394,7 +396,7 @@ fn a_photo_is_looked_at_layer_by_layer() {
         harness.drop_at(at);
         harness.step();
         harness.step();
-        let selection = format!("{:?}", harness.state().selection);
+        let selection = format!("{:?}", harness.state().selection.main);
         assert!(selection.starts_with(expected), "{selection}");
     }
 
@@ -419,7 +421,7 @@ fn a_photo_is_looked_at_layer_by_layer() {
     harness.get_all_by_label(&shown.expect("the list shows some faces")).last().unwrap().click();
     harness.step();
     harness.step();
-    let selection = format!("{:?}", harness.state().selection);
+    let selection = format!("{:?}", harness.state().selection.main);
     assert!(selection.starts_with("Face("), "{selection}");
 
     // Small pictures of photos are there for the next start.

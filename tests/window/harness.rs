@@ -56,7 +56,7 @@ pub fn built_photos(folder: &Path, name: &str, photos: usize, all: bool) -> Path
         let build = if all { &command::layers::BUILD } else { &command::layers::BUILD_PHOTO };
         harness.state_mut().run(build);
         wait(&mut harness, "the layers to copy", |editor| {
-            editor.device.is_some() && editor.running.is_idle()
+            editor.space.device.is_some() && editor.running.is_idle()
         });
         wait(&mut harness, "a picture of the layers to copy", |editor| editor.space.has_picture());
         wait(&mut harness, "what is kept beside the layers", |editor| editor.running.is_idle());

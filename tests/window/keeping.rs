@@ -202,7 +202,7 @@ fn a_mask_that_is_damaged_within_is_told_with_what_helps() {
     let bytes = fs::read(&file).unwrap();
     fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
     let mut harness = opened(&project);
-    harness.state_mut().photo = Some(PhotoId(0));
+    harness.state_mut().selection.photo = Some(PhotoId(0));
     harness.key_press(Key::F3);
     appears(&mut harness, "cannot be built: its mask, drawn by hand, cannot be used");
     click(&mut harness, "Remove this mask");
@@ -225,7 +225,7 @@ fn an_import_that_brings_a_mask_is_one_step_that_is_undone_and_done_again() {
     // A program that opens nothing: whoever paints is this test.
     harness.state_mut().settings.image_editor.program = "/bin/true".into();
     harness.state_mut().settings.image_editor.format = ExportFormat::Psd;
-    harness.state_mut().photo = Some(PhotoId(0));
+    harness.state_mut().selection.photo = Some(PhotoId(0));
     harness.state_mut().run(&command::layers::BUILD_PHOTO);
     wait(&mut harness, "the layers", |editor| editor.running.is_idle());
     harness.state_mut().run(&command::paint::EDIT);

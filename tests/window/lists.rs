@@ -121,7 +121,7 @@ fn an_object_is_hidden_by_its_eye_and_removed_by_a_command_that_asks() {
     assert_eq!(session!(harness.state()).history.undoes(), Some(format!("removal of {first}").as_str()));
     wait(&mut harness, "the model without it", |editor| used(editor) == all - 1 && editor.running.is_idle());
     assert!(session!(harness.state()).photos.iter().all(|photo| !photo.is_current()), "as the question said");
-    assert_eq!(harness.state().selection, Selection::Nothing, "what is removed cannot be selected");
+    assert_eq!(harness.state().selection.main, Selection::Nothing, "what is removed cannot be selected");
     assert!(rows(&harness).contains(&first), "it stays in the list");
     harness.get_by_label(&format!("Objects ({all}, 1 removed)"));
 
@@ -143,7 +143,8 @@ fn a_layer_is_hidden_alone_and_faint_in_the_photo_and_nothing_is_decided() {
     let layer = stack(harness.state()).image_layers[0].clone();
     let name = layer.name.clone();
     let shown = |harness: &Harness<'_, Editor>, index: u32| {
-        harness.state().peeling(PhotoId(0), 0).opacities.of(LayerIndex(index))
+        let peeling = harness.state().flat.peeling(session!(harness.state()), PhotoId(0), 0);
+        peeling.opacities.of(LayerIndex(index))
     };
     let eye = format!("Show {name}");
     let first_eye = |harness: &mut Harness<'_, Editor>| {
@@ -185,8 +186,8 @@ fn names_are_found_and_the_keyboard_walks_opens_and_closes() {
         harness.key_press(key);
         steps(&mut harness);
     }
-    let face = |editor: &Editor| matches!(editor.selection, Selection::Face(_));
-    assert!(face(harness.state()), "{:?}", harness.state().selection);
+    let face = |editor: &Editor| matches!(editor.selection.main, Selection::Face(_));
+    assert!(face(harness.state()), "{:?}", harness.state().selection.main);
     harness.get_by_role_and_label(Role::TreeItem, &format!("{object}[0]"));
     for key in [Key::ArrowLeft, Key::ArrowLeft] {
         harness.key_press(key);
@@ -233,17 +234,17 @@ fn the_table_is_sorted_by_its_headings_and_a_range_goes_by_what_is_listed() {
     harness.get_by_role_and_label(Role::TreeItem, &names[1]).click_modifiers(Modifiers::SHIFT);
     steps(&mut harness);
     range.sort_unstable();
-    assert_eq!(harness.state().selected_layers(), (PhotoId(0), range.clone()));
+    assert_eq!(harness.state().selection.layers(), (PhotoId(0), range.clone()));
     harness.key_press_modifiers(Modifiers::SHIFT, Key::ArrowDown);
     steps(&mut harness);
     range.push(order[place(to) + 1]);
     range.sort_unstable();
-    assert_eq!(harness.state().selected_layers(), (PhotoId(0), range.clone()));
+    assert_eq!(harness.state().selection.layers(), (PhotoId(0), range.clone()));
     harness.get_by_label(&format!("{} image layers", range.len()));
     harness.get_by_role_and_label(Role::TreeItem, &names[0]).click_modifiers(Modifiers::COMMAND);
     steps(&mut harness);
     range.retain(|layer| *layer != from);
-    assert_eq!(harness.state().selected_layers(), (PhotoId(0), range));
+    assert_eq!(harness.state().selection.layers(), (PhotoId(0), range));
 
     // Columns without room are in a menu.
     click(&mut harness, Role::Button, "More columns");
@@ -257,7 +258,8 @@ fn dear_pair(editor: &Editor) -> Option<[LayerIndex; 2]> {
     let count = stack(editor).image_layers.len();
     let pairs =
         (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b].map(|layer| LayerIndex(layer as u32))));
-    pairs.into_iter().find(|pair| editor.merge_cost(PhotoId(0), pair).is_some_and(|cost| cost.is_high()))
+    let cost = |pair: &[LayerIndex]| session!(editor).merge_cost(PhotoId(0), pair);
+    pairs.into_iter().find(|pair| cost(pair).is_some_and(|cost| cost.is_high()))
 }
 
 #[test]
@@ -265,7 +267,7 @@ fn a_merge_that_keeps_much_emptiness_is_asked_about_with_its_figures() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
     let pair = dear_pair(harness.state()).expect("some two layers of the piazza lie far apart");
-    let cost = harness.state().merge_cost(PhotoId(0), &pair).unwrap();
+    let cost = session!(harness.state()).merge_cost(PhotoId(0), &pair).unwrap();
     harness.state_mut().select_layers(PhotoId(0), pair.to_vec());
     steps(&mut harness);
     let ask = |harness: &mut Harness<'_, Editor>| {
@@ -338,7 +340,7 @@ fn a_face_tells_how_each_photo_stands_to_it_and_is_excluded_and_allowed_there() 
     harness.get_by_role_and_label(Role::Button, "04_arcade.jpg").click();
     steps(&mut harness);
     assert_eq!(harness.state().selected_photo(), named);
-    assert_eq!(harness.state().selection, Selection::Face(face));
+    assert_eq!(harness.state().selection.main, Selection::Face(face));
     harness.get_by_label("Photo view");
 }
 
@@ -351,12 +353,13 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
     wait(&mut harness, "the worst", found);
     steps(&mut harness);
     harness.get_by_label_contains("Seen from the photos' cameras.");
+    let viewpoints = |editor: &Editor| editor.quality.fill.seen_from(&session!(editor).opened.project);
     let views = |editor: &Editor| editor.quality.fill.worst.found().unwrap().views.len();
     assert_eq!(views(harness.state()), PHOTOS);
 
     harness.state_mut().run(&command::flight::KEEP);
     steps(&mut harness);
-    assert_eq!(harness.state().viewpoints(), Viewpoints::Kept);
+    assert_eq!(viewpoints(harness.state()), Viewpoints::Kept);
     wait(&mut harness, "what the kept view sees", |editor| found(editor) && views(editor) == 1);
     steps(&mut harness);
     let worst = harness.state().quality.fill.worst.found().unwrap().layers[0].clone();
@@ -365,13 +368,13 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
     let row = format!("{} – {photo}", stack.layer(worst.layer).name);
     harness.get_all_by_label(&row).next().unwrap().click();
     steps(&mut harness);
-    assert_eq!(harness.state().selection, Selection::Layer { photo: worst.photo, layer: worst.layer });
+    assert_eq!(harness.state().selection.main, Selection::Layer { photo: worst.photo, layer: worst.layer });
 
     harness.get_by_role_and_label(Role::ComboBox, "Seen from").click();
     steps(&mut harness);
     harness.get_by_label(&format!("the photos' cameras ({PHOTOS})")).click();
     steps(&mut harness);
-    assert_eq!(harness.state().viewpoints(), Viewpoints::Photos);
+    assert_eq!(viewpoints(harness.state()), Viewpoints::Photos);
     wait(&mut harness, "what the photos see", |editor| found(editor) && views(editor) == PHOTOS);
 }
 
@@ -467,7 +470,11 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     harness.get_by_label_contains(" projected to ");
     harness.get_all_by_label_contains("church.facade[0] in ").next().unwrap().click();
     steps(&mut harness);
-    assert!(matches!(harness.state().selection, Selection::Face(_)), "{:?}", harness.state().selection);
+    assert!(
+        matches!(harness.state().selection.main, Selection::Face(_)),
+        "{:?}",
+        harness.state().selection.main
+    );
     harness.get_by_label("Photo view");
 
     click(&mut harness, Role::CheckBox, "paint of 01_church.jpg");

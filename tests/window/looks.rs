@@ -149,7 +149,7 @@ fn a_photo_with_two_layers_taken_off_looks_as_it_should_and_all_panels_have_name
     wait(&mut harness, "the layers", |editor| {
         let session = editor.session.as_ref().unwrap();
         let built = session.photos.iter().all(|photo| photo.is_current());
-        built && editor.device.is_some() && editor.running.is_idle()
+        built && editor.space.device.is_some() && editor.running.is_idle()
     });
     assert_eq!(nameless(&harness), Vec::<String>::new(), "the 3D view");
     for side in ["Fill", "Colour", "Paint", "Selection"] {
@@ -171,7 +171,7 @@ fn a_photo_with_two_layers_taken_off_looks_as_it_should_and_all_panels_have_name
         command(&mut harness, "Hide nearest layer");
     }
     // Nobody's adapter is anybody else's.
-    harness.state_mut().device = Some("the adapter".into());
+    harness.state_mut().space.device = Some("the adapter".into());
     wait(&mut harness, "the photo", |editor| editor.running.is_idle());
     (0..3).for_each(|_| harness.step());
     assert_eq!(nameless(&harness), Vec::<String>::new(), "the photo view");

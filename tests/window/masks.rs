@@ -194,7 +194,7 @@ fn a_stroke_is_given_up_by_escape_and_the_photo_moves_while_a_tool_is_in_use() {
         }
         steps(&mut harness, 2);
         assert!(drawn(&mut harness).is_empty());
-        let selected = harness.state().selection;
+        let selected = harness.state().selection.main;
         assert_eq!(selected, Selection::Nothing, "no click");
     }
     // It lies to the right of where it was, twice: a dab there is far from where it would have been.
@@ -358,7 +358,7 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     assert!(!is_there(&harness, "found in this photo"));
     harness.state_mut().select(Selection::Photo(PhotoId(0)));
     steps(&mut harness, 3);
-    harness.state_mut().selection = Selection::Nothing;
+    harness.state_mut().selection.main = Selection::Nothing;
     assert!(masked(harness.state(), &MaskOrigin::Suggested).is_empty(), "nothing is masked unasked");
 
     let (_, coat) = at(&harness, 1180.0, 1010.0);

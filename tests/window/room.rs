@@ -37,7 +37,7 @@ fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     wait(&mut harness, "the layers", |editor| {
         let session = editor.session.as_ref().unwrap();
         session.photos.iter().all(|photo| photo.is_current())
-            && editor.device.is_some()
+            && editor.space.device.is_some()
             && editor.running.is_idle()
     });
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());

@@ -100,7 +100,7 @@ fn build(harness: &mut Harness<'_, Editor>) {
 /// Everything is built, and the 3D view shows it.
 fn is_shown(editor: &Editor) -> bool {
     let built = editor.session.as_ref().is_some_and(|session| {
-        editor.device.is_some() && session.photos.iter().all(|photo| photo.is_current())
+        editor.space.device.is_some() && session.photos.iter().all(|photo| photo.is_current())
     });
     built && editor.running.is_idle() && editor.space.has_picture()
 }

@@ -32,7 +32,7 @@ fn built(folder: &Path) -> Option<(Harness<'static, Editor>, PathBuf)> {
     common::adapter()?;
     let project = built_photos(folder, "piazza", 9, false);
     let mut harness = opened(&project);
-    let is_built = |editor: &Editor| editor.device.is_some() && editor.running.is_idle();
+    let is_built = |editor: &Editor| editor.space.device.is_some() && editor.running.is_idle();
     wait(&mut harness, "the layers", is_built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
     Some((harness, project))
@@ -146,7 +146,7 @@ fn layers_are_pulled_apart_named_selected_and_put_together_again() {
     harness.drag_at(place);
     harness.drop_at(place);
     wait(&mut harness, "the selection", |editor| {
-        editor.selection == Selection::Layer { photo: PhotoId(0), layer }
+        editor.selection.main == Selection::Layer { photo: PhotoId(0), layer }
     });
     assert!(!name.is_empty());
 
@@ -277,7 +277,7 @@ fn the_view_is_drawn_from_a_layered_depth_image_and_the_photo_is_saved_as_one_an
         harness.get_by_label("Save").click();
         harness.step();
         harness.step();
-        assert!(harness.state().save_image.is_none());
+        assert!(harness.state().dialogs.save_image.is_none());
         wait(&mut harness, made, |editor| editor.running.is_idle());
         assert!(project.join(made).is_file(), "{:?}", harness.state().notes.list());
     }
@@ -298,7 +298,9 @@ fn with_tool(harness: &mut Harness<'_, Editor>, project: &Path) {
     editor.apply(DecideRequest::Edit("species".into(), Box::new(after), None));
     editor.apply(TreeRequest::Choose("bush".into()));
     editor.run(&command::trees::PLACE);
-    wait(harness, "the figures", |editor| editor.figures_of("bush").is_some() && editor.running.is_idle());
+    let known =
+        |editor: &Editor| editor.trees().and_then(|trees| editor.trees.figures_of(trees, "bush")).is_some();
+    wait(harness, "the figures", |editor| known(editor) && editor.running.is_idle());
     harness.get_by_label("Species to place");
 }
 

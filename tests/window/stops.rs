@@ -51,7 +51,7 @@ fn views_have_all_their_textures_whatever_is_built_painted_and_undone_meanwhile(
         // A program that opens nothing: whoever paints is this test.
         editor.settings.image_editor.program = "/bin/true".into();
         editor.settings.image_editor.format = ExportFormat::Psd;
-        editor.photo = Some(PhotoId(0));
+        editor.selection.photo = Some(PhotoId(0));
         editor.run(&command::paint::EDIT);
         wait(&mut window, "the export", |editor| editor.running.is_idle());
         window.state_mut().settings.keep_up_to_date = true;

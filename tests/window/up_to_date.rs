@@ -146,7 +146,7 @@ fn paint_that_was_left_behind_is_seen_from_other_photos_when_the_project_is_open
     // A program that opens nothing: whoever paints is this test.
     harness.state_mut().settings.image_editor.program = "/bin/true".into();
     harness.state_mut().settings.image_editor.format = ExportFormat::Psd;
-    harness.state_mut().photo = Some(PhotoId(0));
+    harness.state_mut().selection.photo = Some(PhotoId(0));
     harness.state_mut().run(&command::paint::EDIT);
     wait(&mut harness, "the export", idle);
     let file = project.join("editing/01_church.jpg.psd");

@@ -46,7 +46,8 @@ pub fn undo_stroke(state: &mut State, work: &mut Work) -> bool {
         work.jobs.stop_kind(&mut state.running, JobKind::Import);
         // Asked for once more, the steps before it are undone as well.
         let done = state.session.as_ref().map(|session| session.history.names().1);
-        state.history_target = state.history_target.map(|target| target.saturating_sub(1)).or(done);
+        state.dialogs.history_target =
+            state.dialogs.history_target.map(|target| target.saturating_sub(1)).or(done);
     }
     waits || state.space.brush.is_painting
 }

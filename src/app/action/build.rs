@@ -22,7 +22,7 @@ use crate::state::numbers::counted;
 use crate::state::quality::QualityState;
 use crate::state::request::{JobRequest, MaskRequest, Request};
 use crate::state::running::JobKind;
-use crate::state::selection::Selection;
+use crate::state::selection::SelectionState;
 use crate::state::session::{PhotoStatus, Session, stacks_of, survey};
 use crate::state::space::SpaceView;
 use crate::state::space::brush::SpaceBrush;
@@ -100,8 +100,8 @@ impl State {
 pub fn opened(state: &mut State, work: &mut Work, session: Session) {
     remember_opened(state, work, &session.folder);
     state.space = SpaceView::from_session(&session);
-    state.selection = Selection::Nothing;
-    state.photo = session.opened.site.photo_ids().next();
+    let first = session.opened.site.photo_ids().next();
+    state.selection = SelectionState { photo: first, ..SelectionState::default() };
     state.flat.forget();
     state.lists.forget();
     state.masking = Masking::default();
@@ -109,7 +109,7 @@ pub fn opened(state: &mut State, work: &mut Work, session: Session) {
     let autosave = Arc::new(AutosaveWriter::new(&session.folder, session.lock.clone()));
     work.ending.keeps(&autosave);
     work.autosave = Some(autosave);
-    work.drop_painter(state);
+    work.drop_painter(&mut state.space);
     state.session = Some(session);
     look_at_photos(state, work);
     prepare_painter(state, work);
@@ -134,10 +134,10 @@ pub fn close_project(state: &mut State, work: &mut Work) {
     state.notes.clear();
     leave_known(state);
     state.updating = Updating::default();
-    work.drop_painter(state);
+    work.drop_painter(&mut state.space);
     state.session = None;
     work.autosave = None;
-    state.selection = Selection::Nothing;
+    state.selection = SelectionState::default();
     state.flat.forget();
     state.lists.forget();
     state.masking = Masking::default();
@@ -227,7 +227,7 @@ pub fn painter_made(state: &mut State, work: &mut Work) {
     if change == StackChange::Fillings {
         painter.change(PreviewChange::Fillings(stacks_of(&session.photos)));
     }
-    state.device = Some(painter.adapter.clone());
+    state.space.device = Some(painter.adapter.clone());
     work.painter = Some(painter);
     // It gets the present trees with the next frame, where they are others.
     state.trees.sent = state.trees.prepared.take();
@@ -250,7 +250,7 @@ pub fn painter_failed(state: &mut State, work: &mut Work, folder: &Path, error: 
 
 /// Starts the painter for a changed model; the current painter stops at once.
 pub fn restart_painter(state: &mut State, work: &mut Work) {
-    work.drop_painter(state);
+    work.drop_painter(&mut state.space);
     prepare_painter(state, work);
 }
 

@@ -33,20 +33,20 @@ pub fn redo(state: &mut State, work: &mut Work) {
 /// Goes on undoing or redoing steps until as many are done as was asked for in the list of the history. Imports are
 /// undone and redone by jobs, one after the other.
 pub fn follow_history(state: &mut State, work: &mut Work) {
-    let Some(target) = state.history_target else { return };
+    let Some(target) = state.dialogs.history_target else { return };
     let waits = state.running.runs(JobKind::Import) || !state.masking.is_kept();
     if waits {
         return;
     }
     let done = |state: &State| state.session.as_ref().map(|session| session.history.names().1);
     let Some(now) = done(state).filter(|now| *now != target) else {
-        state.history_target = None;
+        state.dialogs.history_target = None;
         return;
     };
     turn_history(state, work, if now > target { History::undo } else { History::redo });
     // A step that cannot be undone ends the way.
     if done(state) == Some(now) && !state.running.runs(JobKind::Import) {
-        state.history_target = None;
+        state.dialogs.history_target = None;
     }
     state.window.wake_within(0.0);
 }

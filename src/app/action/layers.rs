@@ -21,20 +21,9 @@ pub fn problem_of_options(project: &Project) -> Option<String> {
 }
 
 impl State {
-    /// Returns the photo whose image layers are selected and their indices in its stack: the selected layer and those
-    /// that were added to it.
-    pub fn selected_layers(&self) -> (PhotoId, Vec<LayerIndex>) {
-        let Selection::Layer { photo, layer } = self.selection else { return Default::default() };
-        let more = self.more_layers.iter().filter(|(other, _)| *other == photo).map(|(_, layer)| *layer);
-        let mut layers: Vec<LayerIndex> = more.chain([layer]).collect();
-        layers.sort_unstable();
-        layers.dedup();
-        (photo, layers)
-    }
-
     /// Adds an image layer to the selection, or removes it.
     pub fn toggle_layer(&mut self, photo: PhotoId, layer: LayerIndex) {
-        let (selected, mut layers) = self.selected_layers();
+        let (selected, mut layers) = self.selection.layers();
         if selected != photo || layers.is_empty() {
             self.select(Selection::Layer { photo, layer });
             return;
@@ -54,7 +43,7 @@ impl State {
     pub fn select_layers(&mut self, photo: PhotoId, mut layers: Vec<LayerIndex>) {
         let Some(layer) = layers.pop() else { return };
         self.select(Selection::Layer { photo, layer });
-        self.more_layers = layers.into_iter().map(|layer| (photo, layer)).collect();
+        self.selection.more_layers = layers.into_iter().map(|layer| (photo, layer)).collect();
     }
 
     /// Keeps image layers selected after their stacks were rebuilt; layers are matched by token.
@@ -69,17 +58,20 @@ impl State {
             let stack = session.stack_of(photo)?;
             stack.layer_with_token(&id)
         };
-        let more =
-            self.more_layers.iter().filter_map(|(photo, layer)| Some((*photo, found(*photo, *layer)?)));
+        let more = self
+            .selection
+            .more_layers
+            .iter()
+            .filter_map(|(photo, layer)| Some((*photo, found(*photo, *layer)?)));
         let more: Vec<(PhotoId, LayerIndex)> = more.collect();
-        if let Selection::Layer { photo, layer } = self.selection {
-            self.selection = match found(photo, layer) {
+        if let Selection::Layer { photo, layer } = self.selection.main {
+            self.selection.main = match found(photo, layer) {
                 Some(layer) => Selection::Layer { photo, layer },
                 None => Selection::Photo(photo),
             };
         }
         let anchor = self.lists.anchor().and_then(|(photo, layer)| Some((photo, found(photo, layer)?)));
-        self.more_layers = more;
+        self.selection.more_layers = more;
         self.lists.set_anchor(anchor);
     }
 
@@ -123,11 +115,15 @@ impl State {
 
     /// Merges the selected image layers into one.
     pub fn merge_layers(&mut self) {
-        let (photo, layers) = self.selected_layers();
+        let (photo, layers) = self.selection.layers();
         let of = layers.iter().flat_map(|layer| self.faces_of(photo, *layer)).collect();
         let Some(name) = self.photo_name(photo) else { return };
         let edit = LayerEdit::Merge { photo: name, of };
-        let cost = self.merge_cost(photo, &layers).filter(|cost| cost.is_high() || cost.is_too_large());
+        let cost = self
+            .session
+            .as_ref()
+            .and_then(|session| session.merge_cost(photo, &layers))
+            .filter(|cost| cost.is_high() || cost.is_too_large());
         match cost {
             // A merge that is not possible is reported at once, without a question.
             Some(cost) if self.decided(&edit).is_ok() => self.request_to_merge(edit, cost),
@@ -137,7 +133,7 @@ impl State {
 
     /// Splits the selected image layer into one for each object.
     pub fn split_layer(&mut self) {
-        let Selection::Layer { photo, layer } = self.selection else { return };
+        let Selection::Layer { photo, layer } = self.selection.main else { return };
         let groups: Vec<Vec<Faces>> =
             self.faces_of(photo, layer).into_iter().map(|faces| vec![faces]).collect();
         if let Some(photo) = self.photo_name(photo) {
@@ -157,7 +153,7 @@ impl State {
     fn selected_faces(&self) -> Vec<Faces> {
         let Some(session) = &self.session else { return Vec::new() };
         let model = session.model();
-        match self.selection {
+        match self.selection.main {
             Selection::Object(object) => vec![Faces::whole(&model.object(object).name)],
             Selection::Face(face) => {
                 let it = model.face(face);

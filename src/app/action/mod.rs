@@ -107,7 +107,7 @@ fn decide(state: &mut State, work: &mut Work, request: DecideRequest) {
         DecideRequest::Reset => state.reset_decisions(),
         DecideRequest::Rename(photo, layer, name) => state.rename_layer(photo, layer, &name),
         DecideRequest::Forget(photo, number) => state.forget_decision(photo, number),
-        DecideRequest::GoToStep(done) => state.history_target = Some(done),
+        DecideRequest::GoToStep(done) => state.dialogs.history_target = Some(done),
         DecideRequest::AskToRemove(object) => state.request_to_remove(&object),
         DecideRequest::ConfirmRemoval(confirmed) => state.confirm_removal(confirmed),
         DecideRequest::SwitchObject(object, on) => state.switch_object(&object, on),

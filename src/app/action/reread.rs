@@ -73,7 +73,7 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
             } else {
                 // Photos, objects and faces may have changed: earlier indices are invalid.
                 state.select(Selection::Nothing);
-                state.photo = state.photo.filter(|photo| photo.index() < count);
+                state.selection.photo = state.selection.photo.filter(|photo| photo.index() < count);
                 state.space.forget_site();
                 state.space.refresh();
             }

@@ -139,7 +139,7 @@ impl State {
         let project = session.folder.clone();
         // A page is leant into, where one photo alone has holes.
         let source = if format == ImageFormat::Page { ImageSource::Site } else { ImageSource::Stack };
-        self.save_image = Some(SaveImage { format, project, photo, name, source, path, is_unfilled });
+        self.dialogs.save_image = Some(SaveImage { format, project, photo, name, source, path, is_unfilled });
     }
 
     /// Reports what was saved.

@@ -101,7 +101,7 @@ fn draw(state: &mut State, work: &mut Work, frame: FrameFacts) {
 
 /// Shows in the view why it cannot be drawn, until it is restarted.
 pub fn space_failed(state: &mut State, work: &mut Work, error: &Error) {
-    work.drop_painter(state);
+    work.drop_painter(&mut state.space);
     if state.space.fail(&error.to_string()) {
         state.notify(Note::new(Weight::Problem, format!("The 3D view: {error}")));
     }

@@ -113,7 +113,7 @@ fn set(state: &mut State, name: &str, tree: &PlacedTree, what: &str, goes_on: bo
 
 fn duplicate(state: &mut State, name: &str) {
     let (Some(session), Some(trees)) = (&state.session, state.trees()) else { return };
-    let width = trees.find(name).and_then(|tree| state.size_of_tree(tree)).map(|[_, width]| width);
+    let width = trees.find(name).and_then(|tree| state.trees.size_of(trees, tree)).map(|[_, width]| width);
     let (x, _) = level_axes(session.scene_frame.up);
     let beside = width.unwrap_or(UNKNOWN_SHARE * session.scene_frame.radius) * x;
     match duplicated(trees, name, beside) {
@@ -306,9 +306,8 @@ fn place(state: &mut State, pixel: &ViewPixel) -> bool {
 /// Returns the height and width of a tree, or of one that fits the site until its plant is known.
 fn held_size(state: &State, tree: &PlacedTree) -> [f64; 2] {
     let radius = state.session.as_ref().map_or(1.0, |session| session.scene_frame.radius);
-    state
-        .size_of_tree(tree)
-        .unwrap_or([tree.height.unwrap_or(UNKNOWN_SHARE * radius), UNKNOWN_SHARE * radius])
+    let known = state.trees().and_then(|trees| state.trees.size_of(trees, tree));
+    known.unwrap_or([tree.height.unwrap_or(UNKNOWN_SHARE * radius), UNKNOWN_SHARE * radius])
 }
 
 /// Drags the tree that is held, as a part of the gesture that began with the press.

@@ -13,7 +13,7 @@ pub fn apply(state: &mut State, work: &Work, request: WindowRequest) {
     match request {
         WindowRequest::Hide(flag) => *state.flag_mut(flag) = false,
         WindowRequest::Flip(flag) => flip(state, flag),
-        WindowRequest::Palette => state.palette.toggle(),
+        WindowRequest::Palette => state.dialogs.palette.toggle(),
         WindowRequest::SortLayers(column) => state.settings.layer_list.sort_by(column),
         WindowRequest::Theme(colours) => state.settings.colours = colours,
         WindowRequest::Resize(steps) => state.settings.resize(steps),
@@ -70,15 +70,15 @@ fn flip(state: &mut State, flag: Flag) {
 impl State {
     fn flag_mut(&mut self, flag: Flag) -> &mut bool {
         match flag {
-            Flag::Settings => &mut self.settings_shown,
+            Flag::Settings => &mut self.dialogs.settings,
             Flag::Notes => &mut self.settings.notes_shown,
             Flag::KeepUpToDate => &mut self.settings.keep_up_to_date,
             Flag::Lists => &mut self.settings.lists_shown,
             Flag::Side => &mut self.settings.side_shown,
-            Flag::Help => &mut self.help_shown,
-            Flag::About => &mut self.about_shown,
-            Flag::History => &mut self.history_shown,
-            Flag::LayerOptions => &mut self.layer_options_shown,
+            Flag::Help => &mut self.dialogs.help,
+            Flag::About => &mut self.dialogs.about,
+            Flag::History => &mut self.dialogs.history,
+            Flag::LayerOptions => &mut self.dialogs.layer_options,
             Flag::LayerTable => &mut self.settings.layer_list.as_table,
             Flag::Check => &mut self.checks.shown,
             Flag::ImageEditor => &mut self.round_trip.dialogs.choosing_editor,

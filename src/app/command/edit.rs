@@ -54,7 +54,7 @@ pub const HISTORY: Command = Command {
     tooltip: "Lists the steps of the history; a click undoes or redoes steps up to there.",
     menu: Menu::Edit,
     ready: |state| state.session.as_ref().map(|_| ()).ok_or("open a project first"),
-    on: Some(|state| state.history_shown),
+    on: Some(|state| state.dialogs.history),
     request: |_| WindowRequest::Flip(Flag::History).into(),
     ..PLAIN
 };
@@ -66,7 +66,7 @@ pub const MERGE: Command = Command {
     keys: &[ctrl(Key::M)],
     menu: Menu::Edit,
     starts_group: true,
-    ready: |state| match state.selected_layers().1.len() {
+    ready: |state| match state.selection.layers().1.len() {
         0 | 1 => Err("select several image layers of one photo with Ctrl+click"),
         _ => Ok(()),
     },
@@ -79,7 +79,7 @@ pub const SPLIT: Command = Command {
     name: "Split layer",
     tooltip: "Gives every object of the selected image layer a layer of its own.",
     menu: Menu::Edit,
-    ready: |state| match state.selection {
+    ready: |state| match state.selection.main {
         Selection::Layer { .. } => Ok(()),
         _ => Err("select an image layer"),
     },
@@ -174,7 +174,7 @@ fn history(
 
 fn with_surface_and_photo(state: &State) -> Result<(), WhyNot> {
     state.selected_photo().ok_or("select a photo first")?;
-    match state.selection {
+    match state.selection.main {
         Selection::Object(_) | Selection::Face(_) | Selection::Layer { .. } => Ok(()),
         Selection::Nothing | Selection::Photo(_) | Selection::Tree(_) | Selection::Trees => {
             Err("select an object, a face or an image layer")

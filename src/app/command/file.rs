@@ -142,8 +142,8 @@ pub const SETTINGS: Command = Command {
     tooltip: "Sets the theme, the size of text and buttons, and the mouse controls.",
     keys: &[ctrl(Key::Comma)],
     starts_group: true,
-    on: Some(|state| state.settings_shown),
-    in_dialog: |state| state.settings_shown,
+    on: Some(|state| state.dialogs.settings),
+    in_dialog: |state| state.dialogs.settings,
     request: |_| WindowRequest::Flip(Flag::Settings).into(),
     ..PLAIN
 };
@@ -154,7 +154,7 @@ pub const PALETTE: Command = Command {
     tooltip: "Finds any command by a few letters of its name.",
     keys: &[ctrl(Key::P)],
     menu: Menu::Window,
-    in_dialog: |state| state.palette.is_open(),
+    in_dialog: |state| state.dialogs.palette.is_open(),
     request: |_| WindowRequest::Palette.into(),
     ..PLAIN
 };
@@ -262,7 +262,7 @@ pub const KEYS: Command = Command {
     tooltip: "Shows the functions of keys and mouse.",
     keys: &[plain(Key::F1)],
     menu: Menu::Help,
-    on: Some(|state| state.help_shown),
+    on: Some(|state| state.dialogs.help),
     request: |_| WindowRequest::Flip(Flag::Help).into(),
     ..PLAIN
 };
@@ -304,7 +304,7 @@ pub const ABOUT: Command = Command {
     tooltip: "Shows the program's version, its licence and the graphics device.",
     menu: Menu::Help,
     starts_group: true,
-    on: Some(|state| state.about_shown),
+    on: Some(|state| state.dialogs.about),
     request: |_| WindowRequest::Flip(Flag::About).into(),
     ..PLAIN
 };

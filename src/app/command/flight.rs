@@ -90,7 +90,7 @@ fn can_fly(state: &State) -> Result<(), WhyNot> {
 
 fn with_painter(state: &State) -> Result<(), WhyNot> {
     let session = state.session.as_ref().ok_or("open a project first")?;
-    if state.device.is_some() {
+    if state.space.device.is_some() {
         Ok(())
     } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
         Err("build the layers first")

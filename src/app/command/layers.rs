@@ -6,6 +6,7 @@ use super::{Command, Menu, PLAIN, WhyNot, ctrl, shift, with_project};
 use crate::state::State;
 use crate::state::request::{CheckRequest, Flag, JobRequest, QualityRequest, WindowRequest};
 use crate::state::running::JobKind;
+use crate::state::session::Session;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[
@@ -82,7 +83,11 @@ pub const TAKE_OFF: Command = Command {
     menu: Menu::Layers,
     ready: |state| {
         can_write(state).and(with_stacks(state))?;
-        if state.has_propagated() { Ok(()) } else { Err("no paint is projected to another photo") }
+        if state.session.as_ref().is_some_and(Session::has_propagated) {
+            Ok(())
+        } else {
+            Err("no paint is projected to another photo")
+        }
     },
     request: |_| QualityRequest::TakePropagatedOff.into(),
     ..PLAIN
@@ -105,7 +110,7 @@ pub const OPTIONS: Command = Command {
     tooltip: "Sets how layers are built: when a surface counts as hidden, and how large image layers are.",
     menu: Menu::Layers,
     ready: with_project,
-    on: Some(|state| state.layer_options_shown),
+    on: Some(|state| state.dialogs.layer_options),
     request: |_| WindowRequest::Flip(Flag::LayerOptions).into(),
     ..PLAIN
 };

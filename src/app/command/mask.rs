@@ -6,6 +6,7 @@ use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
 use crate::state::State;
 use crate::state::masking::STEP;
 use crate::state::masking::keeping::MaskWork;
+use crate::state::masking::queries::has_matte;
 use crate::state::masking::tool::MaskTool;
 use crate::state::request::{Flag, MaskRequest, WindowRequest};
 use crate::state::running::JobKind;
@@ -226,7 +227,7 @@ fn with_photo(state: &State) -> Result<(), WhyNot> {
 
 fn with_matte(state: &State) -> Result<(), WhyNot> {
     with_photo(state)?;
-    match state.has_matte() {
+    match state.selected_stack().is_some_and(has_matte) {
         true => Ok(()),
         false => {
             Err("no layer of this photo has a matte: declare objects see-through and fill occluded areas")

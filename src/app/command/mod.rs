@@ -8,11 +8,13 @@ pub mod flight;
 pub mod images;
 pub mod layers;
 pub mod mask;
+mod offered;
 pub mod paint;
 pub mod trees;
 pub mod view;
 pub mod words;
 
+pub use self::offered::Commands;
 use eframe::egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
 
 use crate::state::State;

@@ -2,11 +2,10 @@
 
 use eframe::egui::{Context, RichText, Window};
 
-use crate::state::State;
 use crate::widget::dialog::escaped;
 
 /// Draws *About* while it is open.
-pub fn about_ui(state: &State, shown: &mut bool, context: &Context) {
+pub fn about_ui(device: Option<&str>, shown: &mut bool, context: &Context) {
     if !*shown {
         return;
     }
@@ -14,7 +13,7 @@ pub fn about_ui(state: &State, shown: &mut bool, context: &Context) {
         ui.label(RichText::new(format!("Quadratura {}", env!("CARGO_PKG_VERSION"))).heading());
         ui.label("Image layers by proven visibility, from calibrated photos and a coarse model, to paint on and project back.");
         ui.add_space(4.0);
-        ui.label(format!("Graphics device: {}", state.device.as_deref().unwrap_or("none in use")));
+        ui.label(format!("Graphics device: {}", device.unwrap_or("none in use")));
         ui.label(format!("Licence: {}", env!("CARGO_PKG_LICENSE")));
     });
     *shown &= !escaped(context);

@@ -3,8 +3,7 @@
 use eframe::egui::{Button, Id, Label, Popup, PopupCloseBehavior, RichText, Role, TextStyle, Ui, WidgetInfo};
 
 use super::{named, text_width, toggle_ui};
-use crate::command::Command;
-use crate::state::State;
+use crate::command::{Command, Commands};
 use crate::state::request::Request;
 use crate::widget::elide::elided;
 
@@ -17,15 +16,15 @@ pub enum BarPosition {
     Menu,
 }
 
-/// A function that draws a part; it may change the bar's memory.
-pub type DrawPart<M> = fn(&mut Ui, &State, &mut M, BarPosition, &mut Vec<Request>);
+/// A function that draws a part of what the panel shows; it may change the bar's memory.
+pub type DrawPart<V, M> = fn(&mut Ui, &V, &mut M, BarPosition, &mut Vec<Request>);
 
 /// A part of a bar.
-pub enum BarPart<M> {
+pub enum BarPart<V, M> {
     /// A command that switches something.
     Switch(&'static Command),
     /// A custom widget.
-    Tool(DrawPart<M>),
+    Tool(DrawPart<V, M>),
     /// A separator between groups.
     Gap,
 }
@@ -41,50 +40,98 @@ const NARROW: f32 = 480.0;
 /// The length of short sliders, in points.
 const SHORT_RAIL: f32 = 56.0;
 
-/// Draws a toolbar: the name of its subject as far as it fits, and its parts. Parts are in the order of their
-/// importance: the last ones move to the menu first. `of` is the kind of the subject, for screen readers.
-pub fn bar_ui<M>(
-    ui: &mut Ui,
-    state: &State,
-    memory: &mut M,
-    of: &str,
-    name: Option<&str>,
-    parts: &[BarPart<M>],
-    requests: &mut Vec<Request>,
-) {
-    let id = ui.scope_id().with(of);
-    ui.horizontal(|ui| {
-        if ui.available_width() < NARROW {
-            ui.spacing_mut().slider_width = SHORT_RAIL;
+/// A toolbar: the name of its subject as far as it fits, and its parts. Parts are in the order of their importance: the last
+/// ones move to the menu first.
+pub struct Bar<'a, V, M> {
+    /// The kind of the subject, for screen readers.
+    pub of: &'a str,
+    /// The name of the subject.
+    pub name: Option<&'a str>,
+    /// The parts.
+    pub parts: &'a [BarPart<V, M>],
+    /// The commands that the parts may switch.
+    pub commands: Commands<'a>,
+    /// What the parts show.
+    pub view: &'a V,
+}
+
+impl<V, M> Bar<'_, V, M> {
+    /// Draws the toolbar.
+    pub fn show(&self, ui: &mut Ui, memory: &mut M, requests: &mut Vec<Request>) {
+        let parts = self.parts;
+        let id = ui.scope_id().with(self.of);
+        ui.horizontal(|ui| {
+            if ui.available_width() < NARROW {
+                ui.spacing_mut().slider_width = SHORT_RAIL;
+            }
+            let room = ui.available_width();
+            let gap = ui.spacing().item_spacing.x;
+            let widths =
+                ui.data(|data| data.get_temp::<Vec<f32>>(id)).filter(|known| known.len() == parts.len());
+            let (shown, rest) = match &widths {
+                Some(widths) => share(widths, gap, room, self.name.map(|name| text_width(ui, name) + 1.0)),
+                // The widths are unknown: the bar is drawn once to measure them, and then again.
+                None => (parts.len(), None),
+            };
+            if let (Some(name), Some(width)) = (self.name, rest) {
+                ui.scope(|ui| {
+                    let shown = elided(ui, name, &[], width, &TextStyle::Body);
+                    named(&ui.add(Label::new(RichText::new(shown).strong())).on_hover_text(name), name);
+                });
+            }
+            let mut measured = widths.clone().unwrap_or_else(|| vec![0.0; parts.len()]);
+            let is_tool = |part: &BarPart<V, M>| !matches!(part, BarPart::Gap);
+            let last = parts[..shown].iter().rposition(is_tool).map_or(0, |last| last + 1);
+            for (part, width) in parts[..last].iter().zip(&mut measured) {
+                let drawn = ui.scope(|ui| self.part(ui, memory, part, BarPosition::Bar, requests));
+                *width = drawn.response.rect.width();
+            }
+            if shown < parts.len() {
+                self.more(ui, memory, id, &parts[shown..], requests);
+            }
+            if widths.is_none() {
+                ui.ctx().request_discard("a bar is measured");
+            }
+            ui.data_mut(|data| data.insert_temp(id, measured));
+        });
+    }
+
+    fn part(
+        &self,
+        ui: &mut Ui,
+        memory: &mut M,
+        part: &BarPart<V, M>,
+        position: BarPosition,
+        requests: &mut Vec<Request>,
+    ) {
+        match part {
+            BarPart::Switch(command) => toggle_ui(self.commands, ui, command, requests),
+            BarPart::Tool(draw) => draw(ui, self.view, memory, position, requests),
+            BarPart::Gap => drop(ui.separator()),
         }
-        let room = ui.available_width();
-        let gap = ui.spacing().item_spacing.x;
-        let widths = ui.data(|data| data.get_temp::<Vec<f32>>(id)).filter(|known| known.len() == parts.len());
-        let (shown, rest) = match &widths {
-            Some(widths) => share(widths, gap, room, name.map(|name| text_width(ui, name) + 1.0)),
-            // The widths are unknown: the bar is drawn once to measure them, and then again.
-            None => (parts.len(), None),
-        };
-        if let (Some(name), Some(width)) = (name, rest) {
-            ui.scope(|ui| {
-                let shown = elided(ui, name, &[], width, &TextStyle::Body);
-                named(&ui.add(Label::new(RichText::new(shown).strong())).on_hover_text(name), name);
-            });
-        }
-        let mut measured = widths.clone().unwrap_or_else(|| vec![0.0; parts.len()]);
-        let is_tool = |part: &BarPart<M>| !matches!(part, BarPart::Gap);
-        let last = parts[..shown].iter().rposition(is_tool).map_or(0, |last| last + 1);
-        for (part, width) in parts[..last].iter().zip(&mut measured) {
-            *width = part_ui(ui, state, memory, part, requests);
-        }
-        if shown < parts.len() {
-            more_ui(ui, state, memory, id, of, &parts[shown..], requests);
-        }
-        if widths.is_none() {
-            ui.ctx().request_discard("a bar is measured");
-        }
-        ui.data_mut(|data| data.insert_temp(id, measured));
-    });
+    }
+
+    /// Draws the menu button.
+    fn more(
+        &self,
+        ui: &mut Ui,
+        memory: &mut M,
+        id: Id,
+        parts: &[BarPart<V, M>],
+        requests: &mut Vec<Request>,
+    ) {
+        let button = ui.add(Button::new("…").min_size([MORE_BUTTON, 0.0].into()));
+        let name = format!("More tools: {}", self.of);
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
+        let menu = Popup::menu(&button).id(id.with("more"));
+        // The menu stays open while several switches and sliders are changed.
+        menu.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
+            for part in parts.iter().skip_while(|part| matches!(part, BarPart::Gap)) {
+                self.part(ui, memory, part, BarPosition::Menu, requests);
+            }
+        });
+        button.on_hover_text("Tools that do not fit into the bar.");
+    }
 }
 
 /// Returns how many parts fit, and the width that is left for the name; none where that is too small.
@@ -98,48 +145,6 @@ fn share(widths: &[f32], gap: f32, room: f32, name: Option<f32>) -> (usize, Opti
     let taken = upto(shown) + if shown < widths.len() { MORE } else { -gap };
     let left = room - taken - gap;
     (shown, name.filter(|wanted| left >= wanted.min(LEAST_NAME)).map(|wanted| wanted.min(left)))
-}
-
-/// Draws a part in the bar; returns its width.
-fn part_ui<M>(
-    ui: &mut Ui,
-    state: &State,
-    memory: &mut M,
-    part: &BarPart<M>,
-    requests: &mut Vec<Request>,
-) -> f32 {
-    let drawn = ui.scope(|ui| match part {
-        BarPart::Switch(command) => toggle_ui(state, ui, command, requests),
-        BarPart::Tool(draw) => draw(ui, state, memory, BarPosition::Bar, requests),
-        BarPart::Gap => drop(ui.separator()),
-    });
-    drawn.response.rect.width()
-}
-
-/// Draws the menu button. `of` is the subject of the tools, for screen readers.
-fn more_ui<M>(
-    ui: &mut Ui,
-    state: &State,
-    memory: &mut M,
-    id: Id,
-    of: &str,
-    parts: &[BarPart<M>],
-    requests: &mut Vec<Request>,
-) {
-    let button = ui.add(Button::new("…").min_size([MORE_BUTTON, 0.0].into()));
-    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("More tools: {of}")));
-    let menu = Popup::menu(&button).id(id.with("more"));
-    // The menu stays open while several switches and sliders are changed.
-    menu.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
-        for part in parts.iter().skip_while(|part| matches!(part, BarPart::Gap)) {
-            match part {
-                BarPart::Switch(command) => toggle_ui(state, ui, command, requests),
-                BarPart::Tool(draw) => draw(ui, state, memory, BarPosition::Menu, requests),
-                BarPart::Gap => drop(ui.separator()),
-            }
-        }
-    });
-    button.on_hover_text("Tools that do not fit into the bar.");
 }
 
 #[cfg(test)]

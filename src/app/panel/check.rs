@@ -7,12 +7,13 @@ use eframe::egui::{
     load::SizedTexture, vec2,
 };
 
-use crate::command::layers;
+use crate::command::{Commands, layers};
 use crate::panel::pictures::image;
 use crate::state::State;
-use crate::state::checks::{Checked, Mend, percent_of, verdict};
+use crate::state::checks::{Checked, Checks, Mend, percent_of, verdict};
 use crate::state::request::{CheckRequest, Flag, Request, WindowRequest};
-use crate::state::running::JobKind;
+use crate::state::running::{JobKind, Running};
+use crate::state::session::Session;
 use crate::widget::dialog::escaped;
 use quadratura_base::geometry::Similarity;
 use quadratura_base::scene::PhotoId;
@@ -38,14 +39,43 @@ impl CheckTextures {
     }
 }
 
+/// What the window of the check shows.
+pub struct CheckView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The results of checks.
+    checks: &'a Checks,
+    /// The running jobs.
+    running: &'a Running,
+    /// The open project.
+    session: Option<&'a Session>,
+}
+
+impl<'a> CheckView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            checks: &state.checks,
+            running: &state.running,
+            session: state.session.as_ref(),
+        }
+    }
+}
+
 /// Draws the window when it is open.
-pub fn check_ui(state: &State, textures: &mut CheckTextures, context: &Context, requests: &mut Vec<Request>) {
-    let checks = &state.checks;
+pub fn check_ui(
+    view: &CheckView<'_>,
+    textures: &mut CheckTextures,
+    context: &Context,
+    requests: &mut Vec<Request>,
+) {
+    let checks = view.checks;
     if checks.overlay.is_none() {
         *textures = CheckTextures::default();
     }
-    let Some(session) = &state.session else { return };
-    if !checks.shown || !(checks.has_report(&session.folder) || state.running.runs(JobKind::Check)) {
+    let Some(session) = view.session else { return };
+    if !checks.shown || !(checks.has_report(&session.folder) || view.running.runs(JobKind::Check)) {
         return;
     }
     let mut open = true;
@@ -55,7 +85,7 @@ pub fn check_ui(state: &State, textures: &mut CheckTextures, context: &Context, 
         .default_size([860.0, 560.0])
         .min_width(640.0);
     window.show(context, |ui| match &checks.report {
-        Some(checked) => contents(state, checked, textures, ui, requests),
+        Some(checked) => contents(view, checked, textures, ui, requests),
         None => {
             ui.horizontal(|ui| {
                 ui.spinner();
@@ -70,21 +100,21 @@ pub fn check_ui(state: &State, textures: &mut CheckTextures, context: &Context, 
 
 /// Draws a report; asks for the overlay that is needed and not loaded yet.
 fn contents(
-    state: &State,
+    view: &CheckView<'_>,
     checked: &Checked,
     textures: &mut CheckTextures,
     ui: &mut Ui,
     requests: &mut Vec<Request>,
 ) {
-    judgement(state, checked, ui, requests);
+    judgement(view, checked, ui, requests);
     ui.separator();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_top(|ui| {
             ui.vertical(|ui| {
                 ui.set_width(380.0);
-                photos(state.checks.photo, &checked.report.photos, ui, requests);
+                photos(view.checks.photo, &checked.report.photos, ui, requests);
             });
-            ui.vertical(|ui| overlay(state, checked, textures, ui, requests));
+            ui.vertical(|ui| overlay(view, checked, textures, ui, requests));
         });
         ui.add_space(6.0);
         faces(&checked.report.faces, ui);
@@ -97,7 +127,7 @@ fn contents(
     });
 }
 
-fn judgement(state: &State, checked: &Checked, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn judgement(view: &CheckView<'_>, checked: &Checked, ui: &mut Ui, requests: &mut Vec<Request>) {
     let color = match checked.report.verdict {
         Verdict::Fits => ui.visuals().strong_text_color(),
         Verdict::Poor => ui.visuals().warn_fg_color,
@@ -122,9 +152,9 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, requests: &mut Vec<R
     ui.horizontal(|ui| {
         let again = ui.button("Check again").on_hover_text(layers::CHECK.tooltip);
         if again.clicked() {
-            requests.push(layers::CHECK.asked(state));
+            requests.push(view.commands.asked(&layers::CHECK));
         }
-        let before = state.checks.before.as_ref().filter(|(project, _)| *project == checked.project);
+        let before = view.checks.before.as_ref().filter(|(project, _)| *project == checked.project);
         if let Some((_, before)) = before {
             let back = ui.button("Undo alignment").on_hover_text(format!(
                 "Restores the transform that the model had before it was aligned: {before}"
@@ -191,19 +221,19 @@ fn photos(shown: PhotoId, photos: &[PhotoReport], ui: &mut Ui, requests: &mut Ve
 }
 
 fn overlay(
-    state: &State,
+    view: &CheckView<'_>,
     checked: &Checked,
     textures: &mut CheckTextures,
     ui: &mut Ui,
     requests: &mut Vec<Request>,
 ) {
-    let Some(photo) = checked.report.photos.get(state.checks.photo.index()) else { return };
+    let Some(photo) = checked.report.photos.get(view.checks.photo.index()) else { return };
     let Some(path) = &photo.picture else {
         let why = photo.problem.as_deref().unwrap_or("There is no overlay picture of this photo.");
         ui.colored_label(ui.visuals().warn_fg_color, why);
         return;
     };
-    match state.checks.overlay.as_ref().filter(|(shown, _)| shown == path) {
+    match view.checks.overlay.as_ref().filter(|(shown, _)| shown == path) {
         Some((_, picture)) => {
             let texture = textures.of(ui.ctx(), picture);
             let size = vec2(ui.available_width().max(200.0), HIGHEST);

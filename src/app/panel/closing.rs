@@ -5,31 +5,61 @@ use eframe::egui::{Context, RichText, Spinner, Ui};
 use super::answers_ui;
 use super::status::left;
 use crate::state::State;
-use crate::state::life::{Goal, LifeEvent, Phase, Recovery};
+use crate::state::life::{Goal, Life, LifeEvent, Phase, Recovery};
 use crate::state::notes::ago;
 use crate::state::request::{ProjectRequest, Request};
+use crate::state::running::Running;
 use crate::state::session::Session;
 use crate::widget::dialog::{Dialog, Keys};
 
+/// What the questions before a project is left depend on.
+pub struct ClosingView<'a> {
+    /// The life cycle of the project.
+    life: &'a Life,
+    /// The open project.
+    session: Option<&'a Session>,
+    /// The running jobs.
+    running: &'a Running,
+    /// The number of brush strokes that are not in the layers yet.
+    unpainted: usize,
+}
+
+impl<'a> ClosingView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            life: &state.life,
+            session: state.session.as_ref(),
+            running: &state.running,
+            unpainted: state.space.brush.unpainted(),
+        }
+    }
+}
+
 /// Draws the open question, if there is one.
-pub fn closing_ui(context: &Context, state: &State, requests: &mut Vec<Request>) {
-    let answer = match (&state.life.phase, &state.life.recovery) {
-        (Phase::Asking { failed, .. }, _) => ask_unsaved(context, state, failed.as_deref(), false),
-        (Phase::Saving { .. }, _) => ask_unsaved(context, state, None, true),
+pub fn closing_ui(context: &Context, view: &ClosingView<'_>, requests: &mut Vec<Request>) {
+    let answer = match (&view.life.phase, &view.life.recovery) {
+        (Phase::Asking { failed, .. }, _) => ask_unsaved(context, view, failed.as_deref(), false),
+        (Phase::Saving { .. }, _) => ask_unsaved(context, view, None, true),
         (Phase::Staying, Some(recovery)) => {
             let restores = ask_recovery(context, recovery);
             return requests.extend(restores.map(|restores| ProjectRequest::Recover(restores).into()));
         }
-        (Phase::Writing { goal, .. }, _) => ask_writing(context, state, goal, false),
-        (Phase::Waiting { goal, .. }, _) => ask_writing(context, state, goal, true),
+        (Phase::Writing { goal, .. }, _) => ask_writing(context, view, goal, false),
+        (Phase::Waiting { goal, .. }, _) => ask_writing(context, view, goal, true),
         (Phase::Staying, None) => None,
     };
     requests.extend(answer.map(|event| ProjectRequest::Life(event).into()));
 }
 
 /// Asks about unsaved changes, and gives the reason where saving failed.
-fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bool) -> Option<LifeEvent> {
-    let name = state.session.as_ref().map(Session::name).unwrap_or_default();
+fn ask_unsaved(
+    context: &Context,
+    view: &ClosingView<'_>,
+    failed: Option<&str>,
+    saves: bool,
+) -> Option<LifeEvent> {
+    let name = view.session.map(Session::name).unwrap_or_default();
     let asked = Dialog::new("leaving", 440.0).show(context, |ui, keys| {
         let answers = match failed {
             None => {
@@ -93,17 +123,17 @@ fn ask_recovery(context: &Context, recovery: &Recovery) -> Option<bool> {
 }
 
 /// Asks about running writes; `waits`: the user has chosen to wait, and can return to the project.
-fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Option<LifeEvent> {
+fn ask_writing(context: &Context, view: &ClosingView<'_>, goal: &Goal, waits: bool) -> Option<LifeEvent> {
     let asked = Dialog::new("writing", 460.0).show(context, |ui, keys| {
         ui.heading("Files are still being written");
-        for (_, job) in state.running.writing() {
+        for (_, job) in view.running.writing() {
             ui.horizontal(|ui| {
                 ui.add(Spinner::new().size(16.0));
                 ui.label(RichText::new(&job.name).strong());
                 ui.weak(left(job));
             });
         }
-        let strokes = state.space.brush.unpainted();
+        let strokes = view.unpainted;
         if strokes > 0 {
             let text = match strokes {
                 1 => "A brush stroke is not in the layers yet: stopping loses it.".to_owned(),

@@ -3,10 +3,13 @@
 use eframe::egui::{Button, ComboBox, DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
 
 use super::{NameCell, name_cell, room_for_names, slider_ui, text_width, toggle_ui};
-use crate::command::flat;
+use crate::command::{Commands, flat};
 use crate::state::State;
+use crate::state::quality::colour::ColourSession;
 use crate::state::request::{QualityRequest, Request, SelectRequest};
+use crate::state::running::Running;
 use crate::state::selection::Selection;
+use crate::state::session::Session;
 use crate::widget::elide::beside;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::colour::REST;
@@ -25,22 +28,49 @@ fn shown(stops: f64) -> f64 {
     if stops.abs() < NOTHING { 0.0 } else { stops }
 }
 
+/// What the panel of exposures shows.
+pub struct ColourView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The open project.
+    session: Option<&'a Session>,
+    /// The exposures of photos.
+    colour: &'a ColourSession,
+    /// The running jobs.
+    running: &'a Running,
+    /// The photo that commands on a photo apply to.
+    photo: Option<PhotoId>,
+}
+
+impl<'a> ColourView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            session: state.session.as_ref(),
+            colour: &state.quality.colour,
+            running: &state.running,
+            photo: state.selected_photo(),
+        }
+    }
+}
+
 /// Draws the panel.
-pub fn colour_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let any_stack = state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
+pub fn colour_ui(view: &ColourView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let any_stack = view.session.is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
         ui.weak("Build the layers first, so that photos can be compared where they show the same surface.");
         return;
     }
     requests.push(QualityRequest::WantEstimate.into());
-    if state.quality.colour.failed(&state.running) {
+    if view.colour.failed(view.running) {
         ui.label("The photos could not be compared; the messages give the reason.");
         if ui.button("Try again").clicked() {
             requests.push(QualityRequest::EstimateAgain.into());
         }
         return;
     }
-    let Some(report) = state.colour_report() else {
+    let Some(report) = view.session.and_then(|session| view.colour.report(session)) else {
         ui.horizontal(|ui| {
             ui.add(Spinner::new());
             ui.label("Comparing exposures…");
@@ -48,12 +78,12 @@ pub fn colour_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
         return;
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        switches(state, &report, ui, requests);
-        if let Some(photo) = state.selected_photo().and_then(|photo| report.photos.get(photo.index())) {
-            selected(state, photo, &report, ui, requests);
+        switches(view, &report, ui, requests);
+        if let Some(photo) = view.photo.and_then(|photo| report.photos.get(photo.index())) {
+            selected(view, photo, &report, ui, requests);
         }
         ui.separator();
-        all(state, &report, ui, requests);
+        all(view, &report, ui, requests);
         ui.separator();
         supports(&report, ui);
     });
@@ -63,8 +93,9 @@ fn decide(requests: &mut Vec<Request>, edit: ColourEdit) {
     requests.push(Request::Quality(QualityRequest::Colour { edits: vec![edit], goes_on: false }));
 }
 
-fn switches(state: &State, report: &ColourReport, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(colour) = state.colour() else { return };
+fn switches(view: &ColourView<'_>, report: &ColourReport, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
+    let colour = &session.opened.project.colour;
     let mut switch = |on: bool, name: &str, tooltip: &str, edit: fn(bool) -> ColourEdit| {
         let mut on = on;
         if ui.checkbox(&mut on, name).on_hover_text(tooltip).changed() {
@@ -131,7 +162,7 @@ fn rule_name(rule: ExposureRule) -> &'static str {
 
 /// Draws the selected photo, with all decisions about its colour.
 fn selected(
-    state: &State,
+    view: &ColourView<'_>,
     photo: &PhotoColour,
     report: &ColourReport,
     ui: &mut Ui,
@@ -153,7 +184,7 @@ fn selected(
     });
     ui.horizontal_wrapped(|ui| {
         ui.weak("In the photo’s view:");
-        toggle_ui(state, ui, &flat::EVEN, requests);
+        toggle_ui(view.commands, ui, &flat::EVEN, requests);
     });
     ui.label(origin(photo));
     group(photo, report, ui, requests);
@@ -259,14 +290,14 @@ fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], requests: &mu
 }
 
 /// Draws all photos, each with its exposure.
-fn all(state: &State, report: &ColourReport, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn all(view: &ColourView<'_>, report: &ColourReport, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
     Grid::new("exposures").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
         for (id, photo) in PhotoId::all(report.photos.len()).zip(&report.photos) {
             let others = beside(id.index(), |place| Some(report.photos.get(place)?.photo.as_str()));
             let cell = NameCell { name: &photo.photo, others: &others, width: names };
-            if name_cell(ui, state.photo == Some(id), &cell).clicked() {
+            if name_cell(ui, view.photo == Some(id), &cell).clicked() {
                 requests.push(Request::Select(SelectRequest::Only(Selection::Photo(id))));
             }
             let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);

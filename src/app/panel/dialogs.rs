@@ -2,28 +2,61 @@
 
 use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 
-use crate::command::{Command, flight, images};
+use crate::command::{Command, Commands, flight, images};
 use crate::state::State;
 use crate::state::request::{Request, RoundTripRequest};
 use crate::state::round_trip::dialogs::{DialogPurpose, RoundTripDialogs};
-use crate::state::running::JobKind;
+use crate::state::round_trip::image_editor::EditorChoice;
+use crate::state::running::{JobKind, Running};
+use crate::state::session::Session;
 use crate::widget::dialog::{Dialog, at_the_right};
 use quadratura_base::scene::PhotoId;
 use quadratura_document::export_record::ExportFormat;
 use quadratura_io::layered::FORMATS;
 use quadratura_io::layered::format::file_names;
 use quadratura_io::programs::{ImageEditor, check_program};
+use std::path::PathBuf;
+
+/// What the dialogs of the round trip depend on.
+pub struct DialogsView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The open project.
+    session: Option<&'a Session>,
+    /// The photo that commands on a photo apply to.
+    photo: Option<PhotoId>,
+    /// The running jobs.
+    running: &'a Running,
+    /// The image editors that are installed, as far as they were looked for.
+    found: &'a [(ImageEditor, PathBuf)],
+    /// The image editor that is used.
+    image_editor: &'a EditorChoice,
+}
+
+impl<'a> DialogsView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            session: state.session.as_ref(),
+            photo: state.selected_photo(),
+            running: &state.running,
+            found: state.round_trip.found.as_deref().unwrap_or_default(),
+            image_editor: &state.settings.image_editor,
+        }
+    }
+}
 
 /// Draws the open dialogs, which change as they are edited.
 pub fn dialogs_ui(
     context: &Context,
-    state: &State,
+    view: &DialogsView<'_>,
     dialogs: &mut RoundTripDialogs,
     requests: &mut Vec<Request>,
 ) {
     import_ui(context, dialogs, requests);
-    export_ui(context, state, dialogs, requests);
-    editor_ui(context, state, &mut dialogs.choosing_editor, requests);
+    export_ui(context, view, dialogs, requests);
+    editor_ui(context, view, &mut dialogs.choosing_editor, requests);
 }
 
 /// The width of the dialogs, in points.
@@ -83,7 +116,12 @@ const OTHERS: &[(&Command, &str)] = &[
     (&flight::STILL, "Picture of the view…"),
 ];
 
-fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, requests: &mut Vec<Request>) {
+fn export_ui(
+    context: &Context,
+    view: &DialogsView<'_>,
+    dialogs: &mut RoundTripDialogs,
+    requests: &mut Vec<Request>,
+) {
     let Some(dialog) = &mut dialogs.export else { return };
     let (mut open, mut choose, mut go, mut show, mut other) = (true, false, false, None, None);
     let answer = Dialog::new("export", WIDTH).show(context, |ui, keys| {
@@ -95,7 +133,7 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, r
             ui.label("");
             ui.horizontal(|ui| {
                 for (command, text) in OTHERS {
-                    let ready = (command.ready)(state);
+                    let ready = view.commands.ready(command);
                     let button = ui.add_enabled(ready.is_ok(), Button::new(*text).small());
                     let button = button.on_hover_text(command.tooltip);
                     if button.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
@@ -115,7 +153,7 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, r
         ui.weak(
             "Relative to the project folder, unless it begins with /. Changed files are never overwritten.",
         );
-        photos(state, &mut dialog.photos, ui);
+        photos(view, &mut dialog.photos, ui);
         let guides = "Adds hidden layers with hatching where the photo does not show the surfaces.";
         ui.checkbox(&mut dialog.guides, "Guides").on_hover_text(guides);
         let provenance = "Writes pictures beside the files, which show where each filled texel comes from.";
@@ -129,7 +167,7 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, r
         }
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            let runs = state.running.runs(JobKind::Export);
+            let runs = view.running.runs(JobKind::Export);
             go = keys.press(&ui.add_enabled(problem.is_none() && !runs, usual("Export")));
             let leave = if runs || dialog.done.is_some() { "Close" } else { "Cancel" };
             open = !ui.add(button(leave)).clicked();
@@ -147,7 +185,7 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, r
     if !open || answer.escaped || other.is_some() {
         dialogs.export = None;
     }
-    requests.extend(other.map(|command: &Command| command.asked(state)));
+    requests.extend(other.map(|command: &Command| view.commands.asked(command)));
     if choose {
         requests.push(RoundTripRequest::ChoosePath(DialogPurpose::ExportFolder).into());
     }
@@ -175,14 +213,14 @@ fn formats(ui: &mut Ui, format: &mut ExportFormat) {
 }
 
 /// Draws the choice of photos: all that have layers, or some.
-fn photos(state: &State, chosen: &mut std::collections::BTreeSet<PhotoId>, ui: &mut Ui) {
-    let Some(session) = &state.session else { return };
+fn photos(view: &DialogsView<'_>, chosen: &mut std::collections::BTreeSet<PhotoId>, ui: &mut Ui) {
+    let Some(session) = view.session else { return };
     ui.horizontal(|ui| {
         if ui.radio(chosen.is_empty(), "All photos that have layers").clicked() {
             chosen.clear();
         }
         if ui.radio(!chosen.is_empty(), "Choose photos").clicked() && chosen.is_empty() {
-            chosen.extend(state.selected_photo().or(session.opened.site.photo_ids().next()));
+            chosen.extend(view.photo.or(session.opened.site.photo_ids().next()));
         }
     });
     if chosen.is_empty() {
@@ -205,12 +243,12 @@ fn photos(state: &State, chosen: &mut std::collections::BTreeSet<PhotoId>, ui: &
     });
 }
 
-fn editor_ui(context: &Context, state: &State, shown: &mut bool, requests: &mut Vec<Request>) {
+fn editor_ui(context: &Context, view: &DialogsView<'_>, shown: &mut bool, requests: &mut Vec<Request>) {
     if !*shown {
         return;
     }
-    let found = state.round_trip.found.as_deref().unwrap_or_default();
-    let mut choice = state.settings.image_editor.clone();
+    let found = view.found;
+    let mut choice = view.image_editor.clone();
     let (mut open, mut choose, mut again) = (true, false, false);
     let answer = Dialog::new("image editor", WIDTH).show(context, |ui, keys| {
         ui.heading("Image editor");
@@ -248,7 +286,7 @@ fn editor_ui(context: &Context, state: &State, shown: &mut bool, requests: &mut 
         open = !keys.press(&at_the_right(ui, |ui| ui.add(usual("Close"))));
     });
     *shown = open && !answer.is_left();
-    if choice != state.settings.image_editor {
+    if choice != *view.image_editor {
         requests.push(RoundTripRequest::UseEditor(choice).into());
     }
     if choose {

@@ -3,7 +3,6 @@
 use eframe::egui::{Align2, Context, Grid, Label, RichText, ScrollArea, Ui, Window};
 
 use crate::command;
-use crate::state::State;
 use crate::state::request::{Flag, Request, WindowRequest};
 use crate::state::settings::Navigation;
 use crate::widget::dialog::escaped;
@@ -50,13 +49,13 @@ const COLUMN: f32 = 400.0;
 const FRAME: f32 = 110.0;
 
 /// Draws the help when it is open: in as many columns as fit into the window.
-pub fn help_ui(state: &State, context: &Context, requests: &mut Vec<Request>) {
-    if !state.help_shown {
+pub fn help_ui(shown: bool, navigation: Navigation, context: &Context, requests: &mut Vec<Request>) {
+    if !shown {
         return;
     }
     let mut open = true;
     let room = context.content_rect().size();
-    let lines = lines(state, context);
+    let lines = lines(navigation, context);
     let columns = ((room.x / COLUMN) as usize).clamp(1, 3);
     let (width, most) = (COLUMN * columns as f32 - 60.0, (room.y - FRAME).max(FRAME));
     let window = Window::new("Keys and mouse").open(&mut open).auto_sized().collapsible(false);
@@ -85,8 +84,8 @@ struct HelpEntry {
     more: &'static str,
 }
 
-fn lines(state: &State, context: &Context) -> Vec<HelpEntry> {
-    let mouse = mouse(state.settings.navigation);
+fn lines(navigation: Navigation, context: &Context) -> Vec<HelpEntry> {
+    let mouse = mouse(navigation);
     let of_mouse =
         mouse.iter().chain(LISTS).map(|(keys, what)| HelpEntry { keys: (*keys).to_owned(), what, more: "" });
     let commands = command::all().filter(|command| !command.keys.is_empty()).map(|command| {

@@ -3,28 +3,28 @@
 use eframe::egui::{Button, Context, RichText, Ui, Window};
 
 use super::long_list;
-use crate::state::State;
 use crate::state::request::{DecideRequest, Flag, Request, WindowRequest};
+use crate::state::session::Session;
 use crate::widget::dialog::escaped;
 
 /// The height of the list, in points.
 const HEIGHT: f32 = 360.0;
 
 /// Draws the list while it is open.
-pub fn history_ui(state: &State, context: &Context, requests: &mut Vec<Request>) {
-    if !state.history_shown {
+pub fn history_ui(shown: bool, session: Option<&Session>, context: &Context, requests: &mut Vec<Request>) {
+    if !shown {
         return;
     }
     let mut open = true;
     let window = Window::new("History").open(&mut open).default_width(300.0);
-    window.show(context, |ui| steps_ui(state, ui, requests));
+    window.show(context, |ui| steps_ui(session, ui, requests));
     if !open || escaped(context) {
         requests.push(WindowRequest::Hide(Flag::History).into());
     }
 }
 
-fn steps_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else {
+fn steps_ui(session: Option<&Session>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let Some(session) = session else {
         ui.weak("Open a project first.");
         return;
     };

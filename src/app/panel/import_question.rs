@@ -5,8 +5,8 @@ use std::sync::{Arc, Weak};
 use eframe::egui::{Context, Frame, RichText, TextureHandle, TextureOptions, Ui};
 
 use super::fill::question::side_by_side;
+use super::paint::PaintView;
 use crate::panel::pictures::image;
-use crate::state::State;
 use crate::state::request::{Request, RoundTripRequest};
 use crate::state::round_trip::report::ImportQuestion;
 use crate::state::round_trip::shown_path;
@@ -38,14 +38,14 @@ impl ImportQuestionTextures {
 /// Draws the first question about a file, if there is one.
 pub fn import_question_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &PaintView<'_>,
     textures: &mut ImportQuestionTextures,
     requests: &mut Vec<Request>,
 ) {
-    let Some(question) = state.round_trip.questions.first() else { return textures.follow(None, ui.ctx()) };
+    let Some(question) = view.round_trip.questions.first() else { return textures.follow(None, ui.ctx()) };
     textures.follow(question.pictures.as_ref(), ui.ctx());
     let ImportQuestion { file, found, .. } = question;
-    let folder = state.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
+    let folder = view.session.map(|session| session.folder.clone()).unwrap_or_default();
     let name = shown_path(&folder, file);
     Frame::group(ui.style()).show(ui, |ui| {
         ui.label(RichText::new("Import everything?").heading());

@@ -9,44 +9,84 @@ use super::inspect::surface::{face_page, object_page};
 use super::inspect::tree::tree_page;
 use super::inspect::trees::trees_page;
 use super::{button, counted, grouped, layer_options, masks, percent, title};
-use crate::command::{paint, view};
+use crate::command::{Commands, paint, view};
 use crate::state::State;
+use crate::state::flat::FlatViews;
+use crate::state::masking::Masking;
 use crate::state::next_steps::NextStep;
+use crate::state::quality::filling::FillSession;
 use crate::state::request::{DecideRequest, Request};
-use crate::state::selection::Selection;
+use crate::state::selection::{Selection, SelectionState};
 use crate::state::session::Session;
+use crate::state::trees::TreesState;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::Stack;
 use quadratura_recipe::decide::decided;
 use quadratura_recipe::layer_table::LayerFigures;
 
+/// What the inspector shows.
+pub struct InspectorView<'a> {
+    /// The commands that the panel offers.
+    pub commands: Commands<'a>,
+    /// The open project.
+    pub session: Option<&'a Session>,
+    /// What is selected.
+    pub selection: &'a SelectionState,
+    /// The facts about fillings.
+    pub fill: &'a FillSession,
+    /// Masks of photos.
+    pub masking: &'a Masking,
+    /// The flat views.
+    pub flat: &'a FlatViews,
+    /// The trees of the project.
+    pub trees: &'a TreesState,
+    /// The photo that commands on a photo apply to.
+    pub photo: Option<PhotoId>,
+}
+
+impl<'a> InspectorView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            session: state.session.as_ref(),
+            selection: &state.selection,
+            fill: &state.quality.fill,
+            masking: &state.masking,
+            flat: &state.flat,
+            trees: &state.trees,
+            photo: state.selected_photo(),
+        }
+    }
+}
+
 /// Draws the inspector.
-pub fn inspector_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
+pub fn inspector_ui(ui: &mut Ui, view: &InspectorView<'_>, requests: &mut Vec<Request>) {
     ui.add_space(4.0);
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match state.selection {
-        Selection::Object(object) => object_page(ui, state, object, requests),
-        Selection::Face(face) => face_page(ui, state, face, requests),
-        Selection::Layer { photo, layer } => layer_page(ui, state, photo, layer, requests),
-        Selection::Tree(tree) => tree_page(ui, state, tree, requests),
-        Selection::Trees => trees_page(ui, state, requests),
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match view.selection.main {
+        Selection::Object(object) => object_page(ui, view, object, requests),
+        Selection::Face(face) => face_page(ui, view, face, requests),
+        Selection::Layer { photo, layer } => layer_page(ui, view, photo, layer, requests),
+        Selection::Tree(tree) => tree_page(ui, view, tree, requests),
+        Selection::Trees => trees_page(ui, view, requests),
         Selection::Nothing | Selection::Photo(_) => {
-            let Some(session) = &state.session else { return };
-            match state.selection {
+            let Some(session) = view.session else { return };
+            match view.selection.main {
                 Selection::Photo(photo) => {
-                    photo_ui(state, session, photo, ui, requests);
+                    photo_ui(view, session, photo, ui, requests);
                 }
-                _ => nothing(state, session, ui, requests),
+                _ => nothing(view, session, ui, requests),
             }
         }
     });
 }
 
-fn nothing(state: &State, session: &Session, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn nothing(view: &InspectorView<'_>, session: &Session, ui: &mut Ui, requests: &mut Vec<Request>) {
     title(ui, "Project", &session.name());
     let model = session.model();
     let built = session.photos.iter().filter(|photo| photo.is_current()).count();
     ui.weak(format!("{} · {built} built", counted(session.photos.len() as u64, "photo")));
-    site_steps_ui(state, None, ui, requests);
+    site_steps_ui(view, None, ui, requests);
     ui.label("Click a photo, an object or a layer to see its properties, and what to do next with it.");
     let project = &session.opened.project;
     let facts = [
@@ -59,23 +99,29 @@ fn nothing(state: &State, session: &Session, ui: &mut Ui, requests: &mut Vec<Req
     details_ui(ui, &facts);
 }
 
-fn photo_ui(state: &State, session: &Session, id: PhotoId, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn photo_ui(
+    view: &InspectorView<'_>,
+    session: &Session,
+    id: PhotoId,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
     let photo = session.opened.site.photo(id);
     title(ui, "Photo", &photo.name);
-    next_ui(state, session, id, ui, requests);
-    masks::masks_ui(state, id, ui, requests);
+    next_ui(view, session, id, ui, requests);
+    masks::masks_ui(view, id, ui, requests);
     decisions(session, &photo.name, ui, requests);
     ui.add_space(8.0);
     ui.horizontal_wrapped(|ui| {
-        button(state, ui, &view::SNAP, requests);
+        button(view.commands, ui, &view::SNAP, requests);
         // Where areas are hidden, this is among what to do next.
-        let paints = state.next_steps(id).iter().any(|step| matches!(step, NextStep::Paint(_)));
+        let paints = session.next_steps(id, view.fill).iter().any(|step| matches!(step, NextStep::Paint(_)));
         if session.stack_of(id).is_some() && !paints {
-            button(state, ui, &paint::EDIT, requests);
+            button(view.commands, ui, &paint::EDIT, requests);
         }
     });
     ui.add_space(4.0);
-    layer_options::photo_options_ui(state, session, &photo.name, ui, requests);
+    layer_options::photo_options_ui(view.commands, session, &photo.name, ui, requests);
     details_ui(ui, &facts(session, id));
 }
 

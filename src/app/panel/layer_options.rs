@@ -5,7 +5,7 @@ use eframe::egui::{
 };
 
 use super::{button, slider_ui, small_button, text_width};
-use crate::command::layers;
+use crate::command::{Commands, layers};
 use crate::state::State;
 use crate::state::request::{DecideRequest, Flag, OptionsEdit, Request, WindowRequest};
 use crate::state::session::Session;
@@ -111,7 +111,7 @@ fn wanted(response: &Response, moved: f64, requests: &mut Vec<Request>) -> Optio
 
 /// Draws the options of a photo, each inherited from the project or its own.
 pub fn photo_options_ui(
-    state: &State,
+    commands: Commands<'_>,
     session: &Session,
     photo: &str,
     ui: &mut Ui,
@@ -149,7 +149,7 @@ pub fn photo_options_ui(
             ..own
         });
         if ui.button(layers::OPTIONS.name).on_hover_text(layers::OPTIONS.tooltip).clicked() {
-            requests.push(layers::OPTIONS.asked(state));
+            requests.push(commands.asked(&layers::OPTIONS));
         }
     });
 }
@@ -184,10 +184,31 @@ impl PhotoOptionRows<'_> {
     }
 }
 
+/// What the window of the layer options shows.
+pub struct LayerOptionsView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The open project.
+    session: Option<&'a Session>,
+    /// Whether the window is open.
+    shown: bool,
+}
+
+impl<'a> LayerOptionsView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            session: state.session.as_ref(),
+            shown: state.dialogs.layer_options,
+        }
+    }
+}
+
 /// Draws the window of the project's options when it is open.
-pub fn layer_options_ui(context: &Context, state: &State, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
-    let mut open = state.layer_options_shown;
+pub fn layer_options_ui(context: &Context, view: &LayerOptionsView<'_>, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
+    let mut open = view.shown;
     let window = Window::new("Layer options").open(&mut open).resizable(false).collapsible(false);
     let middle = context.content_rect().center();
     window.default_width(430.0).pivot(Align2::CENTER_CENTER).default_pos(middle).show(context, |ui| {
@@ -208,10 +229,10 @@ pub fn layer_options_ui(context: &Context, state: &State, requests: &mut Vec<Req
                     goes_on: false,
                 }));
             }
-            button(state, ui, &layers::BUILD, requests);
+            button(view.commands, ui, &layers::BUILD, requests);
         });
     });
-    if state.layer_options_shown && (!open || escaped(context)) {
+    if view.shown && (!open || escaped(context)) {
         requests.push(WindowRequest::Flip(Flag::LayerOptions).into());
     }
 }

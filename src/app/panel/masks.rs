@@ -5,7 +5,7 @@ use eframe::egui::{DragValue, Ui};
 use super::button;
 use super::{counted, link_ui, percent, small_button};
 use crate::command::{Command, mask};
-use crate::state::State;
+use crate::panel::inspector::InspectorView;
 use crate::state::masking::keeping::MaskWork;
 use crate::state::masking::origin_words;
 use crate::state::masking::suggested::ShownSuggestion;
@@ -19,10 +19,10 @@ use quadratura_recipe::masks::suggest::UNSEEN;
 const MOST_MARGIN: u32 = 4096;
 
 /// Draws the masks of a photo.
-pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, requests: &mut Vec<Request>) {
+pub fn masks_ui(view: &InspectorView<'_>, photo: PhotoId, ui: &mut Ui, requests: &mut Vec<Request>) {
     requests.push(MaskRequest::WantSuggestions.into());
-    let open = state.suggestions_of(photo);
-    let Some(session) = &state.session else { return };
+    let Some(session) = view.session else { return };
+    let open = view.masking.suggestions_of(session, photo);
     let it = session.opened.site.photo(photo);
     let all = u64::from(it.camera.width) * u64::from(it.camera.height);
     let masks = session.history.present().masks.of(&it.name);
@@ -33,9 +33,9 @@ pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, requests: &mut Vec<R
         for of_one in masks {
             row(&it.name, of_one, all, ui, requests);
         }
-        buttons(state, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, requests);
+        buttons(view, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, requests);
     }
-    let unlikely = state.unlikely_in(photo);
+    let unlikely = view.masking.unlikely_in(session, photo);
     if open.is_empty() && unlikely == 0 {
         return;
     }
@@ -47,25 +47,27 @@ pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, requests: &mut Vec<R
         suggestion(shown, photo, all, ui, requests);
     }
     if unlikely > 0 {
-        unlikely_ui(state, unlikely, ui, requests);
+        unlikely_ui(view, unlikely, ui, requests);
     }
     if !open.is_empty() {
-        buttons(state, [&mask::ACCEPT, &mask::DISMISS], ui, requests);
+        buttons(view, [&mask::ACCEPT, &mask::DISMISS], ui, requests);
     }
 }
 
 fn buttons<const N: usize>(
-    state: &State,
+    view: &InspectorView<'_>,
     commands: [&'static Command; N],
     ui: &mut Ui,
     requests: &mut Vec<Request>,
 ) {
-    ui.horizontal_wrapped(|ui| commands.into_iter().for_each(|command| button(state, ui, command, requests)));
+    ui.horizontal_wrapped(|ui| {
+        commands.into_iter().for_each(|command| button(view.commands, ui, command, requests))
+    });
 }
 
 /// Draws the switch that lists what is hardly an object.
-fn unlikely_ui(state: &State, count: usize, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let mut on = state.masking.suggested.offers_unlikely();
+fn unlikely_ui(view: &InspectorView<'_>, count: usize, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let mut on = view.masking.suggested.offers_unlikely();
     let found = counted(count as u64, "finding");
     let tooltip = format!("{found} in this photo: hardly objects, such as haze, glare and window panes.");
     if ui.checkbox(&mut on, "Show unlikely ones").on_hover_text(tooltip).changed() {
@@ -115,10 +117,10 @@ fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, requests: &mut Vec<Req
 }
 
 /// Draws the button that masks the selected object in the selected photo.
-pub fn object_mask_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+pub fn object_mask_ui(view: &InspectorView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.horizontal_wrapped(|ui| {
-        button(state, ui, &mask::OBJECT, requests);
-        let mut margin = state.masking.margin_px;
+        button(view.commands, ui, &mask::OBJECT, requests);
+        let mut margin = view.masking.margin_px;
         let value = DragValue::new(&mut margin).range(0..=MOST_MARGIN).suffix(" px");
         let field = ui.add(value);
         let label = ui.label("margin");

@@ -1,15 +1,16 @@
 //! The menu bar: the command tables, and recent projects.
 
+use std::path::PathBuf;
+
 use eframe::egui::containers::menu::{MenuBar, MenuConfig};
 use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Button, Rect, ScrollArea, Shape, Stroke, Ui, pos2, vec2};
 
 use crate::command::{
-    self, Command, Menu, edit, first_keys, flat, flight, images, layers, mask, paint, trees, view,
+    self, Command, Commands, Menu, edit, first_keys, flat, flight, images, layers, mask, paint, trees, view,
 };
-use crate::state::State;
 use crate::state::request::{ProjectRequest, Request, WindowRequest};
-use crate::state::settings::Navigation;
+use crate::state::settings::{Navigation, Settings};
 use crate::widget::look::menu_look;
 
 /// The width of menus, in points: names and keys are in separate columns.
@@ -71,17 +72,17 @@ pub const KEYFRAME: &[Option<&Command>] =
 
 /// Draws commands in the menu of a right click.
 pub fn context_ui(
-    state: &State,
+    commands: Commands<'_>,
     ui: &mut Ui,
-    commands: &[Option<&'static Command>],
+    entries: &[Option<&'static Command>],
     requests: &mut Vec<Request>,
 ) {
     ui.set_min_width(WIDTH);
     with_margin(ui);
-    for command in commands {
-        match command {
-            Some(command) if item(state, ui, command) => {
-                requests.push(command.asked(state));
+    for entry in entries {
+        match entry {
+            Some(command) if item(commands, ui, command) => {
+                requests.push(commands.asked(command));
                 ui.close();
             }
             Some(_) => (),
@@ -91,7 +92,7 @@ pub fn context_ui(
 }
 
 /// Draws the menu bar.
-pub fn menu_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+pub fn menu_ui(commands: Commands<'_>, settings: &Settings, ui: &mut Ui, requests: &mut Vec<Request>) {
     let bar = MenuBar::new().style(menu_look).config(MenuConfig::new().style(menu_look));
     bar.ui(ui, |ui| {
         for menu in Menu::ALL {
@@ -103,36 +104,44 @@ pub fn menu_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
                 ui.set_max_height(most);
                 // The bar is always there where it scrolls, so that one sees that there is more.
                 ui.spacing_mut().scroll = ScrollStyle::solid();
-                ScrollArea::vertical().max_height(most).show(ui, |ui| entries(state, menu, ui, requests));
+                ScrollArea::vertical()
+                    .max_height(most)
+                    .show(ui, |ui| entries(commands, settings, menu, ui, requests));
             });
         }
     });
 }
 
-fn entries(state: &State, menu: Menu, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn entries(
+    commands: Commands<'_>,
+    settings: &Settings,
+    menu: Menu,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
     with_margin(ui);
     for command in command::all().filter(|command| command.menu == menu) {
         if command.starts_group {
             ui.separator();
         }
-        if item(state, ui, command) {
-            requests.push(command.asked(state));
+        if item(commands, ui, command) {
+            requests.push(commands.asked(command));
         }
         if command.name == command::file::OPEN.name {
-            recent(state, ui, requests);
+            recent(&settings.known.recent, ui, requests);
         }
     }
     if menu == Menu::Window {
         ui.separator();
-        navigation(state, ui, requests);
+        navigation(settings.navigation, ui, requests);
     }
 }
 
-fn item(state: &State, ui: &mut Ui, command: &Command) -> bool {
-    let why_not = (command.ready)(state).err();
+fn item(commands: Commands<'_>, ui: &mut Ui, command: &Command) -> bool {
+    let why_not = commands.ready(command).err();
     let keys = first_keys(ui.ctx(), command);
-    let on = command.on.is_some_and(|on| on(state));
-    let detail = command.detail.and_then(|detail| detail(state));
+    let on = commands.is_on(command);
+    let detail = commands.detail(command);
     let name = detail.map_or(command.name.to_owned(), |detail| format!("{} {detail}", command.name));
     let button = Button::selectable(on, name).shortcut_text(keys);
     let draw = |ui: &mut Ui| {
@@ -168,10 +177,10 @@ fn with_margin(ui: &mut Ui) {
     ui.spacing_mut().button_padding.x = MARGIN;
 }
 
-fn recent(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    ui.add_enabled_ui(!state.settings.known.recent.is_empty(), |ui| {
+fn recent(projects: &[PathBuf], ui: &mut Ui, requests: &mut Vec<Request>) {
+    ui.add_enabled_ui(!projects.is_empty(), |ui| {
         ui.menu_button("Open recent", |ui| {
-            for project in &state.settings.known.recent {
+            for project in projects {
                 let button = Button::new(project.display().to_string());
                 if ui
                     .add_enabled(project.is_dir(), button)
@@ -185,13 +194,13 @@ fn recent(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     });
 }
 
-fn navigation(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn navigation(now: Navigation, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.menu_button("Mouse in the 3D view", |ui| {
-        let mut wanted = state.settings.navigation;
+        let mut wanted = now;
         for navigation in Navigation::ALL {
             ui.radio_value(&mut wanted, navigation, navigation.name());
         }
-        if wanted != state.settings.navigation {
+        if wanted != now {
             requests.push(WindowRequest::Navigate(wanted).into());
         }
     });

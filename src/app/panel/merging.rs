@@ -3,7 +3,6 @@
 use eframe::egui::{Context, Grid, RichText, Ui};
 
 use super::{answers_ui, grouped, percent};
-use crate::state::State;
 use crate::state::lists::PendingMerge;
 use crate::state::request::{DecideRequest, Request};
 use crate::widget::dialog::{Dialog, Keys};
@@ -13,8 +12,8 @@ use quadratura_recipe::decide::MergeCost;
 const MERGE: &str = "Merge anyway";
 
 /// Draws the question while it is open.
-pub fn merging_ui(context: &Context, state: &State, requests: &mut Vec<Request>) {
-    let Some(PendingMerge { cost, .. }) = &state.lists.merging else { return };
+pub fn merging_ui(context: &Context, pending: Option<&PendingMerge>, requests: &mut Vec<Request>) {
+    let Some(PendingMerge { cost, .. }) = pending else { return };
     let asked = Dialog::new("merging", 420.0).show(context, |ui, keys| question_ui(ui, keys, cost));
     if asked.inner.is_some() || asked.is_left() {
         requests.push(DecideRequest::ConfirmMerge(asked.inner == Some(true)).into());

@@ -43,8 +43,7 @@ use eframe::egui::{
     WidgetInfo, vec2,
 };
 
-use super::command::Command;
-use crate::state::State;
+use super::command::{Command, Commands};
 pub use crate::state::numbers::{counted, grouped, percent};
 use crate::state::request::Request;
 use crate::widget::dialog::Keys;
@@ -83,22 +82,25 @@ pub fn rows(ui: &mut Ui, rows: &[(&str, String)]) {
 }
 
 /// Draws a button for a command; its tooltip gives the reason where the command is not ready.
-pub fn button(state: &State, ui: &mut Ui, command: &'static Command, requests: &mut Vec<Request>) {
-    let ready = (command.ready)(state);
-    let on = command.on.is_some_and(|on| on(state));
-    let button = Button::new(command.name).selected(on);
+pub fn button(commands: Commands<'_>, ui: &mut Ui, command: &'static Command, requests: &mut Vec<Request>) {
+    let ready = commands.ready(command);
+    let button = Button::new(command.name).selected(commands.is_on(command));
     let response = ui.add_enabled(ready.is_ok(), button);
     let response = response.on_hover_text(command.tooltip);
     if response.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
-        requests.push(command.asked(state));
+        requests.push(commands.asked(command));
     }
 }
 
 /// Draws a command that switches something, highlighted while it is on.
-pub fn toggle_ui(state: &State, ui: &mut Ui, command: &'static Command, requests: &mut Vec<Request>) {
-    let on = command.on.is_some_and(|on| on(state));
-    if switch_ui(ui, on, command.name).on_hover_text(command.tooltip).clicked() {
-        requests.push(command.asked(state));
+pub fn toggle_ui(
+    commands: Commands<'_>,
+    ui: &mut Ui,
+    command: &'static Command,
+    requests: &mut Vec<Request>,
+) {
+    if switch_ui(ui, commands.is_on(command), command.name).on_hover_text(command.tooltip).clicked() {
+        requests.push(commands.asked(command));
     }
 }
 

@@ -10,13 +10,16 @@ use eframe::egui::{
 use super::fill::question::{QuestionTextures, question_ui};
 use super::import_question::{ImportQuestionTextures, import_question_ui};
 use super::{button, counted, grouped, link_ui};
-use crate::command::paint;
+use crate::command::{Commands, paint};
 use crate::panel::pictures::image;
 use crate::state::State;
+use crate::state::quality::filling::FillSession;
 use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::round_trip::report::Report;
-use crate::state::round_trip::shown_path;
+use crate::state::round_trip::{RoundTrip, shown_path};
+use crate::state::running::Running;
 use crate::state::selection::Selection;
+use crate::state::session::Session;
 use quadratura_document::paint::PaintImport;
 use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 use quadratura_recipe::import::elsewhere::PaintElsewhere;
@@ -60,22 +63,57 @@ impl PaintTextures {
     }
 }
 
+/// What the panel of imported paint shows.
+pub struct PaintView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The open project.
+    pub session: Option<&'a Session>,
+    /// The round trip to image editors.
+    pub round_trip: &'a RoundTrip,
+    /// The facts about fillings.
+    pub fill: &'a FillSession,
+    /// The running jobs.
+    pub running: &'a Running,
+    /// Whether it is asked where paint is seen.
+    pub asks_where_seen: bool,
+}
+
+impl<'a> PaintView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            session: state.session.as_ref(),
+            round_trip: &state.round_trip,
+            fill: &state.quality.fill,
+            running: &state.running,
+            asks_where_seen: state.asks_where_paint_is_seen(),
+        }
+    }
+}
+
 /// Draws the panel.
-pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, requests: &mut Vec<Request>) {
+pub fn paint_ui(
+    ui: &mut Ui,
+    view: &PaintView<'_>,
+    textures: &mut PaintTextures,
+    requests: &mut Vec<Request>,
+) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
             for command in [&paint::EDIT, &paint::IMPORT, &paint::TAKE_BACK] {
-                button(state, ui, command, requests);
+                button(view.commands, ui, command, requests);
             }
         });
         ui.separator();
-        import_question_ui(ui, state, &mut textures.import_question, requests);
-        question_ui(ui, state, &mut textures.question, requests);
-        textures.follow(state.round_trip.report.as_ref(), ui.ctx());
-        match &state.round_trip.report {
+        import_question_ui(ui, view, &mut textures.import_question, requests);
+        question_ui(ui, view, &mut textures.question, requests);
+        textures.follow(view.round_trip.report.as_ref(), ui.ctx());
+        match &view.round_trip.report {
             Some(report) => {
                 let shown = ShownReport { report, textures: &textures.textures };
-                report_ui(ui, state, shown, requests);
+                report_ui(ui, view, shown, requests);
             }
             None => {
                 // The report of an import is that of this session; the imports before are listed below.
@@ -86,7 +124,7 @@ pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, reques
             }
         }
         ui.separator();
-        history(state, ui);
+        history(view, ui);
     });
 }
 
@@ -98,7 +136,7 @@ struct ShownReport<'a> {
     textures: &'a [[TextureHandle; 2]],
 }
 
-fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, requests: &mut Vec<Request>) {
+fn report_ui(ui: &mut Ui, view: &PaintView<'_>, shown: ShownReport<'_>, requests: &mut Vec<Request>) {
     let report = shown.report;
     let imported = &report.imported;
     ui.horizontal_wrapped(|ui| {
@@ -117,7 +155,7 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, requests: &mut 
         ui.label(format!("{} of new paint.", counted(painted, "pixel")));
     }
     if let Some(number) = imported.number.filter(|_| painted > 0 && !report.taken_back) {
-        only_here(ui, state, number, requests);
+        only_here(ui, view, number, requests);
     }
     for paint in &imported.elsewhere {
         let PaintElsewhere { photo, face, pixels, .. } = paint;
@@ -126,11 +164,11 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, requests: &mut 
             format!("Conflict: {photo} has other paint on {face} at {pixels} of this paint, and keeps it.");
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
-    let folder = state.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
+    let folder = view.session.map(|session| session.folder.clone()).unwrap_or_default();
     for file in &imported.files {
         ui.add_space(6.0);
         ui.strong(shown_path(&folder, &file.file));
-        file_ui(ui, state, file, shown, requests);
+        file_ui(ui, view, file, shown, requests);
     }
     for (path, problem) in &imported.failed {
         ui.add_space(6.0);
@@ -140,8 +178,8 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, requests: &mut 
 }
 
 /// Draws the switch of an import's paint.
-fn only_here(ui: &mut Ui, state: &State, number: u32, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
+fn only_here(ui: &mut Ui, view: &PaintView<'_>, number: u32, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
     let mut stays = session.opened.project.fill.only_here.imports.contains(&number);
     let tooltip = "The paint of this import is not projected to other photos.";
     if ui.checkbox(&mut stays, "Only in this photo").on_hover_text(tooltip).changed() {
@@ -152,7 +190,7 @@ fn only_here(ui: &mut Ui, state: &State, number: u32, requests: &mut Vec<Request
 
 fn file_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &PaintView<'_>,
     file: &FileReport,
     shown: ShownReport<'_>,
     requests: &mut Vec<Request>,
@@ -165,7 +203,7 @@ fn file_ui(
         layer.state == LayerState::Unchanged && layer.changed == 0 && layer.moved.is_none() && !layer.renamed
     };
     for layer in file.layers.iter().filter(|layer| !plain(layer)) {
-        layer_ui(state, file, layer, ui, requests);
+        layer_ui(view, file, layer, ui, requests);
         let is_it =
             |look: &ChangedLayer| look.photo == file.photo && Some(&look.token) == layer.token.as_ref();
         if let Some((look, pictures)) = looks().find(|(look, _)| is_it(look)) {
@@ -186,7 +224,7 @@ fn file_ui(
 }
 
 fn layer_ui(
-    state: &State,
+    view: &PaintView<'_>,
     file: &FileReport,
     layer: &LayerImportReport,
     ui: &mut Ui,
@@ -197,7 +235,7 @@ fn layer_ui(
             !matches!(layer.state, LayerState::Unchanged | LayerState::Painted | LayerState::Restored);
         let color = if warns { ui.visuals().warn_fg_color } else { ui.visuals().hyperlink_color };
         ui.label(RichText::new(layer.state.word()).color(color).strong());
-        match index_of(state, file, layer) {
+        match index_of(view, file, layer) {
             Some(index) => {
                 if link_ui(ui, &layer.name).on_hover_text("Selects the layer.").clicked() {
                     requests.push(Request::Select(SelectRequest::Only(index)));
@@ -246,8 +284,8 @@ fn facts(layer: &LayerImportReport) -> String {
 }
 
 /// Returns the current layer that matches a layer of a file.
-fn index_of(state: &State, file: &FileReport, layer: &LayerImportReport) -> Option<Selection> {
-    let session = state.session.as_ref()?;
+fn index_of(view: &PaintView<'_>, file: &FileReport, layer: &LayerImportReport) -> Option<Selection> {
+    let session = view.session?;
     let photo = session.opened.site.photo_named(&file.photo)?;
     let layer = session.stack_of(photo)?.layer_with_token(layer.token.as_ref()?)?;
     Some(Selection::Layer { photo, layer })
@@ -299,12 +337,12 @@ fn checkerboard(ui: &Ui, rect: Rect) {
 }
 
 /// Draws the imports that can be undone, the last one first.
-fn history(state: &State, ui: &mut Ui) {
+fn history(view: &PaintView<'_>, ui: &mut Ui) {
     ui.strong("Imports and brush strokes");
-    if state.round_trip.history.is_empty() {
+    if view.round_trip.history.is_empty() {
         ui.weak("There are none that can be undone.");
     }
-    for import in state.round_trip.history.iter().rev() {
+    for import in view.round_trip.history.iter().rev() {
         let line = ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(format!("{}", import.number)).strong());
             ui.label(in_words(import));

@@ -2,25 +2,28 @@
 
 use eframe::egui::{Align2, Context, Id, Key, RichText, ScrollArea, TextEdit, Ui};
 
-use crate::command::{self, Command, first_keys};
-use crate::state::State;
+use crate::command::{self, Command, Commands, first_keys};
 use crate::state::palette::Palette;
 use crate::widget::dialog::Dialog;
 
 /// Draws the palette when it is open; returns the command that was chosen.
-pub fn palette_ui(state: &State, palette: &mut Palette, context: &Context) -> Option<&'static Command> {
+pub fn palette_ui(
+    commands: Commands<'_>,
+    palette: &mut Palette,
+    context: &Context,
+) -> Option<&'static Command> {
     if !palette.is_open() {
         return None;
     }
     let dialog = Dialog::new("palette", 460.0).at(Align2::CENTER_TOP, [0.0, 80.0]);
-    let answer = dialog.show(context, |ui, _| contents(state, palette, ui));
+    let answer = dialog.show(context, |ui, _| contents(commands, palette, ui));
     if answer.is_left() || answer.inner.is_some() {
         *palette = Palette::default();
     }
     answer.inner
 }
 
-fn contents(state: &State, palette: &mut Palette, ui: &mut Ui) -> Option<&'static Command> {
+fn contents(commands: Commands<'_>, palette: &mut Palette, ui: &mut Ui) -> Option<&'static Command> {
     let steps = |ui: &Ui, key| ui.input_mut(|input| input.count_and_consume_key(Default::default(), key));
     let (down, up) = (steps(ui, Key::ArrowDown), steps(ui, Key::ArrowUp));
     let enter = ui.input_mut(|input| input.consume_key(Default::default(), Key::Enter));
@@ -42,7 +45,7 @@ fn contents(state: &State, palette: &mut Palette, ui: &mut Ui) -> Option<&'stati
     let mut clicked = None;
     ScrollArea::vertical().max_height(360.0).auto_shrink([false, true]).show(ui, |ui| {
         for (index, command) in found.iter().enumerate() {
-            if row(state, ui, command, index == palette.chosen, moved) {
+            if row(commands, ui, command, index == palette.chosen, moved) {
                 clicked = Some(*command);
             }
         }
@@ -51,11 +54,11 @@ fn contents(state: &State, palette: &mut Palette, ui: &mut Ui) -> Option<&'stati
         }
     });
     let entered = enter.then(|| found.get(palette.chosen).copied()).flatten();
-    clicked.or(entered).filter(|command| (command.ready)(state).is_ok())
+    clicked.or(entered).filter(|command| commands.ready(command).is_ok())
 }
 
-fn row(state: &State, ui: &mut Ui, command: &Command, chosen: bool, moved: bool) -> bool {
-    let why_not = (command.ready)(state).err();
+fn row(commands: Commands<'_>, ui: &mut Ui, command: &Command, chosen: bool, moved: bool) -> bool {
+    let why_not = commands.ready(command).err();
     let keys = first_keys(ui.ctx(), command);
     let text = RichText::new(format!("{} › {}", command.menu.name(), command.name));
     let response = ui

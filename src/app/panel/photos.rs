@@ -9,6 +9,7 @@ use eframe::egui::{
 use super::gone::{gone_ui, locate_ui};
 use super::menu::{PHOTO, context_ui};
 use super::percent;
+use crate::command::Commands;
 use crate::command::layers::BUILD;
 use crate::state::State;
 use crate::state::request::{Request, SelectRequest, SpaceRequest};
@@ -19,6 +20,7 @@ use crate::widget::look::focus_stroke;
 use crate::widget::look::{good, selected as selected_colours};
 use quadratura_base::scene::PhotoId;
 use quadratura_recipe::layer_table::LayerFigures;
+use std::collections::BTreeSet;
 
 /// The height of a row, in points.
 const ROW: f32 = 62.0;
@@ -29,46 +31,75 @@ const PICTURE_SHARE: f32 = 0.34;
 
 /// The gap between the lines of a row, in points: three lines fit.
 const BETWEEN: f32 = 1.0;
-/// The side of a state's symbol, in points.
+/// The side of a view's symbol, in points.
 const SIGN: f32 = 10.0;
 
 /// Looks up the thumbnail of a photo: there is none until it is made.
 pub type ThumbnailLookup<'a> = &'a dyn Fn(PhotoId) -> Option<SizedTexture>;
 
+/// What the list of photos shows.
+pub struct PhotosView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The open project.
+    session: Option<&'a Session>,
+    /// The photo that commands on a photo apply to.
+    photo: Option<PhotoId>,
+    /// The names of photos that have paint.
+    painted: &'a BTreeSet<String>,
+}
+
+impl<'a> PhotosView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            session: state.session.as_ref(),
+            photo: state.selected_photo(),
+            painted: &state.round_trip.painted,
+        }
+    }
+}
+
 /// Draws the list.
-pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: ThumbnailLookup<'_>, requests: &mut Vec<Request>) {
+pub fn photos_ui(
+    ui: &mut Ui,
+    view: &PhotosView<'_>,
+    thumbnails: ThumbnailLookup<'_>,
+    requests: &mut Vec<Request>,
+) {
     ui.add_space(4.0);
-    let Some(session) = &state.session else { return };
+    let Some(session) = view.session else { return };
     let behind = session.photos.iter().filter(|photo| !photo.is_current()).count();
     ui.horizontal(|ui| {
         ui.strong("Photos");
         if behind > 0 {
             let text = format!("Build {behind}");
-            let ready = (BUILD.ready)(state).is_ok();
+            let ready = view.commands.ready(&BUILD).is_ok();
             let button = eframe::egui::Button::new(text).small();
             if ui.add_enabled(ready, button).on_hover_text(BUILD.tooltip).clicked() {
-                requests.push(BUILD.asked(state));
+                requests.push(view.commands.asked(&BUILD));
             }
         }
     });
     gone_ui(ui, session, requests);
     let count = session.photos.len();
-    let goes_to = gone_to(state, ui);
+    let goes_to = gone_to(view, ui);
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, count, |ui, rows| {
         if let Some(photo) = goes_to {
             show_row(ui, photo.index(), rows.start);
         }
         for id in rows.map(PhotoId::new) {
-            row(ui, state, session, id, thumbnails(id), requests);
+            row(ui, view, session, id, thumbnails(id), requests);
         }
     });
 }
 
 /// Returns the photo that was selected since the last frame: its row is scrolled into view.
-fn gone_to(state: &State, ui: &Ui) -> Option<PhotoId> {
+fn gone_to(view: &PhotosView<'_>, ui: &Ui) -> Option<PhotoId> {
     let id = Id::unique("photo in sight");
-    let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(id), state.photo));
-    state.photo.filter(|_| before != state.photo)
+    let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(id), view.photo));
+    view.photo.filter(|_| before != view.photo)
 }
 
 /// Scrolls as little as necessary. `first` is the row at the top of `ui`.
@@ -81,7 +112,7 @@ fn show_row(ui: &Ui, index: usize, first: usize) {
 
 fn row(
     ui: &mut Ui,
-    state: &State,
+    view: &PhotosView<'_>,
     session: &Session,
     id: PhotoId,
     thumbnail: Option<SizedTexture>,
@@ -90,8 +121,8 @@ fn row(
     let photo = session.opened.site.photo(id);
     let status = &session.photos[id.index()];
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
-    let selected = state.photo == Some(id);
-    let changes = Changes::new(state, session, &photo.name);
+    let selected = view.photo == Some(id);
+    let changes = Changes::new(view, session, &photo.name);
     response.widget_info(|| {
         let label = format!("{}, {}{}", photo.name, status.word, changes.words(", "));
         eframe::egui::WidgetInfo::selected(eframe::egui::Role::Button, true, selected, label)
@@ -138,7 +169,7 @@ fn row(
     if response.secondary_clicked() {
         requests.push(Request::Select(SelectRequest::Only(Selection::Photo(id))));
     }
-    response.context_menu(|ui| context_ui(state, ui, PHOTO, requests));
+    response.context_menu(|ui| context_ui(view.commands, ui, PHOTO, requests));
     response.on_hover_ui(|ui| tooltip(ui, &photo.name, status, changes));
 }
 
@@ -156,9 +187,9 @@ struct Changes {
 }
 
 impl Changes {
-    fn new(state: &State, session: &Session, photo: &str) -> Self {
+    fn new(view: &PhotosView<'_>, session: &Session, photo: &str) -> Self {
         let masked = !session.history.present().masks.of(photo).is_empty();
-        Self { painted: state.round_trip.painted.contains(photo), masked }
+        Self { painted: view.painted.contains(photo), masked }
     }
 
     /// Formats the changes, each preceded by `between`; empty where there are none.
@@ -168,7 +199,7 @@ impl Changes {
     }
 }
 
-/// Explains the word for a state.
+/// Explains the word for a view.
 fn meaning(word: &str) -> &'static str {
     match word {
         BUILT => "Its layers are up to date.",
@@ -195,7 +226,7 @@ fn word_of_state(
         _ => ui.visuals().weak_text_color(),
     };
     let text = format!("{}{}", status.word, changes.words(" · "));
-    // On the colour of a selected row, the symbol alone has that of the state.
+    // On the colour of a selected row, the symbol alone has that of the view.
     let of_text = if selected { ui.visuals().text_color() } else { colour };
     let text = RichText::new(text).color(of_text).small();
     ui.horizontal(|ui| {
@@ -209,7 +240,7 @@ fn word_of_state(
     });
 }
 
-/// Draws the symbol of a state, recognisable without its colour: full, half, crossed out or empty.
+/// Draws the symbol of a view, recognisable without its colour: full, half, crossed out or empty.
 fn sign(ui: &Ui, rect: Rect, word: &str, colour: Color32) {
     let (painter, middle, radius) = (ui.painter(), rect.center(), rect.width() / 2.0 - 1.0);
     let stroke = Stroke::new(1.4, colour);

@@ -3,7 +3,6 @@
 use eframe::egui::{Context, RichText, Ui};
 
 use super::{answers_ui, counted};
-use crate::state::State;
 use crate::state::lists::PendingRemoval;
 use crate::state::request::{DecideRequest, Request};
 use crate::widget::dialog::{Dialog, Keys};
@@ -14,8 +13,8 @@ const REMOVE: &str = "Remove";
 const NAMED: usize = 4;
 
 /// Draws the question while it is open.
-pub fn removing_ui(context: &Context, state: &State, requests: &mut Vec<Request>) {
-    let Some(pending) = &state.lists.removing else { return };
+pub fn removing_ui(context: &Context, pending: Option<&PendingRemoval>, requests: &mut Vec<Request>) {
+    let Some(pending) = pending else { return };
     let asked = Dialog::new("removing", 440.0).show(context, |ui, keys| question_ui(ui, keys, pending));
     if asked.inner.is_some() || asked.is_left() {
         requests.push(DecideRequest::ConfirmRemoval(asked.inner == Some(true)).into());

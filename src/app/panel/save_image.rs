@@ -2,7 +2,6 @@
 
 use eframe::egui::{Button, Context, RichText, TextEdit, Ui, vec2};
 
-use crate::state::State;
 use crate::state::request::{ImagesRequest, Request, RoundTripRequest};
 use crate::state::round_trip::dialogs::DialogPurpose;
 use crate::state::save_image::{ImageFormat, ImageSource, SaveImage};
@@ -14,12 +13,12 @@ const PATH: f32 = 290.0;
 /// Draws the dialog while it is open. `open` holds what is typed; it is emptied when the dialog is left.
 pub fn save_image_ui(
     context: &Context,
-    state: &State,
+    has_project: bool,
     open: &mut Option<SaveImage>,
     requests: &mut Vec<Request>,
 ) {
     let Some(mut dialog) = open.take() else { return };
-    if state.session.is_none() {
+    if !has_project {
         return;
     }
     let answer =

@@ -2,31 +2,36 @@
 
 use eframe::egui::{Button, Context, Grid, RichText, Slider, Ui};
 
-use crate::command::{file, first_keys, paint};
-use crate::state::State;
+use crate::command::{Commands, file, first_keys, paint};
 use crate::state::request::{Flag, Request, WindowRequest};
 use crate::state::settings::{Colours, Navigation, Settings};
 use crate::widget::dialog::{Dialog, at_the_right};
 
 /// Draws the settings when they are open.
-pub fn settings_ui(state: &State, context: &Context, requests: &mut Vec<Request>) {
-    if !state.settings_shown {
+pub fn settings_ui(
+    shown: bool,
+    settings: &Settings,
+    offered: Commands<'_>,
+    context: &Context,
+    requests: &mut Vec<Request>,
+) {
+    if !shown {
         return;
     }
-    let mut wanted = state.settings.clone();
+    let mut wanted = settings.clone();
     let mut leads = Vec::new();
     let answer = Dialog::new("settings", 480.0).show(context, |ui, keys| {
         ui.heading("Settings");
         ui.add_space(4.0);
         contents(&mut wanted, ui);
         ui.add_space(8.0);
-        let leads_on = commands(state, ui, &mut leads);
+        let leads_on = commands(offered, ui, &mut leads);
         ui.add_space(8.0);
         let button = Button::new(RichText::new("Close").strong()).min_size([96.0, 28.0].into());
         let close = at_the_right(ui, |ui| ui.add(button));
         keys.press(&close) || leads_on
     });
-    requests.extend(changes(&state.settings, &wanted));
+    requests.extend(changes(settings, &wanted));
     if answer.inner || answer.is_left() {
         requests.push(WindowRequest::Hide(Flag::Settings).into());
     }
@@ -98,12 +103,12 @@ fn contents(settings: &mut Settings, ui: &mut Ui) {
 }
 
 /// Draws further commands; returns whether one was chosen, which closes the settings.
-fn commands(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) -> bool {
+fn commands(offered: Commands<'_>, ui: &mut Ui, requests: &mut Vec<Request>) -> bool {
     let mut chosen = false;
     ui.horizontal(|ui| {
         for command in [&paint::CHOOSE_EDITOR, &file::KEYS, &file::LAYOUT] {
             if ui.button(command.name).on_hover_text(command.tooltip).clicked() {
-                requests.push(command.asked(state));
+                requests.push(offered.asked(command));
                 chosen = true;
             }
         }

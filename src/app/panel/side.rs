@@ -2,7 +2,10 @@
 
 use eframe::egui::Ui;
 
-use super::paint::PaintTextures;
+use super::colour::ColourView;
+use super::fill::FillView;
+use super::inspector::InspectorView;
+use super::paint::{PaintTextures, PaintView};
 use super::{colour, fill, inspector, paint};
 use crate::state::State;
 use crate::state::panels::Tab;
@@ -27,9 +30,9 @@ pub fn side_ui(ui: &mut Ui, state: &State, paint: &mut PaintTextures, requests: 
     });
     ui.separator();
     match state.settings.side {
-        Tab::Selection => inspector::inspector_ui(ui, state, requests),
-        Tab::Fill => fill::fill_ui(state, ui, requests),
-        Tab::Colour => colour::colour_ui(state, ui, requests),
-        Tab::Paint => paint::paint_ui(ui, state, paint, requests),
+        Tab::Selection => inspector::inspector_ui(ui, &InspectorView::new(state), requests),
+        Tab::Fill => fill::fill_ui(&FillView::new(state), ui, requests),
+        Tab::Colour => colour::colour_ui(&ColourView::new(state), ui, requests),
+        Tab::Paint => paint::paint_ui(ui, &PaintView::new(state), paint, requests),
     }
 }

@@ -4,7 +4,7 @@ use eframe::egui::Ui;
 
 use super::lists::outliner::outliner_ui;
 use super::paint::PaintTextures;
-use super::photos::{ThumbnailLookup, photos_ui};
+use super::photos::{PhotosView, ThumbnailLookup, photos_ui};
 use super::pictures::PhotoTextures;
 use super::side::side_ui;
 use crate::state::State;
@@ -59,6 +59,8 @@ fn left_ui(
     requests: &mut Vec<Request>,
 ) {
     let most = PHOTOS_MOST * ui.available_height();
-    sized_panel(ui, PanelEdge::Top, "photos", height, most, |ui| photos_ui(ui, state, thumbnails, requests));
+    sized_panel(ui, PanelEdge::Top, "photos", height, most, |ui| {
+        photos_ui(ui, &PhotosView::new(state), thumbnails, requests)
+    });
     outliner_ui(ui, state, lists, requests);
 }

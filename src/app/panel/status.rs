@@ -3,35 +3,75 @@
 use eframe::egui::{Align, Button, Label, Layout, ProgressBar, RichText, Spinner, Ui};
 
 use super::{grouped, text_width};
-use crate::command::{file, layers};
+use crate::command::{Commands, file, layers};
 use crate::state::State;
-use crate::state::notes::Weight;
+use crate::state::notes::{NoteLog, Weight};
 use crate::state::request::{JobRequest, Request};
-use crate::state::running::{Job, JobId, JobKind};
+use crate::state::running::{Job, JobId, JobKind, Running};
+use crate::state::session::Session;
+
+/// What the status bar shows.
+pub struct StatusView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The running jobs.
+    running: &'a Running,
+    /// The open project.
+    session: Option<&'a Session>,
+    /// The messages.
+    notes: &'a NoteLog,
+    /// Whether the messages are shown.
+    notes_shown: bool,
+    /// The name of the device that draws the 3D view.
+    device: Option<&'a str>,
+    /// What is said of layered depth images.
+    images: Option<String>,
+    /// What waits because updates are switched off.
+    paused: Option<String>,
+    /// Whether there are changes to save.
+    is_dirty: bool,
+}
+
+impl<'a> StatusView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            running: &state.running,
+            session: state.session.as_ref(),
+            notes: &state.notes,
+            notes_shown: state.settings.notes_shown,
+            device: state.space.device.as_deref(),
+            images: state.images_in_words(),
+            paused: state.paused_updates().in_words(),
+            is_dirty: state.is_dirty(),
+        }
+    }
+}
 
 /// Draws the status bar.
-pub fn status_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+pub fn status_ui(view: &StatusView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.horizontal(|ui| {
-        jobs(state, ui, requests);
+        jobs(view, ui, requests);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            notes(state, ui, requests);
-            unsaved(state, ui, requests);
-            site(state, ui);
+            notes(view, ui, requests);
+            unsaved(view, ui, requests);
+            site(view, ui);
         });
     });
 }
 
-fn jobs(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn jobs(view: &StatusView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     // What the user has started comes first, and then an update in the background.
     let is_update = |job: &Job| job.kind == JobKind::Update;
     let rank = |job: &Job| (job.kind.is_quiet() && !is_update(job), is_update(job));
-    let first = state.running.all().min_by_key(|(id, job)| (rank(job), *id));
-    let images = state.images_in_words();
+    let first = view.running.all().min_by_key(|(id, job)| (rank(job), *id));
+    let images = view.images.clone();
     let Some((id, job)) = first else {
-        let Some(images) = images else { return rest(state, ui, requests) };
+        let Some(images) = images else { return rest(view, ui, requests) };
         // What the view shows is said in place of nothing.
-        if state.paused_updates().in_words().is_some() {
-            rest(state, ui, requests);
+        if view.paused.is_some() {
+            rest(view, ui, requests);
             ui.separator();
         }
         return images_ui(ui, images);
@@ -49,7 +89,7 @@ fn jobs(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
         }
     }
     ui.weak(left(job));
-    let more = state.running.all().count() - 1;
+    let more = view.running.all().count() - 1;
     if more > 0 {
         ui.weak(format!("and {more} more"));
     }
@@ -96,15 +136,15 @@ fn images_ui(ui: &mut Ui, text: String) {
 }
 
 /// Draws what is said while no job runs.
-fn rest(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(waits) = state.paused_updates().in_words() else {
+fn rest(view: &StatusView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let Some(waits) = &view.paused else {
         ui.weak("Ready");
         return;
     };
     // The button comes first, so that its place does not depend on the text.
     let button = ui.add(Button::new("Resume").small());
     if button.on_hover_text(layers::KEEP_UP.tooltip).clicked() {
-        requests.push(layers::KEEP_UP.asked(state));
+        requests.push(view.commands.asked(&layers::KEEP_UP));
     }
     ui.weak(format!("Updates are paused: {waits}"));
 }
@@ -122,8 +162,8 @@ pub fn left(job: &Job) -> String {
     }
 }
 
-fn notes(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let (count, weight) = state.notes.unseen();
+fn notes(view: &StatusView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let (count, weight) = view.notes.unseen();
     let text = match (count, weight) {
         (0, _) => RichText::new("Messages"),
         (count, Some(Weight::Problem)) => {
@@ -134,17 +174,17 @@ fn notes(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
         }
         (count, _) => RichText::new(format!("Messages ({count})")),
     };
-    if ui.selectable_label(state.settings.notes_shown, text).on_hover_text(file::NOTES.tooltip).clicked() {
-        requests.push(file::NOTES.asked(state));
+    if ui.selectable_label(view.notes_shown, text).on_hover_text(file::NOTES.tooltip).clicked() {
+        requests.push(view.commands.asked(&file::NOTES));
     }
 }
 
-fn unsaved(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    if state.session.is_some() && state.is_dirty() {
+fn unsaved(view: &StatusView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    if view.session.is_some() && view.is_dirty {
         ui.separator();
         let text = RichText::new("Unsaved").color(ui.visuals().warn_fg_color);
         if ui.button(text).on_hover_text(file::SAVE.tooltip).clicked() {
-            requests.push(file::SAVE.asked(state));
+            requests.push(view.commands.asked(&file::SAVE));
         }
     }
 }
@@ -153,13 +193,13 @@ fn unsaved(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
 const BETWEEN: f32 = 24.0;
 
 /// Draws device and site size from the right, as far as they fit.
-fn site(state: &State, ui: &mut Ui) {
-    let Some(session) = &state.session else { return };
+fn site(view: &StatusView<'_>, ui: &mut Ui) {
+    let Some(session) = view.session else { return };
     let stacks = || session.photos.iter().filter_map(|photo| photo.stack.as_ref());
     let texels: u64 = stacks().map(|stack| stack.texels_used).sum();
     let megabytes = stacks().map(|stack| stack.bytes).sum::<u64>() / 1_000_000;
     let (photos, faces) = (session.photos.len(), session.model().faces.len());
-    let adapter = state.device.clone();
+    let adapter = view.device;
     // The name is cut at the vendor's suffix: `llvmpipe (LLVM 15.0.6, 256 bits)`.
     let device = adapter.as_ref().map(|name| name.split(" (").next().unwrap_or_default().to_owned());
     let size = format!("{} texels, {} MB of layers", grouped(texels), grouped(megabytes));

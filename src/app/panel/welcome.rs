@@ -4,12 +4,13 @@ use eframe::egui::{Align, Button, Layout, RichText, Role, ScrollArea, Spinner, U
 
 use super::opening::place::{is_entered, line};
 use super::small_button;
-use crate::command::{Command, file, first_keys};
+use crate::command::{Command, Commands, file, first_keys};
 use crate::state::State;
 use crate::state::opening::DialogRequest;
 use crate::state::opening::place::typed_path;
 use crate::state::request::{ProjectRequest, Request};
 use crate::state::running::JobKind;
+use std::path::PathBuf;
 
 /// The size of the button of a recent project, in points.
 const RECENT: Vec2 = vec2(360.0, 28.0);
@@ -20,13 +21,34 @@ const LONGEST: usize = 30;
 /// The space above, as a share of the window's height.
 const ABOVE: f32 = 0.12;
 
-/// Draws the welcome page.
-pub fn welcome_ui(state: &State, path: &mut String, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let above = ABOVE * ui.available_height();
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(state, path, above, ui, requests));
+/// What the welcome page shows.
+pub struct WelcomeView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// Whether a project is being opened.
+    opens: bool,
+    /// The recent projects, the last one first.
+    recent: &'a [PathBuf],
 }
 
-fn contents(state: &State, path: &mut String, above: f32, ui: &mut Ui, requests: &mut Vec<Request>) {
+impl<'a> WelcomeView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            opens: state.running.runs(JobKind::Open),
+            recent: &state.settings.known.recent,
+        }
+    }
+}
+
+/// Draws the welcome page.
+pub fn welcome_ui(view: &WelcomeView<'_>, path: &mut String, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let above = ABOVE * ui.available_height();
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(view, path, above, ui, requests));
+}
+
+fn contents(view: &WelcomeView<'_>, path: &mut String, above: f32, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.vertical_centered(|ui| {
         ui.add_space(above);
         ui.label(RichText::new("Quadratura").size(40.0).strong());
@@ -35,20 +57,20 @@ fn contents(state: &State, path: &mut String, above: f32, ui: &mut Ui, requests:
                 .size(16.0),
         );
         ui.add_space(24.0);
-        if state.running.runs(JobKind::Open) {
+        if view.opens {
             ui.add(Spinner::new().size(32.0));
             ui.label("Opening…");
             return;
         }
-        large(state, ui, &file::NEW, requests);
+        large(view, ui, &file::NEW, requests);
         ui.add_space(4.0);
-        large(state, ui, &file::OPEN, requests);
+        large(view, ui, &file::OPEN, requests);
         ui.add_space(4.0);
-        large(state, ui, &file::SAMPLE, requests);
+        large(view, ui, &file::SAMPLE, requests);
         ui.add_space(8.0);
         ui.weak("or drop a site folder or project folder on this window, or type its path:");
         typed(path, ui, requests);
-        recent(state, ui, requests);
+        recent(view, ui, requests);
     });
 }
 
@@ -69,23 +91,23 @@ fn typed(typed: &mut String, ui: &mut Ui, requests: &mut Vec<Request>) {
     }
 }
 
-fn large(state: &State, ui: &mut Ui, command: &'static Command, requests: &mut Vec<Request>) {
+fn large(view: &WelcomeView<'_>, ui: &mut Ui, command: &'static Command, requests: &mut Vec<Request>) {
     let keys = first_keys(ui.ctx(), command);
     let button =
         Button::new(RichText::new(command.name).size(16.0)).shortcut_text(keys).min_size(vec2(300.0, 38.0));
-    let ready = (command.ready)(state).is_ok();
+    let ready = view.commands.ready(command).is_ok();
     if ui.add_enabled(ready, button).on_hover_text(command.tooltip).clicked() {
-        requests.push(command.asked(state));
+        requests.push(view.commands.asked(command));
     }
 }
 
-fn recent(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    if state.settings.known.recent.is_empty() {
+fn recent(view: &WelcomeView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    if view.recent.is_empty() {
         return;
     }
     ui.add_space(22.0);
     ui.strong("Recent projects");
-    for project in &state.settings.known.recent {
+    for project in view.recent {
         let there = project.is_dir();
         let name = project.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let row = |ui: &mut Ui| {

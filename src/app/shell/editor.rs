@@ -18,15 +18,21 @@ use crate::action::end::end;
 use crate::action::known::{follow_known, remember};
 use crate::action::opening::{take_dropped, watch_opening};
 use crate::action::{apply, check_cancelled, take_in};
-use crate::command::{self, Command};
+use crate::command::{self, Command, Commands};
 use crate::panel;
-use crate::panel::check::check_ui;
+use crate::panel::check::{CheckView, check_ui};
+use crate::panel::closing::ClosingView;
+use crate::panel::dialogs::DialogsView;
 use crate::panel::flight::export::export_ui;
-use crate::panel::flight::timeline::timeline_ui;
-use crate::panel::opening::opening_ui;
+use crate::panel::flight::timeline::{TimelineView, timeline_ui};
+use crate::panel::layer_options::LayerOptionsView;
+use crate::panel::notes::NotesView;
+use crate::panel::opening::{OpeningView, opening_ui};
 use crate::panel::palette::palette_ui;
 use crate::panel::save_image::save_image_ui;
 use crate::panel::space::SpaceTextures;
+use crate::panel::status::StatusView;
+use crate::panel::welcome::WelcomeView;
 use crate::state::State;
 use crate::state::life::{Goal, LifeEvent};
 use crate::state::panes::KeyOwner;
@@ -288,19 +294,22 @@ impl Drop for Editor {
 impl Editor {
     fn draw(&mut self, ui: &mut Ui) {
         let mut requests = Vec::new();
-        Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(&self.state, ui, &mut requests));
-        Panel::bottom("status").show(ui, |ui| panel::status::status_ui(&self.state, ui, &mut requests));
+        Panel::top("menu").show(ui, |ui| {
+            panel::menu::menu_ui(Commands::of(&self.state), &self.state.settings, ui, &mut requests)
+        });
+        Panel::bottom("status")
+            .show(ui, |ui| panel::status::status_ui(&StatusView::new(&self.state), ui, &mut requests));
         let mut sizes = self.state.settings.sizes;
         if self.state.settings.notes_shown {
             let most = BELOW_MOST * ui.available_height();
             sized_panel(ui, PanelEdge::Bottom, "notes", &mut sizes.notes, most, |ui| {
-                panel::notes::notes_ui(&self.state, ui, &mut requests)
+                panel::notes::notes_ui(&NotesView::new(&self.state), ui, &mut requests)
             });
         }
         if self.state.session.is_some() && self.state.flights.shown {
             let most = BELOW_MOST * ui.available_height();
             sized_panel(ui, PanelEdge::Bottom, "flight", &mut sizes.flight, most, |ui| {
-                timeline_ui(ui, &self.state, &mut requests)
+                timeline_ui(ui, &TimelineView::new(&self.state), &mut requests)
             });
         }
         if self.state.session.is_some() {
@@ -318,35 +327,49 @@ impl Editor {
         } else {
             self.textures.space = SpaceTextures::default();
             let mut path = self.state.opening.dialogs.typed.clone();
-            let welcome = |ui: &mut Ui| panel::welcome::welcome_ui(&self.state, &mut path, ui, &mut requests);
+            let welcome = |ui: &mut Ui| {
+                panel::welcome::welcome_ui(&WelcomeView::new(&self.state), &mut path, ui, &mut requests)
+            };
             CentralPanel::default_margins().show(ui, welcome);
             self.state.opening.dialogs.typed = path;
         }
         let context = ui.ctx().clone();
-        panel::closing::closing_ui(&context, &self.state, &mut requests);
-        panel::merging::merging_ui(&context, &self.state, &mut requests);
-        panel::removing::removing_ui(&context, &self.state, &mut requests);
+        panel::closing::closing_ui(&context, &ClosingView::new(&self.state), &mut requests);
+        panel::merging::merging_ui(&context, self.state.lists.merging.as_ref(), &mut requests);
+        panel::removing::removing_ui(&context, self.state.lists.removing.as_ref(), &mut requests);
         export_ui(&context, &mut self.state.flights.export, &mut requests);
-        let mut save_image = self.state.save_image.take();
-        save_image_ui(&context, &self.state, &mut save_image, &mut requests);
-        self.state.save_image = save_image;
-        panel::help::help_ui(&self.state, &context, &mut requests);
-        panel::history::history_ui(&self.state, &context, &mut requests);
-        let mut shown = self.state.about_shown;
-        panel::about::about_ui(&self.state, &mut shown, &context);
-        self.state.about_shown = shown;
-        panel::settings::settings_ui(&self.state, &context, &mut requests);
-        panel::layer_options::layer_options_ui(&context, &self.state, &mut requests);
-        check_ui(&self.state, &mut self.textures.check, &context, &mut requests);
+        let mut save_image = self.state.dialogs.save_image.take();
+        save_image_ui(&context, self.state.session.is_some(), &mut save_image, &mut requests);
+        self.state.dialogs.save_image = save_image;
+        panel::help::help_ui(
+            self.state.dialogs.help,
+            self.state.settings.navigation,
+            &context,
+            &mut requests,
+        );
+        panel::history::history_ui(
+            self.state.dialogs.history,
+            self.state.session.as_ref(),
+            &context,
+            &mut requests,
+        );
+        let mut shown = self.state.dialogs.about;
+        panel::about::about_ui(self.state.space.device.as_deref(), &mut shown, &context);
+        self.state.dialogs.about = shown;
+        let State { dialogs, settings, .. } = &self.state;
+        let commands = Commands::of(&self.state);
+        panel::settings::settings_ui(dialogs.settings, settings, commands, &context, &mut requests);
+        panel::layer_options::layer_options_ui(&context, &LayerOptionsView::new(&self.state), &mut requests);
+        check_ui(&CheckView::new(&self.state), &mut self.textures.check, &context, &mut requests);
         let mut dialogs = self.state.opening.dialogs.clone();
-        opening_ui(&self.state, &mut dialogs, &context, &mut requests);
+        opening_ui(&OpeningView::new(&self.state), &mut dialogs, &context, &mut requests);
         self.state.opening.dialogs = dialogs;
         let mut dialogs = self.state.round_trip.dialogs.clone();
-        panel::dialogs::dialogs_ui(&context, &self.state, &mut dialogs, &mut requests);
+        panel::dialogs::dialogs_ui(&context, &DialogsView::new(&self.state), &mut dialogs, &mut requests);
         self.state.round_trip.dialogs = dialogs;
-        let mut palette = self.state.palette.clone();
-        let command = palette_ui(&self.state, &mut palette, &context);
-        self.state.palette = palette;
+        let mut palette = self.state.dialogs.palette.clone();
+        let command = palette_ui(Commands::of(&self.state), &mut palette, &context);
+        self.state.dialogs.palette = palette;
         requests.extend(command.map(|command| command.asked(&self.state)));
         requests.into_iter().for_each(|request| self.apply(request));
     }

@@ -3,8 +3,8 @@
 use eframe::egui::Ui;
 
 use super::textures::Textures;
-use crate::panel::layer::layer_ui;
-use crate::panel::photo::{PhotoMemory, PhotoViewTextures, photo_ui};
+use crate::panel::layer::{LayerPaneView, layer_ui};
+use crate::panel::photo::{PhotoMemory, PhotoView, PhotoViewTextures, photo_ui};
 use crate::state::State;
 use crate::state::request::Request;
 
@@ -19,13 +19,13 @@ pub fn photo_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, reque
         masks: &mut textures.masks,
         selected_hidden: &mut textures.selected_hidden,
     };
-    photo_ui(ui, state, memory, &mut drawn, requests);
+    photo_ui(ui, &PhotoView::new(state), memory, &mut drawn, requests);
     (state.flat.photo, state.masking.stroke, state.settings.sizes) = (pane, stroke, sizes);
 }
 
 /// Draws the view of one image layer.
 pub fn layer_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, requests: &mut Vec<Request>) {
     let mut pane = state.flat.layer;
-    layer_ui(ui, state, &mut pane, &mut textures.flat, requests);
+    layer_ui(ui, &LayerPaneView::new(state), &mut pane, &mut textures.flat, requests);
     state.flat.layer = pane;
 }

@@ -10,7 +10,7 @@ impl State {
         let mut lines = vec![
             format!("Quadratura {}", env!("CARGO_PKG_VERSION")),
             format!("System: {} {}", std::env::consts::OS, std::env::consts::ARCH),
-            format!("Graphics device: {}", self.device.as_deref().unwrap_or("none in use")),
+            format!("Graphics device: {}", self.space.device.as_deref().unwrap_or("none in use")),
         ];
         if let Some(session) = &self.session {
             let (model, photos) = (session.model(), &session.photos);

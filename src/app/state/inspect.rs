@@ -7,6 +7,7 @@ use super::facts::FactInputs;
 use super::panels::Tab;
 use super::panes::Pane;
 use super::selection::Selection;
+use super::session::Session;
 
 use quadratura_base::scene::{FaceId, ObjectId, Photo, PhotoId};
 use quadratura_recipe::decide::{face_in_photos, photos_of_faces, state_of_face};
@@ -20,7 +21,7 @@ impl State {
         if !self.settings.side_shown || self.settings.side != Tab::Selection {
             return;
         }
-        match self.selection {
+        match self.selection.main {
             Selection::Object(object) => self.look_up_object(object),
             Selection::Face(face) => self.look_up_face(face),
             Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => (),
@@ -30,18 +31,29 @@ impl State {
 
     fn look_up_face(&mut self, face: FaceId) {
         let Some(session) = &self.session else { return };
-        if self.inspect.face.as_ref().is_some_and(|(of, inputs, _)| *of == face && inputs.is_of(session)) {
+        if self
+            .selection
+            .facts
+            .face
+            .as_ref()
+            .is_some_and(|(of, inputs, _)| *of == face && inputs.is_of(session))
+        {
             return;
         }
         let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
         let decisions = &session.history.present().decisions;
         let found = face_in_photos(&session.opened.site, &stacks, decisions, face);
-        self.inspect.face = Some((face, FactInputs::from_session(session), found));
+        self.selection.facts.face = Some((face, FactInputs::from_session(session), found));
     }
 
     fn look_up_object(&mut self, object: ObjectId) {
         let Some(session) = &self.session else { return };
-        if self.inspect.object.as_ref().is_some_and(|(of, inputs, _)| *of == object && inputs.is_of(session))
+        if self
+            .selection
+            .facts
+            .object
+            .as_ref()
+            .is_some_and(|(of, inputs, _)| *of == object && inputs.is_of(session))
         {
             return;
         }
@@ -52,22 +64,7 @@ impl State {
             .collect();
         let it = site.model.object(object);
         let found = photos_of_faces(&stacks, &it.name, it.faces.len());
-        self.inspect.object = Some((object, FactInputs::from_session(session), found));
-    }
-
-    /// Returns the photos in which something was decided about all faces of an object, with that in words.
-    pub fn decided_about_object(&self, object: ObjectId) -> Vec<(PhotoId, &'static str)> {
-        let Some(session) = &self.session else { return Vec::new() };
-        let (site, decisions) = (&session.opened.site, &session.history.present().decisions);
-        let it = site.model.object(object);
-        let of_photo = |(id, photo): (PhotoId, &Photo)| {
-            let of_photo = decisions.of(&photo.name);
-            let faces = it.faces.iter().map(|face| site.model.face(*face).index);
-            let mut words = faces.map(|face| state_of_face(&of_photo, &it.name, face));
-            let first = words.next().flatten()?;
-            words.all(|word| word == Some(first)).then_some((id, first))
-        };
-        site.numbered_photos().filter_map(of_photo).collect()
+        self.selection.facts.object = Some((object, FactInputs::from_session(session), found));
     }
 
     /// Shows a face in a photo; it stays selected.
@@ -76,7 +73,7 @@ impl State {
         let Some(it) = session.opened.site.photos.get(photo.index()) else { return };
         let mark = at.map(|[x, y]| (face, DVec2::new(f64::from(x), f64::from(y)) + 0.5));
         let part = part_with(it, session.model().ring_points(face));
-        self.photo = Some(photo);
+        self.selection.photo = Some(photo);
         self.panes.show(Pane::Photo);
         self.flat.photo.look_at(photo, part, mark);
     }
@@ -93,6 +90,22 @@ fn part_with(photo: &Photo, points: impl Iterator<Item = glam::DVec3>) -> Option
     let (low, high) = (low.max(DVec2::ZERO), high.min(size));
     let margin = AROUND * (high - low).max_element();
     (low.x < high.x && low.y < high.y).then(|| [low - margin, high + margin])
+}
+
+impl Session {
+    /// Returns the photos in which something was decided about all faces of an object, with that in words.
+    pub fn decided_about_object(&self, object: ObjectId) -> Vec<(PhotoId, &'static str)> {
+        let (site, decisions) = (&self.opened.site, &self.history.present().decisions);
+        let it = site.model.object(object);
+        let of_photo = |(id, photo): (PhotoId, &Photo)| {
+            let of_photo = decisions.of(&photo.name);
+            let faces = it.faces.iter().map(|face| site.model.face(*face).index);
+            let mut words = faces.map(|face| state_of_face(&of_photo, &it.name, face));
+            let first = words.next().flatten()?;
+            words.all(|word| word == Some(first)).then_some((id, first))
+        };
+        site.numbered_photos().filter_map(of_photo).collect()
+    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 pub mod checks;
 mod diagnostics;
+pub mod dialogs;
 pub mod editing;
 pub mod facts;
 pub mod first_steps;
@@ -38,7 +39,7 @@ pub mod trees;
 pub mod updating;
 
 use self::checks::Checks;
-use self::facts::Inspect;
+use self::dialogs::Dialogs;
 use self::flat::FlatViews;
 use self::flight::Flights;
 use self::life::Life;
@@ -46,13 +47,11 @@ use self::lists::ListsState;
 use self::masking::Masking;
 use self::notes::{Note, NoteLog, Weight};
 use self::opening::Opening;
-use self::palette::Palette;
 use self::panes::Panes;
 use self::quality::QualityState;
 use self::round_trip::RoundTrip;
 use self::running::Running;
-use self::save_image::SaveImage;
-use self::selection::Selection;
+use self::selection::{Selection, SelectionState};
 use self::session::Session;
 use self::settings::Settings;
 use self::space::SpaceView;
@@ -72,40 +71,20 @@ pub struct State {
     pub notes: NoteLog,
     /// The settings, which are stored from run to run.
     pub settings: Settings,
-    /// The main selection.
-    pub selection: Selection,
-    /// The photo that was selected last, to which commands on a photo apply.
-    pub photo: Option<PhotoId>,
-    /// The image layers selected beside `selection`: photo, and index in its stack.
-    pub more_layers: Vec<(PhotoId, LayerIndex)>,
+    /// What is selected.
+    pub selection: SelectionState,
     /// The lists of layers and objects.
     pub lists: ListsState,
-    /// Cached facts about the selection.
-    pub inspect: Inspect,
     /// The 3D view.
     pub space: SpaceView,
-    /// The name of the device that draws the 3D view; none while no renderer runs.
-    pub device: Option<String>,
     /// Bookmarks and the flight.
     pub flights: Flights,
     /// The views of the centre.
     pub panes: Panes,
     /// The flat views: the photo with its layers, and one image layer.
     pub flat: FlatViews,
-    /// The command palette.
-    pub palette: Palette,
-    /// Whether the help for keys and mouse is shown.
-    pub help_shown: bool,
-    /// Whether the program's name and version are shown.
-    pub about_shown: bool,
-    /// Whether the list of the history is shown.
-    pub history_shown: bool,
-    /// The number of steps of the history that are to be done, until they are.
-    pub history_target: Option<usize>,
-    /// Whether the settings are shown.
-    pub settings_shown: bool,
-    /// Whether the layer options are shown.
-    pub layer_options_shown: bool,
+    /// The dialogs that belong to no other part.
+    pub dialogs: Dialogs,
     /// The dialogs for opening and creating projects.
     pub opening: Opening,
     /// The life cycle of the project, and unsaved changes found from an earlier run.
@@ -122,8 +101,6 @@ pub struct State {
     pub trees: TreesState,
     /// The results of checks.
     pub checks: Checks,
-    /// The dialog that saves a layered depth image.
-    pub save_image: Option<SaveImage>,
     /// The window's clock, and requests to it.
     pub window: WindowState,
 }
@@ -170,9 +147,9 @@ impl State {
 
     /// Changes the selection. Image layers that are linked with the selected one are selected with it.
     pub fn select(&mut self, selection: Selection) {
-        self.selection = selection;
-        self.more_layers = self.linked_layers(selection);
-        self.photo = selection.photo().or(self.photo);
+        self.selection.main = selection;
+        self.selection.more_layers = self.linked_layers(selection);
+        self.selection.photo = selection.photo().or(self.selection.photo);
         self.flat.layer.follow(selection);
         self.keep_tree_name();
     }
@@ -187,7 +164,8 @@ impl State {
 
     /// Returns the photo that commands on a photo apply to.
     pub fn selected_photo(&self) -> Option<PhotoId> {
-        self.photo
+        self.selection
+            .photo
             .filter(|photo| self.session.as_ref().is_some_and(|session| photo.index() < session.photos.len()))
     }
 
@@ -199,13 +177,11 @@ impl State {
 
     /// Returns whether a dialog is open, or will be drawn from the next frame on.
     pub fn has_dialog(&self) -> bool {
-        self.palette.is_open()
-            || self.settings_shown
+        self.dialogs.take_keys()
             || self.requests()
             || self.life.asks_about_writing()
             || self.opening.is_asking()
             || self.flights.requests()
-            || self.save_image.is_some()
             || self.round_trip.requests()
     }
 

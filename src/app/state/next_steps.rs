@@ -1,7 +1,8 @@
 //! What to do next with a photo, an object or the project, so that their pages begin with that.
 
-use super::State;
-use super::session::PhotoStatus;
+use super::facts::Inspect;
+use super::quality::filling::FillSession;
+use super::session::{PhotoStatus, Session};
 use quadratura_base::scene::{ObjectId, PhotoId};
 use quadratura_document::{ImageLayer, Stack};
 use quadratura_layers::{ElementIndex, LayerIndex};
@@ -60,14 +61,18 @@ pub struct SiteAreas {
     pub largest: Vec<(PhotoId, LayerIndex, f64)>,
 }
 
-impl State {
+impl Session {
     /// Returns what to do next with all photos, or with what they show of an object, the most urgent first.
-    pub fn next_steps_of_site(&self, object: Option<ObjectId>) -> Vec<SiteStep> {
-        let Some(session) = &self.session else { return Vec::new() };
-        let name = object.map(|object| session.model().object(object).name.as_str());
+    pub fn next_steps_of_site(
+        &self,
+        object: Option<ObjectId>,
+        fill: &FillSession,
+        facts: &Inspect,
+    ) -> Vec<SiteStep> {
+        let name = object.map(|object| self.model().object(object).name.as_str());
         let mut areas: Vec<(PhotoId, LayerIndex, LayerFigures)> = Vec::new();
         let (mut photos, mut unfilled) = (0, 0);
-        for (photo, status) in session.opened.site.photo_ids().zip(&session.photos) {
+        for (photo, status) in self.opened.site.photo_ids().zip(&self.photos) {
             let Some(stack) = &status.stack else { continue };
             let elements = name.map(|name| elements_of(stack, name));
             let is_meant = |layer: &ImageLayer| {
@@ -77,7 +82,7 @@ impl State {
                 layer.fill.is_none() && layer.texels_used > layer.texels_visible && is_meant(layer)
             };
             unfilled += usize::from(needs_filling(status) && stack.layers_of_faces().any(lacks));
-            let of_photo: Vec<(LayerIndex, LayerFigures)> = self.layers_to_paint(photo);
+            let of_photo: Vec<(LayerIndex, LayerFigures)> = self.layers_to_paint(photo, fill);
             let of_photo = of_photo.into_iter().filter(|(layer, _)| is_meant(stack.layer(*layer)));
             let before = areas.len();
             areas.extend(of_photo.map(|(layer, figures)| (photo, layer, figures)));
@@ -87,9 +92,9 @@ impl State {
         let largest = areas.iter().take(MOST_NAMED);
         let largest =
             largest.map(|(photo, layer, figures)| (*photo, *layer, figures.hidden_share())).collect();
-        let outdated = session.photos.iter().filter(|photo| !photo.is_current()).count();
-        let is_built = session.photos.iter().any(|photo| photo.stack.is_some());
-        let counts = object.map_or(&[][..], |object| self.inspect.photos_of_object(object));
+        let outdated = self.photos.iter().filter(|photo| !photo.is_current()).count();
+        let is_built = self.photos.iter().any(|photo| photo.stack.is_some());
+        let counts = object.map_or(&[][..], |object| facts.photos_of_object(object));
         let bare = counts.iter().filter(|count| **count == 0 && is_built).count();
         let steps = [
             (outdated > 0).then_some(SiteStep::Build(outdated)),
@@ -101,9 +106,8 @@ impl State {
     }
 
     /// Returns what to do next with a photo, the most urgent first.
-    pub fn next_steps(&self, photo: PhotoId) -> Vec<NextStep> {
-        let Some(session) = &self.session else { return Vec::new() };
-        let status = &session.photos[photo.index()];
+    pub fn next_steps(&self, photo: PhotoId, fill: &FillSession) -> Vec<NextStep> {
+        let status = &self.photos[photo.index()];
         let mut steps = Vec::new();
         if !status.is_current() {
             steps.push(NextStep::Build { again: status.stack.is_some() });
@@ -111,14 +115,14 @@ impl State {
         if needs_filling(status) {
             steps.push(NextStep::Fill);
         }
-        let areas = self.layers_to_paint(photo);
+        let areas = self.layers_to_paint(photo, fill);
         if !areas.is_empty() {
             let largest = areas.iter().take(MOST_NAMED);
             let largest = largest.map(|(layer, figures)| (*layer, figures.hidden_share())).collect();
             steps.push(NextStep::Paint(HiddenAreas { count: areas.len(), largest }));
         }
-        let name = &session.opened.site.photo(photo).name;
-        if session.history.present().masks.of(name).is_empty() {
+        let name = &self.opened.site.photo(photo).name;
+        if self.history.present().masks.of(name).is_empty() {
             steps.push(NextStep::Mask);
         }
         steps
@@ -126,12 +130,11 @@ impl State {
 
     /// Returns the image layers of a photo whose hidden areas are worth painting and are not painted yet, the largest areas
     /// first.
-    fn layers_to_paint(&self, photo: PhotoId) -> Vec<(LayerIndex, LayerFigures)> {
-        let Some(session) = &self.session else { return Vec::new() };
-        let Some(stack) = session.stack_of(photo) else { return Vec::new() };
-        let camera = &session.opened.site.photo(photo).camera;
+    fn layers_to_paint(&self, photo: PhotoId, fill: &FillSession) -> Vec<(LayerIndex, LayerFigures)> {
+        let Some(stack) = self.stack_of(photo) else { return Vec::new() };
+        let camera = &self.opened.site.photo(photo).camera;
         let least = LEAST_SHARE * f64::from(camera.width) * f64::from(camera.height);
-        let shares = self.quality.fill.shares.get(&photo).and_then(|shares| shares.found());
+        let shares = fill.shares.get(&photo).and_then(|shares| shares.found());
         let painted = |layer: usize| {
             shares.and_then(|shares| shares.get(layer)).map_or(0.0, |shares| shares.painted as f64)
         };

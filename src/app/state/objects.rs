@@ -6,7 +6,7 @@ use super::State;
 use super::notes::{Note, Weight};
 use super::request::{JobRequest, Request};
 use super::selection::Selection;
-use super::session::PhotoStatus;
+use super::session::{PhotoStatus, Session};
 use quadratura_base::scene::Model;
 use quadratura_document::Project;
 use quadratura_recipe::impostors::{self, ImpostorEdit};
@@ -71,12 +71,6 @@ impl State {
         self.edit(format!("removal of decisions about {name}"), project, None);
     }
 
-    /// Returns whether it was decided about an object, by name, that it turns, is see-through, or the opposite.
-    pub fn is_decided_about(&self, name: &str) -> bool {
-        let project = self.session.as_ref().map(|session| session.history.present());
-        project.is_some_and(|it| it.impostors.contains_key(name) || it.see_through.contains_key(name))
-    }
-
     /// Restores all removed objects.
     pub fn switch_all_on(&mut self) {
         let Some(session) = &self.session else { return };
@@ -88,7 +82,7 @@ impl State {
     /// Returns the name of the selected object, or of the object of the selected face.
     pub fn selected_object(&self) -> Option<String> {
         let model = self.session.as_ref()?.model();
-        let object = match self.selection {
+        let object = match self.selection.main {
             Selection::Object(object) => object,
             Selection::Face(face) => model.face(face).object,
             Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => return None,
@@ -113,7 +107,7 @@ impl State {
         };
         let before = session.opened.site.model.clone();
         session.set_site(opened, photos);
-        self.selection = carried(self.selection, &before, session.model());
+        self.selection.main = carried(self.selection.main, &before, session.model());
         self.space.forget_faces();
         self.follow_visibility();
         self.quality.forget_stacks();
@@ -135,6 +129,14 @@ fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
             face.map_or(Selection::Nothing, Selection::Face)
         }
         other => other,
+    }
+}
+
+impl Session {
+    /// Returns whether it was decided about an object, by name, that it turns, is see-through, or the opposite.
+    pub fn is_decided_about(&self, name: &str) -> bool {
+        let project = self.history.present();
+        project.impostors.contains_key(name) || project.see_through.contains_key(name)
     }
 }
 

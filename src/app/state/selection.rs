@@ -1,5 +1,6 @@
 //! The selection.
 
+use super::facts::Inspect;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_document::trees::TreeIndex;
 use quadratura_layers::LayerIndex;
@@ -36,5 +37,37 @@ impl Selection {
             Self::Photo(photo) | Self::Layer { photo, .. } => Some(photo),
             Self::Nothing | Self::Object(_) | Self::Face(_) | Self::Tree(_) | Self::Trees => None,
         }
+    }
+}
+
+/// What is selected: the thing that inspector and views show, and what belongs to it.
+#[derive(Default)]
+pub struct SelectionState {
+    /// The main selection.
+    pub main: Selection,
+    /// The photo that was selected last, to which commands on a photo apply.
+    pub photo: Option<PhotoId>,
+    /// The image layers selected beside `main`: photo, and index in its stack.
+    pub more_layers: Vec<(PhotoId, LayerIndex)>,
+    /// Cached facts about the selected face or object.
+    pub facts: Inspect,
+}
+
+impl SelectionState {
+    /// Returns whether this is selected, alone or with others.
+    pub fn includes(&self, this: Selection) -> bool {
+        self.main == this
+            || matches!(this, Selection::Layer { photo, layer } if self.more_layers.contains(&(photo, layer)))
+    }
+
+    /// Returns the photo whose image layers are selected and their indices in its stack, in order: the selected layer and
+    /// those that were added to it.
+    pub fn layers(&self) -> (PhotoId, Vec<LayerIndex>) {
+        let Selection::Layer { photo, layer } = self.main else { return Default::default() };
+        let more = self.more_layers.iter().filter(|(other, _)| *other == photo).map(|(_, layer)| *layer);
+        let mut layers: Vec<LayerIndex> = more.chain([layer]).collect();
+        layers.sort_unstable();
+        layers.dedup();
+        (photo, layers)
     }
 }

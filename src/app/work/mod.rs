@@ -32,7 +32,7 @@ use self::painter::Painter;
 use self::pictures::PhotoPictures;
 use self::waker::Waker;
 use self::watching::Watching;
-use super::state::State;
+use super::state::space::SpaceView;
 use quadratura_base::scene::Model;
 use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
@@ -121,7 +121,7 @@ impl Work {
     }
 
     /// Stops the painter of the 3D view.
-    pub fn drop_painter(&mut self, state: &mut State) {
-        (self.painter, state.device) = (None, None);
+    pub fn drop_painter(&mut self, space: &mut SpaceView) {
+        (self.painter, space.device) = (None, None);
     }
 }

@@ -31,7 +31,8 @@ pub fn want_photo(state: &mut State, work: &mut Work, photo: PhotoId) {
     });
     let Some(version) = version else { return };
     want_layers(state, work, version.clone());
-    let key = (version, state.peeling(photo, state.flat.photo.hidden_layers));
+    let Some(session) = &state.session else { return };
+    let key = (version, state.flat.peeling(session, photo, state.flat.photo.hidden_layers));
     if state.flat.loading.is_peeled(&key) {
         want_peeled(state, work, photo, key);
     }
@@ -71,7 +72,8 @@ fn want_peeled(state: &mut State, work: &mut Work, photo: PhotoId, key: PeelKey)
 /// Starts the job that reads the picture of the image layer in the layer view, unless the picture exists, is being
 /// made or has failed. A running job for another image layer is stopped.
 pub fn want_image_layer(state: &mut State, work: &mut Work) {
-    let (Some(session), Some((key, _))) = (&state.session, state.looked_at_layer(&state.flat.layer)) else {
+    let Some(session) = &state.session else { return };
+    let Some((key, _)) = state.flat.looked_at_layer(session, &state.flat.layer) else {
         return;
     };
     let folder = session.folder.clone();

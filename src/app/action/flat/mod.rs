@@ -101,11 +101,11 @@ impl State {
         let Some(photo) = self.selected_photo() else { return false };
         let Self { session, flat, selection, .. } = self;
         let Some(session) = session else { return false };
-        if *selection == Selection::Photo(photo) {
+        if selection.main == Selection::Photo(photo) {
             flat.photo.view.fit();
             return true;
         }
-        let picked = Picked::new(*selection, session, photo);
+        let picked = Picked::new(selection.main, session, photo);
         let version = LayersVersion::new(session, photo);
         let layers = version.and_then(|version| flat.loading.layers(&version));
         let shapes = layers.iter().flat_map(|layers| &layers.shapes);

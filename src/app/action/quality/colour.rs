@@ -29,7 +29,8 @@ impl State {
 
 /// Starts an estimate for the current decisions, unless it exists.
 pub fn want_estimate(state: &mut State, work: &mut Work) {
-    let (Some(colour), Some(session)) = (state.colour().cloned(), &state.session) else { return };
+    let Some(session) = &state.session else { return };
+    let colour = session.opened.project.colour.clone();
     let asked = GainInputs::from_colour(&colour);
     if state.quality.colour.is_asked(&asked) {
         return;
@@ -84,8 +85,8 @@ pub fn follow_colour(state: &mut State, work: &mut Work) {
 pub fn show_gains(state: &mut State, work: &mut Work) {
     state.show_exposure();
     let Some((_, estimate)) = state.quality.colour.estimate.clone() else { return };
-    let Some(colour) = state.colour().cloned() else { return };
     let Some(session) = &mut state.session else { return };
+    let colour = session.opened.project.colour.clone();
     let gains = decided_gains(&estimate, &colour, &session.opened.site);
     state.quality.colour.factors = factors(&gains.of_photo, &colour, &session.opened.site);
     if let Some(painter) = &mut work.painter {

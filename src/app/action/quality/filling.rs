@@ -92,10 +92,10 @@ pub fn want_stale(state: &mut State, work: &mut Work) {
 
 /// Starts ranking layers by the visibility of their occluded areas, unless it is known.
 pub fn want_worst(state: &mut State, work: &mut Work) {
-    let viewpoints = state.viewpoints();
     let Some(session) = &state.session else { return };
-    let inputs = RankingInputs::new(viewpoints, &session.opened.project);
     let fill = &mut state.quality.fill;
+    let viewpoints = fill.seen_from(&session.opened.project);
+    let inputs = RankingInputs::new(viewpoints, &session.opened.project);
     let known = fill.asked.as_ref().is_some_and(|asked| asked.has_views_of(&inputs));
     // During a drag of a keyframe one ranking is finished before the next one starts.
     if !known && !fill.worst.is_sought(&state.running) {

@@ -182,10 +182,10 @@ fn everything_is_shown_in_the_view_in_use() {
 #[test]
 fn a_pixel_outside_of_the_photo_shows_nothing_and_one_inside_has_no_colour_before_it_is_loaded() {
     let bench = TestBench::new();
-    assert!(bench.state.pointed_in_photo(PhotoId(0), (-1, 5), 0).is_none());
+    assert!(bench.state.flat.pointed_in_photo(bench.session(), PhotoId(0), (-1, 5), 0).is_none());
     let width = bench.session().opened.site.photos[0].camera.width as i32;
-    assert!(bench.state.pointed_in_photo(PhotoId(0), (width, 5), 0).is_none());
-    let pointed = bench.state.pointed_in_photo(PhotoId(0), (width - 1, 5), 0).unwrap();
+    assert!(bench.state.flat.pointed_in_photo(bench.session(), PhotoId(0), (width, 5), 0).is_none());
+    let pointed = bench.state.flat.pointed_in_photo(bench.session(), PhotoId(0), (width - 1, 5), 0).unwrap();
     assert!(pointed.colour.is_none() && pointed.hits.is_empty() && pointed.version.is_none());
 }
 
@@ -197,9 +197,13 @@ fn a_pixel_of_a_loaded_photo_has_the_colour_of_its_file() {
         Ok(levels_of(Picture { width: 2, height: 1, rgba: vec![1, 2, 3, 255, 4, 5, 6, 0] }))
     });
     bench.settle();
-    let colour = |x| bench.state.pointed_in_photo(PhotoId(0), (x, 0), 0).unwrap().colour;
+    let colour =
+        |x| bench.state.flat.pointed_in_photo(bench.session(), PhotoId(0), (x, 0), 0).unwrap().colour;
     assert_eq!([colour(0), colour(1)], [Some([1, 2, 3]), None]);
     let (session, views) = (bench.session(), &bench.state.flat);
-    let (_, hidden) = views.loading.shown(session, PhotoId(0), &bench.state.peeling(PhotoId(0), 2)).unwrap();
+    let (_, hidden) = views
+        .loading
+        .shown(session, PhotoId(0), &bench.state.flat.peeling(bench.session(), PhotoId(0), 2))
+        .unwrap();
     assert!(hidden.is_none(), "without layers the photo itself is shown");
 }

@@ -16,6 +16,14 @@ use quadratura_recipe::untextured::FaceTexture;
 const FACE: FaceId = FaceId(0);
 const OBJECT: ObjectId = ObjectId(0);
 
+fn next_steps(bench: &TestBench, photo: PhotoId) -> Vec<NextStep> {
+    bench.session().next_steps(photo, &bench.state.quality.fill)
+}
+
+fn site_steps(bench: &TestBench, object: Option<ObjectId>) -> Vec<SiteStep> {
+    bench.session().next_steps_of_site(object, &bench.state.quality.fill, &bench.state.selection.facts)
+}
+
 fn with_face(mut bench: TestBench) -> TestBench {
     bench.request(SelectRequest::Only(Selection::Face(FACE)));
     bench.state.look_up_selection();
@@ -25,16 +33,19 @@ fn with_face(mut bench: TestBench) -> TestBench {
 #[test]
 fn a_selected_face_is_looked_up_in_every_photo() {
     let bench = with_face(layered());
-    let found = bench.state.inspect.photos_of_face(FACE).unwrap();
+    let found = bench.state.selection.facts.photos_of_face(FACE).unwrap();
     assert_eq!(found.photos.len(), PHOTOS.len());
     assert!(found.photos.iter().all(|photo| matches!(photo.given, FaceTexture::Texture { .. })));
-    assert!(bench.state.inspect.photos_of_face(FaceId(1)).is_none(), "another face was not asked for");
+    assert!(
+        bench.state.selection.facts.photos_of_face(FaceId(1)).is_none(),
+        "another face was not asked for"
+    );
 }
 
 #[test]
 fn a_photo_without_layers_is_told_apart_from_one_that_has_nothing_of_the_face() {
     let bench = with_face(TestBench::new());
-    let found = bench.state.inspect.photos_of_face(FACE).unwrap();
+    let found = bench.state.selection.facts.photos_of_face(FACE).unwrap();
     assert!(found.photos.iter().all(|photo| matches!(photo.given, FaceTexture::NotBuilt)));
 }
 
@@ -43,7 +54,8 @@ fn a_decision_about_the_face_is_known_after_the_next_look_and_undone_with_it() {
     let mut bench = with_face(layered());
     bench.request(DecideRequest::Exclude);
     bench.state.look_up_selection();
-    let decided = |bench: &TestBench| bench.state.inspect.photos_of_face(FACE).unwrap().photos[0].decided;
+    let decided =
+        |bench: &TestBench| bench.state.selection.facts.photos_of_face(FACE).unwrap().photos[0].decided;
     assert_eq!(decided(&bench), Some("excluded"));
     bench.request(DecideRequest::Undo);
     bench.state.look_up_selection();
@@ -57,7 +69,7 @@ fn a_pinned_face_names_its_photo() {
     bench.request(SelectRequest::Only(Selection::Face(FACE)));
     bench.request(DecideRequest::Pin);
     bench.state.look_up_selection();
-    assert_eq!(bench.state.inspect.photos_of_face(FACE).unwrap().pinned_to, Some(PhotoId(1)));
+    assert_eq!(bench.state.selection.facts.photos_of_face(FACE).unwrap().pinned_to, Some(PhotoId(1)));
 }
 
 #[test]
@@ -66,10 +78,10 @@ fn photos_are_counted_for_each_face_of_an_object_without_those_that_are_excluded
     bench.request(SelectRequest::Only(Selection::Object(OBJECT)));
     bench.state.look_up_selection();
     let faces = bench.session().model().object(OBJECT).faces.len();
-    assert_eq!(bench.state.inspect.photos_of_object(OBJECT), vec![PHOTOS.len() as u32; faces]);
+    assert_eq!(bench.state.selection.facts.photos_of_object(OBJECT), vec![PHOTOS.len() as u32; faces]);
     bench.request(DecideRequest::Exclude);
     bench.state.look_up_selection();
-    assert_eq!(bench.state.inspect.photos_of_object(OBJECT), vec![PHOTOS.len() as u32 - 1; faces]);
+    assert_eq!(bench.state.selection.facts.photos_of_object(OBJECT), vec![PHOTOS.len() as u32 - 1; faces]);
 }
 
 #[test]
@@ -78,11 +90,11 @@ fn nothing_is_looked_up_while_another_tab_or_no_side_is_shown() {
         let mut bench = layered();
         bench.request(hide);
         bench = with_face(bench);
-        assert!(bench.state.inspect.photos_of_face(FACE).is_none());
+        assert!(bench.state.selection.facts.photos_of_face(FACE).is_none());
         bench.request(WindowRequest::ShowTab(Tab::Selection));
         bench.state.settings.side_shown = true;
         bench.state.look_up_selection();
-        assert!(bench.state.inspect.photos_of_face(FACE).is_some());
+        assert!(bench.state.selection.facts.photos_of_face(FACE).is_some());
     }
 }
 
@@ -92,7 +104,7 @@ fn a_stack_that_was_made_anew_is_looked_at_anew() {
     let session = bench.state.session.as_mut().unwrap();
     session.photos[2].stack = None;
     bench.state.look_up_selection();
-    let given = &bench.state.inspect.photos_of_face(FACE).unwrap().photos[2].given;
+    let given = &bench.state.selection.facts.photos_of_face(FACE).unwrap().photos[2].given;
     assert!(matches!(given, FaceTexture::NotBuilt));
 }
 
@@ -107,9 +119,9 @@ fn a_face_of_no_such_photo_is_shown_nowhere() {
 fn what_to_do_next_begins_with_building_and_goes_on_to_filling_painting_and_masking() {
     let photo = PhotoId(0);
     let bench = TestBench::new();
-    assert_eq!(bench.state.next_steps(photo), [NextStep::Build { again: false }, NextStep::Mask]);
+    assert_eq!(next_steps(&bench, photo), [NextStep::Build { again: false }, NextStep::Mask]);
     let mut bench = layered();
-    let steps = bench.state.next_steps(photo);
+    let steps = next_steps(&bench, photo);
     let [NextStep::Fill, NextStep::Paint(areas), NextStep::Mask] = &steps[..] else { panic!("{steps:?}") };
     assert!(areas.count > 0 && areas.largest.len() <= 3, "{areas:?}");
     let hidden = |layer: &quadratura_document::ImageLayer| layer.texels_used - layer.texels_visible;
@@ -117,22 +129,22 @@ fn what_to_do_next_begins_with_building_and_goes_on_to_filling_painting_and_mask
     let most = stack.layers_of_faces().map(hidden).max().unwrap();
     assert_eq!(hidden(&stack.image_layers[areas.largest[0].0.index()]), most, "the largest comes first");
     bench.state.session.as_mut().unwrap().photos[0].word = "stale";
-    assert_eq!(bench.state.next_steps(photo)[0], NextStep::Build { again: true });
+    assert_eq!(next_steps(&bench, photo)[0], NextStep::Build { again: true });
 }
 
 #[test]
 fn the_project_and_an_object_say_what_to_do_next_with_all_photos() {
     let all = PHOTOS.len();
-    assert_eq!(TestBench::new().state.next_steps_of_site(None), [SiteStep::Build(all)]);
+    assert_eq!(site_steps(&TestBench::new(), None), [SiteStep::Build(all)]);
     let mut bench = layered();
-    let steps = bench.state.next_steps_of_site(None);
+    let steps = site_steps(&bench, None);
     let [SiteStep::Fill(photos), SiteStep::Paint(of_site)] = &steps[..] else { panic!("{steps:?}") };
     assert_eq!((*photos, of_site.photos), (all, all));
     let hidden = |(_, _, share): &(PhotoId, LayerIndex, f64)| *share;
     assert!(of_site.largest.iter().map(hidden).all(|share| share > 0.0 && share <= 1.0));
     // What stands in front of all else has no hidden areas, and what is behind it has.
     let of_objects: Vec<usize> = (0..bench.session().model().objects.len() as u32)
-        .map(|object| bench.state.next_steps_of_site(Some(ObjectId(object))))
+        .map(|object| site_steps(&bench, Some(ObjectId(object))))
         .map(|steps| match steps.iter().find(|step| matches!(step, SiteStep::Paint(_))) {
             Some(SiteStep::Paint(areas)) => areas.count,
             _ => 0,
@@ -143,7 +155,7 @@ fn the_project_and_an_object_say_what_to_do_next_with_all_photos() {
     );
     assert!(of_objects.contains(&0) || of_objects.iter().sum::<usize>() >= of_site.count, "{of_objects:?}");
     bench.state.session.as_mut().unwrap().photos[0].word = "stale";
-    let steps = bench.state.next_steps_of_site(None);
+    let steps = site_steps(&bench, None);
     assert_eq!(steps[..2], [SiteStep::Build(1), SiteStep::Fill(all - 1)]);
 }
 
@@ -151,12 +163,12 @@ fn the_project_and_an_object_say_what_to_do_next_with_all_photos() {
 fn an_object_that_a_photo_does_not_texture_any_more_says_so_and_is_given_back() {
     let mut bench = layered();
     bench.request(SelectRequest::Only(Selection::Object(OBJECT)));
-    assert!(bench.state.decided_about_object(OBJECT).is_empty());
-    bench.state.photo = Some(PhotoId(1));
+    assert!(bench.session().decided_about_object(OBJECT).is_empty());
+    bench.state.selection.photo = Some(PhotoId(1));
     bench.request(DecideRequest::Exclude);
-    assert_eq!(bench.state.decided_about_object(OBJECT), [(PhotoId(1), EXCLUDED)]);
+    assert_eq!(bench.session().decided_about_object(OBJECT), [(PhotoId(1), EXCLUDED)]);
     bench.request(DecideRequest::Undo);
-    assert!(bench.state.decided_about_object(OBJECT).is_empty());
+    assert!(bench.session().decided_about_object(OBJECT).is_empty());
 }
 
 #[test]

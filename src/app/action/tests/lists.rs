@@ -17,7 +17,7 @@ use quadratura_recipe::layer_table::LayerColumn;
 /// Returns the rows of the lists as they are.
 fn listed(bench: &TestBench) -> Vec<ListRow> {
     let site = ListedSite::from_state(&bench.state).unwrap();
-    rows(&bench.state, &bench.state.lists, &site)
+    rows(bench.state.settings.layer_list, &bench.state.quality.fill, &bench.state.lists, &site)
 }
 
 /// Changes the lists as a panel does, and applies what they ask for.
@@ -27,8 +27,8 @@ fn hand(
 ) {
     let mut lists = std::mem::take(&mut bench.state.lists);
     let site = ListedSite::from_state(&bench.state).unwrap();
-    let rows = rows(&bench.state, &lists, &site);
-    let request = act(&mut lists, &site, bench.state.selection, &rows);
+    let rows = rows(bench.state.settings.layer_list, &bench.state.quality.fill, &lists, &site);
+    let request = act(&mut lists, &site, bench.state.selection.main, &rows);
     bench.state.lists = lists;
     request.into_iter().for_each(|request| bench.request(request));
 }
@@ -132,7 +132,7 @@ fn the_cursor_selects_where_it_goes() {
             let to = rows.iter().position(|other| *other == row).unwrap();
             lists.go(site, selected, rows, to, false)
         });
-        assert_eq!((bench.state.lists.cursor, bench.state.selection), (Some(row), selection));
+        assert_eq!((bench.state.lists.cursor, bench.state.selection.main), (Some(row), selection));
     }
 }
 
@@ -141,11 +141,11 @@ fn a_range_goes_from_the_layer_that_was_selected_alone() {
     let mut bench = layered();
     hand(&mut bench, |lists, site, _, _| lists.select_layer(site, LayerIndex(0)));
     hand(&mut bench, |lists, site, selected, rows| lists.select_range(site, selected, rows, LayerIndex(2)));
-    assert_eq!(bench.state.selected_layers(), (PhotoId(0), [0, 1, 2].map(LayerIndex).to_vec()));
-    assert_eq!(bench.state.selection, Selection::Layer { photo: PhotoId(0), layer: LayerIndex(2) });
+    assert_eq!(bench.state.selection.layers(), (PhotoId(0), [0, 1, 2].map(LayerIndex).to_vec()));
+    assert_eq!(bench.state.selection.main, Selection::Layer { photo: PhotoId(0), layer: LayerIndex(2) });
     hand(&mut bench, |lists, site, selected, rows| lists.select_range(site, selected, rows, LayerIndex(1)));
     assert_eq!(
-        bench.state.selected_layers(),
+        bench.state.selection.layers(),
         (PhotoId(0), [0, 1].map(LayerIndex).to_vec()),
         "it still begins there"
     );
@@ -157,7 +157,7 @@ fn layers_are_added_one_by_one_and_all_of_them_are_marked() {
     hand(&mut bench, |lists, site, _, _| lists.select_layer(site, LayerIndex(0)));
     hand(&mut bench, |lists, site, _, _| lists.toggle_layer(site, LayerIndex(2)));
     let site = ListedSite::from_state(&bench.state).unwrap();
-    let marked = |layer| site.is_selected(ListRow::Layer(LayerIndex(layer)), &bench.state);
+    let marked = |layer| site.is_selected(ListRow::Layer(LayerIndex(layer)), &bench.state.selection);
     assert_eq!([0, 1, 2].map(marked), [true, false, true]);
     assert_eq!(bench.state.lists.anchor(), Some((PhotoId(0), LayerIndex(2))));
 }
@@ -182,16 +182,16 @@ fn linked_layers_are_selected_together_and_one_can_be_taken_off() {
     let layer = |index: u32| LayerIndex(index);
     for first in [0, 1] {
         bench.request(SelectRequest::Only(Selection::Layer { photo: PhotoId(0), layer: layer(first) }));
-        assert_eq!(bench.state.selected_layers().1, [layer(0), layer(1)]);
+        assert_eq!(bench.state.selection.layers().1, [layer(0), layer(1)]);
     }
     bench.request(SelectRequest::Toggle(PhotoId(0), layer(0)));
-    assert_eq!(bench.state.selected_layers().1, [layer(1)]);
+    assert_eq!(bench.state.selection.layers().1, [layer(1)]);
 }
 
 /// Makes a bench in which a decision waits as a merge that wastes much does.
 fn asked_to_merge() -> TestBench {
     let mut bench = with_distant_layers();
-    let cost = bench.state.merge_cost(PhotoId(0), &[LayerIndex(0), LayerIndex(1)]).unwrap();
+    let cost = bench.session().merge_cost(PhotoId(0), &[LayerIndex(0), LayerIndex(1)]).unwrap();
     assert!(cost.is_too_large());
     let of = vec![Faces::whole(&bench.session().model().objects[0].name)];
     bench.state.request_to_merge(LayerEdit::Exclude { photo: PHOTOS[0].into(), of }, cost);

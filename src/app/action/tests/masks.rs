@@ -41,7 +41,7 @@ fn masks(bench: &TestBench) -> Vec<Mask> {
 }
 
 fn covered(bench: &TestBench) -> u64 {
-    bench.state.covered(PhotoId(0)).expect("the photo exists").count()
+    bench.state.masking.covered(bench.session(), PhotoId(0)).expect("the photo exists").count()
 }
 
 fn suggestion(number: u32, photo: &str, masked: Spans) -> ShownSuggestion {
@@ -143,9 +143,10 @@ fn a_mask_whose_file_is_gone_counts_as_empty_and_is_reported_with_remedies_once(
         _ => None,
     });
     let away = away.expect("the mask can be taken away");
-    assert!(bench.state.can_remedy(&NoteRemedy::SetMask(away.clone())));
+    let remedy = NoteRemedy::SetMask(away.clone());
+    assert!(remedy.applies(Some(bench.session())));
     bench.request(MaskRequest::Set((*away).clone()));
-    assert!(masks(&bench).is_empty() && !bench.state.can_remedy(&NoteRemedy::SetMask(away)));
+    assert!(masks(&bench).is_empty() && !remedy.applies(Some(bench.session())));
     bench.request(DecideRequest::Undo);
     assert_eq!(masks(&bench), [lost]);
 }
@@ -196,13 +197,16 @@ fn a_suggestion_that_is_accepted_is_a_mask_and_open_no_longer() {
     let mut bench = TestBench::new();
     let list = vec![suggestion(1, PHOTOS[0], block(0, 2)), suggestion(2, PHOTOS[1], block(0, 2))];
     suggest(&mut bench, list);
-    assert_eq!(bench.state.suggestions_of(PhotoId(0)).len(), 1);
+    assert_eq!(bench.state.masking.suggestions_of(bench.session(), PhotoId(0)).len(), 1);
     bench.request(MaskRequest::Accept(vec![1]));
-    assert!(bench.state.suggestions_of(PhotoId(0)).is_empty() && bench.state.open_suggestions().is_empty());
+    assert!(
+        bench.state.masking.suggestions_of(bench.session(), PhotoId(0)).is_empty()
+            && bench.state.open_suggestions().is_empty()
+    );
     keep(&mut bench);
     assert_eq!(bench.undoes(), Some(format!("mask of {} by suggestion 1", PHOTOS[0]).as_str()));
     bench.request(DecideRequest::Undo);
-    assert_eq!(bench.state.suggestions_of(PhotoId(0)).len(), 1, "it returns");
+    assert_eq!(bench.state.masking.suggestions_of(bench.session(), PhotoId(0)).len(), 1, "it returns");
     assert_eq!(bench.state.all_suggestions(), [1, 2]);
 }
 
@@ -220,7 +224,7 @@ fn the_smallest_suggestion_under_the_pointer_is_meant_and_none_while_they_are_hi
     let mut bench = TestBench::new();
     let list = vec![suggestion(1, PHOTOS[0], block(0, 9)), suggestion(2, PHOTOS[0], block(2, 2))];
     suggest(&mut bench, list);
-    let at = |bench: &TestBench, x| bench.state.suggestion_at(PhotoId(0), (x, 0));
+    let at = |bench: &TestBench, x| bench.state.masking.suggestion_at(bench.session(), PhotoId(0), (x, 0));
     assert_eq!([at(&bench, 3), at(&bench, 7), at(&bench, 20)], [Some(2), Some(1), None]);
     bench.state.masking.suggested.shown = false;
     assert_eq!(at(&bench, 3), None);
@@ -242,7 +246,9 @@ fn what_is_hardly_an_object_is_offered_only_on_request() {
     let mut haze = suggestion(2, PHOTOS[0], block(4, 2));
     haze.it.likelihood = 0.2;
     suggest(&mut bench, vec![suggestion(1, PHOTOS[0], block(0, 2)), haze]);
-    let offered = |bench: &TestBench| (bench.state.all_suggestions(), bench.state.unlikely_in(PhotoId(0)));
+    let offered = |bench: &TestBench| {
+        (bench.state.all_suggestions(), bench.state.masking.unlikely_in(bench.session(), PhotoId(0)))
+    };
     assert_eq!(offered(&bench), (vec![1], 1));
     bench.request(MaskRequest::OfferUnlikely(true));
     assert_eq!(offered(&bench), (vec![1, 2], 1));
@@ -268,11 +274,12 @@ fn the_outcome_of_a_search_is_told_until_it_was_seen() {
     use crate::state::masking::suggested::SearchOutcome;
 
     let mut bench = TestBench::new();
-    assert_eq!(bench.state.outcome_in(PhotoId(0)), None);
+    assert_eq!(bench.state.masking.outcome_in(bench.session(), PhotoId(0)), None);
     suggest(&mut bench, vec![suggestion(1, PHOTOS[0], block(0, 2))]);
     bench.state.masking.suggested.outcome = Some(SearchOutcome { without: vec![PHOTOS[1].into()] });
-    let reported =
-        |bench: &TestBench| [0, 1, 2].map(|photo| bench.state.outcome_in(PhotoId(photo)).is_some());
+    let reported = |bench: &TestBench| {
+        [0, 1, 2].map(|photo| bench.state.masking.outcome_in(bench.session(), PhotoId(photo)).is_some())
+    };
     assert_eq!(reported(&bench), [true, true, false]);
     bench.request(MaskRequest::Accept(vec![1]));
     assert_eq!(reported(&bench), [false, true, false], "all of it is masked");

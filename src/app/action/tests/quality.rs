@@ -50,7 +50,7 @@ fn a_fact_that_cannot_be_found_out_is_reported_once() {
 #[test]
 fn other_viewpoints_rank_layers_again_and_views_of_photos_do_not() {
     let mut bench = TestBench::new();
-    assert_eq!(bench.state.viewpoints(), Viewpoints::Photos);
+    assert_eq!(bench.state.quality.fill.seen_from(&bench.project()), Viewpoints::Photos);
     starts(&mut bench, || QualityRequest::WantWorst);
     bench.request(QualityRequest::SeeFrom(Viewpoints::Photos));
     bench.request(FlightRequest::KeepView);
@@ -72,7 +72,7 @@ fn facts_are_asked_for_again_after_fillings_have_changed_and_choices_stay() {
     assert_eq!(starts(&mut bench, || QualityRequest::WantPainters), 1);
     bench.state.quality.forget_stacks();
     assert_eq!(starts(&mut bench, || QualityRequest::WantPainters), 1);
-    assert_eq!(bench.state.viewpoints(), Viewpoints::Kept);
+    assert_eq!(bench.state.quality.fill.seen_from(&bench.project()), Viewpoints::Kept);
     assert_eq!(bench.state.quality.fill.without.as_deref(), Some("tree"));
     bench.request(QualityRequest::TypeWithout(None));
     assert_eq!(bench.state.quality.fill.without, None);
@@ -88,9 +88,9 @@ fn options_of_filling_are_steps_named_by_what_changes() {
     assert!(named.is_some() && bench.undoes() == Some("fill options"));
     bench.request(QualityRequest::Fill(FillOptions { propagate: vec!["*".into()].into(), ..before.clone() }));
     assert_eq!(bench.undoes(), Some("choice of propagated paint"));
-    assert!(bench.state.has_propagated());
+    assert!(bench.session().has_propagated());
     bench.request(DecideRequest::Undo);
-    assert!(!bench.state.has_propagated());
+    assert!(!bench.session().has_propagated());
 }
 
 #[test]

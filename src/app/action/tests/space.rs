@@ -225,7 +225,7 @@ fn a_photo_without_layers_is_not_saved_as_a_layered_depth_image() {
     for command in [&images::SAVE, &images::PAGE] {
         let request = command.asked(&bench.state);
         bench.request(request);
-        assert!(bench.state.save_image.is_none());
+        assert!(bench.state.dialogs.save_image.is_none());
         let said = bench.said();
         assert!(said.last().is_some_and(|it| it.contains("build the layers first")), "{said:?}");
     }
@@ -235,11 +235,11 @@ fn a_photo_without_layers_is_not_saved_as_a_layered_depth_image() {
 fn the_dialog_proposes_a_file_of_the_photos_name_and_takes_the_path_that_was_chosen() {
     let mut bench = TestBench::new();
     bench.request(ImagesRequest::Choose(ImageFormat::Ldi));
-    let dialog = bench.state.save_image.as_ref().unwrap();
+    let dialog = bench.state.dialogs.save_image.as_ref().unwrap();
     assert_eq!(dialog.out(), bench.folder().join("ldi/a.ldi"));
     assert!(bench.state.has_dialog());
     bench.state.take_chosen(DialogPurpose::ImageFile, &["/elsewhere/b.ldi".into()]);
-    let dialog = bench.state.save_image.take().unwrap();
+    let dialog = bench.state.dialogs.save_image.take().unwrap();
     assert_eq!(dialog.out(), std::path::Path::new("/elsewhere/b.ldi"));
     // It fails with a reason, because the photo has no layers.
     bench.request(ImagesRequest::Save(dialog));

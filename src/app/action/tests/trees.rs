@@ -68,7 +68,7 @@ fn a_click_places_a_tree_on_the_surface_and_a_drag_from_there_is_the_same_step()
     let pixel = pixel_of(&bench, point);
     bench.request(TreeRequest::Press(pixel));
     assert_eq!((names(&bench), bench.undoes()), (vec!["bush_1".to_owned()], Some("placing of bush_1")));
-    assert_eq!(bench.state.selection, Selection::Tree(TreeIndex(0)));
+    assert_eq!(bench.state.selection.main, Selection::Tree(TreeIndex(0)));
     let foot = |bench: &TestBench| DVec3::from_array(bench.project().trees.placed[0].at);
     assert!(foot(&bench).abs_diff_eq(point, 1e-6), "{}", foot(&bench));
     let there = DVec3::new(-2.6, -0.4, 6.0);
@@ -95,7 +95,7 @@ fn a_gesture_that_is_given_up_leaves_no_step_and_nothing_is_placed_in_the_sky() 
     bench.request(TreeRequest::GiveUp);
     assert_eq!((names(&bench).len(), bench.undoes()), (0, Some("species")));
     bench.pass(0.1);
-    assert_eq!(bench.state.selection, Selection::Nothing, "what was selected is gone");
+    assert_eq!(bench.state.selection.main, Selection::Nothing, "what was selected is gone");
     bench.request(TreeRequest::Press(pixel_of(&bench, DVec3::new(-3.0, 9.0, 6.0))));
     assert!(names(&bench).is_empty());
     assert!(bench.said().iter().any(|said| said.contains("no surface")), "{:?}", bench.said());
@@ -117,7 +117,7 @@ fn the_selection_stays_with_its_tree_where_others_go_and_under_another_name() {
     bench.request(SelectRequest::Only(Selection::Tree(TreeIndex(2))));
     bench.request(TreeRequest::Remove("a".into()));
     bench.pass(0.1);
-    assert_eq!(bench.state.selection, Selection::Tree(TreeIndex(1)));
+    assert_eq!(bench.state.selection.main, Selection::Tree(TreeIndex(1)));
     let mut tree = bench.state.selected_tree().unwrap().clone();
     tree.name = "old one".into();
     bench.request(TreeRequest::Show(vec!["c".into()], false));
@@ -138,7 +138,7 @@ fn the_selection_stays_with_its_tree_where_others_go_and_under_another_name() {
     assert!(bench.said().iter().any(|said| said.contains("two trees")), "{:?}", bench.said());
     bench.request(TreeRequest::Remove("old one".into()));
     bench.pass(0.1);
-    assert_eq!(bench.state.selection, Selection::Nothing);
+    assert_eq!(bench.state.selection.main, Selection::Nothing);
 }
 
 #[test]

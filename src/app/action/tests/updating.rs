@@ -161,7 +161,7 @@ fn imports_and_masks_go_before_the_next_photo() {
 #[test]
 fn the_photo_in_view_comes_first() {
     let mut bench = layered();
-    bench.state.photo = Some(PhotoId(2));
+    bench.state.selection.photo = Some(PhotoId(2));
     assert_eq!(bench.state.in_view_first(PhotoId::all(3).collect())[0], PhotoId(2));
 }
 
@@ -308,7 +308,7 @@ fn what_was_looked_at_later_counts_in_whatever_order_it_arrives() {
 fn layers_that_will_be_one_are_known_before_they_are_built() {
     let mut bench = layered();
     let layers: Vec<_> = bench.session().stack_of(PhotoId(0)).unwrap().layer_indices().take(2).collect();
-    assert!(bench.state.layers_to_merge(PhotoId(0)).is_empty());
+    assert!(bench.session().layers_to_merge(PhotoId(0), &bench.state.running).is_empty());
     let stack = bench.session().stack_of(PhotoId(0)).unwrap().clone();
     edit(&mut bench, |project| {
         let of = layers
@@ -317,10 +317,17 @@ fn layers_that_will_be_one_are_known_before_they_are_built() {
             .collect();
         project.decisions.set(PHOTOS[0], PhotoDecisions { merge: vec![of], ..PhotoDecisions::default() });
     });
-    assert_eq!(bench.state.layers_to_merge(PhotoId(0)), std::slice::from_ref(&layers), "at once");
+    assert_eq!(
+        bench.session().layers_to_merge(PhotoId(0), &bench.state.running),
+        std::slice::from_ref(&layers),
+        "at once"
+    );
     let _ = bench.state.session.as_mut().unwrap().pending.take();
-    assert!(bench.state.layers_to_merge(PhotoId(0)).is_empty(), "the stack has what could be merged");
+    assert!(
+        bench.session().layers_to_merge(PhotoId(0), &bench.state.running).is_empty(),
+        "the stack has what could be merged"
+    );
     bench.state.session.as_mut().unwrap().photos[0].word = "stale";
-    assert_eq!(bench.state.layers_to_merge(PhotoId(0)), [layers]);
-    assert!(bench.state.layers_to_merge(PhotoId(1)).is_empty(), "of another photo");
+    assert_eq!(bench.session().layers_to_merge(PhotoId(0), &bench.state.running), [layers]);
+    assert!(bench.session().layers_to_merge(PhotoId(1), &bench.state.running).is_empty(), "of another photo");
 }

@@ -38,13 +38,13 @@ fn layers_are_added_to_the_selection_and_taken_out() {
     let layer = |layer| Selection::Layer { photo: PhotoId(1), layer };
     bench.request(SelectRequest::Only(layer(LayerIndex(3))));
     bench.request(SelectRequest::Toggle(PhotoId(1), LayerIndex(5)));
-    assert_eq!(bench.state.selected_layers(), (PhotoId(1), vec![LayerIndex(3), LayerIndex(5)]));
+    assert_eq!(bench.state.selection.layers(), (PhotoId(1), vec![LayerIndex(3), LayerIndex(5)]));
     bench.request(SelectRequest::Toggle(PhotoId(1), LayerIndex(3)));
-    assert_eq!(bench.state.selected_layers(), (PhotoId(1), vec![LayerIndex(5)]));
+    assert_eq!(bench.state.selection.layers(), (PhotoId(1), vec![LayerIndex(5)]));
     bench.request(SelectRequest::Toggle(PhotoId(1), LayerIndex(5)));
-    assert_eq!(bench.state.selected_layers(), (PhotoId(1), vec![LayerIndex(5)]), "one is always left");
+    assert_eq!(bench.state.selection.layers(), (PhotoId(1), vec![LayerIndex(5)]), "one is always left");
     bench.request(SelectRequest::Toggle(PhotoId(0), LayerIndex(1)));
-    assert_eq!(bench.state.selected_layers(), (PhotoId(0), vec![LayerIndex(1)]), "of one photo only");
+    assert_eq!(bench.state.selection.layers(), (PhotoId(0), vec![LayerIndex(1)]), "of one photo only");
 }
 
 #[test]
@@ -76,9 +76,9 @@ fn what_was_decided_about_an_object_is_removed_by_one_step() {
     bench.request(DecideRequest::TurnObject(object.clone(), true));
     bench.request(DecideRequest::SeeThroughObject(object.clone(), true));
     let decided = bench.project();
-    assert!(bench.state.is_decided_about(&object));
+    assert!(bench.session().is_decided_about(&object));
     bench.request(DecideRequest::FreeObject(object.clone()));
-    assert!(!bench.state.is_decided_about(&object));
+    assert!(!bench.session().is_decided_about(&object));
     assert!(bench.project().impostors.is_empty() && bench.project().see_through.is_empty());
     bench.request(DecideRequest::Undo);
     assert!(bench.project() == decided, "undone");
@@ -96,7 +96,7 @@ fn the_model_without_an_object_is_taken_after_a_moment() {
     bench.pass(1.0);
     bench.settle();
     assert_eq!(bench.session().model().objects.len(), before - 1);
-    assert_eq!(bench.state.selection, Selection::Object(ObjectId(0)), "by its name");
+    assert_eq!(bench.state.selection.main, Selection::Object(ObjectId(0)), "by its name");
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn a_photo_is_flown_into_in_the_3d_view() {
     bench.request(WindowRequest::ShowPane(Pane::Photo));
     bench.request(SpaceRequest::FlyToPhoto(PhotoId(2)));
     assert!(bench.state.panes.is_shown(Pane::Space));
-    assert_eq!(bench.state.selection, Selection::Photo(PhotoId(2)));
+    assert_eq!(bench.state.selection.main, Selection::Photo(PhotoId(2)));
 }
 
 #[test]

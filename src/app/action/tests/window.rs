@@ -13,14 +13,14 @@ use crate::state::settings::{Colours, Navigation};
 fn every_flag_is_switched_and_switched_back_by_itself() {
     let mut bench = TestBench::new();
     let flags = [
-        (Flag::Settings, (|state| state.settings_shown) as fn(&State) -> bool),
+        (Flag::Settings, (|state| state.dialogs.settings) as fn(&State) -> bool),
         (Flag::Notes, |state| state.settings.notes_shown),
         (Flag::Lists, |state| state.settings.lists_shown),
         (Flag::Side, |state| state.settings.side_shown),
-        (Flag::Help, |state| state.help_shown),
-        (Flag::About, |state| state.about_shown),
-        (Flag::History, |state| state.history_shown),
-        (Flag::LayerOptions, |state| state.layer_options_shown),
+        (Flag::Help, |state| state.dialogs.help),
+        (Flag::About, |state| state.dialogs.about),
+        (Flag::History, |state| state.dialogs.history),
+        (Flag::LayerOptions, |state| state.dialogs.layer_options),
         (Flag::LayerTable, |state| state.settings.layer_list.as_table),
         (Flag::Check, |state| state.checks.shown),
         (Flag::ImageEditor, |state| state.round_trip.dialogs.choosing_editor),
@@ -78,7 +78,7 @@ fn what_is_hidden_stays_hidden_when_it_is_hidden_again() {
     bench.request(WindowRequest::Flip(Flag::Help));
     for _ in 0..2 {
         bench.request(WindowRequest::Hide(Flag::Help));
-        assert!(!bench.state.help_shown);
+        assert!(!bench.state.dialogs.help);
     }
 }
 

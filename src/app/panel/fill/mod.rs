@@ -10,10 +10,12 @@ use self::propagated::propagation_ui;
 use self::worst::worst_ui;
 use super::button;
 use super::{NameCell, grouped, name_cell, percent, room_for_names};
-use crate::command::{layers, view};
+use crate::command::{Commands, layers, view};
 use crate::state::State;
+use crate::state::quality::filling::FillSession;
 use crate::state::request::{QualityRequest, Request, SelectRequest};
-use crate::state::selection::Selection;
+use crate::state::running::Running;
+use crate::state::selection::{Selection, SelectionState};
 use crate::state::session::Session;
 use crate::widget::elide::beside;
 use crate::widget::look::selection_look;
@@ -26,39 +28,69 @@ use quadratura_recipe::fill::shares::LayerShares;
 /// The width of the columns beside the names, in points, with the gaps: of their headings, in small letters.
 const BESIDE_NAMES: f32 = 36.0 + 36.0 + 50.0 + 34.0 + 40.0;
 
+/// What the panel of occluded areas shows.
+pub struct FillView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The open project.
+    session: Option<&'a Session>,
+    /// The facts about fillings.
+    fill: &'a FillSession,
+    /// What is selected.
+    selection: &'a SelectionState,
+    /// The running jobs.
+    running: &'a Running,
+    /// The photo that commands on a photo apply to.
+    photo: Option<PhotoId>,
+}
+
+impl<'a> FillView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            session: state.session.as_ref(),
+            fill: &state.quality.fill,
+            selection: &state.selection,
+            running: &state.running,
+            photo: state.selected_photo(),
+        }
+    }
+}
+
 /// Draws the panel.
-pub fn fill_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let any_stack = state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
+pub fn fill_ui(view: &FillView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let any_stack = view.session.is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
         ui.weak("Build the layers first, to see what photos do not show of them.");
         return;
     }
     requests.push(QualityRequest::WantWorst.into());
-    requests.extend(state.selected_photo().map(|photo| QualityRequest::WantShares(photo).into()));
+    requests.extend(view.photo.map(|photo| QualityRequest::WantShares(photo).into()));
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
-            button(state, ui, &layers::FILL, requests);
-            button(state, ui, &view::CONFIDENCE, requests);
+            button(view.commands, ui, &layers::FILL, requests);
+            button(view.commands, ui, &view::CONFIDENCE, requests);
         });
-        stale_ui(state, ui, requests);
-        options(state, ui, requests);
-        propagation_ui(state, ui, requests);
+        stale_ui(view, ui, requests);
+        options(view, ui, requests);
+        propagation_ui(view, ui, requests);
         ui.separator();
-        worst_ui(state, ui, requests);
+        worst_ui(view, ui, requests);
         ui.separator();
-        let Some(session) = &state.session else { return };
-        if let Some(photo) = state.selected_photo() {
-            of_photo(state, session, photo, ui, requests);
+        let Some(session) = view.session else { return };
+        if let Some(photo) = view.photo {
+            of_photo(view, session, photo, ui, requests);
             ui.separator();
         }
-        photos(state, session, ui, requests);
+        photos(view, session, ui, requests);
     });
 }
 
 /// Says which fillings are out of date.
-fn stale_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn stale_ui(view: &FillView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     requests.push(QualityRequest::WantStale.into());
-    let stale = state.quality.fill.stale.found().map_or(0, Vec::len);
+    let stale = view.fill.stale.found().map_or(0, Vec::len);
     if stale > 0 {
         let fillings = if stale == 1 {
             "The filling of 1 photo is"
@@ -71,8 +103,8 @@ fn stale_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     }
 }
 
-fn options(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(options) = state.session.as_ref().map(|session| session.opened.project.fill.clone()) else {
+fn options(view: &FillView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let Some(options) = view.session.map(|session| session.opened.project.fill.clone()) else {
         return;
     };
     CollapsingHeader::new("Fill options").default_open(false).show(ui, |ui| {
@@ -86,7 +118,7 @@ fn options(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
             requests.push(Request::Quality(QualityRequest::Fill(FillOptions { invent, ..options.clone() })));
         }
         let label = ui.label("Objects that are not filled:");
-        let mut text = state.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
+        let mut text = view.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
         let edit = TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
         let edit = edit.hint_text("names, or tree_* for all names that begin so");
         let response = ui.add(edit).labelled_by(label.id);
@@ -115,15 +147,21 @@ fn not_there(failed: bool, ui: &mut Ui) {
 }
 
 /// Draws the provenance of the hidden texels of a photo's layers.
-fn of_photo(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn of_photo(
+    view: &FillView<'_>,
+    session: &Session,
+    photo: PhotoId,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
     let name = &session.opened.site.photo(photo).name;
     ui.strong(format!("Occluded areas of {name}"));
     let Some(stack) = session.stack_of(photo) else {
         ui.weak("Its layers are not built.");
         return;
     };
-    let Some(lookup) = state.quality.fill.shares.get(&photo) else { return not_there(false, ui) };
-    let Some(shares) = lookup.found() else { return not_there(lookup.failed(&state.running), ui) };
+    let Some(lookup) = view.fill.shares.get(&photo) else { return not_there(false, ui) };
+    let Some(shares) = lookup.found() else { return not_there(lookup.failed(view.running), ui) };
     let mut rows: Vec<(LayerIndex, &LayerShares)> = LayerIndex::all(shares.len()).zip(shares).collect();
     rows.retain(|(_, shares)| shares.hidden + shares.propagated > 0);
     rows.sort_by_key(|(layer, shares)| (std::cmp::Reverse(shares.hidden), *layer));
@@ -136,7 +174,7 @@ fn of_photo(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, reque
         let Some(it) = stack.image_layers.get(layer.index()) else { continue };
         let this = Selection::Layer { photo, layer };
         let text = format!("{}: {} hidden", it.name, grouped(shares.hidden));
-        if ui.add(Button::selectable(state.selection == this, text).truncate()).clicked() {
+        if ui.add(Button::selectable(view.selection.main == this, text).truncate()).clicked() {
             requests.push(Request::Select(SelectRequest::Only(this)));
         }
         ui.weak(shares_message(shares));
@@ -164,14 +202,14 @@ fn shares_message(shares: &LayerShares) -> String {
 }
 
 /// Draws all photos, as shares of their hidden texels.
-fn photos(state: &State, session: &Session, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn photos(view: &FillView<'_>, session: &Session, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
     // Where the figures do not fit, the table scrolls.
-    ScrollArea::horizontal().id_salt("all photos").show(ui, |ui| table(state, session, names, ui, requests));
+    ScrollArea::horizontal().id_salt("all photos").show(ui, |ui| table(view, session, names, ui, requests));
 }
 
-fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn table(view: &FillView<'_>, session: &Session, names: f32, ui: &mut Ui, requests: &mut Vec<Request>) {
     Grid::new("fillings").num_columns(5).spacing([8.0, 4.0]).striped(true).show(ui, |ui| {
         for (heading, tooltip) in [
             ("Photo", "The photo."),
@@ -188,7 +226,7 @@ fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, requests: &m
             let photos = &session.opened.site.photos;
             let others = beside(id.index(), |place| Some(photos.get(place)?.name.as_str()));
             let cell = NameCell { name: &photo.name, others: &others, width: names };
-            if name_cell(ui, state.photo == Some(id), &cell).clicked() {
+            if name_cell(ui, view.photo == Some(id), &cell).clicked() {
                 requests.push(Request::Select(SelectRequest::Only(Selection::Photo(id))));
             }
             let shares = FillShares::from_stack(stack);

@@ -6,7 +6,7 @@ use super::not_there;
 use crate::command::layers::{PROPAGATE, TAKE_OFF};
 use crate::panel::button;
 use crate::panel::counted;
-use crate::state::State;
+use crate::panel::fill::FillView;
 use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
@@ -20,35 +20,35 @@ use quadratura_recipe::survey::face_named;
 const MOST: usize = 40;
 
 /// Draws the panel.
-pub fn propagation_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+pub fn propagation_ui(view: &FillView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     CollapsingHeader::new("Propagated paint").default_open(true).show(ui, |ui| {
         requests.push(QualityRequest::WantPainters.into());
-        let lookup = &state.quality.fill.painters;
-        let Some(painters) = lookup.found().cloned() else { return not_there(lookup.failed(&state.running), ui) };
-        if painters.is_empty() && !state.has_propagated() {
+        let lookup = &view.fill.painters;
+        let Some(painters) = lookup.found().cloned() else { return not_there(lookup.failed(view.running), ui) };
+        if painters.is_empty() && !view.session.is_some_and(Session::has_propagated) {
             ui.weak(
                 "There is no paint yet. Paint on a surface in one photo can be projected to the other photos that \
                  show it: graffiti removed in one photo is removed from all.",
             );
             return;
         }
-        choose(state, &painters, ui, requests);
+        choose(view, &painters, ui, requests);
         ui.horizontal_wrapped(|ui| {
-            let ready = (PROPAGATE.ready)(state).is_ok();
+            let ready = view.commands.ready(&PROPAGATE).is_ok();
             let look = ui.add_enabled(ready, Button::new("Preview"));
             if look.on_hover_text("Shows what paint would be projected to which photos; nothing is written.").clicked() {
                 requests.push(Request::Quality(QualityRequest::LookAtPropagation));
             }
-            button(state, ui, &PROPAGATE, requests);
-            button(state, ui, &TAKE_OFF, requests);
+            button(view.commands, ui, &PROPAGATE, requests);
+            button(view.commands, ui, &TAKE_OFF, requests);
         });
-        found(state, ui, requests);
+        found(view, ui, requests);
     });
 }
 
 /// Draws the choice of photos whose paint is projected to the others.
-fn choose(state: &State, painters: &[PaintedPhoto], ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
+fn choose(view: &FillView<'_>, painters: &[PaintedPhoto], ui: &mut Ui, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
     let options = &session.opened.project.fill;
     ui.label("Projected to other photos that show the same surfaces, when occluded areas are filled:");
     for painter in painters {
@@ -59,7 +59,7 @@ fn choose(state: &State, painters: &[PaintedPhoto], ui: &mut Ui, requests: &mut 
             requests.push(see(EditedPaint::OfPhoto(painter.photo.clone()), on));
         }
     }
-    exceptions(session, state, ui, requests);
+    exceptions(session, view, ui, requests);
 }
 
 /// Returns the ask that makes paint seen everywhere, or only in its photo.
@@ -69,11 +69,11 @@ fn see(paint: EditedPaint, everywhere: bool) -> Request {
 }
 
 /// Draws the exceptions for the selection, and those that there are.
-fn exceptions(session: &Session, state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn exceptions(session: &Session, view: &FillView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     let options = &session.opened.project.fill;
     let mut listed: Vec<(String, EditedPaint)> = Vec::new();
     let model = session.model();
-    let selected = match state.selection {
+    let selected = match view.selection.main {
         Selection::Object(object) => Some(Faces::whole(&model.object(object).name)),
         Selection::Face(face) => {
             let object = model.object(model.face(face).object).name.clone();
@@ -89,7 +89,11 @@ fn exceptions(session: &Session, state: &State, ui: &mut Ui, requests: &mut Vec<
     listed.extend(
         imports.map(|n| (format!("paint of import {n} only in its photo"), EditedPaint::OfImport(*n))),
     );
-    let photos = state.selected_photo_name().into_iter().chain(options.protected.iter().cloned());
+    let photos = view
+        .photo
+        .map(|photo| session.opened.site.photo(photo).name.clone())
+        .into_iter()
+        .chain(options.protected.iter().cloned());
     listed.extend(photos.map(|photo| (format!("{photo} keeps its pixels"), EditedPaint::To(photo))));
     listed.dedup();
     for (text, paint) in listed {
@@ -105,10 +109,10 @@ fn exceptions(session: &Session, state: &State, ui: &mut Ui, requests: &mut Vec<
     }
 }
 
-fn found(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
-    let offered = &state.quality.fill.offered;
-    if offered.is_sought(&state.running) {
+fn found(view: &FillView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
+    let offered = &view.fill.offered;
+    if offered.is_sought(view.running) {
         ui.horizontal(|ui| {
             ui.spinner();
             ui.label("Computing the preview…");

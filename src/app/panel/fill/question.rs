@@ -4,8 +4,8 @@ use std::sync::{Arc, Weak};
 
 use eframe::egui::{Context, Frame, Image, RichText, Sense, TextureHandle, TextureOptions, Ui};
 
+use crate::panel::paint::PaintView;
 use crate::panel::pictures::image;
-use crate::state::State;
 use crate::state::request::{QualityRequest, Request};
 use quadratura_recipe::fill::both_ways::BothWays;
 use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
@@ -34,12 +34,17 @@ impl QuestionTextures {
 }
 
 /// Draws the question where it is to be answered.
-pub fn question_ui(ui: &mut Ui, state: &State, textures: &mut QuestionTextures, requests: &mut Vec<Request>) {
-    if !state.asks_where_paint_is_seen() {
+pub fn question_ui(
+    ui: &mut Ui,
+    view: &PaintView<'_>,
+    textures: &mut QuestionTextures,
+    requests: &mut Vec<Request>,
+) {
+    if !view.asks_where_seen {
         return textures.follow(None, ui.ctx());
     }
     requests.push(QualityRequest::WantBothWays.into());
-    let lookup = &state.quality.fill.both_ways;
+    let lookup = &view.fill.both_ways;
     let both = lookup.found().and_then(Option::as_ref);
     textures.follow(both, ui.ctx());
     Frame::group(ui.style()).show(ui, |ui| {
@@ -53,7 +58,7 @@ pub fn question_ui(ui: &mut Ui, state: &State, textures: &mut QuestionTextures, 
                 side_by_side(ui, textures, ["Only in its photo", "From everywhere"], &both.photo);
                 ui.weak(format!("{}, with paint of {}", both.photo, both.from.join(", ")));
             }
-            _ if lookup.is_sought(&state.running) => {
+            _ if lookup.is_sought(view.running) => {
                 ui.horizontal(|ui| {
                     ui.spinner();
                     ui.label("Making a picture of both…");

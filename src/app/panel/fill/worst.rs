@@ -3,8 +3,8 @@
 use eframe::egui::{ComboBox, Grid, Ui};
 
 use super::not_there;
+use crate::panel::fill::FillView;
 use crate::panel::{NameCell, counted, name_cell, percent, room_for_names};
-use crate::state::State;
 use crate::state::quality::filling::Worst;
 use crate::state::request::{QualityRequest, Request, SelectRequest, SpaceRequest};
 use crate::state::selection::Selection;
@@ -21,14 +21,14 @@ const BESIDE_NAMES: f32 = 54.0 + 46.0 + 24.0;
 const SEEN_FROM: f32 = 190.0;
 
 /// Draws the list.
-pub fn worst_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+pub fn worst_ui(view: &FillView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.strong("Worst first").on_hover_text(
         "Sorted by hidden area times its visibility in the views: the most noticeable layers first.",
     );
-    choose(state, ui, requests);
-    let Some(session) = &state.session else { return };
-    let lookup = &state.quality.fill.worst;
-    let Some(worst) = lookup.found() else { return not_there(lookup.failed(&state.running), ui) };
+    choose(view, ui, requests);
+    let Some(session) = view.session else { return };
+    let lookup = &view.fill.worst;
+    let Some(worst) = lookup.found() else { return not_there(lookup.failed(view.running), ui) };
     if worst.layers.is_empty() {
         ui.weak("No occluded areas are visible in these views.");
         return;
@@ -44,7 +44,7 @@ pub fn worst_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
         for (index, hidden) in listed.iter().enumerate() {
             let others = beside(index, |place| texts.get(place).map(String::as_str));
             let cell = NameCell { name: &texts[index], others: &others, width: names };
-            row(state, worst, hidden, &cell, ui, requests);
+            row(view, worst, hidden, &cell, ui, requests);
         }
     });
     let more = worst.layers.len().saturating_sub(WORST);
@@ -54,10 +54,10 @@ pub fn worst_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
 }
 
 /// Draws the choice of viewpoints.
-fn choose(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
+fn choose(view: &FillView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
     let (kept, photos) = (bookmark_count(&session.opened.project), session.photos.len());
-    if kept == 0 && state.quality.fill.viewpoints.is_none() {
+    if kept == 0 && view.fill.viewpoints.is_none() {
         ui.weak(
             "Seen from the photos' cameras. Add bookmarks (Ctrl+D) or keyframes (K) to use those instead.",
         );
@@ -67,7 +67,7 @@ fn choose(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
         Viewpoints::Kept => format!("bookmarks and keyframes ({kept})"),
         Viewpoints::Photos => format!("the photos' cameras ({photos})"),
     };
-    let now = state.viewpoints();
+    let now = view.fill.seen_from(&session.opened.project);
     let mut chosen = now;
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Seen from");
@@ -97,7 +97,7 @@ fn text_of(session: &Session, hidden: &HiddenLayer) -> String {
 }
 
 fn row(
-    state: &State,
+    view: &FillView<'_>,
     worst: &Worst,
     hidden: &HiddenLayer,
     cell: &NameCell<'_>,
@@ -108,7 +108,7 @@ fn row(
         return;
     }
     let this = Selection::Layer { photo: hidden.photo, layer: hidden.layer };
-    let response = name_cell(ui, state.selection == this, cell);
+    let response = name_cell(ui, view.selection.main == this, cell);
     let view = worst.views.get(hidden.view.0);
     if response.double_clicked() {
         requests.extend(view.cloned().map(|view| Request::Space(SpaceRequest::LookFrom(Box::new(view)))));

@@ -10,8 +10,7 @@ use self::hatch::Checkerboard;
 use self::placement::{PlacedPicture, on_screen, screen_rect};
 use self::tiled::TiledPictures;
 use super::button_ui;
-use crate::command::flat;
-use crate::state::State;
+use crate::command::{Commands, flat};
 use crate::state::flat::placement::Placement;
 use crate::state::request::Request;
 use quadratura_base::geometry::PixelRect;
@@ -87,11 +86,11 @@ pub fn navigate(
 }
 
 /// Draws the buttons Fit and 1:1, and the zoom.
-pub fn scale_ui(state: &State, ui: &mut Ui, magnification: f64, requests: &mut Vec<Request>) {
+pub fn scale_ui(commands: Commands<'_>, ui: &mut Ui, magnification: f64, requests: &mut Vec<Request>) {
     ui.horizontal(|ui| {
         for (command, text) in [(&flat::FIT, "Fit"), (&flat::PIXELS, "1:1")] {
             if button_ui(ui, command, Button::new(text).small()) {
-                requests.push(command.asked(state));
+                requests.push(commands.asked(command));
             }
         }
         ui.monospace(format!("{:.0} %", 100.0 * magnification));

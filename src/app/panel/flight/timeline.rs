@@ -6,10 +6,13 @@ use eframe::egui::{
 };
 
 use crate::command;
+use crate::command::Commands;
 use crate::panel::menu::{KEYFRAME, context_ui};
 use crate::panel::{button, named};
 use crate::state::State;
+use crate::state::flight::Flights;
 use crate::state::request::{DecideRequest, FlightRequest, Request};
+use crate::state::session::Session;
 use crate::widget::look::selected as selected_colours;
 use quadratura_document::bookmark::BookmarkIndex;
 use quadratura_document::camera_path::{KeyframeIndex, PathSpeed};
@@ -22,39 +25,56 @@ const BEYOND_S: f64 = 2.0;
 /// Half the side of a keyframe's mark, in points.
 const MARK: f32 = 6.0;
 
+/// What the panel of flights shows.
+pub struct TimelineView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The open project.
+    session: Option<&'a Session>,
+    /// Bookmarks and the flight.
+    flights: &'a Flights,
+}
+
+impl<'a> TimelineView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self { commands: Commands::of(state), session: state.session.as_ref(), flights: &state.flights }
+    }
+}
+
 /// Draws the panel.
-pub fn timeline_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
+pub fn timeline_ui(ui: &mut Ui, view: &TimelineView<'_>, requests: &mut Vec<Request>) {
     ui.add_space(4.0);
     ui.horizontal_top(|ui| {
         ui.allocate_ui_with_layout(vec2(250.0, ui.available_height()), Layout::top_down(Align::Min), |ui| {
-            views(state, ui, requests);
+            views(view, ui, requests);
         });
         ui.separator();
         ui.vertical(|ui| {
-            ui.horizontal_wrapped(|ui| controls(state, ui, requests));
-            line(state, ui, requests);
+            ui.horizontal_wrapped(|ui| controls(view, ui, requests));
+            line(view, ui, requests);
         });
     });
 }
 
-fn views(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
+fn views(view: &TimelineView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
     ui.horizontal(|ui| {
         ui.strong("Bookmarks");
-        button(state, ui, &command::flight::KEEP, requests);
+        button(view.commands, ui, &command::flight::KEEP, requests);
     });
     let views = &session.opened.project.views;
     if views.is_empty() {
         ui.weak("Add a bookmark to return to a view later.");
     }
     ScrollArea::vertical().id_salt("views").auto_shrink([false, false]).show(ui, |ui| {
-        for (index, view) in views.iter().enumerate() {
-            ui.horizontal(|ui| view_row(state, ui, index, &view.name, requests));
+        for (index, bookmark) in views.iter().enumerate() {
+            ui.horizontal(|ui| view_row(view, ui, index, &bookmark.name, requests));
         }
     });
 }
 
-fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, requests: &mut Vec<Request>) {
+fn view_row(view: &TimelineView<'_>, ui: &mut Ui, index: usize, name: &str, requests: &mut Vec<Request>) {
     if ui.button("Go").on_hover_text("Flies to this bookmark.").clicked() {
         requests.push(Request::Flight(FlightRequest::FlyToView(BookmarkIndex(index))));
     }
@@ -64,7 +84,7 @@ fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, requests: &mut
     field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, format!("Name of {name}")));
     if field.lost_focus() && typed.trim() != name && !typed.trim().is_empty() {
         let named = typed.trim().to_owned();
-        request_edit(state, requests, "name of a bookmark", |project| project.views[index].name = named);
+        request_edit(view, requests, "name of a bookmark", |project| project.views[index].name = named);
     }
     if field.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, typed));
@@ -72,26 +92,26 @@ fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, requests: &mut
         ui.data_mut(|data| data.remove::<String>(id));
     }
     if ui.small_button("Remove").on_hover_text("Removes this bookmark.").clicked() {
-        request_edit(state, requests, "removal of a bookmark", |project| {
+        request_edit(view, requests, "removal of a bookmark", |project| {
             project.views.remove(index);
         });
     }
 }
 
-fn controls(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
+fn controls(view: &TimelineView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     use command::flight::{ADD, FILM, PLAY, REMOVE, STILL};
     for command in [&PLAY, &ADD, &REMOVE] {
-        button(state, ui, command, requests);
+        button(view.commands, ui, command, requests);
     }
-    ui.label(format!("{:.2} s", state.flights.time_s));
-    let path = state.session.as_ref().and_then(|session| session.opened.project.flight.clone());
+    ui.label(format!("{:.2} s", view.flights.time_s));
+    let path = view.session.and_then(|session| session.opened.project.flight.clone());
     if let Some(mut path) = path {
         let before = path.clone();
         film(ui, &mut path);
         let changed = path != before;
         if changed {
             let gesture = Some(Gesture(ui.make_persistent_id("film").value()));
-            edit_path(state, requests, "video settings", path, gesture);
+            edit_path(view, requests, "video settings", path, gesture);
         }
         // A drag lasts until the pointer is released, mostly in a frame that changes nothing more; clicks and typed
         // values are steps of their own.
@@ -101,7 +121,7 @@ fn controls(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
         }
     }
     for command in [&STILL, &FILM] {
-        button(state, ui, command, requests);
+        button(view.commands, ui, command, requests);
     }
 }
 
@@ -131,29 +151,34 @@ fn speed_name(speed: PathSpeed) -> &'static str {
 }
 
 /// Pushes an ask for an edit of the project.
-fn request_edit(state: &State, requests: &mut Vec<Request>, name: &str, edit: impl FnOnce(&mut Project)) {
-    if let Some(mut project) = state.project() {
+fn request_edit(
+    view: &TimelineView<'_>,
+    requests: &mut Vec<Request>,
+    name: &str,
+    edit: impl FnOnce(&mut Project),
+) {
+    if let Some(mut project) = view.session.map(|session| Project::clone(session.history.present())) {
         edit(&mut project);
         requests.push(Request::Decide(DecideRequest::Edit(name.to_owned(), Box::new(project), None)));
     }
 }
 
 fn edit_path(
-    state: &State,
+    view: &TimelineView<'_>,
     requests: &mut Vec<Request>,
     name: &str,
     path: CameraPath,
     gesture: Option<Gesture>,
 ) {
-    if let Some(project) = state.project() {
+    if let Some(project) = view.session.map(|session| Project::clone(session.history.present())) {
         let project = Project { flight: Some(path), ..project };
         requests.push(Request::Decide(DecideRequest::Edit(name.to_owned(), Box::new(project), gesture)));
     }
 }
 
 /// Draws the timeline, its keyframes, and the current time.
-fn line(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let path = state.session.as_ref().and_then(|session| session.opened.project.flight.clone());
+fn line(view: &TimelineView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let path = view.session.and_then(|session| session.opened.project.flight.clone());
     let path = path.filter(|path| !path.keyframes.is_empty());
     let Some(path) = path else {
         ui.weak(
@@ -167,8 +192,8 @@ fn line(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
         ui.allocate_exact_size(vec2(ui.available_width() - 8.0, 54.0), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, "Time of the flight"));
     let line = TimeScale { rect: rect.shrink2(vec2(12.0, 0.0)), span_s };
-    draw(state, ui, &line, &path);
-    let dragged = keyframes(state, ui, &line, &path, requests);
+    draw(view, ui, &line, &path);
+    let dragged = keyframes(view, ui, &line, &path, requests);
     let pointer =
         response.interact_pointer_pos().filter(|_| !dragged && (response.dragged() || response.clicked()));
     if let Some(pointer) = pointer {
@@ -193,7 +218,7 @@ impl TimeScale {
     }
 }
 
-fn draw(state: &State, ui: &Ui, line: &TimeScale, path: &CameraPath) {
+fn draw(view: &TimelineView<'_>, ui: &Ui, line: &TimeScale, path: &CameraPath) {
     let painter = ui.painter_at(line.rect.expand2(vec2(12.0, 0.0)));
     let visuals = ui.visuals();
     painter.rect_filled(line.rect.expand2(vec2(10.0, 0.0)), 4.0, visuals.extreme_bg_color);
@@ -208,13 +233,13 @@ fn draw(state: &State, ui: &Ui, line: &TimeScale, path: &CameraPath) {
     let middle = line.rect.bottom() - 18.0;
     let from_to = line.x(0.0)..=line.x(path.end_s());
     painter.hline(from_to, middle, Stroke::new(2.0, weak));
-    let now = line.x(state.flights.time_s);
+    let now = line.x(view.flights.time_s);
     painter.vline(now, line.rect.y_range(), Stroke::new(2.0, visuals.selection.stroke.color));
 }
 
 /// Draws the keyframes, which can be selected and dragged; returns whether one is being dragged or was clicked.
 fn keyframes(
-    state: &State,
+    view: &TimelineView<'_>,
     ui: &mut Ui,
     line: &TimeScale,
     path: &CameraPath,
@@ -227,7 +252,7 @@ fn keyframes(
         let mark = Rect::from_center_size(center, vec2(2.4 * MARK, 2.4 * MARK));
         let response = ui.interact(mark, id, Sense::click_and_drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Keyframe {}", index + 1)));
-        let selected = state.flights.keyframe == Some(KeyframeIndex(index));
+        let selected = view.flights.keyframe == Some(KeyframeIndex(index));
         diamond(ui, center, selected, response.hovered());
         if response.clicked() || response.drag_started() {
             busy = true;
@@ -239,7 +264,7 @@ fn keyframes(
             let pointer = response.interact_pointer_pos();
             let mut moved = path.clone();
             moved.shift(KeyframeIndex(index), pointer.map_or(frame.t, |pointer| line.time_at(pointer)));
-            edit_path(state, requests, "time of a keyframe", moved, Some(Gesture(id.value())));
+            edit_path(view, requests, "time of a keyframe", moved, Some(Gesture(id.value())));
         }
         if response.drag_stopped() {
             requests.push(Request::Decide(DecideRequest::EndGesture));
@@ -247,7 +272,7 @@ fn keyframes(
         if response.secondary_clicked() {
             requests.push(FlightRequest::SelectKeyframe(KeyframeIndex(index)).into());
         }
-        response.context_menu(|ui| context_ui(state, ui, KEYFRAME, requests));
+        response.context_menu(|ui| context_ui(view.commands, ui, KEYFRAME, requests));
         response.on_hover_text(format!(
             "Keyframe {} at {:.2} s; drag it to another time.",
             index + 1,

@@ -5,9 +5,9 @@ use eframe::egui::{Button, Key, TextEdit, Ui};
 use super::next::hidden_words;
 use super::{LIST, details_ui};
 use crate::command::{Command, edit, flat, paint};
+use crate::panel::inspector::InspectorView;
 use crate::panel::layer::shown::shown_ui;
 use crate::panel::{button, counted, grouped, long_list, percent, rows, title};
-use crate::state::State;
 use crate::state::request::{DecideRequest, QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
@@ -21,21 +21,27 @@ use quadratura_recipe::layer_table::LayerFigures;
 /// Draws the page of the selected image layers of a photo; `layer` was selected last.
 pub fn layer_page(
     ui: &mut Ui,
-    state: &State,
+    view: &InspectorView<'_>,
     photo: PhotoId,
     layer: LayerIndex,
     requests: &mut Vec<Request>,
 ) {
-    let (_, all) = state.selected_layers();
+    let (_, all) = view.selection.layers();
     if all.len() > 1 {
-        several(state, photo, &all, ui, requests);
+        several(view, photo, &all, ui, requests);
     } else {
-        one(state, photo, layer, ui, requests);
+        one(view, photo, layer, ui, requests);
     }
 }
 
-fn several(state: &State, photo: PhotoId, all: &[LayerIndex], ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
+fn several(
+    view: &InspectorView<'_>,
+    photo: PhotoId,
+    all: &[LayerIndex],
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
+    let Some(session) = view.session else { return };
     let Some(stack) = session.stack_of(photo) else {
         return;
     };
@@ -44,14 +50,14 @@ fn several(state: &State, photo: PhotoId, all: &[LayerIndex], ui: &mut Ui, reque
     let sum = LayerFigures::sum(layers().map(LayerFigures::from_layer));
     ui.weak(format!("{} · {}", stack.photo.name, hidden_words(&sum)));
     let mut facts = Vec::new();
-    if let Some(cost) = state.merge_cost(photo, all) {
+    if let Some(cost) = session.merge_cost(photo, all) {
         let [width, height] = cost.size;
         let texels = grouped(cost.texels);
         facts.push(("Merged", format!("{width} × {height} px, {texels} texels ({:.1} ×)", cost.times())));
     }
     rows(ui, &facts);
     ui.add_space(6.0);
-    ui.horizontal_wrapped(|ui| button(state, ui, &edit::MERGE, requests));
+    ui.horizontal_wrapped(|ui| button(view.commands, ui, &edit::MERGE, requests));
     ui.add_space(6.0);
     ui.strong("Layers");
     long_list(ui, "selected layers", LIST, all.len(), |ui, index| {
@@ -64,13 +70,18 @@ fn several(state: &State, photo: PhotoId, all: &[LayerIndex], ui: &mut Ui, reque
     details_ui(ui, &figures(&sum));
 }
 
-fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let filled =
-        stack_of(state, photo).and_then(|stack| stack.image_layers.get(layer.index())?.fill.as_ref());
+fn one(
+    view: &InspectorView<'_>,
+    photo: PhotoId,
+    layer: LayerIndex,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
+    let filled = stack_of(view, photo).and_then(|stack| stack.image_layers.get(layer.index())?.fill.as_ref());
     if filled.is_some() {
         requests.push(QualityRequest::WantShares(photo).into());
     }
-    let (Some(session), Some(stack)) = (&state.session, stack_of(state, photo)) else { return };
+    let (Some(session), Some(stack)) = (view.session, stack_of(view, photo)) else { return };
     let Some(it) = stack.image_layers.get(layer.index()) else { return };
     title(ui, "Image layer", &it.name);
     let figures = LayerFigures::from_layer(it);
@@ -83,7 +94,9 @@ fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, requests: 
     }
     ui.add_space(6.0);
     let commands = |ui: &mut Ui, requests: &mut Vec<Request>, commands: &[&'static Command]| {
-        ui.horizontal_wrapped(|ui| commands.iter().for_each(|command| button(state, ui, command, requests)));
+        ui.horizontal_wrapped(|ui| {
+            commands.iter().for_each(|command| button(view.commands, ui, command, requests))
+        });
     };
     if figures.hidden > 0 {
         ui.strong("Next");
@@ -92,17 +105,17 @@ fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, requests: 
     commands(ui, requests, &[&paint::EDIT, &flat::SHOW_LAYER]);
     ui.add_space(6.0);
     rename(it, photo, layer, ui, requests);
-    shown_ui(state, ui, photo, layer, it, requests);
+    shown_ui(&view.flat.layer_views, ui, photo, layer, it, requests);
     ui.add_space(4.0);
     commands(ui, requests, &[&edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE]);
     decisions(session, photo, &faces_of_layer(stack, layer), ui, requests);
     ui.add_space(6.0);
     held(session, stack, it, ui, requests);
-    details_ui(ui, &facts(state, stack, photo, layer, it));
+    details_ui(ui, &facts(view, stack, photo, layer, it));
 }
 
-fn stack_of(state: &State, photo: PhotoId) -> Option<&Stack> {
-    state.session.as_ref()?.stack_of(photo).map(|stack| &**stack)
+fn stack_of<'a>(view: &InspectorView<'a>, photo: PhotoId) -> Option<&'a Stack> {
+    view.session?.stack_of(photo).map(|stack| &**stack)
 }
 
 /// Formats the totals of one or several layers.
@@ -121,7 +134,7 @@ fn figures(sum: &LayerFigures) -> Vec<(&'static str, String)> {
 }
 
 fn facts(
-    state: &State,
+    view: &InspectorView<'_>,
     stack: &Stack,
     photo: PhotoId,
     layer: LayerIndex,
@@ -135,9 +148,7 @@ fn facts(
     facts.extend(visibility(stack, it).map(|text| ("Visibility layers", text)));
     facts.push(("Rectangle", format!("{} × {} px at {}, {}", rect.w, rect.h, rect.x, rect.y)));
     facts.extend(figures(&LayerFigures::from_layer(it)));
-    if let Some(shares) =
-        state.quality.fill.shares.get(&photo).and_then(|found| found.found()?.get(layer.index()))
-    {
+    if let Some(shares) = view.fill.shares.get(&photo).and_then(|found| found.found()?.get(layer.index())) {
         if shares.confidence > 0.0 {
             facts.push(("Confidence of filling", format!("{:.2} of 1", shares.confidence)));
         }

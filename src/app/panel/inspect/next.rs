@@ -3,8 +3,8 @@
 use eframe::egui::{Button, Ui};
 
 use crate::command::{Command, first_keys, layers, mask, paint};
+use crate::panel::inspector::InspectorView;
 use crate::panel::{button, counted};
-use crate::state::State;
 use crate::state::next_steps::{HiddenAreas, NextStep, SiteAreas, SiteStep};
 use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
@@ -12,8 +12,14 @@ use crate::state::session::Session;
 use quadratura_base::scene::{ObjectId, PhotoId};
 use quadratura_recipe::layer_table::LayerFigures;
 
-/// Draws a photo's state in a line, and below it what to do next.
-pub fn next_ui(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, requests: &mut Vec<Request>) {
+/// Draws a photo's view in a line, and below it what to do next.
+pub fn next_ui(
+    view: &InspectorView<'_>,
+    session: &Session,
+    photo: PhotoId,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
     let status = &session.photos[photo.index()];
     if status.stack.as_ref().is_some_and(|stack| stack.image_layers.iter().any(|layer| layer.fill.is_some()))
     {
@@ -29,14 +35,14 @@ pub fn next_ui(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, re
     if let Some(problem) = &status.problem {
         ui.colored_label(ui.visuals().error_fg_color, problem);
     }
-    let steps = state.next_steps(photo);
+    let steps = session.next_steps(photo, view.fill);
     if steps.is_empty() {
         return;
     }
     ui.add_space(6.0);
     ui.strong("Next");
     for step in &steps {
-        step_ui(state, session, photo, step, ui, requests);
+        step_ui(view, session, photo, step, ui, requests);
         ui.add_space(4.0);
     }
 }
@@ -54,7 +60,7 @@ pub fn hidden_words(figures: &LayerFigures) -> String {
 }
 
 fn step_ui(
-    state: &State,
+    view: &InspectorView<'_>,
     session: &Session,
     photo: PhotoId,
     step: &NextStep,
@@ -63,7 +69,9 @@ fn step_ui(
 ) {
     let mut say = |ui: &mut Ui, text: &str, commands: &[&'static Command]| {
         ui.label(text);
-        ui.horizontal_wrapped(|ui| commands.iter().for_each(|command| button(state, ui, command, requests)));
+        ui.horizontal_wrapped(|ui| {
+            commands.iter().for_each(|command| button(view.commands, ui, command, requests))
+        });
     };
     match step {
         NextStep::Build { again: false } => {
@@ -79,17 +87,22 @@ fn step_ui(
         }
         NextStep::Paint(areas) => {
             paint_ui(session, photo, areas, ui, requests);
-            ui.horizontal_wrapped(|ui| button(state, ui, &paint::EDIT, requests));
+            ui.horizontal_wrapped(|ui| button(view.commands, ui, &paint::EDIT, requests));
         }
     }
 }
 
 /// Draws what to do next with all photos, or with what they show of an object.
-pub fn site_steps_ui(state: &State, object: Option<ObjectId>, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
+pub fn site_steps_ui(
+    view: &InspectorView<'_>,
+    object: Option<ObjectId>,
+    ui: &mut Ui,
+    requests: &mut Vec<Request>,
+) {
+    let Some(session) = view.session else { return };
     ui.add_space(6.0);
     ui.strong("Next");
-    let steps = state.next_steps_of_site(object);
+    let steps = session.next_steps_of_site(object, view.fill, &view.selection.facts);
     let photos = |count: usize| counted(count as u64, "photo");
     for step in &steps {
         match step {
@@ -100,7 +113,7 @@ pub fn site_steps_ui(state: &State, object: Option<ObjectId>, ui: &mut Ui, reque
             }
             SiteStep::Fill(count) => {
                 ui.label(format!("The occluded areas of {} are empty.", photos(*count)));
-                button(state, ui, &layers::FILL, requests);
+                button(view.commands, ui, &layers::FILL, requests);
             }
             SiteStep::Paint(areas) => areas_ui(session, areas, ui, requests),
             SiteStep::Cover(count) => {

@@ -5,9 +5,9 @@ use eframe::egui::{Align, Button, Layout, RichText, Ui};
 use super::LIST;
 use super::next::site_steps_ui;
 use crate::command::edit;
+use crate::panel::inspector::InspectorView;
 use crate::panel::masks::object_mask_ui;
 use crate::panel::{button, counted, link_ui, long_list, rows, small_button, title};
-use crate::state::State;
 use crate::state::request::{DecideRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
@@ -18,9 +18,9 @@ use quadratura_recipe::survey::face_named;
 use quadratura_recipe::untextured::{FaceTexture, words as reason_words};
 
 /// Draws the page of an object.
-pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, requests: &mut Vec<Request>) {
-    let counts = state.inspect.photos_of_object(object);
-    let Some(session) = &state.session else { return };
+pub fn object_page(ui: &mut Ui, view: &InspectorView<'_>, object: ObjectId, requests: &mut Vec<Request>) {
+    let counts = view.selection.facts.photos_of_object(object);
+    let Some(session) = view.session else { return };
     let model = session.model();
     let it = model.object(object);
     title(ui, "Object", &it.name);
@@ -29,10 +29,10 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, requests: &mut 
         words.push("billboard, shown from both sides".into());
     }
     ui.weak(words.join(" · "));
-    site_steps_ui(state, Some(object), ui, requests);
+    site_steps_ui(view, Some(object), ui, requests);
     ui.add_space(6.0);
-    surface_buttons(state, ui, requests);
-    decided_ui(state, session, object, ui, requests);
+    surface_buttons(view, ui, requests);
+    decided_ui(session, object, ui, requests);
     let mut turns = it.impostor.is_some();
     let turning = ui.checkbox(&mut turns, "Turns towards the camera");
     let help = "For trees and the like: one upright rectangle about the middle of the object faces each photo and each \
@@ -47,7 +47,7 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, requests: &mut 
     if declaring.on_hover_text(help).changed() {
         requests.push(DecideRequest::SeeThroughObject(it.name.clone(), through).into());
     }
-    if state.is_decided_about(&it.name) {
+    if session.is_decided_about(&it.name) {
         let help = "Billboards turn, by their names, and one may see through what turns.";
         if ui.button("Remove decisions").on_hover_text(help).clicked() {
             requests.push(DecideRequest::FreeObject(it.name.clone()).into());
@@ -66,8 +66,8 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, requests: &mut 
 }
 
 /// Draws the photos that are excluded from an object, and those to which it is pinned, each with a button that undoes that.
-fn decided_ui(state: &State, session: &Session, object: ObjectId, ui: &mut Ui, requests: &mut Vec<Request>) {
-    for (photo, decided) in state.decided_about_object(object) {
+fn decided_ui(session: &Session, object: ObjectId, ui: &mut Ui, requests: &mut Vec<Request>) {
+    for (photo, decided) in session.decided_about_object(object) {
         let name = &session.opened.site.photo(photo).name;
         ui.horizontal_wrapped(|ui| {
             let (text, tooltip) = match decided {
@@ -88,9 +88,9 @@ fn decided_ui(state: &State, session: &Session, object: ObjectId, ui: &mut Ui, r
 }
 
 /// Draws the page of a face.
-pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, requests: &mut Vec<Request>) {
-    let Some(found) = state.inspect.photos_of_face(face) else { return };
-    let Some(session) = &state.session else { return };
+pub fn face_page(ui: &mut Ui, view: &InspectorView<'_>, face: FaceId, requests: &mut Vec<Request>) {
+    let Some(found) = view.selection.facts.photos_of_face(face) else { return };
+    let Some(session) = view.session else { return };
     let model = session.model();
     title(ui, "Face", &model.face_name(face));
     let it = model.face(face);
@@ -105,7 +105,7 @@ pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, requests: &mut Vec<Re
         if link_ui(ui, object).on_hover_text("Selects the object.").clicked() {
             requests.push(Request::Select(SelectRequest::Only(Selection::Object(it.object))));
         }
-        button(state, ui, &edit::SWITCH_OFF, requests);
+        button(view.commands, ui, &edit::SWITCH_OFF, requests);
     });
     ui.add_space(6.0);
     ui.strong("In the photos");
@@ -235,16 +235,18 @@ fn decisions(
 }
 
 /// Draws the decisions about an object, for the photo that was selected last.
-fn surface_buttons(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    button(state, ui, &edit::SWITCH_OFF, requests);
-    if let Some(photo) = state.selected_photo_name() {
+fn surface_buttons(view: &InspectorView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    button(view.commands, ui, &edit::SWITCH_OFF, requests);
+    if let Some(photo) =
+        view.photo.zip(view.session).map(|(photo, session)| &session.opened.site.photo(photo).name)
+    {
         ui.weak(format!("For {photo}:"));
     }
     ui.horizontal_wrapped(|ui| {
         for command in [&edit::PIN, &edit::EXCLUDE] {
-            button(state, ui, command, requests);
+            button(view.commands, ui, command, requests);
         }
     });
-    object_mask_ui(state, ui, requests);
+    object_mask_ui(view, ui, requests);
     ui.add_space(6.0);
 }

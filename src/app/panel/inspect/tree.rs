@@ -3,11 +3,12 @@
 use eframe::egui::{ComboBox, DragValue, Grid, Key, Response, TextEdit, Ui};
 
 use crate::command::{trees, view};
+use crate::panel::inspector::InspectorView;
 use crate::panel::{button, grouped, link_ui, named, rows, small_button, title};
-use crate::state::State;
 use crate::state::request::{DecideRequest, Request, SelectRequest, TreeRequest};
 use crate::state::selection::Selection;
-use quadratura_document::trees::{PlacedTree, TreeIndex};
+use crate::state::session::Session;
+use quadratura_document::trees::{PlacedTree, TreeIndex, Trees};
 use quadratura_recipe::trees::mask::masks_of;
 
 /// The species that need not be added before.
@@ -16,8 +17,9 @@ pub const BUILT_IN: [&str; 2] = ["maple", "oak"];
 const STEP_SHARE: f64 = 1e-3;
 
 /// Draws the page of a tree.
-pub fn tree_page(ui: &mut Ui, state: &State, index: TreeIndex, requests: &mut Vec<Request>) {
-    let (Some(session), Some(all)) = (&state.session, state.trees()) else { return };
+pub fn tree_page(ui: &mut Ui, view: &InspectorView<'_>, index: TreeIndex, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
+    let all = session.trees();
     let Some(tree) = all.at(index) else { return };
     requests.push(TreeRequest::WantFigures.into());
     title(ui, "Tree", &tree.name);
@@ -25,20 +27,20 @@ pub fn tree_page(ui: &mut Ui, state: &State, index: TreeIndex, requests: &mut Ve
     let mut page = TreePage { tree, requests };
     page.name_ui(ui);
     Grid::new("tree").num_columns(2).spacing([8.0, 4.0]).show(ui, |ui| {
-        page.species_ui(ui, state);
+        page.species_ui(ui, view);
         page.place_ui(ui, step);
-        page.size_ui(ui, state, step);
+        page.size_ui(ui, view, step);
         page.turn_ui(ui);
         page.tint_ui(ui);
         page.casts_ui(ui);
     });
-    page.replaces_ui(ui, state);
+    page.replaces_ui(ui, view);
     ui.add_space(6.0);
-    costs_ui(ui, state, tree, requests);
+    costs_ui(ui, view, tree, requests);
     ui.add_space(6.0);
     ui.horizontal_wrapped(|ui| {
         for command in [&view::FRAME, &trees::DUPLICATE, &trees::HIDE, &trees::REMOVE, &trees::MASK] {
-            button(state, ui, command, requests);
+            button(view.commands, ui, command, requests);
         }
     });
     let light = link_ui(ui, "Light on all trees").on_hover_text(trees::LIGHT.tooltip);
@@ -92,11 +94,13 @@ impl TreePage<'_> {
         });
     }
 
-    fn species_ui(&mut self, ui: &mut Ui, state: &State) {
+    fn species_ui(&mut self, ui: &mut Ui, view: &InspectorView<'_>) {
         let label = ui.label("Species");
         let combo = ComboBox::from_id_salt("species of tree").selected_text(&self.tree.species);
         let mut chosen = None;
-        let combo = combo.show_ui(ui, |ui| chosen = species_choice(ui, state, &self.tree.species));
+        let combo = combo.show_ui(ui, |ui| {
+            chosen = species_choice(ui, view.session.map(Session::trees), &self.tree.species)
+        });
         combo.response.labelled_by(label.id);
         if let Some(species) = chosen {
             self.set("species", false, |tree| tree.species = species);
@@ -118,8 +122,8 @@ impl TreePage<'_> {
         ui.end_row();
     }
 
-    fn size_ui(&mut self, ui: &mut Ui, state: &State, step: f64) {
-        let size = state.size_of_tree(self.tree);
+    fn size_ui(&mut self, ui: &mut Ui, view: &InspectorView<'_>, step: f64) {
+        let size = view.session.and_then(|session| view.trees.size_of(session.trees(), self.tree));
         type Set = fn(&mut PlacedTree, Option<f64>);
         let rows: [(&str, Option<f64>, &str, &'static str, Set); 2] = [
             (
@@ -198,8 +202,9 @@ impl TreePage<'_> {
     }
 
     /// Draws the objects that are out of the model while the tree stands, and the choice of another one.
-    fn replaces_ui(&mut self, ui: &mut Ui, state: &State) {
-        let (Some(session), Some(all)) = (&state.session, state.trees()) else { return };
+    fn replaces_ui(&mut self, ui: &mut Ui, view: &InspectorView<'_>) {
+        let Some(session) = view.session else { return };
+        let all = session.trees();
         ui.add_space(6.0);
         ui.strong("Replaces");
         for object in &self.tree.replaces {
@@ -249,8 +254,8 @@ pub fn goes_on(field: &Response) -> bool {
 }
 
 /// Draws the species that trees may be of; returns the one that was chosen.
-pub fn species_choice(ui: &mut Ui, state: &State, now: &str) -> Option<String> {
-    let known = state.trees().into_iter().flat_map(|trees| trees.species.keys().map(String::as_str));
+pub fn species_choice(ui: &mut Ui, trees: Option<&Trees>, now: &str) -> Option<String> {
+    let known = trees.into_iter().flat_map(|trees| trees.species.keys().map(String::as_str));
     let mut all: Vec<&str> = known.chain(BUILT_IN).collect();
     all.sort_unstable();
     all.dedup();
@@ -264,13 +269,13 @@ pub fn species_choice(ui: &mut Ui, state: &State, now: &str) -> Option<String> {
 }
 
 /// Draws what a tree costs, and where it is masked.
-fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
+fn costs_ui(ui: &mut Ui, view: &InspectorView<'_>, tree: &PlacedTree, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
     let project = session.history.present();
     let masked = masks_of(project, tree);
     let mut facts = vec![("Masked in", format!("{} of {} photos", masked.photos, session.photos.len()))];
     let species = project.trees.species.get(&tree.species);
-    match species.and_then(|species| state.trees.figures.of(species)) {
+    match species.and_then(|species| view.trees.figures.of(species)) {
         Some(Ok(figures)) => {
             facts.push(("Polygons", grouped(figures.counts.polygons)));
             facts.push(("Triangles", grouped(figures.counts.triangles)));
@@ -288,7 +293,7 @@ fn costs_ui(ui: &mut Ui, state: &State, tree: &PlacedTree, requests: &mut Vec<Re
             }
         });
     }
-    if let Some(Err(problem)) = species.and_then(|species| state.trees.figures.of(species)) {
+    if let Some(Err(problem)) = species.and_then(|species| view.trees.figures.of(species)) {
         ui.colored_label(ui.visuals().error_fg_color, problem);
     }
 }

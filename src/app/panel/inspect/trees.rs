@@ -5,8 +5,8 @@ use glam::DVec3;
 
 use super::tree::goes_on;
 use crate::command::trees;
+use crate::panel::inspector::InspectorView;
 use crate::panel::{button, grouped, named, rows, small_button, title};
-use crate::state::State;
 use crate::state::numbers::counted;
 use crate::state::request::{DecideRequest, MaskRequest, Request, TreeRequest};
 use crate::state::trees::light::{SunAngles, shown_strength, sun_angles, sun_direction, with_strength};
@@ -19,24 +19,25 @@ const MOST_MARGIN: u32 = 512;
 const LIGHT_STEP: f64 = 0.01;
 
 /// Draws the page of all trees.
-pub fn trees_page(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
-    let (Some(session), Some(all)) = (&state.session, state.trees()) else { return };
+pub fn trees_page(ui: &mut Ui, view: &InspectorView<'_>, requests: &mut Vec<Request>) {
+    let Some(session) = view.session else { return };
+    let all = session.trees();
     requests.push(TreeRequest::WantFigures.into());
     title(ui, "Project", "Trees");
-    facts_ui(ui, state, all);
+    facts_ui(ui, view, all);
     ui.add_space(6.0);
-    button(state, ui, &trees::PLACE, requests);
+    button(view.commands, ui, &trees::PLACE, requests);
     ui.separator();
-    light_ui(ui, state, &all.light, session.scene_frame.up, requests);
+    light_ui(ui, view, &all.light, session.scene_frame.up, requests);
     ui.separator();
-    masks_ui(ui, state, requests);
+    masks_ui(ui, view, requests);
 }
 
-fn facts_ui(ui: &mut Ui, state: &State, all: &Trees) {
+fn facts_ui(ui: &mut Ui, view: &InspectorView<'_>, all: &Trees) {
     let of = |name: &str| all.placed.iter().filter(|tree| tree.species == name).count();
     let mut facts = vec![("Trees", grouped(all.placed.len() as u64))];
     let polygons = all.species.keys().map(|name| {
-        let each = state.figures_of(name).map(|figures| figures.counts.polygons);
+        let each = view.trees.figures_of(all, name).map(|figures| figures.counts.polygons);
         each.map(|each| each.saturating_mul(of(name) as u64))
     });
     if let Some(polygons) = polygons.sum::<Option<u64>>() {
@@ -47,22 +48,28 @@ fn facts_ui(ui: &mut Ui, state: &State, all: &Trees) {
     }
     rows(ui, &facts);
     for (name, species) in &all.species {
-        if let Some(Err(problem)) = state.trees.figures.of(species) {
+        if let Some(Err(problem)) = view.trees.figures.of(species) {
             ui.colored_label(ui.visuals().error_fg_color, format!("{name} is not shown: {problem}"));
         }
     }
 }
 
 /// Draws the light on all trees.
-fn light_ui(ui: &mut Ui, state: &State, light: &TreeLight, up: DVec3, requests: &mut Vec<Request>) {
+fn light_ui(
+    ui: &mut Ui,
+    view: &InspectorView<'_>,
+    light: &TreeLight,
+    up: DVec3,
+    requests: &mut Vec<Request>,
+) {
     ui.strong("Light");
-    let now = light.strength.given().copied().or(state.trees.light.strength()).unwrap_or_else(clear_day);
+    let now = light.strength.given().copied().or(view.trees.light.strength()).unwrap_or_else(clear_day);
     Grid::new("light on trees").num_columns(2).spacing([8.0, 4.0]).show(ui, |ui| {
         sun_ui(ui, light, up, requests);
         strength_ui(ui, light, shown_strength(&now), requests);
     });
-    ui.add(Label::new(RichText::new(source_of_light(state, light)).weak()).wrap());
-    photos_ui(ui, state, light, requests);
+    ui.add(Label::new(RichText::new(source_of_light(view, light)).weak()).wrap());
+    photos_ui(ui, view, light, requests);
     let default = *light == TreeLight::default();
     ui.add_enabled_ui(!default, |ui| {
         let tooltip = "Removes what was decided about the light on trees.";
@@ -73,7 +80,7 @@ fn light_ui(ui: &mut Ui, state: &State, light: &TreeLight, up: DVec3, requests: 
 }
 
 /// Draws whether trees are as photos show them.
-fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, requests: &mut Vec<Request>) {
+fn photos_ui(ui: &mut Ui, view: &InspectorView<'_>, light: &TreeLight, requests: &mut Vec<Request>) {
     let mut with_photos = !light.without_photos;
     let tooltip = "Seen from near a photo in which they are masked, trees are as bright and coloured as this photo shows them. \
                    They keep their own leaves, and light that is set here goes on top.";
@@ -81,10 +88,10 @@ fn photos_ui(ui: &mut Ui, state: &State, light: &TreeLight, requests: &mut Vec<R
         let light = TreeLight { without_photos: !with_photos, ..*light };
         requests.push(TreeRequest::Light { light, goes_on: false }.into());
     }
-    let is_needed = state.session.as_ref().is_some_and(|session| is_needed(session.history.present()));
+    let is_needed = view.session.is_some_and(|session| is_needed(session.history.present()));
     if with_photos
         && is_needed
-        && let Some(estimate) = state.trees.light.estimate()
+        && let Some(estimate) = view.trees.light.estimate()
     {
         let trees = estimate.ratios.len();
         let text = match trees {
@@ -133,12 +140,12 @@ fn sun_ui(ui: &mut Ui, light: &TreeLight, up: DVec3, requests: &mut Vec<Request>
 }
 
 /// Says what the light is from.
-fn source_of_light(state: &State, light: &TreeLight) -> String {
+fn source_of_light(view: &InspectorView<'_>, light: &TreeLight) -> String {
     if light.strength.given().is_some() {
         return "Given. Reset light to have it estimated from the photos.".into();
     }
-    match state.trees.light.last() {
-        None if state.trees().is_none_or(|trees| trees.placed.is_empty()) => {
+    match view.trees.light.last() {
+        None if view.session.is_none_or(|session| session.trees().placed.is_empty()) => {
             "Estimated from the photos once a tree stands.".into()
         }
         None => "It is being estimated from the photos.".into(),
@@ -194,17 +201,17 @@ fn strength_ui(ui: &mut Ui, light: &TreeLight, now: LightStrength, requests: &mu
     }
 }
 
-fn masks_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
+fn masks_ui(ui: &mut Ui, view: &InspectorView<'_>, requests: &mut Vec<Request>) {
     ui.strong("Photos");
     ui.horizontal_wrapped(|ui| {
-        button(state, ui, &trees::MASK, requests);
-        let mut margin = state.masking.margin_px;
+        button(view.commands, ui, &trees::MASK, requests);
+        let mut margin = view.masking.margin_px;
         let field = ui.add(DragValue::new(&mut margin).range(0..=MOST_MARGIN).suffix(" px"));
         let label = ui.label("margin");
         let tooltip = "Pixels to mask around trees, because they are not quite like the real ones.";
         if field.labelled_by(label.id).on_hover_text(tooltip).changed() {
             requests.push(MaskRequest::Margin(margin).into());
         }
-        button(state, ui, &trees::CLEAR_MASKS, requests);
+        button(view.commands, ui, &trees::CLEAR_MASKS, requests);
     });
 }

@@ -3,7 +3,7 @@
 use eframe::egui::{DragValue, Ui};
 
 use crate::panel::named;
-use crate::state::State;
+use crate::state::flat::layer_views::LayerViews;
 use crate::state::request::{FlatRequest, Request};
 use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
@@ -11,14 +11,13 @@ use quadratura_layers::LayerIndex;
 
 /// Draws the controls of a layer of a photo.
 pub fn shown_ui(
-    state: &State,
+    views: &LayerViews,
     ui: &mut Ui,
     photo: PhotoId,
     index: LayerIndex,
     layer: &ImageLayer,
     requests: &mut Vec<Request>,
 ) {
-    let views = &state.flat.layer_views;
     ui.horizontal_wrapped(|ui| {
         let mut shown = views.is_shown(photo, layer);
         let eye = ui.checkbox(&mut shown, "Shown");

@@ -2,27 +2,31 @@
 
 use eframe::egui::{Color32, Sense, Ui, vec2};
 
+use super::LayerPaneView;
 use crate::command::{Command, flat};
-use crate::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::panel::bar::{Bar, BarPart, BarPosition};
 use crate::panel::flat::scale_ui;
 use crate::panel::{grouped, percent, switch_ui, toggle_ui};
-use crate::state::State;
 use crate::state::flat::layer::{Aspect, LayerKey, LayerPane};
 use crate::state::request::Request;
 use quadratura_document::ImageLayer;
 
 /// The parts of the bar above, the most needed first.
-const PARTS: &[BarPart<LayerPane>] = &[
-    BarPart::Tool(|ui, _, pane, _, _| aspect(ui, &mut pane.aspect, Aspect::Pixels)),
-    BarPart::Tool(|ui, _, pane, _, _| aspect(ui, &mut pane.aspect, Aspect::Confidence)),
-    BarPart::Tool(|ui, _, pane, _, _| aspect(ui, &mut pane.aspect, Aspect::Provenance)),
-    BarPart::Gap,
-    BarPart::Switch(&flat::HATCHING),
-    BarPart::Tool(|ui, state, pane, _, requests| of_pixels(ui, state, pane.aspect, &flat::FILLING, requests)),
-    BarPart::Tool(|ui, state, pane, _, requests| of_pixels(ui, state, pane.aspect, &flat::PAINT, requests)),
-    BarPart::Gap,
-    BarPart::Tool(scale),
-];
+fn parts<'a>() -> [BarPart<LayerPaneView<'a>, LayerPane>; 9] {
+    [
+        BarPart::Tool(|ui, _, pane, _, _| aspect(ui, &mut pane.aspect, Aspect::Pixels)),
+        BarPart::Tool(|ui, _, pane, _, _| aspect(ui, &mut pane.aspect, Aspect::Confidence)),
+        BarPart::Tool(|ui, _, pane, _, _| aspect(ui, &mut pane.aspect, Aspect::Provenance)),
+        BarPart::Gap,
+        BarPart::Switch(&flat::HATCHING),
+        BarPart::Tool(|ui, view, pane, _, requests| {
+            of_pixels(ui, view, pane.aspect, &flat::FILLING, requests)
+        }),
+        BarPart::Tool(|ui, view, pane, _, requests| of_pixels(ui, view, pane.aspect, &flat::PAINT, requests)),
+        BarPart::Gap,
+        BarPart::Tool(scale),
+    ]
+}
 
 /// Returns the name and the tooltip of an aspect.
 fn texts(aspect: Aspect) -> (&'static str, &'static str) {
@@ -39,12 +43,13 @@ fn texts(aspect: Aspect) -> (&'static str, &'static str) {
 /// Draws the bar above.
 pub fn tools_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &LayerPaneView<'_>,
     pane: &mut LayerPane,
     layer: &ImageLayer,
     requests: &mut Vec<Request>,
 ) {
-    bar_ui(ui, state, pane, "image layer", Some(&layer.name), PARTS, requests);
+    let (name, commands) = (Some(&layer.name[..]), view.commands);
+    Bar { of: "image layer", name, parts: &parts(), commands, view }.show(ui, pane, requests);
     ui.horizontal_wrapped(|ui| facts(ui, layer));
 }
 
@@ -58,17 +63,23 @@ fn aspect(ui: &mut Ui, now: &mut Aspect, aspect: Aspect) {
 /// Draws a switch that applies to the pixels only; the other aspects do not use it.
 fn of_pixels(
     ui: &mut Ui,
-    state: &State,
+    view: &LayerPaneView<'_>,
     now: Aspect,
     command: &'static Command,
     requests: &mut Vec<Request>,
 ) {
-    ui.add_enabled_ui(now == Aspect::Pixels, |ui| toggle_ui(state, ui, command, requests));
+    ui.add_enabled_ui(now == Aspect::Pixels, |ui| toggle_ui(view.commands, ui, command, requests));
 }
 
-fn scale(ui: &mut Ui, state: &State, pane: &mut LayerPane, _: BarPosition, requests: &mut Vec<Request>) {
+fn scale(
+    ui: &mut Ui,
+    view: &LayerPaneView<'_>,
+    pane: &mut LayerPane,
+    _: BarPosition,
+    requests: &mut Vec<Request>,
+) {
     let magnification = pane.view.placement.magnification(ui.ctx().pixels_per_point());
-    scale_ui(state, ui, magnification, requests);
+    scale_ui(view.commands, ui, magnification, requests);
 }
 
 fn facts(ui: &mut Ui, layer: &ImageLayer) {
@@ -92,8 +103,14 @@ fn facts(ui: &mut Ui, layer: &ImageLayer) {
 }
 
 /// Draws the bar below.
-pub fn status_ui(ui: &mut Ui, state: &State, pane: &LayerPane, key: &LayerKey, layer: &ImageLayer) {
-    let Some(view) = state.flat.loading.image_layers.get(key) else {
+pub fn status_ui(
+    ui: &mut Ui,
+    view: &LayerPaneView<'_>,
+    pane: &LayerPane,
+    key: &LayerKey,
+    layer: &ImageLayer,
+) {
+    let Some(view) = view.flat.loading.image_layers.get(key) else {
         ui.weak("Reading the image layer…");
         return;
     };

@@ -40,7 +40,7 @@ impl Outliner<'_> {
             self.activate(row);
         }
         let Some(to) = to else { return false };
-        self.requests.extend(self.lists.go(self.site, self.state.selection, rows, to, extends != 0));
+        self.requests.extend(self.lists.go(self.site, self.view.selection.main, rows, to, extends != 0));
         true
     }
 }

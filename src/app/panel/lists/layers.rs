@@ -9,11 +9,12 @@ use crate::command::layers::AS_TABLE;
 use crate::panel::layer::shown::shown_ui;
 use crate::panel::menu::{LAYER, context_ui};
 use crate::panel::photo::drawing::MERGED;
-use crate::state::State;
+use crate::state::lists::layer_list::LayerList;
 use crate::state::lists::row::ListRow;
 use crate::state::numbers::{grouped, percent};
 use crate::state::request::{FlatRequest, QualityRequest, Request};
 use crate::widget::elide::beside;
+use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
 use quadratura_recipe::layer_table::{LayerColumn, LayerFigures};
@@ -34,10 +35,9 @@ const EYE: &str = "Shows or hides the layer in the photo and the exploded view; 
                    a view and changes nothing in the project.";
 
 /// Returns the ask for the figures that the table shows, where it shows some that have to be computed.
-pub(super) fn wanted_figures(state: &State, width: f32) -> Option<Request> {
-    let list = state.settings.layer_list;
+pub(super) fn wanted_figures(list: LayerList, photo: Option<PhotoId>, width: f32) -> Option<Request> {
     let shows_trust = list.as_table && columns(width, list.column).contains(&LayerColumn::Trust);
-    let photo = state.selected_photo().filter(|_| shows_trust)?;
+    let photo = photo.filter(|_| shows_trust)?;
     Some(QualityRequest::WantShares(photo).into())
 }
 
@@ -53,7 +53,7 @@ impl Outliner<'_> {
         let button = ui.put(rect, Button::selectable(as_table, RichText::new("Table").small()));
         button.widget_info(|| WidgetInfo::selected(Role::Button, true, as_table, AS_TABLE.name));
         if button.on_hover_text(AS_TABLE.tooltip).clicked() {
-            self.requests.push(AS_TABLE.asked(self.state));
+            self.requests.push(self.view.commands.asked(&AS_TABLE));
         }
         line.text(ui, &name, RowText::Strong);
         self.title_clicked(ui, ListRow::Layers, &line);
@@ -113,7 +113,12 @@ impl Outliner<'_> {
     /// Returns the names of the layers that a layer will be one with when the photo is built.
     fn merged_with(&self, index: LayerIndex) -> Option<String> {
         let (photo, stack) = (self.site.photo?, self.site.stack()?);
-        let merge = self.state.layers_to_merge(photo).into_iter().find(|merge| merge.contains(&index))?;
+        let merge = self
+            .site
+            .session
+            .layers_to_merge(photo, self.view.running)
+            .into_iter()
+            .find(|merge| merge.contains(&index))?;
         let names: Vec<&str> = merge.iter().map(|layer| stack.layer(*layer).name.as_str()).collect();
         Some(names.join(" + "))
     }
@@ -121,7 +126,7 @@ impl Outliner<'_> {
     /// Draws the eye of a layer; returns whether the layer is shown.
     fn layer_eye(&mut self, ui: &Ui, index: LayerIndex, layer: &ImageLayer, line: &mut DrawnRow) -> bool {
         let Some(photo) = self.site.photo else { return true };
-        let shown = self.state.flat.layer_views.is_shown(photo, layer);
+        let shown = self.view.layer_views.is_shown(photo, layer);
         let id = self.id_of(ListRow::Layer(index));
         let clicked = line.eye(ui, id, &layer.name, shown, EYE);
         if clicked && ui.input(|input| input.modifiers.alt) {
@@ -135,14 +140,14 @@ impl Outliner<'_> {
     /// Opens the menu of a layer; a right click selects the layer first.
     fn layer_menu(&mut self, index: LayerIndex, layer: &ImageLayer, line: &DrawnRow) {
         let row = ListRow::Layer(index);
-        if line.response.secondary_clicked() && !self.site.is_selected(row, self.state) {
+        if line.response.secondary_clicked() && !self.site.is_selected(row, self.view.selection) {
             self.lists.cursor = Some(row);
             self.requests.extend(self.lists.select_layer(self.site, index));
         }
-        let (state, photo, requests) = (self.state, self.site.photo, &mut *self.requests);
+        let (view, photo, requests) = (self.view, self.site.photo, &mut *self.requests);
         line.response.context_menu(|ui| {
-            photo.into_iter().for_each(|photo| shown_ui(state, ui, photo, index, layer, requests));
-            context_ui(state, ui, LAYER, requests);
+            photo.into_iter().for_each(|photo| shown_ui(view.layer_views, ui, photo, index, layer, requests));
+            context_ui(view.commands, ui, LAYER, requests);
         });
     }
 
@@ -154,7 +159,7 @@ impl Outliner<'_> {
             let modifiers = ui.input(|input| input.modifiers);
             self.take_focus(ui, ListRow::Layer(index));
             let request = match (modifiers.shift, modifiers.command) {
-                (true, _) => self.lists.select_range(self.site, self.state.selection, rows, index),
+                (true, _) => self.lists.select_range(self.site, self.view.selection.main, rows, index),
                 (false, true) => self.lists.toggle_layer(self.site, index),
                 (false, false) => self.lists.select_layer(self.site, index),
             };

@@ -13,19 +13,63 @@ mod trees;
 
 use eframe::egui::{Context, Id, Ui};
 
+use crate::command::Commands;
 use crate::state::State;
+use crate::state::flat::layer_views::LayerViews;
 use crate::state::lists::ListsState;
+use crate::state::lists::layer_list::LayerList;
 use crate::state::lists::row::ListRow;
 use crate::state::lists::rows::ListedSite;
+use crate::state::quality::filling::FillSession;
 use crate::state::request::Request;
+use crate::state::running::Running;
+use crate::state::selection::SelectionState;
+use crate::state::space::visibility::ModelVisibility;
+use crate::state::trees::TreesState;
 
 /// The height of a row, in points: a line of text, large enough to be clicked.
 const ROW: f32 = 23.0;
 
+/// What the lists show beside the data of the site.
+pub struct ListsView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// What is selected.
+    selection: &'a SelectionState,
+    /// The running jobs.
+    running: &'a Running,
+    /// The facts about fillings.
+    fill: &'a FillSession,
+    /// The trees of the project.
+    trees: &'a TreesState,
+    /// How layers are listed.
+    layer_list: LayerList,
+    /// Which layers are shown.
+    layer_views: &'a LayerViews,
+    /// Which objects the 3D view shows.
+    visibility: &'a ModelVisibility,
+}
+
+impl<'a> ListsView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            selection: &state.selection,
+            running: &state.running,
+            fill: &state.quality.fill,
+            trees: &state.trees,
+            layer_list: state.settings.layer_list,
+            layer_views: &state.flat.layer_views,
+            visibility: &state.space.visibility,
+        }
+    }
+}
+
 /// The context for drawing rows.
 struct Outliner<'a> {
-    /// The state without the lists.
-    state: &'a State,
+    /// What the rows show beside the site.
+    view: &'a ListsView<'a>,
     /// The data that the lists show.
     site: &'a ListedSite<'a>,
     /// The state of the lists.
@@ -54,6 +98,6 @@ impl Outliner<'_> {
     }
 
     fn as_table(&self) -> bool {
-        self.state.settings.layer_list.as_table
+        self.view.layer_list.as_table
     }
 }

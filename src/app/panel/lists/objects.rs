@@ -29,7 +29,7 @@ impl Outliner<'_> {
             let rect = line.take_right(76.0).shrink2([0.0, 2.0].into());
             let button = ui.put(rect, Button::new(RichText::new("Restore all").small()));
             if button.on_hover_text(ALL_ON.tooltip).clicked() {
-                self.requests.push(ALL_ON.asked(self.state));
+                self.requests.push(self.view.commands.asked(&ALL_ON));
             }
         }
         line.text(ui, &name, RowText::Strong);
@@ -48,7 +48,7 @@ impl Outliner<'_> {
         let (row, object) = (ListRow::Object(id), self.site.whole.object(id));
         let off = self.site.is_off(&object.name);
         let mut line = self.line(ui, row, &object.name);
-        let shown = self.state.space.visibility.is_shown(&object.name);
+        let shown = self.view.visibility.is_shown(&object.name);
         if off {
             self.restore_ui(ui, &mut line, &object.name);
         } else if line.eye(ui, self.id_of(row), &object.name, shown, EYE) {
@@ -97,8 +97,8 @@ impl Outliner<'_> {
             self.lists.cursor = Some(row);
             self.requests.extend(self.site.selection(row).map(|it| Request::Select(SelectRequest::Only(it))));
         }
-        let (state, requests) = (self.state, &mut *self.requests);
-        line.response.context_menu(|ui| context_ui(state, ui, SURFACE, requests));
+        let (commands, requests) = (self.view.commands, &mut *self.requests);
+        line.response.context_menu(|ui| context_ui(commands, ui, SURFACE, requests));
     }
 
     pub(super) fn face(&mut self, ui: &mut Ui, id: ObjectId, index: FaceIndex) {
@@ -123,7 +123,7 @@ impl Outliner<'_> {
     pub(super) fn activate(&mut self, row: ListRow) {
         match row {
             ListRow::Layer(_) => {
-                let show = crate::command::flat::SHOW_LAYER.asked(self.state);
+                let show = self.view.commands.asked(&crate::command::flat::SHOW_LAYER);
                 self.requests.extend(
                     self.site
                         .selection(row)
@@ -134,8 +134,10 @@ impl Outliner<'_> {
             }
             ListRow::Object(_) | ListRow::Face(..) | ListRow::Tree(_) => {
                 if let Some(this) = self.site.selection(row) {
-                    self.requests
-                        .extend([Request::Select(SelectRequest::Only(this)), FRAME.asked(self.state)]);
+                    self.requests.extend([
+                        Request::Select(SelectRequest::Only(this)),
+                        self.view.commands.asked(&FRAME),
+                    ]);
                 }
             }
             row if row.opens() => {

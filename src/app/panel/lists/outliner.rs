@@ -3,7 +3,7 @@
 use eframe::egui::{Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2, vec2};
 
 use super::layers::wanted_figures;
-use super::{Outliner, ROW};
+use super::{ListsView, Outliner, ROW};
 use crate::state::State;
 use crate::state::lists::ListsState;
 use crate::state::lists::row::ListRow;
@@ -21,18 +21,18 @@ const RIGHT: f32 = 4.0;
 
 /// Draws the list.
 pub fn outliner_ui(ui: &mut Ui, state: &State, lists: &mut ListsState, requests: &mut Vec<Request>) {
-    requests.extend(wanted_figures(state, ui.available_width()));
-    let Some(site) = ListedSite::from_state(state) else { return };
+    let (Some(site), view) = (ListedSite::from_state(state), &ListsView::new(state)) else { return };
+    requests.extend(wanted_figures(view.layer_list, site.photo, ui.available_width()));
     let id = ui.make_persistent_id("layers and objects");
-    Outliner { state, site: &site, lists, id, requests }.ui(ui);
+    Outliner { view, site: &site, lists, id, requests }.ui(ui);
 }
 
 impl Outliner<'_> {
     fn ui(&mut self, ui: &mut Ui) {
         ui.add_space(4.0);
         self.filter_ui(ui);
-        let follows = self.lists.follow(self.state.selection, self.site, self.as_table());
-        let rows = rows(self.state, self.lists, self.site);
+        let follows = self.lists.follow(self.view.selection.main, self.site, self.as_table());
+        let rows = rows(self.view.layer_list, self.view.fill, self.lists, self.site);
         let list = ui.interact(ui.available_rect_before_wrap(), self.id, Sense::focusable_noninteractive());
         list.widget_info(|| WidgetInfo::labeled(Role::Tree, true, "Layers and objects"));
         mark(&list, FocusKind::List);

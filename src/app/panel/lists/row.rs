@@ -39,7 +39,7 @@ impl Outliner<'_> {
     /// Draws the background of a row, with its triangle where it opens. `name` is its accessible name.
     pub(super) fn line(&mut self, ui: &mut Ui, row: ListRow, name: &str) -> DrawnRow {
         let (_, rect) = ui.allocate_space(vec2(ui.available_width(), ROW));
-        let selected = self.site.is_selected(row, self.state);
+        let selected = self.site.is_selected(row, self.view.selection);
         let response = ui.interact(rect, self.id_of(row), Sense::CLICK);
         response.widget_info(|| WidgetInfo::selected(Role::TreeItem, true, selected, name));
         let visuals = ui.visuals();

@@ -69,8 +69,15 @@ pub(super) fn columns(width: f32, sorted_by: LayerColumn) -> Vec<LayerColumn> {
 impl Outliner<'_> {
     pub(super) fn cells(&self, ui: &Ui, line: &mut DrawnRow, index: LayerIndex, layer: &ImageLayer) {
         let figures = LayerFigures::from_layer(layer);
-        let list = self.state.settings.layer_list;
-        let trust = self.state.layer_trust().get(index.index()).copied().flatten();
+        let list = self.view.layer_list;
+        let trust = self
+            .site
+            .photo
+            .map(|photo| self.view.fill.layer_trust(photo))
+            .unwrap_or_default()
+            .get(index.index())
+            .copied()
+            .flatten();
         for column in columns(ui.available_width(), list.column).into_iter().rev() {
             let (_, width, _) = heading(column);
             let rect = line.take_right(width);
@@ -83,7 +90,7 @@ impl Outliner<'_> {
 
     /// Draws the headings; a click sorts.
     pub(super) fn head(&mut self, ui: &mut Ui, rect: Rect) {
-        let list = self.state.settings.layer_list;
+        let list = self.view.layer_list;
         ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
         let shown = columns(rect.width(), list.column);
         let (low, high) = (rect.min + vec2(LEFT, 0.0), rect.max - vec2(RIGHT, 0.0));
@@ -110,7 +117,7 @@ impl Outliner<'_> {
 
     fn heading(&mut self, ui: &Ui, rect: Rect, column: LayerColumn) {
         let (name, _, tooltip) = heading(column);
-        let list = self.state.settings.layer_list;
+        let list = self.view.layer_list;
         let sorts = list.column == column;
         let response = ui.interact(rect, self.id_of(ListRow::Head).with(name), Sense::click());
         response.widget_info(|| {

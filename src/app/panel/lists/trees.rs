@@ -37,7 +37,7 @@ impl Outliner<'_> {
         let Some(species) = self.site.species(number) else { return };
         let names: Vec<String> = self.site.trees_of(species).map(|tree| tree.name.clone()).collect();
         let mut line = self.line(ui, row, species);
-        let shown = names.iter().any(|name| !self.state.trees.hidden.contains(name));
+        let shown = names.iter().any(|name| !self.view.trees.hidden.contains(name));
         if !names.is_empty() && line.eye(ui, self.id_of(row), species, shown, EYE) {
             self.requests.push(TreeRequest::Show(names.clone(), !shown).into());
         }
@@ -50,7 +50,8 @@ impl Outliner<'_> {
         text_in(ui, count, &words, ui.visuals().weak_text_color(), Align::Max);
         line.text(ui, species, if shown { RowText::Plain } else { RowText::Weak });
         self.title_clicked(ui, row, &line);
-        let polygons = self.state.figures_of(species).map(|figures| figures.counts.polygons);
+        let polygons =
+            self.view.trees.figures_of(self.site.trees(), species).map(|figures| figures.counts.polygons);
         line.response.on_hover_ui(|ui| {
             ui.strong(species);
             if let Some(polygons) = polygons {
@@ -63,7 +64,7 @@ impl Outliner<'_> {
         let row = ListRow::Tree(index);
         let Some(tree) = self.site.trees().at(index) else { return };
         let mut line = self.line(ui, row, &tree.name);
-        let shown = !self.state.trees.hidden.contains(&tree.name);
+        let shown = !self.view.trees.hidden.contains(&tree.name);
         if line.eye(ui, self.id_of(row), &tree.name, shown, EYE) {
             self.lists.cursor = Some(row);
             self.requests.push(TreeRequest::Show(vec![tree.name.clone()], !shown).into());
@@ -71,12 +72,12 @@ impl Outliner<'_> {
         line.text(ui, &tree.name, if shown { RowText::Plain } else { RowText::Weak });
         let select = Request::Select(SelectRequest::Only(Selection::Tree(index)));
         if line.response.double_clicked() {
-            self.requests.extend([select, FRAME.asked(self.state)]);
+            self.requests.extend([select, self.view.commands.asked(&FRAME)]);
         } else if line.response.clicked() || line.response.secondary_clicked() {
             self.take_focus(ui, row);
             self.requests.push(select);
         }
-        let (state, requests) = (self.state, &mut *self.requests);
-        line.response.context_menu(|ui| context_ui(state, ui, TREE, requests));
+        let (commands, requests) = (self.view.commands, &mut *self.requests);
+        line.response.context_menu(|ui| context_ui(commands, ui, TREE, requests));
     }
 }

@@ -3,7 +3,7 @@
 use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
 use super::place::{is_entered, line, part_found, part_line, typed_ui, wrong, wrongs};
-use crate::state::State;
+use crate::panel::opening::OpeningView;
 use crate::state::opening::assistant::Assistant;
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::state::request::{JobRequest, Request};
@@ -16,27 +16,27 @@ const WIDTH: f32 = 680.0;
 
 /// Draws the assistant when it is open.
 pub fn assistant_ui(
-    state: &State,
+    view: &OpeningView<'_>,
     assistant: &mut Assistant,
     context: &Context,
     requests: &mut Vec<DialogRequest>,
     app: &mut Vec<Request>,
 ) {
-    let makes = state.running.runs(JobKind::Open);
+    let makes = view.running.runs(JobKind::Open);
     // Escape first leaves the text field.
     let types = context.text_edit_focused();
     let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
         ui.heading("New project");
         ui.add_enabled_ui(!makes, |ui| {
-            if scrolled(ui, |ui| contents(state, assistant, ui, keys, requests)) {
+            if scrolled(ui, |ui| contents(view, assistant, ui, keys, requests)) {
                 keys.take_enter();
             }
         });
         ui.add_space(8.0);
         if makes {
-            progress(state, ui, app);
+            progress(view, ui, app);
         } else {
-            buttons(state, assistant, ui, keys, requests);
+            buttons(view, assistant, ui, keys, requests);
         }
     });
     if answer.escaped && !types && !makes {
@@ -46,7 +46,7 @@ pub fn assistant_ui(
 
 /// Draws the contents; returns whether Enter belonged to one of the text fields.
 fn contents(
-    state: &State,
+    view: &OpeningView<'_>,
     assistant: &mut Assistant,
     ui: &mut Ui,
     keys: &Keys,
@@ -57,8 +57,8 @@ fn contents(
          choose one. Contents are detected automatically; your files are not modified.",
     );
     ui.add_space(6.0);
-    let searches = root(state, assistant, ui, keys, requests);
-    let look = state.opening.looking.look.as_ref();
+    let searches = root(view, assistant, ui, keys, requests);
+    let look = view.opening.looking.look.as_ref();
     for part in SitePart::ALL {
         ui.add_space(6.0);
         let place = &mut assistant.places[part as usize];
@@ -73,7 +73,7 @@ fn contents(
 
 /// Draws the site folder; returns whether Enter was pressed in it, which searches and does not create the project.
 fn root(
-    state: &State,
+    view: &OpeningView<'_>,
     assistant: &mut Assistant,
     ui: &mut Ui,
     keys: &Keys,
@@ -99,7 +99,7 @@ fn root(
         if ui.button("Folder…").on_hover_text("Chooses the folder of the site.").clicked() {
             requests.push(DialogRequest::Choose(Purpose::Site));
         }
-        if state.running.runs(JobKind::Search) {
+        if view.running.runs(JobKind::Search) {
             ui.add(Spinner::new().size(16.0));
         }
     });
@@ -135,8 +135,8 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogReque
     });
 }
 
-fn progress(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some((id, job)) = state.running.all().find(|(_, job)| job.kind == JobKind::Open) else {
+fn progress(view: &OpeningView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let Some((id, job)) = view.running.all().find(|(_, job)| job.kind == JobKind::Open) else {
         return;
     };
     ui.horizontal(|ui| {
@@ -149,14 +149,14 @@ fn progress(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
 }
 
 fn buttons(
-    state: &State,
+    view: &OpeningView<'_>,
     assistant: &Assistant,
     ui: &mut Ui,
     keys: &mut Keys,
     requests: &mut Vec<DialogRequest>,
 ) {
     ui.horizontal(|ui| {
-        let why_not = why_not(state.opening.looking.now(), assistant);
+        let why_not = why_not(view.opening.looking.now(), assistant);
         let create = Button::new(RichText::new("Create project").strong()).min_size([150.0, 30.0].into());
         let response = ui.add_enabled(why_not.is_none(), create);
         let response = response.on_hover_text("Reads all files once, creates the project and checks it.");

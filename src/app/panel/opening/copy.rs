@@ -4,13 +4,18 @@ use eframe::egui::{Button, Context, RichText};
 
 use super::place::{line, wrongs};
 use crate::command::file::SAVE_COPY;
-use crate::state::State;
+use crate::panel::opening::OpeningView;
 use crate::state::opening::place::PathField;
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::widget::dialog::Dialog;
 
 /// Draws the dialog that asks for the folder of a copy.
-pub fn copy_ui(state: &State, field: &mut PathField, context: &Context, requests: &mut Vec<DialogRequest>) {
+pub fn copy_ui(
+    view: &OpeningView<'_>,
+    field: &mut PathField,
+    context: &Context,
+    requests: &mut Vec<DialogRequest>,
+) {
     let answer = Dialog::new("copy of the project", 560.0).show(context, |ui, keys| {
         ui.heading("Save a copy");
         ui.label(
@@ -33,7 +38,7 @@ pub fn copy_ui(state: &State, field: &mut PathField, context: &Context, requests
         ui.horizontal(|ui| {
             let is_named = !field.typed.trim().is_empty();
             // A job may have begun since the dialog was opened.
-            let ready = (SAVE_COPY.ready)(state);
+            let ready = view.commands.ready(&SAVE_COPY);
             let button = Button::new(RichText::new("Save copy").strong());
             let save = ui.add_enabled(is_named && ready.is_ok(), button);
             let why = ready.err().unwrap_or("type the folder of the copy");

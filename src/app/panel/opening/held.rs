@@ -2,14 +2,14 @@
 
 use eframe::egui::{Context, Spinner};
 
-use crate::state::State;
+use crate::panel::opening::OpeningView;
 use crate::state::opening::DialogRequest;
 use crate::widget::dialog::Dialog;
 use quadratura_files::lock::holder_message;
 
 /// Draws the dialog.
-pub fn held_ui(state: &State, context: &Context, requests: &mut Vec<DialogRequest>) {
-    let Some(held) = &state.opening.held else { return };
+pub fn held_ui(view: &OpeningView<'_>, context: &Context, requests: &mut Vec<DialogRequest>) {
+    let Some(held) = &view.opening.held else { return };
     let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {
         ui.heading("Project is already open");
         ui.label(format!("{}: {}.", held.folder.display(), holder_message(&held.holder)));

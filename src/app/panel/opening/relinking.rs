@@ -3,7 +3,7 @@
 use eframe::egui::{Button, Context, RichText, ScrollArea, Ui};
 
 use super::place::{part_found, part_line, wrongs};
-use crate::state::State;
+use crate::panel::opening::OpeningView;
 use crate::state::opening::relinking::Relinking;
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::state::running::JobKind;
@@ -11,7 +11,7 @@ use crate::widget::dialog::{Dialog, Keys, scrolled};
 
 /// Draws the dialog.
 pub fn relinking_ui(
-    state: &State,
+    view: &OpeningView<'_>,
     relinking: &mut Relinking,
     context: &Context,
     requests: &mut Vec<DialogRequest>,
@@ -20,29 +20,39 @@ pub fn relinking_ui(
     let types = context.text_edit_focused();
     let answer = Dialog::new("relink", 680.0).show(context, |ui, keys| {
         scrolled(ui, |ui| match relinking.photos.is_empty() {
-            true => parts_ui(state, relinking, ui, requests),
-            false => photos_ui(state, relinking, ui, requests),
+            true => parts_ui(view, relinking, ui, requests),
+            false => photos_ui(view, relinking, ui, requests),
         });
         wrongs(ui, &relinking.errors);
         ui.add_space(8.0);
-        buttons(state, relinking, ui, keys, requests);
+        buttons(view, relinking, ui, keys, requests);
     });
     if answer.escaped && !types {
         requests.push(DialogRequest::Cancel);
     }
 }
 
-fn parts_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
+fn parts_ui(
+    view: &OpeningView<'_>,
+    relinking: &mut Relinking,
+    ui: &mut Ui,
+    requests: &mut Vec<DialogRequest>,
+) {
     ui.heading("Project files have moved");
     ui.label(format!(
         "{} is intact, but some of its source files are no longer where they were. Choose where they are now; \
          related files are detected automatically.",
         relinking.folder.display()
     ));
-    asked_ui(state, relinking, ui, requests);
+    asked_ui(view, relinking, ui, requests);
 }
 
-fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
+fn asked_ui(
+    view: &OpeningView<'_>,
+    relinking: &mut Relinking,
+    ui: &mut Ui,
+    requests: &mut Vec<DialogRequest>,
+) {
     for part in relinking.asked.clone() {
         ui.add_space(6.0);
         let place = &mut relinking.places[part as usize];
@@ -58,11 +68,16 @@ fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mu
                 ui.weak("Guessed: check that it is the right one.");
             }
         });
-        part_found(ui, part, place, state.opening.looking.look.as_ref());
+        part_found(ui, part, place, view.opening.looking.look.as_ref());
     }
 }
 
-fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
+fn photos_ui(
+    view: &OpeningView<'_>,
+    relinking: &mut Relinking,
+    ui: &mut Ui,
+    requests: &mut Vec<DialogRequest>,
+) {
     ui.heading("Photos are missing");
     ui.label(
         "The cameras refer to these photos, but they are not in the folder of the photos. Everything else works \
@@ -83,22 +98,22 @@ fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &m
         }
     });
     ui.label("If all photos are in another folder now, choose it:");
-    asked_ui(state, relinking, ui, requests);
+    asked_ui(view, relinking, ui, requests);
 }
 
 fn buttons(
-    state: &State,
+    view: &OpeningView<'_>,
     relinking: &Relinking,
     ui: &mut Ui,
     keys: &mut Keys,
     requests: &mut Vec<DialogRequest>,
 ) {
     ui.horizontal(|ui| {
-        let whole = state.opening.looking.now().is_some_and(|look| look.is_whole());
+        let whole = view.opening.looking.now().is_some_and(|look| look.is_whole());
         let moved = relinking.parts() != relinking.was;
         let button =
             Button::new(RichText::new("Use these locations").strong()).min_size([150.0, 30.0].into());
-        let response = ui.add_enabled(whole && moved && !state.running.runs(JobKind::Open), button);
+        let response = ui.add_enabled(whole && moved && !view.running.runs(JobKind::Open), button);
         let response = response.on_hover_text("Saves these locations in the project, and opens it.");
         let response =
             response.on_disabled_hover_text("A part is still missing, or no location has changed.");

@@ -3,15 +3,20 @@
 use eframe::egui::{Button, Context, RichText, Spinner};
 
 use super::place::{line, wrongs};
-use crate::state::State;
+use crate::panel::opening::OpeningView;
 use crate::state::opening::place::PathField;
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::state::running::JobKind;
 use crate::widget::dialog::Dialog;
 
 /// Draws the dialog that asks for the folder of the sample project.
-pub fn sample_ui(state: &State, field: &mut PathField, context: &Context, requests: &mut Vec<DialogRequest>) {
-    let writes = state.running.runs(JobKind::Open);
+pub fn sample_ui(
+    view: &OpeningView<'_>,
+    field: &mut PathField,
+    context: &Context,
+    requests: &mut Vec<DialogRequest>,
+) {
+    let writes = view.running.runs(JobKind::Open);
     let answer = Dialog::new("sample project", 560.0).show(context, |ui, keys| {
         ui.heading("Open sample project");
         ui.label(

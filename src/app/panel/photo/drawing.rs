@@ -3,9 +3,9 @@
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Stroke, StrokeKind, Ui};
 
+use super::PhotoView;
 use super::placed::PlacedPhoto;
 use crate::panel::flat::placement::PlacedPicture;
-use crate::state::State;
 use crate::state::flat::photo::PhotoPane;
 use crate::state::flat::picked::Picked;
 use crate::state::flat::version::LayersVersion;
@@ -37,22 +37,22 @@ pub fn colour_of_depth(depth: u32) -> Color32 {
 }
 
 /// Draws the overlays.
-pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, placed: &PlacedPhoto) {
+pub fn drawing_ui(ui: &Ui, view: &PhotoView<'_>, pane: &PhotoPane, placed: &PlacedPhoto) {
     let (photo, seen) = (placed.photo, &placed.seen);
-    let Some(session) = &state.session else { return };
+    let Some(session) = view.session else { return };
     let Some(version) = LayersVersion::new(session, photo) else { return };
-    let picked = Picked::new(state.selection, session, photo);
+    let picked = Picked::new(view.selection.main, session, photo);
     let drawing = PhotoDrawing {
         painter: ui.painter_at(seen.rect),
         seen,
-        peeling: state.peeling(photo, pane.hidden_layers),
+        peeling: view.flat.peeling(session, photo, pane.hidden_layers),
     };
-    if let Some(layers) = state.flat.loading.layers(&version) {
-        if state.flat.switches.outlines {
+    if let Some(layers) = view.flat.loading.layers(&version) {
+        if view.flat.switches.outlines {
             drawing.elements(&layers);
         }
-        drawing.merges(&layers, &version.stack, &state.layers_to_merge(photo));
-        let more = |shape: &PeelShape| state.more_layers.contains(&(photo, shape.layer));
+        drawing.merges(&layers, &version.stack, &session.layers_to_merge(photo, view.running));
+        let more = |shape: &PeelShape| view.selection.more_layers.contains(&(photo, shape.layer));
         for shape in layers.shapes.iter().filter(|shape| picked.has(shape) || more(shape)) {
             drawing.shape(shape, Stroke::new(2.5, SELECTED), Stroke::new(1.0, SELECTED.gamma_multiply(0.6)));
         }
@@ -60,9 +60,9 @@ pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, placed: &PlacedPhoto
             drawing.shape(shape, Stroke::new(1.8, POINTED), Stroke::new(1.8, POINTED));
         }
     }
-    drawing.rectangles(&version.stack, picked, state.flat.switches.rectangles);
+    drawing.rectangles(&version.stack, picked, view.flat.switches.rectangles);
     if let Some((face, mark)) = pane.mark
-        && state.selection == Selection::Face(face)
+        && view.selection.main == Selection::Face(face)
     {
         drawing.cross(seen.at(mark));
     }

@@ -2,9 +2,9 @@
 
 use eframe::egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Response, Ui};
 
+use super::PhotoView;
 use super::placed::PlacedPhoto;
 use crate::panel::flat::placement::on_screen;
-use crate::state::State;
 use crate::state::flat::placement::ScreenRect;
 use crate::state::masking::Masking;
 use crate::state::masking::stroke::MaskStroke;
@@ -14,8 +14,8 @@ use crate::widget::dialog;
 use quadratura_base::geometry::PixelRect;
 
 /// Returns whether the left button draws now; otherwise it pans the photo. The other buttons always pan.
-pub fn draws(state: &State, ui: &Ui) -> bool {
-    state.masking.tool.is_some() && !ui.input(|input| input.key_down(Key::Space))
+pub fn draws(view: &PhotoView<'_>, ui: &Ui) -> bool {
+    view.masking.tool.is_some() && !ui.input(|input| input.key_down(Key::Space))
 }
 
 /// What a stroke of a mask tool is drawn on: a photo as it is seen in the view.
@@ -39,13 +39,13 @@ impl StrokeTarget<'_> {
 /// Handles the mouse and keys of the mask tool in use; a stroke that ends becomes an edit of the mask.
 pub fn hand_ui(
     ui: &Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     stroke: &mut Option<MaskStroke>,
     response: &Response,
     target: &StrokeTarget<'_>,
     requests: &mut Vec<Request>,
 ) {
-    let Some(tool) = state.masking.tool else { return };
+    let Some(tool) = view.masking.tool else { return };
     if escaped(ui) {
         // Escape cancels the stroke first, then deselects the tool.
         if stroke.take().is_none() {
@@ -58,14 +58,14 @@ pub fn hand_ui(
         requests.extend(resized(ui));
     }
     *stroke = stroke.take().filter(|stroke| stroke.photo == target.placed.photo);
-    let may_begin = draws(state, ui) && (response.hovered() || response.is_pointer_button_down_on());
+    let may_begin = draws(view, ui) && (response.hovered() || response.is_pointer_button_down_on());
     for event in ui.input(|input| input.events.clone()) {
         match event {
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: true, modifiers }
                 if may_begin && target.may_begin_at(pos) =>
             {
                 response.request_focus();
-                let begun = stroke.insert(begun(&state.masking, tool, modifiers, target));
+                let begun = stroke.insert(begun(view.masking, tool, modifiers, target));
                 target.go_to(begun, pos);
             }
             Event::PointerMoved(at) => {
@@ -76,7 +76,7 @@ pub fn hand_ui(
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } => {
                 if let Some(mut stroke) = stroke.take() {
                     target.go_to(&mut stroke, pos);
-                    requests.extend(edit(state, &stroke, target.placed.bounds));
+                    requests.extend(edit(view, &stroke, target.placed.bounds));
                 }
             }
             _ => (),
@@ -102,10 +102,11 @@ fn begun(masking: &Masking, tool: MaskTool, held: Modifiers, target: &StrokeTarg
     MaskStroke::new(target.placed.photo, tool, uncovers, radius_px)
 }
 
-fn edit(state: &State, stroke: &MaskStroke, within: PixelRect) -> Option<Request> {
-    let photo = state.session.as_ref()?.opened.site.photos.get(stroke.photo.index())?;
+fn edit(view: &PhotoView<'_>, stroke: &MaskStroke, within: PixelRect) -> Option<Request> {
+    let session = view.session?;
+    let photo = session.opened.site.photos.get(stroke.photo.index())?;
     if let MaskTool::Matte(_) = stroke.tool {
-        let painted = stroke.of_matte(photo, state.matte_layer(stroke.photo))?;
+        let painted = stroke.of_matte(photo, session.matte_layer(view.selection.main, stroke.photo))?;
         return Some(MaskRequest::Matte(Box::new(painted)).into());
     }
     let (name, work) = stroke.step(&photo.name, within)?;

@@ -6,13 +6,15 @@ use std::sync::Arc;
 use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Shape, Stroke, Ui, vec2};
 use glam::DVec2;
 
+use super::PhotoView;
 use super::placed::PlacedPhoto;
 use crate::panel::flat::placement::PlacedPicture;
-use crate::state::State;
+use crate::state::masking::Masking;
 use crate::state::masking::stroke::MaskStroke;
 use crate::state::masking::suggested::ShownSuggestion;
 use crate::state::masking::tool::MaskTool;
 use crate::state::request::{MaskRequest, Request};
+use crate::state::session::Session;
 use quadratura_base::geometry::Spans;
 use quadratura_base::geometry::grid::{Grid, boxes, rim};
 use quadratura_base::scene::PhotoId;
@@ -57,7 +59,7 @@ struct Outlines {
 /// Draws masks, stroke and suggestions over the photo, and requests masks that are not loaded yet.
 pub fn masks_ui(
     ui: &Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     stroke: Option<&MaskStroke>,
     meshes: &mut MaskMeshes,
     placed: &PlacedPhoto,
@@ -66,17 +68,18 @@ pub fn masks_ui(
     let (photo, seen) = (placed.photo, &placed.seen);
     requests.extend([MaskRequest::WantMasks(photo).into(), MaskRequest::WantSuggestions.into()]);
     let painter = ui.painter_at(seen.rect);
-    if state.masking.shown
-        && let Some(pixels) = state.covered(photo)
+    let Some(session) = view.session else { return };
+    if view.masking.shown
+        && let Some(pixels) = view.masking.covered(session, photo)
     {
         masked(&painter, seen, stroke, &mut meshes.masked, pixels);
     }
-    suggested(&painter, state, &mut meshes.outlines, seen, photo);
-    if let (Some(tool), Some(size)) = (state.masking.tool, state.selected_photo_size()) {
+    suggested(&painter, view.masking, session, &mut meshes.outlines, seen, photo);
+    if let (Some(tool), Some(size)) = (view.masking.tool, view.photo_size()) {
         line(&painter, stroke, seen);
         matte(&painter, stroke, seen);
         if tool.is_brush() {
-            let radius = (state.masking.radius_px(size) * seen.scale) as f32;
+            let radius = (view.masking.radius_px(size) * seen.scale) as f32;
             circle(ui, &painter, seen, radius);
         }
     }
@@ -162,16 +165,17 @@ fn circle(ui: &Ui, painter: &Painter, seen: &PlacedPicture, radius: f32) {
 
 fn suggested(
     painter: &Painter,
-    state: &State,
+    masking: &Masking,
+    session: &Session,
     last: &mut Option<Outlines>,
     seen: &PlacedPicture,
     photo: PhotoId,
 ) {
-    let open = state.suggestions_of(photo);
-    if !state.masking.suggested.shown || open.is_empty() {
+    let open = masking.suggestions_of(session, photo);
+    if !masking.suggested.shown || open.is_empty() {
         return;
     }
-    let (grid, pointed) = (seen.grid(), state.masking.suggested.pointed);
+    let (grid, pointed) = (seen.grid(), masking.suggested.pointed);
     let same = |o: &Outlines| o.grid == grid && o.pointed == pointed && Arc::ptr_eq(&o.of, &open);
     let known = last.take().filter(same);
     let known = known.unwrap_or_else(|| {

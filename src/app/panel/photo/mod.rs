@@ -20,15 +20,22 @@ use self::placed::PlacedPhoto;
 use super::flat::placement::screen_rect;
 use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use super::pictures;
+use crate::command::Commands;
 use crate::state::State;
+use crate::state::flat::FlatViews;
 use crate::state::flat::photo::PhotoPane;
+use crate::state::masking::Masking;
 use crate::state::masking::stroke::MaskStroke;
 use crate::state::panels::PanelSizes;
 use crate::state::request::{FlatRequest, Request};
+use crate::state::running::Running;
+use crate::state::selection::SelectionState;
+use crate::state::session::Session;
 use crate::widget::focus::{FocusKind, mark};
 use crate::widget::sized::{PanelEdge, sized_panel};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::PhotoId;
+use quadratura_document::Stack;
 
 /// The view width from which a list is beside the photo, in points.
 const WIDE: f32 = 700.0;
@@ -59,37 +66,87 @@ pub struct PhotoViewTextures<'a> {
     pub selected_hidden: &'a mut Option<SelectedHidden>,
 }
 
+/// What the photo view shows.
+pub struct PhotoView<'a> {
+    /// The commands that the panel offers.
+    commands: Commands<'a>,
+    /// The open project.
+    session: Option<&'a Session>,
+    /// The photo that commands on a photo apply to.
+    photo: Option<PhotoId>,
+    /// What is selected.
+    selection: &'a SelectionState,
+    /// The flat views.
+    flat: &'a FlatViews,
+    /// Masks of photos.
+    masking: &'a Masking,
+    /// The running jobs.
+    running: &'a Running,
+    /// The factors of the photos' linear light that match their exposures, in the order of the site.
+    factors: &'a [[f64; 3]],
+    /// Whether layers are updated without a click.
+    keeps_up: bool,
+}
+
+impl<'a> PhotoView<'a> {
+    /// Borrows what the panel shows.
+    pub fn new(state: &'a State) -> Self {
+        Self {
+            commands: Commands::of(state),
+            session: state.session.as_ref(),
+            photo: state.selected_photo(),
+            selection: &state.selection,
+            flat: &state.flat,
+            masking: &state.masking,
+            running: &state.running,
+            factors: &state.quality.colour.factors,
+            keeps_up: state.settings.keep_up_to_date,
+        }
+    }
+
+    /// Returns the stack of the photo.
+    fn stack(&self) -> Option<&'a Stack> {
+        self.session?.stack_of(self.photo?).map(|stack| &**stack)
+    }
+
+    /// Returns the size of the photo, in pixels.
+    fn photo_size(&self) -> Option<[u32; 2]> {
+        let camera = &self.session?.opened.site.photo(self.photo?).camera;
+        Some([camera.width, camera.height])
+    }
+}
+
 /// Draws the view and handles its input.
 pub fn photo_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     memory: PhotoMemory<'_>,
     textures: &mut PhotoViewTextures<'_>,
     requests: &mut Vec<Request>,
 ) {
-    let Some(photo) = state.selected_photo() else {
+    let Some(photo) = view.photo else {
         return nothing_ui(ui, "Select a photo in the list to see it here.");
     };
     let PhotoMemory { pane, stroke, sizes } = memory;
     pane.turn_to(photo);
     Panel::top("photo tools").show(ui, |ui| {
-        tools::tools_ui(ui, state, pane, photo, requests);
-        strip::strip_ui(ui, state, requests);
+        tools::tools_ui(ui, view, pane, photo, requests);
+        strip::strip_ui(ui, view, requests);
     });
     let status = Panel::bottom("photo status").exact_size(STATUS);
-    status.show(ui, |ui| pointing::status_ui(ui, state, pane));
+    status.show(ui, |ui| pointing::status_ui(ui, view, pane));
     if pane.reasons_shown {
-        untextured_ui(ui, state, pane, sizes, photo, requests);
+        untextured_ui(ui, view, pane, sizes, photo, requests);
     }
     let central = CentralPanel::no_frame();
-    central.show(ui, |ui| canvas_ui(ui, state, pane, stroke, textures, photo, requests));
+    central.show(ui, |ui| canvas_ui(ui, view, pane, stroke, textures, photo, requests));
     requests.push(FlatRequest::WantPhoto(photo).into());
 }
 
 /// Draws the list of untextured faces: beside the photo where both fit, otherwise below it.
 fn untextured_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     pane: &mut PhotoPane,
     sizes: &mut PanelSizes,
     photo: PhotoId,
@@ -100,12 +157,12 @@ fn untextured_ui(
         WIDE.. => (PanelEdge::Right, "untextured faces", &mut sizes.faces_width, room.x),
         _ => (PanelEdge::Bottom, "untextured faces below", &mut sizes.faces_below, room.y),
     };
-    sized_panel(ui, edge, name, size, most, |ui| reasons::reasons_ui(ui, state, pane, photo, requests));
+    sized_panel(ui, edge, name, size, most, |ui| reasons::reasons_ui(ui, view, pane, photo, requests));
 }
 
 fn canvas_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     pane: &mut PhotoPane,
     stroke: &mut Option<MaskStroke>,
     textures: &mut PhotoViewTextures<'_>,
@@ -115,25 +172,25 @@ fn canvas_ui(
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Photo view"));
     mark(&response, FocusKind::View);
-    let Some(bounds) = bounds(state, photo) else { return };
+    let Some(bounds) = bounds(view, photo) else { return };
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
     pane.show_sought(screen_rect(rect));
-    let left = if draws(state, ui) { LeftButton::Draws } else { LeftButton::Moves };
+    let left = if draws(view, ui) { LeftButton::Draws } else { LeftButton::Moves };
     let seen = navigate(&mut pane.view.placement, ui, &response, rect, bounds, left);
     let placed = PlacedPhoto { photo, bounds, seen };
     let target = StrokeTarget { placed: &placed, line: pane.line };
-    hand_ui(ui, state, stroke, &response, &target, requests);
-    picture_ui(ui, state, pane, textures, &placed, requests);
-    drawing::drawing_ui(ui, state, pane, &placed);
-    masks_ui(ui, state, stroke.as_ref(), textures.masks, &placed, requests);
-    pointing::point(ui, state, pane, &response, &placed, requests);
+    hand_ui(ui, view, stroke, &response, &target, requests);
+    picture_ui(ui, view, pane, textures, &placed, requests);
+    drawing::drawing_ui(ui, view, pane, &placed);
+    masks_ui(ui, view, stroke.as_ref(), textures.masks, &placed, requests);
+    pointing::point(ui, view, pane, &response, &placed, requests);
     // Nothing covers the photo during a stroke.
-    let line = if stroke.is_none() { over::line_ui(ui, state, rect, photo, requests) } else { None };
+    let line = if stroke.is_none() { over::line_ui(ui, view, rect, photo, requests) } else { None };
     pane.line = line.map(screen_rect);
 }
 
-fn bounds(state: &State, photo: PhotoId) -> Option<PixelRect> {
-    let camera = &state.session.as_ref()?.opened.site.photo(photo).camera;
+fn bounds(view: &PhotoView<'_>, photo: PhotoId) -> Option<PixelRect> {
+    let camera = &view.session?.opened.site.photo(photo).camera;
     Some(PixelRect { x: 0, y: 0, w: camera.width, h: camera.height })
 }

@@ -2,9 +2,9 @@
 
 use eframe::egui::{Frame, Pos2, Rect, Ui, UiBuilder};
 
+use super::PhotoView;
 use crate::command::{Command, layers};
 use crate::panel::button;
-use crate::state::State;
 use crate::state::request::{MaskRequest, Request};
 use quadratura_base::scene::PhotoId;
 
@@ -15,16 +15,16 @@ const OVER: f32 = 64.0;
 /// of date; returns the rectangle of the line.
 pub fn line_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     rect: Rect,
     photo: PhotoId,
     requests: &mut Vec<Request>,
 ) -> Option<Rect> {
-    let session = state.session.as_ref()?;
+    let session = view.session?;
     let status = &session.photos[photo.index()];
     // The latest outcome comes first; layers that are out of date remain so.
     let is_stale = status.word == "stale";
-    if let Some(outcome) = state.outcome_in(photo).filter(|_| !is_stale) {
+    if let Some(outcome) = view.masking.outcome_in(session, photo).filter(|_| !is_stale) {
         let (read, line) = over(ui, rect, |ui| {
             ui.label(outcome);
             ui.button("OK").on_hover_text("Hides this line.").clicked()
@@ -34,7 +34,7 @@ pub fn line_ui(
     }
     let text = match status.word {
         // It is updated without a click.
-        "stale" if state.settings.keep_up_to_date => return None,
+        "stale" if view.keeps_up => return None,
         "stale" => "This photo’s layers are out of date.",
         _ if status.stack.is_none() => "This photo has no layers yet.",
         _ => return None,
@@ -46,7 +46,7 @@ pub fn line_ui(
     };
     let ((), line) = over(ui, rect, |ui| {
         ui.label(text);
-        commands.iter().for_each(|command| button(state, ui, command, requests));
+        commands.iter().for_each(|command| button(view.commands, ui, command, requests));
     });
     Some(line)
 }

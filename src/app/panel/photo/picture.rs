@@ -2,11 +2,10 @@
 
 use eframe::egui::{Color32, Rect, Ui, pos2};
 
-use super::PhotoViewTextures;
 use super::placed::PlacedPhoto;
+use super::{PhotoView, PhotoViewTextures};
 use crate::panel::flat::hatch::hatch;
 use crate::panel::flat::tiled::AS_IT_IS;
-use crate::state::State;
 use crate::state::flat::photo::PhotoPane;
 use crate::state::flat::picked::Picked;
 use crate::state::flat::version::LayersVersion;
@@ -26,7 +25,7 @@ pub struct SelectedHidden {
 /// Draws the photo with layers hidden, and hatches the areas that are hidden then, or those of the selection.
 pub fn picture_ui(
     ui: &Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     pane: &PhotoPane,
     textures: &mut PhotoViewTextures<'_>,
     placed: &PlacedPhoto,
@@ -34,10 +33,10 @@ pub fn picture_ui(
 ) {
     let PlacedPhoto { photo, bounds, seen } = placed;
     let photo = *photo;
-    update_selected_hidden(state, textures.selected_hidden, photo);
-    let light = light(state, photo, requests);
-    let Some(session) = &state.session else { return };
-    let (loading, switches) = (&state.flat.loading, &state.flat.switches);
+    update_selected_hidden(view, textures.selected_hidden, photo);
+    let light = light(view, photo, requests);
+    let Some(session) = view.session else { return };
+    let (loading, switches) = (&view.flat.loading, &view.flat.switches);
     let painter = ui.painter_at(seen.rect);
     let frame = seen.rect_of(*bounds);
     textures.flat.checkerboard.draw(&painter, frame.intersect(seen.rect));
@@ -45,7 +44,7 @@ pub fn picture_ui(
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
         painter.image(small.id(), frame, whole, Color32::WHITE);
     }
-    let peeling = state.peeling(photo, pane.hidden_layers);
+    let peeling = view.flat.peeling(session, photo, pane.hidden_layers);
     let shown = loading.shown(session, photo, &peeling);
     if let Some((levels, _)) = shown {
         let tiled = textures.flat.pictures.of(levels);
@@ -63,18 +62,18 @@ pub fn picture_ui(
 }
 
 /// Returns the photo's light factors, R, G, B: those of blending, where matched exposure is on and known.
-fn light(state: &State, photo: PhotoId, requests: &mut Vec<Request>) -> [f64; 3] {
-    if !state.flat.switches.even {
+fn light(view: &PhotoView<'_>, photo: PhotoId, requests: &mut Vec<Request>) -> [f64; 3] {
+    if !view.flat.switches.even {
         return AS_IT_IS;
     }
     requests.push(QualityRequest::WantEstimate.into());
-    state.even_factors(photo).unwrap_or(AS_IT_IS)
+    view.factors.get(photo.index()).copied().unwrap_or(AS_IT_IS)
 }
 
 /// Updates the areas of the selection that are hidden in the photo, when the selection has changed.
-fn update_selected_hidden(state: &State, last: &mut Option<SelectedHidden>, photo: PhotoId) {
-    let version = state.session.as_ref().and_then(|session| LayersVersion::new(session, photo));
-    let (Some(session), Some(version), selection) = (&state.session, version, state.selection) else {
+fn update_selected_hidden(view: &PhotoView<'_>, last: &mut Option<SelectedHidden>, photo: PhotoId) {
+    let version = view.session.and_then(|session| LayersVersion::new(session, photo));
+    let (Some(session), Some(version), selection) = (view.session, version, view.selection.main) else {
         *last = None;
         return;
     };
@@ -83,7 +82,7 @@ fn update_selected_hidden(state: &State, last: &mut Option<SelectedHidden>, phot
         return;
     }
     let picked = Picked::new(selection, session, photo);
-    let layers = state.flat.loading.layers(&version).filter(|_| !picked.is_nothing());
+    let layers = view.flat.loading.layers(&version).filter(|_| !picked.is_nothing());
     *last = layers.map(|layers| {
         let mask = layers.hidden_of(|shape| picked.has(shape));
         SelectedHidden { selection, version, mask }

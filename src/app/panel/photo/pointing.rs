@@ -2,9 +2,9 @@
 
 use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, vec2};
 
+use super::PhotoView;
 use super::placed::PlacedPhoto;
 use super::strip::hint;
-use crate::state::State;
 use crate::state::flat::photo::PhotoPane;
 use crate::state::flat::picked::face_of;
 use crate::state::flat::version::LayersVersion;
@@ -17,7 +17,7 @@ use quadratura_recipe::peel::{PeelHit, PeelShape, PhotoLayers};
 /// Finds the shape under the pointer; a click selects it.
 pub fn point(
     ui: &Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     pane: &mut PhotoPane,
     response: &Response,
     placed: &PlacedPhoto,
@@ -26,33 +26,40 @@ pub fn point(
     let photo = placed.photo;
     let hovered = response.hover_pos().filter(|_| !response.dragged());
     let pixel = hovered.map(|at| placed.seen.pixel(at));
-    pane.pointed = pixel.and_then(|pixel| state.pointed_in_photo(photo, pixel, pane.hidden_layers));
+    let Some(session) = view.session else { return };
+    let hidden = pane.hidden_layers;
+    pane.pointed = pixel.and_then(|pixel| view.flat.pointed_in_photo(session, photo, pixel, hidden));
     let pixel = pane.pointed.as_ref().map(|pointed| pointed.pixel);
-    let suggestion = pixel.and_then(|pixel| state.suggestion_at(photo, pixel));
+    let suggestion = pixel.and_then(|pixel| view.masking.suggestion_at(session, photo, pixel));
     // A click with a mask tool selects nothing.
-    let free = state.masking.tool.is_none();
+    let free = view.masking.tool.is_none();
     let pointed = suggestion.filter(|_| free);
-    if state.masking.suggested.pointed != pointed {
+    if view.masking.suggested.pointed != pointed {
         requests.push(MaskRequest::PointAt(pointed).into());
     }
-    let Some(session) = &state.session else { return };
     match suggestion {
         _ if !free || !response.clicked() => (),
         Some(number) => requests.push(Request::Mask(MaskRequest::Accept(vec![number]))),
-        None => requests.push(select(ui, state, pane, session, photo).into()),
+        None => requests.push(select(ui, view, pane, session, photo).into()),
     }
 }
 
 /// Selects the front image layer; further clicks select its object, its face, and the layer again. With Ctrl or Shift a
 /// click adds a layer.
-fn select(ui: &Ui, state: &State, pane: &PhotoPane, session: &Session, photo: PhotoId) -> SelectRequest {
+fn select(
+    ui: &Ui,
+    view: &PhotoView<'_>,
+    pane: &PhotoPane,
+    session: &Session,
+    photo: PhotoId,
+) -> SelectRequest {
     let pointed = pane.pointed.as_ref();
-    let layers = pointed.and_then(|pointed| state.flat.loading.layers(pointed.version.as_ref()?));
+    let layers = pointed.and_then(|pointed| view.flat.loading.layers(pointed.version.as_ref()?));
     let shape = layers.as_ref().and_then(|layers| pointed?.shape(layers));
     let more = ui.input(|input| input.modifiers.command || input.modifiers.shift);
     match shape {
         Some(shape) if more => SelectRequest::Toggle(photo, shape.layer),
-        Some(shape) => SelectRequest::Only(next(state.selection, photo, shape, session)),
+        Some(shape) => SelectRequest::Only(next(view.selection.main, photo, shape, session)),
         None => SelectRequest::Only(Selection::Photo(photo)),
     }
 }
@@ -70,15 +77,15 @@ fn next(now: Selection, photo: PhotoId, shape: &PeelShape, session: &Session) ->
 
 /// Draws the lines below the photo: pixel, colour and shape. Their height is fixed, so that the photo does not move;
 /// longer text is truncated, and the tooltip has all of it.
-pub fn status_ui(ui: &mut Ui, state: &State, pane: &PhotoPane) {
+pub fn status_ui(ui: &mut Ui, view: &PhotoView<'_>, pane: &PhotoPane) {
     ui.style_mut().wrap_mode = Some(TextWrapMode::Truncate);
-    if let Some(number) = state.masking.suggested.pointed {
+    if let Some(number) = view.masking.suggested.pointed {
         ui.strong(format!("Suggestion {number}: only this photo shows it."));
         ui.weak("A click masks it; the list beside the photo has buttons to mask or dismiss it.");
         return;
     }
     let Some(pointed) = &pane.pointed else {
-        if let Some(hint) = hint(state, ui) {
+        if let Some(hint) = hint(view.masking, ui) {
             ui.weak(hint);
             return;
         }
@@ -86,7 +93,7 @@ pub fn status_ui(ui: &mut Ui, state: &State, pane: &PhotoPane) {
         ui.weak("A click selects the image layer, a second click its object, a third its face.");
         return;
     };
-    let layers = pointed.version.as_ref().and_then(|version| state.flat.loading.layers(version));
+    let layers = pointed.version.as_ref().and_then(|version| view.flat.loading.layers(version));
     let front = pointed.hits.first();
     ui.horizontal(|ui| {
         ui.monospace(format!("{}, {}", pointed.pixel.0, pointed.pixel.1));
@@ -110,7 +117,7 @@ pub fn status_ui(ui: &mut Ui, state: &State, pane: &PhotoPane) {
             }
         }
     });
-    if let Some(hint) = hint(state, ui) {
+    if let Some(hint) = hint(view.masking, ui) {
         ui.add(Label::new(RichText::new(hint).weak()).truncate());
     } else if let (Some(layers), Some(front)) = (&layers, front) {
         order(ui, layers, front, &pointed.hits[1..]);

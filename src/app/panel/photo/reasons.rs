@@ -3,8 +3,8 @@
 use eframe::egui::{Button, ComboBox, RichText, ScrollArea, Ui};
 use glam::{DVec2, DVec3};
 
+use super::PhotoView;
 use crate::panel::{link_ui, named};
-use crate::state::State;
 use crate::state::flat::photo::PhotoPane;
 use crate::state::request::{Request, SelectRequest};
 use crate::state::selection::Selection;
@@ -25,14 +25,14 @@ fn listed(session: &Session, photo: PhotoId) -> Option<Vec<Untextured>> {
 /// Draws the list.
 pub fn reasons_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     pane: &mut PhotoPane,
     photo: PhotoId,
     requests: &mut Vec<Request>,
 ) {
     ui.add_space(4.0);
     ui.strong("Faces without texture from this photo");
-    let Some(faces) = state.session.as_ref().and_then(|session| listed(session, photo)) else {
+    let Some(faces) = view.session.and_then(|session| listed(session, photo)) else {
         ui.weak("This list is available when the photo's layers are built.");
         return;
     };
@@ -41,7 +41,7 @@ pub fn reasons_ui(
     let wanted = pane.reason;
     let is_wanted = |face: &&Untextured| wanted.is_none_or(|reason| face.reason == reason);
     let mut listed: Vec<&Untextured> = faces.into_iter().filter(is_wanted).collect();
-    if let Some(session) = &state.session {
+    if let Some(session) = view.session {
         worst_first(&mut listed, session.model());
     }
     if listed.is_empty() {
@@ -55,7 +55,7 @@ pub fn reasons_ui(
     // Names may be longer than the list is wide.
     let area = ScrollArea::both().id_salt("untextured").auto_shrink(false);
     area.show_rows(ui, height, listed.len(), |ui, rows| {
-        rows.for_each(|index| row(ui, state, pane, listed[index], requests));
+        rows.for_each(|index| row(ui, view, pane, listed[index], requests));
     });
 }
 
@@ -98,10 +98,16 @@ fn choose(ui: &mut Ui, filter: &mut Option<UntexturedReason>, faces: &[&Untextur
     named(&combo.response, "Reason");
 }
 
-fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
+fn row(
+    ui: &mut Ui,
+    view: &PhotoView<'_>,
+    pane: &mut PhotoPane,
+    it: &Untextured,
+    requests: &mut Vec<Request>,
+) {
+    let Some(session) = view.session else { return };
     let face = session.model().face_named(&it.object, it.face);
-    let selected = face.is_some_and(|face| state.selection == Selection::Face(face));
+    let selected = face.is_some_and(|face| view.selection.main == Selection::Face(face));
     let mut gone_to = false;
     ui.horizontal(|ui| {
         selection_look(ui.visuals_mut());

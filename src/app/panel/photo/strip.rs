@@ -2,12 +2,14 @@
 
 use eframe::egui::{Button, ComboBox, Slider, SliderClamping, Ui};
 
+use super::PhotoView;
+use crate::command::Commands;
 use crate::command::{Command, keys_text, mask};
-use crate::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::panel::bar::{Bar, BarPart, BarPosition};
 use crate::panel::{button, named, switch_ui};
-use crate::state::State;
-use crate::state::masking::RADII_PX;
+use crate::state::masking::queries::has_matte;
 use crate::state::masking::tool::MaskTool;
+use crate::state::masking::{Masking, RADII_PX};
 use crate::state::request::{MaskRequest, Request};
 use quadratura_document::stroke::BrushMode;
 
@@ -18,45 +20,52 @@ const SLIDER: f32 = 60.0;
 const MATTE_WIDTH: f32 = 96.0;
 
 /// The parts of the bar, the most needed first.
-const PARTS: &[BarPart<()>] = &[
-    BarPart::Tool(|ui, state, (), _, requests| toggle(state, ui, &mask::BRUSH, "Brush", requests)),
-    BarPart::Tool(|ui, state, (), _, requests| toggle(state, ui, &mask::LASSO, "Lasso", requests)),
-    BarPart::Tool(|ui, state, (), _, requests| toggle(state, ui, &mask::UNCOVER, "Erase mask", requests)),
-    BarPart::Tool(brush),
-    BarPart::Gap,
-    BarPart::Tool(suggestions),
-    BarPart::Tool(|ui, state, (), _, requests| toggle(state, ui, &mask::SHOW, "Show masks", requests)),
-    BarPart::Tool(matte),
-];
+fn parts<'a>() -> [BarPart<PhotoView<'a>, ()>; 8] {
+    [
+        BarPart::Tool(|ui, view, (), _, requests| toggle(view.commands, ui, &mask::BRUSH, "Brush", requests)),
+        BarPart::Tool(|ui, view, (), _, requests| toggle(view.commands, ui, &mask::LASSO, "Lasso", requests)),
+        BarPart::Tool(|ui, view, (), _, requests| {
+            toggle(view.commands, ui, &mask::UNCOVER, "Erase mask", requests)
+        }),
+        BarPart::Tool(brush),
+        BarPart::Gap,
+        BarPart::Tool(suggestions),
+        BarPart::Tool(|ui, view, (), _, requests| {
+            toggle(view.commands, ui, &mask::SHOW, "Show masks", requests)
+        }),
+        BarPart::Tool(matte),
+    ]
+}
 
 /// Draws the bar.
-pub fn strip_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
+pub fn strip_ui(ui: &mut Ui, view: &PhotoView<'_>, requests: &mut Vec<Request>) {
     ui.horizontal(|ui| {
         ui.label("Mask").on_hover_text("Parts of the photo that must not be used: people, cars, flare.");
-        bar_ui(ui, state, &mut (), "masks", None, PARTS, requests);
+        let commands = view.commands;
+        Bar { of: "masks", name: None, parts: &parts(), commands, view }.show(ui, &mut (), requests);
     });
 }
 
 /// Draws the slider of the brush. It is always there, so that selecting a tool does not move the photo.
-fn brush(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, requests: &mut Vec<Request>) {
-    let brush = state.masking.tool.is_some_and(MaskTool::is_brush);
-    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, requests)));
+fn brush(ui: &mut Ui, view: &PhotoView<'_>, (): &mut (), _: BarPosition, requests: &mut Vec<Request>) {
+    let brush = view.masking.tool.is_some_and(MaskTool::is_brush);
+    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, view, requests)));
 }
 
 /// Draws the choice of the matte brush, where the photo has mattes.
-fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, requests: &mut Vec<Request>) {
-    if !state.has_matte() {
+fn matte(ui: &mut Ui, view: &PhotoView<'_>, (): &mut (), place: BarPosition, requests: &mut Vec<Request>) {
+    if !view.stack().is_some_and(has_matte) {
         return;
     }
     let mut choices = |ui: &mut Ui| {
         for command in mask::MATTES {
-            let on = command.on.is_some_and(|on| on(state));
-            let may = (command.ready)(state);
+            let on = view.commands.is_on(command);
+            let may = view.commands.ready(command);
             let choice = ui.add_enabled(may.is_ok(), Button::selectable(on, command.name));
             let choice =
                 choice.on_hover_text(command.tooltip).on_disabled_hover_text(may.err().unwrap_or_default());
             if choice.clicked() {
-                requests.push(command.asked(state));
+                requests.push(view.commands.asked(command));
             }
         }
     };
@@ -65,7 +74,7 @@ fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, requests: 
         return;
     }
     // Shorter than the names of the commands, which would be cut off here.
-    let text = match state.masking.tool {
+    let text = match view.masking.tool {
         Some(MaskTool::Matte(BrushMode::SeeThrough)) => "Matte: erase",
         Some(MaskTool::Matte(BrushMode::Solid)) => "Matte: solid",
         Some(MaskTool::Matte(_)) => "Matte: solve",
@@ -75,27 +84,33 @@ fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, requests: 
     named(&combo.show_ui(ui, choices).response, "Matte brush");
 }
 
-fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, requests: &mut Vec<Request>) {
-    if state.masking.suggested.count() > 0 {
-        toggle(state, ui, &mask::SUGGESTIONS, "Show suggestions", requests);
+fn suggestions(ui: &mut Ui, view: &PhotoView<'_>, (): &mut (), _: BarPosition, requests: &mut Vec<Request>) {
+    if view.masking.suggested.count() > 0 {
+        toggle(view.commands, ui, &mask::SUGGESTIONS, "Show suggestions", requests);
     } else {
-        button(state, ui, &mask::LOOK, requests);
+        button(view.commands, ui, &mask::LOOK, requests);
     }
 }
 
 /// Draws a switch with a short text; the bar names its subject.
-fn toggle(state: &State, ui: &mut Ui, command: &'static Command, text: &str, requests: &mut Vec<Request>) {
-    let on = command.on.is_some_and(|on| on(state));
+fn toggle(
+    commands: Commands<'_>,
+    ui: &mut Ui,
+    command: &'static Command,
+    text: &str,
+    requests: &mut Vec<Request>,
+) {
+    let on = commands.is_on(command);
     let keys = command.keys.first().map(|keys| format!(" ({})", keys_text(ui.ctx(), keys)));
     let tooltip = format!("{}{}", command.tooltip, keys.unwrap_or_default());
     if switch_ui(ui, on, text).on_hover_text(tooltip).clicked() {
-        requests.push(command.asked(state));
+        requests.push(commands.asked(command));
     }
 }
 
-fn radius(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
-    let Some(size) = state.selected_photo_size() else { return };
-    let before = state.masking.radius_px(size);
+fn radius(ui: &mut Ui, view: &PhotoView<'_>, requests: &mut Vec<Request>) {
+    let Some(size) = view.photo_size() else { return };
+    let before = view.masking.radius_px(size);
     let mut radius = before;
     ui.spacing_mut().slider_width = SLIDER;
     let slider = Slider::new(&mut radius, RADII_PX)
@@ -115,8 +130,8 @@ fn radius(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
 }
 
 /// Describes what the mouse does while a tool is in use.
-pub fn hint(state: &State, ui: &Ui) -> Option<String> {
-    let way = match state.masking.tool? {
+pub fn hint(masking: &Masking, ui: &Ui) -> Option<String> {
+    let way = match masking.tool? {
         MaskTool::Lasso => "A line around an area",
         MaskTool::Brush => "A drag",
         MaskTool::Matte(mode) => {
@@ -132,7 +147,7 @@ pub fn hint(state: &State, ui: &Ui) -> Option<String> {
         }
     };
     let held = ui.input(|input| input.modifiers.command || input.modifiers.alt);
-    let does = if state.masking.uncovers ^ held { "erases the mask" } else { "masks" };
+    let does = if masking.uncovers ^ held { "erases the mask" } else { "masks" };
     Some(format!(
         "{way} {does}; Ctrl reverses this. Space or the middle button pans, Esc puts the tool away."
     ))

@@ -2,12 +2,12 @@
 
 use eframe::egui::{Color32, RichText, Sense, Slider, Spinner, Ui, Vec2};
 
+use super::PhotoView;
 use super::drawing::colour_of_depth;
 use crate::command::flat;
-use crate::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::panel::bar::{Bar, BarPart, BarPosition};
 use crate::panel::flat::scale_ui;
 use crate::panel::{named, switch_ui};
-use crate::state::State;
 use crate::state::flat::photo::PhotoPane;
 use crate::state::request::Request;
 use quadratura_base::scene::PhotoId;
@@ -18,47 +18,58 @@ const SPINNER: f32 = 14.0;
 const BETWEEN: f32 = 3.0;
 
 /// The parts of the first bar, the most needed first.
-const LOOKED_AT: &[BarPart<PhotoPane>] = &[
-    BarPart::Tool(hidden_layers),
-    BarPart::Gap,
-    BarPart::Tool(scale),
-    BarPart::Gap,
-    BarPart::Tool(untextured),
-];
+fn looked_at<'a>() -> [BarPart<PhotoView<'a>, PhotoPane>; 5] {
+    [
+        BarPart::Tool(hidden_layers),
+        BarPart::Gap,
+        BarPart::Tool(scale),
+        BarPart::Gap,
+        BarPart::Tool(untextured),
+    ]
+}
 /// The parts of the second bar: switches of overlays.
-const DRAWN: &[BarPart<PhotoPane>] = &[
-    BarPart::Switch(&flat::OUTLINES),
-    BarPart::Tool(legend),
-    BarPart::Gap,
-    BarPart::Switch(&flat::HATCHING),
-    BarPart::Switch(&flat::RECTANGLES),
-    BarPart::Switch(&flat::FILLING),
-    BarPart::Switch(&flat::PAINT),
-    BarPart::Switch(&flat::EVEN),
-];
+fn drawn<'a>() -> [BarPart<PhotoView<'a>, PhotoPane>; 8] {
+    [
+        BarPart::Switch(&flat::OUTLINES),
+        BarPart::Tool(legend),
+        BarPart::Gap,
+        BarPart::Switch(&flat::HATCHING),
+        BarPart::Switch(&flat::RECTANGLES),
+        BarPart::Switch(&flat::FILLING),
+        BarPart::Switch(&flat::PAINT),
+        BarPart::Switch(&flat::EVEN),
+    ]
+}
 
 /// Draws the bars.
 pub fn tools_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &PhotoView<'_>,
     pane: &mut PhotoPane,
     photo: PhotoId,
     requests: &mut Vec<Request>,
 ) {
-    let Some(session) = &state.session else { return };
+    let Some(session) = view.session else { return };
     let name = &session.opened.site.photo(photo).name;
-    bar_ui(ui, state, pane, "photo", Some(name), LOOKED_AT, requests);
-    bar_ui(ui, state, pane, "overlays", None, DRAWN, requests);
+    let (name, commands) = (Some(&name[..]), view.commands);
+    Bar { of: "photo", name, parts: &looked_at(), commands, view }.show(ui, pane, requests);
+    Bar { of: "overlays", name: None, parts: &drawn(), commands, view }.show(ui, pane, requests);
 }
 
 /// Returns the number of visibility layers of the photo; 0 before it is built.
-fn depth(state: &State) -> u32 {
-    state.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
+fn depth(view: &PhotoView<'_>) -> u32 {
+    view.stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
 }
 
-fn hidden_layers(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, _: &mut Vec<Request>) {
-    let depth = depth(state);
-    let busy = state.flat.loading.is_busy();
+fn hidden_layers(
+    ui: &mut Ui,
+    view: &PhotoView<'_>,
+    pane: &mut PhotoPane,
+    _: BarPosition,
+    _: &mut Vec<Request>,
+) {
+    let depth = depth(view);
+    let busy = view.flat.loading.is_busy();
     ui.horizontal(|ui| {
         ui.add_enabled_ui(depth > 0, |ui| {
             let slider = Slider::new(&mut pane.hidden_layers, 0..=depth);
@@ -75,23 +86,35 @@ fn hidden_layers(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPositio
     });
 }
 
-fn untextured(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, requests: &mut Vec<Request>) {
-    let untextured = state.selected_stack().map_or(0, |stack| stack.untextured.len());
+fn untextured(
+    ui: &mut Ui,
+    view: &PhotoView<'_>,
+    pane: &mut PhotoPane,
+    _: BarPosition,
+    requests: &mut Vec<Request>,
+) {
+    let untextured = view.stack().map_or(0, |stack| stack.untextured.len());
     let text = format!("{} ({untextured})", flat::UNTEXTURED.name);
     let list = switch_ui(ui, pane.reasons_shown, text);
     if list.on_hover_text(flat::UNTEXTURED.tooltip).clicked() {
-        requests.push(flat::UNTEXTURED.asked(state));
+        requests.push(view.commands.asked(&flat::UNTEXTURED));
     }
 }
 
-fn scale(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, requests: &mut Vec<Request>) {
+fn scale(
+    ui: &mut Ui,
+    view: &PhotoView<'_>,
+    pane: &mut PhotoPane,
+    _: BarPosition,
+    requests: &mut Vec<Request>,
+) {
     let magnification = pane.view.placement.magnification(ui.ctx().pixels_per_point());
-    scale_ui(state, ui, magnification, requests);
+    scale_ui(view.commands, ui, magnification, requests);
 }
 
 /// Draws the legend of outlines: the visibility layers, from the front.
-fn legend(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, _: &mut Vec<Request>) {
-    let depth = if state.flat.switches.outlines { depth(state) } else { 0 };
+fn legend(ui: &mut Ui, view: &PhotoView<'_>, pane: &mut PhotoPane, _: BarPosition, _: &mut Vec<Request>) {
+    let depth = if view.flat.switches.outlines { depth(view) } else { 0 };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = BETWEEN;
         for layer in 0..depth {

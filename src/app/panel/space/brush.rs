@@ -25,7 +25,7 @@ use quadratura_document::stroke::{BrushMode, StrokeSample};
 use quadratura_view::navigation::Viewpoint;
 
 /// The parts of the brush's bar.
-pub const TOOLS: &[BarPart<SpaceMemory>] = &[
+pub const TOOLS: &[BarPart<State, SpaceMemory>] = &[
     BarPart::Tool(mode),
     BarPart::Tool(size),
     BarPart::Tool(hardness),

@@ -147,11 +147,11 @@ fn draw(ui: &Ui, state: &State, it: &SpaceMemory, rect: Rect, textures: &LayerTe
             continue;
         }
         canvas.pane(pane, texture, opacity);
-        let is_selected = state.space.exploded.photo.is_some_and(|photo| {
-            let layer = pane.layer;
-            state.selection == Selection::Layer { photo, layer }
-                || state.more_layers.contains(&(photo, layer))
-        });
+        let is_selected = state
+            .space
+            .exploded
+            .photo
+            .is_some_and(|photo| state.selection.includes(Selection::Layer { photo, layer: pane.layer }));
         let colour = if is_selected { SELECTED } else { colour_of_depth(pane.order) };
         let width: f32 = if is_selected { 3.0 } else { 1.0 };
         let width = if it.hovered_layer == Some(pane.layer) { width.max(2.5) } else { width };

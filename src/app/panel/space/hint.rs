@@ -2,6 +2,7 @@
 
 use eframe::egui::{Grid, RichText, TextStyle, Ui};
 
+use crate::command::Commands;
 use crate::command::{Command, file, layers, paint};
 use crate::panel::button;
 use crate::panel::help::mouse;
@@ -69,7 +70,7 @@ fn step_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
                 ui.label(format!("{number}. {}{done}", words(step).0));
             }
         });
-        command.into_iter().for_each(|command| button(state, ui, command, requests));
+        command.into_iter().for_each(|command| button(Commands::of(state), ui, command, requests));
     });
 }
 

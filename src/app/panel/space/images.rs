@@ -9,7 +9,7 @@ use crate::state::request::Request;
 use crate::state::space::memory::SpaceMemory;
 
 /// The parts of the bar.
-pub const TOOLS: &[BarPart<SpaceMemory>] = &[BarPart::Tool(hidden_layers)];
+pub const TOOLS: &[BarPart<State, SpaceMemory>] = &[BarPart::Tool(hidden_layers)];
 
 /// Draws the choice of how many layers are hidden, nearest first.
 fn hidden_layers(ui: &mut Ui, state: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {

@@ -32,7 +32,7 @@ pub fn legend_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     let Some(session) = &state.session else { return };
     let photos: Vec<&str> = session.opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
     let groups = match state.space.shown_display() {
-        DisplayMode::Group => state.colour_report().map(|report| report.described_groups()),
+        DisplayMode::Group => state.quality.colour.report(session).map(|report| report.described_groups()),
         _ => None,
     };
     let display = state.space.shown_display();

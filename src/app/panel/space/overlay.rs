@@ -45,7 +45,7 @@ const IN_THE_WAY: f32 = 0.15;
 /// Returns the viewpoint of the picture on the screen: what is drawn over it has to fit it, even while the picture of a
 /// view that has moved is still being drawn. It is that of the view where there is no picture.
 pub fn seen_from(state: &State, it: &SpaceMemory) -> Viewpoint {
-    match state.space.has_picture() && state.device.is_some() {
+    match state.space.has_picture() && state.space.device.is_some() {
         true => state.space.seen_from(),
         false => it.viewpoint,
     }
@@ -63,13 +63,13 @@ pub fn overlay_ui(
     photo_over(ui, state, it, rect, photos, requests);
     let Some(session) = &state.session else { return };
     let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(state, it) };
-    if state.space.wireframe || state.device.is_none() {
+    if state.space.wireframe || state.space.device.is_none() {
         canvas.wires(session, if ui.visuals().dark_mode { WIRE } else { WIRE_ON_LIGHT });
     }
     for face in state.glass() {
         canvas.outline(session, face, Stroke::new(1.0, GLASS));
     }
-    let faces = faces_of(state.selection, session);
+    let faces = faces_of(state.selection.main, session);
     let is_impostor = |face: &FaceId| session.model().impostor(*face).is_some();
     // All faces of an impostor are one rectangle.
     let rectangles: BTreeMap<ObjectId, FaceId> = faces
@@ -103,7 +103,7 @@ fn cameras(
     pointer: Option<Pos2>,
 ) {
     for (id, photo) in session.opened.site.numbered_photos() {
-        let selected = state.photo == Some(id);
+        let selected = state.selection.photo == Some(id);
         let color = if selected { SELECTED } else { CAMERA };
         let texture = photos.small(id).map(TextureHandle::id);
         let size = session.scene_frame.radius * CAMERA_SHARE;

@@ -4,6 +4,7 @@ use eframe::egui::{Rect, Response, Ui};
 
 use super::overlay::seen_from;
 use super::px_of;
+use crate::command::Commands;
 use crate::command::view;
 use crate::panel::menu::{SURFACE, TREE, context_ui};
 use crate::state::State;
@@ -43,7 +44,7 @@ pub fn pick(
             requests.push(Request::Select(SelectRequest::Only(Selection::Face(face))));
             requests.push(view::FRAME.asked(state));
         } else if response.clicked() {
-            let again = state.selection == Selection::Object(object);
+            let again = state.selection.main == Selection::Object(object);
             requests.push(Request::Select(SelectRequest::Only(if again {
                 Selection::Face(face)
             } else {
@@ -60,7 +61,7 @@ pub fn pick(
     }
     // The pointer has left the tree whose menu is open.
     let commands = if state.selected_tree().is_some() { TREE } else { SURFACE };
-    response.context_menu(|ui| context_ui(state, ui, commands, requests));
+    response.context_menu(|ui| context_ui(Commands::of(state), ui, commands, requests));
 }
 
 /// Handles the pointer over a tree: hovering shows the name, a click selects it, a double click frames it.
@@ -73,5 +74,5 @@ fn pick_tree(state: &State, response: &Response, index: TreeIndex, requests: &mu
     } else if response.clicked() || response.secondary_clicked() {
         requests.push(select());
     }
-    response.context_menu(|ui| context_ui(state, ui, TREE, requests));
+    response.context_menu(|ui| context_ui(Commands::of(state), ui, TREE, requests));
 }

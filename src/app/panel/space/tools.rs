@@ -5,8 +5,8 @@ use eframe::egui::{
 };
 
 use super::{brush, hint, images, legend, trees};
-use crate::command;
-use crate::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::command::{self, Commands};
+use crate::panel::bar::{Bar, BarPart, BarPosition};
 use crate::panel::named;
 use crate::state::State;
 use crate::state::request::Request;
@@ -31,7 +31,7 @@ const WORDS: f32 = 520.0;
 const DISPLAY_COMMANDS: f32 = 100.0;
 
 /// The parts of the bar at the top of the view.
-const TOP: &[BarPart<SpaceMemory>] = &[
+const TOP: &[BarPart<State, SpaceMemory>] = &[
     BarPart::Tool(shown),
     BarPart::Switch(&command::view::BRUSH),
     BarPart::Tool(mixing),
@@ -44,10 +44,10 @@ const TOP: &[BarPart<SpaceMemory>] = &[
     BarPart::Switch(&command::view::NO_UNCOVERED),
 ];
 /// The parts of the bar while the view looks through a photo.
-const THROUGH: &[BarPart<SpaceMemory>] =
+const THROUGH: &[BarPart<State, SpaceMemory>] =
     &[BarPart::Tool(photo_over), BarPart::Tool(opacity), BarPart::Tool(wipe)];
 /// The parts of the bar of the exploded view.
-const APART: &[BarPart<SpaceMemory>] = &[BarPart::Tool(distance), BarPart::Tool(together)];
+const APART: &[BarPart<State, SpaceMemory>] = &[BarPart::Tool(distance), BarPart::Tool(together)];
 
 /// Draws the toolbars.
 pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, requests: &mut Vec<Request>) {
@@ -59,7 +59,8 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, re
     let room = rect.width() - 2.0 * MARGIN - FRAME;
     let bar = |ui: &mut Ui, it: &mut SpaceMemory, of, name, parts, requests: &mut Vec<Request>| {
         ui.set_max_width(room);
-        bar_ui(ui, state, it, of, name, parts, requests);
+        let commands = Commands::of(state);
+        Bar { of, name, parts, commands, view: state }.show(ui, it, requests);
     };
     if state.space.exploded.is_on() {
         over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
@@ -223,7 +224,7 @@ fn without_picture(state: &State) -> Option<&'static str> {
     if state.space.has_picture() {
         return None;
     }
-    Some(if state.device.is_some() || state.running.runs(JobKind::Preview) {
+    Some(if state.space.device.is_some() || state.running.runs(JobKind::Preview) {
         "Preparing the view…"
     } else if state.running.runs(JobKind::Build) {
         "Building layers…"
@@ -241,7 +242,7 @@ fn empty(state: &State, ui: &mut Ui, why: &str, requests: &mut Vec<Request>) {
         ui.add(Label::new(RichText::new(why).heading()).selectable(false));
         let runs = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| state.running.runs(kind));
         // The device is there: the first picture is being drawn.
-        if runs || state.device.is_some() {
+        if runs || state.space.device.is_some() {
             ui.add(Spinner::new().size(24.0));
             return;
         }

@@ -22,7 +22,7 @@ use quadratura_document::trees::PlacedTree;
 use quadratura_foliage::level_axes;
 
 /// The parts of the tool's bar.
-pub const TOOLS: &[BarPart<SpaceMemory>] = &[BarPart::Tool(species), BarPart::Tool(hint)];
+pub const TOOLS: &[BarPart<State, SpaceMemory>] = &[BarPart::Tool(species), BarPart::Tool(hint)];
 
 /// The number of corners of circles.
 const CORNERS: u32 = 40;
@@ -38,7 +38,7 @@ pub fn outlines_ui(ui: &Ui, state: &State, it: &SpaceMemory, response: &Response
     }
     let Some(at) = response.hover_pos().filter(|_| !response.dragged()) else { return };
     let pixel = it.pixel_at(px_of(at - rect.min, ui.ctx().pixels_per_point()));
-    let hovered = state.tree_at(&pixel).filter(|index| state.selection != Selection::Tree(*index));
+    let hovered = state.tree_at(&pixel).filter(|index| state.selection.main != Selection::Tree(*index));
     if let Some(tree) = hovered.and_then(|index| trees.at(index)) {
         outline(&canvas, state, tree, Stroke::new(1.5, HOVERED));
     } else if state.trees.hand.on
@@ -52,13 +52,19 @@ pub fn outlines_ui(ui: &Ui, state: &State, it: &SpaceMemory, response: &Response
 
 /// Returns the height and width of a tree that would be placed.
 fn size_of_new(state: &State) -> [f64; 2] {
-    let known = state.figures_of(&state.trees.hand.species).map(|figures| [figures.height, figures.width]);
+    let known = state
+        .trees()
+        .and_then(|trees| state.trees.figures_of(trees, &state.trees.hand.species))
+        .map(|figures| [figures.height, figures.width]);
     let radius = state.session.as_ref().map_or(1.0, |session| session.scene_frame.radius);
     known.unwrap_or([0.1 * radius, 0.05 * radius])
 }
 
 fn outline(canvas: &WorldCanvas, state: &State, tree: &PlacedTree, stroke: Stroke) {
-    let size = state.size_of_tree(tree).unwrap_or_else(|| size_of_new(state));
+    let size = state
+        .trees()
+        .and_then(|trees| state.trees.size_of(trees, tree))
+        .unwrap_or_else(|| size_of_new(state));
     cylinder(canvas, state, DVec3::from_array(tree.at), size, stroke);
 }
 
@@ -146,10 +152,10 @@ fn species(ui: &mut Ui, state: &State, _: &mut SpaceMemory, place: BarPosition, 
     let now = &state.trees.hand.species;
     let mut chosen = None;
     if place == BarPosition::Menu {
-        chosen = species_choice(ui, state, now);
+        chosen = species_choice(ui, state.trees(), now);
     } else {
         let combo = ComboBox::from_id_salt("species to place").selected_text(now);
-        let combo = combo.show_ui(ui, |ui| chosen = species_choice(ui, state, now));
+        let combo = combo.show_ui(ui, |ui| chosen = species_choice(ui, state.trees(), now));
         named(&combo.response, "Species to place");
     }
     requests.extend(chosen.map(|species| Request::from(TreeRequest::Choose(species))));

@@ -1,23 +1,22 @@
-//! Questions about the flat views, which the whole state answers.
+//! Questions about the flat views.
 
-use super::Switches;
 use super::layer::{Aspect, LayerKey, LayerPane};
 use super::photo::Pointed;
 use super::version::LayersVersion;
-use crate::state::State;
+use super::{FlatViews, Switches};
+use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
 use quadratura_recipe::layer_view::LayerViewContent;
 use quadratura_recipe::peel::PeelOptions;
 
-impl State {
+impl FlatViews {
     /// Returns the layer that the view of an image layer shows, if it exists.
-    pub fn looked_at_layer(&self, pane: &LayerPane) -> Option<(LayerKey, ImageLayer)> {
-        let session = self.session.as_ref()?;
+    pub fn looked_at_layer(&self, session: &Session, pane: &LayerPane) -> Option<(LayerKey, ImageLayer)> {
         let (photo, index) = pane.layer?;
         let version = LayersVersion::new(session, photo)?;
         let layer = version.stack.image_layers.get(index.index())?.clone();
-        let switches = &self.flat.switches;
+        let switches = &self.switches;
         let look = match pane.aspect {
             Aspect::Pixels => LayerViewContent::Pixels { filling: switches.filling, paint: switches.paint },
             Aspect::Confidence => LayerViewContent::Confidence,
@@ -27,25 +26,30 @@ impl State {
     }
 
     /// Returns what the photo view leaves out of a photo, without the front `hidden_layers`.
-    pub fn peeling(&self, photo: PhotoId, hidden_layers: u32) -> PeelOptions {
-        let Switches { filling, paint, .. } = self.flat.switches;
-        let stack = self.session.as_ref().and_then(|session| session.stack_of(photo));
-        let opacities = stack.map(|stack| self.flat.layer_views.drawn(photo, stack)).unwrap_or_default();
+    pub fn peeling(&self, session: &Session, photo: PhotoId, hidden_layers: u32) -> PeelOptions {
+        let Switches { filling, paint, .. } = self.switches;
+        let stack = session.stack_of(photo);
+        let opacities = stack.map(|stack| self.layer_views.drawn(photo, stack)).unwrap_or_default();
         PeelOptions { hidden_layers, filling, paint, opacities }
     }
 
     /// Returns what a pixel of a photo shows, without the front `hidden_layers`; none outside of the photo.
-    pub fn pointed_in_photo(&self, photo: PhotoId, pixel: (i32, i32), hidden_layers: u32) -> Option<Pointed> {
-        let session = self.session.as_ref()?;
+    pub fn pointed_in_photo(
+        &self,
+        session: &Session,
+        photo: PhotoId,
+        pixel: (i32, i32),
+        hidden_layers: u32,
+    ) -> Option<Pointed> {
         let camera = &session.opened.site.photos.get(photo.index())?.camera;
         let inside = |at: i32, size: u32| at >= 0 && (at as u32) < size;
         if !inside(pixel.0, camera.width) || !inside(pixel.1, camera.height) {
             return None;
         }
-        let loading = &self.flat.loading;
+        let loading = &self.loading;
         let version = LayersVersion::new(session, photo);
         let layers = version.as_ref().and_then(|version| loading.layers(version));
-        let peeling = self.peeling(photo, hidden_layers);
+        let peeling = self.peeling(session, photo, hidden_layers);
         let hits = layers.map(|layers| layers.at(pixel.0, pixel.1, &peeling)).unwrap_or_default();
         let colour = loading.colour(session, photo, &peeling, pixel);
         Some(Pointed { pixel, colour, hits, version })

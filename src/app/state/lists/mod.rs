@@ -1,7 +1,6 @@
 //! The lists on the left: the selected photo's image layers, and the objects of the model with their faces. Both are
 //! one list of rows.
 
-pub mod confidence;
 pub mod cursor;
 pub mod layer_list;
 pub mod merging;

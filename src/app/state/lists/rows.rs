@@ -3,7 +3,9 @@
 use super::ListsState;
 use super::row::ListRow;
 use crate::state::State;
-use crate::state::selection::Selection;
+use crate::state::lists::layer_list::LayerList;
+use crate::state::quality::filling::FillSession;
+use crate::state::selection::{Selection, SelectionState};
 use crate::state::session::Session;
 use quadratura_base::scene::{FaceId, FaceIndex, Model, ObjectId, PhotoId};
 use quadratura_document::Stack;
@@ -51,7 +53,7 @@ impl<'a> ListedSite<'a> {
 
     /// Returns the trees of the project.
     pub fn trees(&self) -> &'a Trees {
-        &self.session.history.present().trees
+        self.session.trees()
     }
 
     /// Returns the name of a species by its number in the order of names.
@@ -69,13 +71,8 @@ impl<'a> ListedSite<'a> {
     }
 
     /// Returns whether a row is selected, alone or with others.
-    pub fn is_selected(&self, row: ListRow, state: &State) -> bool {
-        self.selection(row).is_some_and(|this| match this {
-            Selection::Layer { photo, layer } => {
-                state.selection == this || state.more_layers.contains(&(photo, layer))
-            }
-            _ => state.selection == this,
-        })
+    pub fn is_selected(&self, row: ListRow, selected: &SelectionState) -> bool {
+        self.selection(row).is_some_and(|this| selected.includes(this))
     }
 
     /// Returns whether an object is switched off, by name.
@@ -122,13 +119,13 @@ fn places(whole: &Model, part: &Model) -> Vec<Option<ObjectId>> {
 }
 
 /// Returns all rows that are open and match the filter.
-pub fn rows(state: &State, lists: &ListsState, site: &ListedSite<'_>) -> Vec<ListRow> {
+pub fn rows(list: LayerList, fill: &FillSession, lists: &ListsState, site: &ListedSite<'_>) -> Vec<ListRow> {
     let mut rows = Vec::new();
     let wanted = lists.filter.trim().to_lowercase();
     if site.photo.is_some() {
         rows.push(ListRow::Layers);
         if lists.is_open(ListRow::Layers) {
-            layers(state, lists, site, &wanted, &mut rows);
+            layers(list, fill, lists, site, &wanted, &mut rows);
         }
     }
     if !site.trees().is_empty() {
@@ -148,17 +145,23 @@ fn passes(name: &str, wanted: &str) -> bool {
     wanted.is_empty() || name.to_lowercase().contains(wanted)
 }
 
-fn layers(state: &State, lists: &ListsState, site: &ListedSite<'_>, wanted: &str, rows: &mut Vec<ListRow>) {
+fn layers(
+    list: LayerList,
+    fill: &FillSession,
+    lists: &ListsState,
+    site: &ListedSite<'_>,
+    wanted: &str,
+    rows: &mut Vec<ListRow>,
+) {
     let Some(stack) = site.stack() else {
         rows.push(ListRow::Say("Not built yet: use Layers › Build layers."));
         return;
     };
     let before = rows.len();
     let passing = |layer: &LayerIndex| passes(&stack.layer(*layer).name, wanted);
-    let list = &state.settings.layer_list;
     if list.as_table {
         rows.push(ListRow::Head);
-        let trust = state.layer_trust();
+        let trust = site.photo.map(|photo| fill.layer_trust(photo)).unwrap_or_default();
         let table =
             sorted(stack, list.column, list.falling, |layer| trust.get(layer.index()).copied().flatten());
         rows.extend(table.into_iter().filter(passing).map(ListRow::Layer));

@@ -6,7 +6,7 @@
 
 pub mod keeping;
 pub mod mask_cache;
-mod queries;
+pub mod queries;
 pub mod stroke;
 pub mod suggested;
 pub mod tool;

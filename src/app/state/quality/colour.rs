@@ -4,8 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::state::running::{JobId, Running};
+use crate::state::session::Session;
 use quadratura_document::ColourDecisions;
 use quadratura_projection::exposure::Estimate;
+use quadratura_recipe::colour::{ColourReport, report_from_estimate};
 
 /// The state of exposures: the estimate, and the decision in progress.
 #[derive(Default)]
@@ -20,6 +22,12 @@ pub struct ColourSession {
 }
 
 impl ColourSession {
+    /// Returns the exposures of all photos; none until they are estimated.
+    pub fn report(&self, session: &Session) -> Option<ColourReport> {
+        let (_, estimate) = self.estimate.as_ref()?;
+        Some(report_from_estimate(estimate, &session.opened.project.colour, &session.opened.site))
+    }
+
     /// Returns whether the estimate for these decisions was made, is being made, or failed.
     pub fn is_asked(&self, inputs: &GainInputs) -> bool {
         let made = self.estimate.as_ref().map(|(of, _)| of);

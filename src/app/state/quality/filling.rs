@@ -68,6 +68,18 @@ impl RankingInputs {
 }
 
 impl FillSession {
+    /// Returns the viewpoints from which visibility is judged in a project.
+    pub fn seen_from(&self, project: &Project) -> Viewpoints {
+        self.viewpoints.unwrap_or_else(|| Viewpoints::usual(project))
+    }
+
+    /// Returns the confidence of the filling of each layer of a photo, 0 to 1, where it is known.
+    pub fn layer_trust(&self, photo: PhotoId) -> Vec<Option<f64>> {
+        let shares = self.shares.get(&photo).and_then(|shares| shares.found());
+        let trust = |shares: &LayerShares| (shares.filled() > 0).then_some(shares.confidence);
+        shares.map(|shares| shares.iter().map(trust).collect()).unwrap_or_default()
+    }
+
     /// Drops facts that depend on fillings or paint.
     pub fn forget_fillings(&mut self) {
         self.shares.clear();

@@ -3,32 +3,11 @@
 use crate::state::State;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
-use quadratura_document::ColourDecisions;
-use quadratura_recipe::colour::{ColourReport, report_from_estimate};
-use quadratura_recipe::fill::viewpoints::Viewpoints;
 
 impl State {
-    /// Returns the decisions about colour.
-    pub fn colour(&self) -> Option<&ColourDecisions> {
-        Some(&self.session.as_ref()?.opened.project.colour)
-    }
-
-    /// Returns the exposures of all photos; none until they are estimated.
-    pub fn colour_report(&self) -> Option<ColourReport> {
-        let (_, estimate) = self.quality.colour.estimate.as_ref()?;
-        Some(report_from_estimate(estimate, self.colour()?, &self.session.as_ref()?.opened.site))
-    }
-
     /// Returns the factors of a photo's linear light that match the others, R, G, B; none until they are known.
     pub fn even_factors(&self, photo: PhotoId) -> Option<[f64; 3]> {
         self.quality.colour.factors.get(photo.index()).copied()
-    }
-
-    /// Returns the viewpoints from which visibility is judged.
-    pub fn viewpoints(&self) -> Viewpoints {
-        let usual =
-            self.session.as_ref().map_or(Viewpoints::Photos, |s| Viewpoints::usual(&s.opened.project));
-        self.quality.fill.viewpoints.unwrap_or(usual)
     }
 
     /// Returns whether the project has paint, nobody has chosen where it is seen, and the question is not put off.
@@ -37,13 +16,13 @@ impl State {
         let painted = !self.round_trip.painted.is_empty();
         painted && !self.quality.fill.chooses_later && self.session.as_ref().is_some_and(undecided)
     }
+}
 
+impl Session {
     /// Returns whether paint of some photo is projected to another one, or a decision asks for it.
     pub fn has_propagated(&self) -> bool {
-        self.session.as_ref().is_some_and(|session| {
-            let fills = session.photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
-            let laid = fills.flat_map(|fill| &fill.propagated).any(|paint| paint.texels > 0);
-            laid || !session.opened.project.fill.propagate.patterns().is_empty()
-        })
+        let fills = self.photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
+        let laid = fills.flat_map(|fill| &fill.propagated).any(|paint| paint.texels > 0);
+        laid || !self.opened.project.fill.propagate.patterns().is_empty()
     }
 }

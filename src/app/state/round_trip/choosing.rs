@@ -50,7 +50,7 @@ impl State {
                 }
             }
             DialogPurpose::ImageFile | DialogPurpose::PageFolder => {
-                if let Some(dialog) = &mut self.save_image {
+                if let Some(dialog) = &mut self.dialogs.save_image {
                     dialog.path = text;
                 }
             }

@@ -17,7 +17,7 @@ impl State {
 
     /// Returns the selected layer of a photo.
     pub fn paintable_layer(&self, of: PhotoId) -> Option<&ImageLayer> {
-        let Selection::Layer { photo, layer } = self.selection else { return None };
+        let Selection::Layer { photo, layer } = self.selection.main else { return None };
         let stack = self.session.as_ref()?.stack_of(photo)?;
         stack.image_layers.get(layer.index()).filter(|_| photo == of)
     }

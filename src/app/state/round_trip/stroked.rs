@@ -51,7 +51,8 @@ impl State {
             self.remember_only_here(number);
         }
         // The picture on the screen does not contain it yet.
-        let gets_picture = !was_undone && (self.device.is_some() || self.running.runs(JobKind::Preview));
+        let gets_picture =
+            !was_undone && (self.space.device.is_some() || self.running.runs(JobKind::Preview));
         if let Some(drawn) = ended.filter(|_| gets_picture) {
             let revision = self.space.next_revision();
             self.space.brush.unseen.push(UnseenStroke { drawn, number, revision });

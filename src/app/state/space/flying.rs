@@ -54,7 +54,7 @@ impl State {
         if count == 0 {
             return;
         }
-        let photo = self.photo.map_or(0, |photo| (photo.index() as isize + by).rem_euclid(count));
+        let photo = self.selection.photo.map_or(0, |photo| (photo.index() as isize + by).rem_euclid(count));
         let photo = PhotoId::new(photo as usize);
         if self.space.through.is_some()
             || self.space.travel.as_ref().is_some_and(|travel| travel.through.is_some())
@@ -103,13 +103,13 @@ impl State {
             return;
         }
         let Some(session) = &self.session else { return };
-        let of_tree = match self.selection {
+        let of_tree = match self.selection.main {
             Selection::Tree(index) => self.ball_of_tree(index),
             _ => None,
         };
-        match of_tree.or_else(|| ball_of(self.selection, session)) {
+        match of_tree.or_else(|| ball_of(self.selection.main, session)) {
             Some((center, radius)) => self.fly_to_ball(center, radius),
-            None => match self.selection.photo() {
+            None => match self.selection.main.photo() {
                 Some(photo) => self.fly_to_photo(photo),
                 None => self.show_everything(),
             },
@@ -127,7 +127,7 @@ impl State {
         present.lens = lens;
         present.show(center, radius);
         let towards = |forward| Viewpoint::towards(center, radius, forward, up, lens);
-        let views = views_onto(session, &faces_of(self.selection, session), center);
+        let views = views_onto(session, &faces_of(self.selection.main, session), center);
         let there = views.best(present, center, up, width, towards);
         self.space.fly(there, None, session, now_s);
     }

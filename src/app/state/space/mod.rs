@@ -56,6 +56,8 @@ pub struct FrameFacts {
 
 /// The state of the 3D view: viewpoint, display options, and the newest picture.
 pub struct SpaceView {
+    /// The name of the device that draws the view; none while no renderer runs.
+    pub device: Option<String>,
     /// The current viewpoint.
     pub viewpoint: Viewpoint,
     /// The blending of photos, and the display mode.
@@ -121,6 +123,7 @@ impl Default for SpaceView {
 impl SpaceView {
     fn at(viewpoint: Viewpoint) -> Self {
         Self {
+            device: None,
             viewpoint,
             look: Appearance { without_backs: true, ..Appearance::default() },
             visibility: ModelVisibility::default(),

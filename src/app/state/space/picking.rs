@@ -67,7 +67,7 @@ impl State {
         let depth_at = |index: TreeIndex| {
             let tree = trees.at(index).filter(|tree| !self.trees.hidden.contains(&tree.name))?;
             let radius = session.scene_frame.radius;
-            let [height, width] = self.size_of_tree(tree).unwrap_or([0.1 * radius, 0.05 * radius]);
+            let [height, width] = self.trees.size_of(trees, tree).unwrap_or([0.1 * radius, 0.05 * radius]);
             let foot = DVec3::from_array(tree.at) - eye;
             let near = |part: u32| {
                 let point = foot + height * f64::from(part) / f64::from(PARTS) * up;

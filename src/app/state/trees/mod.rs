@@ -15,7 +15,9 @@ use self::hand::TreeHand;
 use self::images::MadeImages;
 use self::light::KnownLight;
 use quadratura_document::Project;
+use quadratura_document::trees::{PlacedTree, Trees};
 use quadratura_recipe::trees::light::{LightEstimate, is_needed};
+use quadratura_recipe::trees::list::SpeciesFigures;
 
 /// The trees in the window.
 #[derive(Default)]
@@ -41,6 +43,19 @@ pub struct TreesState {
 }
 
 impl TreesState {
+    /// Returns what the plant of a species costs and how large it is, where that is known.
+    pub fn figures_of(&self, trees: &Trees, species: &str) -> Option<&SpeciesFigures> {
+        self.figures.of(trees.species.get(species)?)?.as_ref().ok()
+    }
+
+    /// Returns the height and the width of one of these trees in world units; `None` until its plant is known.
+    pub fn size_of(&self, trees: &Trees, tree: &PlacedTree) -> Option<[f64; 2]> {
+        let figures = self.figures_of(trees, &tree.species);
+        let height = tree.height.or(figures.map(|figures| figures.height))?;
+        let slender = figures.map_or(0.7, |figures| figures.width / figures.height);
+        Some([height, tree.width.unwrap_or(slender * height)])
+    }
+
     /// Forgets what is known of plants, because files of them have changed.
     pub fn files_changed(&mut self) {
         self.plants_version += 1;

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use crate::state::State;
 use crate::state::notes::{Note, Weight};
 use crate::state::selection::Selection;
+use crate::state::session::Session;
 use quadratura_base::error::Result;
 use quadratura_document::history::Gesture;
 use quadratura_document::trees::{PlacedTree, TreeIndex, Trees};
 use quadratura_document::{Masks, Project};
 use quadratura_recipe::masks::{ClearedMasks, cleared};
-use quadratura_recipe::trees::list::SpeciesFigures;
 
 /// The gesture of a drag or a slider: each ends its own.
 const DRAG: Gesture = Gesture(0x7e_e5);
@@ -18,12 +18,12 @@ const DRAG: Gesture = Gesture(0x7e_e5);
 impl State {
     /// Returns the trees of the open project.
     pub fn trees(&self) -> Option<&Trees> {
-        self.session.as_ref().map(|session| &session.history.present().trees)
+        self.session.as_ref().map(Session::trees)
     }
 
     /// Returns the selected tree.
     pub fn selected_tree(&self) -> Option<&PlacedTree> {
-        match self.selection {
+        match self.selection.main {
             Selection::Tree(index) => self.trees()?.at(index),
             _ => None,
         }
@@ -43,7 +43,7 @@ impl State {
 
     /// Follows the selected tree where others came or went before it; nothing is selected where it went itself.
     pub fn follow_selected_tree(&mut self) {
-        let Selection::Tree(_) = self.selection else { return };
+        let Selection::Tree(_) = self.selection.main else { return };
         let is_it = self.selected_tree().map(|tree| &tree.name) == self.trees.selected.as_ref();
         if is_it && self.trees.selected.is_some() {
             return;
@@ -100,19 +100,6 @@ impl State {
         }
     }
 
-    /// Returns what the plant of a species costs and how large it is, where that is known.
-    pub fn figures_of(&self, species: &str) -> Option<&SpeciesFigures> {
-        self.trees.figures.of(self.trees()?.species.get(species)?)?.as_ref().ok()
-    }
-
-    /// Returns the height and the width of a tree in world units; `None` until its plant is known.
-    pub fn size_of_tree(&self, tree: &PlacedTree) -> Option<[f64; 2]> {
-        let figures = self.figures_of(&tree.species);
-        let height = tree.height.or(figures.map(|figures| figures.height))?;
-        let slender = figures.map_or(0.7, |figures| figures.width / figures.height);
-        Some([height, tree.width.unwrap_or(slender * height)])
-    }
-
     /// Returns the masks without those of trees; `None` where there are none of them.
     pub fn masks_without_trees(&self) -> Option<Masks> {
         let masks = &self.session.as_ref()?.history.present().masks;
@@ -121,9 +108,17 @@ impl State {
 
     /// Returns the ball around a tree: middle and radius, in the world.
     pub fn ball_of_tree(&self, index: TreeIndex) -> Option<(glam::DVec3, f64)> {
-        let (session, tree) = (self.session.as_ref()?, self.trees()?.at(index)?);
-        let [height, width] = self.size_of_tree(tree)?;
+        let session = self.session.as_ref()?;
+        let tree = session.trees().at(index)?;
+        let [height, width] = self.trees.size_of(session.trees(), tree)?;
         let middle = glam::DVec3::from_array(tree.at) + 0.5 * height * session.scene_frame.up;
         Some((middle, 0.5 * height.hypot(width)))
+    }
+}
+
+impl Session {
+    /// Returns the trees of the project.
+    pub fn trees(&self) -> &Trees {
+        &self.history.present().trees
     }
 }

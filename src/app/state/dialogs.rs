@@ -1,0 +1,32 @@
+//! The dialogs and windows over the views that belong to no subject with a state of its own.
+
+use super::palette::Palette;
+use super::save_image::SaveImage;
+
+/// Which dialogs are shown, and what is typed in them.
+#[derive(Default)]
+pub struct Dialogs {
+    /// The command palette.
+    pub palette: Palette,
+    /// Whether the help for keys and mouse is shown.
+    pub help: bool,
+    /// Whether the program's name and version are shown.
+    pub about: bool,
+    /// Whether the list of the history is shown.
+    pub history: bool,
+    /// The number of steps of the history that were asked for in its list, until they are done.
+    pub history_target: Option<usize>,
+    /// Whether the settings are shown.
+    pub settings: bool,
+    /// Whether the layer options are shown.
+    pub layer_options: bool,
+    /// The dialog that saves a layered depth image.
+    pub save_image: Option<SaveImage>,
+}
+
+impl Dialogs {
+    /// Returns whether one of them is open to which keys belong; the others stay open beside the views.
+    pub fn take_keys(&self) -> bool {
+        self.palette.is_open() || self.settings || self.save_image.is_some()
+    }
+}
