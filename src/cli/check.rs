@@ -55,7 +55,7 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     }
     let pictures = refused.is_none().then_some(pictures);
     let report = checked(&opened, pictures.clone(), &rasteriser, task)?;
-    let mut problems: Vec<_> = opened.problems.iter().map(error_text).collect();
+    let mut problems: Vec<_> = opened.problems.errors.iter().map(error_text).collect();
     problems
         .extend(report.photos.iter().filter_map(|p| Some(format!("{}: {}", p.name, p.problem.as_ref()?))));
     if report.verdict == Verdict::Misses {

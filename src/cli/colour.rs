@@ -159,7 +159,7 @@ fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
 }
 
 fn outcome(opened: &Opened, report: &ColourReport) -> Outcome {
-    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
+    let problems: Vec<String> = opened.problems.errors.iter().map(error_text).collect();
     let (cameras, rule) = (cameras(report), rule(report));
     let text = format!("{}\n{}{cameras}{}\n{rule}", photos(report), legend(report), groups(report));
     let mut json = json!(report);

@@ -331,7 +331,7 @@ fn outcome(
     let of_objects = impostors + &see_through;
     let missing = stale(&opened.project.decisions, &opened.site);
     let missing: Vec<String> = missing.iter().map(worded).collect();
-    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
+    let problems: Vec<String> = opened.problems.errors.iter().map(error_text).collect();
     let text = match rows.is_empty() {
         true if requested_photos.is_empty() && !of_objects.is_empty() => String::new(),
         true if requested_photos.is_empty() => "there are no decisions about layers\n".to_owned(),

@@ -100,7 +100,7 @@ fn about_photos(
         }
     }
     if args.photos.names.is_empty() {
-        opened.left_out.iter().for_each(|(photo, _)| {
+        opened.problems.left_out.iter().for_each(|(photo, _)| {
             overview.add(photo, LEFT_OUT, None, None);
             table.add(photo, LEFT_OUT, None);
         });
@@ -185,7 +185,7 @@ fn about_photos(
 /// Returns the number of photos in words, with those that cannot be used.
 fn photos_counted(opened: &Opened) -> String {
     let count = counted(opened.site.photos.len(), "photo");
-    match opened.left_out.len() {
+    match opened.problems.left_out.len() {
         0 => count,
         left_out => format!("{count} (and {left_out} left out)"),
     }

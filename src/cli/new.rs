@@ -48,13 +48,13 @@ fn created(opened: &Opened, project: &Path) -> Outcome {
 
 /// Summarises the contents of the project.
 fn summary(opened: &Opened) -> Outcome {
-    let (site, problems) = (&opened.site, &opened.problems);
+    let (site, problems) = (&opened.site, &opened.problems.errors);
     let photos = site.photos.len();
     let faces = site.model.faces.len();
     let objects = site.model.objects.len();
     let mut table = Table::new(&["", ""]);
     let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
-    line("photos", format!("{photos} of {} matched with their cameras", opened.listed));
+    line("photos", format!("{photos} of {} matched with their cameras", opened.problems.listed));
     line("size", sizes(opened));
     line("model", format!("{} in {}", counted(faces, "face"), counted(objects, "object")));
     line("sparse points", opened.points.len().to_string());

@@ -78,7 +78,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         }
         content => draw_shots(args, content, &opened, &views, &options, task)?,
     };
-    let mut problems: Vec<_> = opened.problems.iter().chain(&views.problems).map(error_text).collect();
+    let mut problems: Vec<_> = opened.problems.errors.iter().chain(&views.problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
     problems.extend(of_layers);
     let mut outcome = outcome(args, &report, views.path.is_some(), problems);

@@ -60,7 +60,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
     let mut renderer = Viewer::new(&args.project, &opened, renderer, of_images)?;
     let report = score(&opened.site.model, &targets, &mut renderer, &options, task)?;
-    let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(error_text).collect();
+    let mut problems: Vec<_> = opened.problems.errors.iter().chain(&problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
     problems.extend(renderer.preview().problems().iter().map(worded));
     let unexplained = unexplained(&opened.site, &opened.points);

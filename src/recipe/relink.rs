@@ -54,7 +54,7 @@ pub fn missing_photos(opened: &Opened, parts: &SiteParts) -> Vec<String> {
         }
         _ => None,
     };
-    opened.problems.iter().filter_map(missing).collect()
+    opened.problems.errors.iter().filter_map(missing).collect()
 }
 
 /// Guesses where something that was at `gone` may be now: moved as other parts were (`moved`, from and to), or in a

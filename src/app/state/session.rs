@@ -191,7 +191,7 @@ pub fn stacks_of(photos: &[PhotoStatus]) -> Vec<Option<Arc<Stack>>> {
 /// are used.)
 fn gone(folder: &Path, opened: &Opened) -> Vec<(String, String)> {
     let store = StackStore::new(folder);
-    opened.left_out.iter().filter(|(photo, _)| store.stack_file(photo).is_file()).cloned().collect()
+    opened.problems.left_out.iter().filter(|(photo, _)| store.stack_file(photo).is_file()).cloned().collect()
 }
 
 /// Returns the points of a site without backdrops and wide ground.
@@ -275,7 +275,7 @@ impl Session {
             edges: Edges::from_model(model),
             has_former: false,
             seen,
-            incomplete: !opened.problems.is_empty(),
+            incomplete: !opened.problems.errors.is_empty(),
             gone: gone(folder, &opened),
             opened: Arc::new(opened),
             photos,
@@ -294,7 +294,7 @@ impl Session {
         self.edges = Edges::from_model(&opened.site.model);
         // Decisions made while the site was read are kept.
         let present = Project::clone(self.history.present());
-        self.incomplete = !opened.problems.is_empty();
+        self.incomplete = !opened.problems.errors.is_empty();
         self.gone = gone(&self.folder, &opened);
         self.opened = Arc::new(opened.with_project(&self.folder, present));
         self.photos = photos;

@@ -297,7 +297,7 @@ impl PhotoArgs {
     /// Returns the problems with photos of the site that affect the exit status. Where photos were given by
     /// name, the others' problems are only notes.
     pub fn problems_of(&self, opened: &Opened, task: &Task) -> Vec<String> {
-        let problems = opened.problems.iter().map(error_text);
+        let problems = opened.problems.errors.iter().map(error_text);
         if self.names.is_empty() {
             return problems.collect();
         }
@@ -307,7 +307,11 @@ impl PhotoArgs {
 
     /// Returns how many photos of the cameras are not in the site, of those that are asked for.
     pub fn left_out(&self, opened: &Opened) -> usize {
-        if self.names.is_empty() { opened.listed.saturating_sub(opened.site.photos.len()) } else { 0 }
+        if self.names.is_empty() {
+            opened.problems.listed.saturating_sub(opened.site.photos.len())
+        } else {
+            0
+        }
     }
 }
 

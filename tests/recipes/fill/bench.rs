@@ -165,10 +165,7 @@ impl Bench {
             site: self.site.clone(),
             whole: self.site.model.clone(),
             points: Default::default(),
-            listed: self.site.photos.len(),
             problems: std::sync::Arc::default(),
-            left_out: Vec::new(),
-            unmasked: Default::default(),
         }
     }
 

@@ -69,10 +69,7 @@ impl InMemory {
             site: opened.site.clone(),
             whole: opened.whole.clone(),
             points: opened.points.clone(),
-            listed: opened.listed,
             problems: opened.problems.clone(),
-            left_out: Vec::new(),
-            unmasked: opened.unmasked.clone(),
         });
     }
 

@@ -43,12 +43,12 @@ impl State {
 pub fn tell_problems(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let opened = session.opened.clone();
-    let of_masks: Vec<String> = opened.unmasked.iter().map(|it| it.error().to_string()).collect();
-    let others = opened.problems.iter().map(ToString::to_string);
+    let of_masks: Vec<String> = opened.problems.unmasked.iter().map(|it| it.error().to_string()).collect();
+    let others = opened.problems.errors.iter().map(ToString::to_string);
     for problem in others.filter(|problem| !of_masks.contains(problem)) {
         state.notes.add(Note::new(Weight::Problem, problem));
     }
-    tell_masks(state, work, opened.unmasked.to_vec(), "is left out");
+    tell_masks(state, work, opened.problems.unmasked.to_vec(), "is left out");
 }
 
 /// Reports masks that cannot be used, with the consequence `therefore` and remedies.
