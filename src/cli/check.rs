@@ -62,7 +62,7 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
         problems.push("the model is not aligned with the photos".into());
     }
     if !opened.project.trees.is_empty() {
-        note_doubts(&opened, task);
+        note_doubts(&opened.project, &opened.site, task);
         problems.extend(species_problems(&listed_species(&args.project, &opened.project.trees, task)?));
     }
     let shown = pictures.as_ref().map_or_else(String::new, |folder| {

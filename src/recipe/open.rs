@@ -23,7 +23,7 @@ use quadratura_io::mask_file::check_mask;
 use quadratura_io::mask_store::MaskStore;
 use quadratura_io::project::{PROJECT_FILE, read_project, resolved, respelled};
 
-/// A project and the site that it describes.
+/// A project and the site that it describes. Functions take those parts of it that they use.
 #[derive(Debug)]
 pub struct Opened {
     /// The contents of `project.json`.

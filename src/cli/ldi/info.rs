@@ -221,7 +221,7 @@ fn described(
 fn of_project(folder: &Path, task: &Task) -> Result<Outcome> {
     about_project(folder);
     let opened = open(folder, task)?;
-    let site = LdiSite::open(folder, &opened)?;
+    let site = LdiSite::open(folder, &opened.project, &opened.site)?;
     let mut table = Table::new(&["photo", "state", "depth pixels", "complexity", "layers", "empty", "size"]);
     let (mut list, mut waiting) = (Vec::new(), 0);
     for (id, photo) in PhotoId::all(opened.site.photos.len()).zip(&opened.site.photos) {
