@@ -94,7 +94,14 @@ fn main() -> Outcome<()> {
     let versions = versions(&document, layer, at, saves)?;
 
     let gpu = Gpu::headless()?;
-    let mut preview = preview::open(project, &opened, &gpu, &PreviewOptions::default(), &Task::silent())?;
+    let mut preview = preview::open(
+        project,
+        &opened.project,
+        &opened.site,
+        &gpu,
+        &PreviewOptions::default(),
+        &Task::silent(),
+    )?;
     let viewer = site.photos.iter().find(|it| it.name == *from).ok_or("there is no photo to look from")?;
     let shot = Shot::new(smaller(&viewer.camera), viewer.pose);
     let mut before = preview.picture(&shot, &Task::silent())?;
@@ -164,7 +171,7 @@ fn show(
     let viewpoint = shot.viewpoint();
     let ahead = shot.pose.rotation.transpose() * glam::DVec3::Z;
     let photos = nearest_first(&opened.site, viewpoint, viewpoint + ahead);
-    let projection = PaintProjection::new(project, opened, &stacks, &task)?;
+    let projection = PaintProjection::new(project, &opened.project, &opened.site, &stacks, &task)?;
     let (first, later) = photos.split_at(4.min(photos.len()));
     preview.show_projected(first, projection.project(&imported.book, first, &task)?, &task)?;
     over();
@@ -175,7 +182,7 @@ fn show(
     over();
     let request =
         FillRequest { options: opened.project.fill.clone(), keep_former: true, ..FillRequest::default() };
-    for filled in fill(project, opened, &request, &task)? {
+    for filled in fill(project, &opened.project, &opened.site, &request, &task)? {
         filled.stack?;
     }
     over();

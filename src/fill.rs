@@ -14,7 +14,7 @@
 //!     options: FillOptions { invent: Invent::Diffusion, ..FillOptions::default() },
 //!     ..FillRequest::default()
 //! };
-//! for filled in fill(&project, &opened, &request, &task)? {
+//! for filled in fill(&project, &opened.project, &opened.site, &request, &task)? {
 //!     let shares = FillShares::from_stack(&filled.stack?);
 //!     println!("{}: {:.0} % of the hidden texels", filled.photo, 100.0 * shares.from_photos);
 //!     assert!(shares.from_photos > 0.0, "the other photo shows what this one does not");

@@ -21,7 +21,7 @@
 //!
 //! // Any later time:
 //! let opened = open(&folder.join("project"), &task)?;
-//! opened.problems.iter().for_each(|problem| println!("a photo is left out: {problem}"));
+//! opened.problems.errors.iter().for_each(|problem| println!("a photo is left out: {problem}"));
 //! // Names may be abbreviated where they remain unambiguous.
 //! let chosen = opened.photos_named(&["left".into()])?;
 //! assert_eq!(chosen[0].name, "left.png");
@@ -60,4 +60,4 @@ pub use quadratura_io::project::{change_project, read_project, write_project};
 #[doc(inline)]
 pub use quadratura_recipe::create::{NewProject, create_project};
 #[doc(inline)]
-pub use quadratura_recipe::open::{Opened, UnusableMask, open, open_site};
+pub use quadratura_recipe::open::{Opened, OpeningProblems, UnusableMask, open, open_site};

@@ -18,7 +18,7 @@
 //! let task = Task::silent();
 //! let opened = open(&project, &task)?;
 //! let Ok(gpu) = Gpu::headless() else { return Ok(()) };
-//! let mut renderer = open_preview(&project, &opened, &gpu, &PreviewOptions::default(), &task)?;
+//! let mut renderer = open_preview(&project, &opened.project, &opened.site, &gpu, &PreviewOptions::default(), &task)?;
 //!
 //! // Between the two photos.
 //! let (left, right) = (&opened.site.photos[0], &opened.site.photos[1]);
@@ -50,7 +50,7 @@
 //! # let out = temporary.path().join("views");
 //! let task = Task::silent();
 //! let plain = PreviewOptions { gains: false, relief: false, agreement: false, ..PreviewOptions::default() };
-//! let mut renderer = open_reference(&project, &opened, &plain, &task)?;
+//! let mut renderer = open_reference(&project, &opened.project, &opened.site, &plain, &task)?;
 //!
 //! let request = ViewRequest { size: Size::Scaled(0.5), ..ViewRequest::default() };
 //! let views = opened.views(&request, &task)?;
@@ -78,7 +78,7 @@
 //! # let (project, opened) = quadratura::testing::tiny_stacks(temporary.path())?;
 //! let task = Task::silent();
 //! let plain = PreviewOptions { gains: false, relief: false, agreement: false, ..PreviewOptions::default() };
-//! let mut renderer = open_reference(&project, &opened, &plain, &task)?;
+//! let mut renderer = open_reference(&project, &opened.project, &opened.site, &plain, &task)?;
 //! let targets = leave_one_out(&opened.site);
 //! let model = &opened.site.model;
 //! let report = score(model, &targets, &mut renderer, &ScoreOptions::default(), &task)?;

@@ -11,6 +11,7 @@ use super::table::counted;
 use super::transients::note_large;
 use super::words::error_text;
 use quadratura_base::error::Result;
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_gpu::{Gpu, GpuRasteriser};
@@ -19,7 +20,7 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_layers::Options;
 use quadratura_recipe::build::{BuildOptions, Built, build};
 use quadratura_recipe::decide::stale;
-use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::open::open_site;
 use quadratura_recipe::preview;
 
 /// Runs `build`: builds the stacks of the chosen photos and, unless told otherwise, what previews need. A photo
@@ -45,10 +46,10 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
         force: args.force,
     };
     stale(&opened.project.decisions, &opened.site).iter().for_each(|gone| task.note(gone.clone()));
-    note_unknown_objects(&options.layers, &opened, task);
+    note_unknown_objects(&options.layers, &opened.site, task);
     let built = build(&opened.site, &store, &rasteriser, &options, task)?;
     if !args.stacks_only {
-        preview::prepare(&args.project, &opened, task)?;
+        preview::prepare(&args.project, &opened.project, &opened.site, task)?;
     }
     kept.extend(built.iter().flat_map(|built| built.kept.clone()));
     for file in kept {
@@ -58,11 +59,14 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     let current = built.iter().filter(|photo| photo.stack.is_ok());
     let current: Vec<String> = current.map(|photo| photo.photo.clone()).collect();
     if !args.stacks_only {
-        note_large(&args.project, &opened, &current, options.memory, task)?;
+        note_large(&args.project, &opened.project, &opened.site, &current, options.memory, task)?;
     }
-    let painted = PaintReport::new(&opened, &store)?;
-    let (problems, left_out) = (args.photos.problems_of(&opened, task), args.photos.left_out(&opened));
-    Ok(report(&opened, &built, &painted, problems, left_out))
+    let painted = PaintReport::new(&opened.site, &store)?;
+    let (problems, left_out) = (
+        args.photos.problems_of(&opened.problems, task),
+        args.photos.left_out(&opened.site, &opened.problems),
+    );
+    Ok(report(&opened.site, &built, &painted, problems, left_out))
 }
 
 /// Returns the project's options with those that were given, and saves them if requested.
@@ -84,15 +88,15 @@ fn options(args: &BuildArgs, project: &mut Project, task: &Task) -> Result<Optio
 }
 
 /// Reports options of objects that the model does not have.
-fn note_unknown_objects(options: &Options, opened: &Opened, task: &Task) {
-    let is_known = |name: &str| opened.site.model.objects.iter().any(|object| object.name == name);
+fn note_unknown_objects(options: &Options, site: &Site, task: &Task) {
+    let is_known = |name: &str| site.model.objects.iter().any(|object| object.name == name);
     for name in options.objects.keys().filter(|name| !is_known(name)) {
         task.note(format!("the options of {name:?} have no effect: the model has no object of this name"));
     }
 }
 
 fn report(
-    opened: &Opened,
+    site: &Site,
     built: &[Built],
     painted: &PaintReport,
     mut problems: Vec<String>,
@@ -117,7 +121,7 @@ fn report(
         counted(fresh, "stack"),
         built.iter().filter(|built| built.up_to_date).count(),
         left_out,
-        counted(opened.site.model.faces.len(), "face"),
+        counted(site.model.faces.len(), "face"),
         painted.lost(),
     );
     problems.extend(painted.problems());

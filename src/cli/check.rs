@@ -55,14 +55,14 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     }
     let pictures = refused.is_none().then_some(pictures);
     let report = checked(&opened, pictures.clone(), &rasteriser, task)?;
-    let mut problems: Vec<_> = opened.problems.iter().map(error_text).collect();
+    let mut problems: Vec<_> = opened.problems.errors.iter().map(error_text).collect();
     problems
         .extend(report.photos.iter().filter_map(|p| Some(format!("{}: {}", p.name, p.problem.as_ref()?))));
     if report.verdict == Verdict::Misses {
         problems.push("the model is not aligned with the photos".into());
     }
     if !opened.project.trees.is_empty() {
-        note_doubts(&opened, task);
+        note_doubts(&opened.project, &opened.site, task);
         problems.extend(species_problems(&listed_species(&args.project, &opened.project.trees, task)?));
     }
     let shown = pictures.as_ref().map_or_else(String::new, |folder| {

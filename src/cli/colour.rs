@@ -11,16 +11,17 @@ use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use crate::words::{command_for_project, error_text};
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
-use quadratura_document::ColourDecisions;
 use quadratura_document::colour::REST;
+use quadratura_document::{ColourDecisions, Project};
 use quadratura_io::project::write_project;
 use quadratura_projection::exposure::{ExposureRule, GroupSupport};
 use quadratura_recipe::colour::{
     ColourEdit, ColourReport, PhotoColour, colour_report, edited, estimate, keeping_found, known_report,
     lead_in_words, report_from_estimate,
 };
-use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::open::{Opened, OpeningProblems, open_site};
 use quadratura_recipe::written_exposure::{CameraReport, WrittenExposure};
 
 /// Runs `colour`: changes exposures as the arguments ask, and reports the exposures of all photos.
@@ -30,22 +31,22 @@ pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
     let (_lock, project) = read_with_lock_if(!edits.is_empty(), &args.project, task)?;
     let mut opened = open_site(&args.project, project, task)?;
     args.refuse_photos_in_two_groups(&opened)?;
-    let edits = keeping_groups(&args.project, &opened, edits, task)?;
+    let edits = keeping_groups(&args.project, &opened.project, &opened.site, edits, task)?;
     let colour = edited(&opened.project.colour, &edits, &opened.site)?;
-    let before = known_report(&args.project, &opened);
+    let before = known_report(&args.project, &opened.project, &opened.site);
     if colour != opened.project.colour {
         opened.project.colour = colour;
         write_project(&args.project, &opened.project)?;
         note_both(&opened.project.colour, task);
     }
-    let report = colour_report(&args.project, &opened, task)?;
+    let report = colour_report(&args.project, &opened.project, &opened.site, task)?;
     let is_asked = |edit: &ColourEdit| matches!(edit, ColourEdit::Rule(_) | ColourEdit::Reset);
     if let Some(switched) = before.and_then(|before| switched(&before, &report))
         && !edits.iter().any(is_asked)
     {
         task.note(switched);
     }
-    Ok(outcome(&opened, &report))
+    Ok(outcome(&opened.problems, &report))
 }
 
 /// Says that another change has changed the rule by which pictures are exposed, and how to keep the former one; `None`
@@ -67,15 +68,16 @@ fn switched(before: &ColourReport, now: &ColourReport) -> Option<String> {
 /// Keeps found groups of light where photos are taken out of theirs: otherwise nothing would be left of the groups.
 fn keeping_groups(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     mut edits: Vec<ColourEdit>,
     task: &Task,
 ) -> Result<Vec<ColourEdit>> {
     let takes_out = |edit: &ColourEdit| matches!(edit, ColourEdit::Group(name, _) if name == REST);
     let Some(first) = edits.iter().position(takes_out) else { return Ok(edits) };
-    let before = edited(&opened.project.colour, &edits[..first], &opened.site)?;
+    let before = edited(&project.colour, &edits[..first], site)?;
     if before.groups.is_none() {
-        let report = report_from_estimate(&estimate(folder, opened, &before, task)?, &before, &opened.site);
+        let report = report_from_estimate(&estimate(folder, site, &before, task)?, &before, site);
         edits.splice(first..first, keeping_found(&report));
     }
     Ok(edits)
@@ -158,8 +160,8 @@ fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
     edits
 }
 
-fn outcome(opened: &Opened, report: &ColourReport) -> Outcome {
-    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
+fn outcome(problems: &OpeningProblems, report: &ColourReport) -> Outcome {
+    let problems: Vec<String> = problems.errors.iter().map(error_text).collect();
     let (cameras, rule) = (cameras(report), rule(report));
     let text = format!("{}\n{}{cameras}{}\n{rule}", photos(report), legend(report), groups(report));
     let mut json = json!(report);

@@ -11,7 +11,7 @@ use super::merge_table::MergeTable;
 use super::table::Table;
 use crate::words::{command_for_project, error_text, worded};
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::{Model, Object, PhotoId};
+use quadratura_base::scene::{Model, Object, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::decisions::PhotoOptions;
 use quadratura_document::stack::UntexturedReason;
@@ -34,12 +34,12 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
         // Of other photos there is nothing to list; decisions about photos that are gone can still be changed.
         args.photos.iter().try_for_each(|typed| index_of_photo(&opened.site, typed).map(drop))?;
     }
-    let stacks = stacks(&args.project, &opened);
+    let stacks = stacks(&args.project, &opened.site);
     let mut decided = opened.project.clone();
     let present: Vec<_> = stacks.iter().map(Option::as_ref).collect();
-    for edit in edits(args, &opened, &stacks)? {
+    for edit in edits(args, &opened.project, &opened.site, &stacks)? {
         decided = edited(&decided, &edit, &opened.site, &present)
-            .map_err(|error| explained(error, &edit, &opened))?;
+            .map_err(|error| explained(error, &edit, &opened.site))?;
     }
     args.refuse_contradictions(&opened.whole)?;
     decided.impostors = impostors::edited(&decided.impostors, &impostor_edits(args), &opened.whole)?;
@@ -67,7 +67,7 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     }
     let mut outcome = outcome(args, &opened, &stacks, changed, &next);
     if args.list {
-        let merges = MergeTable::new(&opened, &stacks, &requested(args, &opened));
+        let merges = MergeTable::new(&opened.project, &opened.site, &stacks, &requested(args, &opened.site));
         outcome.text = merges.text() + &next;
         outcome.json["layers"] = merges.into_json();
     }
@@ -75,9 +75,9 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
 }
 
 /// Adds to the refusal of a merge what lists the possible ones.
-fn explained(error: Error, edit: &LayerEdit, opened: &Opened) -> Error {
+fn explained(error: Error, edit: &LayerEdit, site: &Site) -> Error {
     let (Error::Request(_), LayerEdit::Merge { photo, .. }) = (&error, edit) else { return error };
-    if index_of_photo(&opened.site, photo).is_err() {
+    if index_of_photo(site, photo).is_err() {
         return error;
     }
     let photo = if photo.contains(' ') { format!("'{photo}'") } else { photo.clone() };
@@ -86,11 +86,11 @@ fn explained(error: Error, edit: &LayerEdit, opened: &Opened) -> Error {
 }
 
 /// Returns the photos that the arguments name, as far as the site has them; all without a name.
-fn requested(args: &DecideArgs, opened: &Opened) -> Vec<PhotoId> {
+fn requested(args: &DecideArgs, site: &Site) -> Vec<PhotoId> {
     if args.photos.is_empty() {
-        return opened.site.photo_ids().collect();
+        return site.photo_ids().collect();
     }
-    args.photos.iter().filter_map(|typed| index_of_photo(&opened.site, typed).ok()).collect()
+    args.photos.iter().filter_map(|typed| index_of_photo(site, typed).ok()).collect()
 }
 
 /// Returns whether both need the same stacks. Exclusions and pins apply when views are drawn, so they need no
@@ -130,9 +130,9 @@ fn pins_leftovers(project: &Project, stacks: &[Option<Stack>]) -> bool {
 }
 
 /// Reads the current stacks; a damaged one counts as missing here.
-fn stacks(folder: &std::path::Path, opened: &Opened) -> Vec<Option<Stack>> {
+fn stacks(folder: &std::path::Path, site: &Site) -> Vec<Option<Stack>> {
     let store = StackStore::new(folder);
-    opened.site.photos.iter().map(|photo| store.current(&photo.name).ok().flatten()).collect()
+    site.photos.iter().map(|photo| store.current(&photo.name).ok().flatten()).collect()
 }
 
 impl DecideArgs {
@@ -211,7 +211,12 @@ fn names_of_some(names: &[String]) -> Option<String> {
 }
 
 /// Returns the edits that were requested, photo by photo: removals first, then decisions.
-fn edits(args: &DecideArgs, opened: &Opened, stacks: &[Option<Stack>]) -> Result<Vec<LayerEdit>> {
+fn edits(
+    args: &DecideArgs,
+    project: &Project,
+    site: &Site,
+    stacks: &[Option<Stack>],
+) -> Result<Vec<LayerEdit>> {
     if args.photos.is_empty() {
         return Ok(args.reset.then_some(LayerEdit::Reset { photo: None }).into_iter().collect());
     }
@@ -223,7 +228,7 @@ fn edits(args: &DecideArgs, opened: &Opened, stacks: &[Option<Stack>]) -> Result
         numbers.sort_unstable_by(|a, b| b.cmp(a));
         numbers.dedup();
         edits.extend(numbers.into_iter().map(|number| LayerEdit::Forget { photo: photo.clone(), number }));
-        edits.extend(of_photo(args, photo, opened, stacks)?);
+        edits.extend(of_photo(args, photo, project, site, stacks)?);
     }
     Ok(edits)
 }
@@ -231,15 +236,16 @@ fn edits(args: &DecideArgs, opened: &Opened, stacks: &[Option<Stack>]) -> Result
 fn of_photo(
     args: &DecideArgs,
     typed: &str,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     stacks: &[Option<Stack>],
 ) -> Result<Vec<LayerEdit>> {
     let mut edits = Vec::new();
     let photo = typed.to_owned();
     // Decisions about a photo that is gone can be removed; decisions about faces need it.
-    let stack = index_of_photo(&opened.site, typed).ok().and_then(|id| stacks[id.index()].as_ref());
+    let stack = index_of_photo(site, typed).ok().and_then(|id| stacks[id.index()].as_ref());
     let named = |typed: &[String]| -> Result<Vec<Faces>> {
-        let of = typed.iter().map(|what| faces_named(&opened.site.model, stack, what));
+        let of = typed.iter().map(|what| faces_named(&site.model, stack, what));
         Ok(of.collect::<Result<Vec<_>>>()?.concat())
     };
     // Removals come before decisions.
@@ -267,18 +273,18 @@ fn of_photo(
     if !args.pin.is_empty() {
         edits.push(LayerEdit::Pin { photo: photo.clone(), of: named(&args.pin)? });
     }
-    edits.extend(options(args, typed, opened)?);
+    edits.extend(options(args, typed, project, site)?);
     Ok(edits)
 }
 
 /// Returns the edit of the photo's own options; those that were not given stay as they are.
-fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<LayerEdit>> {
+fn options(args: &DecideArgs, typed: &str, project: &Project, site: &Site) -> Result<Option<LayerEdit>> {
     let DecideArgs { tolerance, min_support, margin, min_visible, min_share, tolerated, .. } = args;
     if !args.gives_options() {
         return Ok(None);
     }
-    let name = &opened.site.photo(index_of_photo(&opened.site, typed)?).name;
-    let kept = opened.project.decisions.of(name).options;
+    let name = &site.photo(index_of_photo(site, typed)?).name;
+    let kept = project.decisions.of(name).options;
     let kept = if args.reset { PhotoOptions::default() } else { kept };
     let options = PhotoOptions {
         tolerance: tolerance.map_or(kept.tolerance, |OptionOverride(own)| own),
@@ -298,7 +304,7 @@ fn outcome(
     changed: bool,
     next: &str,
 ) -> Outcome {
-    let requested_photos = if args.photos.is_empty() { Vec::new() } else { requested(args, opened) };
+    let requested_photos = if args.photos.is_empty() { Vec::new() } else { requested(args, &opened.site) };
     let requested_photos: Vec<&str> =
         requested_photos.into_iter().map(|id| opened.site.photo(id).name.as_str()).collect();
     let mut table = Table::new(&["photo", "", "decision"]);
@@ -331,7 +337,7 @@ fn outcome(
     let of_objects = impostors + &see_through;
     let missing = stale(&opened.project.decisions, &opened.site);
     let missing: Vec<String> = missing.iter().map(worded).collect();
-    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
+    let problems: Vec<String> = opened.problems.errors.iter().map(error_text).collect();
     let text = match rows.is_empty() {
         true if requested_photos.is_empty() && !of_objects.is_empty() => String::new(),
         true if requested_photos.is_empty() => "there are no decisions about layers\n".to_owned(),

@@ -12,13 +12,14 @@ use super::lock::lock_and_read;
 use super::table::{Table, counted};
 use super::words::error_text;
 use quadratura_base::error::{Error, Remedy, Result};
-use quadratura_base::scene::Photo;
+use quadratura_base::scene::{Photo, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_files::writable::check_folder;
 use quadratura_io::stack_store::StackStore;
 use quadratura_recipe::colour::even_factors;
 use quadratura_recipe::export::{ExportOptions, Exported, TreesInSite, export, write_provenance};
-use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::open::open_site;
 use quadratura_recipe::survey::{StackState, Survey};
 
 /// Runs `export`: writes the layered files of the chosen photos, and returns a table of them with a problem for
@@ -29,17 +30,24 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     let (_lock, project) = lock_and_read(&args.project, task)?;
     let opened = open_site(&args.project, project, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
-    let photos = with_stacks(&opened, &StackStore::new(&args.project), &photos, &args.photos.names, task)?;
-    note_stale_fillings(&args.project, &opened, task)?;
+    let photos = with_stacks(
+        &opened.project,
+        &opened.site,
+        &StackStore::new(&args.project),
+        &photos,
+        &args.photos.names,
+        task,
+    )?;
+    note_stale_fillings(&args.project, &opened.project, &opened.site, task)?;
     let evened = match args.even_colour {
         true => {
             task.note("files with matched exposures are for viewing only: they cannot be imported");
-            even_factors(&args.project, &opened, task)?
+            even_factors(&args.project, &opened.project, &opened.site, task)?
         }
         false => BTreeMap::new(),
     };
     let options = ExportOptions {
-        trees: TreesInSite::new(&opened.project.trees, &opened),
+        trees: TreesInSite::new(&opened.project.trees, &opened.project, &opened.site),
         evened,
         format: args.format,
         memory: args.memory.or_default(),
@@ -50,19 +58,20 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     if args.provenance {
         write_provenance(&args.project, &photos, &opened.project.decisions, &args.out, task)?;
     }
-    Ok(report(&exported, args.photos.problems_of(&opened, task)))
+    Ok(report(&exported, args.photos.problems_of(&opened.problems, task)))
 }
 
 /// Returns the photos to export. Where none was named, those without a stack are left out, and noted together; so are
 /// photos whose stack is out of date, which is exported as it is.
 fn with_stacks<'a>(
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     store: &StackStore,
     photos: &[&'a Photo],
     named: &[String],
     task: &Task,
 ) -> Result<Vec<&'a Photo>> {
-    let survey = Survey::new(opened, store);
+    let survey = Survey::new(project, site, store);
     let (mut exported, mut missing, mut stale) = (Vec::new(), Vec::new(), Vec::new());
     for photo in photos {
         match survey.state(photo)? {

@@ -13,7 +13,7 @@ use super::propagation_table::PropagatedTable;
 use super::table::counted;
 use super::words::error_text;
 use quadratura_base::error::{Error, Remedy, Result};
-use quadratura_base::scene::Photo;
+use quadratura_base::scene::{Photo, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_gpu::{Gpu, GpuRasteriser};
@@ -23,7 +23,7 @@ use quadratura_layers::Rasteriser;
 use quadratura_layers::fill::FillOptions;
 use quadratura_recipe::fill::seen::propagation_in_words;
 use quadratura_recipe::fill::{FillRequest, FilledPhoto, check_options, fill, stale_fillings, tell};
-use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::open::open_site;
 use quadratura_recipe::survey::{StackState, Survey};
 use quadratura_recipe::update::build_needed;
 
@@ -35,27 +35,27 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     let mut kept = store.clean()?;
     let opened = open_site(&args.project, project, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
-    let mut problems = args.photos.problems_of(&opened, task);
+    let mut problems = args.photos.problems_of(&opened.problems, task);
     let options = args.applied_to(&opened.project.fill);
-    check_options(&opened, &options)?;
+    check_options(&opened.project, &opened.site, &options)?;
     if !args.dry_run {
         save(args, &opened.project.fill, &options, task)?;
     }
     let memory = args.memory.or_default();
     if args.dry_run {
-        let photos = with_stacks(&opened, &store, photos, task)?;
-        let previewed = fill_those(tell, args, &opened, options, photos, task)?;
+        let photos = with_stacks(&opened.project, &opened.site, &store, photos, task)?;
+        let previewed = fill_those(tell, args, &opened.project, &opened.site, options, photos, task)?;
         return Ok(offered(&previewed, problems));
     }
     save(args, &opened.project.fill, &options, task)?;
-    let built = build_needed(&opened, &store, &photos, memory, gpu_rasteriser, task)?;
+    let built = build_needed(&opened.project, &opened.site, &store, &photos, memory, gpu_rasteriser, task)?;
     kept.extend(built.iter().flat_map(|built| built.kept.clone()));
     let failed = built.iter().filter_map(|built| Some((&built.photo, built.stack.as_ref().err()?)));
     let failed: BTreeMap<&String, &Error> = failed.collect();
     problems.extend(failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
-    let left_out = args.photos.left_out(&opened) + failed.len();
+    let left_out = args.photos.left_out(&opened.site, &opened.problems) + failed.len();
     let to_fill = photos.iter().map(|photo| photo.name.clone()).filter(|photo| !failed.contains_key(photo));
-    let filled = fill_those(fill, args, &opened, options, to_fill.collect(), task)?;
+    let filled = fill_those(fill, args, &opened.project, &opened.site, options, to_fill.collect(), task)?;
     kept.extend(filled.iter().flat_map(|filled| filled.kept.clone()));
     for file in kept {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
@@ -70,8 +70,14 @@ pub fn gpu_rasteriser() -> Result<Box<dyn Rasteriser>> {
 }
 
 /// Returns the names of the photos that have an up-to-date stack, which a dry run is about; notes the others.
-fn with_stacks(opened: &Opened, store: &StackStore, photos: Vec<&Photo>, task: &Task) -> Result<Vec<String>> {
-    let survey = Survey::new(opened, store);
+fn with_stacks(
+    project: &Project,
+    site: &Site,
+    store: &StackStore,
+    photos: Vec<&Photo>,
+    task: &Task,
+) -> Result<Vec<String>> {
+    let survey = Survey::new(project, site, store);
     let (mut with, mut without) = (Vec::new(), Vec::new());
     for photo in photos {
         let current = matches!(survey.state(photo)?, StackState::Current(_));
@@ -94,9 +100,10 @@ fn with_stacks(opened: &Opened, store: &StackStore, photos: Vec<&Photo>, task: &
 
 /// Fills these photos with `work`, or none where there are none.
 fn fill_those(
-    work: impl FnOnce(&Path, &Opened, &FillRequest, &Task) -> Result<Vec<FilledPhoto>>,
+    work: impl FnOnce(&Path, &Project, &Site, &FillRequest, &Task) -> Result<Vec<FilledPhoto>>,
     args: &FillArgs,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     options: FillOptions,
     photos: Vec<String>,
     task: &Task,
@@ -107,7 +114,7 @@ fn fill_those(
     }
     let memory = args.memory.or_default();
     let request = FillRequest { options, photos, memory, force: args.force, keep_former: false };
-    work(&args.project, opened, &request, task)
+    work(&args.project, project, site, &request, task)
 }
 
 /// Saves options that were given: all of them if requested, else the choice of whose paint is projected where the
@@ -131,8 +138,8 @@ fn save(args: &FillArgs, before: &FillOptions, given: &FillOptions, task: &Task)
 }
 
 /// Notes fillings that are out of date, for commands that show them as they are.
-pub fn note_stale_fillings(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
-    let stale = stale_fillings(folder, opened)?;
+pub fn note_stale_fillings(folder: &Path, project: &Project, site: &Site, task: &Task) -> Result<()> {
+    let stale = stale_fillings(folder, project, site)?;
     if !stale.is_empty() {
         let photos = counted(stale.len(), "photo");
         task.note(format!(

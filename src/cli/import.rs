@@ -49,8 +49,8 @@ pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
 fn coarse(project: &Path, imported: &Imported, task: &Task) -> Vec<CoarsePaint> {
     // What opening a project notes is no result of the import.
     let silent = Task::silent().with_stop_flag(task.stop_flag());
-    let found =
-        open(project, &silent).and_then(|opened| coarse_paint(project, &opened, &imported.book, &silent));
+    let found = open(project, &silent)
+        .and_then(|opened| coarse_paint(project, &opened.project, &opened.site, &imported.book, &silent));
     found.unwrap_or_default()
 }
 

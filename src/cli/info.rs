@@ -21,9 +21,9 @@ use super::untextured::UntexturedReport;
 use super::words::{command_for_project, error_text, worded};
 use quadratura_base::error::Result;
 use quadratura_base::scene::impostor::NoImpostor;
-use quadratura_base::scene::{FaceIndex, ObjectId, Photo};
+use quadratura_base::scene::{FaceIndex, ObjectId, Photo, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
+use quadratura_document::{Project, Stack};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_recipe::colour::{ColourReport, known_report};
@@ -32,7 +32,7 @@ use quadratura_recipe::fill::seen::{SeenReport, exceptions_in_words, propagation
 use quadratura_recipe::fill::{FillInputs, FillState};
 use quadratura_recipe::impostors::RefusedImpostors;
 use quadratura_recipe::objects::listed_object;
-use quadratura_recipe::open::{Opened, open};
+use quadratura_recipe::open::{Opened, OpeningProblems, open};
 use quadratura_recipe::survey::{StackState, Survey, face_named};
 use quadratura_recipe::untextured::{FaceInStack, face_in_stack};
 
@@ -43,13 +43,13 @@ const LEFT_OUT: &str = "left out";
 pub fn run(args: &InfoArgs, task: &Task) -> Result<Outcome> {
     let opened = open(&args.project, task)?;
     let store = StackStore::new(&args.project);
-    let survey = Survey::new(&opened, &store);
+    let survey = Survey::new(&opened.project, &opened.site, &store);
     let photos = opened.photos_named(&args.photos.names)?;
-    let mut problems = args.photos.problems_of(&opened, task);
+    let mut problems = args.photos.problems_of(&opened.problems, task);
     let (text, mut json) = match &args.face {
         Some(name) => match opened.site.model.object_like(name) {
             Some(object) => about_object(object, &opened, &survey, &photos, task)?,
-            None => about_face(name, &opened, &survey, &photos, task)?,
+            None => about_face(name, &opened.project, &opened.site, &survey, &photos, task)?,
         },
         None => about_photos(args, &opened, &store, &survey, &photos, &mut problems, task)?,
     };
@@ -72,7 +72,7 @@ fn about_photos(
     let mut filling = FillTable::default();
     let mut layers = LayerTable::default();
     let mut mattes = UnknownMattes::default();
-    let fill_inputs = fill_inputs_now(&args.project, opened, store)?;
+    let fill_inputs = fill_inputs_now(&args.project, &opened.project, &opened.site, store)?;
     let mut propagated = PropagatedTable::default();
     for (photo, done) in photos.iter().zip(0..) {
         task.step("read stacks", done, photos.len() as u64)?;
@@ -100,7 +100,7 @@ fn about_photos(
         }
     }
     if args.photos.names.is_empty() {
-        opened.left_out.iter().for_each(|(photo, _)| {
+        opened.problems.left_out.iter().for_each(|(photo, _)| {
             overview.add(photo, LEFT_OUT, None, None);
             table.add(photo, LEFT_OUT, None);
         });
@@ -112,7 +112,7 @@ fn about_photos(
     let missing: Vec<String> = missing.iter().map(worded).collect();
     let mut text = format!(
         "{}, {} in {}\n\n{}\n{}{}\n",
-        photos_counted(opened),
+        photos_counted(&opened.site, &opened.problems),
         counted(model.faces.len(), "face"),
         counted(model.objects.len(), "object"),
         overview.text(),
@@ -120,18 +120,18 @@ fn about_photos(
         propagated.text("paint of other photos, projected to what a photo shows"),
     );
     text.push_str(&if in_detail { untextured.by_photo() } else { untextured.summary() });
-    let stale = stale(opened, store)?;
+    let stale = stale(&opened.site, store)?;
     if !stale.is_empty() {
         text.push_str(&format!("\nstacks of photos that are not in the project: {}\n", stale.join(", ")));
     }
     let refused = opened.refused_impostors();
     text.push_str(&cannot_turn(&refused));
     text.push_str(&mattes.text());
-    let masked = MaskReport::from_opened(opened)?;
+    let masked = MaskReport::new(&opened.project, &opened.site)?;
     text.push_str(&masked.text());
-    let painted = PaintReport::new(opened, store)?;
+    let painted = PaintReport::new(&opened.site, store)?;
     text.push_str(&painted.text());
-    let seen = seen_report(&args.project, opened)?;
+    let seen = seen_report(&args.project, &opened.project, &opened.site)?;
     if painted.is_there() || !seen.options.is_default() {
         text.push_str(&format!("{}\n", propagation_in_words(&opened.project.fill)));
         exceptions_in_words(&opened.project.fill)
@@ -139,7 +139,7 @@ fn about_photos(
             .for_each(|line| text.push_str(&format!("  {line}\n")));
     }
     seen.gone.iter().for_each(|line| task.note(line));
-    let exposure = known_report(&args.project, opened);
+    let exposure = known_report(&args.project, &opened.project, &opened.site);
     text.push_str(&exposure_text(exposure.as_ref()));
     text.push_str(&match in_detail {
         true => format!("\nthe filling:\n{}\nthe sort:\n{}", filling.text(), table.text()),
@@ -183,9 +183,9 @@ fn about_photos(
 }
 
 /// Returns the number of photos in words, with those that cannot be used.
-fn photos_counted(opened: &Opened) -> String {
-    let count = counted(opened.site.photos.len(), "photo");
-    match opened.left_out.len() {
+fn photos_counted(site: &Site, problems: &OpeningProblems) -> String {
+    let count = counted(site.photos.len(), "photo");
+    match problems.left_out.len() {
         0 => count,
         left_out => format!("{count} (and {left_out} left out)"),
     }
@@ -200,20 +200,20 @@ fn cannot_turn(refused: &RefusedImpostors) -> String {
 
 /// Returns the present inputs of fillings. A stack that cannot be read is left out here and reported
 /// elsewhere.
-fn fill_inputs_now(folder: &Path, opened: &Opened, store: &StackStore) -> Result<FillInputs> {
+fn fill_inputs_now(folder: &Path, project: &Project, site: &Site, store: &StackStore) -> Result<FillInputs> {
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
-    let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
-    FillInputs::new(folder, opened, &stacks, &opened.project.fill)
+    let stacks: Vec<Option<Stack>> = site.photos.iter().map(stack).collect();
+    FillInputs::new(folder, project, site, &stacks, &project.fill)
 }
 
 /// Reports where paint is seen.
-fn seen_report(folder: &Path, opened: &Opened) -> Result<SeenReport> {
-    Ok(SeenReport::new(&opened.project.fill, &opened.site, &PaintStore::new(folder).read()?))
+fn seen_report(folder: &Path, project: &Project, site: &Site) -> Result<SeenReport> {
+    Ok(SeenReport::new(&project.fill, site, &PaintStore::new(folder).read()?))
 }
 
 /// Returns the photos of stacks that are no longer in the project.
-fn stale(opened: &Opened, store: &StackStore) -> Result<Vec<String>> {
-    let belongs = |name: &String| opened.site.photos.iter().any(|photo| photo.name == *name);
+fn stale(site: &Site, store: &StackStore) -> Result<Vec<String>> {
+    let belongs = |name: &String| site.photos.iter().any(|photo| photo.name == *name);
     Ok(store.photos()?.into_iter().filter(|name| !belongs(name)).collect())
 }
 
@@ -284,12 +284,13 @@ fn about_object(
 
 fn about_face(
     name: &str,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     survey: &Survey<'_>,
     photos: &[&Photo],
     task: &Task,
 ) -> Result<(String, Value)> {
-    let model = &opened.site.model;
+    let model = &site.model;
     let id = face_named(model, name)?;
     let face = model.face(id);
     let object = &model.object(face.object).name;
@@ -300,7 +301,7 @@ fn about_face(
         let state = survey.state(photo)?;
         let what = state.stack().map(|stack| describe_face(stack, object, model.index_in_stacks(id)));
         let (mut text, mut row) = what.unwrap_or_default();
-        if let Some(decided) = state_of_face(&opened.project.decisions.of(&photo.name), object, face.index) {
+        if let Some(decided) = state_of_face(&project.decisions.of(&photo.name), object, face.index) {
             text = if text.is_empty() { decided.into() } else { format!("{decided}; {text}") };
             row["decided"] = json!(decided);
         }

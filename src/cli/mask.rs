@@ -50,7 +50,8 @@ pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
         let photos = opened.photos_named(&args.photos.names)?;
         let names: Vec<String> = photos.into_iter().map(|photo| photo.name.clone()).collect();
         let margin = args.margin.unwrap_or(MARGIN_PX);
-        let found = suggest(&args.project, &opened, &names, margin, default_memory(), task)?;
+        let found =
+            suggest(&args.project, &opened.project, &opened.site, &names, margin, default_memory(), task)?;
         outcome.text = suggestions_text(&found, args);
         outcome.json["suggestions"] = json!(found.list);
         outcome.json["folder"] = json!(suggestion_folder(&args.project));
@@ -109,7 +110,8 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
 
 fn object_edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<Vec<MaskEdit>> {
     let model = whole_model(&args.project, &opened.project, task)?;
-    let mut masks = ObjectMasks::new(&args.project, opened, model, &args.object, task)?;
+    let mut masks =
+        ObjectMasks::new(&args.project, &opened.project, &opened.site, model, &args.object, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
     let margin = args.margin.unwrap_or(0);
     let mut edits = Vec::new();
@@ -191,8 +193,8 @@ fn look_at_objects(args: &MaskArgs) -> String {
 }
 
 /// Returns the problems with masks that could not be read, whose photos other commands leave out.
-fn unread_masks(opened: &Opened) -> impl Iterator<Item = String> {
-    let all = opened.project.masks.photos();
+fn unread_masks(project: &Project) -> impl Iterator<Item = String> {
+    let all = project.masks.photos();
     let unread = all.flat_map(|(photo, masks)| masks.iter().map(move |mask| (photo, mask)));
     unread.filter(|(_, mask)| mask.is_unread()).map(|(photo, mask)| {
         format!(
@@ -210,7 +212,7 @@ fn outcome(
     mut problems: Vec<String>,
     task: &Task,
 ) -> Result<Outcome> {
-    let masked = MaskReport::from_opened(opened)?;
+    let masked = MaskReport::new(&opened.project, &opened.site)?;
     let none = if masked.photos() == 0 { "nothing is masked\n" } else { "" };
     let mut text = format!("{none}{}", masked.text().trim_start());
     if !changed.is_empty() {
@@ -221,9 +223,9 @@ fn outcome(
         text.push_str(&look_at_objects(args));
     }
     if !args.find {
-        problems.extend(unread_masks(opened));
+        problems.extend(unread_masks(&opened.project));
     }
-    problems.extend(PhotoArgs { names: Vec::new() }.problems_of(opened, task));
+    problems.extend(PhotoArgs { names: Vec::new() }.problems_of(&opened.problems, task));
     let json = json!({ "photos": masked.to_json(), "changed": changed, "problems": problems });
     Ok(Outcome { text, json, problems })
 }

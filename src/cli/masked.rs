@@ -4,8 +4,9 @@ use serde_json::{Value, json};
 
 use super::table::Table;
 use quadratura_base::error::Result;
+use quadratura_base::scene::Site;
+use quadratura_document::Project;
 use quadratura_recipe::masks::list::{MaskedPhoto, masked_photos};
-use quadratura_recipe::open::Opened;
 
 /// The masks of a project and its removed objects.
 pub struct MaskReport {
@@ -14,10 +15,10 @@ pub struct MaskReport {
 }
 
 impl MaskReport {
-    /// Collects them from an opened project.
-    pub fn from_opened(opened: &Opened) -> Result<Self> {
-        let photos = masked_photos(&opened.site, &opened.project.masks)?;
-        Ok(Self { photos, off: opened.project.objects_off.iter().cloned().collect() })
+    /// Collects them from a project and its site.
+    pub fn new(project: &Project, site: &Site) -> Result<Self> {
+        let photos = masked_photos(site, &project.masks)?;
+        Ok(Self { photos, off: project.objects_off.iter().cloned().collect() })
     }
 
     /// Returns the number of photos with masks.

@@ -10,13 +10,14 @@ use super::lock::lock_and_read;
 use super::table::{Table, counted};
 use super::words::command_for_project;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::{Object, PhotoId};
+use quadratura_base::scene::{Object, PhotoId, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_layers::matte::{Matte, MatteShares};
 use quadratura_recipe::fill::mattes::{SiteMattes, mattes};
 use quadratura_recipe::fill::photos_to_fill;
 use quadratura_recipe::named::objects_named;
-use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::open::open_site;
 
 /// The number of photos that are named; of more their number is told.
 const LISTED: usize = 4;
@@ -25,19 +26,20 @@ const LISTED: usize = 4;
 pub fn run(args: &MatteArgs, task: &Task) -> Result<Outcome> {
     let (_lock, project) = lock_and_read(&args.project, task)?;
     let opened = open_site(&args.project, project, task)?;
-    let objects = objects(&opened, &args.objects)?;
+    let objects = objects(&opened.site, &args.objects)?;
     let chosen = opened.photos_named(&args.photos.names)?;
     let chosen: Vec<PhotoId> =
         chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
-    let found = mattes(&args.project, &opened, args.force, args.memory.or_default(), task)?;
-    let waiting = photos_to_fill(&args.project, &opened)?;
-    let problems = args.photos.problems_of(&opened, task);
-    Ok(report(&opened, &chosen, objects.as_ref(), &found, &waiting, problems))
+    let found =
+        mattes(&args.project, &opened.project, &opened.site, args.force, args.memory.or_default(), task)?;
+    let waiting = photos_to_fill(&args.project, &opened.project, &opened.site)?;
+    let problems = args.photos.problems_of(&opened.problems, task);
+    Ok(report(&opened.project, &opened.site, &chosen, objects.as_ref(), &found, &waiting, problems))
 }
 
 /// Returns the names of the objects of these patterns; `None` for all.
-fn objects(opened: &Opened, patterns: &[String]) -> Result<Option<BTreeSet<String>>> {
-    let model = &opened.site.model;
+fn objects(site: &Site, patterns: &[String]) -> Result<Option<BTreeSet<String>>> {
+    let model = &site.model;
     let mut names = BTreeSet::new();
     for pattern in patterns {
         let found = objects_named(model, pattern)?;
@@ -57,7 +59,8 @@ fn objects(opened: &Opened, patterns: &[String]) -> Result<Option<BTreeSet<Strin
 }
 
 fn report(
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     chosen: &[PhotoId],
     objects: Option<&BTreeSet<String>>,
     found: &SiteMattes,
@@ -71,7 +74,7 @@ fn report(
     let is_meant = |object: &&str| objects.is_none_or(|objects| objects.contains(*object));
     let meant: Vec<&str> = found.objects().into_iter().filter(is_meant).collect();
     for id in chosen {
-        let photo = &opened.site.photo(*id).name;
+        let photo = &site.photo(*id).name;
         for object in &meant {
             let mattes = found.of_object(*id, object).map(Matte::shares);
             let Some(shares) = mattes.reduce(MatteShares::plus) else { continue };
@@ -104,7 +107,7 @@ fn report(
         true => "none of these photos shows such a see-through surface, so that there is no matte of it\n"
             .to_owned(),
         false => {
-            format!("{}\n{}", table.render(), summary.text(found.is_anew(), opened.project.fill.no_mattes))
+            format!("{}\n{}", table.render(), summary.text(found.is_anew(), project.fill.no_mattes))
         }
     };
     Outcome { text, json: json!({ "mattes": rows, "anew": found.is_anew(), "problems": problems }), problems }

@@ -4,10 +4,9 @@ use serde_json::{Value, json};
 
 use super::table::Table;
 use super::words::command_for_project;
-use quadratura_base::scene::PhotoId;
-use quadratura_document::Stack;
+use quadratura_base::scene::{PhotoId, Site};
+use quadratura_document::{Project, Stack};
 use quadratura_recipe::decide::{MergeableLayer, mergeable};
-use quadratura_recipe::open::Opened;
 
 /// Maximum number of partners in a row; JSON has all.
 const MOST_PARTNERS: usize = 4;
@@ -19,14 +18,13 @@ pub struct MergeTable {
 
 impl MergeTable {
     /// Finds the possible merges in these photos' stacks, which are in the site's order.
-    pub fn new(opened: &Opened, stacks: &[Option<Stack>], photos: &[PhotoId]) -> Self {
+    pub fn new(project: &Project, site: &Site, stacks: &[Option<Stack>], photos: &[PhotoId]) -> Self {
         let of_photo = |id: &PhotoId| {
-            let name = opened.site.photo(*id).name.clone();
-            let decided = opened.project.decisions.of(&name);
-            let options = decided.options.applied_to(&opened.project.options);
-            let layers = stacks[id.index()]
-                .as_ref()
-                .map(|stack| mergeable(&decided, stack, &opened.site.model, &options));
+            let name = site.photo(*id).name.clone();
+            let decided = project.decisions.of(&name);
+            let options = decided.options.applied_to(&project.options);
+            let layers =
+                stacks[id.index()].as_ref().map(|stack| mergeable(&decided, stack, &site.model, &options));
             (name, layers)
         };
         Self { photos: photos.iter().map(of_photo).collect() }

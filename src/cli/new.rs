@@ -9,6 +9,7 @@ use super::args::{NewArgs, SampleArgs};
 use super::table::{Table, counted};
 use super::words::{error_text, worded};
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_layers::Options;
 use quadratura_recipe::create::{NewProject, create_project};
@@ -48,14 +49,14 @@ fn created(opened: &Opened, project: &Path) -> Outcome {
 
 /// Summarises the contents of the project.
 fn summary(opened: &Opened) -> Outcome {
-    let (site, problems) = (&opened.site, &opened.problems);
+    let (site, problems) = (&opened.site, &opened.problems.errors);
     let photos = site.photos.len();
     let faces = site.model.faces.len();
     let objects = site.model.objects.len();
     let mut table = Table::new(&["", ""]);
     let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
-    line("photos", format!("{photos} of {} matched with their cameras", opened.listed));
-    line("size", sizes(opened));
+    line("photos", format!("{photos} of {} matched with their cameras", opened.problems.listed));
+    line("size", sizes(&opened.site));
     line("model", format!("{} in {}", counted(faces, "face"), counted(objects, "object")));
     line("sparse points", opened.points.len().to_string());
     Outcome {
@@ -72,12 +73,12 @@ fn summary(opened: &Opened) -> Outcome {
 }
 
 /// Returns `3072 x 2048 px`, or the smallest and the largest size.
-fn sizes(opened: &Opened) -> String {
+fn sizes(site: &Site) -> String {
     let size = |photo: &&quadratura_base::scene::Photo| (photo.camera.width, photo.camera.height);
     let area = |photo: &&quadratura_base::scene::Photo| {
         u64::from(photo.camera.width) * u64::from(photo.camera.height)
     };
-    let photos = || opened.site.photos.iter();
+    let photos = || site.photos.iter();
     let bounds = photos().min_by_key(area).zip(photos().max_by_key(area));
     let Some((smallest, largest)) = bounds.map(|(a, b)| (size(&a), size(&b))) else { return String::new() };
     let text = |(w, h): (u32, u32)| format!("{w} x {h}");

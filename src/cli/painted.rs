@@ -4,17 +4,17 @@ use serde_json::{Value, json};
 
 use super::table::counted;
 use quadratura_base::error::Result;
+use quadratura_base::scene::Site;
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::open::Opened;
 use quadratura_recipe::paint::lost::{LostPaint, PaintSurvey, survey_paint};
 
 /// The paint of a project.
 pub struct PaintReport(PaintSurvey);
 
 impl PaintReport {
-    /// Surveys the paint of an opened project.
-    pub fn new(opened: &Opened, store: &StackStore) -> Result<Self> {
-        let photos: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
+    /// Surveys the paint of a site.
+    pub fn new(site: &Site, store: &StackStore) -> Result<Self> {
+        let photos: Vec<&str> = site.photos.iter().map(|photo| photo.name.as_str()).collect();
         Ok(Self(survey_paint(store, &photos)?))
     }
 

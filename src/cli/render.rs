@@ -13,7 +13,9 @@ use super::table::{Table, counted};
 use super::view_args::{Background, RenderArgs, ShowArg, size};
 use super::words::{error_text, worded};
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_files::writable::check_file;
 use quadratura_gpu::Gpu;
 use quadratura_io::camera_path::write_camera_path;
@@ -25,7 +27,7 @@ use quadratura_projection::Renders;
 use quadratura_recipe::colour::{colour_report, usual_exposure};
 use quadratura_recipe::exploded::exploded;
 use quadratura_recipe::ldi::viewer::Viewer;
-use quadratura_recipe::open::{Opened, open};
+use quadratura_recipe::open::open;
 use quadratura_recipe::preview::{self, PreviewOptions};
 use quadratura_recipe::render::{RenderOptions, RenderReport, RenderedView, VideoOptions, render};
 use quadratura_recipe::views::{RequestedView, RequestedViews, Size, ViewRequest};
@@ -54,7 +56,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let opened = open(&args.project, task)?;
     // Stacks that change meanwhile stay readable as they were.
     let _reader = StackReader::begin(&args.project);
-    note_stale_fillings(&args.project, &opened, task)?;
+    note_stale_fillings(&args.project, &opened.project, &opened.site, task)?;
     let usual =
         if content == PictureContent::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(usual);
@@ -65,7 +67,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         return Err(Error::Request(found.into()));
     }
     write_path(args, &views)?;
-    let legend = legend_of(args, content, &opened, task)?;
+    let legend = legend_of(args, content, &opened.project, &opened.site, task)?;
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
     let out = args.pictures.out.clone();
@@ -73,12 +75,12 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let options = RenderOptions { out, format, film, legend: drawn, grey, ..RenderOptions::default() };
     let DrawnShots { report, problems: of_layers, continued } = match content {
         PictureContent::Exploded => {
-            let report = draw_exploded(args, &opened, &views, &options, task)?;
+            let report = draw_exploded(args, &opened.site, &views, &options, task)?;
             DrawnShots { report, ..DrawnShots::default() }
         }
-        content => draw_shots(args, content, &opened, &views, &options, task)?,
+        content => draw_shots(args, content, &opened.project, &opened.site, &views, &options, task)?,
     };
-    let mut problems: Vec<_> = opened.problems.iter().chain(&views.problems).map(error_text).collect();
+    let mut problems: Vec<_> = opened.problems.errors.iter().chain(&views.problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
     problems.extend(of_layers);
     let mut outcome = outcome(args, &report, views.path.is_some(), problems);
@@ -166,7 +168,8 @@ fn content_of(args: &RenderArgs) -> Result<PictureContent> {
 fn legend_of(
     args: &RenderArgs,
     content: PictureContent,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     task: &Task,
 ) -> Result<Option<Legend>> {
     let display = match content {
@@ -178,9 +181,9 @@ fn legend_of(
             )));
         }
     };
-    let photos: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
+    let photos: Vec<&str> = site.photos.iter().map(|photo| photo.name.as_str()).collect();
     let groups = match display {
-        DisplayMode::Group => colour_report(&args.project, opened, task)?.described_groups(),
+        DisplayMode::Group => colour_report(&args.project, project, site, task)?.described_groups(),
         _ => Vec::new(),
     };
     Ok(legend(display, &photos, &groups))
@@ -270,27 +273,28 @@ fn is_around(background: Background) -> bool {
 fn draw_shots(
     args: &RenderArgs,
     content: PictureContent,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     views: &RequestedViews,
     options: &RenderOptions,
     task: &Task,
 ) -> Result<DrawnShots> {
-    let mut look = args.look.look(opened, content.display(), usual_exposure(opened))?;
+    let mut look = args.look.look(project, site, content.display(), usual_exposure(project, site))?;
     look.without_surroundings = !is_around(args.background);
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = PreviewOptions { modelled_sky: args.background == Background::Sky, ..args.look.preview() };
     let stack = args.look.stack(is_around(args.background));
-    let mut of_images = args.made.options(stack, opened)?;
+    let mut of_images = args.made.options(stack, site)?;
     if let (Some(options), PictureContent::OfImages(shown)) = (&mut of_images, content) {
         options.shown = Some(shown);
     }
-    let renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
+    let renderer = preview::open(&args.project, project, site, &gpu, &preview, task)?;
     if let Some(daylight) = renderer.daylight() {
         task.note(sky_text(daylight));
     }
-    let mut renderer = Viewer::new(&args.project, opened, renderer, of_images)?;
+    let mut renderer = Viewer::new(&args.project, project, site, renderer, of_images)?;
     let taken = match look.exposure {
-        Exposure::Decided => written_exposures(&args.project, opened, &views.list, task)?,
+        Exposure::Decided => written_exposures(&args.project, project, site, &views.list, task)?,
         _ => BTreeMap::new(),
     };
     let (mut continued, mut number) = (BTreeMap::new(), 0);
@@ -328,7 +332,7 @@ fn draw_shots(
 
 fn draw_exploded(
     args: &RenderArgs,
-    opened: &Opened,
+    site: &Site,
     views: &RequestedViews,
     options: &RenderOptions,
     task: &Task,
@@ -336,7 +340,7 @@ fn draw_exploded(
     let store = StackStore::new(&args.project);
     let mut draw = |view: &RequestedView, task: &Task| {
         let id = view.photo.expect("exploded views of anything but photos were refused");
-        let photo = &opened.site.photo(id).name;
+        let photo = &site.photo(id).name;
         let missing =
             || Error::Request(format!("photo {photo} has no stack yet; run `quadratura update` first"));
         let stack = store.current(photo)?.ok_or_else(missing)?;

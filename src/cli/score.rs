@@ -8,13 +8,14 @@ use super::unexplained::unexplained_line;
 use super::view_args::{ScoreArgs, ScoreBackground, exposure_name, size};
 use super::words::{error_text, worded};
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_folder;
 use quadratura_gpu::Gpu;
 use quadratura_recipe::check::unexplained::{Unexplained, unexplained};
 use quadratura_recipe::ldi::StackLdiOptions;
 use quadratura_recipe::ldi::viewer::Viewer;
-use quadratura_recipe::open::{Opened, open};
+use quadratura_recipe::open::open;
 use quadratura_recipe::preview;
 use quadratura_recipe::render::Appearance;
 use quadratura_recipe::score::{
@@ -36,11 +37,11 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let (opened, gpu) =
         rayon::join(|| open(&args.project, task), || task.timed("start the GPU", Gpu::headless));
     let (opened, gpu) = (opened?, gpu?);
-    let (targets, problems) = targets(args, &opened, task)?;
+    let (targets, problems) = targets(args, &opened.site, task)?;
     let options = ScoreOptions {
         look: Appearance {
             without_surroundings: args.background == ScoreBackground::None,
-            ..args.look.look(&opened, DisplayMode::Colour, Exposure::Decided)?
+            ..args.look.look(&opened.project, &opened.site, DisplayMode::Colour, Exposure::Decided)?
         },
         size: size(args.size, args.scale).unwrap_or(Size::Scaled(USUAL_SCALE)),
         only: args.only.clone(),
@@ -56,22 +57,22 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
         filled: preview.filled,
         ..args.look.stack(args.background == ScoreBackground::Surroundings)
     };
-    let of_images = args.made.options(stack, &opened)?;
-    let renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
-    let mut renderer = Viewer::new(&args.project, &opened, renderer, of_images)?;
+    let of_images = args.made.options(stack, &opened.site)?;
+    let renderer = preview::open(&args.project, &opened.project, &opened.site, &gpu, &preview, task)?;
+    let mut renderer = Viewer::new(&args.project, &opened.project, &opened.site, renderer, of_images)?;
     let report = score(&opened.site.model, &targets, &mut renderer, &options, task)?;
-    let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(error_text).collect();
+    let mut problems: Vec<_> = opened.problems.errors.iter().chain(&problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
     problems.extend(renderer.preview().problems().iter().map(worded));
     let unexplained = unexplained(&opened.site, &opened.points);
     Ok(outcome(args, &options, &report, unexplained.as_ref(), problems))
 }
 
-fn targets(args: &ScoreArgs, opened: &Opened, task: &Task) -> Result<(Vec<PredictionTarget>, Vec<Error>)> {
+fn targets(args: &ScoreArgs, site: &Site, task: &Task) -> Result<(Vec<PredictionTarget>, Vec<Error>)> {
     match (&args.cameras, &args.photos) {
         // Not with the project's own pinhole images, because held-out photos may have the same names.
         (Some(cameras), Some(photos)) => held_out(cameras, photos, &args.project.join("cache/heldout"), task),
-        _ => Ok((leave_one_out(&opened.site), Vec::new())),
+        _ => Ok((leave_one_out(site), Vec::new())),
     }
 }
 

@@ -7,6 +7,7 @@ use super::args::PaintArgs;
 use super::lock::read_with_lock_if;
 use super::painted::PaintReport;
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::paint::PaintBook;
@@ -18,7 +19,7 @@ use quadratura_recipe::fill::seen::{
     EditedPaint, Seen, SeenEdit, SeenReport, edited, exceptions_in_words, propagation_in_words,
 };
 use quadratura_recipe::named::index_of_photo;
-use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::open::open_site;
 
 /// Runs `paint`: changes where paint is seen as the arguments ask, and lists the paint with that.
 pub fn run(args: &PaintArgs, task: &Task) -> Result<Outcome> {
@@ -26,7 +27,7 @@ pub fn run(args: &PaintArgs, task: &Task) -> Result<Outcome> {
     let mut opened = open_site(&args.project, project, task)?;
     let book = PaintStore::new(&args.project).read()?;
     let before = opened.project.fill.clone();
-    for edit in edits(args, &opened, &book)? {
+    for edit in edits(args, &opened.site, &book)? {
         opened.project.fill = edited(&opened.project.fill, &edit, &opened.site.model);
     }
     let changed = opened.project.fill != before;
@@ -34,7 +35,7 @@ pub fn run(args: &PaintArgs, task: &Task) -> Result<Outcome> {
         let fill = &opened.project.fill;
         change_project(&args.project, |project| Ok(Project { fill: fill.clone(), ..project? }))?;
     }
-    outcome(args, &opened, &book, changed)
+    outcome(args, &opened.project, &opened.site, &book, changed)
 }
 
 impl PaintArgs {
@@ -53,18 +54,18 @@ impl PaintArgs {
 }
 
 /// Returns the edits that the arguments ask for; all names that do not exist are one error.
-fn edits(args: &PaintArgs, opened: &Opened, book: &PaintBook) -> Result<Vec<SeenEdit>> {
+fn edits(args: &PaintArgs, site: &Site, book: &PaintBook) -> Result<Vec<SeenEdit>> {
     let mut edits: Vec<Result<SeenEdit>> = Vec::new();
     let photo = |name: &String| {
-        let id = index_of_photo(&opened.site, name)?;
-        Ok(opened.site.photo(id).name.clone())
+        let id = index_of_photo(site, name)?;
+        Ok(site.photo(id).name.clone())
     };
     if let Some(seen) = args.seen() {
         let edit = |paint| SeenEdit { paint, seen };
         let photos = args.photos.iter().map(|name| Ok(edit(EditedPaint::OfPhoto(photo(name)?))));
         edits.extend(photos);
         for typed in &args.surfaces {
-            match faces_named(&opened.site.model, None, typed) {
+            match faces_named(&site.model, None, typed) {
                 Ok(faces) => edits.extend(faces.into_iter().map(|faces| Ok(edit(EditedPaint::On(faces))))),
                 Err(error) => edits.push(Err(error)),
             }
@@ -100,10 +101,16 @@ fn import(number: u32, book: &PaintBook) -> Result<u32> {
     Err(Error::Request(format!("there is no paint of import {number}; the project has paint of {there}")))
 }
 
-fn outcome(args: &PaintArgs, opened: &Opened, book: &PaintBook, changed: bool) -> Result<Outcome> {
-    let fill = &opened.project.fill;
-    let painted = PaintReport::new(opened, &StackStore::new(&args.project))?;
-    let seen = SeenReport::new(fill, &opened.site, book);
+fn outcome(
+    args: &PaintArgs,
+    project: &Project,
+    site: &Site,
+    book: &PaintBook,
+    changed: bool,
+) -> Result<Outcome> {
+    let fill = &project.fill;
+    let painted = PaintReport::new(site, &StackStore::new(&args.project))?;
+    let seen = SeenReport::new(fill, site, book);
     let mut text = format!("{}\n", propagation_in_words(fill));
     exceptions_in_words(fill).iter().for_each(|line| text.push_str(&format!("  {line}\n")));
     seen.gone.iter().for_each(|line| text.push_str(&format!("  without effect: {line}\n")));

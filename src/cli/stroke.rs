@@ -23,11 +23,15 @@ pub fn run(args: &StrokeArgs, task: &Task) -> Result<Outcome> {
     let (_lock, project) = read_with_lock_if(!args.dry_run, &args.project, task)?;
     let fill = project.fill.clone();
     let opened = open_site(&args.project, project, task)?;
-    note_stale_fillings(&args.project, &opened, task)?;
-    let look = Appearance { exposure: usual_exposure(&opened), flat: args.flat, ..Appearance::default() };
+    note_stale_fillings(&args.project, &opened.project, &opened.site, task)?;
+    let look = Appearance {
+        exposure: usual_exposure(&opened.project, &opened.site),
+        flat: args.flat,
+        ..Appearance::default()
+    };
     let (dry_run, only_here) = (args.dry_run, args.only_here);
     let options = StrokeOptions { dry_run, only_here, ..StrokeOptions::default() };
-    let report = apply(&args.project, &opened, &stroke, &look, options, task)?;
+    let report = apply(&args.project, &opened.project, &opened.site, &stroke, &look, options, task)?;
     let number = report.number.filter(|_| !args.dry_run);
     Ok(outcome(args, &report, &seen_from(&args.project, &fill, report.only_here, number)))
 }

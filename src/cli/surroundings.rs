@@ -30,8 +30,8 @@ pub fn run(args: &SurroundingsArgs, task: &Task) -> Result<Outcome> {
         }
     }
     let export = args.export.clone().map(|file| DomeExport { file, width: args.width, middle: args.middle });
-    let report = dome_report(&args.project, &opened, export.as_ref(), task)?;
-    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
+    let report = dome_report(&args.project, &opened.project, &opened.site, export.as_ref(), task)?;
+    let problems: Vec<String> = opened.problems.errors.iter().map(error_text).collect();
     let mut json = json!(report);
     json["problems"] = json!(problems);
     Ok(Outcome { text: text(&report), json, problems })

@@ -3,20 +3,22 @@
 use std::path::Path;
 
 use quadratura_base::error::{Remedy, Result};
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_recipe::masks::suggest::{LargeFindings, photos_with_large};
-use quadratura_recipe::open::Opened;
 
 /// Notes which of these photos, which have stacks that are up to date, show something large that other photos do not, and over which
 /// of them other light lies.
 pub fn note_large(
-    project: &Path,
-    opened: &Opened,
+    folder: &Path,
+    project: &Project,
+    site: &Site,
     photos: &[String],
     memory: u64,
     task: &Task,
 ) -> Result<()> {
-    let LargeFindings { things, light } = photos_with_large(project, opened, photos, memory, task)?;
+    let LargeFindings { things, light } = photos_with_large(folder, project, site, photos, memory, task)?;
     let listed = |found: &[(String, f64)]| {
         let photos = found.iter().map(|(photo, share)| format!("{photo} ({:.1} % of it)", 100.0 * share));
         photos.collect::<Vec<_>>().join(", ")

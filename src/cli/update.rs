@@ -31,14 +31,17 @@ pub fn run(args: &UpdateArgs, task: &Task) -> Result<Outcome> {
         memory: args.memory.or_default(),
         ..UpdateRequest::default()
     };
-    let (problems, left_out) = (args.photos.problems_of(&opened, task), args.photos.left_out(&opened));
+    let (problems, left_out) = (
+        args.photos.problems_of(&opened.problems, task),
+        args.photos.left_out(&opened.site, &opened.problems),
+    );
     drop(opened);
     let updated = update(&StackStore::new(&args.project), &source, &request, &gpu_rasteriser, task)?;
     for file in updated.iter().flat_map(|photo| &photo.kept) {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
     let opened = source.project(task)?;
-    note_large(&args.project, &opened, &up_to_date(&updated), request.memory, task)?;
+    note_large(&args.project, &opened.project, &opened.site, &up_to_date(&updated), request.memory, task)?;
     Ok(report(&updated, unexplained(&opened.site, &opened.points).as_ref(), problems, left_out))
 }
 

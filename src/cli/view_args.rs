@@ -6,13 +6,13 @@ use clap::{ArgGroup, Args, ValueEnum};
 
 use super::args::{AsArgs, PICTURE_FORMATS, PictureArgs, one_of, whole};
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::{PhotoId, Site};
+use quadratura_document::Project;
 use quadratura_import::cameras::accepted;
 use quadratura_projection::Storage;
 use quadratura_recipe::colour::reference;
 use quadratura_recipe::ldi::StackLdiOptions;
 use quadratura_recipe::named::index_of_photo;
-use quadratura_recipe::open::Opened;
 use quadratura_recipe::preview::PreviewOptions;
 use quadratura_recipe::render::{Appearance, PictureFormat};
 use quadratura_recipe::trees::PlantParts;
@@ -289,7 +289,13 @@ impl LookArgs {
     /// # Errors
     /// [`Error::Request`] for `--without-transients` and `--show agreement` without agreement, for an unknown photo in
     /// `--without`, when no photo is left, and for the exposure of a reference that is not set.
-    pub fn look(&self, opened: &Opened, display: DisplayMode, usual: Exposure) -> Result<Appearance> {
+    pub fn look(
+        &self,
+        project: &Project,
+        site: &Site,
+        display: DisplayMode,
+        usual: Exposure,
+    ) -> Result<Appearance> {
         if self.without_transients && self.agreement == OnOff::Off {
             let found = "--without-transients needs the agreement of photos; leave out --agreement off";
             return Err(Error::Request(found.into()));
@@ -299,9 +305,9 @@ impl LookArgs {
             return Err(Error::Request(found.into()));
         }
         let blend = Blend::default();
-        let without = self.without.iter().map(|name| index_of_photo(&opened.site, name));
+        let without = self.without.iter().map(|name| index_of_photo(site, name));
         let without: Vec<PhotoId> = without.collect::<Result<_>>()?;
-        if opened.site.photo_ids().all(|photo| without.contains(&photo)) {
+        if site.photo_ids().all(|photo| without.contains(&photo)) {
             return Err(Error::Request("--without leaves no photo to render from".into()));
         }
         Ok(Appearance {
@@ -315,10 +321,10 @@ impl LookArgs {
             quality: self.quality,
             display,
             exposure: match self.exposure {
-                None => self.like(opened)?.unwrap_or(usual),
+                None => self.like(site)?.unwrap_or(usual),
                 Some(ExposureArg::Near) => Exposure::Near,
                 Some(ExposureArg::Metered) => Exposure::Metered,
-                Some(ExposureArg::Reference) => exposure_of_reference(opened)?,
+                Some(ExposureArg::Reference) => exposure_of_reference(project, site)?,
                 Some(ExposureArg::Common) => Exposure::Common,
                 Some(ExposureArg::Raw) => Exposure::Raw,
             },
@@ -334,14 +340,14 @@ impl LookArgs {
     }
 
     /// Returns the exposure of the photo that pictures are to be like.
-    fn like(&self, opened: &Opened) -> Result<Option<Exposure>> {
+    fn like(&self, site: &Site) -> Result<Option<Exposure>> {
         let name = self.like.as_deref();
-        name.map(|name| Ok(Exposure::Of(index_of_photo(&opened.site, name)?))).transpose()
+        name.map(|name| Ok(Exposure::Of(index_of_photo(site, name)?))).transpose()
     }
 }
 
-fn exposure_of_reference(opened: &Opened) -> Result<Exposure> {
-    let reference = reference(&opened.project.colour, &opened.site).map(Exposure::Of);
+fn exposure_of_reference(project: &Project, site: &Site) -> Result<Exposure> {
+    let reference = reference(&project.colour, site).map(Exposure::Of);
     reference.ok_or_else(|| {
         Error::Request(
             "--exposure reference: no reference is set; `quadratura colour --reference` sets one".into(),

@@ -10,12 +10,11 @@ use super::budget::Budget;
 use super::far_backdrops::FarBackdrops;
 use super::gains;
 use super::inputs::Inputs;
-use super::open::Opened;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
 use quadratura_base::task::Task;
-use quadratura_document::{Decisions, Stack};
+use quadratura_document::{Decisions, Project, Stack};
 use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::reference::reference;
@@ -42,7 +41,7 @@ const MOSTLY: f64 = 0.5;
 
 /// What agreement is estimated from, beside the photos' pixels.
 #[derive(Debug, Clone)]
-struct AgreementInputs {
+pub struct AgreementInputs {
     /// The hash of the photos, masks, cameras and model, of the stacks, and of the decisions about gains.
     hash: String,
     /// The tolerance of occlusion.
@@ -52,16 +51,17 @@ struct AgreementInputs {
 }
 
 impl AgreementInputs {
-    /// Collects the inputs of a project whose photos have these stacks, in the site's order.
-    fn new(opened: &Opened, stacks: &[Option<Stack>], memory: u64) -> Self {
-        let (site, colour) = (&opened.site, &opened.project.colour);
+    /// Collects the inputs of a project whose photos have these `stacks`, in the site's order. `memory` is the budget in
+    /// bytes for photos decoded at the same time.
+    pub fn new(project: &Project, site: &Site, stacks: &[Option<Stack>], memory: u64) -> Self {
+        let colour = &project.colour;
         // Masks, photos and the model count as they are now, also where stacks are out of date.
         let undecided = Decisions::default();
-        let present = Inputs::new(&site.model, &opened.project.options, &undecided);
+        let present = Inputs::new(&site.model, &project.options, &undecided);
         let photos: Vec<Option<String>> = site.photos.iter().map(|photo| present.hash(photo).ok()).collect();
         let all = (VERSION, photos, gains::inputs(site, stacks), gains::decisions(colour));
         let hash = hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"));
-        Self { hash, tolerance: opened.project.options.tolerance, memory }
+        Self { hash, tolerance: project.options.tolerance, memory }
     }
 }
 
@@ -79,48 +79,45 @@ pub struct SiteAgreement {
 }
 
 impl SiteAgreement {
-    /// Returns the evidence of the photos of the project in `folder`, which have these `stacks` in the site's order: from
-    /// the cache if it was made from the same inputs, otherwise computed and cached. `gains` and `relief` were estimated from
-    /// the same photos. `memory` is the budget in bytes for photos decoded at the same time.
+    /// Returns the evidence of the photos of the project in `folder`: from the cache if it was made from the same `inputs`,
+    /// otherwise computed and cached. `gains` and `relief` were estimated from the same photos.
     ///
     /// # Errors
     /// [`Error::Cancelled`]. A photo that cannot be read is noted and has no vote; a cache that cannot be written is
     /// noted, and so is what most photos are undecided about.
     pub fn open(
         folder: &Path,
-        opened: &Opened,
-        stacks: &[Option<Stack>],
+        site: &Site,
+        inputs: AgreementInputs,
         gains: &Gains,
         relief: &Relief,
-        memory: u64,
         task: &Task,
     ) -> Result<Self> {
-        let site = &opened.site;
-        let inputs = AgreementInputs::new(opened, stacks, memory);
         let file = folder.join("cache/agreement.bin");
         let options = AgreementOptions::default();
         let hash = hash_bytes(format!("{} {} {options:?}", inputs.hash, inputs.tolerance).as_bytes());
         let surfaces = FillSurfaces::from_model(&site.model);
         let far = FarBackdrops::new(site).faces(site);
-        let mut opened =
+        let mut agreement =
             Self { site: site.clone(), inputs, options, whole: Arc::default(), reduced: None, surfaces, far };
-        let fits = |found: &Vec<PhotoEvidence>| found.len() == site.photos.len() && opened.has_sizes(found);
+        let fits =
+            |found: &Vec<PhotoEvidence>| found.len() == site.photos.len() && agreement.has_sizes(found);
         if let Some(evidence) = read_cached(&file, CACHED, &hash).filter(fits) {
-            opened.whole = evidence.into();
+            agreement.whole = evidence.into();
             // The same photos are told the same, whether they were compared now or earlier.
-            opened.note_undecided(task);
-            return Ok(opened);
+            agreement.note_undecided(task);
+            return Ok(agreement);
         }
-        opened.whole = opened.compared(&[], relief, gains, task)?.into();
-        opened.note_undecided(task);
+        agreement.whole = agreement.compared(&[], relief, gains, task)?.into();
+        agreement.note_undecided(task);
         // What was found without some photo must not be cached as that of all photos.
-        let is_whole = opened.reduced.iter().flat_map(|(_, photos)| photos).all(Option::is_some);
-        if is_whole && let Err(error) = write_cached(&file, CACHED, &hash, &opened.whole[..]) {
+        let is_whole = agreement.reduced.iter().flat_map(|(_, photos)| photos).all(Option::is_some);
+        if is_whole && let Err(error) = write_cached(&file, CACHED, &hash, &agreement.whole[..]) {
             task.note(Message::from("the agreement of photos cannot be cached: ").and(&error));
         }
         // Prepared photos are large; few pictures need them again.
-        opened.reduced = None;
-        Ok(opened)
+        agreement.reduced = None;
+        Ok(agreement)
     }
 
     /// Returns true when the evidence is of photos reduced to their sizes.

@@ -9,13 +9,12 @@ use serde::Serialize;
 use super::budget::default_memory;
 use super::gains::{known_estimate, photo_estimate, photo_gains};
 use super::named::index_of_photo;
-use super::open::Opened;
 use super::written_exposure::{CameraReport, WrittenExposure};
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::colour::REST;
-use quadratura_document::{ColourDecisions, Stack};
+use quadratura_document::{ColourDecisions, Project, Stack};
 use quadratura_io::stack_store::StackStore;
 use quadratura_projection::exposure::{Estimate, ExposureRule, GroupSupport, Lead, LightGroups, RuleScore};
 use quadratura_view::Exposure;
@@ -98,8 +97,8 @@ fn apply(colour: &mut ColourDecisions, edit: &ColourEdit, site: &Site) -> Result
 
 /// Returns the exposure of the project's views unless another is requested: the reference photo's, if there is one,
 /// else by the rule that is decided for the site.
-pub fn usual_exposure(opened: &Opened) -> Exposure {
-    reference(&opened.project.colour, &opened.site).map_or(Exposure::Decided, Exposure::Of)
+pub fn usual_exposure(project: &Project, site: &Site) -> Exposure {
+    reference(&project.colour, site).map_or(Exposure::Decided, Exposure::Of)
 }
 
 /// Returns the reference photo, if the site has it.
@@ -112,8 +111,12 @@ pub fn reference(colour: &ColourDecisions, site: &Site) -> Option<PhotoId> {
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled.
-pub fn even_factors(folder: &Path, opened: &Opened, task: &Task) -> Result<BTreeMap<String, [f64; 3]>> {
-    let Opened { site, project, .. } = opened;
+pub fn even_factors(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    task: &Task,
+) -> Result<BTreeMap<String, [f64; 3]>> {
     let stacks = stacks(folder, site);
     let gains = photo_gains(site, &stacks, &project.colour, folder, default_memory(), task)?.of_photo;
     let names = site.photos.iter().map(|photo| photo.name.clone());
@@ -258,10 +261,9 @@ pub struct PhotoColour {
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled.
-pub fn colour_report(folder: &Path, opened: &Opened, task: &Task) -> Result<ColourReport> {
-    let Opened { site, project, .. } = opened;
+pub fn colour_report(folder: &Path, project: &Project, site: &Site, task: &Task) -> Result<ColourReport> {
     note_absent_photos(&project.colour, site, task);
-    let estimate = estimate(folder, opened, &project.colour, task)?;
+    let estimate = estimate(folder, site, &project.colour, task)?;
     Ok(report_from_estimate(&estimate, &project.colour, site))
 }
 
@@ -330,8 +332,7 @@ fn light_groups(groups: &LightGroups, colour: &ColourDecisions, site: &Site) -> 
 }
 
 /// Makes the report of a project from the cached estimate; `None` where there is none. Nothing is computed.
-pub fn known_report(folder: &Path, opened: &Opened) -> Option<ColourReport> {
-    let Opened { site, project, .. } = opened;
+pub fn known_report(folder: &Path, project: &Project, site: &Site) -> Option<ColourReport> {
     let estimate = known_estimate(site, &stacks(folder, site), &project.colour, folder)?;
     Some(report_from_estimate(&estimate, &project.colour, site))
 }
@@ -341,9 +342,9 @@ pub fn known_report(folder: &Path, opened: &Opened) -> Option<ColourReport> {
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled.
-pub fn estimate(folder: &Path, opened: &Opened, colour: &ColourDecisions, task: &Task) -> Result<Estimate> {
-    let stacks = stacks(folder, &opened.site);
-    photo_estimate(&opened.site, &stacks, colour, folder, default_memory(), task)
+pub fn estimate(folder: &Path, site: &Site, colour: &ColourDecisions, task: &Task) -> Result<Estimate> {
+    let stacks = stacks(folder, site);
+    photo_estimate(site, &stacks, colour, folder, default_memory(), task)
 }
 
 /// Converts a natural logarithm to stops.

@@ -157,7 +157,7 @@ mod tests {
         let time = |folder: &Path| folder.join("paint/a.bin").metadata().unwrap().modified().unwrap();
         assert_eq!(time(&from), time(&to));
         let opened = open(&to, &Task::silent()).unwrap();
-        assert_eq!((opened.site.photos.len(), opened.problems.len()), (9, 0));
+        assert_eq!((opened.site.photos.len(), opened.problems.errors.len()), (9, 0));
         assert!(opened.project.objects_off.contains("bench"));
         assert!(!read_project(&from).unwrap().objects_off.contains("bench"), "the first one is as it was");
     }

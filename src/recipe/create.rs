@@ -74,7 +74,7 @@ fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
         // Photos whose masks cannot be used are left out; what there is to note was noted.
         opened = open_site(folder, opened.project, &Task::silent())?;
     }
-    Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").extend(problems);
+    Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").errors.extend(problems);
     Ok(opened)
 }
 

@@ -5,7 +5,6 @@ use std::time::UNIX_EPOCH;
 
 use glam::{DVec2, DVec3};
 
-use super::open::Opened;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::raster::Image;
 use quadratura_base::raster::bilinear::Clamped;
@@ -62,10 +61,15 @@ pub fn chosen_picture(
 ///
 /// # Errors
 /// Returns the errors of reading the picture.
-pub(super) fn picture_dome(folder: &Path, opened: &Opened, task: &Task) -> Result<Option<Dome>> {
-    let Some(SurroundingsPicture { picture, middle }) = &opened.project.surroundings else { return Ok(None) };
-    let frame = frame(&opened.site, Some(*middle))?;
-    let side = dome_side(&opened.site);
+pub(super) fn picture_dome(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    task: &Task,
+) -> Result<Option<Dome>> {
+    let Some(SurroundingsPicture { picture, middle }) = &project.surroundings else { return Ok(None) };
+    let frame = frame(site, Some(*middle))?;
+    let side = dome_side(site);
     let picture = task.timed("read picture", || read_dome_picture(&resolved(folder, picture)))?;
     let value = |towards: DVec3| (light(&picture, &frame, towards, side), 1.0);
     Ok(Some(Dome::from_light(&CubeMap::from_directions(side as usize, value))))

@@ -10,12 +10,11 @@ use super::check::CheckedSurface;
 use super::dome_picture::frame;
 use super::far_backdrops::FarBackdrops;
 use super::gains::photo_gains;
-use super::open::Opened;
 use super::surroundings::SiteSurroundings;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::scene::{Photo, Site, up};
 use quadratura_base::task::Task;
-use quadratura_document::{Stack, SurroundingsPicture};
+use quadratura_document::{Project, Stack, SurroundingsPicture};
 use quadratura_files::writable::check_beside;
 use quadratura_io::dome_picture::{is_writable, write_dome_picture};
 use quadratura_io::stack_store::StackStore;
@@ -59,30 +58,30 @@ pub struct DomeExport {
 /// for a direction that is not level enough; otherwise the errors of [`SiteSurroundings::open`], and [`Error::Io`].
 pub fn dome_report(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     export: Option<&DomeExport>,
     task: &Task,
 ) -> Result<DomeReport> {
     if let Some(DomeExport { file, .. }) = export {
         check_target(file)?;
     }
-    let site = &opened.site;
     let store = StackStore::new(folder);
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = site.photos.iter().map(stack).collect();
     let is_built = stacks.iter().any(Option::is_some);
-    if !is_built && opened.project.surroundings.is_none() && export.is_some() {
+    if !is_built && project.surroundings.is_none() && export.is_some() {
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     let memory = default_memory();
-    let gains = photo_gains(site, &stacks, &opened.project.colour, folder, memory, task)?;
-    let around = SiteSurroundings::open(folder, opened, &stacks, &gains, memory, task)?;
+    let gains = photo_gains(site, &stacks, &project.colour, folder, memory, task)?;
+    let around = SiteSurroundings::open(folder, project, site, &stacks, &gains, memory, task)?;
     let dome = around.whole().dome.as_deref();
     let mut report = DomeReport {
         photos: around.photos().count(),
         known: dome.map(Dome::known_share),
         known_near: dome.and_then(|dome| known_near(site, dome)),
-        picture: opened.project.surroundings.clone(),
+        picture: project.surroundings.clone(),
         picture_used: around.uses_picture(),
         exported: None,
         middle: None,

@@ -23,7 +23,7 @@ use quadratura_io::mask_file::check_mask;
 use quadratura_io::mask_store::MaskStore;
 use quadratura_io::project::{PROJECT_FILE, read_project, resolved, respelled};
 
-/// A project and the site that it describes.
+/// A project and the site that it describes. Functions take those parts of it that they use.
 #[derive(Debug)]
 pub struct Opened {
     /// The contents of `project.json`.
@@ -35,14 +35,21 @@ pub struct Opened {
     /// The points from structure from motion, in the cameras' world; their observations refer to indices of the
     /// site's photos.
     pub points: Arc<Vec<SparsePoint>>,
+    /// The photos that are not in the site, and why.
+    pub problems: Arc<OpeningProblems>,
+}
+
+/// The photos that the cameras' files list and that are not in the opened site, and why.
+#[derive(Debug, Default)]
+pub struct OpeningProblems {
     /// The number of photos that the cameras' files list, with those that are not in the site.
     pub listed: usize,
-    /// The problems of entries of the cameras' files and of photos, which are not in the site for that reason.
-    pub problems: Arc<Vec<Error>>,
+    /// The problems of entries of the cameras' files, of photos and of masks, which are not used for that reason.
+    pub errors: Vec<Error>,
     /// The photos with unusable files, by name, with the reason.
     pub left_out: Vec<(String, String)>,
     /// The unusable masks; their photos are left out.
-    pub unmasked: Arc<Vec<UnusableMask>>,
+    pub unmasked: Vec<UnusableMask>,
 }
 
 /// An unusable mask. Its photo is left out, because it would show what should be masked.
@@ -56,7 +63,7 @@ pub struct UnusableMask {
     pub problem: String,
 }
 
-/// Opens the project in `folder`. Causes of missing photos are in `problems`; other findings are noted.
+/// Opens the project in `folder`. Causes of missing photos are in [`Opened::problems`]; other findings are noted.
 ///
 /// # Errors
 /// Returns [`Error::Input`] and [`Error::Io`] for what concerns all photos: no project, no cameras, no model, or no
@@ -85,13 +92,13 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     let of_masks = unmasked.iter().map(|it| (it.photo.name.clone(), it.error().to_string()));
     let left_out = import.left_out.into_iter().zip(reasons).chain(of_masks).collect();
     let of_masks = unmasked.iter().map(UnusableMask::error);
-    let problems = Arc::new(cameras.problems.into_iter().chain(import.problems).chain(of_masks).collect());
-    let unmasked = Arc::new(unmasked);
+    let errors = cameras.problems.into_iter().chain(import.problems).chain(of_masks).collect();
+    let problems = Arc::new(OpeningProblems { listed: cameras.listed, errors, left_out, unmasked });
     let whole = Arc::new(model);
     let model = working_model(&whole, &photos, &project, task)?;
     let site = Site { photos, model };
     let points = Arc::new(points_of_photos(cameras.points, &cameras.photos, &site.photos));
-    Ok(Opened { project, site, whole, points, listed: cameras.listed, problems, left_out, unmasked })
+    Ok(Opened { project, site, whole, points, problems })
 }
 
 impl Opened {
@@ -111,10 +118,7 @@ impl Opened {
             site,
             whole: self.whole.clone(),
             points: self.points.clone(),
-            listed: self.listed,
             problems: self.problems.clone(),
-            left_out: self.left_out.clone(),
-            unmasked: self.unmasked.clone(),
         }
     }
 
@@ -136,11 +140,12 @@ impl Opened {
     /// Returns [`Error::Request`]; for photos with unusable files it contains the reason.
     pub fn photos_named(&self, names: &[String]) -> Result<Vec<&Photo>> {
         photos_named(&self.site, names).map_err(|unknown| {
-            let photos: Vec<&str> = self.left_out.iter().map(|(photo, _)| photo.as_str()).collect();
+            let known = &self.problems.left_out;
+            let photos: Vec<&str> = known.iter().map(|(photo, _)| photo.as_str()).collect();
             let mut left_out: Vec<usize> = names.iter().flat_map(|name| meant(name, &photos)).collect();
             left_out.sort_unstable();
             left_out.dedup();
-            let reasons = left_out.into_iter().map(|index| &self.left_out[index]);
+            let reasons = left_out.into_iter().map(|index| &known[index]);
             let reasons =
                 reasons.map(|(photo, why)| Error::Request(format!("photo {photo} is left out: {why}")));
             Error::of_all(reasons.collect()).unwrap_or(unknown)

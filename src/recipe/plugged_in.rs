@@ -311,8 +311,15 @@ fn preview_with(
     gains: bool,
 ) -> Preview {
     let options = PreviewOptions { gains, relief: false, agreement: false, ..PreviewOptions::default() };
-    let preview =
-        preview::open(project, opened, &PlainDevice(asked.clone()), &options, &Task::silent()).unwrap();
+    let preview = preview::open(
+        project,
+        &opened.project,
+        &opened.site,
+        &PlainDevice(asked.clone()),
+        &options,
+        &Task::silent(),
+    )
+    .unwrap();
     assert_eq!(std::mem::take(&mut *asked.lock().unwrap()), ["trees"]);
     preview
 }
@@ -327,8 +334,9 @@ fn surroundings_of_other_gains_are_those_with_which_the_project_would_be_opened(
     let (project, opened) = built(root.path());
     let store = StackStore::new(&project);
     let stacks: Vec<_> = opened.site.photos.iter().map(|photo| store.current(&photo.name).unwrap()).collect();
-    let present =
-        |opened: &Opened| SiteSurroundings::present(&project, opened, &stacks, &Task::silent()).unwrap();
+    let present = |opened: &Opened| {
+        SiteSurroundings::present(&project, &opened.project, &opened.site, &stacks, &Task::silent()).unwrap()
+    };
     let asked: Arc<Mutex<Vec<&'static str>>> = Arc::default();
     let mut preview = preview_with(&project, &opened, &asked, true);
     preview.set_surroundings(present(&opened), &Task::silent()).unwrap();
@@ -356,7 +364,7 @@ fn stacks_that_a_renderer_shows_stay_on_disk_until_it_is_dropped() {
     assert!(are_read(&project));
     drop(preview);
     assert!(!are_read(&project));
-    let reference = open_reference(&project, &opened, &plain, &Task::silent()).unwrap();
+    let reference = open_reference(&project, &opened.project, &opened.site, &plain, &Task::silent()).unwrap();
     assert!(are_read(&project));
     drop(reference);
     assert!(!are_read(&project));

@@ -22,7 +22,6 @@ use super::continuation::SiteContinuation;
 use super::far_backdrops::FarBackdrops;
 use super::gains::SiteGains;
 use super::layer_textures::LayerTextureFiles;
-use super::open::Opened;
 use super::origins::LayerTextureOrigins;
 use super::projected_paint::ProjectedPaint;
 use super::relief::SiteRelief;
@@ -33,7 +32,7 @@ use quadratura_base::error::{Message, Result};
 use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::paint::PaintBook;
-use quadratura_document::{Decisions, Stack};
+use quadratura_document::{Decisions, Project, Stack};
 use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::agreement::PhotoEvidence;
@@ -90,7 +89,7 @@ pub struct Preview {
     continues: bool,
 }
 
-/// Makes the renderer of an opened project. Photos without a stack are not used; stacks older than the project are.
+/// Makes the renderer of a project and its site. Photos without a stack are not used; stacks older than the project are.
 /// Both are noted. A stack that cannot be read is in [`Preview::problems`]. Gains and relief are estimated the
 /// first time and cached in `cache/`.
 ///
@@ -99,7 +98,8 @@ pub struct Preview {
 /// be read, or [`quadratura_base::Error::Gpu`].
 pub fn open(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     device: &dyn SiteDevice,
     options: &PreviewOptions,
     task: &Task,
@@ -107,47 +107,49 @@ pub fn open(
     // Stacks that change from now on stay readable as they are.
     let _reader = StackReader::begin(folder);
     let store = StackStore::new(folder);
-    let read = task.timed("read stacks", || stacks(opened, &store, options, task))?;
-    open_read(folder, opened, read, device, options, task)
+    let read = task.timed("read stacks", || stacks(project, site, &store, options, task))?;
+    open_read(folder, project, site, read, device, options, task)
 }
 
-/// Makes the renderer of an opened project from stacks that were read before, whatever is on disk now.
+/// Makes the renderer of a project and its site from stacks that were read before, whatever is on disk now.
 ///
 /// # Errors
 /// As [`open`], except those of reading stacks.
 pub fn open_read(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     read: ReadStacks,
     device: &dyn SiteDevice,
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
-    let mut preview = without_trees(folder, opened, read, device, options, task)?;
-    preview.plant(opened, task)?;
+    let mut preview = without_trees(folder, project, site, read, device, options, task)?;
+    preview.plant(project, site, task)?;
     Ok(preview)
 }
 
 fn without_trees(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     ReadStacks { stacks, mut problems }: ReadStacks,
     device: &dyn SiteDevice,
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
     let reader = StackReader::begin(folder);
-    let (store, site) = (StackStore::new(folder), &opened.site);
+    let (store, site) = (StackStore::new(folder), site);
     let files = LayerTextureFiles::new(&store, &stacks, options.filled)
         .with_far(&stacks, FarBackdrops::new(site).into())
         .with_paint(&store, &stacks)?;
     let files = files.held_by(reader);
     problems.extend(files.problems().into_iter().map(Message::from));
     let Estimates { gains, relief, agreement, surroundings } =
-        estimates_from_photos(folder, opened, &stacks, options, task)?;
+        estimates_from_photos(folder, project, site, &stacks, options, task)?;
     let around = surroundings.whole().clone();
     let files = files.with_dome(around.dome.clone());
-    let sources = sources(site, &stacks, &opened.project.decisions);
+    let sources = sources(site, &stacks, &project.decisions);
     let sources = Arc::new(with_dome(sources, &surroundings));
     let shown = relief.as_ref().filter(|_| options.relief);
     let whole = shown.map(|relief| relief.whole().clone()).unwrap_or_default();
@@ -169,7 +171,7 @@ fn without_trees(
     let relief_in_use = relief.as_ref().map(|relief| relief.whole().clone());
     Ok(Preview {
         renderer,
-        trees: PreviewTrees::new(folder, opened, options.tree_parts),
+        trees: PreviewTrees::new(folder, site, options.tree_parts),
         store,
         photos,
         files,
@@ -195,21 +197,22 @@ fn without_trees(
     })
 }
 
-/// Makes the reference renderer of an opened project, which runs on the CPU: it needs no graphics adapter, and takes
+/// Makes the reference renderer of a project and its site, which runs on the CPU: it needs no graphics adapter, and takes
 /// seconds for a picture that a GPU draws at once. The options of the texture memory have no effect.
 ///
 /// # Errors
 /// As [`open`], except those of the GPU.
 pub fn open_reference(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<ReferenceRenderer> {
     let reader = StackReader::begin(folder);
-    let (store, site) = (StackStore::new(folder), &opened.site);
+    let (store, site) = (StackStore::new(folder), site);
     let ReadStacks { stacks, problems } =
-        task.timed("read stacks", || stacks(opened, &store, options, task))?;
+        task.timed("read stacks", || stacks(project, site, &store, options, task))?;
     problems.into_iter().for_each(|problem| task.note(problem));
     let files = LayerTextureFiles::new(&store, &stacks, options.filled)
         .with_far(&stacks, FarBackdrops::new(site).into())
@@ -217,8 +220,8 @@ pub fn open_reference(
     let files = files.held_by(reader);
     files.problems().into_iter().for_each(|problem| task.note(problem));
     let Estimates { gains, relief, agreement, surroundings } =
-        estimates_from_photos(folder, opened, &stacks, options, task)?;
-    let sources = sources(site, &stacks, &opened.project.decisions);
+        estimates_from_photos(folder, project, site, &stacks, options, task)?;
+    let sources = sources(site, &stacks, &project.decisions);
     let sources = Arc::new(with_dome(sources, &surroundings));
     let around = surroundings.whole();
     let files = files.with_dome(around.dome.clone());
@@ -237,15 +240,15 @@ pub fn open_reference(
 ///
 /// # Errors
 /// Returns the errors of [`open`].
-pub fn prepare(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
+pub fn prepare(folder: &Path, project: &Project, site: &Site, task: &Task) -> Result<()> {
     let store = StackStore::new(folder);
-    let survey = Survey::new(opened, &store);
-    let mut stacks = Vec::with_capacity(opened.site.photos.len());
-    for photo in &opened.site.photos {
+    let survey = Survey::new(project, site, &store);
+    let mut stacks = Vec::with_capacity(site.photos.len());
+    for photo in &site.photos {
         let StackState::Current(stack) = survey.state(photo)? else { return Ok(()) };
         stacks.push(Some(stack));
     }
-    estimates_from_photos(folder, opened, &stacks, &PreviewOptions::default(), task).map(drop)
+    estimates_from_photos(folder, project, site, &stacks, &PreviewOptions::default(), task).map(drop)
 }
 
 impl Preview {

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::{Component, Path, PathBuf};
 
 use super::discover::{SitePart, SiteParts};
-use super::open::Opened;
+use crate::open::OpeningProblems;
 use quadratura_base::error::{Error, Result};
 use quadratura_document::Project;
 use quadratura_files::atomic::write_atomically_with;
@@ -46,7 +46,7 @@ pub fn gone(parts: &SiteParts) -> Vec<SitePart> {
 }
 
 /// Returns the names of photos that the cameras refer to and that are not in the photo folder.
-pub fn missing_photos(opened: &Opened, parts: &SiteParts) -> Vec<String> {
+pub fn missing_photos(problems: &OpeningProblems, parts: &SiteParts) -> Vec<String> {
     let missing = |error: &Error| match error {
         Error::Input { file, .. } if !file.exists() => {
             let file = without_detours(file);
@@ -54,7 +54,7 @@ pub fn missing_photos(opened: &Opened, parts: &SiteParts) -> Vec<String> {
         }
         _ => None,
     };
-    opened.problems.iter().filter_map(missing).collect()
+    problems.errors.iter().filter_map(missing).collect()
 }
 
 /// Guesses where something that was at `gone` may be now: moved as other parts were (`moved`, from and to), or in a

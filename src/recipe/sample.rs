@@ -106,7 +106,7 @@ mod tests {
         assert!(has_sample(&sample));
         let opened = open(&project_of_sample(&sample), &Task::silent()).unwrap();
         assert_eq!((opened.site.photos.len(), opened.site.model.objects.len()), (9, 77));
-        assert!(opened.problems.is_empty(), "{:?}", opened.problems);
+        assert!(opened.problems.errors.is_empty(), "{:?}", opened.problems);
         let beside = fs::read_dir(sample.parent().unwrap()).unwrap().count();
         assert_eq!(beside, 1, "nothing else is left");
     }

@@ -15,7 +15,6 @@ use super::dome_picture::{dome_side, picture_dome, picture_stamp};
 use super::far_backdrops::FarBackdrops;
 use super::gains;
 use super::layer_textures::LayerTextureFiles;
-use super::open::Opened;
 use super::sources::sources;
 use super::thumbnail::cached_thumbnail;
 use quadratura_base::error::{Error, Message, Result};
@@ -24,8 +23,8 @@ use quadratura_base::scene::builder::SURROUNDINGS;
 use quadratura_base::scene::up;
 use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::paint::{PaintBook, PaintEntry};
+use quadratura_document::{Project, Stack};
 use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::paint_store::PaintStore;
@@ -114,19 +113,19 @@ impl SiteSurroundings {
     /// cache that cannot be written is noted.
     pub fn open(
         folder: &Path,
-        opened: &Opened,
+        project: &Project,
+        site: &Site,
         stacks: &[Option<impl Borrow<Stack>>],
         gains: &Gains,
         memory: u64,
         task: &Task,
     ) -> Result<Self> {
-        let site = &opened.site;
-        let sources = sources(site, stacks, &opened.project.decisions);
+        let sources = sources(site, stacks, &project.decisions);
         let store = StackStore::new(folder);
         let mut book = PaintStore::new(folder).read()?;
         let far = Arc::new(FarBackdrops::new(site));
-        book.entries.retain(|entry| seen_from_everywhere(opened, entry, &far));
-        let inputs = inputs(opened, stacks, gains, &book);
+        book.entries.retain(|entry| seen_from_everywhere(project, entry, &far));
+        let inputs = inputs(site, stacks, gains, &book);
         let owned: Vec<Option<Stack>> =
             stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.borrow().clone())).collect();
         let files = LayerTextureFiles::new(&store, &owned, false)
@@ -142,10 +141,10 @@ impl SiteSurroundings {
             of_photos: None,
             picture: None,
             daylight: None,
-            stamp: format!("{inputs} {}", picture_stamp(folder, &opened.project)),
+            stamp: format!("{inputs} {}", picture_stamp(folder, project)),
             reduced: None,
         };
-        let pictured = picture_dome(folder, opened, task).unwrap_or_else(|error| {
+        let pictured = picture_dome(folder, project, site, task).unwrap_or_else(|error| {
             task.note(Message::from("the picture of the surroundings is not used: ").and(&error));
             None
         });
@@ -175,13 +174,14 @@ impl SiteSurroundings {
     /// As [`Self::open`].
     pub fn present(
         folder: &Path,
-        opened: &Opened,
+        project: &Project,
+        site: &Site,
         stacks: &[Option<impl Borrow<Stack>>],
         task: &Task,
     ) -> Result<Self> {
-        let (colour, memory) = (&opened.project.colour, default_memory());
-        let gains = gains::photo_gains(&opened.site, stacks, colour, folder, memory, task)?;
-        Self::open(folder, opened, stacks, &gains, memory, task)
+        let (colour, memory) = (&project.colour, default_memory());
+        let gains = gains::photo_gains(site, stacks, colour, folder, memory, task)?;
+        Self::open(folder, project, site, stacks, &gains, memory, task)
     }
 
     /// Returns the same with a plain sky in the place of all that photos show around the model: its sun and its air are those that
@@ -459,19 +459,12 @@ fn reduced_camera(camera: &Pinhole) -> (Pinhole, u32) {
 }
 
 /// Returns true for paint on the surroundings that other photos see.
-fn seen_from_everywhere(opened: &Opened, entry: &PaintEntry, far: &FarBackdrops) -> bool {
-    (entry.object == SURROUNDINGS || far.contains(&entry.object))
-        && !opened.project.fill.stays(&entry.place())
+fn seen_from_everywhere(project: &Project, entry: &PaintEntry, far: &FarBackdrops) -> bool {
+    (entry.object == SURROUNDINGS || far.contains(&entry.object)) && !project.fill.stays(&entry.place())
 }
 
 /// Returns the hash of everything that the evidence is made from.
-fn inputs(
-    opened: &Opened,
-    stacks: &[Option<impl Borrow<Stack>>],
-    gains: &Gains,
-    paint: &PaintBook,
-) -> String {
-    let site = &opened.site;
+fn inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>], gains: &Gains, paint: &PaintBook) -> String {
     let all = (
         (VERSION, dome_side(site)),
         gains::inputs(site, stacks),

@@ -3,12 +3,11 @@
 use super::faces_to_keep::FacesToKeep;
 use super::inputs::Inputs;
 use super::layer_names::rename;
-use super::open::Opened;
 use super::unknown_name::no_such;
 use quadratura_base::error::{Error, Remedy, Result};
-use quadratura_base::scene::{FaceId, Model, Object, Photo};
+use quadratura_base::scene::{FaceId, Model, Object, Photo, Site};
 use quadratura_document::paint::PaintBook;
-use quadratura_document::{Decisions, Stack};
+use quadratura_document::{Decisions, Project, Stack};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 
@@ -55,9 +54,8 @@ pub struct Survey<'a> {
 
 impl<'a> Survey<'a> {
     /// Prepares the comparison for one project.
-    pub fn new(opened: &'a Opened, store: &'a StackStore) -> Self {
-        let project = &opened.project;
-        let inputs = Inputs::new(&opened.site.model, &project.options, &project.decisions);
+    pub fn new(project: &'a Project, site: &'a Site, store: &'a StackStore) -> Self {
+        let inputs = Inputs::new(&site.model, &project.options, &project.decisions);
         // Paint that cannot be read is reported where it is shown.
         let paint = PaintStore::new(store.project()).read().unwrap_or_default();
         Self { store, decisions: &project.decisions, inputs, paint }

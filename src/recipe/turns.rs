@@ -11,9 +11,9 @@ use super::fill::inputs::FillInputs;
 use super::inputs::Inputs;
 use super::open::Opened;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::Photo;
+use quadratura_base::scene::{Photo, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
+use quadratura_document::{Project, Stack};
 use quadratura_files::stamp::Stamp;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
@@ -81,7 +81,7 @@ impl<'a> Turns<'a> {
         store: &'a StackStore,
         stops: &'a BTreeMap<String, Arc<AtomicBool>>,
     ) -> Self {
-        let stamp = Mutex::new(Derived::new(opened, store));
+        let stamp = Mutex::new(Derived::new(&opened.site, store));
         Self { source, opened, store, stops, stamp, begun: AtomicBool::new(false) }
     }
 
@@ -96,7 +96,7 @@ impl<'a> Turns<'a> {
         }
         let right = self.source.right(task)?;
         let same = Arc::ptr_eq(&self.source.project(task)?, self.opened)
-            && *self.stamp() == Derived::new(self.opened, self.store);
+            && *self.stamp() == Derived::new(&self.opened.site, self.store);
         Ok(same.then_some(right))
     }
 
@@ -117,7 +117,7 @@ impl<'a> Turns<'a> {
         let held = self.source.hold();
         task.check_cancelled()?;
         let now = self.source.project(task)?;
-        is_made_from(&now, photo, inputs)?.then_some(held).ok_or(Error::Cancelled)
+        is_made_from(&now.project, &now.site, photo, inputs)?.then_some(held).ok_or(Error::Cancelled)
     }
 
     /// Compares the inputs `made`, from which a filling of `stack` was made, with those of now. What is found is true
@@ -141,10 +141,11 @@ impl<'a> Turns<'a> {
         let stacks = photos.iter().map(|photo| self.store.current(&photo.name));
         let stacks: Vec<Option<Stack>> = stacks.collect::<Result<_>>()?;
         let id = now.site.photo_named(&stack.photo.name).ok_or(Error::Cancelled)?;
-        if !is_made_from(&now, now.site.photo(id), &stack.inputs)? {
+        if !is_made_from(&now.project, &now.site, now.site.photo(id), &stack.inputs)? {
             return Err(Error::Cancelled);
         }
-        let of_now = FillInputs::new(self.store.project(), &now, &stacks, &now.project.fill)?;
+        let of_now =
+            FillInputs::new(self.store.project(), &now.project, &now.site, &stacks, &now.project.fill)?;
         if of_now.of_stack(stack) == made.of_stack(stack) {
             Ok((FillCheck::Same, held))
         } else if of_now.differs_in_paint_alone(made) {
@@ -172,16 +173,16 @@ impl<'a> Turns<'a> {
 }
 
 /// Returns whether a stack of `photo` that was made from `inputs` would be made from the same ones in this project.
-fn is_made_from(now: &Opened, photo: &Photo, inputs: &str) -> Result<bool> {
-    let id = now.site.photo_named(&photo.name).ok_or(Error::Cancelled)?;
-    let (model, project) = (&now.site.model, &now.project);
-    let hash = Inputs::new(model, &project.options, &project.decisions).hash(now.site.photo(id))?;
+fn is_made_from(project: &Project, site: &Site, photo: &Photo, inputs: &str) -> Result<bool> {
+    let id = site.photo_named(&photo.name).ok_or(Error::Cancelled)?;
+    let (model, project) = (&site.model, project);
+    let hash = Inputs::new(model, &project.options, &project.decisions).hash(site.photo(id))?;
     Ok(hash == inputs)
 }
 
 impl Derived {
-    fn new(opened: &Opened, store: &StackStore) -> Self {
-        let stacks = opened.site.photos.iter().map(|photo| stack_stamp(store, &photo.name)).collect();
+    fn new(site: &Site, store: &StackStore) -> Self {
+        let stacks = site.photos.iter().map(|photo| stack_stamp(store, &photo.name)).collect();
         Self { paint: paint_stamp(store), stacks }
     }
 }

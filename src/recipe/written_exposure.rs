@@ -6,11 +6,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::open::Opened;
 use super::views::RequestedView;
 use quadratura_base::error::Result;
 use quadratura_base::scene::{CameraExposure, PhotoId, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_import::photo::{Match, PhotoFolder, read_exposure};
 use quadratura_io::project::resolved;
 use quadratura_projection::exposure::Estimate;
@@ -74,13 +74,14 @@ impl WrittenExposure {
 /// Returns [`quadratura_base::Error::Cancelled`], or the errors of reading the folder.
 pub fn written_exposures(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     views: &[RequestedView],
     task: &Task,
 ) -> Result<BTreeMap<String, f64>> {
     let names: Vec<&str> =
         views.iter().filter(|view| view.photo.is_none()).map(|view| view.name.as_str()).collect();
-    let root = resolved(folder, &opened.project.photos);
+    let root = resolved(folder, &project.photos);
     if names.is_empty() || !root.is_dir() {
         return Ok(BTreeMap::new());
     }
@@ -88,7 +89,7 @@ pub fn written_exposures(
     let found = photos.find(&names);
     let written = names.into_iter().zip(found).filter_map(|(name, found)| {
         let Match::File(file, _) = found else { return None };
-        let of_site = opened.site.photo_named(photos.name(file)).is_some();
+        let of_site = site.photo_named(photos.name(file)).is_some();
         let log = if of_site { None } else { read_exposure(&photos.path(file))?.log() };
         Some((name.to_owned(), log?))
     });

@@ -15,7 +15,7 @@ use quadratura::testing::layers::agreement::PhotoEvidence;
 use quadratura::testing::projection::framing::scaled;
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::{Gains, Renders};
-use quadratura::testing::recipe::agreement::SiteAgreement;
+use quadratura::testing::recipe::agreement::{AgreementInputs, SiteAgreement};
 use quadratura::testing::recipe::build::{BuildOptions, build};
 use quadratura::testing::recipe::create::{NewProject, create_project};
 use quadratura::testing::recipe::masks::MaskEdit;
@@ -98,7 +98,8 @@ fn people_who_stand_in_one_photo_are_suggested_first_and_little_else_is() {
     let folder = tempfile::tempdir().unwrap();
     let (opened, people) = peopled(folder.path(), 9);
     let project = folder.path().join("project");
-    let found: Suggestions = suggest(&project, &opened, &[], MARGIN_PX, 2 << 30, &Task::silent()).unwrap();
+    let found: Suggestions =
+        suggest(&project, &opened.project, &opened.site, &[], MARGIN_PX, 2 << 30, &Task::silent()).unwrap();
     assert_eq!(suggestions(&project).unwrap(), found, "it is kept");
     let listed = found.list.iter().filter(|suggestion| suggestion.is_likely()).count();
     assert!(listed <= 30, "{listed} suggestions are listed");
@@ -119,7 +120,8 @@ fn evidence(folder: &Path, opened: &Opened) -> [Vec<PhotoEvidence>; 2] {
     let (relief, task) = (Relief::default(), Task::silent());
     let stacks = vec![None; opened.site.photos.len()];
     let gains = Gains::none(stacks.len());
-    let mut all = SiteAgreement::open(folder, opened, &stacks, &gains, &relief, 1 << 30, &task).unwrap();
+    let inputs = AgreementInputs::new(&opened.project, &opened.site, &stacks, 1 << 30);
+    let mut all = SiteAgreement::open(folder, &opened.site, inputs, &gains, &relief, &task).unwrap();
     let without = all.without(&[PhotoId(0)], &relief, &gains, &task).unwrap();
     [without.to_vec(), all.whole().to_vec()]
 }
@@ -139,7 +141,7 @@ fn predictions(folder: &Path, opened: &Opened, gpu: &Gpu) -> [Picture; 2] {
         built.stack.unwrap();
     }
     let options = PreviewOptions { filled: false, ..PreviewOptions::default() };
-    let mut preview = preview::open(&project, opened, gpu, &options, &task).unwrap();
+    let mut preview = preview::open(&project, &opened.project, &opened.site, gpu, &options, &task).unwrap();
     [PhotoId(0), PhotoId(1)].map(|id| {
         let photo = opened.site.photo(id);
         let shot = Shot { without: vec![id], ..Shot::new(scaled(&photo.camera, 0.25), photo.pose) };

@@ -18,7 +18,15 @@ use super::{RED, SOFT, Studio, adapter};
 
 fn preview(studio: &Studio, opened: &Opened) -> Preview {
     let (gpu, task) = (Gpu::headless().unwrap(), Task::silent());
-    preview::open(&studio.site.project(), opened, &gpu, &PreviewOptions::default(), &task).unwrap()
+    preview::open(
+        &studio.site.project(),
+        &opened.project,
+        &opened.site,
+        &gpu,
+        &PreviewOptions::default(),
+        &task,
+    )
+    .unwrap()
 }
 
 /// The project's paint as it is on disk.

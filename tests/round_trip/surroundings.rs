@@ -267,7 +267,9 @@ fn a_photo_that_is_left_out_has_no_say_in_the_dome_whatever_it_shows() {
             opened.site.photos.iter().map(|photo| store.current(&photo.name).unwrap()).collect();
         let gains = Gains::none(stacks.len());
         let folder = studio.site.project();
-        let mut around = SiteSurroundings::open(&folder, &opened, &stacks, &gains, 1 << 30, &task).unwrap();
+        let mut around =
+            SiteSurroundings::open(&folder, &opened.project, &opened.site, &stacks, &gains, 1 << 30, &task)
+                .unwrap();
         let left = opened.site.photo_named("left.png").unwrap();
         let found = around.without(&[left], &gains, &task).unwrap();
         (around.whole().dome.clone().unwrap(), found.dome.unwrap(), found.agreement)

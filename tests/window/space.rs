@@ -213,7 +213,8 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
         let opened = open(&project, &Task::silent()).unwrap();
         let gpu = Gpu::headless().unwrap();
         let options = PreviewOptions::default();
-        let mut own = preview::open(&project, &opened, &gpu, &options, &Task::silent()).unwrap();
+        let mut own =
+            preview::open(&project, &opened.project, &opened.site, &gpu, &options, &Task::silent()).unwrap();
         let shot = look.shot(view.camera(found.width(), found.height()), view.pose);
         let expected = own.picture(&shot, &Task::silent()).unwrap();
         assert_alike(found.as_raw(), &expected.rgba, &format!("{:?}", look.display));

@@ -159,7 +159,10 @@ fn paint_that_was_left_behind_is_seen_from_other_photos_when_the_project_is_open
     paper.write(&file);
     wait(&mut harness, "the import", |editor| editor.round_trip.history.len() == 1 && idle(editor));
     drop(harness);
-    let left = |project: &Path| stale_fillings(project, &open(project, &Task::silent()).unwrap()).unwrap();
+    let left = |project: &Path| {
+        let opened = open(project, &Task::silent()).unwrap();
+        stale_fillings(project, &opened.project, &opened.site).unwrap()
+    };
     assert!(!left(&project).is_empty(), "the other photos lack the paint");
 
     let before = files(&project, &["exports", "editing"]);

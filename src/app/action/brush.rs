@@ -59,7 +59,7 @@ fn paint(state: &mut State, work: &mut Work, drawn: Arc<DrawnStroke>, again: Opt
     work.jobs.start(&mut state.running, JobKind::Import, "Painting a stroke", move |task| {
         let _turn = turn.take();
         let options = StrokeOptions { without_stack_notes: true, ..StrokeOptions::default() };
-        let done = apply(&folder, &opened, &drawn.stroke, &look, options, task);
+        let done = apply(&folder, &opened.project, &opened.site, &drawn.stroke, &look, options, task);
         drop(lock);
         Ok(Box::new(move |state| state.stroke_came(&folder, &drawn, done, again)))
     });

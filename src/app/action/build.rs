@@ -35,6 +35,7 @@ use crate::work::jobs::arrival;
 use crate::work::painter::{Painter, PreviewChange};
 use crate::work::pictures::PhotoPictures;
 use quadratura_base::error::{Error, Message};
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_document::paint::PaintBook;
 use quadratura_gpu::{Gpu, GpuRasteriser};
@@ -42,7 +43,6 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_recipe::budget::default_memory;
 use quadratura_recipe::build::{BuildOptions, build};
 use quadratura_recipe::fill::{FillRequest, fill};
-use quadratura_recipe::open::Opened;
 use quadratura_recipe::preview::{self, PreviewOptions, ReadStacks};
 use quadratura_recipe::site_stamp::SiteStamp;
 use quadratura_recipe::trees::PlantParts;
@@ -175,8 +175,9 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
                 tree_parts: PlantParts::CachedImages,
                 ..PreviewOptions::default()
             };
-            let read = read_stacks(&opened, &photos);
-            let preview = preview::open_read(&folder, &opened, read, &gpu, &options, task)?;
+            let read = read_stacks(&opened.site, &photos);
+            let preview =
+                preview::open_read(&folder, &opened.project, &opened.site, read, &gpu, &options, task)?;
             preview.problems().into_iter().for_each(|problem| task.note(problem));
             Painter::new(preview, folder.clone(), opened.clone(), &gpu, task.clone(), waker)
         });
@@ -194,9 +195,9 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
 }
 
 /// Returns the stacks of the photos with messages about those that cannot be read.
-fn read_stacks(opened: &Opened, photos: &[PhotoStatus]) -> ReadStacks {
+fn read_stacks(site: &Site, photos: &[PhotoStatus]) -> ReadStacks {
     let stacks = photos.iter().map(|photo| photo.stack.as_deref().cloned()).collect();
-    let unread = opened.site.photos.iter().zip(photos).filter(|(_, status)| status.stack.is_none());
+    let unread = site.photos.iter().zip(photos).filter(|(_, status)| status.stack.is_none());
     let problems = unread.filter_map(|(photo, status)| {
         let problem = status.problem.as_ref()?;
         Some(Message::from(format!("{}: its stack is not used: {problem}", photo.name)))
@@ -354,15 +355,15 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
             let text = format!("Layers built: {}; {current} were up to date", counted(made as u64, "photo"));
             notes.push(Note::new(Weight::Info, text));
             // Gains and relief can also be made later.
-            if let Err(error) = preview::prepare(&folder, &opened, task) {
+            if let Err(error) = preview::prepare(&folder, &opened.project, &opened.site, task) {
                 notes.extend(ended("Preparing the view", &error));
             }
         }
         let failed = built.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
-        let damaged = damaged_masks(&opened, failed);
+        let damaged = damaged_masks(&opened.project, &opened.site, failed);
         // Files that were made again are read again, even where the stack description is unchanged.
         let known = if made > 0 { Vec::new() } else { known };
-        let photos = survey(&folder, &opened, &known, &Task::silent())?;
+        let photos = survey(&folder, &opened.project, &opened.site, &known, &Task::silent())?;
         Ok(Box::new(move |state| {
             let mut requests = state.stacks_changed(&folder, photos, notes, made > 0);
             requests.push(MaskRequest::Report(damaged, "is not built").into());
@@ -388,7 +389,7 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
             force: false,
             keep_former: true,
         };
-        let (filled, ending) = match fill(&folder, &opened, &request, task) {
+        let (filled, ending) = match fill(&folder, &opened.project, &opened.site, &request, task) {
             Ok(filled) => (filled, Vec::new()),
             Err(error) => (Vec::new(), ended("Filling occluded areas", &error)),
         };
@@ -404,10 +405,10 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
             false => notes.extend(ending),
         }
         let failed = filled.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
-        let damaged = damaged_masks(&opened, failed);
+        let damaged = damaged_masks(&opened.project, &opened.site, failed);
         // Files that were made again are read again, even where the stack description is unchanged.
         let known = if made > 0 { Vec::new() } else { known };
-        let photos = survey(&folder, &opened, &known, &Task::silent())?;
+        let photos = survey(&folder, &opened.project, &opened.site, &known, &Task::silent())?;
         Ok(Box::new(move |state| {
             let mut requests = state.stacks_changed(&folder, photos, notes, made > 0);
             requests.push(MaskRequest::Report(damaged, "is not filled").into());

@@ -100,7 +100,7 @@ fn look_again(state: &mut State, work: &mut Work) {
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
     work.jobs.stop_kind(&mut state.running, JobKind::Survey);
     work.jobs.start(&mut state.running, JobKind::Survey, "Checking layers", move |task| {
-        let photos = survey(&folder, &opened, &known, task)?;
+        let photos = survey(&folder, &opened.project, &opened.site, &known, task)?;
         Ok(Box::new(move |state| state.stacks_changed(&folder, photos, Vec::new(), false)))
     });
 }
@@ -111,7 +111,7 @@ fn look_at_states(state: &mut State, work: &mut Work) {
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
     work.jobs.stop_kind(&mut state.running, JobKind::Survey);
     work.jobs.start(&mut state.running, JobKind::Survey, "Checking layers", move |task| {
-        let photos = survey(&folder, &opened, &known, task)?;
+        let photos = survey(&folder, &opened.project, &opened.site, &known, task)?;
         Ok(Box::new(move |state| state.states_seen(&folder, photos)))
     });
 }

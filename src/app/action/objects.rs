@@ -17,7 +17,7 @@ pub fn follow_objects(state: &mut State, work: &mut Work) {
     work.jobs.start(&mut state.running, JobKind::Open, "Updating objects", move |task| {
         let switched = || {
             let opened = opened.with_objects(&folder, project, task)?;
-            let photos = survey(&folder, &opened, &[], task)?;
+            let photos = survey(&folder, &opened.project, &opened.site, &[], task)?;
             Ok((opened, photos))
         };
         match switched() {

@@ -51,7 +51,7 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
         let seen = SiteStamp::new(&folder, &project);
         let read = || {
             let opened = open_site(&folder, Project::clone(&project), task)?;
-            let photos = survey(&folder, &opened, &[], task)?;
+            let photos = survey(&folder, &opened.project, &opened.site, &[], task)?;
             Ok((opened, photos))
         };
         let (opened, photos) = match read() {

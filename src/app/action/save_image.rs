@@ -11,7 +11,9 @@ use crate::state::save_image::{ImageFormat, ImageSource, SaveImage};
 use crate::work::Work;
 use crate::work::jobs::arrival;
 use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_files::writable::check_beside;
 use quadratura_gpu::start_device;
 use quadratura_ldi::file::Packing;
@@ -19,7 +21,6 @@ use quadratura_recipe::ldi::export::{MeshOptions, export_page};
 use quadratura_recipe::ldi::{
     BuildCamera, BuildFrom, BuildRequest, Maker, SiteLdiOptions, StackLdiOptions, build_ldis,
 };
-use quadratura_recipe::open::Opened;
 use quadratura_recipe::preview::PreviewOptions;
 use quadratura_recipe::trees::PlantParts;
 
@@ -51,8 +52,8 @@ fn save(state: &mut State, work: &mut Work, dialog: SaveImage) {
         // Otherwise it would be known after minutes.
         check_beside(&dialog.out())?;
         let saved = match dialog.format {
-            ImageFormat::Ldi => save_ldi(&dialog, &opened, task)?,
-            ImageFormat::Page => save_page(&dialog, &opened, task)?,
+            ImageFormat::Ldi => save_ldi(&dialog, &opened.project, &opened.site, task)?,
+            ImageFormat::Page => save_page(&dialog, &opened.project, &opened.site, task)?,
         };
         Ok(arrival(move |state| state.image_saved(&saved)))
     });
@@ -87,11 +88,11 @@ fn from(dialog: &SaveImage) -> BuildFrom {
     }
 }
 
-fn save_ldi(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedImage> {
+fn save_ldi(dialog: &SaveImage, project: &Project, site: &Site, task: &Task) -> Result<SavedImage> {
     let from = from(dialog);
     let (photos, out) = (vec![dialog.photo], Some(dialog.out()));
     let request = BuildRequest { photos, from, out, packing: Packing::Deflate };
-    let (mut built, failed) = build_ldis(&dialog.project, opened, &request, &start_device, task)?;
+    let (mut built, failed) = build_ldis(&dialog.project, project, site, &request, &start_device, task)?;
     match (built.pop(), Error::of_all(failed)) {
         (Some(built), None) => Ok(SavedImage {
             what: "Layered depth image",
@@ -104,13 +105,13 @@ fn save_ldi(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedIma
     }
 }
 
-fn save_page(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedImage> {
+fn save_page(dialog: &SaveImage, project: &Project, site: &Site, task: &Task) -> Result<SavedImage> {
     let from = from(dialog);
     task.step("layered depth image", 0, 2)?;
-    let mut maker = Maker::open(&dialog.project, opened, &from, &start_device, task)?;
+    let mut maker = Maker::open(&dialog.project, project, site, &from, &start_device, task)?;
     let ldi = match &from {
-        BuildFrom::Stack(stack) => maker.site.cached_or_made(dialog.photo, stack, task)?,
-        other => maker.image_of(&BuildCamera::of_photo(opened, dialog.photo), other, task)?,
+        BuildFrom::Stack(stack) => maker.source.cached_or_made(dialog.photo, stack, task)?,
+        other => maker.image_of(&BuildCamera::of_photo(site, dialog.photo), other, task)?,
     };
     task.step("page", 1, 2)?;
     let caption = Path::new(&dialog.name).file_stem().unwrap_or_default().to_string_lossy();

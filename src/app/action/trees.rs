@@ -20,12 +20,11 @@ use crate::work::Work;
 use crate::work::jobs::arrival;
 use crate::work::painter::PreviewChange;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::up;
+use quadratura_base::scene::{Site, up};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::trees::{PlacedTree, TreeLight, TreeSpecies, Trees};
 use quadratura_foliage::level_axes;
-use quadratura_recipe::open::Opened;
 use quadratura_recipe::trees::edit::{TreeChange, duplicated, placed, replaced};
 use quadratura_recipe::trees::light::{LightEstimate, estimated_light, is_needed};
 use quadratura_recipe::trees::list::species_figures;
@@ -199,7 +198,7 @@ pub fn follow_light(state: &mut State, work: &mut Work) {
     let opened = session.opened.with_project(&folder, Project::clone(&project));
     let job =
         work.jobs.start(&mut state.running, JobKind::Look, "Estimating the light on trees", move |task| {
-            let found = match estimated(&folder, &opened, task) {
+            let found = match estimated(&folder, &opened.project, &opened.site, task) {
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
                 found => found.map_err(|error| error.to_string()),
             };
@@ -237,15 +236,14 @@ pub fn follow_images(state: &mut State, work: &mut Work) {
     state.trees.images.begin(&begun, job);
 }
 
-fn estimated(folder: &Path, opened: &Opened, task: &Task) -> Result<LightEstimate> {
+fn estimated(folder: &Path, project: &Project, site: &Site, task: &Task) -> Result<LightEstimate> {
     // The 3D view tells what is wrong with a plant.
     let quiet = Task::silent().with_stop_flag(task.stop_flag());
-    let trees =
-        site_trees(folder, &opened.project.trees, up(&opened.site.photos), PlantParts::Openness, &quiet)?;
+    let trees = site_trees(folder, &project.trees, up(&site.photos), PlantParts::Openness, &quiet)?;
     let Some(SiteTrees { placed, .. }) = trees.filter(|trees| !trees.placed.trees.is_empty()) else {
         return Err(Error::Request("no tree can be drawn".into()));
     };
-    estimated_light(folder, opened, &placed, task)
+    estimated_light(folder, project, site, &placed, task)
 }
 
 /// Takes up the tool in the 3D view, or puts it away. It takes the place of the brush.

@@ -104,7 +104,7 @@ impl BackgroundUpdate {
         let updated = self.update(folder, task);
         // What was finished before the end is shown.
         let opened = self.live.project(task).unwrap_or_else(|_| self.opened.clone());
-        let photos = survey(folder, &opened, &self.known, &Task::silent())?;
+        let photos = survey(folder, &opened.project, &opened.site, &self.known, &Task::silent())?;
         let folder = folder.to_path_buf();
         // Photos that changed meanwhile, or were stopped, are left to the next update.
         let is_left = |photo: &UpdatedPhoto| matches!(photo.end, UpdateEnd::Changed | UpdateEnd::Stopped);
@@ -122,7 +122,7 @@ impl BackgroundUpdate {
                 state.updating.reached = 0.0;
             }
             let failed = failures(&updated);
-            let damaged = damaged_masks(&opened, failed.keys());
+            let damaged = damaged_masks(&opened.project, &opened.site, failed.keys());
             notes.extend(results(&updated));
             let news = state.updating.failed(failed);
             let damaged = if news.is_empty() { Vec::new() } else { damaged };
@@ -182,7 +182,7 @@ fn list_built(state: &mut State, work: &mut Work) {
     let Some(session) = state.session.as_ref().filter(|_| is_due) else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
     work.jobs.start(&mut state.running, JobKind::Survey, "Checking layers", move |task| {
-        let photos = survey(&folder, &opened, &known, task)?;
+        let photos = survey(&folder, &opened.project, &opened.site, &known, task)?;
         Ok(arrival(move |state| state.list_built(&folder, photos)))
     });
 }
@@ -192,7 +192,7 @@ fn show_finished(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
     work.jobs.start(&mut state.running, JobKind::Survey, "Checking layers", move |task| {
-        let photos = survey(&folder, &opened, &known, task)?;
+        let photos = survey(&folder, &opened.project, &opened.site, &known, task)?;
         // While stacks are being built, the renderer would be made again and again.
         let builds = photos.iter().any(|photo| photo.stack.is_some() && !photo.is_current());
         Ok(Box::new(move |state| match builds {

@@ -126,7 +126,7 @@ impl Session {
     /// comes back with another mask, and undo can restore a mask whose file is missing.
     fn brings_back(&self, before: &Project, after: &Project) -> Option<Invalidation> {
         let is_other = |photo: &&str| before.masks.of(photo) != after.masks.of(photo);
-        let mut left_out = self.opened.left_out.iter().map(|(photo, _)| photo.as_str());
+        let mut left_out = self.opened.problems.left_out.iter().map(|(photo, _)| photo.as_str());
         let store = MaskStore::new(&self.folder);
         let is_gone =
             |photo: &str| after.masks.of(photo).iter().any(|mask| !store.path(&mask.file).is_file());

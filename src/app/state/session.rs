@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use super::pending::PendingUpdates;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::up;
-use quadratura_base::scene::{Edges, Model, Object, Photo, PhotoId};
+use quadratura_base::scene::{Edges, Model, Object, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::history::History;
 use quadratura_document::{Project, Stack};
@@ -23,7 +23,7 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_projection::backdrops::without_backdrops;
 use quadratura_projection::model_surface::ModelSurface;
 use quadratura_recipe::layer_table::LayerFigures;
-use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::open::{Opened, OpeningProblems, open_site};
 use quadratura_recipe::site_stamp::SiteStamp;
 use quadratura_recipe::survey::{StackState, Survey};
 use quadratura_view::navigation::{SceneFrame, Viewpoint};
@@ -164,13 +164,14 @@ impl PhotoStatus {
 /// [`quadratura_base::Error::Io`] when a photo cannot be read; [`quadratura_base::Error::Cancelled`].
 pub fn survey(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     known: &[PhotoStatus],
     task: &Task,
 ) -> Result<Vec<PhotoStatus>> {
     let store = StackStore::new(folder);
-    let survey = Survey::new(opened, &store);
-    let photos = &opened.site.photos;
+    let survey = Survey::new(project, site, &store);
+    let photos = &site.photos;
     let status = |(done, photo)| {
         task.step("check stacks", done, photos.len() as u64)?;
         // A look that begins later finds what is there now, or something newer.
@@ -189,19 +190,19 @@ pub fn stacks_of(photos: &[PhotoStatus]) -> Vec<Option<Arc<Stack>>> {
 
 /// Returns the photos that have layers and are left out of the site, with the reason. (Cameras often name more photos than
 /// are used.)
-fn gone(folder: &Path, opened: &Opened) -> Vec<(String, String)> {
+fn gone(folder: &Path, problems: &OpeningProblems) -> Vec<(String, String)> {
     let store = StackStore::new(folder);
-    opened.left_out.iter().filter(|(photo, _)| store.stack_file(photo).is_file()).cloned().collect()
+    problems.left_out.iter().filter(|(photo, _)| store.stack_file(photo).is_file()).cloned().collect()
 }
 
 /// Returns the points of a site without backdrops and wide ground.
-fn home(opened: &Opened) -> Vec<DVec3> {
-    let model = &opened.site.model;
+fn home(site: &Site) -> Vec<DVec3> {
+    let model = &site.model;
     let points = |object: &Object| -> Vec<DVec3> {
         object.faces.iter().flat_map(|face| model.ring_points(*face)).collect()
     };
     let objects: Vec<Vec<DVec3>> = model.objects.iter().map(points).collect();
-    without_backdrops(&objects, up(&opened.site.photos))
+    without_backdrops(&objects, up(&site.photos))
 }
 
 impl Session {
@@ -263,20 +264,20 @@ impl Session {
 
     fn with(lock: ProjectLock, folder: &Path, opened: Opened, seen: SiteStamp, task: &Task) -> Result<Self> {
         let reader = StackReader::begin(folder);
-        let photos = survey(folder, &opened, &[], task)?;
+        let photos = survey(folder, &opened.project, &opened.site, &[], task)?;
         let history = History::new(opened.project.clone());
         let model = &opened.site.model;
         let lock = Arc::new(lock);
         Ok(Self {
             folder: folder.to_path_buf(),
             scene_frame: SceneFrame::new(&model.vertices, up(&opened.site.photos)),
-            home: home(&opened),
+            home: home(&opened.site),
             solid: Arc::new(ModelSurface::from_model(model)),
             edges: Edges::from_model(model),
             has_former: false,
             seen,
-            incomplete: !opened.problems.is_empty(),
-            gone: gone(folder, &opened),
+            incomplete: !opened.problems.errors.is_empty(),
+            gone: gone(folder, &opened.problems),
             opened: Arc::new(opened),
             photos,
             history,
@@ -289,13 +290,13 @@ impl Session {
     /// Replaces the site after it was read again.
     pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
         self.scene_frame = SceneFrame::new(&opened.site.model.vertices, up(&opened.site.photos));
-        self.home = home(&opened);
+        self.home = home(&opened.site);
         self.solid = Arc::new(ModelSurface::from_model(&opened.site.model));
         self.edges = Edges::from_model(&opened.site.model);
         // Decisions made while the site was read are kept.
         let present = Project::clone(self.history.present());
-        self.incomplete = !opened.problems.is_empty();
-        self.gone = gone(&self.folder, &opened);
+        self.incomplete = !opened.problems.errors.is_empty();
+        self.gone = gone(&self.folder, &opened.problems);
         self.opened = Arc::new(opened.with_project(&self.folder, present));
         self.photos = photos;
     }

@@ -9,7 +9,7 @@ use super::one_of::one_of;
 use super::{PhotoArgs, PictureArgs};
 use crate::view_args::{QUALITIES, parse_scale};
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::{PhotoId, Site};
 use quadratura_import::cameras::accepted;
 use quadratura_ldi::file::{MOST_IMAGES, Packing};
 use quadratura_ldi::merge::Merging;
@@ -17,7 +17,6 @@ use quadratura_ldi::{Combining, Shown, SplatKind};
 use quadratura_recipe::ldi::export::MeshOptions;
 use quadratura_recipe::ldi::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
 use quadratura_recipe::named::index_of_photo;
-use quadratura_recipe::open::Opened;
 use quadratura_view::Quality;
 
 /// The largest number of triangles that may be asked for, more than a program shows.
@@ -276,8 +275,8 @@ impl CombinedArgs {
     ///
     /// # Errors
     /// [`quadratura_base::Error::Request`] for an unknown photo.
-    pub fn with(&self, opened: &Opened) -> Result<Vec<PhotoId>> {
-        self.with.iter().map(|name| index_of_photo(&opened.site, name)).collect()
+    pub fn with(&self, site: &Site) -> Result<Vec<PhotoId>> {
+        self.with.iter().map(|name| index_of_photo(site, name)).collect()
     }
 
     /// Returns how many photos are taken, `usual` where nothing is said, but all that are named.

@@ -55,10 +55,11 @@ use crate::words::error_text;
 pub use number::whole;
 pub use one_of::one_of;
 use quadratura_base::geometry::Similarity;
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_import::cameras::accepted;
 use quadratura_recipe::budget::default_memory;
-use quadratura_recipe::open::Opened;
+use quadratura_recipe::open::OpeningProblems;
 
 /// Turns calibrated photos and a coarse model into editable image layers, sorted by proven visibility.
 #[derive(Debug, Parser)]
@@ -296,8 +297,8 @@ pub struct PhotoArgs {
 impl PhotoArgs {
     /// Returns the problems with photos of the site that affect the exit status. Where photos were given by
     /// name, the others' problems are only notes.
-    pub fn problems_of(&self, opened: &Opened, task: &Task) -> Vec<String> {
-        let problems = opened.problems.iter().map(error_text);
+    pub fn problems_of(&self, problems: &OpeningProblems, task: &Task) -> Vec<String> {
+        let problems = problems.errors.iter().map(error_text);
         if self.names.is_empty() {
             return problems.collect();
         }
@@ -306,8 +307,8 @@ impl PhotoArgs {
     }
 
     /// Returns how many photos of the cameras are not in the site, of those that are asked for.
-    pub fn left_out(&self, opened: &Opened) -> usize {
-        if self.names.is_empty() { opened.listed.saturating_sub(opened.site.photos.len()) } else { 0 }
+    pub fn left_out(&self, site: &Site, problems: &OpeningProblems) -> usize {
+        if self.names.is_empty() { problems.listed.saturating_sub(site.photos.len()) } else { 0 }
     }
 }
 

@@ -6,11 +6,11 @@ use super::ldi::{CombinedArgs, LdiFrom, SPLATS, refuse};
 use super::one_of::one_of;
 use crate::bytes::parse_bytes;
 use quadratura_base::error::Result;
+use quadratura_base::scene::Site;
 use quadratura_ldi::{Spacing, SplatKind};
 use quadratura_recipe::budget::default_memory;
 use quadratura_recipe::ldi::StackLdiOptions;
 use quadratura_recipe::ldi::site_view::{LdiViewOptions, LdiViewSource};
-use quadratura_recipe::open::Opened;
 
 /// How `render` and `score` make views.
 #[derive(Debug, Default, Args)]
@@ -62,7 +62,7 @@ impl AsArgs {
     ///
     /// # Errors
     /// [`quadratura_base::Error::Request`] for an unknown photo, and [`quadratura_base::Error::Usage`] for arguments that have no effect.
-    pub fn options(&self, stack: StackLdiOptions, opened: &Opened) -> Result<Option<LdiViewOptions>> {
+    pub fn options(&self, stack: StackLdiOptions, site: &Site) -> Result<Option<LdiViewOptions>> {
         let published = self.combined.published;
         if self.as_what != AsArg::Ldi {
             let given = [
@@ -95,7 +95,7 @@ impl AsArgs {
             source,
             stack,
             best: self.combined.best(if source_is_stacks { 5 } else { 3 }),
-            with: self.combined.with(opened)?,
+            with: self.combined.with(site)?,
             splat: self.splat.unwrap_or(usual),
             memory: self.memory.unwrap_or_else(default_memory),
             spacing: if published { Spacing::Table } else { Spacing::Exact },

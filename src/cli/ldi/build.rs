@@ -90,7 +90,7 @@ fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcom
     let usual = if args.out.is_some() { Packing::Deflate } else { Packing::None };
     let packing = args.packing.unwrap_or(usual);
     let request = BuildRequest { photos, from, out: args.out.clone(), packing };
-    let (built, failed) = build_ldis(project, &opened, &request, &start_device, task)?;
+    let (built, failed) = build_ldis(project, &opened.project, &opened.site, &request, &start_device, task)?;
     // What the whole site lacks is what no photo shows.
     if args.from != LdiFrom::Site {
         note_empty(&built, project, task);
@@ -98,7 +98,7 @@ fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcom
     for one in &built {
         note_spared(&one.spared, &one.file, &task.with_subject(&one.photo));
     }
-    let mut problems = args.photos.problems_of(&opened, task);
+    let mut problems = args.photos.problems_of(&opened.problems, task);
     problems.extend(failed.iter().map(error_text));
     let images: Vec<Value> = built.iter().map(described).collect();
     Ok(Outcome { text: text(&built), json: json!({ "images": images, "problems": problems }), problems })
@@ -116,7 +116,7 @@ fn from(args: &LdiBuildArgs, opened: &Opened, task: &Task) -> Result<BuildFrom> 
     }
     Ok(match args.from {
         _ if args.combined.published => {
-            let with = args.combined.with(opened)?;
+            let with = args.combined.with(&opened.site)?;
             BuildFrom::Photos { options: args.combined.options(stack), best: args.combined.best(3), with }
         }
         LdiFrom::Site => {

@@ -221,7 +221,7 @@ fn described(
 fn of_project(folder: &Path, task: &Task) -> Result<Outcome> {
     about_project(folder);
     let opened = open(folder, task)?;
-    let site = LdiSite::open(folder, &opened)?;
+    let site = LdiSite::open(folder, &opened.project, &opened.site)?;
     let mut table = Table::new(&["photo", "state", "depth pixels", "complexity", "layers", "empty", "size"]);
     let (mut list, mut waiting) = (Vec::new(), 0);
     for (id, photo) in PhotoId::all(opened.site.photos.len()).zip(&opened.site.photos) {
@@ -240,7 +240,7 @@ fn of_project(folder: &Path, task: &Task) -> Result<Outcome> {
             "report": header.map(|header| &header.report),
         }));
     }
-    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
+    let problems: Vec<String> = opened.problems.errors.iter().map(error_text).collect();
     let rest = match waiting {
         0 => "all are up to date\n".to_owned(),
         _ => format!("{} builds those that are not up to date\n", command_for_project("ldi build")),

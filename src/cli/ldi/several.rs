@@ -34,7 +34,7 @@ pub fn run(
     let (built, failed) = match args.set {
         Some(most) => {
             let request = SetRequest { photos, from, most: most as usize, out, packing };
-            build_set(project, opened, &request, &start_device, task)?
+            build_set(project, &opened.project, &opened.site, &request, &start_device, task)?
         }
         None => {
             let [photo] = photos[..] else {
@@ -42,14 +42,14 @@ pub fn run(
                 return Err(Error::Request(found.into()));
             };
             let request = CubeRequest { photo, from, out, packing };
-            (build_cube(project, opened, &request, &start_device, task)?, Vec::new())
+            (build_cube(project, &opened.project, &opened.site, &request, &start_device, task)?, Vec::new())
         }
     };
     note_spared(&built.spared, &built.file, task);
     if let Some(most) = args.set.filter(|most| built.images.len() as u32 == *most) {
         note_uncovered(&built, most, task);
     }
-    let mut problems = args.photos.problems_of(opened, task);
+    let mut problems = args.photos.problems_of(&opened.problems, task);
     problems.extend(failed.iter().map(error_text));
     Ok(Outcome { text: text(&built), json: described(&built, &problems), problems })
 }

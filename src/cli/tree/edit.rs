@@ -17,7 +17,7 @@ use quadratura_document::{Masks, Project};
 use quadratura_foliage::files::list::read_tree_list;
 use quadratura_io::project::{relative_to, write_project};
 use quadratura_recipe::masks::{ClearedMasks, cleared};
-use quadratura_recipe::open::{Opened, open_site, whole_model};
+use quadratura_recipe::open::{open_site, whole_model};
 use quadratura_recipe::trees::edit::{
     TreeChange, moved, placed, placed_on, removed, species_removed, species_set,
 };
@@ -182,7 +182,7 @@ fn outcome(project: &Project, text: String, changed: &[String]) -> Outcome {
 
 /// Notes what is doubtful about trees that were changed.
 fn note_doubts_about(folder: &Path, project: &Project, names: &[String], task: &Task) -> Result<()> {
-    let Opened { site, .. } = open_site(folder, project.clone(), &Task::silent())?;
+    let site = open_site(folder, project.clone(), &Task::silent())?.site;
     let about = |doubt: &String| names.iter().any(|name| doubt.contains(&format!("{name:?}")));
     for doubt in doubts(&project.trees, &site.model, up(&site.photos)).into_iter().filter(about) {
         task.note(doubt);

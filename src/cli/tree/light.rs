@@ -14,12 +14,12 @@ use crate::table::counted;
 use crate::view_args::OnOff;
 use crate::words::worded;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::up;
+use quadratura_base::scene::{Site, up};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::trees::{LightStrength, Strength, TreeLight, Trees};
 use quadratura_io::project::write_project;
-use quadratura_recipe::open::{Opened, open_site};
+use quadratura_recipe::open::open_site;
 use quadratura_recipe::trees::light::{
     LightEstimate, LightSupport, TreeRatios, clear_day, estimated_light, is_needed,
 };
@@ -48,7 +48,7 @@ pub fn run(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {
         write_project(folder, &project)?;
     }
     let found = match opened.as_ref().filter(|_| is_estimated) {
-        Some(opened) => estimate(folder, opened, task),
+        Some(opened) => estimate(folder, &opened.project, &opened.site, task),
         None => Ok((None, Vec::new())),
     };
     let (estimate, problems) = match found {
@@ -123,15 +123,19 @@ fn is_below(towards_sun: DVec3, up: DVec3) -> bool {
 ///
 /// # Errors
 /// [`Error::Request`] where no tree can be drawn; those of [`estimated_light`].
-fn estimate(folder: &Path, opened: &Opened, task: &Task) -> Result<(Option<LightEstimate>, Vec<String>)> {
-    let trees =
-        site_trees(folder, &opened.project.trees, up(&opened.site.photos), PlantParts::Openness, task)?;
+fn estimate(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    task: &Task,
+) -> Result<(Option<LightEstimate>, Vec<String>)> {
+    let trees = site_trees(folder, &project.trees, up(&site.photos), PlantParts::Openness, task)?;
     let SiteTrees { placed, problems } = trees.expect("some trees are placed");
     let problems: Vec<String> = problems.iter().map(worded).collect();
     if placed.trees.is_empty() {
         return Err(Error::Request(format!("no tree can be drawn: {}", problems.join("; "))));
     }
-    Ok((Some(estimated_light(folder, opened, &placed, task)?), problems))
+    Ok((Some(estimated_light(folder, project, site, &placed, task)?), problems))
 }
 
 fn outcome(project: &Project, estimate: Option<&LightEstimate>, problems: Vec<String>) -> Outcome {

@@ -9,11 +9,11 @@ use crate::args::TreeListArgs;
 use crate::table::{Table, counted};
 use crate::words::command_for_project;
 use quadratura_base::error::Result;
-use quadratura_base::scene::up;
+use quadratura_base::scene::{Site, up};
 use quadratura_base::task::Task;
 use quadratura_document::trees::{LightStrength, Strength};
 use quadratura_document::{Project, Trees};
-use quadratura_recipe::open::{Opened, open};
+use quadratura_recipe::open::open;
 use quadratura_recipe::trees::list::{
     ListedSpecies, doubts, listed_species, listed_trees, outdated_masks, species_problems,
 };
@@ -22,14 +22,13 @@ use quadratura_recipe::trees::paint::listed_paint;
 /// Runs `tree list`.
 pub fn run(args: &TreeListArgs, task: &Task) -> Result<Outcome> {
     let opened = open(&args.project, task)?;
-    listed(&args.project, &opened, task)
+    listed(&args.project, &opened.project, &opened.site, task)
 }
 
 /// Lists species and trees, and what is doubtful about them.
-fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
-    let Opened { project, .. } = opened;
+fn listed(folder: &Path, project: &Project, site: &Site, task: &Task) -> Result<Outcome> {
     let species = listed_species(folder, &project.trees, task)?;
-    note_doubts(opened, task);
+    note_doubts(project, site, task);
     // Where the book cannot be read, reading the plants notes it.
     let painted = listed_paint(folder).unwrap_or_default();
     for (name, paint) in painted.iter().filter(|(name, _)| !project.trees.species.contains_key(*name)) {
@@ -56,8 +55,7 @@ fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
 }
 
 /// Notes what is doubtful about the trees of a project.
-pub fn note_doubts(opened: &Opened, task: &Task) {
-    let Opened { project, site, .. } = opened;
+pub fn note_doubts(project: &Project, site: &Site, task: &Task) {
     for doubt in doubts(&project.trees, &site.model, up(&site.photos)) {
         task.note(doubt);
     }

@@ -34,11 +34,11 @@ pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {
     let SiteTrees { placed, problems } = trees.expect("some trees are placed");
     let problems: Vec<String> = problems.iter().map(worded).collect();
     let photos = opened.photos_named(&args.photos.names)?;
-    let edits = tree_masks(&opened, &photos, &placed, &names, args.margin, task)?;
+    let edits = tree_masks(&opened.project, &opened.site, &photos, &placed, &names, args.margin, task)?;
     opened.project.masks = edited(&args.project, &masks, &edits, &opened.site)?;
     write_project(&args.project, &opened.project)?;
     attach(&args.project, &opened.project.masks, &mut opened.site.photos);
-    let report = MaskReport::from_opened(&opened)?;
+    let report = MaskReport::new(&opened.project, &opened.site)?;
     let update = command_for_project("update");
     let text = format!("{}\n{update} updates the layers\n", report.text().trim_start());
     let json = json!({ "photos": report.to_json(), "trees": names, "problems": problems });

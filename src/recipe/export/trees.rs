@@ -9,15 +9,14 @@ use rayon::prelude::*;
 
 use super::compose::HiddenPixels;
 use super::guide::{self, HatchPattern};
-use crate::open::Opened;
 use crate::trees::mask::ModelNearness;
 use crate::trees::{PlantParts, SiteTrees, site_trees};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::up;
-use quadratura_base::scene::{Model, Photo};
+use quadratura_base::scene::{Model, Photo, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Trees;
+use quadratura_document::{Project, Trees};
 use quadratura_foliage::{Ball, PlacedTrees, Tree, balls};
 use quadratura_io::layered::{Depth, Raster};
 
@@ -38,9 +37,9 @@ pub struct TreesInSite {
 
 impl TreesInSite {
     /// Takes the trees, which may be other ones than those that the project was opened with; `None` where there are none.
-    pub fn new(trees: &Trees, opened: &Opened) -> Option<Self> {
-        let (up, model) = (up(&opened.site.photos), opened.site.model.clone());
-        let tolerance = opened.project.options.tolerance;
+    pub fn new(trees: &Trees, project: &Project, site: &Site) -> Option<Self> {
+        let (up, model) = (up(&site.photos), site.model.clone());
+        let tolerance = project.options.tolerance;
         (!trees.placed.is_empty()).then(|| Self { trees: trees.clone(), up, model, tolerance })
     }
 

@@ -5,10 +5,11 @@ use std::path::Path;
 
 use super::propagation::with_all;
 use super::{FillRequest, FilledPhoto, tell};
-use crate::open::Opened;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_io::layered::Raster;
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::fill::FilledRegion;
@@ -39,16 +40,21 @@ const LEAST_AROUND: f64 = 24.0;
 ///
 /// # Errors
 /// Returns the errors of [`tell`], and those of reading the photo.
-pub fn both_ways(folder: &Path, opened: &Opened, longest: u32, task: &Task) -> Result<Option<BothWays>> {
-    let options = with_all(&opened.project.fill, true);
-    let reports = tell(folder, opened, &FillRequest { options, ..FillRequest::default() }, task)?;
+pub fn both_ways(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    longest: u32,
+    task: &Task,
+) -> Result<Option<BothWays>> {
+    let options = with_all(&project.fill, true);
+    let reports = tell(folder, project, site, &FillRequest { options, ..FillRequest::default() }, task)?;
     let texels = |photo: &FilledPhoto| photo.propagated.iter().map(|paint| paint.texels).sum::<u64>();
     let most = reports.iter().rev().max_by_key(|photo| texels(photo)).filter(|photo| texels(photo) > 0);
-    let Some((photo, found)) = most.and_then(|found| Some((opened.site.photo_named(&found.photo)?, found)))
-    else {
+    let Some((photo, found)) = most.and_then(|found| Some((site.photo_named(&found.photo)?, found))) else {
         return Ok(None);
     };
-    let photo = opened.site.photo(photo);
+    let photo = site.photo(photo);
     let rects = found.laid.iter().map(|laid| laid.region.rect());
     let Some(painted) = rects.reduce(|a, b| a.hull(&b)) else { return Ok(None) };
     let margin = (AROUND * f64::from(painted.w.max(painted.h))).max(LEAST_AROUND) as u32;

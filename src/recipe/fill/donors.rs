@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
 use super::paint::{SeenBy, SitePaint};
-use crate::open::Opened;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_layers::agreement::PhotoEvidence;
 use quadratura_layers::fill::{Donor, DonorContent, Donors, FillSurfaces};
@@ -16,7 +16,8 @@ use quadratura_view::agreement::PhotoAgreement;
 
 /// A cache of decoded photos.
 pub(super) struct PhotoDonors<'a> {
-    opened: &'a Opened,
+    project: &'a Project,
+    site: &'a Site,
     surfaces: &'a FillSurfaces,
     paint: &'a SitePaint<'a>,
     memory: u64,
@@ -38,18 +39,19 @@ impl<'a> PhotoDonors<'a> {
     /// Makes an empty cache for a site with its paint. `memory` is the budget in bytes for decoded photos; donors
     /// in use remain in memory.
     pub fn new(
-        opened: &'a Opened,
+        project: &'a Project,
+        site: &'a Site,
         surfaces: &'a FillSurfaces,
         paint: &'a SitePaint<'a>,
         memory: u64,
         task: &'a Task,
     ) -> Self {
-        Self { opened, surfaces, paint, memory, task, agreement: Vec::new(), recent: Mutex::default() }
+        Self { project, site, surfaces, paint, memory, task, agreement: Vec::new(), recent: Mutex::default() }
     }
 
     /// Leaves out what other photos contradict, but on faces that are pinned to a photo; `evidence` is in the site's order.
     pub fn without_contradicted(self, evidence: &[PhotoEvidence]) -> Self {
-        let Opened { project, site, .. } = self.opened;
+        let (project, site) = (self.project, self.site);
         let names = || site.photos.iter().map(|photo| photo.name.as_str());
         let is_pinned = |face: FaceId, photo: &Photo| {
             let face = site.model.face(face);
@@ -93,7 +95,7 @@ impl<'a> PhotoDonors<'a> {
     fn read(&self, photo: SeenPhoto) -> Result<Option<Arc<Donor>>> {
         let SeenPhoto { photo, seen_by } = photo;
         self.task.check_cancelled()?;
-        let site = &self.opened.site;
+        let site = self.site;
         let file = site.photo(photo);
         let read = || Ok((read_unmasked(file)?, self.paint.of_photo(photo, seen_by)?));
         let (pixels, painted) = match read() {
@@ -115,7 +117,7 @@ impl<'a> PhotoDonors<'a> {
             ))
         });
         let projector = Projector { name: file.name.clone(), camera: file.camera, pose: file.pose };
-        let tolerance = self.opened.project.options.tolerance;
+        let tolerance = self.project.options.tolerance;
         let (model, surfaces) = (&site.model, self.surfaces);
         let agreement = self.agreement.get(photo.index());
         let content = DonorContent { pixels: &pixels, painted: &painted, agreement };
@@ -148,7 +150,7 @@ impl Donors for PhotoDonors<'_> {
     /// Returns the number of donors that fit into half the budget at the size of the largest photo; the other half
     /// is for what is made from them.
     fn at_once(&self) -> usize {
-        donors_at_once(&self.opened.site, self.memory)
+        donors_at_once(self.site, self.memory)
     }
 }
 

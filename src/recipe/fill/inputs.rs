@@ -5,16 +5,15 @@ use std::path::Path;
 
 use crate::dome_picture::picture_stamp;
 use crate::gains;
-use crate::open::Opened;
 use crate::paint::parts::points;
 use crate::survey::StackState;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Plane;
 use quadratura_base::geometry::polygon::{extent, fit_plane};
 use quadratura_base::scene::builder::SURROUNDINGS;
-use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_document::paint::{PaintBook, PaintEntry};
-use quadratura_document::{Decisions, PhotoDecisions, Stack};
+use quadratura_document::{Decisions, PhotoDecisions, Project, Stack};
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
@@ -90,21 +89,22 @@ impl FillInputs {
     /// Returns an error when the paint book cannot be read.
     pub fn new(
         folder: &Path,
-        opened: &Opened,
+        project: &Project,
+        site: &Site,
         stacks: &[Option<Stack>],
         options: &FillOptions,
     ) -> Result<Self> {
-        let decisions = &opened.project.decisions;
+        let decisions = &project.decisions;
         let excluded = decided(decisions, |decided| &decided.exclude);
         let pinned = decided(decisions, |decided| &decided.pin);
         let book = PaintStore::new(folder).read()?;
-        let has_mattes = !options.no_mattes && opened.site.model.has_see_through();
+        let has_mattes = !options.no_mattes && site.model.has_see_through();
         Ok(Self {
             mattes: if has_mattes { format!("mattes {MATTES_VERSION}") } else { String::new() },
-            around: PaintAround::new(&book, options, picture_stamp(folder, &opened.project)),
-            stacks: gains::inputs(&opened.site, stacks),
+            around: PaintAround::new(&book, options, picture_stamp(folder, project)),
+            stacks: gains::inputs(site, stacks),
             options: options.clone(),
-            decided: format!("{}{excluded}", gains::decisions(&opened.project.colour)),
+            decided: format!("{}{excluded}", gains::decisions(&project.colour)),
             pinned: format!("propagation {PROPAGATION_VERSION} {pinned}"),
             book,
         })
@@ -221,12 +221,12 @@ impl FillState {
 ///
 /// # Errors
 /// Returns an error when the paint book cannot be read.
-pub fn stale_fillings(folder: &Path, opened: &Opened) -> Result<Vec<PhotoId>> {
+pub fn stale_fillings(folder: &Path, project: &Project, site: &Site) -> Result<Vec<PhotoId>> {
     let store = StackStore::new(folder);
     // A stack that cannot be read is reported where it is used.
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
-    let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
-    let inputs = FillInputs::new(folder, opened, &stacks, &opened.project.fill)?;
+    let stacks: Vec<Option<Stack>> = site.photos.iter().map(stack).collect();
+    let inputs = FillInputs::new(folder, project, site, &stacks, &project.fill)?;
     let is_stale = |stack: &Stack| FillState::new(stack, &inputs) == FillState::Stale;
     let photos = PhotoId::all(stacks.len()).zip(&stacks);
     Ok(photos.filter(|(_, stack)| stack.as_ref().is_some_and(is_stale)).map(|(photo, _)| photo).collect())
@@ -236,10 +236,10 @@ pub fn stale_fillings(folder: &Path, opened: &Opened) -> Result<Vec<PhotoId>> {
 ///
 /// # Errors
 /// Returns an error when the paint book cannot be read, and of stacks that cannot be compared with the project.
-pub fn photos_to_fill(folder: &Path, opened: &Opened) -> Result<Vec<PhotoId>> {
-    let states = super::stacks::states(opened, &StackStore::new(folder))?;
+pub fn photos_to_fill(folder: &Path, project: &Project, site: &Site) -> Result<Vec<PhotoId>> {
+    let states = super::stacks::states(project, site, &StackStore::new(folder))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
-    let inputs = FillInputs::new(folder, opened, &stacks, &opened.project.fill)?;
+    let inputs = FillInputs::new(folder, project, site, &stacks, &project.fill)?;
     let waits = |state: &StackState| match state {
         StackState::Current(stack) => FillState::new(stack, &inputs) != FillState::Current,
         StackState::Stale(_) => true,

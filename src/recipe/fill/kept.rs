@@ -10,12 +10,11 @@ use rayon::prelude::*;
 
 use super::inputs::PaintAround;
 use super::paint::SitePaint;
-use crate::open::Opened;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
-use quadratura_base::scene::PhotoId;
-use quadratura_document::Stack;
+use quadratura_base::scene::{PhotoId, Site};
 use quadratura_document::stack::{FillBasis, FilledPaint, ImageLayer, LayerFill, SurfaceName, origins};
+use quadratura_document::{Project, Stack};
 use quadratura_io::layer_reader::{read_grey, read_layer_16};
 use quadratura_layers::LayerIndex;
 use quadratura_layers::fill::near::surfaces_near;
@@ -63,7 +62,8 @@ fn painted_surfaces(paint: &[FilledPaint]) -> BTreeSet<(&str, &SurfaceName)> {
 
 /// Finds out what fillings may keep. What several photos share is computed once.
 pub(super) struct FillReuse<'a> {
-    opened: &'a Opened,
+    project: &'a Project,
+    site: &'a Site,
     surfaces: &'a FillSurfaces,
     paint: &'a SitePaint<'a>,
     basis: FillBasis,
@@ -79,14 +79,15 @@ type NearKey = (String, BTreeSet<[i64; 4]>);
 impl<'a> FillReuse<'a> {
     /// Makes the reuse for fillings that are made from `common` and the present paint.
     pub fn new(
-        opened: &'a Opened,
+        project: &'a Project,
+        site: &'a Site,
         surfaces: &'a FillSurfaces,
         paint: &'a SitePaint<'a>,
         common: String,
         around: &'a PaintAround,
     ) -> Self {
         let basis = FillBasis { common, paint: paint.placed(), ..FillBasis::default() };
-        Self { opened, surfaces, paint, basis, around, near: RefCell::default() }
+        Self { project, site, surfaces, paint, basis, around, near: RefCell::default() }
     }
 
     /// Returns what a new filling of a stack is made from.
@@ -172,7 +173,7 @@ impl<'a> FillReuse<'a> {
         if let Some(near) = self.near.borrow().get(&key) {
             return near.clone();
         }
-        let (site, tolerance) = (&self.opened.site, self.opened.project.options.tolerance);
+        let (site, tolerance) = (self.site, self.project.options.tolerance);
         let found = site.photo_named(photo).map(|id| {
             let photo = site.photo(id);
             let projector = Projector { name: photo.name.clone(), camera: photo.camera, pose: photo.pose };
@@ -212,7 +213,7 @@ impl<'a> FillReuse<'a> {
 
     /// Returns the source of texels with this name; `None` where it is not known.
     fn origin(&self, name: &str) -> Option<FillOrigin> {
-        let photo = |name: &str| self.opened.site.photo_named(name);
+        let photo = |name: &str| self.site.photo_named(name);
         match name {
             origins::EXEMPLAR => Some(FillOrigin::Exemplar),
             origins::DIFFUSED => Some(FillOrigin::Diffused),

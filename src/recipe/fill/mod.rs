@@ -35,21 +35,20 @@ use self::servers::{keeps_pixels, serving};
 use self::stacks::{current, states};
 use self::surroundings::SurroundingsFiller;
 use self::write::write_fill;
-use super::agreement::SiteAgreement;
+use super::agreement::{AgreementInputs, SiteAgreement};
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
 use super::named::photos_named;
-use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::surroundings::SiteSurroundings;
 use super::survey::StackState;
 use super::turns::{FillCheck, Turns};
 use quadratura_base::error::{Error, Remedy, Result};
-use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::stack::PropagationEntry;
+use quadratura_document::{Project, Stack};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::fill::see_through::MattePixels;
@@ -131,8 +130,14 @@ pub struct FilledPhoto {
 /// Returns [`Error::Request`] for a photo name that the site does not have, for an object to leave unfilled that
 /// the model does not have, and when no photo has a stack; an error when the paint book cannot be read; or
 /// [`Error::Cancelled`].
-pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, FillPurpose::Fill, None, task)
+pub fn fill(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    request: &FillRequest,
+    task: &Task,
+) -> Result<Vec<FilledPhoto>> {
+    fill_or_report(folder, project, site, request, FillPurpose::Fill, None, task)
 }
 
 /// [`fill`] within an update: in the order of the request, with a turn for each photo that is filled. No filling is
@@ -142,12 +147,13 @@ pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
 /// As [`fill`].
 pub(super) fn fill_in_turns(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     request: &FillRequest,
     turns: &Turns,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, FillPurpose::Fill, Some(turns), task)
+    fill_or_report(folder, project, site, request, FillPurpose::Fill, Some(turns), task)
 }
 
 /// Returns the paint that [`fill`] would propagate to each photo, whether the filling is up to date or not. The
@@ -155,33 +161,39 @@ pub(super) fn fill_in_turns(
 ///
 /// # Errors
 /// Returns the errors of [`fill`].
-pub fn tell(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, FillPurpose::Report, None, task)
+pub fn tell(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    request: &FillRequest,
+    task: &Task,
+) -> Result<Vec<FilledPhoto>> {
+    fill_or_report(folder, project, site, request, FillPurpose::Report, None, task)
 }
 
 /// Fills the photos or reports their propagated paint.
 fn fill_or_report(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     request: &FillRequest,
     purpose: FillPurpose,
     turns: Option<&Turns>,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
-    let site = &opened.site;
-    check_options(opened, &request.options)?;
+    check_options(project, site, &request.options)?;
     let mut photos = photos_named(site, &request.photos)?;
     if turns.is_some() {
         photos.sort_by_key(|photo| request.photos.iter().position(|name| *name == photo.name));
     }
     let store = StackStore::new(folder);
     let store = if request.keep_former { store.keeping_former() } else { store };
-    let states = task.timed("read stacks", || states(opened, &store))?;
+    let states = task.timed("read stacks", || states(project, site, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
-    let inputs = FillInputs::new(folder, opened, &stacks, &request.options)?;
+    let inputs = FillInputs::new(folder, project, site, &stacks, &request.options)?;
     let surfaces = FillSurfaces::from_model(&site.model);
     let options = &request.options;
     let paint =
@@ -190,22 +202,25 @@ fn fill_or_report(
     let states = &states[..];
     let inputs = &inputs;
     let paint = &paint;
-    let donors = PhotoDonors::new(opened, &surfaces, paint, request.memory, task);
+    let donors = PhotoDonors::new(project, site, &surfaces, paint, request.memory, task);
     let common = inputs.without_paint(donors.at_once());
-    let reuse = FillReuse::new(opened, &surfaces, paint, common, inputs.paint_around());
-    let job = FillJob { store, opened, request, purpose, states, inputs, paint, turns, reuse };
+    let reuse = FillReuse::new(project, site, &surfaces, paint, common, inputs.paint_around());
+    let job = FillJob { store, project, site, request, purpose, states, inputs, paint, turns, reuse };
     let waiting: Vec<bool> = photos.iter().map(|photo| job.up_to_date(photo)).collect::<Result<_>>()?;
     if waiting.iter().all(|up_to_date| *up_to_date) {
         return Ok(photos.iter().map(|photo| job.untouched(photo)).collect());
     }
-    let (memory, colour) = (request.memory, &opened.project.colour);
+    let (memory, colour) = (request.memory, &project.colour);
     let gains = task.timed("gains", || photo_gains(site, &stacks, colour, folder, memory, task))?;
     let relief =
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
-    let compare = || SiteAgreement::open(folder, opened, &stacks, &gains, relief.whole(), memory, task);
+    let compare = || {
+        let inputs = AgreementInputs::new(project, site, &stacks, memory);
+        SiteAgreement::open(folder, site, inputs, &gains, relief.whole(), task)
+    };
     let agreement = task.timed("agreement", compare)?;
     let donors = donors.without_contradicted(agreement.whole());
-    let sources = sources(site, &stacks, &opened.project.decisions);
+    let sources = sources(site, &stacks, &project.decisions);
     let context = FillContext {
         photos: &sources.photos,
         surfaces: &surfaces,
@@ -216,11 +231,13 @@ fn fill_or_report(
         options: &request.options,
         source: &donors,
     };
-    let around =
-        task.timed("surroundings", || SiteSurroundings::open(folder, opened, &stacks, &gains, memory, task))?;
+    let around = task.timed("surroundings", || {
+        SiteSurroundings::open(folder, project, site, &stacks, &gains, memory, task)
+    })?;
     let basis = MatteBasis {
         folder,
-        opened,
+        project,
+        site,
         stacks: &stacks,
         sources: &sources,
         gains: &gains,
@@ -264,7 +281,8 @@ struct FillMeans<'a, 'b> {
 /// The inputs that all photos of a filling share.
 struct FillJob<'a> {
     store: &'a StackStore,
-    opened: &'a Opened,
+    project: &'a Project,
+    site: &'a Site,
     request: &'a FillRequest,
     purpose: FillPurpose,
     states: &'a [StackState],
@@ -278,7 +296,7 @@ struct FillJob<'a> {
 impl FillJob<'_> {
     /// Returns the id and the stack's state of a photo.
     fn state(&self, photo: &Photo) -> (PhotoId, &StackState) {
-        let id = self.opened.site.photo_named(&photo.name).expect("the photo is one of the site's");
+        let id = self.site.photo_named(&photo.name).expect("the photo is one of the site's");
         (id, &self.states[id.index()])
     }
 
@@ -349,19 +367,19 @@ impl FillJob<'_> {
         let folder = self.store.folder(&photo.name);
         let own = task.timed("read photo", || context.source.own(id))?;
         let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
-        let model = &self.opened.site.model;
+        let model = &self.site.model;
         let surfaces = context.surfaces;
         let options = &self.request.options;
         let painters = self.painters(context, id);
         let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter));
         let painted = painted
-            .filter(|surface| !keeps_pixels(self.opened, photo, surfaces.get(*surface).face))
+            .filter(|surface| !keeps_pixels(self.project, self.site, photo, surfaces.get(*surface).face))
             .collect();
         let mut hidden = task
             .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
         let visible = std::mem::take(&mut hidden.visible_regions);
         let laid = propagate_paint(context, id, visible, &painters, task)?;
-        let propagated = propagation_entries(self.opened, context, &laid.offers);
+        let propagated = propagation_entries(self.site, context, &laid.offers);
         let done = |stack: Stack, anew, kept| FilledPhoto {
             photo: photo.name.clone(),
             stack: Ok(stack),
@@ -467,13 +485,13 @@ impl FillJob<'_> {
 
     /// Returns the other photos whose paint is propagated to this one.
     fn painters(&self, context: &FillContext, own: PhotoId) -> Vec<PhotoId> {
-        if !self.request.options.propagates_to(&self.opened.site.photo(own).name) {
+        if !self.request.options.propagates_to(&self.site.photo(own).name) {
             return Vec::new();
         }
         let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
         painters.sort_unstable();
         painters.dedup();
-        let name = |photo: PhotoId| &self.opened.site.photo(photo).name;
+        let name = |photo: PhotoId| &self.site.photo(photo).name;
         painters.retain(|photo| *photo != own && self.request.options.propagates(name(*photo)));
         painters
     }

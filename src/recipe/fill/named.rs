@@ -1,9 +1,9 @@
 //! Checks of the names in options of filling.
 
-use crate::open::Opened;
 use crate::unknown_name::no_such;
 use quadratura_base::error::{Error, Remedy, Result};
-use quadratura_base::scene::Photo;
+use quadratura_base::scene::{Photo, Site};
+use quadratura_document::Project;
 use quadratura_layers::fill::FillOptions;
 use quadratura_layers::fill::options::matches_pattern;
 
@@ -11,16 +11,16 @@ use quadratura_layers::fill::options::matches_pattern;
 ///
 /// # Errors
 /// Returns [`Error::Request`] that names what does not exist.
-pub fn check_options(opened: &Opened, options: &FillOptions) -> Result<()> {
-    check_objects(opened, options)?;
-    check_painters(&opened.site.photos, options)
+pub fn check_options(project: &Project, site: &Site, options: &FillOptions) -> Result<()> {
+    check_objects(project, site, options)?;
+    check_painters(&site.photos, options)
 }
 
 /// Checks that the objects to leave unfilled exist.
-fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
-    let objects = opened.site.model.objects.iter().map(|object| &object.name);
+fn check_objects(project: &Project, site: &Site, options: &FillOptions) -> Result<()> {
+    let objects = site.model.objects.iter().map(|object| &object.name);
     // Removed objects are valid names, too; they are not filled in any case.
-    let names: Vec<&String> = objects.chain(&opened.project.objects_off).collect();
+    let names: Vec<&String> = objects.chain(&project.objects_off).collect();
     let unknown = |pattern: &&String| {
         let alone = FillOptions { without: vec![(*pattern).clone()], ..FillOptions::default() };
         names.iter().all(|name| alone.fills(name))

@@ -18,7 +18,6 @@ use super::propagation::{PropagationToPhoto, propagation_entries};
 use super::servers::{keeps_pixels, serving};
 use crate::budget::default_memory;
 use crate::gains::{self, photo_gains};
-use crate::open::Opened;
 use crate::projected_paint::{ProjectedPaint, ProjectedTexel};
 use crate::relief::SiteRelief;
 use crate::sources::sources;
@@ -28,9 +27,9 @@ use quadratura_base::raster::in_8_bits;
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
 use quadratura_document::stack::{FilledPaint, ImageLayer, SurfaceName};
+use quadratura_document::{Project, Stack};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::LayerIndex;
@@ -51,7 +50,8 @@ const GRID: u32 = 9;
 
 /// The site and its present paint, from which paint is projected.
 pub struct PaintProjection<'a> {
-    opened: &'a Opened,
+    project: &'a Project,
+    site: &'a Site,
     surfaces: FillSurfaces,
     store: StackStore,
     stacks: &'a [Option<Arc<Stack>>],
@@ -68,35 +68,43 @@ impl<'a> PaintProjection<'a> {
     /// Returns [`quadratura_base::Error::Cancelled`].
     pub fn new(
         folder: &Path,
-        opened: &'a Opened,
+        project: &'a Project,
+        site: &'a Site,
         stacks: &'a [Option<Arc<Stack>>],
         task: &Task,
     ) -> Result<Self> {
-        let (site, memory) = (&opened.site, default_memory());
-        let gains = photo_gains(site, stacks, &opened.project.colour, folder, memory, task)?;
+        let memory = default_memory();
+        let gains = photo_gains(site, stacks, &project.colour, folder, memory, task)?;
         let relief = SiteRelief::open(site, &gains::inputs(site, stacks), folder, memory, task)?;
         Ok(Self {
-            opened,
+            project,
+            site,
             surfaces: FillSurfaces::from_model(&site.model),
             store: StackStore::new(folder),
             stacks,
             gains,
             relief: relief.whole().clone(),
-            options: opened.project.fill.clone(),
+            options: project.fill.clone(),
         })
     }
 
     /// Prepares the projection as [`Self::new`] does, but onto flat faces and without gains: no photo is read and nothing
     /// is estimated, whatever is in `cache/`. That is enough to count texels.
-    pub fn flat(folder: &Path, opened: &'a Opened, stacks: &'a [Option<Arc<Stack>>]) -> Self {
+    pub fn flat(
+        folder: &Path,
+        project: &'a Project,
+        site: &'a Site,
+        stacks: &'a [Option<Arc<Stack>>],
+    ) -> Self {
         Self {
-            opened,
-            surfaces: FillSurfaces::from_model(&opened.site.model),
+            project,
+            site,
+            surfaces: FillSurfaces::from_model(&site.model),
             store: StackStore::new(folder),
             stacks,
-            gains: Gains::none(opened.site.photos.len()),
+            gains: Gains::none(site.photos.len()),
             relief: Arc::default(),
-            options: opened.project.fill.clone(),
+            options: project.fill.clone(),
         }
     }
 
@@ -116,13 +124,13 @@ impl<'a> PaintProjection<'a> {
     /// # Errors
     /// As [`Self::project`].
     pub fn count(&self, book: &PaintBook, task: &Task) -> Result<Vec<PropagationToPhoto>> {
-        let targets: Vec<PhotoId> = self.opened.site.photo_ids().collect();
+        let targets: Vec<PhotoId> = self.site.photo_ids().collect();
         let counted = self.project_each(book, &targets, task)?;
         Ok(counted.into_iter().flat_map(|of_photo| of_photo.counts).collect())
     }
 
     fn project_each(&self, book: &PaintBook, targets: &[PhotoId], task: &Task) -> Result<Vec<OntoPhoto>> {
-        let site = &self.opened.site;
+        let site = self.site;
         let paint = SitePaint::new(
             &self.options,
             book,
@@ -132,7 +140,7 @@ impl<'a> PaintProjection<'a> {
             &self.surfaces,
         );
         let donors = PaintDonors { projection: self, paint: &paint, known: Mutex::default() };
-        let sources = sources(site, self.stacks, &self.opened.project.decisions);
+        let sources = sources(site, self.stacks, &self.project.decisions);
         let projectors: Vec<Projector> = site.photos.iter().map(projector).collect();
         let context = FillContext {
             photos: &projectors,
@@ -192,7 +200,7 @@ impl PaintDonors<'_> {
         if let Some(known) = self.known.lock().expect(HELD).get(&(photo, seen_by)) {
             return Ok(Some(known.clone()));
         }
-        let site = &self.projection.opened.site;
+        let site = self.projection.site;
         let painted = self.paint.of_photo(photo, seen_by)?;
         let projector = projector(site.photo(photo));
         let donor = Donor::of_paint(&projector, &painted, &site.model, &self.projection.surfaces);
@@ -239,7 +247,7 @@ impl TargetPhoto<'_> {
             return Ok(OntoPhoto::default());
         }
         let own = self.context.source.own(self.photo)?.expect("paint alone can always be read");
-        let model = &self.projection.opened.site.model;
+        let model = &self.projection.site.model;
         let shaper = Shaper::new(self.stack, &own, model, &self.projection.surfaces);
         let folder = self.projection.store.folder(&self.stack.photo.name);
         let elements: Vec<_> = self.stack.visibility_layers.iter().flatten().collect();
@@ -264,7 +272,7 @@ impl TargetPhoto<'_> {
             projected.push(ProjectedPaint { photo: self.photo, layer, rect: pixels.rect, texels });
         }
         let painters: Vec<PhotoId> =
-            self.projection.opened.site.photo_ids().filter(|photo| *photo != self.photo).collect();
+            self.projection.site.photo_ids().filter(|photo| *photo != self.photo).collect();
         let painters: Vec<PhotoId> =
             painters.into_iter().filter(|photo| !self.paint.surfaces_of(*photo).is_empty()).collect();
         let name = |photo: &PhotoId| &self.context.photos[photo.index()].name;
@@ -272,16 +280,18 @@ impl TargetPhoto<'_> {
         let is_target = options.propagates_to(name(&self.photo));
         let propagates = |photo: &PhotoId| is_target && options.propagates(name(photo));
         let propagating: Vec<PhotoId> = painters.iter().copied().filter(propagates).collect();
-        let (opened, target) = (self.projection.opened, self.projection.opened.site.photo(self.photo));
+        let target = self.projection.site.photo(self.photo);
         let face = |region: &Region| self.projection.surfaces.get(region.surface).face;
         let mut visible = visible.finish();
-        visible.retain(|region| !keeps_pixels(opened, target, face(region)));
+        visible.retain(|region| {
+            !keeps_pixels(self.projection.project, self.projection.site, target, face(region))
+        });
         let laid = propagate_paint(self.context, self.photo, visible, &propagating, task)?;
         let filled = propagate_paint(self.context, self.photo, hidden.finish(), &painters, task)?;
         for region in laid.regions.iter().chain(&filled.regions) {
             lay(region, &mut projected);
         }
-        let counted = propagation_entries(opened, self.context, &laid.offers).into_iter();
+        let counted = propagation_entries(self.projection.site, self.context, &laid.offers).into_iter();
         let counts = counted.map(|paint| PropagationToPhoto { photo: self.photo, paint }).collect();
         Ok(OntoPhoto { paint: projected, counts })
     }
@@ -323,7 +333,7 @@ impl TargetPhoto<'_> {
     /// Returns a rectangle of the photo that holds what an entry may show on a surface; `None` where the photo cannot
     /// see the surface.
     fn footprint(&self, entry: &FilledPaint, surface: FillSurfaceId) -> Result<Option<PixelRect>> {
-        let site = &self.projection.opened.site;
+        let site = self.projection.site;
         let own = self.context.source.own(self.photo)?.expect("paint alone can always be read");
         let (Some(item), Some(painter)) = (own.item(surface), site.photo_named(&entry.photo)) else {
             return Ok(None);

@@ -8,13 +8,12 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::projected::PaintProjection;
-use crate::open::Opened;
 use quadratura_base::error::Result;
-use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
 use quadratura_document::stack::PropagationEntry;
+use quadratura_document::{Project, Stack};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::fill::{FillContext, FillOptions, Propagation, PropagationStatistics};
@@ -66,13 +65,13 @@ impl PropagationToPhoto {
 
 /// Converts offers to entries of the document; the triangles of a non-planar face are combined.
 pub(super) fn propagation_entries(
-    opened: &Opened,
+    site: &Site,
     context: &FillContext,
     offers: &[PropagationStatistics],
 ) -> Vec<PropagationEntry> {
     let mut by_face: BTreeMap<(String, &str), PropagationStatistics> = BTreeMap::new();
     for offer in offers {
-        let face = opened.site.model.face_name(context.surfaces.get(offer.surface).face);
+        let face = site.model.face_name(context.surfaces.get(offer.surface).face);
         let from = context.photos[offer.from.index()].name.as_str();
         let sum = by_face.entry((face, from)).or_insert(PropagationStatistics {
             texels: 0,
@@ -136,15 +135,16 @@ impl CoarsePaint {
 /// [`quadratura_base::Error::Cancelled`].
 pub fn coarse_paint(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     book: &PaintBook,
     task: &Task,
 ) -> Result<Vec<CoarsePaint>> {
     let store = StackStore::new(folder);
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten().map(Arc::new);
-    let stacks: Vec<Option<Arc<Stack>>> = opened.site.photos.iter().map(stack).collect();
-    let counted = PaintProjection::flat(folder, opened, &stacks).count(book, task)?;
-    let named = counted.iter().map(|to| (opened.site.photo(to.photo).name.as_str(), &to.paint));
+    let stacks: Vec<Option<Arc<Stack>>> = site.photos.iter().map(stack).collect();
+    let counted = PaintProjection::flat(folder, project, site, &stacks).count(book, task)?;
+    let named = counted.iter().map(|to| (site.photo(to.photo).name.as_str(), &to.paint));
     Ok(CoarsePaint::among(named))
 }
 

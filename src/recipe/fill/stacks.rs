@@ -1,16 +1,15 @@
 //! The stacks that are filled, and why there is none.
 
-use crate::open::Opened;
 use crate::survey::{StackState, Survey};
 use quadratura_base::error::{Error, Remedy, Result};
-use quadratura_base::scene::Photo;
-use quadratura_document::Stack;
+use quadratura_base::scene::{Photo, Site};
+use quadratura_document::{Project, Stack};
 use quadratura_io::stack_store::StackStore;
 
 /// Returns the states of all photos' stacks.
-pub(super) fn states(opened: &Opened, store: &StackStore) -> Result<Vec<StackState>> {
-    let survey = Survey::new(opened, store);
-    opened.site.photos.iter().map(|photo| survey.state(photo)).collect()
+pub(super) fn states(project: &Project, site: &Site, store: &StackStore) -> Result<Vec<StackState>> {
+    let survey = Survey::new(project, site, store);
+    site.photos.iter().map(|photo| survey.state(photo)).collect()
 }
 
 /// Returns an up-to-date stack, or the reason why there is none.

@@ -8,10 +8,10 @@ use super::of_photos::combined_depth_images;
 use super::options::{BuildFrom, PhotosOptions, StackLdiOptions};
 use super::place::{cached_file, check_out, free_file};
 use super::site::LdiSite;
-use crate::open::Opened;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_files::writable::check_folder;
 use quadratura_io::picture_png::make_folder;
 use quadratura_layers::device::StartDevice;
@@ -87,12 +87,13 @@ pub fn ldi_state(
 /// [`Error::Cancelled`].
 pub fn build_ldis(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     request: &BuildRequest,
     start: StartDevice,
     task: &Task,
 ) -> Result<(Vec<BuiltLdi>, Vec<Error>)> {
-    let cameras = cameras(opened, request);
+    let cameras = cameras(site, request);
     if let (Some(out), [_, _, ..]) = (&request.out, &cameras[..]) {
         return Err(Error::Request(format!(
             "{} can hold the layered depth image of one photo, not of {}; give --photo, or no --out",
@@ -108,7 +109,7 @@ pub fn build_ldis(
         let found = "only layered depth images of stacks are kept in the project's cache; give --out FILE";
         return Err(Error::Request(found.into()));
     }
-    let mut maker = Maker::open(folder, opened, &request.from, start, task)?;
+    let mut maker = Maker::open(folder, project, site, &request.from, start, task)?;
     let (mut built, mut failed) = (Vec::new(), maker.unusable(&request.from));
     let count = cameras.len() as u64;
     for (done, camera) in (0..).zip(&cameras) {
@@ -124,11 +125,11 @@ pub fn build_ldis(
 }
 
 /// Returns the cameras in which images are built.
-fn cameras(opened: &Opened, request: &BuildRequest) -> Vec<BuildCamera> {
+fn cameras(site: &Site, request: &BuildRequest) -> Vec<BuildCamera> {
     if let BuildFrom::Site { at: Some(view), .. } = &request.from {
         return vec![BuildCamera::of_view(view)];
     }
-    request.photos.iter().map(|photo| BuildCamera::of_photo(opened, *photo)).collect()
+    request.photos.iter().map(|photo| BuildCamera::of_photo(site, *photo)).collect()
 }
 
 fn build_one(
@@ -142,7 +143,7 @@ fn build_one(
     let cached = cached_file(folder, name);
     if let BuildFrom::Stack(options) = &request.from
         && request.out.is_none()
-        && let Some(inputs) = maker.site.inputs(camera.photo()?, options)
+        && let Some(inputs) = maker.source.inputs(camera.photo()?, options)
         && let Some(kept) = kept(&cached, &inputs, task)
     {
         return Ok(built(name, cached, &kept, true));

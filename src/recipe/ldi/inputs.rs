@@ -4,10 +4,10 @@ use std::borrow::Borrow;
 
 use super::options::StackLdiOptions;
 use crate::gains;
-use crate::open::Opened;
+use quadratura_base::scene::Site;
 use quadratura_base::scene::builder::SURROUNDINGS;
-use quadratura_document::Stack;
 use quadratura_document::paint::{PaintBook, PaintEntry};
+use quadratura_document::{Project, Stack};
 use quadratura_files::hash::Hashing;
 use quadratura_projection::relief::ReliefOptions;
 
@@ -18,7 +18,8 @@ const REVISION: u32 = 5;
 /// with its filling, the photo's paint, the options, and what gains and relief are estimated from. `current` tells whether
 /// the stack was made of the present model.
 pub fn inputs(
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     stacks: &[Option<impl Borrow<Stack>>],
     stack: &Stack,
     current: bool,
@@ -33,12 +34,12 @@ pub fn inputs(
     let around: Vec<_> = book.entries.iter().filter(is_around).collect();
     let parts = [
         json(&(env!("CARGO_PKG_VERSION"), REVISION, relief, filled, surroundings, current)),
-        json(&opened.project.options.tolerance),
-        json(&opened.project.colour),
+        json(&project.options.tolerance),
+        json(&project.colour),
         json(stack),
         json(&(paint, views)),
         json(&around),
-        gains::inputs(&opened.site, stacks).into_bytes(),
+        gains::inputs(site, stacks).into_bytes(),
         ReliefOptions::default().fingerprint().into_bytes(),
     ];
     let mut hashing = Hashing::default();

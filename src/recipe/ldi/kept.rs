@@ -158,7 +158,7 @@ impl Kept {
         let kept = match self.of_site.iter().position(|(other, _)| *other == key) {
             Some(at) => self.of_site.remove(at),
             None => {
-                let Photo { camera, pose, .. } = *site.opened().site.photo(photo);
+                let Photo { camera, pose, .. } = *site.site().photo(photo);
                 let scale = options.scale / f64::from(1u32 << halvings);
                 let options = SiteLdiOptions { scale, ..*options };
                 let camera = SiteCamera { camera, pose, photo: Some(photo), without };

@@ -5,13 +5,13 @@ use std::path::Path;
 use super::of_site::SiteCamera;
 use super::options::{BuildFrom, SiteLdiOptions};
 use super::site::{LdiSite, no_stack};
-use crate::open::Opened;
 use crate::preview::{self, Preview};
 use crate::views::RequestedView;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
-use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_layers::device::StartDevice;
 use quadratura_ldi::Ldi;
 
@@ -30,8 +30,8 @@ pub struct BuildCamera {
 
 impl BuildCamera {
     /// Returns the camera of a photo.
-    pub fn of_photo(opened: &Opened, id: PhotoId) -> Self {
-        let Photo { name, camera, pose, .. } = opened.site.photo(id).clone();
+    pub fn of_photo(site: &Site, id: PhotoId) -> Self {
+        let Photo { name, camera, pose, .. } = site.photo(id).clone();
         Self { name, photo: Some(id), camera, pose }
     }
 
@@ -53,8 +53,8 @@ impl BuildCamera {
 
 /// A project of which images are made, with its renderer where they need it.
 pub struct Maker<'a> {
-    /// The project.
-    pub site: LdiSite<'a>,
+    /// The stacks that images are made of.
+    pub source: LdiSite<'a>,
     preview: Option<Preview>,
 }
 
@@ -65,20 +65,21 @@ impl<'a> Maker<'a> {
     /// Those of [`LdiSite::open`], of `start` and of [`preview::open`].
     pub fn open(
         folder: &Path,
-        opened: &'a Opened,
+        project: &'a Project,
+        site: &'a Site,
         from: &BuildFrom,
         start: StartDevice,
         task: &Task,
     ) -> Result<Self> {
-        let site = task.timed("read stacks", || LdiSite::open(folder, opened))?;
+        let source = task.timed("read stacks", || LdiSite::open(folder, project, site))?;
         let preview = match from {
             BuildFrom::Site { preview, .. } => {
                 let device = task.timed("start the GPU", start)?;
-                Some(preview::open(folder, opened, &*device, preview, task)?)
+                Some(preview::open(folder, project, site, &*device, preview, task)?)
             }
             BuildFrom::Stack(_) | BuildFrom::Photos { .. } => None,
         };
-        Ok(Self { site, preview })
+        Ok(Self { source, preview })
     }
 
     /// Makes the image of a camera.
@@ -87,11 +88,11 @@ impl<'a> Maker<'a> {
     /// Those of the way in which it is made.
     pub fn image_of(&mut self, camera: &BuildCamera, from: &BuildFrom, task: &Task) -> Result<Ldi> {
         match from {
-            BuildFrom::Stack(options) => self.site.ldi_of_stack(camera.photo()?, options, task),
+            BuildFrom::Stack(options) => self.source.ldi_of_stack(camera.photo()?, options, task),
             BuildFrom::Photos { options, best, with } => {
                 let photo = camera.photo()?;
                 let photos = match &with[..] {
-                    [] => self.site.with_best(photo, *best),
+                    [] => self.source.with_best(photo, *best),
                     with => self.usable(first_of(photo, with)),
                 };
                 if with.is_empty() && photos.len() < *best {
@@ -100,7 +101,7 @@ impl<'a> Maker<'a> {
                         "no more than {found} photos show what it shows; {best} were to be combined"
                     ));
                 }
-                self.site.ldi_of_photos(&photos, options, task)
+                self.source.ldi_of_photos(&photos, options, task)
             }
             BuildFrom::Site { options, .. } => self.image_of_site(camera, options, task),
         }
@@ -109,13 +110,13 @@ impl<'a> Maker<'a> {
     /// Returns why photos that were named to be combined cannot be.
     pub fn unusable(&self, from: &BuildFrom) -> Vec<Error> {
         let BuildFrom::Photos { with, .. } = from else { return Vec::new() };
-        let missing = with.iter().filter(|photo| !self.site.has_stack(**photo));
-        missing.map(|photo| no_stack(&self.site.opened().site.photo(*photo).name)).collect()
+        let missing = with.iter().filter(|photo| !self.source.has_stack(**photo));
+        missing.map(|photo| no_stack(&self.source.site().photo(*photo).name)).collect()
     }
 
     /// Returns the first one of some photos, and those of the others that have a stack.
     fn usable(&self, photos: Vec<PhotoId>) -> Vec<PhotoId> {
-        let others = photos.iter().skip(1).copied().filter(|photo| self.site.has_stack(*photo));
+        let others = photos.iter().skip(1).copied().filter(|photo| self.source.has_stack(*photo));
         photos.iter().take(1).copied().chain(others).collect()
     }
 
@@ -133,7 +134,7 @@ impl<'a> Maker<'a> {
         let preview = self.preview.as_mut().ok_or_else(without)?;
         let BuildCamera { camera, pose, photo, .. } = *camera;
         let camera = SiteCamera { camera, pose, photo, without: &[] };
-        self.site.ldi_of_site(preview, camera, options, task)
+        self.source.ldi_of_site(preview, camera, options, task)
     }
 }
 

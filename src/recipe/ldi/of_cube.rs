@@ -6,12 +6,12 @@ use super::maker::{BuildCamera, Maker};
 use super::options::{BuildFrom, SiteLdiOptions};
 use super::place::check_out;
 use super::set::{BuiltSet, Writing};
-use crate::open::Opened;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pinhole;
-use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::up;
+use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_layers::device::StartDevice;
 use quadratura_ldi::Arrangement;
 use quadratura_ldi::cube::{FACE, FACE_NAMES, cube_cameras, upright};
@@ -40,7 +40,8 @@ pub struct CubeRequest<'a> {
 /// [`Error::Usage`] for faces of something else, [`Error::Request`] for too large ones, those of the first photo's image and of writing, or [`Error::Cancelled`].
 pub fn build_cube(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     request: &CubeRequest,
     start: StartDevice,
     task: &Task,
@@ -50,11 +51,11 @@ pub fn build_cube(
         let found = "a photo's image layers fill no cube; give --from site with --cube";
         return Err(Error::Usage(found.into()));
     };
-    let mut maker = Maker::open(folder, opened, &request.from, start, task)?;
-    let photo = opened.site.photo(request.photo);
+    let mut maker = Maker::open(folder, project, site, &request.from, start, task)?;
+    let photo = site.photo(request.photo);
     let cameras = cube_cameras(
         photo.pose.center_in_world(),
-        &upright(&photo.pose, up(&opened.site.photos)),
+        &upright(&photo.pose, up(&site.photos)),
         side_px(&photo.camera, options.scale)?,
     );
     let mut writing = Writing::new(Arrangement::Cube, request.packing);
@@ -119,7 +120,9 @@ mod tests {
         let (photo, packing) = (PhotoId::new(0), Packing::Deflate);
         let request =
             CubeRequest { photo, from: BuildFrom::Stack(StackLdiOptions::default()), out: &out, packing };
-        let refused = build_cube(&project, &opened, &request, &no_device, &Task::silent()).unwrap_err();
+        let refused =
+            build_cube(&project, &opened.project, &opened.site, &request, &no_device, &Task::silent())
+                .unwrap_err();
         assert!(refused.to_string().contains("--from site") && !out.exists(), "{refused}");
     }
 }

@@ -6,7 +6,6 @@ use super::choice::best_photos;
 use super::options::{PhotosOptions, StackLdiOptions};
 use super::reference_camera::{OfPhoto, ReferenceCamera};
 use super::site::LdiSite;
-use crate::open::Opened;
 use crate::sources::sources;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{Photo, PhotoId};
@@ -66,7 +65,7 @@ impl LdiSite<'_> {
     /// Those of [`Self::ldi_of_stack`] for the first photo, and those of [`ldi_of_photos`].
     pub fn ldi_of_photos(&mut self, photos: &[PhotoId], options: &PhotosOptions, task: &Task) -> Result<Ldi> {
         let first = *photos.first().ok_or_else(|| Error::Request("no photo is left to combine".into()))?;
-        let photo = self.opened().site.photo(first).clone();
+        let photo = self.site().photo(first).clone();
         let images = self.images_of(photos, &options.stack, task)?;
         let gain = images[0].0.gain;
         let reference = ReferenceCamera { camera: photo.camera, pose: photo.pose, photo: Some(first), gain };
@@ -97,10 +96,10 @@ impl LdiSite<'_> {
 
     /// Returns the photo and those that show most of what it shows, `most` in all, by falling share.
     pub fn with_best(&self, photo: PhotoId, most: usize) -> Vec<PhotoId> {
-        let Opened { site, project, .. } = self.opened();
+        let site = self.site();
         let without: Vec<PhotoId> =
             site.photo_ids().filter(|other| *other == photo || !self.has_stack(*other)).collect();
-        let sources = sources(site, self.stacks(), &project.decisions);
+        let sources = sources(site, self.stacks(), &self.project().decisions);
         let surface = ModelSurface::from_model(&site.model).with_backs(&site.model, &sources);
         let Photo { camera, pose, .. } = *site.photo(photo);
         let shot = Shot { without, ..Shot::new(camera, pose) };

@@ -352,7 +352,7 @@ impl LdiSite<'_> {
         task: &Task,
     ) -> Result<Ldi> {
         let SiteCamera { camera, pose, photo, without } = camera;
-        let site = &self.opened().site;
+        let site = self.site();
         let (gains, _) = preview.estimates_without(without, task)?;
         let gain = photo.map_or([0.0; 3], |photo| gains.of_photo[photo.index()]);
         let takes_part = |id: &PhotoId| Some(*id) != photo && !without.contains(id) && self.has_stack(*id);

@@ -9,11 +9,11 @@ use super::maker::{BuildCamera, Maker};
 use super::options::BuildFrom;
 use super::place::{Identity, check_out, free_file_of};
 use super::reference_camera::ReferenceCamera;
-use crate::open::Opened;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::geometry::{Pinhole, Plane, Pose};
-use quadratura_base::scene::{Model, Photo, PhotoId};
+use quadratura_base::scene::{Model, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_layers::device::StartDevice;
 use quadratura_ldi::file::{PackedSet, Packing};
 use quadratura_ldi::set::{Chosen, chosen_for_set};
@@ -91,15 +91,16 @@ pub struct ImageOfSet {
 /// made, those of writing, or [`Error::Cancelled`].
 pub fn build_set(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     request: &SetRequest,
     start: StartDevice,
     task: &Task,
 ) -> Result<(BuiltSet, Vec<Error>)> {
     check_out(request.out)?;
-    let mut maker = Maker::open(folder, opened, &request.from, start, task)?;
+    let mut maker = Maker::open(folder, project, site, &request.from, start, task)?;
     let candidates: Vec<PhotoId> =
-        request.photos.iter().copied().filter(|photo| maker.site.has_stack(*photo)).collect();
+        request.photos.iter().copied().filter(|photo| maker.source.has_stack(*photo)).collect();
     if candidates.is_empty() {
         let found = "no photo has layers, of which images of a set could be made; ".to_owned();
         return Err(Error::missing((found, Remedy::Build, " builds them")));
@@ -107,14 +108,14 @@ pub fn build_set(
     if let missing @ 1.. = request.photos.len() - candidates.len() {
         task.note(format!("{missing} of the photos have no layers yet and are not chosen from"));
     }
-    let (chosen, points) = task.timed("choose", || choose(opened, &candidates, request))?;
+    let (chosen, points) = task.timed("choose", || choose(site, &candidates, request))?;
     let count = chosen.len() as u64;
     let mut writing = Writing::new(Arrangement::Set, request.packing);
     let mut failed = maker.unusable(&request.from);
     for (done, one) in (0..).zip(&chosen) {
         task.step("layered depth images", done, count)?;
         let photo = candidates[one.candidate];
-        let camera = BuildCamera::of_photo(opened, photo);
+        let camera = BuildCamera::of_photo(site, photo);
         let made = maker
             .image_of(&camera, &request.from, task)
             .and_then(|ldi| writing.add(request.out, &camera.name, Some(*one), &ldi));
@@ -185,8 +186,8 @@ struct Candidate {
 }
 
 /// Chooses the photos of a set among the candidates; returns the choice and the number of points.
-fn choose(opened: &Opened, candidates: &[PhotoId], request: &SetRequest) -> Result<(Vec<Chosen>, usize)> {
-    let (site, model) = (&opened.site, &*opened.site.model);
+fn choose(site: &Site, candidates: &[PhotoId], request: &SetRequest) -> Result<(Vec<Chosen>, usize)> {
+    let model = &*site.model;
     let projector = |photo: &Photo| {
         let Photo { camera, pose, .. } = *photo;
         Projector { name: photo.name.clone(), camera, pose }
@@ -278,7 +279,9 @@ mod tests {
         let photos = opened.site.photo_ids().collect();
         let from = BuildFrom::Stack(super::super::StackLdiOptions { relief: false, ..Default::default() });
         let request = SetRequest { photos, from, most: 9, out: &out, packing: Packing::Deflate };
-        let (built, failed) = build_set(&project, &opened, &request, &no_device, &Task::silent()).unwrap();
+        let (built, failed) =
+            build_set(&project, &opened.project, &opened.site, &request, &no_device, &Task::silent())
+                .unwrap();
         assert!(failed.is_empty() && built.file == out && built.spared.is_empty());
         let adds: Vec<usize> = built.images.iter().map(|image| image.chosen.unwrap().adds).collect();
         assert!(adds.is_sorted_by(|a, b| a >= b) && adds.iter().all(|adds| *adds > 0), "{adds:?}");
@@ -286,10 +289,13 @@ mod tests {
         let read = quadratura_ldi::file::read_ldi_set(&out, &Task::silent()).unwrap();
         assert_eq!(read.images.len(), built.images.len());
         // The same again replaces the file; another choice does not.
-        let (again, _) = build_set(&project, &opened, &request, &no_device, &Task::silent()).unwrap();
+        let (again, _) =
+            build_set(&project, &opened.project, &opened.site, &request, &no_device, &Task::silent())
+                .unwrap();
         assert_eq!((&again.file, &again.images), (&out, &built.images));
         let one = SetRequest { photos: vec![PhotoId::new(1)], ..request };
-        let (other, _) = build_set(&project, &opened, &one, &no_device, &Task::silent()).unwrap();
+        let (other, _) =
+            build_set(&project, &opened.project, &opened.site, &one, &no_device, &Task::silent()).unwrap();
         assert_eq!((other.images.len(), &other.spared[..]), (1, &[out][..]));
     }
 }

@@ -9,15 +9,14 @@ use super::options::StackLdiOptions;
 use super::place::cached_file;
 use crate::budget::default_memory;
 use crate::gains;
-use crate::open::Opened;
 use crate::relief::SiteRelief;
 use crate::surroundings::SiteSurroundings;
 use crate::survey::{StackState, Survey};
 use quadratura_base::error::{Error, Remedy, Result};
-use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
+use quadratura_document::{Project, Stack};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
@@ -30,7 +29,8 @@ use quadratura_view::agreement::{AgreementGrid, PhotoAgreement};
 /// A project whose stacks become layered depth images.
 pub struct LdiSite<'a> {
     folder: PathBuf,
-    opened: &'a Opened,
+    project: &'a Project,
+    site: &'a Site,
     store: StackStore,
     /// The stacks in the site's order.
     stacks: Vec<Option<Arc<Stack>>>,
@@ -52,13 +52,13 @@ impl<'a> LdiSite<'a> {
     ///
     /// # Errors
     /// Returns the errors of reading the paint book, or [`Error::Cancelled`].
-    pub fn open(folder: &Path, opened: &'a Opened) -> Result<Self> {
+    pub fn open(folder: &Path, project: &'a Project, site: &'a Site) -> Result<Self> {
         let reader = StackReader::begin(folder);
         let store = StackStore::new(folder);
         let book = PaintStore::new(folder).read()?;
         let (mut stacks, mut states) = (Vec::new(), Vec::new());
-        let survey = Survey::new(opened, &store);
-        for photo in &opened.site.photos {
+        let survey = Survey::new(project, site, &store);
+        for photo in &site.photos {
             let (stack, state) = match survey.state(photo)? {
                 StackState::Current(stack) => (Some(stack), Ok(true)),
                 StackState::Stale(stack) => (Some(stack), Ok(false)),
@@ -73,7 +73,8 @@ impl<'a> LdiSite<'a> {
         let _reader = reader;
         Ok(Self {
             folder,
-            opened,
+            project,
+            site,
             store,
             stacks,
             states,
@@ -98,8 +99,13 @@ impl<'a> LdiSite<'a> {
     }
 
     /// Returns the project.
-    pub fn opened(&self) -> &'a Opened {
-        self.opened
+    pub(super) fn project(&self) -> &'a Project {
+        self.project
+    }
+
+    /// Returns the photos and the model.
+    pub fn site(&self) -> &'a Site {
+        self.site
     }
 
     /// Returns the stacks in the site's order.
@@ -112,7 +118,7 @@ impl<'a> LdiSite<'a> {
     pub fn inputs(&self, photo: PhotoId, options: &StackLdiOptions) -> Option<String> {
         let stack = self.stacks[photo.index()].as_ref()?;
         let current = *self.states[photo.index()].as_ref().ok()?;
-        Some(inputs(self.opened, &self.stacks, stack, current, &self.book, options))
+        Some(inputs(self.project, self.site, &self.stacks, stack, current, &self.book, options))
     }
 
     /// Returns a photo's layered depth image from the cache where that is up to date, else makes it.
@@ -162,7 +168,7 @@ impl<'a> LdiSite<'a> {
         if !self.without.is_empty() {
             return None;
         }
-        let file = cached_file(&self.folder, &self.opened.site.photo(photo).name);
+        let file = cached_file(&self.folder, &self.site.photo(photo).name);
         let header = read_ldi_header(&file).ok().filter(|_| has_whole_length(&file))?;
         let inputs = self.inputs(photo, options)?;
         if header.inputs == inputs {
@@ -180,8 +186,7 @@ impl<'a> LdiSite<'a> {
     /// # Errors
     /// Where the photo has no stack that can be used; the errors of reading its files; [`Error::Cancelled`].
     pub fn ldi_of_stack(&mut self, photo: PhotoId, options: &StackLdiOptions, task: &Task) -> Result<Ldi> {
-        let opened = self.opened;
-        let name = &opened.site.photo(photo).name;
+        let name = &self.site.photo(photo).name;
         let task = &task.with_subject(name);
         let current = match &mut self.states[photo.index()] {
             Ok(current) => *current,
@@ -200,12 +205,12 @@ impl<'a> LdiSite<'a> {
         };
         let source = StackSource {
             store: &self.store,
-            photo: opened.site.photo(photo),
+            photo: self.site.photo(photo),
             stack: &stack,
             current,
-            model: &opened.site.model,
+            model: &self.site.model,
             book: &self.book,
-            tolerance: opened.project.options.tolerance,
+            tolerance: self.project.options.tolerance,
             relief: self.relief.clone().filter(|_| options.relief),
             agreement,
             gain: self.gains.as_ref().map_or([0.0; 3], |gains| gains.of_photo[photo.index()]),
@@ -227,7 +232,7 @@ impl<'a> LdiSite<'a> {
             None => {
                 let compare = || {
                     let mut of_site =
-                        SiteSurroundings::present(&self.folder, self.opened, &self.stacks, task)?;
+                        SiteSurroundings::present(&self.folder, self.project, self.site, &self.stacks, task)?;
                     match &self.gains {
                         Some(gains) => Ok(of_site.without(&self.without, gains, task)?.agreement),
                         None => Ok(of_site.whole().agreement.clone()),
@@ -242,9 +247,9 @@ impl<'a> LdiSite<'a> {
 
     /// Estimates gains and relief, or reads them from the cache, the first time that they are needed.
     fn estimate(&mut self, needs_relief: bool, task: &Task) -> Result<()> {
-        let (site, memory) = (&self.opened.site, default_memory());
+        let (site, memory) = (self.site, default_memory());
         if self.gains.is_none() {
-            let colour = &self.opened.project.colour;
+            let colour = &self.project.colour;
             let estimate = || gains::photo_gains(site, &self.stacks, colour, &self.folder, memory, task);
             self.gains = Some(task.timed("gains", estimate)?);
         }

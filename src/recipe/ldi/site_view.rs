@@ -12,11 +12,11 @@ use super::reference_camera::OfPhoto;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
 use crate::budget::default_memory;
-use crate::open::Opened;
 use crate::preview::Preview;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_ldi::cracks::closed_blend;
 use quadratura_ldi::holes::{HolePixel, holes_of, paint_holes};
 use quadratura_ldi::{
@@ -100,8 +100,7 @@ impl Default for LdiViewOptions {
 /// photos are those of the projective renderer, which also says which face is where.
 pub struct LdiView<'a> {
     preview: Preview,
-    opened: &'a Opened,
-    site: LdiSite<'a>,
+    source: LdiSite<'a>,
     options: LdiViewOptions,
     kept: Kept,
     /// The photos without which what is kept was made; `None` before anything was.
@@ -113,10 +112,16 @@ impl<'a> LdiView<'a> {
     ///
     /// # Errors
     /// Those of [`LdiSite::open`].
-    pub fn new(folder: &Path, opened: &'a Opened, preview: Preview, options: LdiViewOptions) -> Result<Self> {
-        let site = LdiSite::open(folder, opened)?;
+    pub fn new(
+        folder: &Path,
+        project: &'a Project,
+        site: &'a Site,
+        preview: Preview,
+        options: LdiViewOptions,
+    ) -> Result<Self> {
+        let source = LdiSite::open(folder, project, site)?;
         let kept = Kept::new(options.memory);
-        Ok(Self { preview, opened, site, options, kept, without: None })
+        Ok(Self { preview, source, options, kept, without: None })
     }
 
     /// Returns the projective renderer of the same project.
@@ -128,7 +133,7 @@ impl<'a> LdiView<'a> {
     fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {
         if self.without.as_deref() != Some(photos) {
             let (gains, relief) = self.preview.estimates_without(photos, task)?;
-            self.site.set_estimates(gains, relief, photos);
+            self.source.set_estimates(gains, relief, photos);
             self.kept.clear();
             self.without = Some(photos.to_vec());
         }
@@ -138,44 +143,44 @@ impl<'a> LdiView<'a> {
     /// Returns the photos for a view, those that show most of it first, and the exposure of the view. There are none where no
     /// photo shows anything of it.
     fn photos_for(&self, shot: &Shot) -> (Vec<PhotoId>, ViewExposure) {
-        let (shares, exposure) = self.preview.shares_and_exposure(shot, &self.opened.site.model);
+        let (shares, exposure) = self.preview.shares_and_exposure(shot, &self.source.site().model);
         let photos = match &self.options.with[..] {
             [] => best_photos(&shares, usize::MAX),
             with => with.iter().copied().filter(|photo| !shot.without.contains(photo)).collect(),
         };
-        let has_stack = |photo: &PhotoId| !self.options.with.is_empty() || self.site.has_stack(*photo);
+        let has_stack = |photo: &PhotoId| !self.options.with.is_empty() || self.source.has_stack(*photo);
         (photos.into_iter().filter(has_stack).collect(), exposure)
     }
 
     /// Returns the layered depth images of some photos for a view, each with the photo whose exposure its colours have.
     fn images_of(&mut self, photos: &[PhotoId], shot: &Shot, task: &Task) -> Result<Vec<OfPhoto>> {
-        let Self { site, options, kept, opened, preview, .. } = self;
+        let Self { source, options, kept, preview, .. } = self;
         let Some(&first) = photos.first() else { return Ok(Vec::new()) };
         let surroundings = shot.surroundings;
         Ok(match &options.source {
             LdiViewSource::Photo => {
                 let stack = StackLdiOptions { surroundings, ..options.stack };
-                vec![(Arc::new(kept.stack(site, first, &stack, task)?.depth_image()), first)]
+                vec![(Arc::new(kept.stack(source, first, &stack, task)?.depth_image()), first)]
             }
             LdiViewSource::Stacks => {
                 let stack = StackLdiOptions { surroundings: false, ..options.stack };
-                kept.stacks(site, photos, &stack, task)?
+                kept.stacks(source, photos, &stack, task)?
             }
             LdiViewSource::Photos(of) => {
-                let camera = &opened.site.photo(first).camera;
+                let camera = &source.site().photo(first).camera;
                 let stack = StackLdiOptions { surroundings, ..of.stack };
                 let halvings = halvings(camera.fx * of.scale / shot.camera.fx, shot.quality);
                 let options = PhotosOptions { stack, ..of.clone() };
-                vec![(kept.photos(site, photos, halvings, &options, task)?, first)]
+                vec![(kept.photos(source, photos, halvings, &options, task)?, first)]
             }
             LdiViewSource::Site(of) => {
                 let mut images = Vec::new();
                 for &photo in photos {
-                    let finer = opened.site.photo(photo).camera.fx * of.scale / shot.camera.fx;
+                    let finer = source.site().photo(photo).camera.fx * of.scale / shot.camera.fx;
                     let of = SiteLdiOptions { surroundings: false, ..*of };
                     let halvings = halvings(finer, shot.quality);
                     let view = ReducedPhotoView { photo, halvings, without: &shot.without };
-                    images.push((kept.site(site, preview, view, &of, task)?, photo));
+                    images.push((kept.site(source, preview, view, &of, task)?, photo));
                 }
                 images
             }
@@ -193,7 +198,7 @@ impl<'a> LdiView<'a> {
         }
         // What all photos show was blended with their agreement and without their optics.
         let is_of_photos = !matches!(self.options.source, LdiViewSource::Site(_));
-        let of_photo = |photo: PhotoId| self.preview.agreement(shot, self.opened.site.photo(photo), photo);
+        let of_photo = |photo: PhotoId| self.preview.agreement(shot, self.source.site().photo(photo), photo);
         let agreement = |photo: PhotoId| Some(photo).filter(|_| is_of_photos).and_then(of_photo);
         let agreement: Vec<Option<AgreementGrid>> =
             images.iter().map(|(_, photo)| agreement(*photo)).collect();
@@ -224,7 +229,7 @@ impl<'a> LdiView<'a> {
         let options = self.warp_options();
         let (_, relief) = self.preview.estimates_without(&shot.without, task)?;
         let relief = relief.filter(|_| self.options.relief());
-        let depths = FaceDepths::new(&self.opened.site.model, relief, shot);
+        let depths = FaceDepths::new(&self.source.site().model, relief, shot);
         let pixel = |at: usize| match shown_face(faces[at]) {
             Some(_) if picture.pixels()[at][3] < u8::MAX => {
                 depths.at_pixel(at, faces[at]).map_or(HolePixel::Empty, |q| HolePixel::EmptyAt(q as f32))
@@ -395,7 +400,7 @@ impl Renders for LdiView<'_> {
         }
         let faces = self.preview.seen_faces(asked, task)?;
         let blended = self.complete(blended, others, &faces, view, task)?;
-        let model = &self.opened.site.model;
+        let model = &self.source.site().model;
         let (_, relief) = self.preview.estimates_without(&shot.without, task)?;
         let relief = relief.filter(|_| self.options.relief());
         let shows = FaceDepths::new(model, relief, &shot).shown(&blended, &faces);

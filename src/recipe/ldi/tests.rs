@@ -23,7 +23,7 @@ fn flat() -> StackLdiOptions {
 fn made(options: &StackLdiOptions) -> (tempfile::TempDir, Opened, Ldi) {
     let folder = tempfile::tempdir().unwrap();
     let (project, opened) = tiny_stacks(folder.path()).unwrap();
-    let mut site = LdiSite::open(&project, &opened).unwrap();
+    let mut site = LdiSite::open(&project, &opened.project, &opened.site).unwrap();
     let ldi = site.ldi_of_stack(first_photo(), options, &Task::silent()).unwrap();
     drop(site);
     (folder, opened, ldi)
@@ -100,7 +100,7 @@ fn any_number_of_threads_makes_the_same() {
 fn it_is_out_of_date_when_options_or_the_stack_are_others() {
     let folder = tempfile::tempdir().unwrap();
     let (project, opened) = tiny_stacks(folder.path()).unwrap();
-    let site = LdiSite::open(&project, &opened).unwrap();
+    let site = LdiSite::open(&project, &opened.project, &opened.site).unwrap();
     let inputs = |options: &StackLdiOptions| site.inputs(first_photo(), options).unwrap();
     assert_eq!(inputs(&flat()), inputs(&flat()));
     assert_ne!(inputs(&flat()), inputs(&StackLdiOptions::default()));

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use super::site_view::{LdiView, LdiViewOptions};
-use crate::open::Opened;
 use crate::preview::Preview;
 use quadratura_base::error::Result;
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_projection::{Renders, Sliced};
 use quadratura_view::{Picture, Shot};
 
@@ -25,13 +26,14 @@ impl<'a> Viewer<'a> {
     /// Those of [`LdiView::new`].
     pub fn new(
         folder: &Path,
-        opened: &'a Opened,
+        project: &'a Project,
+        site: &'a Site,
         preview: Preview,
         of_images: Option<LdiViewOptions>,
     ) -> Result<Self> {
         Ok(match of_images {
             None => Self::Model(Box::new(preview)),
-            Some(options) => Self::Ldi(Box::new(LdiView::new(folder, opened, preview, options)?)),
+            Some(options) => Self::Ldi(Box::new(LdiView::new(folder, project, site, preview, options)?)),
         })
     }
 

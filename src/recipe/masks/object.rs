@@ -8,12 +8,11 @@ use crate::budget::default_memory;
 use crate::fill::mattes::{SiteMattes, mattes};
 use crate::impostors::with_impostors;
 use crate::named::objects_named;
-use crate::open::Opened;
 use crate::see_through::with_see_through;
 use quadratura_base::error::{Error, Message, Remedy, Result};
 use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::impostor::Facing;
-use quadratura_base::scene::{Model, Object, ObjectId, Photo};
+use quadratura_base::scene::{Model, Object, ObjectId, Photo, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::masks::{MaskOrigin, MaskedObject};
@@ -24,7 +23,8 @@ use quadratura_layers::software::owners;
 /// Finds the pixels at which photos show objects of the complete model.
 pub struct ObjectMasks<'a> {
     folder: &'a Path,
-    opened: &'a Opened,
+    project: &'a Project,
+    site: &'a Site,
     /// The complete model, including removed objects, in which impostors turn. One sees through objects that may have mattes.
     model: Arc<Model>,
     /// The mattes of the project once a mask depends on them: none where they cannot be found.
@@ -43,12 +43,12 @@ impl<'a> ObjectMasks<'a> {
     /// Returns [`Error::Request`] when the model has no such object.
     pub fn new(
         folder: &'a Path,
-        opened: &'a Opened,
+        project: &'a Project,
+        site: &'a Site,
         whole: Model,
         patterns: &[String],
         task: &'a Task,
     ) -> Result<Self> {
-        let Opened { project, site, .. } = opened;
         let (photos, transform) = (&site.photos, &project.world_from_model);
         let model = with_impostors(whole.into(), photos, transform, &project.impostors, &Task::silent());
         let model = with_see_through(model, &project.see_through, &Task::silent());
@@ -59,7 +59,7 @@ impl<'a> ObjectMasks<'a> {
             present.is_some_and(|id| site.model.object(id).see_through)
         };
         let model = Arc::new(Arc::unwrap_or_clone(model).with_see_through(sees_through));
-        Ok(Self { folder, opened, model, mattes: None, noted: BTreeSet::new(), task })
+        Ok(Self { folder, project, site, model, mattes: None, noted: BTreeSet::new(), task })
     }
 
     /// Returns the pixels at which a photo shows the objects of a name or pattern, grown by `margin` pixels (rows and columns):
@@ -72,13 +72,13 @@ impl<'a> ObjectMasks<'a> {
     pub fn pixels(&mut self, photo: &Photo, pattern: &str, margin: u32) -> Result<Spans> {
         let objects: BTreeSet<ObjectId> = objects_named(&self.model, pattern)?.into_iter().collect();
         let facing = self.model.facing(&Facing::of_pose(&photo.pose));
-        let shown = ShownObjects::new(&facing, photo, self.opened.project.options.tolerance);
+        let shown = ShownObjects::new(&facing, photo, self.project.options.tolerance);
         if !shown.depends_on_mattes(&objects) {
             return Ok(shown.pixels(&objects, &[], margin));
         }
         self.find_mattes()?;
         let found = self.mattes.as_ref().and_then(Option::as_ref);
-        let own = self.opened.site.photo_named(&photo.name);
+        let own = self.site.photo_named(&photo.name);
         let Some((all, own)) = found.zip(own).filter(|(all, own)| !all.of(*own).is_empty()) else {
             if found.is_some() && self.noted.insert(photo.name.clone()) {
                 self.task.with_subject(&photo.name).note((
@@ -105,7 +105,8 @@ impl<'a> ObjectMasks<'a> {
         if self.mattes.is_some() {
             return Ok(());
         }
-        self.mattes = Some(match mattes(self.folder, self.opened, false, default_memory(), self.task) {
+        let found = mattes(self.folder, self.project, self.site, false, default_memory(), self.task);
+        self.mattes = Some(match found {
             Ok(found) => Some(found),
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {

@@ -9,17 +9,16 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::MaskEdit;
-use crate::agreement::SiteAgreement;
+use crate::agreement::{AgreementInputs, SiteAgreement};
 use crate::gains;
-use crate::open::Opened;
 use crate::relief::SiteRelief;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::geometry::{PixelRect, Spans};
-use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::masks::MaskOrigin;
 use quadratura_document::names::file_name_of_photo;
+use quadratura_document::{Project, Stack};
 use quadratura_files::atomic::write_atomically;
 use quadratura_files::json::{read_json, to_json};
 use quadratura_import::photo::read_photo;
@@ -102,15 +101,16 @@ pub fn suggestion_folder(project: &Path) -> PathBuf {
 /// noted.
 pub fn suggest(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     photos: &[String],
     margin: u32,
     memory: u64,
     task: &Task,
 ) -> Result<Suggestions> {
-    let found =
-        task.timed("find transient objects", || transients(folder, opened, photos, margin, memory, task))?;
-    let site = &opened.site;
+    let found = task.timed("find transient objects", || {
+        transients(folder, project, site, photos, margin, memory, task)
+    })?;
     let mut all: Vec<(&Photo, FoundRegion)> = Vec::new();
     for (id, found) in found {
         all.extend(found.into_iter().map(|found| (site.photo(id), found)));
@@ -148,7 +148,7 @@ pub fn suggest(
     task.timed("draw suggestions", || pictures(&target, &all, first, task))?;
     // A suggestion may be dismissed concurrently: the lock orders reading and writing of the list.
     let _listing = LISTING.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut kept = others(folder, opened, photos);
+    let mut kept = others(folder, site, photos);
     kept.list.extend(new);
     write_atomically(target.join(FILE), &to_json(&kept))?;
     remove_unused(&target, &kept)?;
@@ -176,7 +176,8 @@ pub struct LargeFindings {
 /// [`Error::Cancelled`]. A photo that cannot be read takes no part.
 pub fn photos_with_large(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     photos: &[String],
     memory: u64,
     task: &Task,
@@ -186,11 +187,11 @@ pub fn photos_with_large(
     }
     // Whatever built these photos has reported those that cannot be read.
     let quiet = Task::silent().with_stop_flag(task.stop_flag());
-    let search = || transients(folder, opened, photos, 0, memory, &quiet);
+    let search = || transients(folder, project, site, photos, 0, memory, &quiet);
     let found = task.timed("look for transient objects", search)?;
     let large = |wanted: &dyn Fn(&FoundRegion) -> bool| {
         let of_photo = |(id, regions): &(PhotoId, Vec<FoundRegion>)| {
-            let photo = opened.site.photo(*id);
+            let photo = site.photo(*id);
             let pixels = f64::from(photo.camera.width) * f64::from(photo.camera.height);
             let largest =
                 regions.iter().filter(|region| wanted(region)).map(|region| region.masked.count()).max()?;
@@ -211,12 +212,12 @@ pub fn photos_with_large(
 static LISTING: Mutex<()> = Mutex::new(());
 
 /// Returns the suggestions for photos that are not searched now.
-fn others(folder: &Path, opened: &Opened, looked_at: &[String]) -> Suggestions {
+fn others(folder: &Path, site: &Site, looked_at: &[String]) -> Suggestions {
     // A missing or unreadable list counts as empty, because suggestions can be searched again.
     let list = suggestions(folder).map(|found| found.list).unwrap_or_default();
     let is_other = |suggestion: &MaskSuggestion| {
         let photo = &suggestion.photo;
-        let is_there = opened.site.photos.iter().any(|it| it.name == *photo);
+        let is_there = site.photos.iter().any(|it| it.name == *photo);
         is_there && !looked_at.is_empty() && !looked_at.contains(photo)
     };
     Suggestions { version: VERSION, list: list.into_iter().filter(is_other).collect() }
@@ -308,19 +309,20 @@ const LEAST_WEIGHT: f32 = 12.0;
 /// Finds the regions that other photos contradict, by the photo's index in the site.
 fn transients(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     photos: &[String],
     margin: u32,
     memory: u64,
     task: &Task,
 ) -> Result<Vec<(PhotoId, Vec<FoundRegion>)>> {
-    let site = &opened.site;
     let store = StackStore::new(folder);
     let stacks: Vec<Option<Stack>> =
         site.photos.iter().map(|photo| store.current(&photo.name).ok().flatten()).collect();
     let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
-    let gains = gains::photo_gains(site, &stacks, &opened.project.colour, folder, memory, task)?;
-    let evidence = SiteAgreement::open(folder, opened, &stacks, &gains, relief.whole(), memory, task)?;
+    let gains = gains::photo_gains(site, &stacks, &project.colour, folder, memory, task)?;
+    let inputs = AgreementInputs::new(project, site, &stacks, memory);
+    let evidence = SiteAgreement::open(folder, site, inputs, &gains, relief.whole(), task)?;
     let asked =
         |(id, _): &(PhotoId, &PhotoEvidence)| photos.is_empty() || photos.contains(&site.photo(*id).name);
     let all = PhotoId::all(site.photos.len()).zip(evidence.whole().iter()).filter(asked);

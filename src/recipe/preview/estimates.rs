@@ -3,16 +3,16 @@
 use std::path::Path;
 
 use super::PreviewOptions;
-use crate::agreement::SiteAgreement;
+use crate::agreement::{AgreementInputs, SiteAgreement};
 use crate::budget::default_memory;
 use crate::gains::{self, SiteGains};
 use crate::layer_textures::LayerTextureFiles;
-use crate::open::Opened;
 use crate::relief::SiteRelief;
 use crate::surroundings::{SiteSurroundings, SurroundingsEvidence};
 use quadratura_base::error::Result;
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
+use quadratura_document::{Project, Stack};
 use quadratura_layers::agreement::PhotoEvidence;
 use quadratura_projection::agreement::Agreement;
 use quadratura_projection::exposure::SurroundingsGains;
@@ -39,14 +39,14 @@ pub(super) struct Estimates {
 /// Returns gains, relief and agreement, as far as the options ask for them, and the surroundings.
 pub(super) fn estimates_from_photos(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     stacks: &[Option<Stack>],
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Estimates> {
-    let site = &opened.site;
     let memory = default_memory();
-    let colour = &opened.project.colour;
+    let colour = &project.colour;
     let gains = task.timed("gains", || match options.gains || options.agreement {
         true => SiteGains::open(site, stacks, colour, folder, memory, task),
         false => Ok(SiteGains::none(site)),
@@ -58,12 +58,13 @@ pub(super) fn estimates_from_photos(
         needed.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
     })?;
     let agreement = |relief: &SiteRelief| {
-        SiteAgreement::open(folder, opened, stacks, gains.whole(), relief.whole(), memory, task)
+        let inputs = AgreementInputs::new(project, site, stacks, memory);
+        SiteAgreement::open(folder, site, inputs, gains.whole(), relief.whole(), task)
     };
     let agreement =
         task.timed("agreement", || relief.as_ref().filter(|_| options.agreement).map(agreement).transpose())?;
     let surroundings = task.timed("surroundings", || {
-        let found = SiteSurroundings::open(folder, opened, stacks, gains.whole(), memory, task)?;
+        let found = SiteSurroundings::open(folder, project, site, stacks, gains.whole(), memory, task)?;
         if options.modelled_sky { found.with_modelled_sky(gains.whole(), task) } else { Ok(found) }
     })?;
     Ok(Estimates { gains, relief, agreement, surroundings })

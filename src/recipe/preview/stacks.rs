@@ -1,11 +1,11 @@
 //! The stacks that a preview shows.
 
 use super::PreviewOptions;
-use crate::open::Opened;
 use crate::survey::{StackState, Survey};
 use quadratura_base::error::{Error, Message, Remedy, Result};
+use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
+use quadratura_document::{Project, Stack};
 use quadratura_io::stack_store::StackStore;
 
 /// The stacks that a preview shows.
@@ -19,17 +19,18 @@ pub struct ReadStacks {
 
 /// Reads the photos' stacks.
 pub fn stacks(
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     store: &StackStore,
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<ReadStacks> {
-    let survey = Survey::new(opened, store);
-    let mut stacks = Vec::with_capacity(opened.site.photos.len());
+    let survey = Survey::new(project, site, store);
+    let mut stacks = Vec::with_capacity(site.photos.len());
     let mut missing = Vec::new();
     let mut stale = Vec::new();
     let mut broken = Vec::new();
-    for photo in &opened.site.photos {
+    for photo in &site.photos {
         stacks.push(match survey.state(photo)? {
             StackState::Current(stack) => Some(stack),
             StackState::Stale(stack) => {

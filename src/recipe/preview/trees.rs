@@ -7,15 +7,14 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::Preview;
-use crate::open::Opened;
 use crate::trees::light::{LightEstimate, estimated_light, is_needed};
 use crate::trees::sunlight::SunBlockers;
 use crate::trees::{KnownPlants, PlantParts, SiteTrees, site_trees_with};
 use quadratura_base::error::{Error, Message, Result};
-use quadratura_base::scene::Model;
 use quadratura_base::scene::up;
+use quadratura_base::scene::{Model, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Trees;
+use quadratura_document::{Project, Trees};
 use quadratura_foliage::PlacedTrees;
 
 /// What is needed to place other trees.
@@ -36,9 +35,9 @@ pub(super) struct PreviewTrees {
 
 impl PreviewTrees {
     /// Begins without trees. The project is in `folder`.
-    pub fn new(folder: &Path, opened: &Opened, parts: PlantParts) -> Self {
-        let (folder, up) = (folder.to_path_buf(), up(&opened.site.photos));
-        let (known, model) = (KnownPlants::default(), opened.site.model.clone());
+    pub fn new(folder: &Path, site: &Site, parts: PlantParts) -> Self {
+        let (folder, up) = (folder.to_path_buf(), up(&site.photos));
+        let (known, model) = (KnownPlants::default(), site.model.clone());
         let blockers = OnceLock::new();
         Self { folder, up, known, parts, model, blockers, estimate: None, noted: Vec::new() }
     }
@@ -106,17 +105,17 @@ impl Preview {
 
     /// Shows the trees of the project for the first time, in the light that is estimated from its photos unless one is given, and
     /// near photos as these show them; what is wrong with them is a problem of the preview. The estimate is in `cache/`, or made now.
-    pub(super) fn plant(&mut self, opened: &Opened, task: &Task) -> Result<()> {
+    pub(super) fn plant(&mut self, project: &Project, site: &Site, task: &Task) -> Result<()> {
         if self.trees.parts == PlantParts::Nothing {
             return Ok(());
         }
-        let trees = &opened.project.trees;
+        let trees = &project.trees;
         let (mut placed, mut problems) = self.trees.placed(trees, task)?;
         if let Some(placed) = placed.as_mut().filter(|placed| !placed.trees.is_empty())
-            && is_needed(&opened.project)
+            && is_needed(project)
         {
-            let made =
-                task.timed("light on trees", || estimated_light(&self.trees.folder, opened, placed, task));
+            let made = task
+                .timed("light on trees", || estimated_light(&self.trees.folder, project, site, placed, task));
             match made {
                 // Light that is given needs no estimate: trees are shown without what photos show of them.
                 Err(error)

@@ -16,7 +16,6 @@ use super::{Recorded, StrokeOptions, StrokeReport, StrokedPlace, sample};
 use crate::import::session::{PaintSession, view_id};
 use crate::import::share::by_surface;
 use crate::layer_pixels::layer_pixels;
-use crate::open::Opened;
 use crate::paint::parts::camera_of;
 use crate::paint::{PhotoPaint, parts_of_layer};
 use quadratura_base::error::{Error, Remedy, Result};
@@ -24,12 +23,12 @@ use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::raster::over::straight;
 use quadratura_base::raster::{Image, in_8_bits};
 use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
-use quadratura_base::scene::{PhotoId, PhotoPixels};
+use quadratura_base::scene::{PhotoId, PhotoPixels, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::paint::{ERASED, PaintColour, PaintPatch, PaintedView, brush_document};
 use quadratura_document::stack::StackPhoto;
 use quadratura_document::stroke::{BrushMode, Stroke};
+use quadratura_document::{Project, Stack};
 use quadratura_io::layer_reader::{read_layer, read_mask};
 use quadratura_io::layered::{Depth, Raster};
 use quadratura_io::paint_store::PaintStore;
@@ -49,12 +48,13 @@ const AROUND_PX: u32 = 24;
 /// without a stack; and the errors of reading and writing paint.
 pub(super) fn apply_to_mattes(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     stroke: &Stroke,
     options: StrokeOptions,
     task: &Task,
 ) -> Result<StrokeReport> {
-    let photo = opened.site.photo(photo_of(opened, stroke)?);
+    let photo = site.photo(photo_of(site, stroke)?);
     let store = StackStore::new(folder);
     let stack = store.current(&photo.name)?.ok_or_else(|| {
         Error::missing((format!("{} has no stack yet; ", photo.name), Remedy::Build, " builds it"))
@@ -67,7 +67,7 @@ pub(super) fn apply_to_mattes(
     let effect = StrokeEffect::new(stroke, PixelRect::of_size(stack.photo.width, stack.photo.height));
     let layers = under(stroke, &effect, &stack, &store.folder(&photo.name), &paint)?;
     if layers.is_empty() {
-        return Err(nothing_under(stroke, &effect.pixels(), &stack, opened));
+        return Err(nothing_under(stroke, &effect.pixels(), &stack, project, site));
     }
     let view = PaintedView { photo: stack.photo.clone(), camera: stack.camera.clone() };
     for layer in layers {
@@ -95,15 +95,15 @@ pub(super) fn apply_to_mattes(
 }
 
 /// Returns the photo whose own view a stroke is in.
-fn photo_of(opened: &Opened, stroke: &Stroke) -> Result<PhotoId> {
+fn photo_of(site: &Site, stroke: &Stroke) -> Result<PhotoId> {
     let view = &stroke.view;
     let size = StackPhoto { name: String::new(), width: view.width, height: view.height };
     let camera = camera_of(&size, &view.camera);
     let is_own = |id: &PhotoId| {
-        let photo = opened.site.photo(*id);
+        let photo = site.photo(*id);
         (photo.camera, photo.pose) == camera
     };
-    opened.site.photo_ids().find(is_own).ok_or_else(|| {
+    site.photo_ids().find(is_own).ok_or_else(|| {
         Error::Request(
             "the matte brush works in a photo's own view; `view` of the stroke has another size or camera than every photo of \
              the project"

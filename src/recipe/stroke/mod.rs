@@ -28,7 +28,6 @@ use crate::import::session::{PaintMade, PaintSession, PaintedPlace, view_id};
 use crate::import::settle::SurfacePaint;
 use crate::import::share::by_surface;
 use crate::layer_pixels::layer_pixels;
-use crate::open::Opened;
 use crate::paint::parts::camera_of;
 use crate::paint::{PhotoPaint, parts_of_layer};
 use crate::preview::{PreviewOptions, open_reference};
@@ -36,13 +35,13 @@ use crate::render::Appearance;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::raster::in_8_bits;
 use quadratura_base::raster::over::straight;
-use quadratura_base::scene::PhotoId;
 use quadratura_base::scene::light::srgb_from_linear;
+use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::paint::{PaintBook, PaintPatch, PaintedView, brush_document};
 use quadratura_document::stack::StackPhoto;
 use quadratura_document::stroke::{BrushMode, Stroke};
+use quadratura_document::{Project, Stack};
 use quadratura_io::layered::Depth;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
@@ -110,7 +109,8 @@ pub struct StrokedLayer {
 /// is then unchanged.
 pub fn apply(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     stroke: &Stroke,
     look: &Appearance,
     options: StrokeOptions,
@@ -120,20 +120,20 @@ pub fn apply(
         return Err(Error::Request(format!("the stroke cannot be applied: {place}: {found}")));
     }
     if stroke.brush.mode.is_of_matte() {
-        return matte::apply_to_mattes(folder, opened, stroke, options, task);
+        return matte::apply_to_mattes(folder, project, site, stroke, options, task);
     }
     let preview = PreviewOptions {
         relief: !look.flat,
         without_stack_notes: options.without_stack_notes,
         ..PreviewOptions::default()
     };
-    let mut renderer = open_reference(folder, opened, &preview, task)?;
+    let mut renderer = open_reference(folder, project, site, &preview, task)?;
     let shot = shot_of(stroke, look);
     let dabs = Dabs::along(stroke, &shot, &mut renderer, task)?
         .ok_or_else(|| Error::Request("the stroke does not touch the model".into()))?;
     let grid = ViewGrid::new(&shot, &dabs, &mut renderer, task)?;
     let recorded = Recorded { session: PaintSession::begin(folder)?, report: StrokeReport::default() };
-    let mut brushing = Brushing { opened, stroke, shot, dabs, grid, renderer, recorded };
+    let mut brushing = Brushing { site, stroke, shot, dabs, grid, renderer, recorded };
     match stroke.brush.mode {
         BrushMode::Erase => brushing.erase(false)?,
         _ => brushing.paint(task)?,
@@ -153,7 +153,7 @@ fn shot_of(stroke: &Stroke, look: &Appearance) -> Shot {
 
 /// A stroke in progress.
 struct Brushing<'a> {
-    opened: &'a Opened,
+    site: &'a Site,
     stroke: &'a Stroke,
     shot: Shot,
     dabs: Dabs,
@@ -180,7 +180,7 @@ impl Brushing<'_> {
             texel.texture.is_none() && dabs.effect(point.point) > 0.0
         };
         self.recorded.report.uncovered = grid.seen().filter(is_bare).count() as u64;
-        let stacks = stacks(self.recorded.session.project(), self.opened, grid, renderer)?;
+        let stacks = stacks(self.recorded.session.project(), self.site, grid, renderer)?;
         let layers = TexelSearch { renderer, shot, dabs, grid, stacks: &stacks }.layers();
         self.recorded.report.coverage = coverage(dabs, grid, &layers, renderer);
         let colours =
@@ -252,7 +252,7 @@ impl Brushing<'_> {
     /// would keep their own paint, so that the new stroke would not be on top seen from their side.
     fn erase(&mut self, only_others: bool) -> Result<()> {
         let eraser = Eraser {
-            site: &self.opened.site,
+            site: self.site,
             renderer: &self.renderer,
             shot: &self.shot,
             dabs: &self.dabs,
@@ -328,7 +328,7 @@ impl Recorded<'_> {
 /// Returns the stacks of the photos whose layer textures the view shows under the stroke.
 fn stacks(
     folder: &Path,
-    opened: &Opened,
+    site: &Site,
     grid: &ViewGrid,
     renderer: &ReferenceRenderer,
 ) -> Result<BTreeMap<PhotoId, Stack>> {
@@ -338,7 +338,7 @@ fn stacks(
     let store = StackStore::new(folder);
     let mut stacks = BTreeMap::new();
     for photo in photos {
-        if let Some(stack) = store.current(&opened.site.photo(photo).name)? {
+        if let Some(stack) = store.current(&site.photo(photo).name)? {
             stacks.insert(photo, stack);
         }
     }

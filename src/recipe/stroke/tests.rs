@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::*;
 use crate::import::take_back;
+use crate::open::Opened;
 use crate::tiny_site::tiny_stacks;
 use quadratura_document::paint::{ERASED, PaintColour};
 use quadratura_document::stack::StackCamera;
@@ -34,7 +35,15 @@ impl Easel {
 
     fn apply(&self, stroke: &Stroke) -> Result<StrokeReport> {
         let look = Appearance { flat: true, ..Appearance::default() };
-        apply(&self.project, &self.opened, stroke, &look, StrokeOptions::default(), &Task::silent())
+        apply(
+            &self.project,
+            &self.opened.project,
+            &self.opened.site,
+            stroke,
+            &look,
+            StrokeOptions::default(),
+            &Task::silent(),
+        )
     }
 
     fn applied(&self, stroke: &Stroke) -> StrokeReport {

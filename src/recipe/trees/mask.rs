@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use crate::masks::MaskEdit;
-use crate::open::Opened;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Spans;
 use quadratura_base::scene::impostor::Facing;
-use quadratura_base::scene::{Model, Photo};
+use quadratura_base::scene::{Model, Photo, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::masks::{MaskOrigin, MaskedTree};
@@ -73,24 +72,25 @@ pub fn tree_pixels(
 /// # Errors
 /// Those of [`silhouette`].
 pub fn tree_masks(
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     photos: &[&Photo],
     placed: &PlacedTrees,
     names: &[String],
     margin: u32,
     task: &Task,
 ) -> Result<Vec<MaskEdit>> {
-    let tolerance = opened.project.options.tolerance;
+    let tolerance = project.options.tolerance;
     let mut edits = Vec::new();
     for (photo, done) in photos.iter().zip(0..) {
         task.step("mask trees", done, photos.len() as u64)?;
-        let model = ModelNearness::new(&opened.site.model, photo, tolerance);
+        let model = ModelNearness::new(&site.model, photo, tolerance);
         for tree in placed.trees.iter().filter(|tree| names.contains(&tree.name)) {
             // Its progress is that of the photos.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
             let masked = tree_pixels(placed, tree, photo, &model, margin, &quiet)?;
-            let placed = opened.project.trees.placed.iter().find(|placed| placed.name == tree.name);
-            let placing = placed.map(|placed| placing(&opened.project, placed));
+            let placed = project.trees.placed.iter().find(|placed| placed.name == tree.name);
+            let placing = placed.map(|placed| placing(project, placed));
             let from = MaskOrigin::Tree(MaskedTree { name: tree.name.clone(), margin, placing });
             edits.push(MaskEdit::Put { photo: photo.name.clone(), from, masked });
         }

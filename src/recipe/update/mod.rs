@@ -21,9 +21,9 @@ use super::open::Opened;
 use super::survey::{StackState, Survey};
 use super::turns::{Turns, UpdateSource};
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::Photo;
+use quadratura_base::scene::{Photo, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
+use quadratura_document::{Project, Stack};
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::Rasteriser;
 
@@ -118,7 +118,7 @@ pub fn update(
         if !Arc::ptr_eq(&opened, &known) {
             job.reopen();
         }
-        if job.open(&opened).is_empty() {
+        if job.open(&opened.site).is_empty() {
             break;
         }
         let before = job.commits;
@@ -139,25 +139,26 @@ pub fn update(
 /// # Errors
 /// The errors of `rasteriser`; [`Error::Cancelled`].
 pub fn build_needed(
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     store: &StackStore,
     photos: &[&Photo],
     memory: u64,
     rasteriser: impl FnOnce() -> Result<Box<dyn Rasteriser>>,
     task: &Task,
 ) -> Result<Vec<Built>> {
-    let survey = Survey::new(opened, store);
+    let survey = Survey::new(project, site, store);
     let mut needed = Vec::new();
     for photo in photos {
-        if is_photos_to_build(store, opened, photo, &survey.state(photo)?)? {
+        if is_photos_to_build(store, project, photo, &survey.state(photo)?)? {
             needed.push(photo.name.clone());
         }
     }
     if needed.is_empty() {
         return Ok(Vec::new());
     }
-    let options = options(opened, needed, memory, rayon::current_num_threads());
-    build(&opened.site, store, &*rasteriser()?, &options, task)
+    let options = options(project, needed, memory, rayon::current_num_threads());
+    build(site, store, &*rasteriser()?, &options, task)
 }
 
 /// Returns the names of photos in the order of a request; all of them where it names none.
@@ -180,19 +181,19 @@ fn in_order(opened: &Opened, names: &[String]) -> Result<Vec<String>> {
 /// Returns whether a photo's stack has to be built, or its layers renamed.
 fn is_photos_to_build(
     store: &StackStore,
-    opened: &Opened,
+    project: &Project,
     photo: &Photo,
     state: &StackState,
 ) -> Result<bool> {
     let StackState::Current(stack) = state else { return Ok(true) };
     let Some(mut stack) = store.up_to_date(&photo.name, &stack.inputs)? else { return Ok(true) };
-    Ok(rename(&mut stack, &opened.project.decisions.of(&photo.name).names).changed)
+    Ok(rename(&mut stack, &project.decisions.of(&photo.name).names).changed)
 }
 
-fn options(opened: &Opened, photos: Vec<String>, memory: u64, threads: usize) -> BuildOptions {
+fn options(project: &Project, photos: Vec<String>, memory: u64, threads: usize) -> BuildOptions {
     BuildOptions {
-        layers: opened.project.options.clone(),
-        decisions: opened.project.decisions.clone(),
+        layers: project.options.clone(),
+        decisions: project.decisions.clone(),
         photos,
         memory,
         threads,
@@ -243,10 +244,10 @@ impl UpdateJob<'_> {
     }
 
     /// Returns the names of the photos that have not ended. Those that the site has no longer end here.
-    fn open(&mut self, opened: &Opened) -> Vec<String> {
+    fn open(&mut self, site: &Site) -> Vec<String> {
         let gone = |name: &str| Error::Request(format!("{name} is no longer one of the project's photos"));
         for photo in self.photos.iter_mut().filter(|photo| photo.end.is_none()) {
-            if opened.site.photo_named(&photo.photo).is_none() {
+            if site.photo_named(&photo.photo).is_none() {
                 photo.end = Some(UpdateEnd::Failed(gone(&photo.photo)));
             }
         }
@@ -265,7 +266,7 @@ impl UpdateJob<'_> {
 
     /// Builds the stacks that need it. Returns false where the project has changed meanwhile.
     fn build(&mut self, opened: &Arc<Opened>, task: &Task) -> Result<bool> {
-        let needed = self.photos_to_build(opened, task)?;
+        let needed = self.photos_to_build(&opened.project, &opened.site, task)?;
         let turns = Turns::new(self.source, opened, self.store, &self.request.stops);
         let (mut done, total) = (0, needed.len() as u64);
         for some in needed.chunks(self.request.together.max(1)) {
@@ -276,7 +277,7 @@ impl UpdateJob<'_> {
                 Some(rasteriser) => rasteriser,
                 none => none.insert((self.make)()?),
             };
-            let options = options(opened, some.to_vec(), self.request.memory, self.request.together);
+            let options = options(&opened.project, some.to_vec(), self.request.memory, self.request.together);
             let part = task.within_step();
             for built in build_in_turn(&opened.site, self.store, &**rasteriser, &options, &turns, &part)? {
                 self.note_built(built, &turns);
@@ -287,18 +288,18 @@ impl UpdateJob<'_> {
     }
 
     /// Returns the photos whose stacks are to be built, in order. Photos to be skipped end here.
-    fn photos_to_build(&mut self, opened: &Opened, task: &Task) -> Result<Vec<String>> {
-        let survey = Survey::new(opened, self.store);
+    fn photos_to_build(&mut self, project: &Project, site: &Site, task: &Task) -> Result<Vec<String>> {
+        let survey = Survey::new(project, site, self.store);
         let mut needed = Vec::new();
-        let names = self.open(opened);
+        let names = self.open(site);
         let count = names.len() as u64;
         for (name, done) in names.into_iter().zip(0..) {
             task.step("check stacks", done, count)?;
-            let photo = photo_of(opened, &name);
+            let photo = photo_of(site, &name);
             let state = survey.state(photo)?;
             if matches!(state, StackState::Missing) && self.request.only_existing {
                 self.photo(&name).end = Some(UpdateEnd::NeverBuilt);
-            } else if is_photos_to_build(self.store, opened, photo, &state)? {
+            } else if is_photos_to_build(self.store, project, photo, &state)? {
                 needed.push(name);
             }
         }
@@ -323,11 +324,11 @@ impl UpdateJob<'_> {
     /// Fills the stacks that need it. Returns false where it ended early, because the project has changed.
     fn fill(&mut self, opened: &Arc<Opened>, task: &Task) -> Result<bool> {
         let turns = Turns::new(self.source, opened, self.store, &self.request.stops);
-        let survey = Survey::new(opened, self.store);
+        let survey = Survey::new(&opened.project, &opened.site, self.store);
         let mut photos = Vec::new();
-        for name in self.open(opened) {
+        for name in self.open(&opened.site) {
             // Another program may have changed the project meanwhile: the photo is built in the next round.
-            if matches!(survey.state(photo_of(opened, &name))?, StackState::Current(_)) {
+            if matches!(survey.state(photo_of(&opened.site, &name))?, StackState::Current(_)) {
                 photos.push(name);
             }
         }
@@ -342,7 +343,8 @@ impl UpdateJob<'_> {
             force: false,
             keep_former: self.request.keep_former,
         };
-        let filled = fill_in_turns(self.store.project(), opened, &request, &turns, task)?;
+        let filled =
+            fill_in_turns(self.store.project(), &opened.project, &opened.site, &request, &turns, task)?;
         let complete = filled.len() == wanted;
         filled.into_iter().for_each(|filled| self.note_filled(filled, &turns));
         Ok(complete)
@@ -366,6 +368,6 @@ impl UpdateJob<'_> {
     }
 }
 
-fn photo_of<'a>(opened: &'a Opened, name: &str) -> &'a Photo {
-    opened.site.photo(opened.site.photo_named(name).expect("open() keeps photos of the site only"))
+fn photo_of<'a>(site: &'a Site, name: &str) -> &'a Photo {
+    site.photo(site.photo_named(name).expect("open() keeps photos of the site only"))
 }

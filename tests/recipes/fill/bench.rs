@@ -165,10 +165,7 @@ impl Bench {
             site: self.site.clone(),
             whole: self.site.model.clone(),
             points: Default::default(),
-            listed: self.site.photos.len(),
             problems: std::sync::Arc::default(),
-            left_out: Vec::new(),
-            unmasked: Default::default(),
         }
     }
 
@@ -192,7 +189,8 @@ impl Bench {
             force: false,
             keep_former: false,
         };
-        let filled = fill(self.folder.path(), &self.opened(), &request, &Task::silent())?;
+        let opened = self.opened();
+        let filled = fill(self.folder.path(), &opened.project, &opened.site, &request, &Task::silent())?;
         assert!(filled.iter().all(|filled| filled.stack.is_ok()), "{filled:?}");
         Ok(filled)
     }

@@ -40,7 +40,9 @@ fn is_red([r, g, _]: [u8; 3]) -> bool {
 fn rendered(bench: &Bench, without_transients: bool) -> [Vec<[u8; 3]>; 2] {
     let opened = bench.opened();
     let options = PreviewOptions { relief: false, gains: false, ..PreviewOptions::default() };
-    let mut view = open_reference(bench.folder.path(), &opened, &options, &Task::silent()).unwrap();
+    let mut view =
+        open_reference(bench.folder.path(), &opened.project, &opened.site, &options, &Task::silent())
+            .unwrap();
     let photo = &opened.site.photos[0];
     let mut shot = Shot::new(photo.camera, photo.pose);
     shot.blend.without_transients = without_transients;

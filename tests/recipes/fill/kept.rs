@@ -18,7 +18,8 @@ const GROUND: (&str, [[i32; 2]; 2]) = ("ground", [[100, 215], [130, 230]]);
 fn filled(bench: &Bench, options: &FillOptions, force: bool) -> Vec<FilledPhoto> {
     let request =
         FillRequest { options: options.clone(), photos: vec![], memory: 1 << 30, force, keep_former: false };
-    let filled = fill(bench.folder.path(), &bench.opened(), &request, &Task::silent()).unwrap();
+    let opened = bench.opened();
+    let filled = fill(bench.folder.path(), &opened.project, &opened.site, &request, &Task::silent()).unwrap();
     assert!(filled.iter().all(|photo| photo.stack.is_ok()));
     filled
 }

@@ -108,7 +108,9 @@ fn only_what_is_stale_is_filled_again_and_a_new_stack_is_not_filled() {
     let stacks = || built.iter().map(|photo| store.current(photo).unwrap()).collect::<Vec<_>>();
     assert!(stacks().iter().flatten().all(|stack| stack.fill.is_some()), "an up to date build keeps it");
     let state = |options: &FillOptions| {
-        let inputs = FillInputs::new(bench.folder.path(), &bench.opened(), &stacks(), options).unwrap();
+        let opened = bench.opened();
+        let inputs =
+            FillInputs::new(bench.folder.path(), &opened.project, &opened.site, &stacks(), options).unwrap();
         FillState::new(stacks()[0].as_ref().unwrap(), &inputs)
     };
     assert_eq!(state(&options), FillState::Current);

@@ -24,7 +24,8 @@ fn stacks(bench: &Bench) -> Vec<Option<Arc<Stack>>> {
 
 fn projected(bench: &Bench, opened: &Opened) -> Vec<ProjectedPaint> {
     let (stacks, task) = (stacks(bench), Task::silent());
-    let projection = PaintProjection::new(bench.folder.path(), opened, &stacks, &task).unwrap();
+    let projection =
+        PaintProjection::new(bench.folder.path(), &opened.project, &opened.site, &stacks, &task).unwrap();
     let book = PaintStore::new(bench.folder.path()).read().unwrap();
     projection.project(&book, &[0, 1, 2].map(PhotoId), &task).unwrap()
 }

@@ -301,19 +301,23 @@ fn a_dry_run_tells_the_same_and_writes_nothing() {
         force: false,
         keep_former: false,
     };
-    let dry = tell(folder, &opened, &request, &Task::silent()).unwrap();
+    let dry = tell(folder, &opened.project, &opened.site, &request, &Task::silent()).unwrap();
     assert!(bench.files() == before && stack_of(&bench, 1).fill.is_none());
-    let wet = fill(folder, &opened, &request, &Task::silent()).unwrap();
+    let wet = fill(folder, &opened.project, &opened.site, &request, &Task::silent()).unwrap();
     let message =
         |filled: &[FilledPhoto]| filled.iter().map(|photo| photo.propagated.clone()).collect::<Vec<_>>();
     assert!(!message(&dry)[1].is_empty());
     assert_eq!(message(&dry), message(&wet));
-    let again = fill(folder, &opened, &request, &Task::silent()).unwrap();
+    let again = fill(folder, &opened.project, &opened.site, &request, &Task::silent()).unwrap();
     assert!(again.iter().all(|photo| photo.up_to_date));
     assert_eq!(message(&again), message(&wet), "what is up to date still tells it");
-    assert_eq!(message(&tell(folder, &opened, &request, &Task::silent()).unwrap()), message(&wet));
+    assert_eq!(
+        message(&tell(folder, &opened.project, &opened.site, &request, &Task::silent()).unwrap()),
+        message(&wet)
+    );
     let nobody = FillRequest { options: propagating(&["nobody.png"]), ..request };
-    let error = tell(folder, &opened, &nobody, &Task::silent()).unwrap_err().to_string();
+    let error =
+        tell(folder, &opened.project, &opened.site, &nobody, &Task::silent()).unwrap_err().to_string();
     assert!(error.contains("nobody.png"), "{error}");
 }
 
@@ -324,7 +328,9 @@ fn paint_makes_those_fillings_stale_that_it_may_go_into() {
     let states = || {
         let stacks: Vec<_> = (0..3).map(|photo| Some(stack_of(&bench, photo))).collect();
         let options = FillOptions::default();
-        let inputs = FillInputs::new(bench.folder.path(), &bench.opened(), &stacks, &options).unwrap();
+        let opened = bench.opened();
+        let inputs =
+            FillInputs::new(bench.folder.path(), &opened.project, &opened.site, &stacks, &options).unwrap();
         stacks.iter().flatten().map(|stack| FillState::new(stack, &inputs)).collect::<Vec<_>>()
     };
     assert_eq!(states(), [FillState::Current; 3]);

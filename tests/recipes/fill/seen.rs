@@ -35,7 +35,9 @@ fn of_import(number: u32) -> OnlyHere {
 
 fn states(bench: &Bench, options: &FillOptions) -> Vec<FillState> {
     let stacks: Vec<_> = (0..3).map(|photo| Some(stack_of(bench, photo))).collect();
-    let inputs = FillInputs::new(bench.folder.path(), &bench.opened(), &stacks, options).unwrap();
+    let opened = bench.opened();
+    let inputs =
+        FillInputs::new(bench.folder.path(), &opened.project, &opened.site, &stacks, options).unwrap();
     stacks.iter().flatten().map(|stack| FillState::new(stack, &inputs)).collect()
 }
 
@@ -53,7 +55,8 @@ fn files_of_others(bench: &Bench) -> BTreeMap<String, Vec<u8>> {
 fn fill_again(bench: &Bench, options: &FillOptions) {
     let request =
         FillRequest { options: options.clone(), force: true, memory: 1 << 30, ..FillRequest::default() };
-    let filled = fill(bench.folder.path(), &bench.opened(), &request, &Task::silent()).unwrap();
+    let opened = bench.opened();
+    let filled = fill(bench.folder.path(), &opened.project, &opened.site, &request, &Task::silent()).unwrap();
     assert!(filled.iter().all(|photo| photo.stack.is_ok()));
     StackStore::new(bench.folder.path()).clear_former().unwrap();
 }
@@ -133,7 +136,9 @@ fn pins_and_exclusions_win_over_paint_of_other_photos() {
         decisions.set(photo, decided);
         opened.project.decisions = decisions;
         let request = FillRequest { options: everywhere(), memory: 1 << 30, ..FillRequest::default() };
-        replaced(&fill(bench.folder.path(), &opened, &request, &Task::silent()).unwrap())
+        replaced(
+            &fill(bench.folder.path(), &opened.project, &opened.site, &request, &Task::silent()).unwrap(),
+        )
     };
     let free = with("1.png", |_| ());
     assert!(free[0] == 0 && free[1] > 500 && free[2] > 500, "{free:?}");

@@ -69,10 +69,7 @@ impl InMemory {
             site: opened.site.clone(),
             whole: opened.whole.clone(),
             points: opened.points.clone(),
-            listed: opened.listed,
             problems: opened.problems.clone(),
-            left_out: Vec::new(),
-            unmasked: opened.unmasked.clone(),
         });
     }
 
@@ -121,7 +118,7 @@ fn run_with(
 /// The photos whose stacks are current and filled, for the project as it is now.
 fn current(bench: &Bench, source: &InMemory) -> Vec<String> {
     let (store, opened) = (StackStore::new(bench.folder.path()), source.opened());
-    let survey = Survey::new(&opened, &store);
+    let survey = Survey::new(&opened.project, &opened.site, &store);
     let is_current = |state: StackState| matches!(state, StackState::Current(stack) if stack.fill.is_some());
     let photos = opened.site.photos.iter().filter(|photo| is_current(survey.state(photo).unwrap()));
     photos.map(|photo| photo.name.clone()).collect()
@@ -296,7 +293,7 @@ fn continuous_painting_does_not_hold_up_fillings_and_what_lacks_paint_is_not_cur
     assert!(updated[0].filled && matches!(updated[0].end, UpdateEnd::Changed), "{updated:?}");
     let (folder, opened) = (bench.folder.path(), source.opened());
     assert_eq!(
-        stale_fillings(folder, &opened).unwrap(),
+        stale_fillings(folder, &opened.project, &opened.site).unwrap(),
         [PhotoId(0)],
         "it is out of date by the last stroke"
     );
@@ -304,7 +301,7 @@ fn continuous_painting_does_not_hold_up_fillings_and_what_lacks_paint_is_not_cur
     let source = InMemory::still(bench);
     let updated = run(bench, &source, &one_by_one(&["0"]));
     assert!(updated[0].filled && matches!(updated[0].end, UpdateEnd::Current(_)), "{updated:?}");
-    assert!(stale_fillings(folder, &opened).unwrap().is_empty());
+    assert!(stale_fillings(folder, &opened.project, &opened.site).unwrap().is_empty());
 }
 
 #[test]

@@ -10,14 +10,14 @@ use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Spans;
-use quadratura_base::scene::up;
+use quadratura_base::scene::{Site, up};
 use quadratura_base::task::Task;
 use quadratura_document::{Masks, Project};
 use quadratura_io::mask_store::MaskStore;
 use quadratura_recipe::masks::object::{ObjectMasks, from_object};
 use quadratura_recipe::masks::{MaskEdit, edited};
 use quadratura_recipe::named::index_of_photo;
-use quadratura_recipe::open::{Opened, whole_model};
+use quadratura_recipe::open::whole_model;
 use quadratura_recipe::trees::mask::tree_masks;
 use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
 
@@ -91,7 +91,7 @@ pub fn keep_masks(state: &mut State, work: &mut Work) {
         MaskWork::Edits(_) | MaskWork::Object { .. } => "Saving a mask",
     };
     let job = work.jobs.start(&mut state.running, JobKind::Mask, name, move |task| {
-        let made = kept(&folder, &opened, &base, &change, task);
+        let made = kept(&folder, &opened.project, &opened.site, &base, &change, task);
         drop(lock);
         Ok(Box::new(move |state| state.mask_kept(&folder, &base, made)))
     });
@@ -99,20 +99,27 @@ pub fn keep_masks(state: &mut State, work: &mut Work) {
 }
 
 /// Writes the new masks, and reads all masks back.
-fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Task) -> Result<EditedMasks> {
+fn kept(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    base: &Masks,
+    work: &MaskWork,
+    task: &Task,
+) -> Result<EditedMasks> {
     let masks = match work {
-        MaskWork::Edits(edits) => edited(folder, base, edits, &opened.site)?,
+        MaskWork::Edits(edits) => edited(folder, base, edits, site)?,
         MaskWork::Object { photo, object, margin_px } => {
-            let edit = object_edit(folder, opened, photo, object, *margin_px, task)?;
-            edited(folder, base, &[edit], &opened.site)?
+            let edit = object_edit(folder, project, site, photo, object, *margin_px, task)?;
+            edited(folder, base, &[edit], site)?
         }
         MaskWork::Trees { margin_px } => {
-            edited(folder, base, &tree_edits(folder, opened, *margin_px, task)?, &opened.site)?
+            edited(folder, base, &tree_edits(folder, project, site, *margin_px, task)?, site)?
         }
     };
     let (store, before) = (MaskStore::new(folder), base.files());
     let mut read = Vec::new();
-    for photo in &opened.site.photos {
+    for photo in &site.photos {
         let size = [photo.camera.width, photo.camera.height];
         for mask in masks.of(&photo.name).iter().filter(|mask| !before.contains(mask.file.as_str())) {
             read.push((mask.file.clone(), store.read(&mask.file, size)?));
@@ -122,27 +129,34 @@ fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Ta
 }
 
 /// Returns the edits for all trees in all photos; trees that cannot be shown are noted.
-fn tree_edits(folder: &Path, opened: &Opened, margin_px: u32, task: &Task) -> Result<Vec<MaskEdit>> {
-    let (project, photos) = (&opened.project, opened.site.photos.iter().collect::<Vec<_>>());
-    let made = site_trees(folder, &project.trees, up(&opened.site.photos), PlantParts::Geometry, task)?;
+fn tree_edits(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    margin_px: u32,
+    task: &Task,
+) -> Result<Vec<MaskEdit>> {
+    let photos: Vec<_> = site.photos.iter().collect();
+    let made = site_trees(folder, &project.trees, up(&site.photos), PlantParts::Geometry, task)?;
     let Some(SiteTrees { placed, problems }) = made else { return Ok(Vec::new()) };
     problems.into_iter().for_each(|problem| task.note(problem));
     let names: Vec<String> = project.trees.placed.iter().map(|tree| tree.name.clone()).collect();
-    tree_masks(opened, &photos, &placed, &names, margin_px, task)
+    tree_masks(project, site, &photos, &placed, &names, margin_px, task)
 }
 
 /// Returns the edit for an object of the whole model: an excluded object can be masked, too.
 fn object_edit(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     photo: &str,
     object: &str,
     margin_px: u32,
     task: &Task,
 ) -> Result<MaskEdit> {
-    let model = whole_model(folder, &opened.project, task)?;
-    let photo = opened.site.photo(index_of_photo(&opened.site, photo)?);
-    let mut masks = ObjectMasks::new(folder, opened, model, &[object.to_owned()], task)?;
+    let model = whole_model(folder, project, task)?;
+    let photo = site.photo(index_of_photo(site, photo)?);
+    let mut masks = ObjectMasks::new(folder, project, site, model, &[object.to_owned()], task)?;
     let masked = masks.pixels(photo, object, margin_px)?;
     Ok(MaskEdit::Put { photo: photo.name.clone(), from: from_object(object, margin_px), masked })
 }

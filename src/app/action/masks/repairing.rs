@@ -10,12 +10,12 @@ use crate::state::notes::{Note, NoteRemedy, Weight, ago};
 use crate::state::running::JobKind;
 use crate::work::Work;
 use crate::work::jobs::arrival;
-use quadratura_base::scene::Photo;
+use quadratura_base::scene::{Photo, Site};
 use quadratura_document::Project;
 use quadratura_document::masks::{Mask, MaskChange};
 use quadratura_io::mask_file::read_mask;
 use quadratura_io::mask_store::MaskStore;
-use quadratura_recipe::open::{Opened, UnusableMask};
+use quadratura_recipe::open::UnusableMask;
 
 impl State {
     /// Replaces a mask by another one, or removes it, as a step of the history.
@@ -43,12 +43,12 @@ impl State {
 pub fn tell_problems(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let opened = session.opened.clone();
-    let of_masks: Vec<String> = opened.unmasked.iter().map(|it| it.error().to_string()).collect();
-    let others = opened.problems.iter().map(ToString::to_string);
+    let of_masks: Vec<String> = opened.problems.unmasked.iter().map(|it| it.error().to_string()).collect();
+    let others = opened.problems.errors.iter().map(ToString::to_string);
     for problem in others.filter(|problem| !of_masks.contains(problem)) {
         state.notes.add(Note::new(Weight::Problem, problem));
     }
-    tell_masks(state, work, opened.unmasked.to_vec(), "is left out");
+    tell_masks(state, work, opened.problems.unmasked.to_vec(), "is left out");
 }
 
 /// Reports masks that cannot be used, with the consequence `therefore` and remedies.
@@ -92,11 +92,15 @@ pub fn bring_mask(state: &mut State, work: &mut Work, it: UnusableMask, path: Pa
 }
 
 /// Returns the damaged masks of these photos: damage is only found by decoding a mask completely.
-pub fn damaged_masks<'a>(opened: &Opened, photos: impl Iterator<Item = &'a String>) -> Vec<UnusableMask> {
-    let photos = photos.filter_map(|name| opened.site.photos.iter().find(|photo| photo.name == *name));
+pub fn damaged_masks<'a>(
+    project: &Project,
+    site: &Site,
+    photos: impl Iterator<Item = &'a String>,
+) -> Vec<UnusableMask> {
+    let photos = photos.filter_map(|name| site.photos.iter().find(|photo| photo.name == *name));
     let masks_of = |photo: &'_ Photo| {
         let size = [photo.camera.width, photo.camera.height];
-        let masks = opened.project.masks.of(&photo.name).iter().zip(&photo.masks);
+        let masks = project.masks.of(&photo.name).iter().zip(&photo.masks);
         let damaged = masks.filter_map(|(mask, file)| {
             let problem = read_mask(file, size).err()?.to_string();
             Some(UnusableMask { photo: photo.clone(), mask: mask.clone(), problem })

@@ -69,7 +69,8 @@ pub fn look_for_transients(state: &mut State, work: &mut Work, photos: Vec<Strin
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let job =
         work.jobs.start(&mut state.running, JobKind::Suggest, "Finding transient objects", move |task| {
-            let found = suggest(&folder, &opened, &photos, MARGIN_PX, default_memory(), task)?;
+            let found =
+                suggest(&folder, &opened.project, &opened.site, &photos, MARGIN_PX, default_memory(), task)?;
             let list = shown(&folder, found.list, task)?;
             Ok(arrival(move |state| state.transients_found(&folder, &photos, list)))
         });

@@ -14,7 +14,7 @@ impl State {
     pub fn show_missing(&mut self) {
         let Some(session) = &self.session else { return };
         let parts = parts_of(&session.folder, &session.opened.project);
-        let mut missing = missing_photos(&session.opened, &parts);
+        let mut missing = missing_photos(&session.opened.problems, &parts);
         missing.extend(session.missing_since().map(str::to_owned));
         self.opening.dialogs.relinking = Some(Relinking::of_photos(session.folder.clone(), parts, missing));
     }
@@ -32,7 +32,7 @@ pub fn welcome_session(state: &mut State, work: &mut Work) {
     let parts = parts_of(&session.folder, &session.opened.project);
     // Cameras often name more photos than are used; a photo that was built before is missing.
     let built = |photo: &String| session.folder.join("stacks").join(file_name_of_photo(photo)).exists();
-    let missing = missing_photos(&session.opened, &parts);
+    let missing = missing_photos(&session.opened.problems, &parts);
     if missing.iter().any(built) {
         state.opening.dialogs.relinking = Some(Relinking::of_photos(session.folder.clone(), parts, missing));
     }

@@ -22,7 +22,7 @@ impl State {
     /// Shows the decided exposure in the 3D view.
     pub fn show_exposure(&mut self) {
         if let Some(session) = &self.session {
-            self.space.look.exposure = usual_exposure(&session.opened);
+            self.space.look.exposure = usual_exposure(&session.opened.project, &session.opened.site);
         }
     }
 }
@@ -38,7 +38,7 @@ pub fn want_estimate(state: &mut State, work: &mut Work) {
     let sought = asked.clone();
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let job = work.jobs.start(&mut state.running, JobKind::Colour, "Comparing exposures", move |task| {
-        let estimate = Arc::new(estimate(&folder, &opened, &colour, task)?);
+        let estimate = Arc::new(estimate(&folder, &opened.site, &colour, task)?);
         Ok(Box::new(move |state| {
             if state.session.as_ref().is_none_or(|session| session.folder != folder) {
                 return Vec::new();

@@ -72,7 +72,7 @@ pub fn want_both_ways(state: &mut State, work: &mut Work) {
     let ticket = state.quality.fill.both_ways.ticket();
     let job =
         work.jobs.start(&mut state.running, JobKind::Look, "Previewing propagated paint", move |task| {
-            let both = both_ways(&folder, &opened, PICTURE, task)?.map(Arc::new);
+            let both = both_ways(&folder, &opened.project, &opened.site, PICTURE, task)?.map(Arc::new);
             Ok(arrival(move |state| state.quality.fill.both_ways.find(&ticket, both)))
         });
     state.quality.fill.both_ways.is_sought_by(job);
@@ -84,7 +84,7 @@ pub fn want_stale(state: &mut State, work: &mut Work) {
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let ticket = state.quality.fill.stale.ticket();
     let job = work.jobs.start(&mut state.running, JobKind::Look, "Checking fillings", move |_| {
-        let stale = stale_fillings(&folder, &opened)?;
+        let stale = stale_fillings(&folder, &opened.project, &opened.site)?;
         Ok(arrival(move |state| state.quality.fill.stale.find(&ticket, stale)))
     });
     state.quality.fill.stale.is_sought_by(job);
@@ -166,7 +166,7 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
             let (photos, memory) = (Vec::new(), default_memory());
             let request =
                 FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
-            let message = tell(&folder, &opened, &request, task)?;
+            let message = tell(&folder, &opened.project, &opened.site, &request, task)?;
             let propagated = message
                 .into_iter()
                 .filter_map(|it| Some((opened.site.photo_named(&it.photo)?, it.propagated)));

@@ -34,7 +34,8 @@ pub fn renew_surroundings(state: &mut State, work: &mut Work) {
     work.jobs.stop_kind(&mut state.running, JobKind::Surroundings);
     work.jobs.start(&mut state.running, JobKind::Surroundings, "Blending surroundings", move |task| {
         let stacks: Vec<_> = stacks.iter().map(Option::as_deref).collect();
-        let surroundings = Box::new(SiteSurroundings::present(&folder, &opened, &stacks, task)?);
+        let surroundings =
+            Box::new(SiteSurroundings::present(&folder, &opened.project, &opened.site, &stacks, task)?);
         Ok(Box::new(move |state| {
             let is_of = |session: &&Session| {
                 session.folder == folder && Arc::ptr_eq(&session.opened.site.model, &opened.site.model)

@@ -26,7 +26,7 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
     let layer = state.paintable_layer(id).map(|layer| (layer.name.clone(), layer.id.clone()));
     let present = session.history.present();
     let decisions = Some(present.decisions.clone());
-    let trees = TreesInSite::new(&present.trees, &opened);
+    let trees = TreesInSite::new(&present.trees, &opened.project, &opened.site);
     let name = format!("Preparing {} for {}", opened.site.photo(id).name, tool.name);
     let stacks = work.live.stacks.clone();
     work.jobs.start(&mut state.running, JobKind::Export, name, move |task| {

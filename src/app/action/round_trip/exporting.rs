@@ -41,13 +41,13 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
         let written = stacks.take();
         let photos: Vec<&Photo> = chosen.iter().map(|id| opened.site.photo(*id)).collect();
         let evened = match dialog.even {
-            true => even_factors(&folder, &opened, task)?,
+            true => even_factors(&folder, &opened.project, &opened.site, task)?,
             false => BTreeMap::new(),
         };
         let options = ExportOptions {
             format: dialog.format,
             guides: dialog.guides,
-            trees: TreesInSite::new(&project.trees, &opened),
+            trees: TreesInSite::new(&project.trees, &opened.project, &opened.site),
             evened,
             decisions: Some(project.decisions.clone()),
             ..ExportOptions::default()

@@ -74,7 +74,7 @@ fn project_to(state: &mut State, work: &mut Work, book: Arc<PaintBook>, mut phot
     let stacks = stacks_of(&session.photos);
     let number = state.round_trip.projection;
     work.jobs.start(&mut state.running, JobKind::Projection, "Projecting paint", move |task| {
-        let projection = PaintProjection::new(&folder, &opened, &stacks, task)?;
+        let projection = PaintProjection::new(&folder, &opened.project, &opened.site, &stacks, task)?;
         let paint = match projection.project(&book, &photos, task) {
             // Files that only this book names may be gone; the paint that came after it is projected next.
             Err(_) if is_former(&folder, &book) => return Err(Error::Cancelled),

@@ -121,14 +121,5 @@ fn site_of(project: Project) -> Opened {
         .iter()
         .map(|name| quadratura_base::scene::Photo { name: (*name).into(), ..photo.clone() })
         .collect();
-    Opened {
-        project,
-        site,
-        whole: scene.model.clone(),
-        points: Arc::default(),
-        listed: PHOTOS.len(),
-        problems: Arc::default(),
-        left_out: Vec::new(),
-        unmasked: Arc::default(),
-    }
+    Opened { project, site, whole: scene.model.clone(), points: Arc::default(), problems: Arc::default() }
 }

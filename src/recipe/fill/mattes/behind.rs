@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use super::{MatteBasis, SeeThroughPiece};
 use crate::fill::surroundings::SurroundingsFiller;
-use crate::open::Opened;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::Image;
@@ -40,7 +39,7 @@ pub struct Sight {
 impl Sight {
     /// Returns what a photo sees of `pieces`, those of the site's model; `None` where it shows none of them.
     pub fn new(basis: &MatteBasis, own: &Donor, pieces: &[SeeThroughPiece]) -> Option<Self> {
-        let Opened { project, site, .. } = basis.opened;
+        let (project, site) = (basis.project, basis.site);
         let index_of = |item: u32| {
             let item = own.seen(item);
             let found = pieces.binary_search_by_key(&(item.face, item.triangle), |it| (it.face, it.triangle));

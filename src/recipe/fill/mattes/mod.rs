@@ -14,18 +14,17 @@ use self::search::{FoundMattes, Search};
 use super::donors::{PhotoDonors, donors_at_once};
 use super::paint::SitePaint;
 use super::surroundings::SurroundingsFiller;
-use crate::agreement::SiteAgreement;
+use crate::agreement::{AgreementInputs, SiteAgreement};
 use crate::gains::{self, photo_gains};
-use crate::open::Opened;
 use crate::relief::SiteRelief;
 use crate::sources::sources;
 use crate::surroundings::SiteSurroundings;
 use quadratura_base::error::{Error, Message, Remedy, Result};
-use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::{PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::names::file_name_of_photo;
 use quadratura_document::paint::PaintBook;
+use quadratura_document::{Project, Stack};
 use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::paint_store::PaintStore;
@@ -46,8 +45,10 @@ const CACHED: CachedKind = CachedKind { name: "mattes", version: 3 };
 pub struct MatteBasis<'a> {
     /// The project's folder.
     pub folder: &'a Path,
-    /// The project and its site.
-    pub opened: &'a Opened,
+    /// The contents of `project.json`.
+    pub project: &'a Project,
+    /// The project's photos and model.
+    pub site: &'a Site,
     /// The stacks, in the site's order; `None` for photos without one, which get no mattes.
     pub stacks: &'a [Option<Stack>],
     /// Which photos serve which faces.
@@ -69,22 +70,30 @@ pub struct MatteBasis<'a> {
 ///
 /// # Errors
 /// [`Error::Missing`] when no photo has a stack, and the errors of [`SiteMattes::open`] and of what it needs.
-pub fn mattes(folder: &Path, opened: &Opened, force: bool, memory: u64, task: &Task) -> Result<SiteMattes> {
-    let site = &opened.site;
-    let states = super::stacks::states(opened, &StackStore::new(folder))?;
+pub fn mattes(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    force: bool,
+    memory: u64,
+    task: &Task,
+) -> Result<SiteMattes> {
+    let states = super::stacks::states(project, site, &StackStore::new(folder))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
-    let gains = photo_gains(site, &stacks, &opened.project.colour, folder, memory, task)?;
+    let gains = photo_gains(site, &stacks, &project.colour, folder, memory, task)?;
     let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
-    let agreement = SiteAgreement::open(folder, opened, &stacks, &gains, relief.whole(), memory, task)?;
-    let surroundings = SiteSurroundings::open(folder, opened, &stacks, &gains, memory, task)?;
+    let inputs = AgreementInputs::new(project, site, &stacks, memory);
+    let agreement = SiteAgreement::open(folder, site, inputs, &gains, relief.whole(), task)?;
+    let surroundings = SiteSurroundings::open(folder, project, site, &stacks, &gains, memory, task)?;
     let basis = MatteBasis {
         folder,
-        opened,
+        project,
+        site,
         stacks: &stacks,
-        sources: &sources(site, &stacks, &opened.project.decisions),
+        sources: &sources(site, &stacks, &project.decisions),
         gains: &gains,
         relief: relief.whole(),
         agreement: agreement.whole(),
@@ -113,7 +122,7 @@ impl SiteMattes {
     /// # Errors
     /// [`Error::Cancelled`]; [`Error::Request`] for too many see-through faces. A photo that fails is noted and has no mattes; a cache that cannot be written is noted.
     pub fn open(basis: &MatteBasis, force: bool, task: &Task) -> Result<Self> {
-        let Opened { site, .. } = basis.opened;
+        let site = basis.site;
         let surfaces = FillSurfaces::from_model(&site.model);
         let pieces = SeeThroughPiece::of_model(&site.model, &surfaces, &site.photos);
         let photos: Vec<PhotoId> = site.photo_ids().filter(|id| basis.stacks[id.index()].is_some()).collect();
@@ -185,12 +194,12 @@ fn make(
     inputs: &str,
     task: &Task,
 ) -> Result<FoundMattes> {
-    let site = &basis.opened.site;
+    let site = basis.site;
     // Mattes are those of the photos: paint neither hides what they show nor gives colours.
     let (book, options) = (PaintBook::default(), FillOptions::default());
     let store = PaintStore::new(basis.folder);
     let paint = SitePaint::new(&options, &book, &store, basis.stacks, &site.model, surfaces);
-    let donors = PhotoDonors::new(basis.opened, surfaces, &paint, basis.memory, task)
+    let donors = PhotoDonors::new(basis.project, basis.site, surfaces, &paint, basis.memory, task)
         .without_contradicted(basis.agreement);
     let context = FillContext {
         photos: &basis.sources.photos,
@@ -215,13 +224,13 @@ fn make(
 }
 
 fn file_of(basis: &MatteBasis, photo: PhotoId) -> PathBuf {
-    let name = file_name_of_photo(&basis.opened.site.photo(photo).name);
+    let name = file_name_of_photo(&basis.site.photo(photo).name);
     basis.folder.join("cache/mattes").join(format!("{name}.bin"))
 }
 
 /// Returns the hash of everything that mattes are made from.
 fn inputs(basis: &MatteBasis, pieces: &[SeeThroughPiece]) -> String {
-    let Opened { project, site, .. } = basis.opened;
+    let (project, site) = (basis.project, basis.site);
     let serving = super::servers::serving(basis.sources);
     let all = (
         (VERSION, donors_at_once(site, basis.memory).min(MOST_DONORS), project.options.tolerance),

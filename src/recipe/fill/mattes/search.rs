@@ -124,7 +124,7 @@ impl Search<'_> {
         photo: PhotoId,
         work: impl FnOnce(&mut Self, &Donor, &Sight, &Task) -> Result<T>,
     ) -> Result<Option<T>> {
-        let task = self.task.with_subject(&self.basis.opened.site.photo(photo).name);
+        let task = self.task.with_subject(&self.basis.site.photo(photo).name);
         let tried = || {
             let own: Option<Arc<Donor>> = self.context.source.own(photo)?;
             let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;

@@ -36,7 +36,7 @@ pub fn make_all(bench: &Workbench<ImageRequest, BuiltImage>, memory: u64) {
 
 /// Reads the stacks of a project; gains and relief are those that it is drawn with.
 fn open(inputs: &LiveInputs) -> Result<LdiSite<'_>> {
-    let mut site = LdiSite::open(&inputs.folder, &inputs.opened)?;
+    let mut site = LdiSite::open(&inputs.folder, &inputs.opened.project, &inputs.opened.site)?;
     site.set_estimates(inputs.gains.clone(), inputs.relief.clone(), &[]);
     Ok(site)
 }

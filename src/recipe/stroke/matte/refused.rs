@@ -1,17 +1,17 @@
 //! Why a stroke of the matte brush has nothing to change: each cause by itself, with what to do.
 
-use crate::open::Opened;
 use quadratura_base::error::{Error, Remedy};
 use quadratura_base::geometry::{PixelRect, Spans};
-use quadratura_document::Stack;
+use quadratura_base::scene::Site;
 use quadratura_document::stack::ImageLayer;
 use quadratura_document::stroke::Stroke;
+use quadratura_document::{Project, Stack};
 
 /// The number of layers or objects that an error lists.
 const LISTED: usize = 3;
 
 /// Returns the error for a stroke that no layer with a matte is under. `under` are the pixels of the photo under it.
-pub fn nothing_under(stroke: &Stroke, under: &Spans, stack: &Stack, opened: &Opened) -> Error {
+pub fn nothing_under(stroke: &Stroke, under: &Spans, stack: &Stack, project: &Project, site: &Site) -> Error {
     let photo = &stack.photo;
     if under.is_empty() {
         return Error::Request(format!(
@@ -20,13 +20,13 @@ pub fn nothing_under(stroke: &Stroke, under: &Spans, stack: &Stack, opened: &Ope
         ));
     }
     match &stroke.layer {
-        Some(token) => of_layer(token, stack, opened),
-        None => of_any(stack, opened),
+        Some(token) => of_layer(token, stack, project),
+        None => of_any(stack, project, site),
     }
 }
 
 /// Explains why the layer that a stroke names is not changed.
-fn of_layer(token: &str, stack: &Stack, opened: &Opened) -> Error {
+fn of_layer(token: &str, stack: &Stack, project: &Project) -> Error {
     let photo = &stack.photo.name;
     let Some(index) = stack.layer_with_token(token) else {
         let found =
@@ -43,7 +43,7 @@ fn of_layer(token: &str, stack: &Stack, opened: &Opened) -> Error {
         ));
     }
     match has_matte(layer) {
-        false => without_mattes(stack, &[layer], opened),
+        false => without_mattes(stack, &[layer], project),
         true => Error::Request(format!(
             "the stroke of the matte brush is beside the image layer {named} of {photo}, which {}; draw it there, or select \
              another layer",
@@ -53,11 +53,11 @@ fn of_layer(token: &str, stack: &Stack, opened: &Opened) -> Error {
 }
 
 /// Explains why no layer of a photo is changed by a stroke that names none.
-fn of_any(stack: &Stack, opened: &Opened) -> Error {
+fn of_any(stack: &Stack, project: &Project, site: &Site) -> Error {
     let photo = &stack.photo.name;
     let layers: Vec<&ImageLayer> =
         stack.image_layers.iter().filter(|layer| is_see_through(stack, layer)).collect();
-    let model = &opened.site.model;
+    let model = &site.model;
     if layers.is_empty() && !model.has_see_through() {
         return Error::Request(
             "no object of the model is see-through, so that there are no mattes to paint on; billboards that turn are, and \
@@ -75,7 +75,7 @@ fn of_any(stack: &Stack, opened: &Opened) -> Error {
     }
     let with: Vec<&ImageLayer> = layers.iter().copied().filter(|layer| has_matte(layer)).collect();
     if with.is_empty() {
-        return without_mattes(stack, &layers, opened);
+        return without_mattes(stack, &layers, project);
     }
     let places: Vec<String> = with
         .iter()
@@ -93,7 +93,7 @@ fn of_any(stack: &Stack, opened: &Opened) -> Error {
 }
 
 /// Explains why see-through layers of a photo have no mattes.
-fn without_mattes(stack: &Stack, layers: &[&ImageLayer], opened: &Opened) -> Error {
+fn without_mattes(stack: &Stack, layers: &[&ImageLayer], project: &Project) -> Error {
     let photo = &stack.photo.name;
     let names = some(layers.iter().flat_map(|layer| objects(stack, layer)).collect());
     if stack.fill.is_none() {
@@ -102,7 +102,7 @@ fn without_mattes(stack: &Stack, layers: &[&ImageLayer], opened: &Opened) -> Err
         );
         return Error::missing((found, Remedy::Fill, " fills them"));
     }
-    if opened.project.fill.no_mattes {
+    if project.fill.no_mattes {
         return Error::Request(format!(
             "{names} in {photo} has no matte, because the project's options leave see-through objects solid (`no_mattes`); \
              `fill --mattes --save-options` changes that"

@@ -5,13 +5,13 @@ use std::path::Path;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::fit::{PixelBlock, ground_of_sky};
-use crate::open::Opened;
 use crate::trees::mask::ModelNearness;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, PixelRect, Spans};
 use quadratura_base::scene::light::LINEAR_FROM_BYTE;
-use quadratura_base::scene::{Photo, PhotoId, PhotoPixels};
+use quadratura_base::scene::{Photo, PhotoId, PhotoPixels, Site};
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
 use quadratura_foliage::{
     InLights, OutdoorLight, PlacedSpecies, PlacedTrees, Shades, SunShade, Tree, View, draw_in_lights,
@@ -60,19 +60,21 @@ pub struct TreeInPhoto {
 /// [`Error::Cancelled`]; [`Error::Input`] and [`Error::Io`] for masks that cannot be read.
 pub fn blocks(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     placed: &PlacedTrees,
     gains: &Gains,
     task: &Task,
 ) -> Result<Vec<TreeInPhoto>> {
-    let photographed = photographed(opened, placed);
+    let photographed = photographed(project, site, placed);
     let total = photographed.iter().filter(|trees| !trees.is_empty()).count() as u64;
     let (mut found, mut done) = (Vec::new(), 0);
-    for (id, photo) in opened.site.numbered_photos().filter(|(id, _)| !photographed[id.index()].is_empty()) {
+    for (id, photo) in site.numbered_photos().filter(|(id, _)| !photographed[id.index()].is_empty()) {
         task.step("light on trees", done, total)?;
         match read_photo(&photo.file, photo.camera.width, photo.camera.height) {
             Ok(pixels) => {
-                let of_photo = PhotoWithTrees { folder, opened, placed, gains, id, photo, pixels: &pixels };
+                let of_photo =
+                    PhotoWithTrees { folder, project, site, placed, gains, id, photo, pixels: &pixels };
                 found.extend(of_photo.blocks(&photographed[id.index()], task)?);
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -88,16 +90,19 @@ pub fn blocks(
 }
 
 /// Returns the trees that are masked in each photo, for each tree in those photos that show most of it.
-fn photographed<'a>(opened: &'a Opened, placed: &'a PlacedTrees) -> Vec<Vec<PhotographedTree<'a>>> {
-    let mut photographed: Vec<Vec<PhotographedTree<'_>>> =
-        opened.site.photos.iter().map(|_| Vec::new()).collect();
+fn photographed<'a>(
+    project: &'a Project,
+    site: &'a Site,
+    placed: &'a PlacedTrees,
+) -> Vec<Vec<PhotographedTree<'a>>> {
+    let mut photographed: Vec<Vec<PhotographedTree<'_>>> = site.photos.iter().map(|_| Vec::new()).collect();
     for (index, tree) in placed.trees.iter().enumerate() {
         let is_of_it = |mask: &&Mask| matches!(&mask.from, MaskOrigin::Tree(MaskedTree { name, .. }) if *name == tree.name);
         let in_photo = |(id, photo): (PhotoId, &Photo)| {
-            let mask = opened.project.masks.of(&photo.name).iter().find(is_of_it)?;
+            let mask = project.masks.of(&photo.name).iter().find(is_of_it)?;
             (mask.pixels > 0).then_some((id, mask))
         };
-        let mut masks: Vec<(PhotoId, &Mask)> = opened.site.numbered_photos().filter_map(in_photo).collect();
+        let mut masks: Vec<(PhotoId, &Mask)> = site.numbered_photos().filter_map(in_photo).collect();
         masks.sort_by_key(|(id, mask)| (u64::MAX - mask.pixels, *id));
         for (id, mask) in masks.into_iter().take(MOST_PHOTOS) {
             photographed[id.index()].push(PhotographedTree { tree: index, mask });
@@ -109,7 +114,8 @@ fn photographed<'a>(opened: &'a Opened, placed: &'a PlacedTrees) -> Vec<Vec<Phot
 /// A photo that shows trees.
 struct PhotoWithTrees<'a> {
     folder: &'a Path,
-    opened: &'a Opened,
+    project: &'a Project,
+    site: &'a Site,
     placed: &'a PlacedTrees,
     gains: &'a Gains,
     id: PhotoId,
@@ -120,8 +126,8 @@ struct PhotoWithTrees<'a> {
 impl PhotoWithTrees<'_> {
     fn blocks(&self, photographed: &[PhotographedTree<'_>], task: &Task) -> Result<Vec<TreeInPhoto>> {
         let small = Photo { camera: drawn_camera(&self.photo.camera), ..self.photo.clone() };
-        let tolerance = self.opened.project.options.tolerance;
-        let model = ModelNearness::new(&self.opened.site.model, &small, tolerance);
+        let tolerance = self.project.options.tolerance;
+        let model = ModelNearness::new(&self.site.model, &small, tolerance);
         let quiet = Task::silent().with_stop_flag(task.stop_flag());
         let tree = |photographed: &PhotographedTree<'_>| &self.placed.trees[photographed.tree];
         let draw = |photographed: &PhotographedTree<'_>| {
@@ -160,7 +166,7 @@ impl PhotoWithTrees<'_> {
 
     /// Returns the pixels of masks that are not those of trees: what hides trees there is none of the model.
     fn other_masks(&self) -> Result<Spans> {
-        let masks = self.opened.project.masks.of(&self.photo.name).iter();
+        let masks = self.project.masks.of(&self.photo.name).iter();
         let others = masks.filter(|mask| !matches!(mask.from, MaskOrigin::Tree(_)));
         others.map(|mask| self.read_mask(mask)).try_fold(Spans::default(), |all, mask| Ok(all.union(&mask?)))
     }

@@ -25,7 +25,6 @@ pub use self::ratios::{TreeRatios, set_ratios};
 use crate::budget::default_memory;
 use crate::gains;
 use crate::inputs::hash_of_model;
-use crate::open::Opened;
 use crate::trees::mask::masks_of;
 use crate::trees::shine;
 use crate::trees::sunlight::SunBlockers;
@@ -92,7 +91,7 @@ pub enum LightSupport {
     ClearDay,
 }
 
-/// Returns the estimate of the light on the trees of an opened project: the one in `cache/` if it was made from the same photos,
+/// Returns the estimate of the light on the trees of a project: the one in `cache/` if it was made from the same photos,
 /// masks and trees, else a new one, which is kept there. `wood` is what is drawn of the trees. Their paint has no part in it: the
 /// photos do not show it, so that light which makes up for it would take it away.
 ///
@@ -101,39 +100,40 @@ pub enum LightSupport {
 /// noted.
 pub fn estimated_light(
     folder: &Path,
-    opened: &Opened,
+    project: &Project,
+    site: &Site,
     placed: &PlacedTrees,
     task: &Task,
 ) -> Result<LightEstimate> {
     let mut placed = placed.without_paint();
     let store = StackStore::new(folder);
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
-    let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
-    let inputs = inputs(&opened.project, &opened.site, &placed, &gains::inputs(&opened.site, &stacks));
-    if let Some(kept) = kept(folder, &inputs, &opened.site, &placed) {
+    let stacks: Vec<Option<Stack>> = site.photos.iter().map(stack).collect();
+    let inputs = inputs(project, site, &placed, &gains::inputs(site, &stacks));
+    if let Some(kept) = kept(folder, &inputs, site, &placed) {
         return Ok(kept);
     }
     // Planned trees are in no photo, and shade none of the real ones.
-    let is_real = |tree: &Tree| is_in_photos(&opened.project, tree);
-    SunBlockers::new(&opened.site.model).shade_by(&mut placed, &is_real, task)?;
+    let is_real = |tree: &Tree| is_in_photos(project, tree);
+    SunBlockers::new(&site.model).shade_by(&mut placed, &is_real, task)?;
     let placed = &placed;
     let memory = default_memory();
-    let gains = gains::photo_gains(&opened.site, &stacks, &opened.project.colour, folder, memory, task)?;
-    let shown = blocks(folder, opened, placed, &gains, task)?;
+    let gains = gains::photo_gains(site, &stacks, &project.colour, folder, memory, task)?;
+    let shown = blocks(folder, project, site, placed, &gains, task)?;
     let of_all: Vec<PixelBlock> =
         shown.iter().flat_map(|of| of.blocks.iter().map(|(_, block)| *block)).collect();
     let estimate = match fit(&of_all) {
         Some(Fit { strength, photos, blocks, residual, is_split: split, of_foliage }) => LightEstimate {
             strength,
             support: LightSupport::Photos { photos, blocks, residual, split },
-            ratios: ratios(&shown, &strength, &of_foliage, &opened.site, placed),
+            ratios: ratios(&shown, &strength, &of_foliage, site, placed),
         },
-        None => match light_of_faces(&opened.site, placed, &gains, task)? {
+        None => match light_of_faces(site, placed, &gains, task)? {
             Some((strength, pixels)) => LightEstimate::plain(strength, LightSupport::Faces { pixels }),
             None => LightEstimate::plain(clear_day(), LightSupport::ClearDay),
         },
     };
-    if let Err(error) = keep(folder, inputs, &estimate, &opened.site) {
+    if let Err(error) = keep(folder, inputs, &estimate, site) {
         task.note(Message::from("the light on trees cannot be cached: ").and(&error));
     }
     Ok(estimate)

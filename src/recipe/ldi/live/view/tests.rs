@@ -66,10 +66,7 @@ fn bench_with(on: WarpOn, image: impl Fn(PhotoId, Pinhole, Pose) -> Ldi + Send +
         site,
         whole: scene.model.clone(),
         points: Arc::default(),
-        listed: 4,
         problems: Arc::default(),
-        left_out: Vec::new(),
-        unmasked: Arc::default(),
     };
     let inputs =
         LiveInputs { folder: "none".into(), opened: Arc::new(opened), gains: Gains::none(4), relief: None };
