@@ -121,7 +121,9 @@ fn layers_are_pulled_apart_named_selected_and_put_together_again() {
     let Some((mut harness, _)) = built(folder.path()) else { return };
     let before = harness.state().space.viewpoint;
     harness.key_press(Key::V);
-    wait(&mut harness, "the sheets", |editor| editor.textures.space.layers.are_complete(editor));
+    wait(&mut harness, "the sheets", |editor| {
+        editor.scene().is_some_and(|scene| editor.textures.space.layers.are_complete(scene))
+    });
     wait(&mut harness, "their places", |editor| {
         let exploded = &editor.space.exploded;
         (exploded.now_apart - exploded.apart).abs() < 1e-3
@@ -343,7 +345,9 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
         harness.state().session.as_ref().unwrap().history.undoes().map(str::to_owned)
     };
     let placing = Some("placing of bush_1".to_owned());
-    let ground = place_of(&mut harness, |editor, pixel| editor.ground_at(pixel).is_some());
+    let ground = place_of(&mut harness, |editor, pixel| {
+        editor.scene().and_then(|scene| scene.ground_at(pixel)).is_some()
+    });
     harness.drag_at(ground);
     harness.step();
     assert_eq!(harness.state().selected_tree().unwrap().name, "bush_1");
@@ -362,7 +366,9 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
     // It is picked by what is drawn, and named in the list.
     wait_for_trees(&mut harness);
     harness.state_mut().select(Selection::Nothing);
-    let on_tree = place_of(&mut harness, |editor, pixel| editor.tree_at(pixel).is_some());
+    let on_tree = place_of(&mut harness, |editor, pixel| {
+        editor.scene().and_then(|scene| scene.tree_at(pixel)).is_some()
+    });
     harness.drag_at(on_tree);
     harness.drop_at(on_tree);
     wait(&mut harness, "the selection", |editor| editor.selected_tree().is_some());
@@ -402,7 +408,7 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
             f64::from(at.x) * f64::from(size_px[0]),
             f64::from(at.y) * f64::from(size_px[1]),
         );
-        editor.tree_at(&ViewPixel { viewpoint: editor.space.viewpoint, size_px, at_px })
+        editor.scene()?.tree_at(&ViewPixel { viewpoint: editor.space.viewpoint, size_px, at_px })
     };
     // On a busy machine, the trees that are sent may still be those before.
     wait(&mut harness, "that the tree is hidden", |editor| number(editor).is_none());

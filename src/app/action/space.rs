@@ -117,7 +117,8 @@ fn follow_selection(state: &mut State) {
 
 /// Starts making the pictures of the layers that are pulled apart, unless they exist or are being made.
 fn want_layer_pictures(state: &mut State, work: &mut Work) {
-    let (Some(version), Some(session)) = (state.version_apart(), &state.session) else { return };
+    let Some(scene) = state.scene() else { return };
+    let (Some(version), session) = (scene.version_apart(), scene.session) else { return };
     let folder = StackStore::new(&session.folder).folder(&version.stack.photo.name);
     let stack = version.stack.clone();
     let request = ResultRequest {

@@ -257,10 +257,10 @@ fn take_up(state: &mut State) {
 
 /// Takes the tree under the pointer, or places one where a surface is.
 fn press(state: &mut State, pixel: &ViewPixel) {
-    let Some(session) = &state.session else { return };
-    let before = session.history.present().clone();
     state.end_gesture();
-    if state.shows_tree_of_before(pixel) {
+    let Some(scene) = state.scene() else { return };
+    let before = scene.session.history.present().clone();
+    if scene.shows_tree_of_before(pixel) {
         state.notify(Note::new(
             Weight::Info,
             "Place tree: the trees in the picture have just changed; click again",
@@ -268,7 +268,7 @@ fn press(state: &mut State, pixel: &ViewPixel) {
         return;
     }
     // A tree that was placed just now is taken as well, before it is drawn.
-    if let Some(index) = state.tree_at(pixel).or_else(|| state.undrawn_tree_at(pixel)) {
+    if let Some(index) = scene.tree_at(pixel).or_else(|| scene.undrawn_tree_at(pixel)) {
         state.select(Selection::Tree(index));
     } else if !place(state, pixel) {
         return;
@@ -280,7 +280,7 @@ fn press(state: &mut State, pixel: &ViewPixel) {
 
 /// Places a tree with its foot on the surface under the pointer, and selects it; returns false where that is not possible.
 fn place(state: &mut State, pixel: &ViewPixel) -> bool {
-    let Some(ground) = state.ground_at(pixel) else {
+    let Some(ground) = state.scene().and_then(|scene| scene.ground_at(pixel)) else {
         let text = "Place tree: there is no surface here to stand on";
         state.notify(Note::new(Weight::Info, text));
         return false;
@@ -313,7 +313,7 @@ fn drag(state: &mut State, pixel: &ViewPixel, hold: Hold) {
     let Some(mut held) = state.trees.hand.held.take() else { return };
     let Some(now) = state.trees().and_then(|trees| trees.find(held.name())).cloned() else { return };
     held.hold_for(hold, &now, held_size(state, &now), pixel.at_px);
-    let ground = |at_px| -> Option<DVec3> { state.ground_at(&ViewPixel { at_px, ..*pixel }) };
+    let ground = |at_px| -> Option<DVec3> { state.scene()?.ground_at(&ViewPixel { at_px, ..*pixel }) };
     if let Some(tree) = held.dragged(pixel, ground).filter(|tree| *tree != now) {
         let name = tree.name.clone();
         set(state, &name, &tree, hold.word(), true);

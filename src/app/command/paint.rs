@@ -6,6 +6,7 @@ use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
 use crate::state::State;
 use crate::state::request::{Flag, RoundTripRequest, WindowRequest};
 use crate::state::running::JobKind;
+use crate::state::session::Session;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[&EDIT, &EDIT_FRESH, &CHOOSE_EDITOR, &TAKE_BACK, &SHOW_EDITING];
@@ -77,11 +78,16 @@ pub const EXPORT: Command = Command {
 pub const SHOW_EDITING: Command = Command {
     name: "Show painted files",
     tooltip: "Shows the folder of the edited files in the system's file manager.",
-    ready: |state| match state.editing_folder() {
+    ready: |state| match state.session.as_ref().and_then(Session::editing_folder) {
         Some(_) => Ok(()),
         None => Err("no photo was opened in an image editor yet"),
     },
-    request: |state| RoundTripRequest::ShowFolder(state.editing_folder().unwrap_or_default()).into(),
+    request: |state| {
+        RoundTripRequest::ShowFolder(
+            state.session.as_ref().and_then(Session::editing_folder).unwrap_or_default(),
+        )
+        .into()
+    },
     ..PAINT
 };
 

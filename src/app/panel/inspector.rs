@@ -8,57 +8,17 @@ use super::inspect::next::{next_ui, site_steps_ui};
 use super::inspect::surface::{face_page, object_page};
 use super::inspect::tree::tree_page;
 use super::inspect::trees::trees_page;
+use super::inspect::view::InspectorView;
 use super::{button, counted, grouped, layer_options, masks, percent, title};
-use crate::command::{Commands, paint, view};
-use crate::state::State;
-use crate::state::flat::FlatViews;
-use crate::state::masking::Masking;
+use crate::command::{paint, view};
 use crate::state::next_steps::NextStep;
-use crate::state::quality::filling::FillSession;
 use crate::state::request::{DecideRequest, Request};
-use crate::state::selection::{Selection, SelectionState};
+use crate::state::selection::Selection;
 use crate::state::session::Session;
-use crate::state::trees::TreesState;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::Stack;
 use quadratura_recipe::decide::decided;
 use quadratura_recipe::layer_table::LayerFigures;
-
-/// What the inspector shows.
-pub struct InspectorView<'a> {
-    /// The commands that the panel offers.
-    pub commands: Commands<'a>,
-    /// The open project.
-    pub session: Option<&'a Session>,
-    /// What is selected.
-    pub selection: &'a SelectionState,
-    /// The facts about fillings.
-    pub fill: &'a FillSession,
-    /// Masks of photos.
-    pub masking: &'a Masking,
-    /// The flat views.
-    pub flat: &'a FlatViews,
-    /// The trees of the project.
-    pub trees: &'a TreesState,
-    /// The photo that commands on a photo apply to.
-    pub photo: Option<PhotoId>,
-}
-
-impl<'a> InspectorView<'a> {
-    /// Borrows what the panel shows.
-    pub fn new(state: &'a State) -> Self {
-        Self {
-            commands: Commands::of(state),
-            session: state.session.as_ref(),
-            selection: &state.selection,
-            fill: &state.quality.fill,
-            masking: &state.masking,
-            flat: &state.flat,
-            trees: &state.trees,
-            photo: state.selected_photo(),
-        }
-    }
-}
 
 /// Draws the inspector.
 pub fn inspector_ui(ui: &mut Ui, view: &InspectorView<'_>, requests: &mut Vec<Request>) {

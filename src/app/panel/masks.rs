@@ -5,7 +5,7 @@ use eframe::egui::{DragValue, Ui};
 use super::button;
 use super::{counted, link_ui, percent, small_button};
 use crate::command::{Command, mask};
-use crate::panel::inspector::InspectorView;
+use crate::panel::inspect::view::InspectorView;
 use crate::state::masking::keeping::MaskWork;
 use crate::state::masking::origin_words;
 use crate::state::masking::suggested::ShownSuggestion;

@@ -4,7 +4,7 @@ use eframe::egui::Ui;
 
 use super::colour::ColourView;
 use super::fill::FillView;
-use super::inspector::InspectorView;
+use super::inspect::view::InspectorView;
 use super::paint::{PaintTextures, PaintView};
 use super::{colour, fill, inspector, paint};
 use crate::state::State;

@@ -4,7 +4,8 @@ use eframe::egui::Ui;
 
 use super::textures::Textures;
 use crate::panel::layer::{LayerPaneView, layer_ui};
-use crate::panel::photo::{PhotoMemory, PhotoView, PhotoViewTextures, photo_ui};
+use crate::panel::photo::view::PhotoView;
+use crate::panel::photo::{PhotoMemory, PhotoViewTextures, photo_ui};
 use crate::state::State;
 use crate::state::request::Request;
 

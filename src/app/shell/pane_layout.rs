@@ -7,6 +7,7 @@ use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiR
 use super::flat::{layer_view, photo_view};
 use super::textures::Textures;
 use crate::panel::space::space_ui;
+use crate::panel::space::view::SpacePaneView;
 use crate::state::State;
 use crate::state::panes::{KeyOwner, Pane, PaneVisibility, Panes};
 use crate::state::request::Request;
@@ -100,7 +101,8 @@ pub fn centre_ui(
 /// Draws the 3D view on a copy of what it remembers.
 fn space_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, requests: &mut Vec<Request>) {
     let mut it = SpaceMemory::new(state);
-    space_ui(ui, state, &mut it, &mut textures.space, &textures.photos, requests);
+    let Some(view) = SpacePaneView::new(state) else { return };
+    space_ui(ui, &view, &mut it, &mut textures.space, &textures.photos, requests);
     it.put_back(state);
 }
 

@@ -1,6 +1,6 @@
 //! The way from a new project to its first painted layer, and how far it is gone.
 
-use super::State;
+use super::session::Session;
 
 /// A step of the way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,12 +20,10 @@ impl FirstStep {
     pub const ALL: [Self; 4] = [Self::Build, Self::Fill, Self::Edit, Self::Save];
 }
 
-impl State {
-    /// Returns whether a step was done, in this run or an earlier one.
-    pub fn is_done(&self, step: FirstStep) -> bool {
-        let Some(session) = &self.session else { return false };
-        let is_painted = !self.round_trip.painted.is_empty();
-        let built = || session.photos.iter().filter_map(|photo| photo.stack.as_ref());
+impl Session {
+    /// Returns whether a step was done, in this run or an earlier one; `is_painted`: the project has paint.
+    pub fn is_done(&self, step: FirstStep, is_painted: bool) -> bool {
+        let built = || self.photos.iter().filter_map(|photo| photo.stack.as_ref());
         match step {
             FirstStep::Build => built().next().is_some(),
             FirstStep::Fill => {
@@ -37,7 +35,7 @@ impl State {
     }
 
     /// Returns the first step that was not done; `None` where a layer is painted.
-    pub fn next_first_step(&self) -> Option<FirstStep> {
-        FirstStep::ALL.into_iter().find(|step| !self.is_done(*step))
+    pub fn next_first_step(&self, is_painted: bool) -> Option<FirstStep> {
+        FirstStep::ALL.into_iter().find(|step| !self.is_done(*step, is_painted))
     }
 }

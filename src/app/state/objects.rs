@@ -7,7 +7,7 @@ use super::notes::{Note, Weight};
 use super::request::{JobRequest, Request};
 use super::selection::Selection;
 use super::session::{PhotoStatus, Session};
-use quadratura_base::scene::Model;
+use quadratura_base::scene::{Model, ObjectId};
 use quadratura_document::Project;
 use quadratura_recipe::impostors::{self, ImpostorEdit};
 use quadratura_recipe::objects::{ObjectEdit, edited};
@@ -81,14 +81,8 @@ impl State {
 
     /// Returns the name of the selected object, or of the object of the selected face.
     pub fn selected_object(&self) -> Option<String> {
-        let model = self.session.as_ref()?.model();
-        let object = match self.selection.main {
-            Selection::Object(object) => object,
-            Selection::Face(face) => model.face(face).object,
-            Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => return None,
-            Selection::Tree(_) | Selection::Trees => return None,
-        };
-        Some(model.object(object).name.clone())
+        let session = self.session.as_ref()?;
+        Some(session.model().object(session.object_of(self.selection.main)?).name.clone())
     }
 
     fn switch_objects(&mut self, step: String, edit: ObjectEdit) {
@@ -133,6 +127,16 @@ fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
 }
 
 impl Session {
+    /// Returns the object that is selected, or whose face is.
+    pub fn object_of(&self, selection: Selection) -> Option<ObjectId> {
+        match selection {
+            Selection::Object(object) => Some(object),
+            Selection::Face(face) => Some(self.model().face(face).object),
+            Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => None,
+            Selection::Tree(_) | Selection::Trees => None,
+        }
+    }
+
     /// Returns whether it was decided about an object, by name, that it turns, is see-through, or the opposite.
     pub fn is_decided_about(&self, name: &str) -> bool {
         let project = self.history.present();

@@ -173,9 +173,9 @@ fn an_object_that_a_photo_does_not_texture_any_more_says_so_and_is_given_back() 
 
 #[test]
 fn the_first_steps_lead_to_the_first_painted_layer() {
-    assert_eq!(TestBench::new().state.next_first_step(), Some(FirstStep::Build));
-    let mut bench = layered();
-    assert_eq!(bench.state.next_first_step(), Some(FirstStep::Fill));
-    bench.state.round_trip.painted.insert(PHOTOS[0].into());
-    assert!(bench.state.is_done(FirstStep::Edit) && bench.state.is_done(FirstStep::Save));
+    assert_eq!(TestBench::new().session().next_first_step(false), Some(FirstStep::Build));
+    let bench = layered();
+    assert_eq!(bench.session().next_first_step(false), Some(FirstStep::Fill));
+    let is_done = |step| bench.session().is_done(step, true);
+    assert!(is_done(FirstStep::Edit) && is_done(FirstStep::Save));
 }

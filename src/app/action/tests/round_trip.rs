@@ -202,9 +202,9 @@ fn an_export_says_how_much_it_wrote_and_what_failed() {
 fn the_watch_begins_with_the_folder_of_documents_and_ends_with_the_project() {
     let mut bench = TestBench::new();
     bench.request(RoundTripRequest::WatchForSaves);
-    assert!(bench.work.watching.is_none() && bench.state.editing_folder().is_none());
+    assert!(bench.work.watching.is_none() && bench.session().editing_folder().is_none());
     std::fs::create_dir_all(quadratura_recipe::editing::folder(bench.folder())).unwrap();
-    assert!(bench.state.editing_folder().is_some());
+    assert!(bench.session().editing_folder().is_some());
     bench.request(RoundTripRequest::WatchForSaves);
     assert!(bench.work.watching.is_some());
     crate::action::build::close_project(&mut bench.state, &mut bench.work);

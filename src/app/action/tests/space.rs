@@ -14,6 +14,7 @@ use crate::state::space::images::DrawnFrom;
 use crate::state::space::memory::SpaceMemory;
 use crate::state::space::picking::{ViewPixel, ball_of, faces_of};
 use crate::state::space::picture::{PaintedPicture, PictureRequest};
+use crate::state::space::scene::ShownScene;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::LayerIndex;
 use quadratura_recipe::ldi::live::LiveStatus;
@@ -22,6 +23,10 @@ use quadratura_view::navigation::Viewpoint;
 
 /// The time after which every flight of the view has ended, in seconds.
 const LANDED_S: f64 = 2.0;
+
+fn scene(bench: &TestBench) -> ShownScene<'_> {
+    bench.state.scene().expect("a project is open")
+}
 
 /// Makes a bench whose view has moved back until all is seen: it looks through no photo.
 fn far_away() -> TestBench {
@@ -276,7 +281,7 @@ fn the_face_under_the_pointer_is_the_one_that_the_picture_shows() {
     let mut bench = TestBench::new();
     let viewpoint = show_faces(&mut bench, &[3, 0, 1]);
     let at = |x: f64| ViewPixel { viewpoint, size_px: [300, 100], at_px: DVec2::new(x, 50.0) };
-    let found = [0.0, 99.0, 101.0, 299.0].map(|x| bench.state.face_at(&at(x)));
+    let found = [0.0, 99.0, 101.0, 299.0].map(|x| scene(&bench).face_at(&at(x)));
     assert_eq!(found, [Some(FaceId(2)), Some(FaceId(2)), None, Some(FaceId(0))]);
 }
 
@@ -285,8 +290,8 @@ fn the_face_of_a_view_without_picture_is_the_one_that_the_ray_meets() {
     let mut bench = TestBench::new();
     let viewpoint = bench.session().viewpoint_of(PhotoId(0));
     let pixel = ViewPixel { viewpoint, size_px: [300, 200], at_px: DVec2::new(150.0, 100.0) };
-    let face = bench.state.face_at(&pixel).expect("the photo shows a face in its middle");
-    let point = bench.state.point_at(&pixel).unwrap();
+    let face = scene(&bench).face_at(&pixel).expect("the photo shows a face in its middle");
+    let point = scene(&bench).point_at(&pixel).unwrap();
     let plane = &bench.session().model().face(face).plane;
     assert!(plane.normal.dot(point - plane.point).abs() < 1e-9);
     // A picture of another viewpoint says nothing about this one.
@@ -294,8 +299,8 @@ fn the_face_of_a_view_without_picture_is_the_one_that_the_ray_meets() {
     show_faces(&mut bench, &[other.0 + 1]);
     let mut moved = pixel;
     moved.viewpoint.pose.translation.x += 1e-6;
-    assert_eq!(bench.state.face_at(&moved), Some(face));
-    assert_eq!(bench.state.face_at(&pixel), Some(other));
+    assert_eq!(scene(&bench).face_at(&moved), Some(face));
+    assert_eq!(scene(&bench).face_at(&pixel), Some(other));
 }
 
 #[test]
@@ -314,15 +319,15 @@ fn the_point_under_the_pointer_is_on_the_face_that_the_picture_shows_through_oth
         .map(|(pixel, hits)| (pixel, hits[0]))
         .next()
         .expect("some stairs are before others");
-    let (_, nearest) = bench.state.surface_at(&pixel).unwrap();
+    let (_, nearest) = scene(&bench).surface_at(&pixel).unwrap();
     assert_ne!(nearest, far.face, "a ray meets the nearest face");
     bench.state.space.viewpoint = viewpoint;
     show_faces(&mut bench, &[far.face.0 + 1]);
-    let (point, face) = bench.state.surface_at(&pixel).unwrap();
+    let (point, face) = scene(&bench).surface_at(&pixel).unwrap();
     assert_eq!(face, far.face);
     assert!(point.distance(viewpoint.position() + pixel.ray() * far.t) < 1e-9);
     show_faces(&mut bench, &[0]);
-    assert!(bench.state.surface_at(&pixel).is_none(), "the picture shows none");
+    assert!(scene(&bench).surface_at(&pixel).is_none(), "the picture shows none");
 }
 
 #[test]
@@ -382,7 +387,7 @@ fn a_photo_without_layers_has_no_pictures_to_pull_apart() {
     let mut bench = TestBench::new();
     bench.request(SpaceRequest::PullApart);
     bench.request(SpaceRequest::WantLayerPictures);
-    assert!(bench.state.running.is_idle() && bench.state.panes_apart().is_none());
+    assert!(bench.state.running.is_idle() && scene(&bench).panes_apart().is_none());
     let pixel = SpaceMemory::new(&bench.state).pixel_at(DVec2::ZERO);
-    assert!(bench.state.layer_at(&pixel, 1.0).is_none());
+    assert!(scene(&bench).layer_at(&pixel, 1.0).is_none());
 }

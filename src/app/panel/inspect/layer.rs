@@ -5,7 +5,7 @@ use eframe::egui::{Button, Key, TextEdit, Ui};
 use super::next::hidden_words;
 use super::{LIST, details_ui};
 use crate::command::{Command, edit, flat, paint};
-use crate::panel::inspector::InspectorView;
+use crate::panel::inspect::view::InspectorView;
 use crate::panel::layer::shown::shown_ui;
 use crate::panel::{button, counted, grouped, long_list, percent, rows, title};
 use crate::state::request::{DecideRequest, QualityRequest, Request, SelectRequest};

@@ -5,6 +5,7 @@ pub mod next;
 pub mod surface;
 pub mod tree;
 pub mod trees;
+pub mod view;
 
 use eframe::egui::{CollapsingHeader, Ui};
 

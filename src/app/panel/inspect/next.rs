@@ -3,7 +3,7 @@
 use eframe::egui::{Button, Ui};
 
 use crate::command::{Command, first_keys, layers, mask, paint};
-use crate::panel::inspector::InspectorView;
+use crate::panel::inspect::view::InspectorView;
 use crate::panel::{button, counted};
 use crate::state::next_steps::{HiddenAreas, NextStep, SiteAreas, SiteStep};
 use crate::state::request::{QualityRequest, Request, SelectRequest};

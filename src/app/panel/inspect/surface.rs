@@ -5,7 +5,7 @@ use eframe::egui::{Align, Button, Layout, RichText, Ui};
 use super::LIST;
 use super::next::site_steps_ui;
 use crate::command::edit;
-use crate::panel::inspector::InspectorView;
+use crate::panel::inspect::view::InspectorView;
 use crate::panel::masks::object_mask_ui;
 use crate::panel::{button, counted, link_ui, long_list, rows, small_button, title};
 use crate::state::request::{DecideRequest, Request, SelectRequest};

@@ -3,7 +3,7 @@
 use eframe::egui::{ComboBox, DragValue, Grid, Key, Response, TextEdit, Ui};
 
 use crate::command::{trees, view};
-use crate::panel::inspector::InspectorView;
+use crate::panel::inspect::view::InspectorView;
 use crate::panel::{button, grouped, link_ui, named, rows, small_button, title};
 use crate::state::request::{DecideRequest, Request, SelectRequest, TreeRequest};
 use crate::state::selection::Selection;

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::tree::goes_on;
 use crate::command::trees;
-use crate::panel::inspector::InspectorView;
+use crate::panel::inspect::view::InspectorView;
 use crate::panel::{button, grouped, named, rows, small_button, title};
 use crate::state::numbers::counted;
 use crate::state::request::{DecideRequest, MaskRequest, Request, TreeRequest};

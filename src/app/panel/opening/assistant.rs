@@ -3,7 +3,7 @@
 use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
 use super::place::{is_entered, line, part_found, part_line, typed_ui, wrong, wrongs};
-use crate::panel::opening::OpeningView;
+use super::view::OpeningView;
 use crate::state::opening::assistant::Assistant;
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::state::request::{JobRequest, Request};

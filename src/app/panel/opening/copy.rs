@@ -3,8 +3,8 @@
 use eframe::egui::{Button, Context, RichText};
 
 use super::place::{line, wrongs};
+use super::view::OpeningView;
 use crate::command::file::SAVE_COPY;
-use crate::panel::opening::OpeningView;
 use crate::state::opening::place::PathField;
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::widget::dialog::Dialog;

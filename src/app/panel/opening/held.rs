@@ -2,7 +2,7 @@
 
 use eframe::egui::{Context, Spinner};
 
-use crate::panel::opening::OpeningView;
+use super::view::OpeningView;
 use crate::state::opening::DialogRequest;
 use crate::widget::dialog::Dialog;
 use quadratura_files::lock::holder_message;

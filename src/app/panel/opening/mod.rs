@@ -7,6 +7,7 @@ pub mod place;
 mod relinking;
 mod sample;
 mod typing;
+pub mod view;
 
 use eframe::egui::Context;
 
@@ -16,28 +17,9 @@ use self::held::held_ui;
 use self::relinking::relinking_ui;
 use self::sample::sample_ui;
 use self::typing::typing_ui;
-use crate::command::Commands;
-use crate::state::State;
-use crate::state::opening::{Opening, OpeningDialogs};
+use self::view::OpeningView;
+use crate::state::opening::OpeningDialogs;
 use crate::state::request::{ProjectRequest, Request};
-use crate::state::running::Running;
-
-/// What the dialogs for opening and creating projects depend on.
-pub struct OpeningView<'a> {
-    /// The commands that the panel offers.
-    commands: Commands<'a>,
-    /// The dialogs for opening projects.
-    opening: &'a Opening,
-    /// The running jobs.
-    running: &'a Running,
-}
-
-impl<'a> OpeningView<'a> {
-    /// Borrows what the panel shows.
-    pub fn new(state: &'a State) -> Self {
-        Self { commands: Commands::of(state), opening: &state.opening, running: &state.running }
-    }
-}
 
 /// Draws the open dialogs; `dialogs` is what is typed in them.
 pub fn opening_ui(

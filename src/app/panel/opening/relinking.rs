@@ -3,7 +3,7 @@
 use eframe::egui::{Button, Context, RichText, ScrollArea, Ui};
 
 use super::place::{part_found, part_line, wrongs};
-use crate::panel::opening::OpeningView;
+use super::view::OpeningView;
 use crate::state::opening::relinking::Relinking;
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::state::running::JobKind;

@@ -3,7 +3,7 @@
 use eframe::egui::{Button, Context, RichText, Spinner};
 
 use super::place::{line, wrongs};
-use crate::panel::opening::OpeningView;
+use super::view::OpeningView;
 use crate::state::opening::place::PathField;
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::state::running::JobKind;

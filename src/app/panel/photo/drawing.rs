@@ -3,8 +3,8 @@
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Stroke, StrokeKind, Ui};
 
-use super::PhotoView;
 use super::placed::PlacedPhoto;
+use super::view::PhotoView;
 use crate::panel::flat::placement::PlacedPicture;
 use crate::state::flat::photo::PhotoPane;
 use crate::state::flat::picked::Picked;

@@ -2,8 +2,8 @@
 
 use eframe::egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Response, Ui};
 
-use super::PhotoView;
 use super::placed::PlacedPhoto;
+use super::view::PhotoView;
 use crate::panel::flat::placement::on_screen;
 use crate::state::flat::placement::ScreenRect;
 use crate::state::masking::Masking;

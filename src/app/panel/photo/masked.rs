@@ -6,8 +6,8 @@ use std::sync::Arc;
 use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Shape, Stroke, Ui, vec2};
 use glam::DVec2;
 
-use super::PhotoView;
 use super::placed::PlacedPhoto;
+use super::view::PhotoView;
 use crate::panel::flat::placement::PlacedPicture;
 use crate::state::masking::Masking;
 use crate::state::masking::stroke::MaskStroke;

@@ -10,6 +10,7 @@ mod pointing;
 mod reasons;
 mod strip;
 mod tools;
+pub mod view;
 
 use eframe::egui::{CentralPanel, Panel, Role, Sense, Ui, WidgetInfo};
 
@@ -17,25 +18,18 @@ use self::hand::{StrokeTarget, draws, hand_ui};
 use self::masked::{MaskMeshes, masks_ui};
 use self::picture::{SelectedHidden, picture_ui};
 use self::placed::PlacedPhoto;
+use self::view::PhotoView;
 use super::flat::placement::screen_rect;
 use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use super::pictures;
-use crate::command::Commands;
-use crate::state::State;
-use crate::state::flat::FlatViews;
 use crate::state::flat::photo::PhotoPane;
-use crate::state::masking::Masking;
 use crate::state::masking::stroke::MaskStroke;
 use crate::state::panels::PanelSizes;
 use crate::state::request::{FlatRequest, Request};
-use crate::state::running::Running;
-use crate::state::selection::SelectionState;
-use crate::state::session::Session;
 use crate::widget::focus::{FocusKind, mark};
 use crate::widget::sized::{PanelEdge, sized_panel};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::PhotoId;
-use quadratura_document::Stack;
 
 /// The view width from which a list is beside the photo, in points.
 const WIDE: f32 = 700.0;
@@ -64,56 +58,6 @@ pub struct PhotoViewTextures<'a> {
     pub masks: &'a mut MaskMeshes,
     /// The areas of the selection that are hidden in the photo.
     pub selected_hidden: &'a mut Option<SelectedHidden>,
-}
-
-/// What the photo view shows.
-pub struct PhotoView<'a> {
-    /// The commands that the panel offers.
-    commands: Commands<'a>,
-    /// The open project.
-    session: Option<&'a Session>,
-    /// The photo that commands on a photo apply to.
-    photo: Option<PhotoId>,
-    /// What is selected.
-    selection: &'a SelectionState,
-    /// The flat views.
-    flat: &'a FlatViews,
-    /// Masks of photos.
-    masking: &'a Masking,
-    /// The running jobs.
-    running: &'a Running,
-    /// The factors of the photos' linear light that match their exposures, in the order of the site.
-    factors: &'a [[f64; 3]],
-    /// Whether layers are updated without a click.
-    keeps_up: bool,
-}
-
-impl<'a> PhotoView<'a> {
-    /// Borrows what the panel shows.
-    pub fn new(state: &'a State) -> Self {
-        Self {
-            commands: Commands::of(state),
-            session: state.session.as_ref(),
-            photo: state.selected_photo(),
-            selection: &state.selection,
-            flat: &state.flat,
-            masking: &state.masking,
-            running: &state.running,
-            factors: &state.quality.colour.factors,
-            keeps_up: state.settings.keep_up_to_date,
-        }
-    }
-
-    /// Returns the stack of the photo.
-    fn stack(&self) -> Option<&'a Stack> {
-        self.session?.stack_of(self.photo?).map(|stack| &**stack)
-    }
-
-    /// Returns the size of the photo, in pixels.
-    fn photo_size(&self) -> Option<[u32; 2]> {
-        let camera = &self.session?.opened.site.photo(self.photo?).camera;
-        Some([camera.width, camera.height])
-    }
 }
 
 /// Draws the view and handles its input.

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Frame, Pos2, Rect, Ui, UiBuilder};
 
-use super::PhotoView;
+use super::view::PhotoView;
 use crate::command::{Command, layers};
 use crate::panel::button;
 use crate::state::request::{MaskRequest, Request};

@@ -2,9 +2,9 @@
 
 use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, vec2};
 
-use super::PhotoView;
 use super::placed::PlacedPhoto;
 use super::strip::hint;
+use super::view::PhotoView;
 use crate::state::flat::photo::PhotoPane;
 use crate::state::flat::picked::face_of;
 use crate::state::flat::version::LayersVersion;

@@ -3,7 +3,7 @@
 use eframe::egui::{Button, ComboBox, RichText, ScrollArea, Ui};
 use glam::{DVec2, DVec3};
 
-use super::PhotoView;
+use super::view::PhotoView;
 use crate::panel::{link_ui, named};
 use crate::state::flat::photo::PhotoPane;
 use crate::state::request::{Request, SelectRequest};

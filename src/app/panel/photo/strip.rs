@@ -2,7 +2,7 @@
 
 use eframe::egui::{Button, ComboBox, Slider, SliderClamping, Ui};
 
-use super::PhotoView;
+use super::view::PhotoView;
 use crate::command::Commands;
 use crate::command::{Command, keys_text, mask};
 use crate::panel::bar::{Bar, BarPart, BarPosition};

@@ -2,8 +2,8 @@
 
 use eframe::egui::{Color32, RichText, Sense, Slider, Spinner, Ui, Vec2};
 
-use super::PhotoView;
 use super::drawing::colour_of_depth;
+use super::view::PhotoView;
 use crate::command::flat;
 use crate::panel::bar::{Bar, BarPart, BarPosition};
 use crate::panel::flat::scale_ui;

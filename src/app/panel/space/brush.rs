@@ -9,11 +9,10 @@ use glam::{DVec2, DVec3};
 
 use super::overlay::seen_from;
 use super::px_of;
+use super::view::SpacePaneView;
 use crate::panel::bar::{BarPart, BarPosition};
 use crate::panel::named;
-use crate::state::State;
 use crate::state::notes::{Note, Weight};
-use crate::state::panes::{KeyOwner, Pane};
 use crate::state::request::{Request, WindowRequest};
 use crate::state::space::brush::{DrawnStroke, RADII_PX};
 use crate::state::space::memory::SpaceMemory;
@@ -25,13 +24,15 @@ use quadratura_document::stroke::{BrushMode, StrokeSample};
 use quadratura_view::navigation::Viewpoint;
 
 /// The parts of the brush's bar.
-pub const TOOLS: &[BarPart<State, SpaceMemory>] = &[
-    BarPart::Tool(mode),
-    BarPart::Tool(size),
-    BarPart::Tool(hardness),
-    BarPart::Tool(opacity),
-    BarPart::Tool(colour),
-];
+pub fn tools<'a>() -> [BarPart<SpacePaneView<'a>, SpaceMemory>; 5] {
+    [
+        BarPart::Tool(mode),
+        BarPart::Tool(size),
+        BarPart::Tool(hardness),
+        BarPart::Tool(opacity),
+        BarPart::Tool(colour),
+    ]
+}
 
 /// The number of corners of circles.
 const CORNERS: u32 = 48;
@@ -45,7 +46,7 @@ const ERASES: Color32 = Color32::from_rgb(0xff, 0x60, 0xa0);
 /// Handles mouse and keys while the brush is in use.
 pub fn hand_ui(
     ui: &Ui,
-    state: &State,
+    view: &SpacePaneView<'_>,
     it: &mut SpaceMemory,
     response: &Response,
     rect: Rect,
@@ -54,11 +55,11 @@ pub fn hand_ui(
     if !it.brush.on {
         return;
     }
-    let has_keys = state.panes.key_owner() == KeyOwner::View(Pane::Space) && !dialog::is_open(ui.ctx());
+    let has_keys = view.has_keys && !dialog::is_open(ui.ctx());
     if has_keys && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
         // Escape cancels the stroke first, then puts the brush away.
         it.brush.on = it.brush.give_up();
-        // The bars show the state of the frame before.
+        // The bars show the view of the frame before.
         ui.ctx().request_repaint();
         return;
     }
@@ -77,11 +78,11 @@ pub fn hand_ui(
             {
                 response.request_focus();
                 let pixel = it.pixel_at(place(pos));
-                if seen_from(state, it) != it.viewpoint {
+                if seen_from(view, it) != it.viewpoint {
                     let text = "The picture is not of this view yet: paint when it is";
                     requests.push(WindowRequest::Say(Note::new(Weight::Info, text)).into());
                 } else if modifiers.command || modifiers.alt {
-                    it.brush.source = state.point_at(&pixel).or(it.brush.source);
+                    it.brush.source = view.scene.point_at(&pixel).or(it.brush.source);
                 } else if !it.brush.begin(&pixel, pressure) {
                     let text =
                         "Pick a source first: Ctrl+click where colours are to be taken from, in this view";
@@ -101,15 +102,15 @@ pub fn hand_ui(
 /// Draws strokes that are not painted yet, the brush's circle and its source.
 pub fn brush_ui(
     ui: &Ui,
-    state: &State,
+    view: &SpacePaneView<'_>,
     it: &SpaceMemory,
     response: &Response,
     rect: Rect,
     picture: Option<TextureId>,
 ) {
-    let canvas = BrushCanvas { ui, rect, view: seen_from(state, it), picture };
+    let canvas = BrushCanvas { ui, rect, view: seen_from(view, it), picture };
     for drawn in it.brush.previews() {
-        canvas.stroke(state, drawn);
+        canvas.stroke(view, drawn);
     }
     if !it.brush.on {
         return;
@@ -119,7 +120,7 @@ pub fn brush_ui(
     }
     if let Some(at) = response.hover_pos() {
         let pixel = it.pixel_at(px_of(at - rect.min, ui.ctx().pixels_per_point()));
-        canvas.circle(state, &pixel, at, it.brush.brush.radius);
+        canvas.circle(view, &pixel, at, it.brush.brush.radius);
     }
 }
 
@@ -133,7 +134,7 @@ struct BrushCanvas<'a> {
 impl BrushCanvas<'_> {
     /// Draws a stroke as it will be, but for healing and for what hides it. In a picture of another view the copied
     /// colours are not known: a light band marks where they will be.
-    fn stroke(&self, state: &State, drawn: &DrawnStroke) {
+    fn stroke(&self, view: &SpacePaneView<'_>, drawn: &DrawnStroke) {
         let stroke = &drawn.stroke;
         let is_here = (drawn.viewpoint.pose, drawn.viewpoint.lens) == (self.view.pose, self.view.lens);
         let points = self.rect.height() / stroke.view.height as f32;
@@ -158,7 +159,7 @@ impl BrushCanvas<'_> {
             }
             None => eframe::egui::epaint::WHITE_UV,
         };
-        for [center, inner, outer] in self.dabs(state, drawn) {
+        for [center, inner, outer] in self.dabs(view, drawn) {
             let first = mesh.vertices.len() as u32;
             let corners = center.iter().chain(&inner).map(|at| (*at, colour));
             for (pos, color) in corners.chain(outer.iter().map(|at| (*at, Color32::TRANSPARENT))) {
@@ -177,17 +178,17 @@ impl BrushCanvas<'_> {
 
     /// Returns the dabs of a stroke, as discs on the surfaces that it passes: the centre of each, the outline of full
     /// effect, and the outline. They have the same size on the surface all along the stroke.
-    fn dabs(&self, state: &State, drawn: &DrawnStroke) -> Vec<[Vec<Pos2>; 3]> {
-        let (stroke, view) = (&drawn.stroke, &drawn.stroke.view);
-        let size_px = [view.width, view.height];
+    fn dabs(&self, view: &SpacePaneView<'_>, drawn: &DrawnStroke) -> Vec<[Vec<Pos2>; 3]> {
+        let stroke = &drawn.stroke;
+        let size_px = [stroke.view.width, stroke.view.height];
         let surface = |sample: &StrokeSample| {
             let at_px = DVec2::from(sample.at);
             let pixel = ViewPixel { viewpoint: drawn.viewpoint, size_px, at_px };
-            let (point, face) = state.surface_at(&pixel)?;
-            Some((point, normal_seen(state, drawn.viewpoint, face)?))
+            let (point, face) = view.scene.surface_at(&pixel)?;
+            Some((point, normal_seen(view, drawn.viewpoint, face)?))
         };
         let Some((first, _)) = stroke.samples.iter().find_map(surface) else { return Vec::new() };
-        let camera = drawn.viewpoint.camera(view.width, view.height);
+        let camera = drawn.viewpoint.camera(size_px[0], size_px[1]);
         let depth = drawn.viewpoint.pose.camera_from_world(first).z;
         let radius = stroke.brush.radius * depth / (camera.fx * camera.fy).sqrt();
         let dab = |sample: &StrokeSample| {
@@ -203,10 +204,10 @@ impl BrushCanvas<'_> {
     }
 
     /// Draws the brush's circle on the surface under the pointer; in the plane of the picture where there is none.
-    fn circle(&self, state: &State, pixel: &ViewPixel, at: Pos2, radius_px: f64) {
+    fn circle(&self, view: &SpacePaneView<'_>, pixel: &ViewPixel, at: Pos2, radius_px: f64) {
         let on_surface = || {
-            let (point, face) = (state.point_at(pixel)?, state.face_at(pixel)?);
-            let normal = normal_seen(state, pixel.viewpoint, face)?;
+            let (point, face) = (view.scene.point_at(pixel)?, view.scene.face_at(pixel)?);
+            let normal = normal_seen(view, pixel.viewpoint, face)?;
             let camera = pixel.viewpoint.camera(pixel.size_px[0], pixel.size_px[1]);
             let depth = pixel.viewpoint.pose.camera_from_world(point).z;
             let radius = radius_px * depth / (camera.fx * camera.fy).sqrt();
@@ -257,7 +258,7 @@ fn between(samples: &[StrokeSample], step: f64) -> Vec<StrokeSample> {
     all
 }
 
-fn mode(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Request>) {
+fn mode(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Request>) {
     let modes = [BrushMode::Colour, BrushMode::Clone, BrushMode::Heal, BrushMode::Erase];
     let choices = |ui: &mut Ui, now: &mut BrushMode| {
         for other in modes {
@@ -273,19 +274,19 @@ fn mode(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mu
     named(&combo.show_ui(ui, |ui| choices(ui, &mut it.brush.brush.mode)).response, "Brush mode");
 }
 
-fn size(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn size(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let slider = Slider::new(&mut it.brush.brush.radius, RADII_PX).logarithmic(true).max_decimals(0);
     ui.horizontal(|ui| {
         ui.add(slider.text("size")).on_hover_text("Radius in pixels of the view; [ and ] change it.")
     });
 }
 
-fn hardness(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn hardness(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let slider = Slider::new(&mut it.brush.brush.hardness, 0.0..=1.0).show_value(false).text("hardness");
     ui.horizontal(|ui| ui.add(slider).on_hover_text("Share of the radius with full effect."));
 }
 
-fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn opacity(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let is_used = it.brush.brush.mode != BrushMode::Erase;
     ui.add_enabled_ui(is_used, |ui| {
         let slider = Slider::new(&mut it.brush.brush.opacity, 0.0..=1.0).show_value(false).text("opacity");
@@ -293,7 +294,7 @@ fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut
     });
 }
 
-fn colour(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn colour(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     if it.brush.brush.mode.has_source() {
         let source = if it.brush.source.is_none() {
             "First Ctrl+click where colours are taken from"
@@ -336,7 +337,7 @@ fn mode_tooltip(mode: BrushMode) -> &'static str {
     }
 }
 /// Returns the normal of a face as a viewer sees it.
-fn normal_seen(state: &State, viewpoint: Viewpoint, face: FaceId) -> Option<DVec3> {
-    let model = state.session.as_ref()?.model();
+fn normal_seen(view: &SpacePaneView<'_>, viewpoint: Viewpoint, face: FaceId) -> Option<DVec3> {
+    let model = view.scene.session.model();
     Some(model.plane_facing(face, &Facing::of_pose(&viewpoint.pose)).normal)
 }

@@ -8,13 +8,14 @@ use glam::{DVec2, DVec3};
 
 use super::overlay::SELECTED;
 use super::px_of;
+use super::view::SpacePaneView;
 use crate::panel::photo::drawing::colour_of_depth;
 use crate::panel::pictures::image;
-use crate::state::State;
 use crate::state::flat::version::LayersVersion;
 use crate::state::request::{Request, SelectRequest, SpaceRequest};
 use crate::state::selection::Selection;
 use crate::state::space::memory::SpaceMemory;
+use crate::state::space::scene::ShownScene;
 use quadratura_projection::exploded::Stand;
 use quadratura_recipe::exploded::layer_textures::LayerThumbnail;
 use quadratura_view::navigation::Viewpoint;
@@ -34,10 +35,10 @@ pub struct LayerTextures {
 
 impl LayerTextures {
     /// Returns whether all pictures of the layers that are pulled apart are uploaded.
-    pub fn are_complete(&self, state: &State) -> bool {
-        let version = state.version_apart();
+    pub fn are_complete(&self, scene: ShownScene<'_>) -> bool {
+        let version = scene.version_apart();
         let is_this = version.is_some() && self.version == version;
-        is_this && state.panes_apart().is_some_and(|panes| panes.pictures.len() == self.uploaded.len())
+        is_this && scene.panes_apart().is_some_and(|panes| panes.pictures.len() == self.uploaded.len())
     }
 
     /// Forgets the textures of another version.
@@ -55,35 +56,35 @@ fn animation() -> Id {
 /// Draws the layers, shows the name of the one under the pointer, and selects it when it is clicked.
 pub fn exploded_ui(
     ui: &Ui,
-    state: &State,
+    view: &SpacePaneView<'_>,
     it: &mut SpaceMemory,
     response: &Response,
     rect: Rect,
     textures: &mut LayerTextures,
     requests: &mut Vec<Request>,
 ) {
-    if state.selected_photo() != state.space.exploded.photo {
+    if view.photo != view.scene.space.exploded.photo {
         requests.push(SpaceRequest::FollowSelection.into());
     }
-    open(ui, state, it, textures, requests);
-    it.is_loading = !textures.are_complete(state);
-    pick(ui, state, it, response, rect, requests);
-    draw(ui, state, it, rect, textures);
+    open(ui, view, it, textures, requests);
+    it.is_loading = !textures.are_complete(view.scene);
+    pick(ui, view, it, response, rect, requests);
+    draw(ui, view, it, rect, textures);
 }
 
 /// Requests the layer pictures, uploads one in a frame, and then opens the spacing.
 fn open(
     ui: &Ui,
-    state: &State,
+    view: &SpacePaneView<'_>,
     it: &mut SpaceMemory,
     textures: &mut LayerTextures,
     requests: &mut Vec<Request>,
 ) {
-    let Some(version) = state.version_apart() else { return };
+    let Some(version) = view.scene.version_apart() else { return };
     if std::mem::take(&mut it.begins) {
         ui.ctx().animate_value_with_time(animation(), 0.0, 0.0);
     }
-    let Some(panes) = state.panes_apart() else {
+    let Some(panes) = view.scene.panes_apart() else {
         requests.push(SpaceRequest::WantLayerPictures.into());
         return;
     };
@@ -100,7 +101,7 @@ fn open(
 
 fn pick(
     ui: &Ui,
-    state: &State,
+    view: &SpacePaneView<'_>,
     it: &mut SpaceMemory,
     response: &Response,
     rect: Rect,
@@ -108,9 +109,9 @@ fn pick(
 ) {
     let pointer = response.hover_pos().filter(|_| !response.dragged());
     let pixel = pointer.map(|at| it.pixel_at(px_of(at - rect.min, ui.ctx().pixels_per_point())));
-    let layer = pixel.and_then(|pixel| state.layer_at(&pixel, it.now_apart)).map(|(_, layer)| layer);
+    let layer = pixel.and_then(|pixel| view.scene.layer_at(&pixel, it.now_apart)).map(|(_, layer)| layer);
     it.hovered_layer = layer;
-    let (Some(photo), Some(session)) = (state.space.exploded.photo, &state.session) else { return };
+    let (Some(photo), session) = (view.scene.space.exploded.photo, view.scene.session) else { return };
     match layer {
         Some(layer) => {
             let stack = session.stack_of(photo);
@@ -131,14 +132,14 @@ fn pick(
     }
 }
 
-fn draw(ui: &Ui, state: &State, it: &SpaceMemory, rect: Rect, textures: &LayerTextures) {
-    let Some(stand) = state.stand(it.now_apart) else { return };
-    let Some(panes) = state.panes_apart() else { return };
+fn draw(ui: &Ui, view: &SpacePaneView<'_>, it: &SpaceMemory, rect: Rect, textures: &LayerTextures) {
+    let Some(stand) = view.scene.stand(it.now_apart) else { return };
+    let Some(panes) = view.scene.panes_apart() else { return };
     let canvas = ExplodedCanvas { painter: ui.painter_at(rect), rect, view: it.viewpoint, stand };
     let orders: Vec<u32> = panes.pictures.iter().map(|pane| pane.order).collect();
     let weak = ui.visuals().weak_text_color();
     canvas.rays(orders.iter().copied().max().unwrap_or(0), Stroke::new(1.0, weak.gamma_multiply(0.5)));
-    let opacities = state.opacities_apart();
+    let opacities = view.scene.opacities_apart();
     for place in stand.from_behind(&orders, it.viewpoint.position()) {
         let Some(texture) = textures.uploaded.get(place) else { continue };
         let pane = &panes.pictures[place];
@@ -147,11 +148,12 @@ fn draw(ui: &Ui, state: &State, it: &SpaceMemory, rect: Rect, textures: &LayerTe
             continue;
         }
         canvas.pane(pane, texture, opacity);
-        let is_selected = state
+        let is_selected = view
+            .scene
             .space
             .exploded
             .photo
-            .is_some_and(|photo| state.selection.includes(Selection::Layer { photo, layer: pane.layer }));
+            .is_some_and(|photo| view.selection.includes(Selection::Layer { photo, layer: pane.layer }));
         let colour = if is_selected { SELECTED } else { colour_of_depth(pane.order) };
         let width: f32 = if is_selected { 3.0 } else { 1.0 };
         let width = if it.hovered_layer == Some(pane.layer) { width.max(2.5) } else { width };

@@ -2,11 +2,10 @@
 
 use eframe::egui::{Grid, RichText, TextStyle, Ui};
 
-use crate::command::Commands;
+use super::view::SpacePaneView;
 use crate::command::{Command, file, layers, paint};
 use crate::panel::button;
 use crate::panel::help::mouse;
-use crate::state::State;
 use crate::state::first_steps::FirstStep;
 use crate::state::request::Request;
 use crate::widget::look::good;
@@ -19,12 +18,12 @@ const ROOM: f32 = 440.0;
 const WORDS: f32 = 360.0;
 
 /// Returns whether the hint is on and there is a model to navigate.
-pub fn is_wanted(state: &State) -> bool {
-    state.settings.hints && state.space.has_picture()
+pub fn is_wanted(view: &SpacePaneView<'_>) -> bool {
+    view.hints && view.scene.space.has_picture()
 }
 
 /// Draws the hint.
-pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, requests: &mut Vec<Request>) {
+pub fn hint_ui(ui: &mut Ui, view: &SpacePaneView<'_>, hints: &mut bool, requests: &mut Vec<Request>) {
     let room = ui.available_width();
     ui.set_max_width(room.min(WORDS));
     // The view is what one wants to see.
@@ -34,29 +33,29 @@ pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, requests: &mut Vec<
         .on_hover_text("The view shows the photos projected onto the model, blended for your viewpoint.");
     if room >= ROOM {
         Grid::new("first steps").num_columns(2).min_row_height(0.0).show(ui, |ui| {
-            for (keys, what) in &mouse(state.settings.navigation)[..FIRST] {
+            for (keys, what) in &mouse(view.navigation)[..FIRST] {
                 ui.strong(*keys);
                 ui.label(*what);
                 ui.end_row();
             }
         });
     }
-    step_ui(ui, state, requests);
+    step_ui(ui, view, requests);
     ui.horizontal(|ui| {
         if ui.button("Got it").on_hover_text("Hides these hints permanently.").clicked() {
             *hints = false;
         }
         if ui.button("All keys").on_hover_text(file::KEYS.tooltip).clicked() {
             *hints = false;
-            requests.push(file::KEYS.asked(state));
+            requests.push(view.commands.asked(&file::KEYS));
         }
     });
 }
 
 /// Draws the next step of the way to the first painted layer, with its button.
-fn step_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
+fn step_ui(ui: &mut Ui, view: &SpacePaneView<'_>, requests: &mut Vec<Request>) {
     let steps = FirstStep::ALL;
-    let Some(next) = state.next_first_step() else {
+    let Some(next) = view.scene.session.next_first_step(view.is_painted) else {
         ui.label(RichText::new("Your first layer is painted.").color(good(ui.visuals())));
         return;
     };
@@ -66,11 +65,11 @@ fn step_ui(ui: &mut Ui, state: &State, requests: &mut Vec<Request>) {
         let line = format!("To your first painted layer, step {number} of {}: {text}", steps.len());
         ui.label(RichText::new(line).strong()).on_hover_ui(|ui| {
             for (number, step) in (1..).zip(steps) {
-                let done = if state.is_done(step) { " – done" } else { "" };
+                let done = if view.scene.session.is_done(step, view.is_painted) { " – done" } else { "" };
                 ui.label(format!("{number}. {}{done}", words(step).0));
             }
         });
-        command.into_iter().for_each(|command| button(Commands::of(state), ui, command, requests));
+        command.into_iter().for_each(|command| button(view.commands, ui, command, requests));
     });
 }
 

@@ -2,18 +2,26 @@
 
 use eframe::egui::{Slider, Ui};
 
+use super::view::SpacePaneView;
 use crate::panel::bar::{BarPart, BarPosition};
 use crate::panel::named;
-use crate::state::State;
 use crate::state::request::Request;
 use crate::state::space::memory::SpaceMemory;
 
 /// The parts of the bar.
-pub const TOOLS: &[BarPart<State, SpaceMemory>] = &[BarPart::Tool(hidden_layers)];
+pub fn tools<'a>() -> [BarPart<SpacePaneView<'a>, SpaceMemory>; 1] {
+    [BarPart::Tool(hidden_layers)]
+}
 
 /// Draws the choice of how many layers are hidden, nearest first.
-fn hidden_layers(ui: &mut Ui, state: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
-    let known = state.space.images.status.as_ref().map_or(0, |(status, _)| status.layers);
+fn hidden_layers(
+    ui: &mut Ui,
+    view: &SpacePaneView<'_>,
+    it: &mut SpaceMemory,
+    _: BarPosition,
+    _: &mut Vec<Request>,
+) {
+    let known = view.scene.space.images.status.as_ref().map_or(0, |(status, _)| status.layers);
     // What is hidden stays hidden where the next image has fewer layers.
     let most = known.max(it.peeled);
     ui.horizontal(|ui| {

@@ -4,9 +4,7 @@ use eframe::egui::{InputState, Key, PointerButton, Rect, Response, Ui, Vec2};
 use glam::{DVec2, DVec3};
 
 use super::px_of;
-use crate::state::State;
-use crate::state::panes::{KeyOwner, Pane};
-use crate::state::session::Session;
+use super::view::SpacePaneView;
 use crate::state::settings::Navigation;
 use crate::state::space::memory::SpaceMemory;
 use crate::state::space::picking::ViewPixel;
@@ -26,30 +24,36 @@ const KEPT_AWAY: f64 = 1.0;
 const HURRY: f64 = 4.0;
 
 /// Navigates with mouse and keys; returns whether the view moves.
-pub fn navigate(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Response, rect: Rect) -> bool {
+pub fn navigate(
+    ui: &Ui,
+    view: &SpacePaneView<'_>,
+    it: &mut SpaceMemory,
+    response: &Response,
+    rect: Rect,
+) -> bool {
     let before = it.viewpoint;
     if response.clicked() || response.drag_started() {
         response.request_focus();
     }
-    drag(ui, state, it, response, rect);
+    drag(ui, view, it, response, rect);
     if response.contains_pointer() {
-        wheel(ui, state, it, rect);
+        wheel(ui, view, it, rect);
     }
-    let flying = state.panes.key_owner() == KeyOwner::View(Pane::Space);
+    let flying = view.has_keys;
     if flying && !ui.ctx().text_edit_focused() && !dialog::is_open(ui.ctx()) {
-        fly(ui, state, it);
+        fly(ui, view, it);
     }
     let moves = it.viewpoint != before;
     if moves {
         it.through = None;
         ui.ctx().request_repaint();
     }
-    moves || (response.dragged() && !(has_tool(state, it) && response.dragged_by(PointerButton::Primary)))
+    moves || (response.dragged() && !(has_tool(view, it) && response.dragged_by(PointerButton::Primary)))
 }
 
 /// Returns whether the left button belongs to a tool.
-fn has_tool(state: &State, it: &SpaceMemory) -> bool {
-    it.brush.on || state.trees.hand.on
+fn has_tool(view: &SpacePaneView<'_>, it: &SpaceMemory) -> bool {
+    it.brush.on || view.scene.trees.hand.on
 }
 
 /// The function of a drag.
@@ -59,15 +63,15 @@ enum Drag {
     Look,
 }
 
-fn drag(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Response, rect: Rect) {
+fn drag(ui: &Ui, view: &SpacePaneView<'_>, it: &mut SpaceMemory, response: &Response, rect: Rect) {
     let by = response.drag_delta();
     let (shift, ctrl, alt) = ui.input(|input| {
         let held = input.modifiers;
         (held.shift, held.command, held.alt)
     });
     let with = |button| response.dragged_by(button);
-    let tool = has_tool(state, it);
-    let drag = match state.settings.navigation {
+    let tool = has_tool(view, it);
+    let drag = match view.navigation {
         // The left button paints, or places trees.
         _ if tool && with(PointerButton::Primary) => return,
         Navigation::Simple if tool && with(PointerButton::Middle) && shift => Drag::Pan,
@@ -82,44 +86,44 @@ fn drag(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Response, rect:
         _ => return,
     };
     if response.drag_started() && matches!(drag, Drag::Orbit | Drag::Pan) {
-        hold(ui, state, it, rect);
+        hold(ui, view, it, rect);
     }
     if by == Vec2::ZERO {
         return;
     }
-    let Some(session) = &state.session else { return };
+    let session = view.scene.session;
     let up = session.scene_frame.up;
     let turn =
         -DVec2::new(f64::from(by.x), f64::from(by.y)) * (TURN_RAD_PER_HEIGHT / f64::from(rect.height()));
-    let view = &mut it.viewpoint;
+    let viewpoint = &mut it.viewpoint;
     match drag {
-        Drag::Orbit => orbit(state, session, view, turn, up),
-        Drag::Look => view.look(turn.x, turn.y, up),
-        Drag::Pan => view.pan(px_of(by, 1.0), f64::from(rect.height())),
+        Drag::Orbit => orbit(view, viewpoint, turn, up),
+        Drag::Look => viewpoint.look(turn.x, turn.y, up),
+        Drag::Pan => viewpoint.pan(px_of(by, 1.0), f64::from(rect.height())),
     }
 }
 
 /// Orbits around the pivot, as far as no wall that photos show is in the way: where one is, the view slides along it by
 /// the part of the turn that stays free, or stops.
-fn orbit(state: &State, session: &Session, view: &mut Viewpoint, turn: DVec2, up: DVec3) {
+fn orbit(view: &SpacePaneView<'_>, viewpoint: &mut Viewpoint, turn: DVec2, up: DVec3) {
     for part in [turn, DVec2::new(turn.x, 0.0), DVec2::new(0.0, turn.y)] {
-        let mut there = *view;
+        let mut there = *viewpoint;
         there.orbit(part.x, -part.y, up);
-        let (from, to) = (view.position(), there.position());
+        let (from, to) = (viewpoint.position(), there.position());
         // The view also keeps a distance, so that it does not stop within the wall.
         let beyond = to + (to - from) * KEPT_AWAY;
-        if session.solid.blocks(from, beyond, &state.space.look.hidden).is_none() {
-            *view = there;
+        if view.scene.session.solid.blocks(from, beyond, &view.scene.space.look.hidden).is_none() {
+            *viewpoint = there;
             return;
         }
     }
 }
 
 /// Takes the point under the pointer as the pivot of orbiting and panning.
-fn hold(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
+fn hold(ui: &Ui, view: &SpacePaneView<'_>, it: &mut SpaceMemory, rect: Rect) {
     let origin = ui.input(|input| input.pointer.press_origin());
-    let held = origin.and_then(|at| under(state, it, &pixel_under(ui, it, at - rect.min)));
-    let Some(session) = &state.session else { return };
+    let held = origin.and_then(|at| under(view, it, &pixel_under(ui, it, at - rect.min)));
+    let session = view.scene.session;
     match held {
         Some(point) => it.viewpoint.pivot = point,
         None => it.viewpoint.settle_pivot(&session.scene_frame),
@@ -132,14 +136,14 @@ fn pixel_under(ui: &Ui, it: &SpaceMemory, offset: Vec2) -> ViewPixel {
 }
 
 /// Returns the point of the model, or of the layers that are pulled apart, under a position in the view.
-fn under(state: &State, it: &SpaceMemory, pixel: &ViewPixel) -> Option<DVec3> {
-    if state.space.exploded.is_on() {
-        return state.layer_at(pixel, it.now_apart).map(|(point, _)| point);
+fn under(view: &SpacePaneView<'_>, it: &SpaceMemory, pixel: &ViewPixel) -> Option<DVec3> {
+    if view.scene.space.exploded.is_on() {
+        return view.scene.layer_at(pixel, it.now_apart).map(|(point, _)| point);
     }
-    state.point_at(pixel)
+    view.scene.point_at(pixel)
 }
 
-fn wheel(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
+fn wheel(ui: &Ui, view: &SpacePaneView<'_>, it: &mut SpaceMemory, rect: Rect) {
     let scrolled = ui.input(|input| f64::from(input.smooth_scroll_delta().y));
     let pinched = ui.input(|input| f64::from(input.zoom_delta()));
     let factor = ZOOM_PER_POINT.powf(scrolled) * pinched;
@@ -148,8 +152,8 @@ fn wheel(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
     }
     let Some(pointer) = ui.input(|input| input.pointer.hover_pos()) else { return };
     let pixel = pixel_under(ui, it, pointer - rect.min);
-    let target = under(state, it, &pixel).unwrap_or_else(|| beyond(&pixel));
-    let Some(session) = &state.session else { return };
+    let target = under(view, it, &pixel).unwrap_or_else(|| beyond(&pixel));
+    let session = view.scene.session;
     it.viewpoint.zoom(target, factor, &session.scene_frame);
 }
 
@@ -159,8 +163,8 @@ fn beyond(pixel: &ViewPixel) -> DVec3 {
     view.position() + pixel.ray() * view.pose.camera_from_world(view.pivot).z.max(f64::MIN_POSITIVE)
 }
 
-fn fly(ui: &Ui, state: &State, it: &mut SpaceMemory) {
-    let Some(session) = &state.session else { return };
+fn fly(ui: &Ui, view: &SpacePaneView<'_>, it: &mut SpaceMemory) {
+    let session = view.scene.session;
     let held =
         |key| ui.input(|input| is_held(input, key) && !input.modifiers.command && !input.modifiers.alt);
     let axis = |more, less| f64::from(held(more)) - f64::from(held(less));
@@ -170,12 +174,15 @@ fn fly(ui: &Ui, state: &State, it: &mut SpaceMemory) {
     }
     let (seconds, shift) = ui.input(|input| (f64::from(input.stable_dt.min(0.1)), input.modifiers.shift));
     let hurry = if shift { HURRY } else { 1.0 };
-    let view = &mut it.viewpoint;
+    let viewpoint = &mut it.viewpoint;
     let first = |origin: DVec3, ray| {
-        session.solid.first_visible(origin, ray, state.space.look.culling()).map(|hit| hit.t * ray.length())
+        session
+            .solid
+            .first_visible(origin, ray, view.scene.space.look.culling())
+            .map(|hit| hit.t * ray.length())
     };
-    let pace = view.ahead(&session.scene_frame, first) / SECONDS_AHEAD;
-    view.fly(direction.normalize() * (pace * seconds * hurry));
+    let pace = viewpoint.ahead(&session.scene_frame, first) / SECONDS_AHEAD;
+    viewpoint.fly(direction.normalize() * (pace * seconds * hurry));
     ui.ctx().request_repaint();
 }
 

@@ -3,9 +3,9 @@
 use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Color32, Label, Rect, ScrollArea, Sense, TextStyle, Ui, Vec2, pos2, vec2};
 
+use super::view::SpacePaneView;
 use crate::command;
 use crate::panel::{small_button, text_width};
-use crate::state::State;
 use crate::state::request::Request;
 use quadratura_view::DisplayMode;
 use quadratura_view::legend::{ColourRamp, Legend, colour_at, legend};
@@ -22,20 +22,20 @@ const STEPS: u32 = 80;
 const HIGHEST: f32 = 280.0;
 
 /// Returns whether the picture that is shown has a legend and it is on.
-pub fn is_shown(state: &State) -> bool {
-    let space = &state.space;
+pub fn is_shown(view: &SpacePaneView<'_>) -> bool {
+    let space = &view.scene.space;
     space.legend_shown && space.shown_display() != DisplayMode::Colour && !space.exploded.is_on()
 }
 
 /// Draws the legend.
-pub fn legend_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some(session) = &state.session else { return };
+pub fn legend_ui(view: &SpacePaneView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
+    let session = view.scene.session;
     let photos: Vec<&str> = session.opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
-    let groups = match state.space.shown_display() {
-        DisplayMode::Group => state.quality.colour.report(session).map(|report| report.described_groups()),
+    let groups = match view.scene.space.shown_display() {
+        DisplayMode::Group => view.colour.report(session).map(|report| report.described_groups()),
         _ => None,
     };
-    let display = state.space.shown_display();
+    let display = view.scene.space.shown_display();
     let Some(legend) = legend(display, &photos, &groups.unwrap_or_default()) else { return };
     let title = match &legend {
         Legend::Entries { title, .. } | Legend::Scale { title, .. } => title,
@@ -44,7 +44,7 @@ pub fn legend_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.horizontal_wrapped(|ui| {
         ui.strong(*title);
         if small_button(ui, "Hide", "Hide the legend", command::view::LEGEND.tooltip).clicked() {
-            requests.push(command::view::LEGEND.asked(state));
+            requests.push(view.commands.asked(&command::view::LEGEND));
         }
     });
     match &legend {
@@ -53,9 +53,9 @@ pub fn legend_ui(state: &State, ui: &mut Ui, requests: &mut Vec<Request>) {
             ui.spacing_mut().scroll = ScrollStyle::solid();
             let list = ScrollArea::vertical().max_height(HIGHEST).id_salt("legend");
             let of_photos =
-                matches!(state.space.shown_display(), DisplayMode::Weights | DisplayMode::BestPhoto);
+                matches!(view.scene.space.shown_display(), DisplayMode::Weights | DisplayMode::BestPhoto);
             let is_seen = |colour: &[u8; 3]| {
-                !of_photos || state.space.picture().is_some_and(|shown| shown.contains(*colour))
+                !of_photos || view.scene.space.picture().is_some_and(|shown| shown.contains(*colour))
             };
             let seen = entries.iter().filter(|(_, colour)| is_seen(colour));
             list.show(ui, |ui| seen.for_each(|(name, colour)| entry(ui, name, *colour)));

@@ -10,6 +10,7 @@ pub mod overlay;
 pub mod picking;
 pub mod tools;
 pub mod trees;
+pub mod view;
 
 use std::sync::Arc;
 
@@ -19,8 +20,8 @@ use eframe::egui::{
 use glam::DVec2;
 
 use self::exploded::LayerTextures;
+use self::view::SpacePaneView;
 use crate::panel::pictures::PhotoTextures;
-use crate::state::State;
 use crate::state::request::{Request, SpaceRequest};
 use crate::state::space::FrameFacts;
 use crate::state::space::memory::SpaceMemory;
@@ -39,7 +40,7 @@ pub struct SpaceTextures {
 /// Draws the view and handles its input.
 pub fn space_ui(
     ui: &mut Ui,
-    state: &State,
+    view: &SpacePaneView<'_>,
     it: &mut SpaceMemory,
     textures: &mut SpaceTextures,
     photos: &PhotoTextures,
@@ -51,34 +52,34 @@ pub fn space_ui(
     let density = ui.ctx().pixels_per_point();
     let side = |points: f32| ((points * density).round() as u32).max(1);
     it.size_px = [side(rect.width()), side(rect.height())];
-    let moves = input::navigate(ui, state, it, &response, rect);
+    let moves = input::navigate(ui, view, it, &response, rect);
     ui.painter_at(rect).rect_filled(rect, 0.0, background(ui));
-    if state.space.exploded.is_on() {
-        exploded::exploded_ui(ui, state, it, &response, rect, &mut textures.layers, requests);
+    if view.scene.space.exploded.is_on() {
+        exploded::exploded_ui(ui, view, it, &response, rect, &mut textures.layers, requests);
     } else {
         let [r, g, b, _] = background(ui).to_array();
         requests.push(SpaceRequest::Draw(FrameFacts { background: [r, g, b], moves }).into());
-        textures.picture_ui(ui, state, rect);
-        overlay::overlay_ui(ui, state, it, rect, photos, requests);
-        trees::outlines_ui(ui, state, it, &response, rect);
-        trees::hand_ui(ui, state, it, &response, rect, requests);
-        brush::hand_ui(ui, state, it, &response, rect, requests);
+        textures.picture_ui(ui, view, rect);
+        overlay::overlay_ui(ui, view, it, rect, photos, requests);
+        trees::outlines_ui(ui, view, it, &response, rect);
+        trees::hand_ui(ui, view, it, &response, rect, requests);
+        brush::hand_ui(ui, view, it, &response, rect, requests);
         let picture = textures.picture.as_ref().map(|(_, texture)| texture.id());
-        brush::brush_ui(ui, state, it, &response, rect, picture);
-        if it.brush.on || state.trees.hand.on {
+        brush::brush_ui(ui, view, it, &response, rect, picture);
+        if it.brush.on || view.scene.trees.hand.on {
             it.hovered = None;
         } else {
-            picking::pick(ui, state, it, &response, rect, requests);
+            picking::pick(ui, view, it, &response, rect, requests);
         }
-        behind_ui(ui, rect, state.space.is_behind(state.window.now_s));
+        behind_ui(ui, rect, view.scene.space.is_behind(view.now_s));
     }
-    tools::tools_ui(ui, state, it, rect, requests);
+    tools::tools_ui(ui, view, it, rect, requests);
 }
 
 impl SpaceTextures {
     /// Draws the newest picture; it stays until the next one is drawn.
-    fn picture_ui(&mut self, ui: &Ui, state: &State, rect: Rect) {
-        let Some(shown) = state.space.picture() else {
+    fn picture_ui(&mut self, ui: &Ui, view: &SpacePaneView<'_>, rect: Rect) {
+        let Some(shown) = view.scene.space.picture() else {
             self.picture = None;
             return;
         };

@@ -9,8 +9,8 @@ use eframe::egui::{
 };
 use glam::DVec3;
 
+use super::view::SpacePaneView;
 use crate::panel::pictures::PhotoTextures;
-use crate::state::State;
 use crate::state::request::{FlatRequest, Request};
 use crate::state::session::Session;
 use crate::state::space::memory::SpaceMemory;
@@ -44,9 +44,9 @@ const IN_THE_WAY: f32 = 0.15;
 
 /// Returns the viewpoint of the picture on the screen: what is drawn over it has to fit it, even while the picture of a
 /// view that has moved is still being drawn. It is that of the view where there is no picture.
-pub fn seen_from(state: &State, it: &SpaceMemory) -> Viewpoint {
-    match state.space.has_picture() && state.space.device.is_some() {
-        true => state.space.seen_from(),
+pub fn seen_from(view: &SpacePaneView<'_>, it: &SpaceMemory) -> Viewpoint {
+    match view.scene.space.has_picture() && view.scene.space.device.is_some() {
+        true => view.scene.space.seen_from(),
         false => it.viewpoint,
     }
 }
@@ -54,22 +54,22 @@ pub fn seen_from(state: &State, it: &SpaceMemory) -> Viewpoint {
 /// Draws the overlays.
 pub fn overlay_ui(
     ui: &Ui,
-    state: &State,
+    view: &SpacePaneView<'_>,
     it: &mut SpaceMemory,
     rect: Rect,
     photos: &PhotoTextures,
     requests: &mut Vec<Request>,
 ) {
-    photo_over(ui, state, it, rect, photos, requests);
-    let Some(session) = &state.session else { return };
-    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(state, it) };
-    if state.space.wireframe || state.space.device.is_none() {
+    photo_over(ui, view, it, rect, photos, requests);
+    let session = view.scene.session;
+    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(view, it) };
+    if view.scene.space.wireframe || view.scene.space.device.is_none() {
         canvas.wires(session, if ui.visuals().dark_mode { WIRE } else { WIRE_ON_LIGHT });
     }
-    for face in state.glass() {
+    for face in view.scene.glass() {
         canvas.outline(session, face, Stroke::new(1.0, GLASS));
     }
-    let faces = faces_of(state.selection.main, session);
+    let faces = faces_of(view.selection.main, session);
     let is_impostor = |face: &FaceId| session.model().impostor(*face).is_some();
     // All faces of an impostor are one rectangle.
     let rectangles: BTreeMap<ObjectId, FaceId> = faces
@@ -83,9 +83,9 @@ pub fn overlay_ui(
     if let Some(face) = it.hovered {
         canvas.outline(session, face, Stroke::new(1.5, HOVERED));
     }
-    if state.space.cameras && it.through.is_none() {
+    if view.scene.space.cameras && it.through.is_none() {
         let pointer = ui.input(|input| input.pointer.hover_pos());
-        cameras(state, session, &canvas, photos, pointer);
+        cameras(view, session, &canvas, photos, pointer);
     }
 }
 
@@ -96,14 +96,14 @@ fn opacity_at(distance: f64) -> f32 {
 }
 
 fn cameras(
-    state: &State,
+    view: &SpacePaneView<'_>,
     session: &Session,
     canvas: &WorldCanvas,
     photos: &PhotoTextures,
     pointer: Option<Pos2>,
 ) {
     for (id, photo) in session.opened.site.numbered_photos() {
-        let selected = state.selection.photo == Some(id);
+        let selected = view.selection.photo == Some(id);
         let color = if selected { SELECTED } else { CAMERA };
         let texture = photos.small(id).map(TextureHandle::id);
         let size = session.scene_frame.radius * CAMERA_SHARE;
@@ -120,7 +120,7 @@ fn cameras(
 /// Draws the photo that the view looks through, fitted to the view's height as its camera is.
 fn photo_over(
     ui: &Ui,
-    state: &State,
+    view: &SpacePaneView<'_>,
     it: &mut SpaceMemory,
     rect: Rect,
     photos: &PhotoTextures,
@@ -130,7 +130,7 @@ fn photo_over(
     let typed = ui.ctx().text_edit_focused() || dialog::is_open(ui.ctx());
     let flips = !typed && ui.input(|input| input.key_down(Key::X));
     let shown = it.photo_over != flips;
-    let (Some(photo), Some(session), true) = (it.through, &state.session, shown) else { return };
+    let (Some(photo), session, true) = (it.through, view.scene.session, shown) else { return };
     requests.push(FlatRequest::WantLargePicture(photo).into());
     let camera = &session.opened.site.photo(photo).camera;
     let width = rect.height() * camera.width as f32 / camera.height as f32;

@@ -4,11 +4,11 @@ use eframe::egui::{
     Align2, Area, Button, ComboBox, Frame, Id, Label, Rect, RichText, Slider, Spinner, Ui, vec2,
 };
 
+use super::view::SpacePaneView;
 use super::{brush, hint, images, legend, trees};
-use crate::command::{self, Commands};
+use crate::command;
 use crate::panel::bar::{Bar, BarPart, BarPosition};
 use crate::panel::named;
-use crate::state::State;
 use crate::state::request::Request;
 use crate::state::running::JobKind;
 use crate::state::space::exploded::MOST_APART;
@@ -31,90 +31,106 @@ const WORDS: f32 = 520.0;
 const DISPLAY_COMMANDS: f32 = 100.0;
 
 /// The parts of the bar at the top of the view.
-const TOP: &[BarPart<State, SpaceMemory>] = &[
-    BarPart::Tool(shown),
-    BarPart::Switch(&command::view::BRUSH),
-    BarPart::Tool(mixing),
-    BarPart::Tool(photos),
-    BarPart::Tool(relief),
-    BarPart::Switch(&command::view::WIREFRAME),
-    BarPart::Switch(&command::view::CAMERAS),
-    BarPart::Switch(&command::view::BACKS),
-    BarPart::Switch(&command::view::GLASS),
-    BarPart::Switch(&command::view::NO_UNCOVERED),
-];
+fn top<'a>() -> [BarPart<SpacePaneView<'a>, SpaceMemory>; 10] {
+    [
+        BarPart::Tool(shown),
+        BarPart::Switch(&command::view::BRUSH),
+        BarPart::Tool(mixing),
+        BarPart::Tool(photos),
+        BarPart::Tool(relief),
+        BarPart::Switch(&command::view::WIREFRAME),
+        BarPart::Switch(&command::view::CAMERAS),
+        BarPart::Switch(&command::view::BACKS),
+        BarPart::Switch(&command::view::GLASS),
+        BarPart::Switch(&command::view::NO_UNCOVERED),
+    ]
+}
 /// The parts of the bar while the view looks through a photo.
-const THROUGH: &[BarPart<State, SpaceMemory>] =
-    &[BarPart::Tool(photo_over), BarPart::Tool(opacity), BarPart::Tool(wipe)];
+fn through_photo<'a>() -> [BarPart<SpacePaneView<'a>, SpaceMemory>; 3] {
+    [BarPart::Tool(photo_over), BarPart::Tool(opacity), BarPart::Tool(wipe)]
+}
 /// The parts of the bar of the exploded view.
-const APART: &[BarPart<State, SpaceMemory>] = &[BarPart::Tool(distance), BarPart::Tool(together)];
+fn exploded_parts<'a>() -> [BarPart<SpacePaneView<'a>, SpaceMemory>; 2] {
+    [BarPart::Tool(distance), BarPart::Tool(together)]
+}
 
 /// Draws the toolbars.
-pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, requests: &mut Vec<Request>) {
+pub fn tools_ui(
+    ui: &mut Ui,
+    view: &SpacePaneView<'_>,
+    it: &mut SpaceMemory,
+    rect: Rect,
+    requests: &mut Vec<Request>,
+) {
     let id = ui.scope_id().with("tools");
     let named = |photo: Option<PhotoId>| {
-        Some(state.session.as_ref()?.opened.site.photos.get(photo?.index())?.name.clone())
+        Some(view.scene.session.opened.site.photos.get(photo?.index())?.name.clone())
     };
-    let (apart, through) = (named(state.space.exploded.photo), named(it.through));
+    let (apart, through) = (named(view.scene.space.exploded.photo), named(it.through));
     let room = rect.width() - 2.0 * MARGIN - FRAME;
-    let bar = |ui: &mut Ui, it: &mut SpaceMemory, of, name, parts, requests: &mut Vec<Request>| {
+    let bar = |ui: &mut Ui,
+               it: &mut SpaceMemory,
+               of: &str,
+               name: Option<&str>,
+               parts: &[BarPart<_, SpaceMemory>],
+               requests: &mut Vec<Request>| {
         ui.set_max_width(room);
-        let commands = Commands::of(state);
-        Bar { of, name, parts, commands, view: state }.show(ui, it, requests);
+        let commands = view.commands;
+        Bar { of, name, parts, commands, view }.show(ui, it, requests);
     };
-    if state.space.exploded.is_on() {
+    if view.scene.space.exploded.is_on() {
         over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, "exploded view", apart.as_deref(), APART, requests);
+            bar(ui, it, "exploded view", apart.as_deref(), &exploded_parts(), requests);
         });
         return;
     }
-    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, it, "3D view", None, TOP, requests));
+    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, it, "3D view", None, &top(), requests));
     let looks_through = it.through.is_some();
     // The legend is above the photo's bar, which is centred at the bottom.
     let lower = if looks_through { PHOTO_BAR } else { 0.0 };
     let above = rect.with_max_y(rect.bottom() - lower);
-    if legend::is_shown(state) {
+    if legend::is_shown(view) {
         // The id depends on the display mode, because the position depends on the size.
-        over(ui, id.with(("legend", state.space.shown_display())), above, Align2::LEFT_BOTTOM, |ui| {
+        over(ui, id.with(("legend", view.scene.space.shown_display())), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
-            legend::legend_ui(state, ui, requests);
+            legend::legend_ui(view, ui, requests);
         });
-    } else if hint::is_wanted(state) {
+    } else if hint::is_wanted(view) {
         over(ui, id.with("first steps"), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
-            hint::hint_ui(ui, state, &mut it.hints, requests);
+            hint::hint_ui(ui, view, &mut it.hints, requests);
         });
     }
     if looks_through {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, "photo overlay", through.as_deref(), THROUGH, requests);
+            bar(ui, it, "photo overlay", through.as_deref(), &through_photo(), requests);
         });
     }
     // Below the bar at the top, where it does not move when panels open or the view leaves a photo.
     let below = rect.with_min_y((rect.top() + TOP_BAR).min(rect.bottom()));
-    if state.space.images.on && state.space.why_no_images().is_none() {
+    if view.scene.space.images.on && view.scene.space.why_no_images().is_none() {
         over(ui, id.with("images"), below, Align2::LEFT_TOP, |ui| {
-            bar(ui, it, "layered depth image", None, images::TOOLS, requests);
+            bar(ui, it, "layered depth image", None, &images::tools(), requests);
         });
     }
     if it.brush.on {
         over(ui, id.with("brush"), below, Align2::LEFT_TOP, |ui| {
-            bar(ui, it, "brush", None, brush::TOOLS, requests);
+            bar(ui, it, "brush", None, &brush::tools(), requests);
             if let Some(remark) = &it.brush.remark {
                 ui.set_max_width(room.min(WORDS));
                 ui.colored_label(ui.visuals().warn_fg_color, remark);
             }
         });
     }
-    if state.trees.hand.on {
+    if view.scene.trees.hand.on {
         over(ui, id.with("place tree"), below, Align2::LEFT_TOP, |ui| {
-            bar(ui, it, "place tree", None, trees::TOOLS, requests);
+            bar(ui, it, "place tree", None, &trees::tools(), requests);
         });
     }
-    if let Some(why) = without_picture(state) {
+    if let Some(why) = without_picture(view) {
         over(ui, id.with("empty"), rect, Align2::CENTER_CENTER, |ui| {
             ui.set_max_width(room.min(WORDS));
-            empty(state, ui, why, requests);
+            empty(view, ui, why, requests);
         });
     }
 }
@@ -128,7 +144,13 @@ fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut U
 }
 
 /// Draws the choice of blending: a list in the bar, the options themselves in the menu.
-fn mixing(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Request>) {
+fn mixing(
+    ui: &mut Ui,
+    _: &SpacePaneView<'_>,
+    it: &mut SpaceMemory,
+    place: BarPosition,
+    _: &mut Vec<Request>,
+) {
     let mode = &mut it.look.blend.mode;
     let title = "Blending mode";
     let choices = |ui: &mut Ui, mode: &mut Mode| {
@@ -149,30 +171,36 @@ fn mixing(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &
     named(&combo.show_ui(ui, |ui| choices(ui, mode)).response, title);
 }
 
-fn photos(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn photos(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     ui.horizontal(|ui| {
         ui.add(Slider::new(&mut it.look.blend.photos, 1..=Blend::MOST).text("photos"))
             .on_hover_text("Maximum photos blended per point.");
     });
 }
 
-fn relief(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn relief(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let mut relief = !it.look.flat;
     ui.checkbox(&mut relief, "Detail").on_hover_text("Shows depth detail that is estimated from photos.");
     it.look.flat = !relief;
 }
 
 /// Draws the choice of the display mode.
-fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, requests: &mut Vec<Request>) {
+fn shown(
+    ui: &mut Ui,
+    view: &SpacePaneView<'_>,
+    _: &mut SpaceMemory,
+    _: BarPosition,
+    requests: &mut Vec<Request>,
+) {
     let views = command::view::DISPLAY_COMMANDS;
     // The label changes with the picture, as the legend does.
-    let text = command::view::command_of(state.space.shown_display()).name;
+    let text = command::view::command_of(view.scene.space.shown_display()).name;
     let combo = ComboBox::from_id_salt("shown").selected_text(text).width(DISPLAY_COMMANDS);
     let combo = combo.show_ui(ui, |ui| {
         for &command in views {
-            let on = command.on.is_some_and(|on| on(state));
+            let on = view.commands.is_on(command);
             if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
-                requests.push(command.asked(state));
+                requests.push(view.commands.asked(command));
             }
         }
     });
@@ -180,7 +208,7 @@ fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, reques
 }
 
 /// Draws the spacing of the exploded view.
-fn distance(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn distance(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     ui.horizontal(|ui| {
         let slider = Slider::new(&mut it.apart, 0.0..=MOST_APART);
         ui.add(slider.show_value(false).text("spacing")).on_hover_text(
@@ -192,17 +220,29 @@ fn distance(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mu
     });
 }
 
-fn together(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, requests: &mut Vec<Request>) {
+fn together(
+    ui: &mut Ui,
+    view: &SpacePaneView<'_>,
+    _: &mut SpaceMemory,
+    _: BarPosition,
+    requests: &mut Vec<Request>,
+) {
     if ui.button("Collapse").on_hover_text("Returns to the 3D view.").clicked() {
-        requests.push(command::view::EXPLODED.asked(state));
+        requests.push(view.commands.asked(&command::view::EXPLODED));
     }
 }
 
-fn photo_over(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn photo_over(
+    ui: &mut Ui,
+    _: &SpacePaneView<'_>,
+    it: &mut SpaceMemory,
+    _: BarPosition,
+    _: &mut Vec<Request>,
+) {
     ui.checkbox(&mut it.photo_over, "Photo").on_hover_text("Overlays the photo; hold X to flip.");
 }
 
-fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn opacity(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let shown = it.photo_over;
     ui.add_enabled_ui(shown, |ui| {
         let slider = Slider::new(&mut it.photo_opacity, 0.0..=1.0);
@@ -210,7 +250,7 @@ fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut
     });
 }
 
-fn wipe(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn wipe(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     let shown = it.photo_over;
     ui.add_enabled_ui(shown, |ui| {
         let slider = Slider::new(&mut it.wipe, 0.0..=1.0);
@@ -219,34 +259,34 @@ fn wipe(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Ve
 }
 
 /// Describes the next step where there is no picture yet.
-fn without_picture(state: &State) -> Option<&'static str> {
-    let session = state.session.as_ref()?;
-    if state.space.has_picture() {
+fn without_picture(view: &SpacePaneView<'_>) -> Option<&'static str> {
+    let session = view.scene.session;
+    if view.scene.space.has_picture() {
         return None;
     }
-    Some(if state.space.device.is_some() || state.running.runs(JobKind::Preview) {
+    Some(if view.scene.space.device.is_some() || view.running.runs(JobKind::Preview) {
         "Preparing the view…"
-    } else if state.running.runs(JobKind::Build) {
+    } else if view.running.runs(JobKind::Build) {
         "Building layers…"
     } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
         "No photo has layers yet."
-    } else if state.space.trouble.is_some() {
+    } else if view.scene.space.trouble.is_some() {
         "The 3D view cannot be drawn."
     } else {
         "The 3D view is not running."
     })
 }
 
-fn empty(state: &State, ui: &mut Ui, why: &str, requests: &mut Vec<Request>) {
+fn empty(view: &SpacePaneView<'_>, ui: &mut Ui, why: &str, requests: &mut Vec<Request>) {
     ui.vertical_centered(|ui| {
         ui.add(Label::new(RichText::new(why).heading()).selectable(false));
-        let runs = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| state.running.runs(kind));
+        let runs = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| view.running.runs(kind));
         // The device is there: the first picture is being drawn.
-        if runs || state.space.device.is_some() {
+        if runs || view.scene.space.device.is_some() {
             ui.add(Spinner::new().size(24.0));
             return;
         }
-        if let Some(trouble) = &state.space.trouble {
+        if let Some(trouble) = &view.scene.space.trouble {
             ui.label(trouble);
             ui.add_space(4.0);
             ui.label("Until then the 3D view, rendering of pictures and videos, and building of layers do not work.");
@@ -256,14 +296,14 @@ fn empty(state: &State, ui: &mut Ui, why: &str, requests: &mut Vec<Request>) {
             );
             ui.add_space(6.0);
         }
-        let session = state.session.as_ref();
+        let session = Some(view.scene.session);
         let none_built =
             session.is_some_and(|session| session.photos.iter().all(|photo| photo.stack.is_none()));
         let command = if none_built { &command::layers::BUILD } else { &command::view::RESTART };
         ui.label(command.tooltip);
         ui.add_space(6.0);
         if ui.add(eframe::egui::Button::new(command.name).min_size(vec2(160.0, 30.0))).clicked() {
-            requests.push(command.asked(state));
+            requests.push(view.commands.asked(command));
         }
     });
 }

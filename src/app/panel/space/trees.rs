@@ -7,12 +7,11 @@ use glam::DVec3;
 
 use super::overlay::{HOVERED, SELECTED, WorldCanvas, seen_from};
 use super::px_of;
+use super::view::SpacePaneView;
 use crate::panel::bar::{BarPart, BarPosition};
 use crate::panel::inspect::tree::species_choice;
 use crate::panel::named;
-use crate::state::State;
 use crate::state::notes::{Note, Weight};
-use crate::state::panes::{KeyOwner, Pane};
 use crate::state::request::{Request, TreeRequest, WindowRequest};
 use crate::state::selection::Selection;
 use crate::state::space::memory::SpaceMemory;
@@ -22,7 +21,9 @@ use quadratura_document::trees::PlacedTree;
 use quadratura_foliage::level_axes;
 
 /// The parts of the tool's bar.
-pub const TOOLS: &[BarPart<State, SpaceMemory>] = &[BarPart::Tool(species), BarPart::Tool(hint)];
+pub fn tools<'a>() -> [BarPart<SpacePaneView<'a>, SpaceMemory>; 2] {
+    [BarPart::Tool(species), BarPart::Tool(hint)]
+}
 
 /// The number of corners of circles.
 const CORNERS: u32 = 40;
@@ -30,47 +31,49 @@ const CORNERS: u32 = 40;
 const GHOST: Color32 = Color32::from_rgb(0x9f, 0xe0, 0x90);
 
 /// Draws the outlines of the selected tree and of that under the pointer, and where a tree would be placed.
-pub fn outlines_ui(ui: &Ui, state: &State, it: &SpaceMemory, response: &Response, rect: Rect) {
-    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(state, it) };
-    let Some(trees) = state.trees() else { return };
-    if let Some(tree) = state.selected_tree() {
-        outline(&canvas, state, tree, Stroke::new(2.0, SELECTED));
+pub fn outlines_ui(ui: &Ui, view: &SpacePaneView<'_>, it: &SpaceMemory, response: &Response, rect: Rect) {
+    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(view, it) };
+    let trees = view.scene.session.trees();
+    if let Some(tree) = view.scene.session.tree_of(view.selection.main) {
+        outline(&canvas, view, tree, Stroke::new(2.0, SELECTED));
     }
     let Some(at) = response.hover_pos().filter(|_| !response.dragged()) else { return };
     let pixel = it.pixel_at(px_of(at - rect.min, ui.ctx().pixels_per_point()));
-    let hovered = state.tree_at(&pixel).filter(|index| state.selection.main != Selection::Tree(*index));
+    let hovered = view.scene.tree_at(&pixel).filter(|index| view.selection.main != Selection::Tree(*index));
     if let Some(tree) = hovered.and_then(|index| trees.at(index)) {
-        outline(&canvas, state, tree, Stroke::new(1.5, HOVERED));
-    } else if state.trees.hand.on
-        && state.trees.hand.held.is_none()
-        && let Some(ground) = state.ground_at(&pixel)
+        outline(&canvas, view, tree, Stroke::new(1.5, HOVERED));
+    } else if view.scene.trees.hand.on
+        && view.scene.trees.hand.held.is_none()
+        && let Some(ground) = view.scene.ground_at(&pixel)
     {
-        let ghost = size_of_new(state);
-        cylinder(&canvas, state, ground, ghost, Stroke::new(1.5, GHOST));
+        let ghost = size_of_new(view);
+        cylinder(&canvas, view, ground, ghost, Stroke::new(1.5, GHOST));
     }
 }
 
 /// Returns the height and width of a tree that would be placed.
-fn size_of_new(state: &State) -> [f64; 2] {
-    let known = state
-        .trees()
-        .and_then(|trees| state.trees.figures_of(trees, &state.trees.hand.species))
+fn size_of_new(view: &SpacePaneView<'_>) -> [f64; 2] {
+    let known = (view.scene.trees.figures_of(view.scene.session.trees(), &view.scene.trees.hand.species))
         .map(|figures| [figures.height, figures.width]);
-    let radius = state.session.as_ref().map_or(1.0, |session| session.scene_frame.radius);
+    let radius = Some(view.scene.session).map_or(1.0, |session| session.scene_frame.radius);
     known.unwrap_or([0.1 * radius, 0.05 * radius])
 }
 
-fn outline(canvas: &WorldCanvas, state: &State, tree: &PlacedTree, stroke: Stroke) {
-    let size = state
-        .trees()
-        .and_then(|trees| state.trees.size_of(trees, tree))
-        .unwrap_or_else(|| size_of_new(state));
-    cylinder(canvas, state, DVec3::from_array(tree.at), size, stroke);
+fn outline(canvas: &WorldCanvas, view: &SpacePaneView<'_>, tree: &PlacedTree, stroke: Stroke) {
+    let size =
+        (view.scene.trees.size_of(view.scene.session.trees(), tree)).unwrap_or_else(|| size_of_new(view));
+    cylinder(canvas, view, DVec3::from_array(tree.at), size, stroke);
 }
 
 /// Draws a circle around a foot, one around the top, and a line between their middles.
-fn cylinder(canvas: &WorldCanvas, state: &State, foot: DVec3, [height, width]: [f64; 2], stroke: Stroke) {
-    let Some(session) = &state.session else { return };
+fn cylinder(
+    canvas: &WorldCanvas,
+    view: &SpacePaneView<'_>,
+    foot: DVec3,
+    [height, width]: [f64; 2],
+    stroke: Stroke,
+) {
+    let session = view.scene.session;
     let up = session.scene_frame.up;
     let (x, y) = level_axes(up);
     let top = foot + height * up;
@@ -87,18 +90,18 @@ fn cylinder(canvas: &WorldCanvas, state: &State, foot: DVec3, [height, width]: [
 /// Handles mouse and keys while the tool is in use.
 pub fn hand_ui(
     ui: &Ui,
-    state: &State,
+    view: &SpacePaneView<'_>,
     it: &SpaceMemory,
     response: &Response,
     rect: Rect,
     requests: &mut Vec<Request>,
 ) {
-    if !state.trees.hand.on {
+    if !view.scene.trees.hand.on {
         return;
     }
     requests.push(TreeRequest::WantFigures.into());
-    let held = state.trees.hand.held.is_some();
-    let has_keys = state.panes.key_owner() == KeyOwner::View(Pane::Space) && !dialog::is_open(ui.ctx());
+    let held = view.scene.trees.hand.held.is_some();
+    let has_keys = view.has_keys && !dialog::is_open(ui.ctx());
     if (has_keys || held) && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
         // Escape gives the drag up first, then puts the tool away.
         requests.push(if held { TreeRequest::GiveUp } else { TreeRequest::Hand }.into());
@@ -119,7 +122,7 @@ pub fn hand_ui(
                 if may_begin && rect.contains(pos) =>
             {
                 response.request_focus();
-                if seen_from(state, it) != it.viewpoint {
+                if seen_from(view, it) != it.viewpoint {
                     let text = "The picture is not of this view yet: place trees when it is";
                     requests.push(WindowRequest::Say(Note::new(Weight::Info, text)).into());
                 } else {
@@ -148,19 +151,26 @@ fn hold_of(modifiers: Modifiers) -> Hold {
     }
 }
 
-fn species(ui: &mut Ui, state: &State, _: &mut SpaceMemory, place: BarPosition, requests: &mut Vec<Request>) {
-    let now = &state.trees.hand.species;
+fn species(
+    ui: &mut Ui,
+    view: &SpacePaneView<'_>,
+    _: &mut SpaceMemory,
+    place: BarPosition,
+    requests: &mut Vec<Request>,
+) {
+    let now = &view.scene.trees.hand.species;
     let mut chosen = None;
     if place == BarPosition::Menu {
-        chosen = species_choice(ui, state.trees(), now);
+        chosen = species_choice(ui, Some(view.scene.session.trees()), now);
     } else {
         let combo = ComboBox::from_id_salt("species to place").selected_text(now);
-        let combo = combo.show_ui(ui, |ui| chosen = species_choice(ui, state.trees(), now));
+        let combo =
+            combo.show_ui(ui, |ui| chosen = species_choice(ui, Some(view.scene.session.trees()), now));
         named(&combo.response, "Species to place");
     }
     requests.extend(chosen.map(|species| Request::from(TreeRequest::Choose(species))));
 }
 
-fn hint(ui: &mut Ui, _: &State, _: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
+fn hint(ui: &mut Ui, _: &SpacePaneView<'_>, _: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Request>) {
     ui.weak("Click: place · drag: move · Alt: height · Shift: turn · Esc: end");
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::state::State;
 use crate::state::selection::Selection;
+use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
 use quadratura_io::programs::{ImageEditor, image_editors};
@@ -21,10 +22,12 @@ impl State {
         let stack = self.session.as_ref()?.stack_of(photo)?;
         stack.image_layers.get(layer.index()).filter(|_| photo == of)
     }
+}
 
+impl Session {
     /// Returns the folder of documents that are being edited, where there is one.
     pub fn editing_folder(&self) -> Option<PathBuf> {
-        let folder = folder_of_documents(&self.session.as_ref()?.folder);
+        let folder = folder_of_documents(&self.folder);
         folder.is_dir().then_some(folder)
     }
 }

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::FIELD_RAD;
 use super::exploded::Panes3D;
 use super::picking::ViewPixel;
+use super::scene::ShownScene;
 use crate::state::State;
 use crate::state::flat::version::LayersVersion;
 use crate::state::panes::Pane;
@@ -41,14 +42,27 @@ impl State {
         self.panes.show(Pane::Space);
         self.space.exploded.photo = Some(photo);
         self.space.exploded.now_apart = 0.0;
-        let Some(there) = self.view_of_layers_apart() else { return };
+        let Some(there) = self.scene().and_then(|scene| scene.view_of_layers_apart()) else { return };
         self.space.exploded.begins = true;
         self.fly_to_viewpoint(there);
     }
 
+    /// Returns the stack of the selected photo.
+    pub fn selected_stack(&self) -> Option<&Stack> {
+        self.session.as_ref()?.stack_of(self.selected_photo()?).map(|stack| &**stack)
+    }
+}
+
+/// Returns the order of a photo's farthest layer.
+fn last_order(session: &Session, photo: PhotoId) -> u32 {
+    let stack = session.stack_of(photo);
+    stack.iter().flat_map(|stack| &stack.image_layers).map(|layer| layer.order).max().unwrap_or(0)
+}
+
+impl<'a> ShownScene<'a> {
     /// Returns the view of all layers that are pulled apart; none where nothing is.
     pub fn view_of_layers_apart(&self) -> Option<Viewpoint> {
-        let (photo, session) = (self.space.exploded.photo?, self.session.as_ref()?);
+        let (photo, session) = (self.space.exploded.photo?, self.session);
         let stand = self.stand(self.space.exploded.apart)?;
         let (lens, up) = (FrameLens::with_field_of_view(FIELD_RAD), session.scene_frame.up);
         Some(stand.side_view(last_order(session, photo), lens, up, self.space.width().min(1.0)))
@@ -56,22 +70,17 @@ impl State {
 
     /// Returns the version of the layers that are pulled apart; none where nothing is, or where no layers are built.
     pub fn version_apart(&self) -> Option<LayersVersion> {
-        LayersVersion::new(self.session.as_ref()?, self.space.exploded.photo?)
+        LayersVersion::new(self.session, self.space.exploded.photo?)
     }
 
     /// Returns the layer pictures of the photo's current stack.
-    pub fn panes_apart(&self) -> Option<&Panes3D> {
+    pub fn panes_apart(&self) -> Option<&'a Panes3D> {
         self.space.exploded.made.get(&self.version_apart()?)
-    }
-
-    /// Returns the stack of the selected photo.
-    pub fn selected_stack(&self) -> Option<&Stack> {
-        self.session.as_ref()?.stack_of(self.selected_photo()?).map(|stack| &**stack)
     }
 
     /// Returns the positions of the layers in space for a spacing.
     pub fn stand(&self, apart: f32) -> Option<Stand> {
-        let (session, place) = (self.session.as_ref()?, self.space.exploded.photo?);
+        let (session, place) = (self.session, self.space.exploded.photo?);
         let photo = session.opened.site.photos.get(place.index())?;
         let height = HEIGHT_SHARE * session.scene_frame.radius;
         let step = f64::from(apart) / f64::from(last_order(session, place).max(1));
@@ -80,11 +89,9 @@ impl State {
 
     /// Returns the opacities of the layers that are pulled apart.
     pub fn opacities_apart(&self) -> Opacities {
-        let (Some(photo), Some(session)) = (self.space.exploded.photo, &self.session) else {
-            return Opacities::default();
-        };
-        let stack = session.stack_of(photo);
-        stack.map(|stack| self.flat.layer_views.drawn(photo, stack)).unwrap_or_default()
+        let Some(photo) = self.space.exploded.photo else { return Opacities::default() };
+        let stack = self.session.stack_of(photo);
+        stack.map(|stack| self.layer_views.drawn(photo, stack)).unwrap_or_default()
     }
 
     /// Returns the nearest layer under a position in the view, for a spacing: the point in world space, and the layer's
@@ -101,10 +108,4 @@ impl State {
             (is_shown && pane.has(px.x, px.y)).then_some((eye + ray * t, pane.layer))
         })
     }
-}
-
-/// Returns the order of a photo's farthest layer.
-fn last_order(session: &Session, photo: PhotoId) -> u32 {
-    let stack = session.stack_of(photo);
-    stack.iter().flat_map(|stack| &stack.image_layers).map(|layer| layer.order).max().unwrap_or(0)
 }

@@ -92,7 +92,7 @@ impl State {
 
     /// Shows all layers that are pulled apart; returns false where none are.
     fn frame_apart(&mut self) -> bool {
-        let Some(there) = self.view_of_layers_apart() else { return false };
+        let Some(there) = self.scene().and_then(|scene| scene.view_of_layers_apart()) else { return false };
         self.fly_to_viewpoint(there);
         true
     }

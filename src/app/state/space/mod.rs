@@ -10,6 +10,7 @@ pub mod memory;
 pub mod pace;
 pub mod picking;
 pub mod picture;
+pub mod scene;
 mod showing;
 pub mod travel;
 pub mod view_pixel;

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use super::picture::NewestPicture;
+use super::scene::ShownScene;
 pub use super::view_pixel::ViewPixel;
-use crate::state::State;
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::{FaceId, Model, Object, PhotoId};
@@ -18,11 +18,11 @@ use quadratura_view::hidden::{Culling, HiddenFaces};
 /// The number of parts of a tree's height at which its distance from a ray is looked at.
 const PARTS: u32 = 16;
 
-impl State {
+impl ShownScene<'_> {
     /// Returns the face at a position: from the item buffer where the picture shows this view, otherwise by a ray. In the
     /// item buffer, see-through faces are where something of them is there; a ray meets all of them.
     pub fn face_at(&self, pixel: &ViewPixel) -> Option<FaceId> {
-        let session = self.session.as_ref()?;
+        let session = self.session;
         if let Some(number) = self.number_at(pixel) {
             return shown_face(number);
         }
@@ -48,7 +48,7 @@ impl State {
     pub fn tree_at(&self, pixel: &ViewPixel) -> Option<TreeIndex> {
         let number = self.number_at(pixel).filter(|number| number & TREE != 0)?;
         let index = TreeIndex(number & !TREE);
-        let is_present = self.space.shows_present() && self.trees()?.at(index).is_some();
+        let is_present = self.space.shows_present() && self.session.trees().at(index).is_some();
         is_present.then_some(index)
     }
 
@@ -59,7 +59,7 @@ impl State {
 
     /// Returns the nearest tree that stands at a position and is not in the picture yet; the ball of its crown and stem counts.
     pub fn undrawn_tree_at(&self, pixel: &ViewPixel) -> Option<TreeIndex> {
-        let (session, trees) = (self.session.as_ref()?, self.trees()?);
+        let (session, trees) = (self.session, self.session.trees());
         let (eye, ray) = (pixel.viewpoint.position(), pixel.ray().normalize_or_zero());
         let present = self.space.shown.as_ref().filter(|_| self.space.shows_present());
         let drawn: BTreeSet<u32> = present.iter().flat_map(|shown| shown.faces.iter().copied()).collect();
@@ -82,7 +82,7 @@ impl State {
 
     /// Returns the point of the solid surfaces under a position in the view, whatever tree or billboard is before it.
     pub fn ground_at(&self, pixel: &ViewPixel) -> Option<DVec3> {
-        let session = self.session.as_ref()?;
+        let session = self.session;
         let (eye, ray, look) = (pixel.viewpoint.position(), pixel.ray(), &self.space.look);
         let flat = |object: &&Object| object.see_through || object.impostor.is_some() || object.billboard;
         let flat =
@@ -96,7 +96,7 @@ impl State {
     pub fn point_at(&self, pixel: &ViewPixel) -> Option<DVec3> {
         if let Some(index) = self.tree_at(pixel) {
             let (pose, ray) = (pixel.viewpoint.pose, pixel.ray());
-            let foot = DVec3::from_array(self.trees()?.at(index)?.at);
+            let foot = DVec3::from_array(self.session.trees().at(index)?.at);
             let along = (pose.rotation * ray).z;
             let depth = pose.camera_from_world(foot).z;
             return (depth > 0.0 && along > 0.0).then(|| pixel.viewpoint.position() + ray * (depth / along));
@@ -107,7 +107,7 @@ impl State {
     /// Returns the point of the model under a position in the view, with its face: that of [`Self::face_at`], where the ray
     /// through the position meets it.
     pub fn surface_at(&self, pixel: &ViewPixel) -> Option<(DVec3, FaceId)> {
-        let (session, eye) = (self.session.as_ref()?, pixel.viewpoint.position());
+        let (session, eye) = (self.session, pixel.viewpoint.position());
         let (solid, ray, culling) = (&session.solid, pixel.ray(), self.space.look.culling());
         let on_shown = match self.number_at(pixel) {
             Some(number) => {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::scene::ShownScene;
 use super::visibility::{ModelVisibility, Uncovered};
 use crate::state::State;
 use quadratura_base::scene::FaceId;
@@ -56,10 +57,12 @@ impl State {
         }
         faces.into_iter().collect()
     }
+}
 
+impl ShownScene<'_> {
     /// Returns the faces that are drawn as glass.
     pub fn glass(&self) -> Vec<FaceId> {
-        let Some(session) = &self.session else { return Vec::new() };
+        let session = self.session;
         let ModelVisibility { hidden, uncovered } = &self.space.visibility;
         if *uncovered != Uncovered::Glass {
             return Vec::new();

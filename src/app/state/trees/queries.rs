@@ -23,10 +23,7 @@ impl State {
 
     /// Returns the selected tree.
     pub fn selected_tree(&self) -> Option<&PlacedTree> {
-        match self.selection.main {
-            Selection::Tree(index) => self.trees()?.at(index),
-            _ => None,
-        }
+        self.session.as_ref()?.tree_of(self.selection.main)
     }
 
     /// Selects the tree of a name.
@@ -117,6 +114,14 @@ impl State {
 }
 
 impl Session {
+    /// Returns the tree that is selected.
+    pub fn tree_of(&self, selection: Selection) -> Option<&PlacedTree> {
+        match selection {
+            Selection::Tree(index) => self.trees().at(index),
+            _ => None,
+        }
+    }
+
     /// Returns the trees of the project.
     pub fn trees(&self) -> &Trees {
         &self.history.present().trees
