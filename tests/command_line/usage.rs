@@ -80,7 +80,7 @@ fn help_lists_the_commands_that_there_are_and_hides_those_for_packagers() {
     let help = stdout_of(&site.run("--help").success());
     for command in [
         "edit", "new", "check", "update", "build", "fill", "export", "import", "watch", "stroke", "colour",
-        "render", "score", "info",
+        "render", "score", "info", "formats",
     ] {
         assert!(help.contains(&format!("  {command} ")), "{help}");
     }

@@ -6,15 +6,17 @@ use glam::DVec2;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::kept::{CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS};
+use super::options::CameraOptions;
 use super::photo_name::{objection, short};
 use super::photo_paths::PhotoPath;
 use super::pose::is_on_a_map;
 use super::raw::{Problems, RawCamera, RawImage, RawPhoto};
 use super::reconstruction::ReconstructionFiles;
+use super::reprojection::Reprojection;
 use super::rigs::Rigs;
 use super::sizes::SizeSource;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::geometry::{Lens, Pinhole, Pose};
+use quadratura_base::geometry::{Lens, Pinhole, Pose, RollingShutter};
 use quadratura_base::scene::SparsePoint;
 use quadratura_base::task::Task;
 use quadratura_files::text::Objection;
@@ -27,6 +29,7 @@ type PoseResult = Result<Pose, Objection>;
 /// Takes raw cameras, then images, then points, in file order.
 pub struct Assembly<'s> {
     sizes: SizeSource<'s>,
+    options: &'s CameraOptions,
     cameras_file: PathBuf,
     images_file: PathBuf,
     points_file: PathBuf,
@@ -50,12 +53,17 @@ pub struct Assembly<'s> {
 }
 
 impl<'s> Assembly<'s> {
-    pub(super) fn new(files: &ReconstructionFiles, sizes: SizeSource<'s>) -> Self {
+    pub(super) fn new(
+        files: &ReconstructionFiles,
+        sizes: SizeSource<'s>,
+        options: &'s CameraOptions,
+    ) -> Self {
         Self {
             sizes,
+            options,
             cameras_file: files.cameras.clone(),
             images_file: files.images.clone(),
-            points_file: files.points.clone().unwrap_or_default(),
+            points_file: files.points.clone().unwrap_or_else(|| files.images.clone()),
             cameras: FxHashMap::default(),
             image_ids: FxHashSet::default(),
             listed: 0,
@@ -70,6 +78,26 @@ impl<'s> Assembly<'s> {
             no_places: 0,
             rigs: None,
         }
+    }
+
+    /// Returns whether sizes that the format does not state are those of the photos' files.
+    pub(super) fn knows_sizes(&self) -> bool {
+        self.sizes.are_known()
+    }
+
+    /// Returns what the user decided about the reading.
+    pub(super) fn options(&self) -> &'s CameraOptions {
+        self.options
+    }
+
+    /// Returns a photo that was taken, by its index.
+    pub(super) fn taken(&self, photo: u32) -> &CameraPhoto {
+        &self.photos[photo as usize]
+    }
+
+    /// Has the motion of a camera taken out of a photo.
+    pub(super) fn shutter(&mut self, photo: u32, shutter: RollingShutter) {
+        self.photos[photo as usize].shutter = Some(shutter);
     }
 
     /// Takes the poses of rigs, which replace those of photos that are taken after that.
@@ -164,6 +192,17 @@ impl<'s> Assembly<'s> {
         self.problem(&self.images_file.clone(), place, objection);
     }
 
+    /// Takes a file for one photo that could not be read.
+    pub(super) fn refused_file(&mut self, error: Error) {
+        self.listed += 1;
+        self.problems.push(&self.images_file, error);
+    }
+
+    /// Takes a point that could not even be parsed.
+    pub(super) fn point_problem(&mut self, place: String, objection: Objection) {
+        self.problem(&self.points_file.clone(), place, objection);
+    }
+
     /// Takes a photo with a camera of its own. Returns its index for [`Assembly::seen_point`], where it can be used.
     pub fn photo(&mut self, place: String, name: &str, camera: RawResult, pose: PoseResult) -> Option<u32> {
         self.listed += 1;
@@ -206,7 +245,14 @@ impl<'s> Assembly<'s> {
         }
         let (camera, lens) = raw.camera?;
         let pose = raw.pose.map_err(|(found, remedy)| (format!("{name}: {found}"), remedy))?;
-        Ok(CameraPhoto { name: raw.name.to_owned(), camera, lens, pose, place: place.to_owned() })
+        Ok(CameraPhoto {
+            name: raw.name.to_owned(),
+            camera,
+            lens,
+            pose,
+            shutter: None,
+            place: place.to_owned(),
+        })
     }
 
     fn camera_of(&self, name: &str, camera: u32) -> Result<(Pinhole, Lens), Objection> {
@@ -259,7 +305,7 @@ impl<'s> Assembly<'s> {
     /// # Errors
     /// [`Error::Input`] when no photo was: the first problem, or the empty file.
     pub(super) fn finish(self, mut notes: Vec<String>) -> Result<Cameras> {
-        let Self { images_file: file, listed, photos, points, problems, .. } = self;
+        let Self { sizes, images_file: file, listed, photos, points, problems, .. } = self;
         notes.extend(self.notes);
         if self.backslashes > 0 {
             let (file, count) = (file.display(), self.backslashes);
@@ -276,7 +322,11 @@ impl<'s> Assembly<'s> {
             let empty = || Error::input(file, "", "it lists no photo", remedy);
             return Err(problems.into_iter().next().unwrap_or_else(empty));
         }
-        Ok(Cameras { file, listed, photos, points, problems, notes })
+        // Without sizes, places that count from the middle are not where they are.
+        let reprojection = sizes.are_known().then(|| Reprojection::new(&photos, &points)).flatten();
+        let warning = reprojection.as_ref().and_then(Reprojection::warning);
+        notes.extend(warning.map(|warning| format!("{}: {warning}", file.display())));
+        Ok(Cameras { file, listed, photos, points, reprojection, problems, notes })
     }
 }
 

@@ -167,6 +167,15 @@ pub fn accepted() -> String {
     all.join("; or ")
 }
 
+/// Lists all formats: what the files are called, what is read of them, and what is not.
+pub fn described() -> Vec<[&'static str; 3]> {
+    let of_format = |format: &'static dyn CameraFormat| {
+        let [kept, lost] = format.kept_and_lost();
+        [format.accepted(), kept, lost]
+    };
+    formats().map(of_format).collect()
+}
+
 fn nothing_in(path: &Path) -> Error {
     let mut folders: Vec<&str> = formats().flat_map(|format| format.folders()).copied().collect();
     folders.retain(|folder| !folder.is_empty());

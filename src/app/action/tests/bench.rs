@@ -126,6 +126,7 @@ fn site_of(project: Project) -> Opened {
         site,
         whole: scene.model.clone(),
         points: Arc::default(),
+        reprojection: None,
         listed: PHOTOS.len(),
         problems: Arc::default(),
         left_out: Vec::new(),
