@@ -90,6 +90,15 @@ fn help_lists_the_commands_that_there_are_and_hides_those_for_packagers() {
 }
 
 #[test]
+fn formats_are_listed_with_what_is_kept_and_what_is_lost() {
+    let site = Site::new();
+    let text = stdout_of(&site.run("formats").success());
+    for expected in ["Metashape's .xml", "kept: ", "not: tie points", "OpenRaster", "RealityScan"] {
+        assert!(text.contains(expected), "{text}");
+    }
+}
+
+#[test]
 fn packagers_get_completions_and_a_manual_page() {
     let site = Site::new();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {

@@ -50,6 +50,8 @@ pub struct Assembly<'s> {
     /// The number of keypoints whose positions are no numbers.
     no_places: usize,
     rigs: Option<Rigs>,
+    /// Whether the points' positions are those at which their observations meet.
+    triangulated: bool,
 }
 
 impl<'s> Assembly<'s> {
@@ -77,6 +79,7 @@ impl<'s> Assembly<'s> {
             backslashes: 0,
             no_places: 0,
             rigs: None,
+            triangulated: false,
         }
     }
 
@@ -93,6 +96,11 @@ impl<'s> Assembly<'s> {
     /// Returns a photo that was taken, by its index.
     pub(super) fn taken(&self, photo: u32) -> &CameraPhoto {
         &self.photos[photo as usize]
+    }
+
+    /// Says that positions of points are triangulated from their observations.
+    pub(super) fn points_are_triangulated(&mut self) {
+        self.triangulated = true;
     }
 
     /// Has the motion of a camera taken out of a photo.
@@ -305,7 +313,7 @@ impl<'s> Assembly<'s> {
     /// # Errors
     /// [`Error::Input`] when no photo was: the first problem, or the empty file.
     pub(super) fn finish(self, mut notes: Vec<String>) -> Result<Cameras> {
-        let Self { sizes, images_file: file, listed, photos, points, problems, .. } = self;
+        let Self { sizes, triangulated, images_file: file, listed, photos, points, problems, .. } = self;
         notes.extend(self.notes);
         if self.backslashes > 0 {
             let (file, count) = (file.display(), self.backslashes);
@@ -322,8 +330,10 @@ impl<'s> Assembly<'s> {
             let empty = || Error::input(file, "", "it lists no photo", remedy);
             return Err(problems.into_iter().next().unwrap_or_else(empty));
         }
+        notes.extend(wide_note(&file, &photos).filter(|_| sizes.are_known()));
         // Without sizes, places that count from the middle are not where they are.
-        let reprojection = sizes.are_known().then(|| Reprojection::new(&photos, &points)).flatten();
+        let reprojection =
+            sizes.are_known().then(|| Reprojection::new(&photos, &points, triangulated)).flatten();
         let warning = reprojection.as_ref().and_then(Reprojection::warning);
         notes.extend(warning.map(|warning| format!("{}: {warning}", file.display())));
         Ok(Cameras { file, listed, photos, points, reprojection, problems, notes })
@@ -340,6 +350,28 @@ fn judged_camera(raw: RawCamera) -> Result<(Pinhole, Lens), Objection> {
     let pinhole = Pinhole { width: width as u32, height: height as u32, fx, fy, cx, cy };
     sensible(&pinhole, &lens)?;
     Ok((pinhole, lens))
+}
+
+/// Returns a note about photos with an angle of view that no lens without a fisheye model has, as of focal lengths in millimetres.
+fn wide_note(file: &Path, photos: &[CameraPhoto]) -> Option<String> {
+    // 147 degrees along the longer side.
+    const SHORTEST: f64 = 0.15;
+    let longer = |photo: &CameraPhoto| f64::from(photo.camera.width.max(photo.camera.height));
+    let is_wide = |photo: &&CameraPhoto| {
+        let is_fisheye =
+            matches!(photo.lens, Lens::Fisheye { .. } | Lens::PrismFisheye { .. } | Lens::Eucm { .. });
+        !is_fisheye && photo.camera.fx < SHORTEST * longer(photo)
+    };
+    let mut wide = photos.iter().filter(is_wide);
+    let first = wide.next()?;
+    let angle = 2.0 * (0.5 * longer(first) / first.camera.fx).atan().to_degrees();
+    Some(format!(
+        "{}: {} photos have a very wide angle of view, such as {} with {angle:.0} degrees; check that focal lengths are in the unit of the \
+         format",
+        file.display(),
+        1 + wide.count(),
+        first.name
+    ))
 }
 
 /// Refuses values with which nothing could be computed; odd but possible ones pass.

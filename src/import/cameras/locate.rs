@@ -158,7 +158,10 @@ pub fn cameras_in(folder: &Path) -> Option<CamerasThere> {
 
 /// Lists the extensions of the files of all formats, in lower case.
 pub fn extensions() -> Vec<&'static str> {
-    formats().flat_map(|format| format.extensions()).copied().collect()
+    let mut all: Vec<&str> = formats().flat_map(|format| format.extensions()).copied().collect();
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
 /// Returns a list of the accepted files for messages and help.

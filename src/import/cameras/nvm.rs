@@ -280,5 +280,5 @@ fn median(
     };
     let points: Vec<SparsePoint> =
         points.iter().filter_map(|(_, point)| Some(of_point(point.as_ref().ok()?))).collect();
-    Reprojection::new(&cameras, &points).map_or(f64::INFINITY, |reprojection| reprojection.median_px)
+    Reprojection::new(&cameras, &points, false).map_or(f64::INFINITY, |reprojection| reprojection.median_px)
 }

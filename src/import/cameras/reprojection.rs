@@ -8,6 +8,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::kept::CameraPhoto;
 use super::pose::CV_FROM_GL;
+use super::triangulate::triangulated;
 use quadratura_base::geometry::{Lens, Pose};
 use quadratura_base::raster::robust::upper_median;
 use quadratura_base::scene::SparsePoint;
@@ -25,15 +26,13 @@ pub struct Reprojection {
 
 /// With fewer observations nothing is judged.
 const FEWEST: usize = 20;
-/// The most observations that are compared; every n-th is of more.
+/// About the most observations that are compared; of more, those of every n-th point are.
 const COMPARED: usize = 20_000;
 /// The median, in pixels, above which a convention is probably wrong. Bundle adjustment leaves about one.
 const SUSPICIOUS_PX: f64 = 3.0;
 /// A variant is proposed whose median is at most this share of that of the file as it was read.
 const BETTER: f64 = 0.5;
 
-/// One observation: the photo, the point in the world, and the place in pixels.
-type Observation<'a> = (&'a CameraPhoto, DVec3, DVec2);
 /// A convention: its name, and the changes of a photo and of a place that it means.
 type Variant = (&'static str, fn(&mut CameraPhoto, &mut DVec2));
 
@@ -92,22 +91,20 @@ fn changed(lens: Lens, sign: f64, swapped: bool) -> Lens {
 }
 
 impl Reprojection {
-    /// Compares points with their observations, which count through `photos`; `None` where there are too few.
-    pub(super) fn new(photos: &[CameraPhoto], points: &[SparsePoint]) -> Option<Self> {
-        let of_point = |point: &SparsePoint| -> Vec<Observation<'_>> {
-            let seen = point.observations.iter();
-            seen.filter_map(|&(photo, at)| Some((photos.get(photo as usize)?, point.position, at))).collect()
-        };
+    /// Compares points with their observations, which count through `photos`; `None` where there are too few. The positions of
+    /// points that were `triangulated` from their observations follow these in other conventions.
+    pub(super) fn new(photos: &[CameraPhoto], points: &[SparsePoint], triangulated: bool) -> Option<Self> {
         let observations = points.iter().map(|point| point.observations.len()).sum::<usize>();
         if observations < FEWEST {
             return None;
         }
         let every = observations.div_ceil(COMPARED);
-        let compared: Vec<Observation<'_>> = points.iter().flat_map(of_point).step_by(every).collect();
-        let median_px = median(&compared, |_, _| ());
+        let compared: Vec<&SparsePoint> = points.iter().step_by(every).collect();
+        let median_px = median(photos, &compared, false, |_, _| ());
         let mut variants = Vec::new();
         if median_px > SUSPICIOUS_PX {
-            variants.extend(VARIANTS.iter().map(|(name, change)| (*name, median(&compared, change))));
+            let of = |(name, change): &Variant| (*name, median(photos, &compared, triangulated, change));
+            variants.extend(VARIANTS.iter().map(of));
             variants.sort_by(|a, b| a.1.total_cmp(&b.1));
         }
         Some(Self { median_px, observations, variants })
@@ -161,14 +158,33 @@ fn px(distance: f64) -> String {
     }
 }
 
-/// Returns the median distance of the observations after a change of convention. Points that a camera does not show are infinitely far.
-fn median(observations: &[Observation<'_>], change: impl Fn(&mut CameraPhoto, &mut DVec2)) -> f64 {
-    let distance = |&(photo, point, at): &Observation<'_>| {
-        let mut at = at;
-        // Only what a change may touch is copied.
-        let mut photo = CameraPhoto { name: String::new(), place: String::new(), ..*photo };
-        change(&mut photo, &mut at);
-        photo.image_from_world(point).map_or(f64::INFINITY, |shown| shown.distance(at))
-    };
-    upper_median(&mut observations.iter().map(distance).collect::<Vec<_>>()).unwrap_or(0.0)
+/// Returns the median distance of the observations of points after a change of convention. Points that a camera does not show are
+/// infinitely far.
+fn median(
+    photos: &[CameraPhoto],
+    points: &[&SparsePoint],
+    triangulate: bool,
+    change: impl Fn(&mut CameraPhoto, &mut DVec2),
+) -> f64 {
+    let mut distances = Vec::new();
+    for point in points {
+        let known =
+            point.observations.iter().filter_map(|&(photo, at)| Some((photos.get(photo as usize)?, at)));
+        let changed = known.map(|(photo, mut at)| {
+            // Only what a change may touch is copied.
+            let mut photo = CameraPhoto { name: String::new(), place: String::new(), ..*photo };
+            change(&mut photo, &mut at);
+            (photo, at)
+        });
+        let changed: Vec<(CameraPhoto, DVec2)> = changed.collect();
+        let position = match triangulate {
+            false => Some(point.position),
+            true => triangulated(&changed.iter().map(|(photo, at)| (photo, *at)).collect::<Vec<_>>()),
+        };
+        distances.extend(changed.iter().map(|(photo, at)| {
+            let shown = position.and_then(|position| photo.image_from_world(position));
+            shown.map_or(f64::INFINITY, |shown| shown.distance(*at))
+        }));
+    }
+    upper_median(&mut distances).unwrap_or(0.0)
 }

@@ -11,7 +11,7 @@ const STEPS: usize = 8;
 const NARROWEST: f64 = 1e-3;
 
 /// Returns the position in the world at which photos show a point at places in pixels: the one nearest to all rays, then that with
-/// the least squares in the photos. `None` for fewer than two photos, and where the rays are parallel or meet behind a camera.
+/// the least squares in the photos. `None` for fewer than two photos, and where the rays are parallel.
 pub(super) fn triangulated(seen: &[(&CameraPhoto, DVec2)]) -> Option<DVec3> {
     let rays: Option<Vec<(DVec3, DVec3)>> = seen.iter().map(|(photo, at)| ray(photo, *at)).collect();
     let rays = rays.filter(|rays| rays.len() >= 2)?;
@@ -27,11 +27,16 @@ pub(super) fn triangulated(seen: &[(&CameraPhoto, DVec2)]) -> Option<DVec3> {
         matrix += across;
         right += across * (centre - origin);
     }
-    let mut position = origin + matrix.inverse() * right;
+    let nearest = origin + matrix.inverse() * right;
+    let mut position = nearest;
     for _ in 0..STEPS {
-        position = stepped(seen, position)?;
+        match stepped(seen, position) {
+            Some(next) => position = next,
+            // Places that do not belong together have no better one, which their errors of reprojection tell.
+            None => return nearest.is_finite().then_some(nearest),
+        }
     }
-    seen.iter().all(|(photo, _)| photo.image_from_world(position).is_some()).then_some(position)
+    Some(position)
 }
 
 /// Returns the centre of a photo, and the direction in which it shows what is at a place in pixels.

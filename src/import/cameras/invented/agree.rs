@@ -191,6 +191,25 @@ fn a_file_in_another_convention_is_told_with_the_one_that_it_is_in() {
         "{:?}",
         read.notes
     );
+    // Markers whose positions follow their places.
+    let metashape = text(&export(&site, false));
+    let upwards: Vec<String> = metashape
+        .split("<location camera_id=\"")
+        .map(|part| {
+            match part.split_once("\" pinned=\"true\"").and_then(|(id, _)| id.parse::<usize>().ok()) {
+                None => part.to_owned(),
+                Some(id) => {
+                    let (before, rest) = part.split_once("y=\"").unwrap();
+                    let (y, after) = rest.split_once('"').unwrap();
+                    let y = f64::from(site.shots[id].size[1]) - y.parse::<f64>().unwrap();
+                    format!("{before}y=\"{y:?}\"{after}")
+                }
+            }
+        })
+        .collect();
+    let upwards = upwards.join("<location camera_id=\"");
+    let read = Written::one("cameras.xml", upwards, Vec::new()).read(&usual()).unwrap();
+    assert_eq!(read.reprojection.unwrap().better().unwrap().0, "y of observations upwards");
     // Tangential coefficients in the other order move the photo's borders by pixels.
     let large = text(&export(&site, false))
         .replace("<p1>0.0012</p1><p2>-0.0007</p2>", "<p1>-0.0007</p1><p2>0.0012</p2>");

@@ -68,14 +68,14 @@ pub(super) fn of_folder(folder: &Path, names: &[String]) -> Option<Result<Recons
     Some(Ok(ReconstructionFiles { others: archives(&project), ..ReconstructionFiles::one(&project) }))
 }
 
-/// Lists the archive of a project, those of its chunks, and those of their frames; those that cannot be read are left out, and told by
-/// [`sources`].
+/// Lists the archive of a project, those of its chunks, and those of their frames where they usually are: the documents of chunks are too
+/// large to be read for a list. What cannot be read is told by [`sources`].
 fn archives(project: &Path) -> Vec<PathBuf> {
     let mut all = vec![project.to_path_buf()];
     for chunk in chunks_of(project).unwrap_or_default() {
-        let frame = document_of(&chunk).ok().and_then(|text| frame_of(&chunk, &text).ok().flatten());
+        let frame = chunk.with_file_name("0").join("frame.zip");
         all.push(chunk);
-        all.extend(frame);
+        all.extend(frame.is_file().then_some(frame));
     }
     all
 }

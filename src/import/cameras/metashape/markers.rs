@@ -42,6 +42,7 @@ pub(super) fn read(
     photos: &BTreeMap<&str, u32>,
     assembly: &mut Assembly<'_>,
 ) {
+    assembly.points_are_triangulated();
     for (number, (id, places)) in markers(chunk, frame, photos).into_iter().enumerate() {
         let seen: Vec<_> = places.iter().map(|(photo, at)| (assembly.taken(*photo), *at)).collect();
         if let Some(position) = triangulated(&seen) {

@@ -200,6 +200,16 @@ fn damaged_archives_of_a_project_are_refused_by_name() {
 }
 
 #[test]
+fn focal_lengths_in_millimetres_are_told() {
+    let read = export(&Site::small(), false).with("<f>1330.0</f>", "<f>24</f>").read(&usual()).unwrap();
+    assert!(
+        told(&read, "1 photos have a very wide angle of view, such as 01_church.jpg with 177 degrees"),
+        "{:?}",
+        read.notes
+    );
+}
+
+#[test]
 fn a_label_without_ending_finds_its_photo_without_a_remark() {
     let folder = PhotoFolder::scan(&sample().join("photos"), &Task::silent()).unwrap();
     let found = folder.find(&["01_church", "08_PORTRAIT", "02_from_southwest.png"]);
