@@ -5,8 +5,8 @@
 //!
 //! # Read cameras
 //!
-//! [`read_cameras`] reads a file or folder of any reconstruction that the program reads: COLMAP (text and binary),
-//! Bundler, and `transforms.json`.
+//! [`read_cameras`] reads a file or folder of any reconstruction that the program reads: those of COLMAP, Metashape, Meshroom,
+//! OpenSfM, OpenMVG, nerfstudio, VisualSFM, Bundler, RealityScan and fSpy.
 //!
 //! ```
 //! use quadratura::cameras::read_cameras;
@@ -45,8 +45,10 @@
 //! ```
 
 #[doc(inline)]
-pub use quadratura_base::geometry::{Lens, Pinhole, PixelRect, Pose, Similarity};
+pub use quadratura_base::geometry::{Lens, Pinhole, PixelRect, Pose, RollingShutter, Similarity};
 #[doc(inline)]
 pub use quadratura_base::scene::SparsePoint;
 #[doc(inline)]
-pub use quadratura_import::cameras::{CameraPhoto, Cameras, read_cameras, read_cameras_of};
+pub use quadratura_import::cameras::{
+    CameraOptions, CameraPhoto, Cameras, Reprojection, read_cameras, read_cameras_as, read_cameras_of,
+};

@@ -7,6 +7,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::{CheckArgs, FixArg};
 use super::lock::read_with_lock_if;
+use super::new::reprojection_json;
 use super::table::{Table, counted};
 use super::tree::note_doubts;
 use super::unexplained::unexplained_text;
@@ -72,8 +73,9 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     let fixed = args.fix.as_ref().map_or_else(String::new, |fix| fixed_text(*fix, before, now));
     let suggestion = report.suggestion.as_ref().map(|suggestion| suggestion_text(suggestion, &now));
     let text = format!(
-        "{fixed}{}{}\n{}\n{}{}{}{shown}",
+        "{fixed}{}{}{}\n{}\n{}{}{}{shown}",
         verdict_text(&report),
+        reprojection_text(&opened),
         suggestion.unwrap_or_else(|| no_suggestion(report.verdict)),
         photos(&report),
         faces(&report.faces),
@@ -81,7 +83,9 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
         unexplained_text(report.unexplained.as_ref(), pictures.is_some()),
     );
     let fixed = (now != before).then(|| json!({ "before": before.to_string(), "after": now.to_string() }));
-    let json = json!({ "report": report, "fixed": fixed, "left_out": problems });
+    let reprojection = opened.reprojection.as_ref().map(reprojection_json);
+    let json =
+        json!({ "report": report, "reprojection": reprojection, "fixed": fixed, "left_out": problems });
     Ok(Outcome { text, json, problems })
 }
 
@@ -130,6 +134,13 @@ fn verdict_text(report: &CheckReport) -> String {
         )
     });
     format!("{verdict}: it covers {} of a photo (median){agreement}.\n", percent(report.covered))
+}
+
+/// Says how well the cameras fit their own observations; the warning where they do not is noted when they are read.
+fn reprojection_text(opened: &Opened) -> String {
+    opened.reprojection.as_ref().map_or_else(String::new, |reprojection| {
+        format!("The cameras show their own points with a reprojection error of {reprojection}.\n")
+    })
 }
 
 fn no_suggestion(verdict: Verdict) -> String {

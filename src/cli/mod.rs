@@ -33,6 +33,7 @@ mod export;
 mod fault;
 mod fill;
 mod fill_table;
+mod formats;
 mod import;
 mod info;
 mod layer_table;
@@ -121,6 +122,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::New(args) => new::run(args, task),
         CommandArgs::Info(args) => info::run(args, task),
         CommandArgs::Sample(args) => new::run_sample(args, task),
+        CommandArgs::Formats => Ok(formats::run()),
         CommandArgs::Check(args) => check::run(args, task),
         CommandArgs::Update(args) => update::run(args, task),
         CommandArgs::Build(args) => build::run(args, task),

@@ -11,6 +11,7 @@ use super::words::{error_text, worded};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
+use quadratura_import::cameras::{CameraOptions, Reprojection};
 use quadratura_layers::Options;
 use quadratura_recipe::create::{NewProject, create_project};
 use quadratura_recipe::open::Opened;
@@ -22,6 +23,7 @@ pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
         photos: args.photos.clone(),
         cameras: args.cameras.clone(),
         model: args.model.clone(),
+        camera_options: CameraOptions { chunk: args.chunk.clone(), rolling_shutter: args.rolling_shutter },
         world_from_model: args.model_transform.unwrap_or_default(),
         options: args.options.applied_to(&Options::default()),
         surroundings: args.surroundings.clone().map(|file| (file, args.middle)),
@@ -59,6 +61,9 @@ fn summary(opened: &Opened) -> Outcome {
     line("size", sizes(&opened.site));
     line("model", format!("{} in {}", counted(faces, "face"), counted(objects, "object")));
     line("sparse points", opened.points.len().to_string());
+    if let Some(reprojection) = &opened.reprojection {
+        line("reprojection error", reprojection.to_string());
+    }
     Outcome {
         text: table.render().trim_start().to_owned(),
         json: json!({
@@ -67,9 +72,21 @@ fn summary(opened: &Opened) -> Outcome {
             "faces": faces,
             "objects": objects,
             "sparse_points": opened.points.len(),
+            "reprojection": opened.reprojection.as_ref().map(reprojection_json),
         }),
         problems: Error::gathered(&problems.iter().collect::<Vec<_>>()).iter().map(worded).collect(),
     }
+}
+
+/// Returns the error of reprojection for `--json`; the median is null where it is infinite.
+pub(super) fn reprojection_json(reprojection: &Reprojection) -> serde_json::Value {
+    let variants =
+        reprojection.variants.iter().map(|(name, median)| json!({ "convention": name, "median_px": median }));
+    json!({
+        "median_px": reprojection.median_px,
+        "observations": reprojection.observations,
+        "variants": variants.collect::<Vec<_>>(),
+    })
 }
 
 /// Returns `3072 x 2048 px`, or the smallest and the largest size.

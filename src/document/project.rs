@@ -25,6 +25,12 @@ pub struct Project {
     pub cameras: String,
     /// The model's file.
     pub model: String,
+    /// The chunk of Metashape's file that the cameras are read from; `None` for the one with most aligned cameras.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chunk: Option<String>,
+    /// Whether photos of rolling shutters are resampled row by row.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub rolling_shutter: bool,
     /// The transform from the model to the cameras' world.
     #[serde(default)]
     pub world_from_model: Similarity,
@@ -83,6 +89,8 @@ impl Default for Project {
             photos: String::new(),
             cameras: String::new(),
             model: String::new(),
+            chunk: None,
+            rolling_shutter: false,
             world_from_model: Similarity::IDENTITY,
             options: Options::default(),
             fill: FillOptions::default(),

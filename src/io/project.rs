@@ -233,6 +233,8 @@ mod tests {
             model: "../site/castle.obj".into(),
             world_from_model: Similarity::IDENTITY,
             options: Options { margin: 4, ..Options::default() },
+            chunk: None,
+            rolling_shutter: false,
             fill: FillOptions { without: vec!["tractor".into()], ..FillOptions::default() },
             colour: ColourDecisions { reference: Some("0001.jpg".into()), ..ColourDecisions::default() },
             decisions: decisions(),

@@ -15,7 +15,7 @@ use quadratura_base::task::Task;
 use quadratura_document::project::PROJECT_VERSION;
 use quadratura_document::{ColourDecisions, Decisions, Masks, Project, Trees};
 use quadratura_files::lock::{LOCK_FILE, ProjectLock};
-use quadratura_import::cameras::check_exists;
+use quadratura_import::cameras::{CameraOptions, check_exists};
 use quadratura_io::project::{check_is_empty, relative_to, write_project};
 use quadratura_layers::Options;
 use quadratura_layers::fill::{FillOptions, Propagation};
@@ -29,6 +29,8 @@ pub struct NewProject {
     pub cameras: PathBuf,
     /// The model's file.
     pub model: PathBuf,
+    /// What is read of the cameras.
+    pub camera_options: CameraOptions,
     /// The transform from the model to the cameras' world.
     pub world_from_model: Similarity,
     /// The options for building stacks.
@@ -90,6 +92,8 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             photos,
             cameras,
             model,
+            chunk: new.camera_options.chunk.clone(),
+            rolling_shutter: new.camera_options.rolling_shutter,
             world_from_model: new.world_from_model,
             options: new.options.clone(),
             // Paint is seen from everywhere; projects of before are asked.

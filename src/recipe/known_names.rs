@@ -11,7 +11,7 @@ use quadratura_base::scene::Model;
 use quadratura_base::scene::alike::nfc;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
-use quadratura_import::cameras::{Cameras, read_cameras_of};
+use quadratura_import::cameras::{CameraOptions, Cameras, read_cameras_as};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::project::resolved;
 
@@ -30,10 +30,11 @@ pub(super) fn as_known(folder: &Path, project: &Project, model: &mut Model) -> O
 /// Unicode form alone, which is noted.
 ///
 /// # Errors
-/// Returns the errors of [`read_cameras_of`].
+/// Returns the errors of [`read_cameras_as`].
 pub(super) fn cameras_of(folder: &Path, project: &Project, task: &Task) -> Result<Cameras> {
     let (photos, file) = (resolved(folder, &project.photos), resolved(folder, &project.cameras));
-    let mut cameras = read_cameras_of(&photos, &file, task)?;
+    let options = CameraOptions { chunk: project.chunk.clone(), rolling_shutter: project.rolling_shutter };
+    let mut cameras = read_cameras_as(&photos, &file, &options, task)?;
     let names = cameras.photos.iter_mut().map(|photo| &mut photo.name);
     cameras.notes.extend(respelled(folder, project, "photos have their names in the cameras", names));
     Ok(cameras)

@@ -17,7 +17,7 @@ use quadratura_base::scene::{up, up_of};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::masks::{Mask, MaskOrigin};
-use quadratura_import::cameras::{CameraPhoto, Cameras, read_cameras_of};
+use quadratura_import::cameras::{CameraPhoto, Cameras, Reprojection};
 use quadratura_import::models::read_model;
 use quadratura_io::mask_file::check_mask;
 use quadratura_io::mask_store::MaskStore;
@@ -35,6 +35,8 @@ pub struct Opened {
     /// The points from structure from motion, in the cameras' world; their observations refer to indices of the
     /// site's photos.
     pub points: Arc<Vec<SparsePoint>>,
+    /// How far the points' observations lie from where the cameras show them; `None` where too few are observed.
+    pub reprojection: Option<Reprojection>,
     /// The photos that are not in the site, and why.
     pub problems: Arc<OpeningProblems>,
 }
@@ -98,7 +100,7 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     let model = working_model(&whole, &photos, &project, task)?;
     let site = Site { photos, model };
     let points = Arc::new(points_of_photos(cameras.points, &cameras.photos, &site.photos));
-    Ok(Opened { project, site, whole, points, problems })
+    Ok(Opened { project, site, whole, points, reprojection: cameras.reprojection, problems })
 }
 
 impl Opened {
@@ -118,6 +120,7 @@ impl Opened {
             site,
             whole: self.whole.clone(),
             points: self.points.clone(),
+            reprojection: self.reprojection.clone(),
             problems: self.problems.clone(),
         }
     }
@@ -251,8 +254,7 @@ pub fn refused_impostors(folder: &Path, project: &Project, whole: &Model, task: 
     if !whole.objects.iter().any(|object| turns(object, &project.impostors)) {
         return RefusedImpostors::new();
     }
-    let (photos, file) = (resolved(folder, &project.photos), resolved(folder, &project.cameras));
-    let Ok(cameras) = read_cameras_of(&photos, &file, task) else { return RefusedImpostors::new() };
+    let Ok(cameras) = cameras_of(folder, project, task) else { return RefusedImpostors::new() };
     let up = up_of(cameras.photos.iter().map(|photo| &photo.pose));
     refused(whole, up, &project.world_from_model, &project.impostors)
 }

@@ -32,13 +32,13 @@ impl PhotoPlan {
     /// # Errors
     /// Returns the reason why the photo cannot be used: [`Error::Input`] or [`Error::Io`].
     pub fn new(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder, images: &Path) -> Result<Self> {
-        let CameraPhoto { name, camera, lens, pose, .. } = photo;
+        let CameraPhoto { name, camera, pose, .. } = photo;
         let (source, difference) = located(photo, found, folder)?;
         let header = check_photo(&source, camera.width, camera.height)?;
-        let undistortion = if lens.is_none() {
+        let undistortion = if photo.is_pinhole() {
             None
         } else {
-            Some(Undistortion::new(camera, *lens).ok_or_else(|| beyond_its_lens(photo, &source))?)
+            Some(photo.undistortion().ok_or_else(|| beyond_its_lens(photo, &source))?)
         };
         let (camera, file) = match &undistortion {
             None => (*camera, source.clone()),

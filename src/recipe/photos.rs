@@ -184,6 +184,7 @@ mod tests {
             lens: Lens::None,
             pose: Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO },
             place: "line 1".into(),
+            shutter: None,
         }
     }
 

@@ -24,7 +24,6 @@ use super::surroundings::SiteSurroundings;
 use super::views::{Size, ViewRequest, ViewSource, views};
 use super::watch::{WatchOptions, watch};
 use quadratura_base::error::Result;
-use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
 use quadratura_document::export_record::ExportFormat;
 use quadratura_document::{ColourDecisions, Project};
@@ -92,12 +91,10 @@ fn new_render_and_score_read_it() {
     let parts = SiteParts { cameras: file.clone(), ..parts(root.path()) };
     let project = root.path().join("project");
     let new = NewProject {
-        surroundings: None,
         photos: parts.photos.clone(),
         cameras: file.clone(),
         model: parts.model,
-        world_from_model: Similarity::default(),
-        options: Options::default(),
+        ..NewProject::default()
     };
     let opened = create_project(&project, &new, &Task::silent()).unwrap();
     let names: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
@@ -121,12 +118,10 @@ fn built(root: &Path) -> (PathBuf, Opened) {
     let project = root.join("project");
     let parts = parts(root);
     let new = NewProject {
-        surroundings: None,
         photos: parts.photos,
         cameras: parts.cameras,
         model: parts.model,
-        world_from_model: Similarity::default(),
-        options: Options::default(),
+        ..NewProject::default()
     };
     let opened = create_project(&project, &new, &Task::silent()).unwrap();
     let options = BuildOptions {

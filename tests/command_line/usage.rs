@@ -80,12 +80,21 @@ fn help_lists_the_commands_that_there_are_and_hides_those_for_packagers() {
     let help = stdout_of(&site.run("--help").success());
     for command in [
         "edit", "new", "check", "update", "build", "fill", "export", "import", "watch", "stroke", "colour",
-        "render", "score", "info",
+        "render", "score", "info", "formats",
     ] {
         assert!(help.contains(&format!("  {command} ")), "{help}");
     }
     for word in ["completions", "man "] {
         assert!(!help.contains(&format!("  {word}")), "{help}");
+    }
+}
+
+#[test]
+fn formats_are_listed_with_what_is_kept_and_what_is_lost() {
+    let site = Site::new();
+    let text = stdout_of(&site.run("formats").success());
+    for expected in ["Metashape's .xml", "kept: ", "not: tie points", "OpenRaster", "RealityScan"] {
+        assert!(text.contains(expected), "{text}");
     }
 }
 

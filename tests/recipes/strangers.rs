@@ -7,10 +7,9 @@ use crate::common;
 use image::{Rgb, RgbImage};
 use quadratura::task::Task;
 use quadratura::testing::document::masks::MaskOrigin;
-use quadratura::testing::geometry::{PixelRect, Similarity, Spans};
+use quadratura::testing::geometry::{PixelRect, Spans};
 use quadratura::testing::gpu::{Gpu, GpuRasteriser};
 use quadratura::testing::io::stack_store::StackStore;
-use quadratura::testing::layers::Options;
 use quadratura::testing::layers::agreement::PhotoEvidence;
 use quadratura::testing::projection::framing::scaled;
 use quadratura::testing::projection::relief::Relief;
@@ -78,9 +77,7 @@ fn peopled(folder: &Path, count: usize) -> (Opened, Vec<Spans>) {
         photos,
         cameras: piazza.join("sparse"),
         model: piazza.join("piazza.obj"),
-        world_from_model: Similarity::IDENTITY,
-        options: Options::default(),
-        surroundings: None,
+        ..NewProject::default()
     };
     (create_project(&folder.join("project"), &new, &Task::silent()).unwrap(), people)
 }

@@ -12,8 +12,6 @@ use image::imageops::FilterType;
 use quadratura::task::Task;
 use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
-use quadratura::testing::geometry::Similarity;
-use quadratura::testing::layers::Options;
 use quadratura::testing::recipe::create::{NewProject, create_project};
 use tempfile::TempDir;
 
@@ -207,9 +205,7 @@ pub fn project_of(site: &Path, project: &Path) {
         photos: site.join("photos"),
         cameras: site.join("sparse"),
         model: site.join("piazza.obj"),
-        world_from_model: Similarity::IDENTITY,
-        options: Options::default(),
-        surroundings: None,
+        ..NewProject::default()
     };
     create_project(project, &new, &Task::silent()).unwrap();
 }

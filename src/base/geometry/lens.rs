@@ -51,6 +51,21 @@ pub enum Lens {
         /// The coefficient; negative for barrel distortion.
         k: f64,
     },
+    /// Brown's model as Metashape and RealityScan have it: radial `1 + k1 r^2 + .. + k4 r^8`, then tangential, then x moved by
+    /// `skew` times y, for pixels whose sides are not at right angles.
+    Skewed {
+        /// Radial coefficients k1..k4.
+        k: [f64; 4],
+        /// Tangential coefficients p1, p2 in OpenCV's order.
+        p: [f64; 2],
+        /// The shift of the distorted x per unit of the distorted y.
+        skew: f64,
+    },
+    /// VisualSFM's model, whose polynomial acts on the measurement: undistorted = distorted (1 + k r_distorted^2).
+    Reverse {
+        /// The coefficient; positive for barrel distortion.
+        k: f64,
+    },
     /// The enhanced unified camera model: x = X / (alpha sqrt(beta (X^2 + Y^2) + Z^2) + (1 - alpha) Z).
     Eucm {
         /// The blend parameter, 0..=1.
@@ -75,6 +90,10 @@ impl fmt::Display for Lens {
                 ("prism fisheye", vec![("k", 0, &k[..]), ("p", 0, &p[..]), ("s", 0, &s[..])])
             }
             Self::Division { k } => return write!(f, "division, k {k:?}"),
+            Self::Skewed { k, p, skew } => {
+                ("Brown", vec![("k", 1, &k[..]), ("p", 1, &p[..]), ("skew", 1, std::slice::from_ref(skew))])
+            }
+            Self::Reverse { k } => return write!(f, "VisualSFM, k {k:?}"),
             Self::Eucm { alpha, beta } => return write!(f, "EUCM, alpha {alpha:?}, beta {beta:?}"),
         };
         f.write_str(name)?;
@@ -96,7 +115,8 @@ impl Lens {
             Self::Brown { k, p } => k == [0.0; 6] && p == [0.0; 2],
             Self::Fov { omega } => omega == 0.0,
             Self::Fisheye { .. } | Self::PrismFisheye { .. } => false,
-            Self::Division { k } => k == 0.0,
+            Self::Division { k } | Self::Reverse { k } => k == 0.0,
+            Self::Skewed { k, p, skew } => k == [0.0; 4] && p == [0.0; 2] && skew == 0.0,
             Self::Eucm { alpha, .. } => alpha == 0.0,
         }
     }
@@ -121,6 +141,11 @@ impl Lens {
             Self::Fisheye { k, p, s } => fisheye(equidistant(xy), k, p, s),
             Self::PrismFisheye { k, p, s } => prism_fisheye(equidistant(xy), k, p, s),
             Self::Division { k } => xy * (2.0 / (1.0 + (1.0 - 4.0 * k * xy.length_squared()).sqrt())),
+            Self::Skewed { k, p, skew } => {
+                let bent = xy * (1.0 + polynomial(&k, xy.length_squared())) + tangential(xy, p);
+                DVec2::new(bent.x + skew * bent.y, bent.y)
+            }
+            Self::Reverse { k } => xy * reverse_factor(xy.length(), k),
             Self::Eucm { alpha, beta } => {
                 xy / (alpha * (beta * xy.length_squared() + 1.0).sqrt() + (1.0 - alpha))
             }
@@ -186,9 +211,21 @@ fn fov_factor(r: f64, omega: f64) -> f64 {
     if r < 1e-8 { slope / omega } else { (r * slope).atan() / (r * omega) }
 }
 
+/// Returns t / r for the t with `t (1 + k t^2) = r`, by the trigonometric solution of the cubic; not a number where there is none.
+fn reverse_factor(r: f64, k: f64) -> f64 {
+    // The next term of 1 - k r^2 is lost in rounding.
+    if k.abs() * r * r < 1e-9 {
+        return 1.0 - k * r * r;
+    }
+    let root = (3.0 * k.abs()).sqrt();
+    let third = 1.5 * r * root;
+    let solved = if k > 0.0 { (third.asinh() / 3.0).sinh() } else { (third.asin() / 3.0).sin() };
+    2.0 * solved / (root * r)
+}
+
 /// One lens of each kind with terms of realistic size, for tests.
 #[cfg(test)]
-pub(crate) const EVERY_KIND: [Lens; 7] = [
+pub(crate) const EVERY_KIND: [Lens; 9] = [
     Lens::None,
     Lens::Brown { k: [-0.2, 0.05, 0.01, 0.02, 0.01, 0.005], p: [0.001, -0.002] },
     Lens::Fov { omega: 0.9 },
@@ -199,6 +236,8 @@ pub(crate) const EVERY_KIND: [Lens; 7] = [
         s: [0.003, -0.001, 0.002, 0.001],
     },
     Lens::Division { k: -0.1 },
+    Lens::Skewed { k: [-0.2, 0.05, 0.01, -0.002], p: [0.001, -0.002], skew: -0.005 },
+    Lens::Reverse { k: 0.1 },
     Lens::Eucm { alpha: 0.6, beta: 1.1 },
 ];
 
@@ -291,6 +330,24 @@ mod tests {
         let lens = Lens::Division { k: -0.2 };
         let distorted = lens.distort(DVec2::new(0.6, -0.3));
         close(distorted / (1.0 - 0.2 * distorted.length_squared()), DVec2::new(0.6, -0.3));
+    }
+
+    #[test]
+    fn a_skewed_lens_moves_x_by_the_distorted_y() {
+        let lens = Lens::Skewed { k: [0.0, 0.0, 0.0, 0.5], p: [0.0; 2], skew: 0.25 };
+        // At x = 0, y = 1 the factor is 1 + 0.5.
+        close(lens.distort(DVec2::new(0.0, 1.0)), DVec2::new(0.375, 1.5));
+    }
+
+    #[test]
+    fn the_reverse_model_acts_on_the_measurement() {
+        for k in [0.3, -0.2, 1e-9, -1e-10] {
+            for at in [DVec2::new(0.6, -0.3), DVec2::new(1e-7, 0.0)] {
+                let measured = Lens::Reverse { k }.distort(at);
+                close(measured * (1.0 + k * measured.length_squared()), at);
+            }
+        }
+        assert!(Lens::Reverse { k: -1.0 }.distort(DVec2::new(0.5, 0.0)).x.is_nan(), "it folds at 0.385");
     }
 
     #[test]

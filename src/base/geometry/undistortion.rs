@@ -3,9 +3,9 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use super::{Lens, Pinhole, RangedLens};
+use super::{Lens, Pinhole, RangedLens, RollingShutter};
 
 /// The mapping between a distorted photo and its pinhole image. The pinhole image keeps the focal length at the
 /// photo's centre, so that one pixel there stays one pixel, and contains all of the photo within the lens's valid
@@ -17,6 +17,7 @@ pub struct Undistortion {
     /// The pinhole image's camera, in pixels.
     pub pinhole: Pinhole,
     lens: RangedLens,
+    shutter: Option<RollingShutter>,
     /// The share of the photo's pixels that the pinhole image does not show, 0..=1, accurate to about 0.1 %.
     pub lost: f64,
 }
@@ -34,10 +35,16 @@ struct PlaneRect {
 impl Undistortion {
     /// Finds the pinhole image; `None` when the lens's range contains no pixel of the photo.
     pub fn new(photo: &Pinhole, lens: Lens) -> Option<Self> {
+        Self::of_moving(photo, lens, None)
+    }
+
+    /// Finds the pinhole image at the pose of the middle row of a camera that moved, if it did; `None` as in
+    /// [`Undistortion::new`].
+    pub fn of_moving(photo: &Pinhole, lens: Lens, shutter: Option<RollingShutter>) -> Option<Self> {
         let lens = RangedLens::new(lens);
         let magnification = lens.lens().central_magnification();
         let plane = Pinhole { fx: photo.fx * magnification, fy: photo.fy * magnification, ..*photo };
-        let unbounded = Self { photo: *photo, pinhole: plane, lens, lost: 0.0 };
+        let unbounded = Self { photo: *photo, pinhole: plane, lens, shutter, lost: 0.0 };
         let bounds = within_budget(unbounded.bounds()?, &plane);
         // Pixels whose centre is inside are kept; at most half a pixel along the border is given up.
         let (min, max) = ((bounds.min - 0.5).ceil(), (bounds.max - 0.5).floor() + 1.0);
@@ -57,9 +64,22 @@ impl Undistortion {
     pub fn photo_from_pinhole(&self, at: DVec2) -> Option<DVec2> {
         let (pinhole, photo) = (&self.pinhole, &self.photo);
         let xy = DVec2::new((at.x - pinhole.cx) / pinhole.fx, (at.y - pinhole.cy) / pinhole.fy);
-        let distorted = self.lens.distort(xy)?;
-        let at = DVec2::new(photo.fx * distorted.x + photo.cx, photo.fy * distorted.y + photo.cy);
+        let at = match &self.shutter {
+            None => self.photo_at(xy)?,
+            Some(shutter) => {
+                let point = DVec3::new(xy.x, xy.y, 1.0) * shutter.depth;
+                let at_rest =
+                    |point: DVec3| self.photo_at(point.truncate() / point.z).filter(|_| point.z > 0.0);
+                shutter.image_of(point, photo.height.into(), at_rest)?
+            }
+        };
         holds(photo, at).then_some(at)
+    }
+
+    /// Maps an undistorted point in the camera's plane to the photo in pixels; `None` outside the lens's range.
+    fn photo_at(&self, xy: DVec2) -> Option<DVec2> {
+        let (distorted, photo) = (self.lens.distort(xy)?, &self.photo);
+        Some(DVec2::new(photo.fx * distorted.x + photo.cx, photo.fy * distorted.y + photo.cy))
     }
 
     /// Maps a position in the photo to the pinhole image, both in pixels; it may lie outside of that image. `None`
@@ -67,7 +87,10 @@ impl Undistortion {
     pub fn pinhole_from_photo(&self, at: DVec2) -> Option<DVec2> {
         let (pinhole, photo) = (&self.pinhole, &self.photo);
         let distorted = DVec2::new((at.x - photo.cx) / photo.fx, (at.y - photo.cy) / photo.fy);
-        let xy = self.lens.undistort(distorted)?;
+        let mut xy = self.lens.undistort(distorted)?;
+        if let Some(shutter) = &self.shutter {
+            xy = shutter.ray_at_rest(xy.extend(1.0), at.y, photo.height.into())?.truncate();
+        }
         Some(DVec2::new(pinhole.fx * xy.x + pinhole.cx, pinhole.fy * xy.y + pinhole.cy))
     }
 
@@ -176,6 +199,26 @@ mod tests {
                 assert!((back - at).length() < 1e-7, "{lens:?}: {back} is not {at}");
             }
         }
+    }
+
+    #[test]
+    fn positions_in_the_photo_of_a_camera_that_moved_lead_there_and_back() {
+        let (rotation, motion) = (DVec3::new(0.004, -0.01, 0.003), DVec3::new(0.05, 0.01, -0.02));
+        let shutter = RollingShutter { rotation, motion, depth: 6.0 };
+        let lens = EVERY_KIND[1];
+        let still = Undistortion::new(&PHOTO, lens).unwrap();
+        let moved = Undistortion::of_moving(&PHOTO, lens, Some(shutter)).unwrap();
+        for at in [DVec2::new(20.5, 30.5), DVec2::new(600.0, 20.0), DVec2::new(330.0, 470.0)] {
+            let pinhole = moved.pinhole_from_photo(at).unwrap();
+            assert!(moved.photo_from_pinhole(pinhole).unwrap().distance(at) < 1e-7);
+            let ray = |to: &Undistortion, at: DVec2| to.pinhole.ray_in_camera(at);
+            let apart = ray(&moved, pinhole) - ray(&still, still.pinhole_from_photo(at).unwrap());
+            assert!(apart.length() > 1e-3, "{apart}");
+        }
+        let middle = DVec2::new(100.0, 240.0);
+        let rays =
+            [&moved, &still].map(|to| to.pinhole.ray_in_camera(to.pinhole_from_photo(middle).unwrap()));
+        assert!(rays[0].distance(rays[1]) < 1e-12, "the middle row is at the pose");
     }
 
     #[test]

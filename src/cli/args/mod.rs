@@ -168,6 +168,8 @@ pub enum CommandArgs {
     Tree(TreeArgs),
     /// Show the contents of a project, and why faces have no texture
     Info(InfoArgs),
+    /// List the files of other programs that are read and written, with what is kept and what is lost
+    Formats,
     /// Print the completions of a shell
     #[command(hide = true)]
     Completions { shell: clap_complete::Shell },
@@ -188,6 +190,12 @@ pub struct NewArgs {
     /// The model: .obj, .gltf or .glb
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
+    /// The chunk of Metashape's file to read, by its name [default: the one with most aligned cameras]
+    #[arg(long, value_name = "NAME")]
+    pub chunk: Option<String>,
+    /// Resample photos of rolling shutters row by row, where the cameras' file says how the camera moved (Metashape)
+    #[arg(long)]
+    pub rolling_shutter: bool,
     /// The transform from the model to the cameras' world: a name such as y-up, axes such as x,-z,y, or the
     /// 16 numbers of a 4 x 4 matrix, row by row
     #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = Similarity::parse)]

@@ -6,15 +6,17 @@ use glam::DVec2;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::kept::{CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS};
+use super::options::CameraOptions;
 use super::photo_name::{objection, short};
 use super::photo_paths::PhotoPath;
 use super::pose::is_on_a_map;
 use super::raw::{Problems, RawCamera, RawImage, RawPhoto};
 use super::reconstruction::ReconstructionFiles;
+use super::reprojection::Reprojection;
 use super::rigs::Rigs;
 use super::sizes::SizeSource;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::geometry::{Lens, Pinhole, Pose};
+use quadratura_base::geometry::{Lens, Pinhole, Pose, RollingShutter};
 use quadratura_base::scene::SparsePoint;
 use quadratura_base::task::Task;
 use quadratura_files::text::Objection;
@@ -27,6 +29,7 @@ type PoseResult = Result<Pose, Objection>;
 /// Takes raw cameras, then images, then points, in file order.
 pub struct Assembly<'s> {
     sizes: SizeSource<'s>,
+    options: &'s CameraOptions,
     cameras_file: PathBuf,
     images_file: PathBuf,
     points_file: PathBuf,
@@ -47,15 +50,22 @@ pub struct Assembly<'s> {
     /// The number of keypoints whose positions are no numbers.
     no_places: usize,
     rigs: Option<Rigs>,
+    /// Whether the points' positions are those at which their observations meet.
+    triangulated: bool,
 }
 
 impl<'s> Assembly<'s> {
-    pub(super) fn new(files: &ReconstructionFiles, sizes: SizeSource<'s>) -> Self {
+    pub(super) fn new(
+        files: &ReconstructionFiles,
+        sizes: SizeSource<'s>,
+        options: &'s CameraOptions,
+    ) -> Self {
         Self {
             sizes,
+            options,
             cameras_file: files.cameras.clone(),
             images_file: files.images.clone(),
-            points_file: files.points.clone().unwrap_or_default(),
+            points_file: files.points.clone().unwrap_or_else(|| files.images.clone()),
             cameras: FxHashMap::default(),
             image_ids: FxHashSet::default(),
             listed: 0,
@@ -69,7 +79,33 @@ impl<'s> Assembly<'s> {
             backslashes: 0,
             no_places: 0,
             rigs: None,
+            triangulated: false,
         }
+    }
+
+    /// Returns whether sizes that the format does not state are those of the photos' files.
+    pub(super) fn knows_sizes(&self) -> bool {
+        self.sizes.are_known()
+    }
+
+    /// Returns what the user decided about the reading.
+    pub(super) fn options(&self) -> &'s CameraOptions {
+        self.options
+    }
+
+    /// Returns a photo that was taken, by its index.
+    pub(super) fn taken(&self, photo: u32) -> &CameraPhoto {
+        &self.photos[photo as usize]
+    }
+
+    /// Says that positions of points are triangulated from their observations.
+    pub(super) fn points_are_triangulated(&mut self) {
+        self.triangulated = true;
+    }
+
+    /// Has the motion of a camera taken out of a photo.
+    pub(super) fn shutter(&mut self, photo: u32, shutter: RollingShutter) {
+        self.photos[photo as usize].shutter = Some(shutter);
     }
 
     /// Takes the poses of rigs, which replace those of photos that are taken after that.
@@ -164,6 +200,17 @@ impl<'s> Assembly<'s> {
         self.problem(&self.images_file.clone(), place, objection);
     }
 
+    /// Takes a file for one photo that could not be read.
+    pub(super) fn refused_file(&mut self, error: Error) {
+        self.listed += 1;
+        self.problems.push(&self.images_file, error);
+    }
+
+    /// Takes a point that could not even be parsed.
+    pub(super) fn point_problem(&mut self, place: String, objection: Objection) {
+        self.problem(&self.points_file.clone(), place, objection);
+    }
+
     /// Takes a photo with a camera of its own. Returns its index for [`Assembly::seen_point`], where it can be used.
     pub fn photo(&mut self, place: String, name: &str, camera: RawResult, pose: PoseResult) -> Option<u32> {
         self.listed += 1;
@@ -206,7 +253,14 @@ impl<'s> Assembly<'s> {
         }
         let (camera, lens) = raw.camera?;
         let pose = raw.pose.map_err(|(found, remedy)| (format!("{name}: {found}"), remedy))?;
-        Ok(CameraPhoto { name: raw.name.to_owned(), camera, lens, pose, place: place.to_owned() })
+        Ok(CameraPhoto {
+            name: raw.name.to_owned(),
+            camera,
+            lens,
+            pose,
+            shutter: None,
+            place: place.to_owned(),
+        })
     }
 
     fn camera_of(&self, name: &str, camera: u32) -> Result<(Pinhole, Lens), Objection> {
@@ -259,7 +313,7 @@ impl<'s> Assembly<'s> {
     /// # Errors
     /// [`Error::Input`] when no photo was: the first problem, or the empty file.
     pub(super) fn finish(self, mut notes: Vec<String>) -> Result<Cameras> {
-        let Self { images_file: file, listed, photos, points, problems, .. } = self;
+        let Self { sizes, triangulated, images_file: file, listed, photos, points, problems, .. } = self;
         notes.extend(self.notes);
         if self.backslashes > 0 {
             let (file, count) = (file.display(), self.backslashes);
@@ -276,7 +330,13 @@ impl<'s> Assembly<'s> {
             let empty = || Error::input(file, "", "it lists no photo", remedy);
             return Err(problems.into_iter().next().unwrap_or_else(empty));
         }
-        Ok(Cameras { file, listed, photos, points, problems, notes })
+        notes.extend(wide_note(&file, &photos).filter(|_| sizes.are_known()));
+        // Without sizes, places that count from the middle are not where they are.
+        let reprojection =
+            sizes.are_known().then(|| Reprojection::new(&photos, &points, triangulated)).flatten();
+        let warning = reprojection.as_ref().and_then(Reprojection::warning);
+        notes.extend(warning.map(|warning| format!("{}: {warning}", file.display())));
+        Ok(Cameras { file, listed, photos, points, reprojection, problems, notes })
     }
 }
 
@@ -290,6 +350,28 @@ fn judged_camera(raw: RawCamera) -> Result<(Pinhole, Lens), Objection> {
     let pinhole = Pinhole { width: width as u32, height: height as u32, fx, fy, cx, cy };
     sensible(&pinhole, &lens)?;
     Ok((pinhole, lens))
+}
+
+/// Returns a note about photos with an angle of view that no lens without a fisheye model has, as of focal lengths in millimetres.
+fn wide_note(file: &Path, photos: &[CameraPhoto]) -> Option<String> {
+    // 147 degrees along the longer side.
+    const SHORTEST: f64 = 0.15;
+    let longer = |photo: &CameraPhoto| f64::from(photo.camera.width.max(photo.camera.height));
+    let is_wide = |photo: &&CameraPhoto| {
+        let is_fisheye =
+            matches!(photo.lens, Lens::Fisheye { .. } | Lens::PrismFisheye { .. } | Lens::Eucm { .. });
+        !is_fisheye && photo.camera.fx < SHORTEST * longer(photo)
+    };
+    let mut wide = photos.iter().filter(is_wide);
+    let first = wide.next()?;
+    let angle = 2.0 * (0.5 * longer(first) / first.camera.fx).atan().to_degrees();
+    Some(format!(
+        "{}: {} photos have a very wide angle of view, such as {} with {angle:.0} degrees; check that focal lengths are in the unit of the \
+         format",
+        file.display(),
+        1 + wide.count(),
+        first.name
+    ))
 }
 
 /// Refuses values with which nothing could be computed; odd but possible ones pass.

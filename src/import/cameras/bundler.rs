@@ -15,7 +15,7 @@ use super::bundler_list::{read_list, with_list};
 use super::format::CameraFormat;
 use super::lines::LineReader;
 use super::photo_name::short;
-use super::photo_paths::{PhotoPath, photo_paths};
+use super::photo_paths::{PhotoPath, Without, photo_paths};
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
 use super::raw::RawCamera;
 use super::recognise::{beginning, has_name, recognised};
@@ -40,6 +40,10 @@ impl CameraFormat for Bundler {
 
     fn folders(&self) -> &'static [&'static str] {
         &["", "bundle"]
+    }
+
+    fn kept_and_lost(&self) -> [&'static str; 2] {
+        ["focal length, k1, k2; points with observations", "a principal point, which it cannot say"]
     }
 
     fn extensions(&self) -> &'static [&'static str] {
@@ -72,7 +76,7 @@ impl CameraFormat for Bundler {
             ));
         }
         let paths: Vec<&str> = names.iter().map(String::as_str).collect();
-        let photos = photo_paths(&paths, &folders_of(list));
+        let photos = photo_paths(&paths, &folders_of(list), Without::Png);
         let placed = read_cameras(&mut reader, &photos, assembly, task)?;
         read_points(&mut reader, points, &placed, assembly, task)
     }

@@ -22,6 +22,13 @@ impl CameraFormat for Colmap {
         &["", "sparse", "sparse/0", "0"]
     }
 
+    fn kept_and_lost(&self) -> [&'static str; 2] {
+        [
+            "all lenses, poses (also of rigs), points with observations",
+            "panoramas; colours of points; sensors other than cameras",
+        ]
+    }
+
     fn extensions(&self) -> &'static [&'static str] {
         &["bin", "txt"]
     }

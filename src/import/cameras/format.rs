@@ -13,6 +13,11 @@ pub trait CameraFormat: Sync {
     /// Returns a name of its files for messages and help: `transforms.json of nerfstudio`.
     fn accepted(&self) -> &'static str;
 
+    /// Returns what is read of its files, and what is not, for `quadratura formats`.
+    fn kept_and_lost(&self) -> [&'static str; 2] {
+        ["cameras", ""]
+    }
+
     /// Returns the folders, below the one given by the user, in which the format's program puts its files.
     fn folders(&self) -> &'static [&'static str] {
         &[""]
@@ -20,6 +25,11 @@ pub trait CameraFormat: Sync {
 
     /// Returns the extensions of its files, in lower case.
     fn extensions(&self) -> &'static [&'static str];
+
+    /// Returns whether its files may hold several reconstructions with names.
+    fn has_chunks(&self) -> bool {
+        false
+    }
 
     /// Finds the files of the reconstruction to which `file` belongs. Returns `None` where the file is not of this
     /// format, and an error where it is, but other files of the reconstruction are missing. A file with the usual name

@@ -5,10 +5,30 @@ use std::sync::OnceLock;
 use super::bundler::Bundler;
 use super::colmap::Colmap;
 use super::format::CameraFormat;
+use super::fspy::FSpy;
+use super::meshroom::Meshroom;
+use super::metashape::Metashape;
+use super::nvm::Nvm;
+use super::openmvg::OpenMvg;
+use super::opensfm::OpenSfm;
+use super::realityscan::table::RealityTable;
+use super::realityscan::xmp::RealityXmp;
 use super::transforms::Transforms;
 
-/// All formats. Of several in one folder, the first in this table is read.
-static FORMATS: &[&dyn CameraFormat] = &[&Colmap, &Transforms, &Bundler];
+/// All formats. Of several in one folder, the first in this table is read: those with points and their observations, then those without.
+static FORMATS: &[&dyn CameraFormat] = &[
+    &Colmap,
+    &Metashape,
+    &Meshroom,
+    &OpenSfm,
+    &OpenMvg,
+    &Transforms,
+    &Nvm,
+    &Bundler,
+    &RealityTable,
+    &RealityXmp,
+    &FSpy,
+];
 
 static PLUGGED_IN: OnceLock<&dyn CameraFormat> = OnceLock::new();
 

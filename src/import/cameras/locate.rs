@@ -158,13 +158,25 @@ pub fn cameras_in(folder: &Path) -> Option<CamerasThere> {
 
 /// Lists the extensions of the files of all formats, in lower case.
 pub fn extensions() -> Vec<&'static str> {
-    formats().flat_map(|format| format.extensions()).copied().collect()
+    let mut all: Vec<&str> = formats().flat_map(|format| format.extensions()).copied().collect();
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
 /// Returns a list of the accepted files for messages and help.
 pub fn accepted() -> String {
     let all: Vec<&str> = formats().map(|format| format.accepted()).collect();
     all.join("; or ")
+}
+
+/// Lists all formats: what the files are called, what is read of them, and what is not.
+pub fn described() -> Vec<[&'static str; 3]> {
+    let of_format = |format: &'static dyn CameraFormat| {
+        let [kept, lost] = format.kept_and_lost();
+        [format.accepted(), kept, lost]
+    };
+    formats().map(of_format).collect()
 }
 
 fn nothing_in(path: &Path) -> Error {

@@ -1,4 +1,4 @@
-//! Calibrated cameras: COLMAP's files, text or binary, `transforms.json`, Bundler's `.out`.
+//! Calibrated cameras of other programs: COLMAP, Metashape, Meshroom, OpenSfM, OpenMVG, nerfstudio, VisualSFM, Bundler, RealityScan, fSpy.
 //!
 //! [`read_cameras`] finds the files and streams them through their format's reader (`formats` has the table)
 //! into one place that judges and keeps (`assembly`). What is wrong with one camera, photo or point is
@@ -16,23 +16,36 @@ mod bundler;
 mod bundler_list;
 mod colmap;
 mod colmap_model;
+mod foreign_text;
 mod format;
 mod formats;
+mod fspy;
 mod kept;
 mod lines;
 mod locate;
+mod meshroom;
+mod metashape;
+mod nvm;
+mod openmvg;
+mod opensfm;
+mod options;
 mod photo_name;
 mod photo_paths;
 mod pose;
 mod raw;
+mod realityscan;
 mod recognise;
 mod reconstruction;
+mod reprojection;
 mod rigs;
 mod sizes;
 mod text;
 mod transforms;
 mod transforms_lens;
+mod triangulate;
 
+#[cfg(test)]
+mod invented;
 #[cfg(test)]
 mod spellings;
 #[cfg(test)]
@@ -44,9 +57,11 @@ pub use assembly::Assembly;
 pub use format::CameraFormat;
 pub use formats::plug_in;
 pub use kept::{CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS};
-pub use locate::{CamerasThere, accepted, cameras_in, extensions, is_camera_file};
+pub use locate::{CamerasThere, accepted, cameras_in, described, extensions, is_camera_file};
+pub use options::CameraOptions;
 pub use raw::RawCamera;
 pub use reconstruction::ReconstructionFiles;
+pub use reprojection::Reprojection;
 use sizes::SizeSource;
 
 /// The names of the cameras' photos, and the number of points; the photos' sizes are not needed for them.
@@ -75,7 +90,7 @@ pub struct CameraNames {
 /// [`Error::Input`] when there are no such files, when a file is not what its name says or ends too
 /// early, or when no photo at all could be used; [`Error::Io`]; [`Error::Cancelled`].
 pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
-    read_with(path, SizeSource::Named, task)
+    read_with(path, SizeSource::Named, &CameraOptions::default(), task)
 }
 
 /// Reads cameras like [`read_cameras`], with the sizes of the photos in a folder where the format does not state them.
@@ -83,7 +98,15 @@ pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
 /// # Errors
 /// Returns the errors of [`read_cameras`], and one when the folder is needed and cannot be read.
 pub fn read_cameras_of(photos: &Path, path: &Path, task: &Task) -> Result<Cameras> {
-    read_with(path, SizeSource::Folder(photos), task)
+    read_cameras_as(photos, path, &CameraOptions::default(), task)
+}
+
+/// Reads cameras like [`read_cameras_of`], in the way that the user decided.
+///
+/// # Errors
+/// As [`read_cameras_of`], and [`Error::Input`] for an option that the format does not have.
+pub fn read_cameras_as(photos: &Path, path: &Path, options: &CameraOptions, task: &Task) -> Result<Cameras> {
+    read_with(path, SizeSource::Folder(photos), options, task)
 }
 
 /// Reads the names of the cameras' photos, whether these photos exist or not.
@@ -91,15 +114,20 @@ pub fn read_cameras_of(photos: &Path, path: &Path, task: &Task) -> Result<Camera
 /// # Errors
 /// As [`read_cameras`].
 pub fn read_names(path: &Path, task: &Task) -> Result<CameraNames> {
-    let Cameras { photos, points, problems, notes, .. } = read_with(path, SizeSource::Unneeded, task)?;
+    let Cameras { photos, points, problems, notes, .. } =
+        read_with(path, SizeSource::Unneeded, &CameraOptions::default(), task)?;
     let names = photos.into_iter().map(|photo| photo.name).collect();
     Ok(CameraNames { names, points: points.len(), problems, notes })
 }
 
-fn read_with(path: &Path, sizes: SizeSource<'_>, task: &Task) -> Result<Cameras> {
+fn read_with(path: &Path, sizes: SizeSource<'_>, options: &CameraOptions, task: &Task) -> Result<Cameras> {
     let located = locate::locate(path)?;
+    if let Some(chunk) = options.chunk.as_ref().filter(|_| !located.format.format().has_chunks()) {
+        let found = format!("the chunk {chunk:?} was asked for, and only files of Metashape have chunks");
+        return Err(Error::input(path, "", found, "leave out the chunk"));
+    }
     guarded(path, "export the cameras again", || {
-        let mut assembly = Assembly::new(&located.files, sizes);
+        let mut assembly = Assembly::new(&located.files, sizes, options);
         located.format.format().read(&located.files, &mut assembly, task)?;
         assembly.finish(located.files.notes)
     })

@@ -13,12 +13,21 @@ pub(super) struct PhotoPath {
     pub files: Vec<PathBuf>,
 }
 
+/// The meaning of a path without the ending of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Without {
+    /// A `.png`, as in NeRF's scenes.
+    Png,
+    /// The image with any ending.
+    Any,
+}
+
 /// Converts a list of paths to photos, in the same order. Paths are absolute or relative to one of `folders`, with `/`
-/// or `\`. A path without the ending of an image gets `.png`, the meaning in the programs that write such paths. The
-/// names are the same for absolute and relative paths.
-pub(super) fn photo_paths(paths: &[&str], folders: &[PathBuf]) -> Vec<PhotoPath> {
+/// or `\`. The names are the same for absolute and relative paths.
+pub(super) fn photo_paths(paths: &[&str], folders: &[PathBuf], without: Without) -> Vec<PhotoPath> {
     let first = folders.first().map(|folder| absolute(folder)).unwrap_or_default();
-    let whole: Vec<Vec<String>> = paths.iter().map(|path| parts(&with_ending(path), &first)).collect();
+    let whole: Vec<Vec<String>> =
+        paths.iter().map(|path| parts(&with_ending(path, without), &first)).collect();
     let folder_of = |parts: &[String]| parts.len().saturating_sub(1);
     let mut shared = whole.first().map_or(&[][..], |parts| &parts[..folder_of(parts)]);
     for parts in &whole {
@@ -45,9 +54,13 @@ fn has_ending(path: &str) -> bool {
     is_picture_ending(ending)
 }
 
-fn with_ending(path: &str) -> String {
+fn with_ending(path: &str, without: Without) -> String {
     let path = path.trim();
-    if path.is_empty() || has_ending(path) { path.to_owned() } else { format!("{path}.png") }
+    if path.is_empty() || without == Without::Any || has_ending(path) {
+        path.to_owned()
+    } else {
+        format!("{path}.png")
+    }
 }
 
 fn absolute(folder: &Path) -> Vec<String> {
@@ -75,7 +88,7 @@ mod tests {
     use super::*;
 
     fn names(paths: &[&str]) -> Vec<String> {
-        photo_paths(paths, &["/site/nerf".into()]).into_iter().map(|photo| photo.name).collect()
+        photo_paths(paths, &["/site/nerf".into()], Without::Png).into_iter().map(|photo| photo.name).collect()
     }
 
     #[test]
@@ -95,8 +108,14 @@ mod tests {
     }
 
     #[test]
+    fn a_label_without_ending_keeps_its_name() {
+        let photos = photo_paths(&["DSC_0001", "DSC.0002"], &["/site".into()], Without::Any);
+        assert_eq!([&photos[0].name, &photos[1].name], ["DSC_0001", "DSC.0002"]);
+    }
+
+    #[test]
     fn a_name_without_ending_may_be_any_image() {
-        let photos = photo_paths(&["train/r_0"], &["/site".into(), "/".into()]);
+        let photos = photo_paths(&["train/r_0"], &["/site".into(), "/".into()], Without::Png);
         assert_eq!(photos[0].files.len(), 2 * EXTENSIONS.len());
         assert_eq!(photos[0].files[2], Path::new("/site/train/r_0.png"));
     }

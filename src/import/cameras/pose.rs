@@ -54,6 +54,24 @@ pub(super) fn rotation_and_scale(matrix: DMat3, what: &str) -> Result<(DMat3, f6
     Ok((DMat3::from_quat(DQuat::from_mat3(&even).normalize()), scale))
 }
 
+/// Returns the pose of a rotation, world to camera, and the camera's centre in the world.
+///
+/// # Errors
+/// Returns an error when `rotation` is none, or `centre` is beyond any map.
+pub(super) fn pose_at(rotation: DMat3, centre: DVec3) -> Result<Pose, Objection> {
+    let (rotation, _) = rotation_and_scale(rotation, "the rotation")?;
+    if !is_on_a_map(centre.into()) {
+        let found = format!("the position {:?} is not within 1e15 of the origin", centre.to_array());
+        return Err((found, "export the cameras again, in the model's unit"));
+    }
+    Ok(Pose { rotation, translation: -(rotation * centre) })
+}
+
+/// Returns the matrix with these rows.
+pub(super) fn of_rows(rows: &[f64; 9]) -> DMat3 {
+    DMat3::from_cols_array(rows).transpose()
+}
+
 /// Returns true for a position within 1e15 of the origin. Beyond that, positions lose whole units, and their products
 /// the range of numbers. The same limit applies to models.
 pub(super) fn is_on_a_map(position: [f64; 3]) -> bool {

@@ -8,6 +8,7 @@ use quadratura_base::geometry::{Lens, Pinhole, Pose};
 use quadratura_files::text::Objection;
 
 /// A parsed camera before its checks.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RawCamera {
     /// Width and height in pixels.
     pub size: [u64; 2],

@@ -22,6 +22,11 @@ pub(super) enum SizeSource<'a> {
 }
 
 impl SizeSource<'_> {
+    /// Returns whether sizes of photos are those of their files.
+    pub fn are_known(&self) -> bool {
+        !matches!(self, Self::Unneeded)
+    }
+
     /// Reads width and height of each photo in pixels, as stored in its file.
     ///
     /// # Errors

@@ -11,8 +11,9 @@ use glam::{DMat3, DMat4, DVec3};
 use serde_json::{Map, Value};
 
 use super::assembly::Assembly;
+use super::foreign_text::{kind, read_value};
 use super::format::CameraFormat;
-use super::photo_paths::photo_paths;
+use super::photo_paths::{Without, photo_paths};
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
 use super::recognise::{beginning, has_name, recognised};
 use super::reconstruction::ReconstructionFiles;
@@ -20,15 +21,12 @@ use super::transforms_lens::{Fields, camera};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Pose;
 use quadratura_base::task::Task;
-use quadratura_files::foreign_json::{no_number, parse_foreign_json, text_of};
+use quadratura_files::foreign_json::text_of;
 use quadratura_files::text::Objection;
-use quadratura_files::text::{BYTE_ORDER_MARK, SAVE_AS_UTF8, not_utf16};
 
 /// The format.
 pub(super) struct Transforms;
 
-/// The largest file that is read, in bytes: at some thousand bytes per frame a survey of a hundred thousand photos.
-const LARGEST: u64 = 256 << 20;
 /// The names that nerfstudio, instant-ngp and NeRF's own scenes use.
 const USUAL_NAMES: [&str; 2] = ["transforms.json", "transforms_train.json"];
 const REMEDY: &str = "correct it in a text editor, or write it anew with nerfstudio or instant-ngp; it may be cut short or damaged";
@@ -36,6 +34,10 @@ const REMEDY: &str = "correct it in a text editor, or write it anew with nerfstu
 impl CameraFormat for Transforms {
     fn accepted(&self) -> &'static str {
         "transforms.json of nerfstudio or instant-ngp"
+    }
+
+    fn kept_and_lost(&self) -> [&'static str; 2] {
+        ["OPENCV and OPENCV_FISHEYE lenses; applied_transform is undone", "points; mask_path; k4 of OPENCV"]
     }
 
     fn extensions(&self) -> &'static [&'static str] {
@@ -59,25 +61,7 @@ impl CameraFormat for Transforms {
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
         let file = &files.images;
-        let size = std::fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
-        if size > LARGEST {
-            let found = format!("{size} bytes, more than the {LARGEST} that such a file may have");
-            return Err(Error::input(file, "", found, "split it into several files"));
-        }
-        let text = std::fs::read(file).map_err(Error::io(file, "read it"))?;
-        let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
-        if let Some((found, remedy)) = not_utf16(text) {
-            return Err(Error::input(file, "", found, remedy));
-        }
-        if let Err(error) = std::str::from_utf8(text) {
-            let line = 1 + text[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
-            let found = format!("byte 0x{:02X}, expected UTF-8 text", text[error.valid_up_to()]);
-            return Err(Error::input(file, format!("line {line}"), found, SAVE_AS_UTF8));
-        }
-        if text.trim_ascii().is_empty() {
-            return Err(Error::input(file, "", format!("it is empty, {EXPECTED}"), REMEDY));
-        }
-        let global = match parse_foreign_json(file, text, REMEDY)? {
+        let global = match read_value(file, EXPECTED, REMEDY)? {
             Value::Object(global) => global,
             other => {
                 let found = format!("{}, {EXPECTED}", kind(Some(&other)));
@@ -121,7 +105,7 @@ fn read_frames(
     }
     let paths: Vec<&str> = named.iter().map(|(.., path)| *path).collect();
     let folder: PathBuf = file.parent().unwrap_or(Path::new("")).to_path_buf();
-    let photos = photo_paths(&paths, &[folder]);
+    let photos = photo_paths(&paths, &[folder], Without::Png);
     let fields = |frame| Fields { frame, global };
     let stated = named.iter().all(|&(_, frame, _)| fields(frame).states_size());
     let sizes = if stated { Vec::new() } else { assembly.sizes(&photos, task)? };
@@ -173,21 +157,6 @@ fn note_what_is_not_read(
              masks/NAME.jpg.png",
             frames.len()
         ));
-    }
-}
-
-/// Describes a value for messages.
-pub(super) fn kind(value: Option<&Value>) -> String {
-    match value {
-        None => "missing".into(),
-        Some(Value::Null) => "null".into(),
-        Some(Value::Array(items)) => format!("a list of {}", items.len()),
-        Some(Value::Object(_)) => "an object".into(),
-        Some(value) => {
-            let text = no_number(value).map_or_else(|| value.to_string(), str::to_owned);
-            let short: String = text.chars().take(40).collect();
-            if short.len() < text.len() { format!("{short}…") } else { short }
-        }
     }
 }
 

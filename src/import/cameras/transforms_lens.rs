@@ -3,8 +3,8 @@
 
 use serde_json::{Map, Value};
 
+use super::foreign_text::kind;
 use super::raw::RawCamera;
-use super::transforms::kind;
 use quadratura_base::geometry::Lens;
 use quadratura_files::text::Objection;
 

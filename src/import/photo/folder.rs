@@ -84,6 +84,21 @@ fn stem(name: &str) -> &str {
     }
 }
 
+fn has_no_ending(name: &str) -> bool {
+    stem(name) == name
+}
+
+/// Returns how a file's name differs from that of a photo which says nothing of the image format.
+fn without_ending(difference: &'static str) -> &'static str {
+    match difference {
+        "in another image format" => "",
+        "in another image format and letter case" => "in another letter case",
+        "in another folder and image format" => "in another folder",
+        "in another folder, image format and letter case" => "in another folder and letter case",
+        other => other,
+    }
+}
+
 fn is_photo_name(name: &str) -> bool {
     name.rsplit_once('.').is_some_and(|(_, extension)| is_photo_ending(extension))
 }
@@ -155,6 +170,7 @@ impl PhotoFolder {
                     (&[photo], Some(&[file])) => {
                         let how = match difference {
                             FORM => alike::difference(names[photo], &self.files[file]),
+                            other if has_no_ending(names[photo]) => without_ending(other),
                             other => other,
                         };
                         found[photo] = Match::File(file, how);

@@ -231,7 +231,7 @@ fn cameras(folder: &Path, project: &Project, task: &Task) -> Result<BTreeMap<Str
 fn read_whole(file: &Path, photo: &CameraPhoto) -> Result<Spans> {
     let masked = read_undistorted(file, photo)?;
     let all = u64::from(photo.camera.width) * u64::from(photo.camera.height);
-    if photo.lens.is_none() && masked.count() == all {
+    if photo.is_pinhole() && masked.count() == all {
         let remedy = "paint the area to be masked black and the rest white, or remove the file";
         return Err(Error::input(file, "", "it masks the whole photo", remedy));
     }

@@ -16,10 +16,10 @@ use quadratura_io::mask_file::read_mask;
 /// Returns the errors of [`read_mask`]. A lens without a valid range is reported when the photo is imported.
 pub(super) fn read_undistorted(file: &Path, photo: &CameraPhoto) -> Result<Spans> {
     let masked = read_mask(file, [photo.camera.width, photo.camera.height])?;
-    if photo.lens.is_none() {
+    if photo.is_pinhole() {
         return Ok(masked);
     }
-    let undistortion = Undistortion::new(&photo.camera, photo.lens);
+    let undistortion = photo.undistortion();
     Ok(undistortion.map_or_else(Spans::default, |to| undistorted(&masked, &to)))
 }
 

@@ -13,8 +13,6 @@ use crate::state::session::Session;
 use crate::work::Work;
 use crate::work::jobs::arrival;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::geometry::Similarity;
-use quadratura_layers::Options;
 use quadratura_recipe::create::{self, NewProject};
 use quadratura_recipe::discover::{Candidates, SitePart, SiteParts, find_site, part_at};
 
@@ -82,12 +80,10 @@ pub fn create_project(state: &mut State, work: &mut Work) {
     let round = state.opening.round;
     work.jobs.start(&mut state.running, JobKind::Open, name, move |task| {
         let new = NewProject {
-            surroundings: None,
             photos: parts.photos.clone(),
             cameras: parts.cameras.clone(),
             model: parts.model.clone(),
-            world_from_model: Similarity::IDENTITY,
-            options: Options::default(),
+            ..NewProject::default()
         };
         let made = create::create_project(&folder, &new, task)
             .and_then(|opened| Session::new(&folder, opened, task));

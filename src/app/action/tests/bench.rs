@@ -121,5 +121,12 @@ fn site_of(project: Project) -> Opened {
         .iter()
         .map(|name| quadratura_base::scene::Photo { name: (*name).into(), ..photo.clone() })
         .collect();
-    Opened { project, site, whole: scene.model.clone(), points: Arc::default(), problems: Arc::default() }
+    Opened {
+        project,
+        site,
+        whole: scene.model.clone(),
+        points: Arc::default(),
+        reprojection: None,
+        problems: Arc::default(),
+    }
 }

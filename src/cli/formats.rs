@@ -1,0 +1,81 @@
+//! The command `formats`: which files of other programs are read and written.
+
+use std::fmt::Write as _;
+
+use serde_json::json;
+
+use super::Outcome;
+use quadratura_import::cameras;
+
+/// A format: its files, what is kept of them, and what is lost.
+type Row = [&'static str; 3];
+
+const PHOTOS: [Row; 1] = [[
+    "JPEG, PNG, TIFF and WebP, in sub-folders too",
+    "8 and 16 bits, alpha, RGB profile, exposure of the EXIF",
+    "CMYK, gamma and cICP are not applied; pages and frames behind the first",
+]];
+const MODELS: [Row; 2] = [
+    ["OBJ", "polygons of any number of corners, holes, objects and groups", "materials, textures, normals"],
+    [
+        "glTF and GLB",
+        "meshes with their nodes, joined to polygons again",
+        "materials, textures, skins, animations; compressed geometry",
+    ],
+];
+const LAYERED: [Row; 4] = [
+    [
+        "PSD and PSB",
+        "layers with names, groups, masks and profile, 8 and 16 bits",
+        "effects, adjustments and smart objects: their pixels as the editor last drew them",
+    ],
+    ["XCF of GIMP", "layers with names, groups and masks", "effects"],
+    ["OpenRaster", "layers with names and groups", "masks; effects"],
+    ["a folder of PNG files with stack.json", "layers, with what each is", "groups"],
+];
+const PICTURES: [Row; 2] = [
+    [
+        "PNG (8 and 16 bits) and OpenEXR (linear, half floats)",
+        "colour and alpha; views and settings as text",
+        "layers",
+    ],
+    ["APNG, and videos through FFmpeg where it is installed", "colour", "alpha in most"],
+];
+const DEPTH: [Row; 2] = [
+    [
+        "layered depth images (.ldi), a folder of pictures, GLB",
+        "colour, depth and alpha of all layers",
+        "sources of the pixels, outside of .ldi",
+    ],
+    ["a page (HTML) that shows them", "new views in a browser", "editing"],
+];
+
+/// Runs `formats`.
+pub fn run() -> Outcome {
+    let cameras = cameras::described();
+    let subjects: [(&str, &str, &[Row]); 6] = [
+        ("Cameras", "in", &cameras),
+        ("Photos", "in", &PHOTOS),
+        ("Models", "in", &MODELS),
+        ("Layered files", "out and in", &LAYERED),
+        ("Pictures and videos", "out", &PICTURES),
+        ("Layered depth images", "out", &DEPTH),
+    ];
+    let (mut text, mut list) = (String::new(), Vec::new());
+    for (subject, direction, rows) in subjects {
+        let _ = writeln!(text, "{subject} ({direction})");
+        for [files, kept, lost] in rows {
+            let _ = writeln!(text, "  {files}\n      kept: {kept}");
+            if !lost.is_empty() {
+                let _ = writeln!(text, "      not: {lost}");
+            }
+            list.push(json!({
+                "subject": subject, "read": direction.contains("in"), "written": direction.contains("out"),
+                "files": files, "kept": kept, "lost": lost,
+            }));
+        }
+        text.push('\n');
+    }
+    text.push_str("Details are in docs/formats.md.\n");
+    Outcome { text, json: json!({ "formats": list }), problems: Vec::new() }
+}
