@@ -145,6 +145,8 @@ impl Bench {
             version: PROJECT_VERSION,
             photos: ".".into(),
             cameras: ".".into(),
+            chunk: None,
+            rolling_shutter: false,
             model: ".".into(),
             world_from_model: Similarity::IDENTITY,
             options: Options::default(),
@@ -164,6 +166,7 @@ impl Bench {
             project,
             site: self.site.clone(),
             whole: self.site.model.clone(),
+            reprojection: None,
             points: Default::default(),
             problems: std::sync::Arc::default(),
         }

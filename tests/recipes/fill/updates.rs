@@ -68,6 +68,7 @@ impl InMemory {
             project,
             site: opened.site.clone(),
             whole: opened.whole.clone(),
+            reprojection: None,
             points: opened.points.clone(),
             problems: opened.problems.clone(),
         });

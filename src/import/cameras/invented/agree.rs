@@ -1,6 +1,8 @@
 //! Every format that other modules do not test shows the sample's points where its formula has them; what is wrong is told; and damaged files
 //! are survived.
 
+#![cfg(test)]
+
 use super::metashape::export;
 use super::others::{fspy, meshroom, nvm, openmvg, opensfm, table, xmp};
 use super::{Site, Written, assert_agrees, assert_observations, assert_survives};
@@ -10,7 +12,7 @@ fn usual() -> CameraOptions {
     CameraOptions::default()
 }
 
-fn told(read: &Cameras, words: &str) -> bool {
+fn is_noted(read: &Cameras, words: &str) -> bool {
     read.notes.iter().any(|note| note.contains(words))
 }
 
@@ -19,13 +21,18 @@ fn realityscans_files_beside_the_photos_show_every_point_where_their_formula_has
     let site = Site::piazza();
     for (model, elements) in [("brown3t2", false), ("brown3t2", true), ("division", false)] {
         let read = assert_agrees(&site, &xmp(&site, model, elements), &usual());
-        assert_eq!(told(&read, "tangential coefficients t1 and t2"), model != "division", "{:?}", read.notes);
+        assert_eq!(
+            is_noted(&read, "tangential coefficients t1 and t2"),
+            model != "division",
+            "{:?}",
+            read.notes
+        );
         assert!(read.reprojection.is_none());
     }
     let written = xmp(&Site::small(), "brown3", false);
     let unaligned = written.with("Rotation", "Turn").with("Rotation", "Turn").read(&usual()).unwrap();
     assert_eq!(unaligned.photos.len(), 2);
-    assert!(told(&unaligned, "1 files beside it have no pose"), "{:?}", unaligned.notes);
+    assert!(is_noted(&unaligned, "1 files beside it have no pose"), "{:?}", unaligned.notes);
     for (from, to, expected) in [
         ("\"brown3\"", "\"kb4\"", "the distortion model \"kb4\""),
         ("xcr:FocalLength35mm", "xcr:Other", "it has no FocalLength35mm"),
@@ -71,7 +78,7 @@ fn meshrooms_file_shows_every_point_where_its_formula_has_it() {
         let written = meshroom(&site, model);
         let read = assert_agrees(&site, &written, &usual());
         assert_observations(&read, &written);
-        assert!(told(&read, "1 of 10 views have no pose"), "{:?}", read.notes);
+        assert!(is_noted(&read, "1 of 10 views have no pose"), "{:?}", read.notes);
     }
     let small = meshroom(&Site::small(), "radial3");
     for (from, to, expected) in [
@@ -97,14 +104,14 @@ fn opensfms_reconstruction_and_tracks_show_every_point_where_their_formula_has_i
     let read = assert_agrees(&site, &written, &usual());
     assert_observations(&read, &written);
     assert!(
-        told(&read, "the largest of 2 separate reconstructions is read, with 9 photos"),
+        is_noted(&read, "the largest of 2 separate reconstructions is read, with 9 photos"),
         "{:?}",
         read.notes
     );
     let mut alone = opensfm(&site);
     alone.files.pop();
     let read = assert_agrees(&site, &alone, &usual());
-    assert!(told(&read, "there is no tracks.csv beside it") && read.reprojection.is_none());
+    assert!(is_noted(&read, "there is no tracks.csv beside it") && read.reprojection.is_none());
     let panorama = written
         .with("\"projection_type\": \"brown\"", "\"projection_type\": \"spherical\"")
         .read(&usual())
@@ -127,7 +134,7 @@ fn openmvgs_file_shows_every_point_where_its_formula_has_it() {
     }
     let read =
         openmvg(&site, "disto_k3").with("\"id_pose\": 0", "\"id_pose\": 4294967295").read(&usual()).unwrap();
-    assert!(read.photos.len() == 8 && told(&read, "1 of 9 views have no pose"), "{:?}", read.notes);
+    assert!(read.photos.len() == 8 && is_noted(&read, "1 of 9 views have no pose"), "{:?}", read.notes);
 }
 
 #[test]
@@ -136,7 +143,7 @@ fn an_nvm_is_read_as_visualsfm_or_colmap_wrote_it() {
         let (site, written) = nvm(&Site::piazza(), of_colmap);
         let read = assert_agrees(&site, &written, &usual());
         assert_observations(&read, &written);
-        assert_eq!(told(&read, "measurements are from the corner"), of_colmap, "{:?}", read.notes);
+        assert_eq!(is_noted(&read, "measurements are from the corner"), of_colmap, "{:?}", read.notes);
     }
     let (_, written) = nvm(&Site::piazza(), false);
     let text = String::from_utf8(written.files[0].1.clone()).unwrap();
@@ -152,7 +159,7 @@ fn a_project_of_fspy_is_a_photo_without_points() {
         assert!(
             read.points.is_empty()
                 && read.photos[0].is_pinhole()
-                && told(&read, "one photo, without sparse points")
+                && is_noted(&read, "one photo, without sparse points")
         );
     }
     let (_, written) = fspy(&Site::piazza(), 0);
@@ -187,7 +194,7 @@ fn a_file_in_another_convention_is_told_with_the_one_that_it_is_in() {
     assert!(judged.median_px > 3.0);
     assert_eq!(judged.better().unwrap().0, "the rotation transposed");
     assert!(
-        told(&read, "With the rotation transposed it would be 0.00 px. Nothing is changed"),
+        is_noted(&read, "With the rotation transposed it would be 0.00 px. Nothing is changed"),
         "{:?}",
         read.notes
     );

@@ -1,5 +1,7 @@
 //! RealityScan's, Meshroom's, OpenSfM's, OpenMVG's, VisualSFM's and fSpy's files.
 
+#![cfg(test)]
+
 use std::fmt::Write as _;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
@@ -268,7 +270,7 @@ pub(in super::super) fn openmvg(site: &Site, lens: &str) -> Written {
     };
     let shots = || site.shots.iter().enumerate();
     let whole = json!({
-        "sfm_data_version": "0.3", "root_path": "/home/somebody/photos",
+        "sfm_data_version": "0.3", "root_path": "/somewhere/photos",
         "views": shots().map(view).collect::<Vec<_>>(),
         "intrinsics": shots().map(intrinsic).collect::<Vec<_>>(),
         "extrinsics": shots().map(extrinsic).collect::<Vec<_>>(),
