@@ -69,6 +69,7 @@ impl InMemory {
             site: opened.site.clone(),
             whole: opened.whole.clone(),
             points: opened.points.clone(),
+            reprojection: None,
             listed: opened.listed,
             problems: opened.problems.clone(),
             left_out: Vec::new(),

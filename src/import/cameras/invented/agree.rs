@@ -1,6 +1,8 @@
 //! Every format that other modules do not test shows the sample's points where its formula has them; what is wrong is told; and damaged files
 //! are survived.
 
+#![cfg(test)]
+
 use super::metashape::export;
 use super::others::{fspy, meshroom, nvm, openmvg, opensfm, table, xmp};
 use super::{Site, Written, assert_agrees, assert_observations, assert_survives};
@@ -73,6 +75,11 @@ fn meshrooms_file_shows_every_point_where_its_formula_has_it() {
         assert_observations(&read, &written);
         assert!(told(&read, "1 of 10 views have no pose"), "{:?}", read.notes);
     }
+    let later = meshroom(&site, "radial3");
+    let text = String::from_utf8(later.files[0].1.clone()).unwrap();
+    let text =
+        text.replace("\"type\": \"radial3\"", "\"type\": \"pinhole\", \"distortionType\": \"radialk3\"");
+    assert_agrees(&site, &Written::one("sfm.json", text, later.observed.clone()), &usual());
     let small = meshroom(&Site::small(), "radial3");
     for (from, to, expected) in [
         ("\"type\": \"radial3\"", "\"type\": \"3deanamorphic4\"", "the type \"3deanamorphic4\""),

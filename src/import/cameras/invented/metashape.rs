@@ -1,5 +1,7 @@
 //! Metashape's XML of *Export Cameras*, and its project.
 
+#![cfg(test)]
+
 use std::fmt::Write as _;
 use std::io::Write as _;
 

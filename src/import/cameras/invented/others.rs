@@ -1,5 +1,7 @@
 //! RealityScan's, Meshroom's, OpenSfM's, OpenMVG's, VisualSFM's and fSpy's files.
 
+#![cfg(test)]
+
 use std::fmt::Write as _;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};

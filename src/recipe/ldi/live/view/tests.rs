@@ -66,6 +66,7 @@ fn bench_with(on: WarpOn, image: impl Fn(PhotoId, Pinhole, Pose) -> Ldi + Send +
         site,
         whole: scene.model.clone(),
         points: Arc::default(),
+        reprojection: None,
         listed: 4,
         problems: Arc::default(),
         left_out: Vec::new(),
