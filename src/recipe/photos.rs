@@ -183,8 +183,8 @@ mod tests {
             camera: Pinhole { width: 8, height: 6, fx: 9.0, fy: 9.0, cx: 4.0, cy: 3.0 },
             lens: Lens::None,
             pose: Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO },
-            place: "line 1".into(),
             shutter: None,
+            place: "line 1".into(),
         }
     }
 

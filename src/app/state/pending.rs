@@ -23,8 +23,9 @@ impl Invalidation {
     /// Returns what the change from one project to another invalidates; `None` where nothing is.
     pub fn new(before: &Project, after: &Project) -> Option<Self> {
         let site = |project: &Project| {
-            let Project { photos, cameras, model, world_from_model, .. } = project.clone();
-            (photos, cameras, model, world_from_model)
+            let Project { photos, cameras, model, chunk, rolling_shutter, world_from_model, .. } =
+                project.clone();
+            (photos, cameras, model, chunk, rolling_shutter, world_from_model)
         };
         let others = has_other_objects(before, after);
         // Bookmarks and flights invalidate nothing; masks and fill options take effect when layers are made again. The 3D view

@@ -11,7 +11,8 @@
 //! | from 1.2.1 | `principalPoint` from the middle |
 //!
 //! Types: `pinhole`; `radial1` (k1), `radial3` (k1, k2, k3), `brown` (k1, k2, k3, t1, t2 as OpenCV's p1, p2) and `fisheye4` (k1 to k4, of the
-//! angle). Those of 3DEqualizer are inverses, and are refused. Source: AliceVision, `sfmDataIO`; verified with real files.
+//! angle). Later versions have `pinhole` with a `distortionType` (`none`, `radialk1`, `radialk3`, `brown`, `fisheye`), which was not tried with
+//! the program itself. Those of 3DEqualizer are inverses, and are refused. Source: AliceVision, `sfmDataIO`; verified with real files.
 
 use std::path::Path;
 
@@ -170,7 +171,15 @@ fn camera(intrinsic: &Value, version: [u32; 3]) -> Result<RawCamera, Objection> 
 }
 
 fn lens(intrinsic: &Value) -> Result<Lens, Objection> {
-    let model = intrinsic.get("type").and_then(Value::as_str).unwrap_or("missing");
+    let named = |key: &str| intrinsic.get(key).and_then(Value::as_str);
+    // Later versions have the lens in a field of its own.
+    let model = match (named("type").unwrap_or("missing"), named("distortionType")) {
+        ("pinhole", Some("radialk1")) => "radial1",
+        ("pinhole", Some("radialk3")) => "radial3",
+        ("pinhole", Some("fisheye")) => "fisheye4",
+        ("pinhole", Some(lens)) if lens != "none" => lens,
+        (model, _) => model,
+    };
     // Without distortion, the list may be missing, or an empty text.
     let given =
         intrinsic.get("distortionParams").and_then(Value::as_array).is_some_and(|list| !list.is_empty());

@@ -80,6 +80,11 @@ fn meshrooms_file_shows_every_point_where_its_formula_has_it() {
         assert_observations(&read, &written);
         assert!(is_noted(&read, "1 of 10 views have no pose"), "{:?}", read.notes);
     }
+    let later = meshroom(&site, "radial3");
+    let text = String::from_utf8(later.files[0].1.clone()).unwrap();
+    let text =
+        text.replace("\"type\": \"radial3\"", "\"type\": \"pinhole\", \"distortionType\": \"radialk3\"");
+    assert_agrees(&site, &Written::one("sfm.json", text, later.observed.clone()), &usual());
     let small = meshroom(&Site::small(), "radial3");
     for (from, to, expected) in [
         ("\"type\": \"radial3\"", "\"type\": \"3deanamorphic4\"", "the type \"3deanamorphic4\""),

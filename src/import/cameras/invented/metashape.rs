@@ -40,7 +40,7 @@ pub(in super::super) fn shown(shot: &Shot, point: DVec3) -> DVec2 {
     let radial = 1.0 + K[0] * r2 + K[1] * r2.powi(2) + K[2] * r2.powi(3) + K[3] * r2.powi(4);
     let x1 = x * radial + P[0] * (r2 + 2.0 * x * x) + 2.0 * P[1] * x * y;
     let y1 = y * radial + P[1] * (r2 + 2.0 * y * y) + 2.0 * P[0] * x * y;
-    let c = shot.from_middle();
+    let c = shot.off_middle();
     let [w, h] = shot.size.map(f64::from);
     DVec2::new(w * 0.5 + c.x + x1 * shot.f + x1 * B[0] + y1 * B[1], h * 0.5 + c.y + y1 * shot.f)
 }
@@ -71,7 +71,7 @@ fn row_text(numbers: &[f64]) -> String {
 fn sensors(site: &Site) -> String {
     let mut text = String::from("<sensors next_id=\"9\">\n");
     for (id, shot) in site.shots.iter().enumerate() {
-        let ([w, h], c) = (shot.size, shot.from_middle());
+        let ([w, h], c) = (shot.size, shot.off_middle());
         write!(
             text,
             "<sensor id=\"{id}\" label=\"a camera\" type=\"frame\"><resolution width=\"{w}\" height=\"{h}\"/>\
@@ -124,10 +124,10 @@ fn chunk(site: &Site, moving: bool, label: impl Fn(&Shot) -> String) -> String {
                 )
             }
         };
-        write!(
+        writeln!(
             text,
             "<camera id=\"{id}\" sensor_id=\"{id}\" component_id=\"0\" label=\"{}\"><transform>{}</transform>\
-             <orientation>6</orientation>{shutter}</camera>\n",
+             <orientation>6</orientation>{shutter}</camera>",
             label(shot),
             row_text(&rows)
         )

@@ -49,7 +49,7 @@ impl Shot {
     }
 
     /// Returns the principal point from the middle of the photo.
-    pub fn from_middle(&self) -> DVec2 {
+    pub fn off_middle(&self) -> DVec2 {
         DVec2::from(self.centre_px) - self.middle()
     }
 

@@ -45,7 +45,7 @@ pub(in super::super) fn xmp(site: &Site, model: &str, elements: bool) -> Written
         _ => format!("{:?} {:?} {:?} 0 {:?} {:?}", K[0], K[1], K[2], P[0], P[1]),
     };
     let file = |shot: &Shot| {
-        let (m, c) = (shot.longer_side(), shot.from_middle());
+        let (m, c) = (shot.longer_side(), shot.off_middle());
         let values = [
             ("DistortionModel", model.to_owned()),
             ("FocalLength35mm", format!("{:?}", shot.f * 36.0 / m)),
@@ -92,7 +92,7 @@ pub(in super::super) fn table(site: &Site) -> Written {
         site.shots.len()
     );
     for shot in &site.shots {
-        let (m, c, centre) = (shot.longer_side(), shot.from_middle(), shot.centre);
+        let (m, c, centre) = (shot.longer_side(), shot.off_middle(), shot.centre);
         // Camera to world with y up and looking along -z: Rz(-h) Rx(p) Ry(r) has sin p at row 2, column 1.
         let gl = shot.rotation.transpose() * DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
         let at = |row: usize, column: usize| gl.col(column)[row];
@@ -149,7 +149,7 @@ pub(in super::super) fn meshroom(site: &Site, model: &str) -> Written {
         })
     };
     let intrinsic = |(index, shot): (usize, &Shot)| {
-        let c = shot.from_middle();
+        let c = shot.off_middle();
         json!({
             "intrinsicId": id(index), "width": shot.size[0].to_string(), "height": shot.size[1].to_string(),
             "sensorWidth": SENSOR.to_string(), "type": model, "pixelRatio": "1",
@@ -190,7 +190,7 @@ pub(in super::super) fn opensfm(site: &Site) -> Written {
     let (mut cameras, mut shots, mut points) = (json!({}), json!({}), json!({}));
     let mut tracks = String::from("OPENSFM_TRACKS_VERSION_v2\n");
     for (index, shot) in site.shots.iter().enumerate() {
-        let (m, c) = (shot.longer_side(), shot.from_middle());
+        let (m, c) = (shot.longer_side(), shot.off_middle());
         let axis = DQuat::from_mat3(&shot.rotation).to_scaled_axis();
         let translation = -(shot.rotation * shot.centre);
         cameras[index.to_string()] = json!({
@@ -284,7 +284,7 @@ pub(in super::super) fn openmvg(site: &Site, lens: &str) -> Written {
 pub(in super::super) fn nvm(site: &Site, of_colmap: bool) -> (Site, Written) {
     const R: f64 = 0.06;
     let keep: Vec<usize> =
-        (0..site.shots.len()).filter(|&index| site.shots[index].from_middle() == DVec2::ZERO).collect();
+        (0..site.shots.len()).filter(|&index| site.shots[index].off_middle() == DVec2::ZERO).collect();
     let mut kept = Site {
         shots: keep.iter().map(|&index| site.shots[index].clone()).collect(),
         points: site.points.clone(),
@@ -337,7 +337,7 @@ pub(in super::super) fn nvm(site: &Site, of_colmap: bool) -> (Site, Written) {
 /// A project of fSpy for one photo.
 pub(in super::super) fn fspy(site: &Site, index: usize) -> (Site, Written) {
     let shot = site.shots[index].clone();
-    let (half, c) = (0.5 * shot.longer_side(), shot.from_middle());
+    let (half, c) = (0.5 * shot.longer_side(), shot.off_middle());
     let gl = shot.rotation.transpose() * DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
     let row = |row: usize| json!([gl.x_axis[row], gl.y_axis[row], gl.z_axis[row], shot.centre[row]]);
     let state = json!({"globalSettings": {}, "cameraParameters": {
