@@ -6,12 +6,14 @@ use_package_cache() {
     [ -z "${CARGO_TARGET_DIR:-}" ] || return 0
     caches=${XDG_CACHE_HOME:-${HOME:-}/.cache}/quadratura/packages
     compiler=$(PATH="$PATH:${CARGO_HOME:-${HOME:-}/.cargo}/bin" rustc --version --verbose 2>/dev/null) || return 0
-    key=$({ printf '%s\n' "$compiler"; cat Cargo.lock; } | cksum | tr ' ' '-')
+    of_compiler=$(printf '%s\n' "$compiler" | cksum | cut -d ' ' -f 1)
+    key=$of_compiler-$(cksum <Cargo.lock | cut -d ' ' -f 1)
     cache=$caches/$key
+    # Other packages with the same compiler: cargo uses what fits of them.
+    older=$(ls -dt "$caches/$of_compiler"-* 2>/dev/null | head -n 1)
+    [ -e "$cache" ] || [ -z "$older" ] || is_in_use "$older" || mv "$older" "$cache"
     mkdir -p "$cache" 2>/dev/null || return 0
-    # The process that uses it; of one that was killed nothing but the file is left.
-    user=$(cat "$cache/in-use" 2>/dev/null || true)
-    [ -z "$user" ] || ! kill -0 "$user" 2>/dev/null || return 0
+    ! is_in_use "$cache" || return 0
     echo $$ >"$cache/in-use"
     trap 'rm -f "$cache/in-use"' EXIT
     # Outputs for other compilers and packages; what this project's own packages were compiled to in another clone.
@@ -19,6 +21,12 @@ use_package_cache() {
     [ "$(cat "$cache/clone" 2>/dev/null || true)" = "$PWD" ] || rm_own_outputs
     printf '%s' "$PWD" >"$cache/clone"
     export CARGO_TARGET_DIR="$cache"
+}
+
+# is_in_use FOLDER: the process that uses it is named in it; of one that was killed nothing but the name is left.
+is_in_use() {
+    user=$(cat "$1/in-use" 2>/dev/null || true)
+    [ -n "$user" ] && kill -0 "$user" 2>/dev/null
 }
 
 # Removes what cargo made of the packages of this repository: it never uses that again for a clone in another folder.

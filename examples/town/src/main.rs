@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
         let file = BufWriter::new(File::create(out.join("photos").join(&station.name))?);
         JpegEncoder::new_with_quality(file, QUALITY).encode_image(&picture)?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        if done % 25 == 0 || done == plan.stations.len() {
+        if done.is_multiple_of(25) || done == plan.stations.len() {
             eprintln!("{done} of {} photos", plan.stations.len());
         }
         Ok(())
