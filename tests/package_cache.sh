@@ -11,7 +11,7 @@ use_package_cache() {
     cache=$caches/$key
     # Other packages with the same compiler: cargo uses what fits of them.
     older=$(ls -dt "$caches/$of_compiler"-* 2>/dev/null | head -n 1)
-    [ -e "$cache" ] || [ -z "$older" ] || is_in_use "$older" || mv "$older" "$cache"
+    [ -e "$cache" ] || [ -z "$older" ] || is_in_use "$older" || mv "$older" "$cache" 2>/dev/null || true
     mkdir -p "$cache" 2>/dev/null || return 0
     ! is_in_use "$cache" || return 0
     echo $$ >"$cache/in-use"
