@@ -3,19 +3,17 @@
 
 use std::borrow::Borrow;
 use std::f64::consts::LN_2;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec2;
-use serde::{Deserialize, Serialize};
 
 use super::budget::Budget;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::{ColourDecisions, Stack};
-use quadratura_files::atomic::write_atomically;
+use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_files::hash::hash_bytes;
-use quadratura_files::json::{read_json, to_json};
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::exposure::patch::patch_colour;
 use quadratura_projection::exposure::{
@@ -24,23 +22,11 @@ use quadratura_projection::exposure::{
 };
 use quadratura_projection::{Gains, Projector};
 
-/// The cached estimate in `cache/gains.json`.
-#[derive(Debug, Serialize, Deserialize)]
-struct CachedEstimate {
-    version: u32,
-    /// The hash of everything that the estimate was made from.
-    inputs: String,
-    /// The names of the photos, in the site's order.
-    photos: Vec<String>,
-    estimate: Estimate,
-}
+/// The file `cache/gains.bin`.
+const CACHED: CachedKind = CachedKind { name: "gains", version: 9 };
 
-/// The version of the cache file's format.
-const VERSION: u32 = 8;
 /// The version of the data that [`inputs`] hashes, and of the results that are made from them.
 const INPUTS_VERSION: u32 = 3;
-/// The largest size of the cache file that is read, in bytes.
-const LARGEST: u64 = 64 << 20;
 
 /// Returns the gains with which a project's photos are shown and used for filling, in the site's order: the
 /// estimate ([`photo_estimate`]) with the decisions in `colour` applied.
@@ -76,13 +62,12 @@ pub fn photo_estimate(
     memory: u64,
     task: &Task,
 ) -> Result<Estimate> {
-    let file = folder.join("cache/gains.json");
-    let inputs = estimate_inputs(site, stacks, colour);
-    if let Some(kept) = kept_estimate(&file, &inputs) {
-        return Ok(kept);
+    if let Some(known) = known_estimate(site, stacks, colour, folder) {
+        return Ok(known);
     }
     let estimate = estimate_of_photos(site, colour, memory, task)?;
-    if let Err(error) = keep(&file, inputs, site, &estimate) {
+    let inputs = estimate_inputs(site, stacks, colour);
+    if let Err(error) = write_cached(&cached_file(folder), CACHED, &inputs, &estimate) {
         task.note(Message::from("the gains cannot be cached: ").and(&error));
     }
     Ok(estimate)
@@ -153,7 +138,11 @@ pub(crate) fn known_estimate(
     colour: &ColourDecisions,
     folder: &Path,
 ) -> Option<Estimate> {
-    kept_estimate(&folder.join("cache/gains.json"), &estimate_inputs(site, stacks, colour))
+    read_cached(&cached_file(folder), CACHED, &estimate_inputs(site, stacks, colour))
+}
+
+fn cached_file(folder: &Path) -> PathBuf {
+    folder.join("cache/gains.bin")
 }
 
 /// Measures the photos' colours at common surface points. Photos that `colour` leaves out are not read.
@@ -334,22 +323,4 @@ fn estimate_inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>], colour: &
     ))
     .expect("plain data is JSON");
     hash_bytes(&text)
-}
-
-/// Returns the cached estimate; `None` where the file is missing, unreadable or made from other inputs.
-fn kept_estimate(file: &Path, inputs: &str) -> Option<Estimate> {
-    let kept: CachedEstimate = read_json(file, LARGEST, "it is computed again").ok()?;
-    let Gains { of_photo, optics, .. } = &kept.estimate.gains;
-    let counts = [of_photo.len(), optics.len(), kept.estimate.gain_support.len()];
-    let is_whole = counts == [kept.photos.len(); 3];
-    (kept.version == VERSION && kept.inputs == inputs && is_whole).then_some(kept.estimate)
-}
-
-/// Writes the estimate to the cache.
-fn keep(file: &Path, inputs: String, site: &Site, estimate: &Estimate) -> Result<()> {
-    let folder = file.parent().expect("it lies in cache/");
-    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
-    let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
-    let kept = CachedEstimate { version: VERSION, inputs, photos, estimate: estimate.clone() };
-    write_atomically(file, &to_json(&kept))
 }

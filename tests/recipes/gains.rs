@@ -211,7 +211,7 @@ fn gains_are_kept_until_something_changes_and_broken_photos_do_without() {
     assert_eq!(gains(&site), first);
     assert_eq!(notes.lock().unwrap().len(), 1);
 
-    let file = folder.path().join("cache/gains.json");
+    let file = folder.path().join("cache/gains.bin");
     fs::write(&file, "{").unwrap();
     assert_eq!(gains(&site), first);
     assert_eq!(notes.lock().unwrap().len(), 2);
