@@ -28,4 +28,4 @@ if [ -z "${QUADRATURA:-}" ]; then
     cargo build --quiet --profile "$profile"
     QUADRATURA=$built/quadratura
 fi
-exec python3 tests/scale/measure.py "$QUADRATURA" "$WORK" "$@"
+python3 tests/scale/measure.py "$QUADRATURA" "$WORK" "$@"

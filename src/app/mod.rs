@@ -1,4 +1,4 @@
-//! The editor window: it displays the state and pushes asks, and computes nothing. Only this module knows egui.
+//! The editor window: it displays the state and pushes requests, and computes nothing. Only this module knows egui.
 //!
 //! A frame has one direction: results of jobs and painter are applied, keys become commands, panels draw the state and
 //! push `Request`s, and `action` applies those. Everything that takes longer than a frame is a job on a thread of its own.

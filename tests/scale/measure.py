@@ -2,9 +2,11 @@
 
 import os
 import shutil
+import struct
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 # The view that is rendered, and the photo to which steps of one photo apply.
@@ -22,7 +24,7 @@ def run(command):
         _, status, used = os.wait4(child.pid, 0)
     code = os.waitstatus_to_exitcode(status)
     child.returncode = code
-    if code not in (0, 1):
+    if code != 0:
         sys.exit(f"{' '.join(map(str, command))} ended with status {code}:\n{said[-2000:]}")
     return used.ru_utime + used.ru_stime, time.monotonic() - began, used.ru_maxrss / 1024
 
@@ -46,10 +48,7 @@ def beside(town, folder):
 
 
 def block_mask(file, width, height):
-    """Writes a PGM, which is white but for a block of 40 x 40 pixels, as PNG."""
-    import struct
-    import zlib
-
+    """Writes a white PNG with a black block of 40 x 40 pixels."""
     rows = bytearray()
     for y in range(height):
         row = bytearray(b"\xff" * width)

@@ -16,7 +16,7 @@ use crate::plan::Station;
 const NOISE: f64 = 0.3;
 /// The farthest that a point is found in a photo, in metres.
 const REACH: f64 = 60.0;
-/// One point on so many square metres.
+/// The area for each point, in square metres.
 const AREA_PER_POINT: f64 = 1.5;
 /// The most points of a face.
 const MOST: f64 = 20_000.0;

@@ -95,7 +95,7 @@ fn inside(away: DVec2, footprint: f64) -> f64 {
     share(away.x) * share(away.y)
 }
 
-/// How much of a pixel lies on the joints of a grid of cells, which are so wide.
+/// How much of a pixel lies on the joints of a grid of cells, which have this width.
 fn edges(place: DVec2, cell: DVec2, width: f64, footprint: f64) -> f64 {
     let share = |place: f64, cell: f64| {
         let to_joint = (place / cell - (place / cell).round()).abs() * cell;

@@ -59,7 +59,7 @@ impl Segment {
 }
 
 impl Plan {
-    /// Plans a town of so many photos. It grows in rings from one corner, so that it is compact for any number.
+    /// Plans a town of this number of photos. It grows in rings from one corner, so that it is compact for any number.
     pub fn new(photos: u32) -> Self {
         let mut plan = Self { stations: Vec::new(), blocks: BTreeSet::new() };
         for segment in (0..).flat_map(ring) {

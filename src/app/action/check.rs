@@ -19,7 +19,7 @@ use quadratura_recipe::thumbnail::picture_of_file;
 /// The longer side of an overlay in the window, in pixels.
 const SHOWN_PX: u32 = 1600;
 
-/// Applies an ask about the check.
+/// Applies a request about the check.
 pub fn apply(state: &mut State, work: &mut Work, request: CheckRequest) {
     match request {
         CheckRequest::Check => check_project(state, work),

@@ -15,7 +15,7 @@ use quadratura_recipe::render::{
 use quadratura_recipe::views::RequestedView;
 use quadratura_view::{DisplayMode, Quality, Shot, Unseen};
 
-/// Applies an ask about bookmarks, the flight, pictures and videos.
+/// Applies a request about bookmarks, the flight, pictures and videos.
 pub fn apply(state: &mut State, work: &mut Work, request: FlightRequest) {
     match request {
         FlightRequest::FlyToView(view) => state.fly_to_view(view),

@@ -1,4 +1,4 @@
-//! The only place that changes the state: applies asks, one file for each subject.
+//! The only place that changes the state: applies requests, one file for each subject.
 
 pub mod brush;
 pub mod build;
@@ -44,7 +44,7 @@ use super::state::State;
 use super::state::request::{DecideRequest, JobRequest, ProjectRequest, Request};
 use super::work::Work;
 
-/// Applies an ask, and tells the autosave of unsaved changes.
+/// Applies a request, and tells the autosave of unsaved changes.
 pub fn apply(state: &mut State, work: &mut Work, request: Request) {
     match request {
         Request::Select(request) => select::apply(state, request),

@@ -27,7 +27,7 @@ use quadratura_recipe::trees::PlantParts;
 /// The guard band of pages of the site: enough for all viewpoints that they go to.
 const PAGE_GUARD: f64 = 0.1;
 
-/// Applies an ask about layered depth images to save.
+/// Applies a request about layered depth images to save.
 pub fn apply(state: &mut State, work: &mut Work, request: ImagesRequest) {
     match request {
         ImagesRequest::Choose(format) => state.choose_save_image(format),

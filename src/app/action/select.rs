@@ -3,7 +3,7 @@
 use crate::state::State;
 use crate::state::request::SelectRequest;
 
-/// Applies an ask about the selection.
+/// Applies a request about the selection.
 pub fn apply(state: &mut State, request: SelectRequest) {
     match request {
         SelectRequest::Only(selection) => state.select(selection),

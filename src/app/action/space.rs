@@ -17,7 +17,7 @@ use quadratura_recipe::exploded::layer_textures::layer_thumbnails;
 /// The longer side of a photo's layer pictures, in pixels: seen from the side they are smaller than the window.
 const LONGEST_PX: u32 = 1024;
 
-/// Applies an ask about the 3D view.
+/// Applies a request about the 3D view.
 pub fn apply(state: &mut State, work: &mut Work, request: SpaceRequest) {
     match request {
         SpaceRequest::FlyToPhoto(photo) => {

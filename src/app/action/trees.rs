@@ -34,7 +34,7 @@ use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees, species_images
 /// The width of a crown whose plant is not known yet, as a share of the site's radius.
 const UNKNOWN_SHARE: f64 = 0.05;
 
-/// Applies an ask about trees.
+/// Applies a request about trees.
 pub fn apply(state: &mut State, work: &mut Work, request: TreeRequest) {
     match request {
         TreeRequest::Set { name, tree, what, goes_on } => set(state, &name, &tree, what, goes_on),

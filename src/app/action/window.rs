@@ -8,7 +8,7 @@ use crate::work::Work;
 use crate::work::pages::{file_in, write_pages};
 use quadratura_io::programs::open_with_system;
 
-/// Applies an ask about the window.
+/// Applies a request about the window.
 pub fn apply(state: &mut State, work: &Work, request: WindowRequest) {
     match request {
         WindowRequest::Hide(flag) => *state.flag_mut(flag) = false,

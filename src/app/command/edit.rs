@@ -128,7 +128,7 @@ pub const RESET: Command = Command {
 /// Removes the selected object from the model, in this project.
 pub const SWITCH_OFF: Command = Command {
     name: "Remove object from model…",
-    tooltip: "Requests, and removes the selected object from the model in this project: photos, layers and views ignore it.",
+    tooltip: "Asks first, then removes the selected object from the model in this project: photos, layers and views ignore it.",
     menu: Menu::Edit,
     starts_group: true,
     ready: |state| state.selected_object().map(|_| ()).ok_or("select an object or a face"),

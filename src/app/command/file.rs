@@ -99,7 +99,7 @@ pub const SAVE_COPY: Command = Command {
 /// Closes the project.
 pub const CLOSE: Command = Command {
     name: "Close project",
-    tooltip: "Closes the project; requests first if there are unsaved changes.",
+    tooltip: "Closes the project; asks first if there are unsaved changes.",
     keys: &[ctrl(Key::W)],
     ready: with_project,
     request: |_| ProjectRequest::Life(LifeEvent::Leave(Goal::Close)).into(),

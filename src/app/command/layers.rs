@@ -58,7 +58,7 @@ pub const FILL: Command = Command {
 pub const KEEP_UP: Command = Command {
     name: "Keep everything up to date",
     tooltip: "Builds and fills layers that are out of date in the background. Photos without layers are left to Build \
-              layers. Off: nothing is updated before you request for it.",
+              layers. Off: layers are updated only when you choose Build layers or Fill occluded areas.",
     menu: Menu::Layers,
     on: Some(|state| state.settings.keep_up_to_date),
     request: |_| WindowRequest::Flip(Flag::KeepUpToDate).into(),

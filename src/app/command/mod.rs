@@ -1,4 +1,4 @@
-//! The commands of the window: name, tooltip, keys, menu, condition and ask. Menus, palette, keyboard and tests know
+//! The commands of the window: name, tooltip, keys, menu, condition and request. Menus, palette, keyboard and tests know
 //! commands from these tables alone.
 
 pub mod edit;
@@ -126,12 +126,12 @@ pub struct Command {
     pub in_dialog: fn(&State) -> bool,
     /// Returns what the command would apply to, for the menu: `merge of 3 layers`.
     pub detail: Option<fn(&State) -> Option<String>>,
-    /// Returns the ask of the command.
+    /// Returns the request of the command.
     pub request: fn(&State) -> Request,
 }
 
 impl Command {
-    /// Returns the command's ask if it is ready; otherwise a note with the reason.
+    /// Returns the command's request if it is ready; otherwise a note with the reason.
     pub fn asked(&self, state: &State) -> Request {
         match (self.ready)(state) {
             Ok(()) => (self.request)(state),

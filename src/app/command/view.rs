@@ -392,13 +392,13 @@ pub const RESTART: Command = Command {
     ..VIEW
 };
 
-/// Returns the ask that resizes the brush, while it is in use and the 3D view has the keys.
+/// Returns the request that resizes the brush, while it is in use and the 3D view has the keys.
 fn resized(state: &State, factor: f64) -> Option<Request> {
     let has_keys = state.panes.key_owner() == KeyOwner::View(Pane::Space);
     (state.space.brush.on && has_keys).then(|| SpaceRequest::ResizeBrush(factor).into())
 }
 
-/// Returns the ask that shows uncovered surfaces in one way, or as usual where they are shown in it already.
+/// Returns the request that shows uncovered surfaces in one way, or as usual where they are shown in it already.
 fn uncovered(state: &State, way: Uncovered) -> Request {
     let now = state.space.visibility.uncovered;
     SpaceRequest::ShowUncovered(if now == way { Uncovered::Solid } else { way }).into()

@@ -149,7 +149,7 @@ fn line(note: &Note) -> String {
     if note.subject.is_empty() { text } else { format!("{}: {text}", note.subject) }
 }
 
-/// Returns the ask of a remedy that was clicked.
+/// Returns the request of a remedy that was clicked.
 fn remedy_request(remedy: &NoteRemedy, view: &NotesView<'_>) -> Request {
     match remedy {
         NoteRemedy::ReadAgain => view.commands.asked(&READ_AGAIN),

@@ -31,7 +31,7 @@ const PICTURE_SHARE: f32 = 0.34;
 
 /// The gap between the lines of a row, in points: three lines fit.
 const BETWEEN: f32 = 1.0;
-/// The side of a view's symbol, in points.
+/// The side of the symbol of a photo's state, in points.
 const SIGN: f32 = 10.0;
 
 /// Looks up the thumbnail of a photo: there is none until it is made.
@@ -199,7 +199,7 @@ impl Changes {
     }
 }
 
-/// Explains the word for a view.
+/// Explains the word for a photo's state.
 fn meaning(word: &str) -> &'static str {
     match word {
         BUILT => "Its layers are up to date.",
@@ -226,7 +226,7 @@ fn word_of_state(
         _ => ui.visuals().weak_text_color(),
     };
     let text = format!("{}{}", status.word, changes.words(" · "));
-    // On the colour of a selected row, the symbol alone has that of the view.
+    // On the colour of a selected row, the symbol alone has the colour of the state.
     let of_text = if selected { ui.visuals().text_color() } else { colour };
     let text = RichText::new(text).color(of_text).small();
     ui.horizontal(|ui| {
@@ -240,7 +240,7 @@ fn word_of_state(
     });
 }
 
-/// Draws the symbol of a view, recognisable without its colour: full, half, crossed out or empty.
+/// Draws the symbol of a state, recognisable without its colour: full, half, crossed out or empty.
 fn sign(ui: &Ui, rect: Rect, word: &str, colour: Color32) {
     let (painter, middle, radius) = (ui.painter(), rect.center(), rect.width() / 2.0 - 1.0);
     let stroke = Stroke::new(1.4, colour);

@@ -1,4 +1,4 @@
-//! The editor: applies results, handles keys, draws, and applies asks. It owns textures and the layout of the centre;
+//! The editor: applies results, handles keys, draws, and applies requests. It owns textures and the layout of the centre;
 //! everything independent of the window is in `State`, threads are in `Work`.
 
 use std::ops::{Deref, DerefMut};
@@ -139,7 +139,7 @@ impl Editor {
         follow_known(&mut self.state, &mut self.work);
     }
 
-    /// Applies an ask.
+    /// Applies a request.
     pub fn apply(&mut self, request: impl Into<Request>) {
         apply(&mut self.state, &mut self.work, request.into());
     }

@@ -45,7 +45,7 @@ pub struct FrameReport {
 pub struct FrameRecorder {
     /// The number of frames.
     pub frames: u32,
-    /// The time of this program: applying results and asks, and laying out panels and views.
+    /// The time of this program: applying results and requests, and laying out panels and views.
     pub own: Spent,
     /// The time of the whole frame: also tessellation, uploads, and the driver's work to present the frame. A software
     /// driver copies all pixels through the window system.

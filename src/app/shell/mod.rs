@@ -1,4 +1,4 @@
-//! The window around the state: applies results, handles keys, draws, and applies asks.
+//! The window around the state: applies results, handles keys, draws, and applies requests.
 
 mod crash;
 pub mod editor;

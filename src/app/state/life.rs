@@ -191,7 +191,7 @@ pub struct Life {
 
 impl Life {
     /// Returns whether the user is asked about unsaved changes.
-    pub fn requests(&self) -> bool {
+    pub fn is_asking(&self) -> bool {
         matches!(self.phase, Phase::Asking { .. } | Phase::Saving { .. }) || self.recovery.is_some()
     }
 

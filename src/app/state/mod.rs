@@ -178,15 +178,15 @@ impl State {
     /// Returns whether a dialog is open, or will be drawn from the next frame on.
     pub fn has_dialog(&self) -> bool {
         self.dialogs.take_keys()
-            || self.requests()
+            || self.is_asking()
             || self.life.asks_about_writing()
             || self.opening.is_asking()
-            || self.flights.requests()
-            || self.round_trip.requests()
+            || self.flights.is_asking()
+            || self.round_trip.is_asking()
     }
 
     /// Returns whether a question is open, which keys and dropped files belong to.
-    pub fn requests(&self) -> bool {
-        self.life.requests() || self.lists.requests()
+    pub fn is_asking(&self) -> bool {
+        self.life.is_asking() || self.lists.is_asking()
     }
 }

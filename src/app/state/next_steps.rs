@@ -40,13 +40,13 @@ pub struct HiddenAreas {
 /// A step that the photos of the project wait for, or those that show an object.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SiteStep {
-    /// Build the layers of so many photos.
+    /// Build the layers of this number of photos.
     Build(usize),
-    /// Fill the occluded areas of so many photos.
+    /// Fill the occluded areas of this number of photos.
     Fill(usize),
     /// Paint hidden areas.
     Paint(SiteAreas),
-    /// Find out why no photo shows so many faces.
+    /// Find out why no photo shows this number of faces.
     Cover(usize),
 }
 

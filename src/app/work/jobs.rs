@@ -16,10 +16,10 @@ use crate::state::running::{Job, JobId, JobKind, Running};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::{Event, Task};
 
-/// The result of a job: the window's thread runs it on the state; returns the asks to apply next.
+/// The result of a job: the window's thread runs it on the state; returns the requests to apply next.
 pub type Arrival = Box<dyn FnOnce(&mut State) -> Vec<Request> + Send>;
 
-/// Makes a result that changes the state and returns no asks.
+/// Makes a result that changes the state and returns no requests.
 pub fn arrival(change: impl FnOnce(&mut State) + Send + 'static) -> Arrival {
     Box::new(|state| {
         change(state);

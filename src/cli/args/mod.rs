@@ -164,7 +164,7 @@ pub enum CommandArgs {
     Score(ScoreArgs),
     /// Build, inspect and render layered depth images: one file per photo that shows new views without the project
     Ldi(LdiArgs),
-    /// Inspect and render plants of files, and plants that are grown
+    /// Render plants, and place trees in a project: list, move, mask, light and paint them
     Tree(TreeArgs),
     /// Show the contents of a project, and why faces have no texture
     Info(InfoArgs),

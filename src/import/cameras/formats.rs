@@ -15,7 +15,7 @@ use super::realityscan::table::RealityTable;
 use super::realityscan::xmp::RealityXmp;
 use super::transforms::Transforms;
 
-/// All formats. Of several in one folder, the first in this table is read: those with points and their observations, then those without.
+/// All formats. Of several in one folder, the first in this table is read.
 static FORMATS: &[&dyn CameraFormat] = &[
     &Colmap,
     &Metashape,

@@ -143,7 +143,7 @@ pub fn is_camera_file(file: &Path) -> bool {
 /// Cameras that were found in a folder, without being read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CamerasThere {
-    /// Their format; the first format contains most information.
+    /// Their format; of several, the first of the table of formats is read.
     pub format: FormatId,
     /// The size in bytes of the file with the poses, as a measure of the number of photos.
     pub bytes: u64,

@@ -185,7 +185,9 @@ fn lens(intrinsic: &Value) -> Result<Lens, Objection> {
         intrinsic.get("distortionParams").and_then(Value::as_array).is_some_and(|list| !list.is_empty());
     let parameters = || json_parameters(intrinsic.get("distortionParams"));
     let brown = |k: [f64; 3], p: [f64; 2]| Lens::Brown { k: [k[0], k[1], k[2], 0.0, 0.0, 0.0], p };
-    let wrong = |count: usize| (format!("{count} distortionParams of the type {model}"), REMEDY);
+    let wrong = |count: usize| {
+        (format!("{count} distortionParams, which is not the number of the type {model}"), REMEDY)
+    };
     match model {
         "pinhole" => Ok(Lens::None),
         "radial1" | "radial3" | "brown" if !given => Ok(Lens::None),
@@ -200,8 +202,7 @@ fn lens(intrinsic: &Value) -> Result<Lens, Objection> {
             other => Err(wrong(other.len())),
         },
         _ => {
-            let found =
-                format!("the type {model:?}; known are pinhole, radial1, radial3, brown and fisheye4");
+            let found = format!("the type {model:?}, expected pinhole, radial1, radial3, brown or fisheye4");
             Err((found, "calibrate with one of these, or export COLMAP's format"))
         }
     }

@@ -50,7 +50,9 @@ mod invented;
 mod spellings;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
 mod three_formats;
+#[cfg(test)]
 mod wrong_files;
 
 pub use assembly::Assembly;

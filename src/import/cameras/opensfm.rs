@@ -127,7 +127,7 @@ fn with_tracks(file: &Path) -> ReconstructionFiles {
     match tracks.is_file() {
         true => files.points = Some(tracks),
         false => files.notes.push(format!(
-            "{}: there is no {TRACKS} beside it, so that nobody knows which photos show the points",
+            "{}: there is no {TRACKS} beside it, so the observations of the points are not known",
             file.display()
         )),
     }

@@ -128,7 +128,7 @@ impl Reprojection {
         );
         if let Some((name, median)) = self.better() {
             return Some(format!(
-                "{head}: it may be written in another convention than it is read in. With {name} it would be {}. Nothing is changed: \
+                "{head}: the file may use another convention than the one in which it was read. With {name} it would be {}. Nothing is changed: \
                  correct the file, or export the cameras in another format, such as COLMAP's",
                 px(median)
             ));

@@ -1,6 +1,6 @@
 //! Agreement of photos about their surroundings. These are taken to be infinitely far away, so a direction is
 //! compared rather than a surface point. What is near, such as the outline of a roof that the model lacks, lies in
-//! another direction in every photo: there the others, who see the sky, outvote the one.
+//! another direction in every photo: there the other photos, which show the sky, outvote it.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -146,13 +146,13 @@ impl DirectionPhoto {
     }
 }
 
-/// Returns the centre of a pixel of an image so wide.
+/// Returns the centre of a pixel of an image of this width.
 fn centre(width: usize, at: usize) -> DVec2 {
     DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5)
 }
 
-/// Returns the agreement of each pixel of a photo's surroundings, row by row, 1 where it shows none or where nobody
-/// else shows the direction. Votes fall with the distance of two cameras beyond `scale` (world units): what is near
+/// Returns the agreement of each pixel of a photo's surroundings, row by row, 1 where it shows none or where no
+/// other photo shows the direction. Votes fall with the distance of two cameras beyond `scale` (world units): what is near
 /// shifts between them. `others` are the photos with a vote, and whether
 /// they are of the same group of light: one of another group confirms what agrees and contradicts nothing.
 ///

@@ -18,11 +18,11 @@ use quadratura_base::task::Task;
 /// their cost volumes are large. Smaller faces are processed in parallel.
 const LARGE: usize = 1 << 15;
 
-/// The least number of blocks in which a photo has to show a face to be a witness of it; fewer show only a
+/// The least number of blocks in which a photo has to show a face to be a sweep view of it; fewer show only a
 /// corner.
 pub(super) const LEAST_BLOCKS: u32 = 8;
 
-/// Estimates the relief of all faces from photos, `witnesses[i]` being photo i. Billboards and faces that
+/// Estimates the relief of all faces from photos, `sweep_views[i]` being that of photo i. Billboards and faces that
 /// fewer than two photos show have none. The result does not depend on the number of threads.
 ///
 /// # Errors

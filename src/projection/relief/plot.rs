@@ -29,8 +29,8 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// Lays out the grid for a face and its witnesses with their pixels per world unit. Returns `None` where
-    /// heights cannot be estimated: with fewer than two witnesses, or for a face smaller than four cells.
+    /// Lays out the grid for a face and its sweep views with their pixels per world unit. Returns `None` where
+    /// heights cannot be estimated: with fewer than two sweep views, or for a face smaller than four cells.
     pub fn new(
         model: &Model,
         face: FaceId,
@@ -81,7 +81,7 @@ impl Plot {
 }
 
 fn cell_side(sweep_views: &[(&SweepView, f64)], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
-    // The resolution that a quarter of the witnesses exceed.
+    // The resolution that a quarter of the sweep views exceed.
     let px_per_unit = at_share(sweep_views.iter().map(|(_, px)| *px), 0.75)?;
     let wanted = options.cell_px / px_per_unit;
     let most = f64::from(options.most_cells);

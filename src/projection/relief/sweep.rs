@@ -163,7 +163,7 @@ fn deviation(values: &mut [f32]) -> Option<f32> {
     Some(sum / count * (count / (count - 1.0)).sqrt())
 }
 
-/// Returns the witnesses of a face that can be used, with their pixels per world unit at the mean of the
+/// Returns the sweep views of a face that can be used, with their pixels per world unit at the mean of the
 /// face's corners: those on the side from which most of the face is seen.
 pub fn views_of_face<'a>(
     model: &Model,

@@ -21,7 +21,7 @@ use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
 
-/// Applies an ask about the flat views.
+/// Applies a request about the flat views.
 pub fn apply(state: &mut State, work: &mut Work, request: FlatRequest) {
     match request {
         FlatRequest::Fit => state.flat_view().fit(),

@@ -22,7 +22,7 @@ use crate::state::space::brush::DrawnStroke;
 use crate::work::Work;
 use quadratura_document::stroke::Stroke;
 
-/// Applies an ask about masks.
+/// Applies a request about masks.
 pub fn apply(state: &mut State, work: &mut Work, request: MaskRequest) {
     match request {
         MaskRequest::Mask(name, change) => queue_mask(state, work, name, change),

@@ -44,7 +44,7 @@ pub fn watch_opening(state: &mut State, work: &mut Work) {
 
 /// Handles files and folders dropped on the window.
 pub fn take_dropped(state: &mut State, work: &mut Work, paths: &[PathBuf]) {
-    if state.requests() {
+    if state.is_asking() {
         return;
     }
     if !import_dropped(state, work, paths) {

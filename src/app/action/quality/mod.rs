@@ -14,7 +14,7 @@ use crate::state::State;
 use crate::state::request::QualityRequest;
 use crate::work::Work;
 
-/// Applies an ask about filling and exposures.
+/// Applies a request about filling and exposures.
 pub fn apply(state: &mut State, work: &mut Work, request: QualityRequest) {
     match request {
         QualityRequest::Fill(options) => state.edit_fill(options),

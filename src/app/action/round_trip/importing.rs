@@ -132,8 +132,8 @@ pub fn read_history(state: &mut State, work: &mut Work) {
             if same {
                 state.history_is(&book);
                 if state.asks_where_paint_is_seen() {
-                    let text = "This project has paint, and nobody has chosen yet whether it is seen from everywhere: \
-                                the panel Paint requests, with a picture of both.";
+                    let text = "This project has paint, and it has not been chosen whether it is seen from everywhere. \
+                                Choose in the panel Paint, which shows a picture of both.";
                     state.notify(Note::new(Weight::Info, text));
                 }
             }

@@ -25,7 +25,7 @@ use crate::work::Work;
 use quadratura_io::documents::is_document;
 use quadratura_io::programs::image_editors;
 
-/// Applies an ask about the round trip.
+/// Applies a request about the round trip.
 pub fn apply(state: &mut State, work: &mut Work, request: RoundTripRequest) {
     match request {
         RoundTripRequest::ChooseImports => state.choose_imports(),
@@ -52,7 +52,7 @@ pub fn apply(state: &mut State, work: &mut Work, request: RoundTripRequest) {
     }
 }
 
-/// Handles files saved in image editors, and answers of system dialogs; returns the asks to apply next.
+/// Handles files saved in image editors, and answers of system dialogs; returns the requests to apply next.
 pub fn take_home(state: &mut State, work: &mut Work) -> Vec<Request> {
     let requests = take_saved(state, work);
     take_chosen_files(state, work);

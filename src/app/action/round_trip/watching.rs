@@ -30,7 +30,7 @@ pub fn watch_for_saves(state: &mut State, work: &mut Work) {
     }
 }
 
-/// Handles documents that were saved; returns the asks to apply next.
+/// Handles documents that were saved; returns the requests to apply next.
 pub fn take_saved(state: &mut State, work: &mut Work) -> Vec<Request> {
     let Some(watching) = &work.watching else { return Vec::new() };
     let (news, ended) = watching.take();

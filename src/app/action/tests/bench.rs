@@ -57,7 +57,7 @@ impl TestBench {
         self.folder.path()
     }
 
-    /// Applies an ask.
+    /// Applies a request.
     pub fn request(&mut self, request: impl Into<Request>) {
         apply(&mut self.state, &mut self.work, request.into());
     }

@@ -120,10 +120,10 @@ fn a_kept_view_is_flown_to_and_one_that_is_not_there_is_not() {
 fn a_project_that_is_left_takes_its_flight_along_and_the_panel_stays() {
     let (mut bench, _) = with_flight();
     bench.request(FlightRequest::ChooseFilm);
-    assert!(bench.state.flights.requests());
+    assert!(bench.state.flights.is_asking());
     bench.state.flights.forget();
     let flights = &bench.state.flights;
-    assert!(flights.shown && !flights.requests() && flights.keyframe.is_none() && flights.time_s == 0.0);
+    assert!(flights.shown && !flights.is_asking() && flights.keyframe.is_none() && flights.time_s == 0.0);
 }
 
 #[test]

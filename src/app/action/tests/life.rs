@@ -147,9 +147,9 @@ fn a_project_with_changes_is_asked_about_and_stays() {
     let mut bench = TestBench::new();
     edit(&mut bench, 9);
     leave(&mut bench, Goal::Close);
-    assert!(bench.state.requests() && bench.state.has_dialog() && bench.state.session.is_some());
+    assert!(bench.state.is_asking() && bench.state.has_dialog() && bench.state.session.is_some());
     life(&mut bench, LifeEvent::Stay);
-    assert!(!bench.state.requests() && bench.state.session.is_some() && bench.state.is_dirty());
+    assert!(!bench.state.is_asking() && bench.state.session.is_some() && bench.state.is_dirty());
 }
 
 #[test]
@@ -245,7 +245,7 @@ fn with_something_kept() -> TestBench {
 #[test]
 fn what_was_found_after_a_crash_is_asked_about_and_stays_on_disk_meanwhile() {
     let mut bench = with_something_kept();
-    assert!(bench.state.requests());
+    assert!(bench.state.is_asking());
     edit(&mut bench, 9);
     bench.settle();
     assert_eq!(bench.kept().unwrap().options.margin, 7);
@@ -256,7 +256,7 @@ fn what_was_found_is_restored_as_a_step() {
     let mut bench = with_something_kept();
     bench.request(ProjectRequest::Recover(true));
     assert_eq!((bench.project().options.margin, bench.undoes()), (7, Some("recovery")));
-    assert!(!bench.state.requests() && bench.state.is_dirty());
+    assert!(!bench.state.is_asking() && bench.state.is_dirty());
     bench.settle();
     assert_eq!(bench.kept().unwrap().options.margin, 7);
 }
@@ -265,7 +265,7 @@ fn what_was_found_is_restored_as_a_step() {
 fn what_was_found_is_discarded() {
     let mut bench = with_something_kept();
     bench.request(ProjectRequest::Recover(false));
-    assert!(!bench.state.requests() && !bench.state.is_dirty() && bench.kept().is_none());
+    assert!(!bench.state.is_asking() && !bench.state.is_dirty() && bench.kept().is_none());
     assert!(bench.said().iter().any(|text| text == "Unsaved changes were discarded"));
 }
 

@@ -203,15 +203,15 @@ fn a_merge_that_is_not_possible_is_told_at_once_whatever_it_wastes() {
     let mut bench = with_distant_layers();
     bench.request(SelectRequest::Layers(PhotoId(0), vec![LayerIndex(0), LayerIndex(1)]));
     bench.request(DecideRequest::Merge);
-    assert_eq!((bench.state.requests(), bench.undoes(), bench.said().len()), (false, None, 1));
+    assert_eq!((bench.state.is_asking(), bench.undoes(), bench.said().len()), (false, None, 1));
 }
 
 #[test]
 fn a_merge_that_waits_is_a_question_and_then_a_step() {
     let mut bench = asked_to_merge();
-    assert!(bench.state.lists.requests() && bench.state.requests() && bench.undoes().is_none());
+    assert!(bench.state.lists.is_asking() && bench.state.is_asking() && bench.undoes().is_none());
     bench.request(DecideRequest::ConfirmMerge(true));
-    assert!(!bench.state.requests());
+    assert!(!bench.state.is_asking());
     assert!(bench.project().decisions.photos.contains_key(PHOTOS[0]), "{:?}", bench.said());
 }
 
@@ -219,7 +219,7 @@ fn a_merge_that_waits_is_a_question_and_then_a_step() {
 fn a_merge_that_is_given_up_is_no_step() {
     let mut bench = asked_to_merge();
     bench.request(DecideRequest::ConfirmMerge(false));
-    assert_eq!((bench.state.requests(), bench.undoes()), (false, None));
+    assert_eq!((bench.state.is_asking(), bench.undoes()), (false, None));
     bench.request(DecideRequest::ConfirmMerge(true));
     assert_eq!(bench.undoes(), None, "nothing waits any more");
 }

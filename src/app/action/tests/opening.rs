@@ -70,7 +70,7 @@ fn what_is_dropped_while_a_question_is_open_is_ignored() {
     edited.options.margin += 1;
     bench.state.edit("margin", edited, None);
     bench.request(ProjectRequest::Open("other".into()));
-    assert!(bench.state.requests());
+    assert!(bench.state.is_asking());
     take_dropped(&mut bench.state, &mut bench.work, &["site".into()]);
     assert!(!bench.state.opening.is_asking());
 }

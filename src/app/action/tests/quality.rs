@@ -16,7 +16,7 @@ fn starts(bench: &mut TestBench, request: fn() -> QualityRequest) -> usize {
         bench.settle();
         started
     };
-    // What an edit has started before is no answer to this ask.
+    // What an edit has started before is no answer to this request.
     bench.settle();
     (0..3).filter(|_| started(bench)).count()
 }

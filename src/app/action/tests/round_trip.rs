@@ -101,7 +101,7 @@ fn an_import_takes_the_lines_that_are_not_empty_and_closes_its_dialog() {
     let dialog = bench.state.round_trip.dialogs.import.as_mut().unwrap();
     dialog.paths = vec![" no-such-file.psd ".into(), "  ".into()];
     bench.request(RoundTripRequest::Import);
-    assert!(!bench.state.round_trip.requests());
+    assert!(!bench.state.round_trip.is_asking());
     bench.settle();
     let said = bench.said().join("\n");
     assert!(said.contains("no-such-file.psd"), "{said}");

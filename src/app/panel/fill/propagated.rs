@@ -62,7 +62,7 @@ fn choose(view: &FillView<'_>, painters: &[PaintedPhoto], ui: &mut Ui, requests:
     exceptions(session, view, ui, requests);
 }
 
-/// Returns the ask that makes paint seen everywhere, or only in its photo.
+/// Returns the request that makes paint seen everywhere, or only in its photo.
 fn see(paint: EditedPaint, everywhere: bool) -> Request {
     let seen = if everywhere { Seen::Everywhere } else { Seen::OnlyHere };
     Request::Quality(QualityRequest::See(SeenEdit { paint, seen }))

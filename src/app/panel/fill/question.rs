@@ -87,7 +87,7 @@ fn answers(ui: &mut Ui, requests: &mut Vec<Request>) {
             requests
                 .push(QualityRequest::See(SeenEdit { paint: EditedPaint::All, seen: Seen::OnlyHere }).into());
         }
-        if ui.button("Later").on_hover_text("Requests again when the project is opened.").clicked() {
+        if ui.button("Later").on_hover_text("Asks again when the project is opened.").clicked() {
             requests.push(QualityRequest::ChooseLater.into());
         }
     });

@@ -150,7 +150,7 @@ fn speed_name(speed: PathSpeed) -> &'static str {
     }
 }
 
-/// Pushes an ask for an edit of the project.
+/// Pushes a request for an edit of the project.
 fn request_edit(
     view: &TimelineView<'_>,
     requests: &mut Vec<Request>,

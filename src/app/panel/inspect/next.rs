@@ -12,7 +12,7 @@ use crate::state::session::Session;
 use quadratura_base::scene::{ObjectId, PhotoId};
 use quadratura_recipe::layer_table::LayerFigures;
 
-/// Draws a photo's view in a line, and below it what to do next.
+/// Draws a photo's state in a line, and below it what to do next.
 pub fn next_ui(
     view: &InspectorView<'_>,
     session: &Session,

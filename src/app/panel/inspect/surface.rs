@@ -190,7 +190,7 @@ fn photo_message(photo: &FaceInPhoto, id: PhotoId, found: &FaceInPhotos, session
     }
 }
 
-/// Draws buttons for the decisions about a face in a photo; returns the ask of the one that was clicked.
+/// Draws buttons for the decisions about a face in a photo; returns the request of the one that was clicked.
 fn decisions(
     session: &Session,
     face: FaceId,

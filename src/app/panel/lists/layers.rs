@@ -34,7 +34,7 @@ const SHARE: f32 = 46.0;
 const EYE: &str = "Shows or hides the layer in the photo and the exploded view; with Alt, shows only this layer. It is \
                    a view and changes nothing in the project.";
 
-/// Returns the ask for the figures that the table shows, where it shows some that have to be computed.
+/// Returns the request for the figures that the table shows, where it shows some that have to be computed.
 pub(super) fn wanted_figures(list: LayerList, photo: Option<PhotoId>, width: f32) -> Option<Request> {
     let shows_trust = list.as_table && columns(width, list.column).contains(&LayerColumn::Trust);
     let photo = photo.filter(|_| shows_trust)?;

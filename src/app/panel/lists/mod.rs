@@ -76,7 +76,7 @@ struct Outliner<'a> {
     lists: &'a mut ListsState,
     /// The widget id of the list.
     id: Id,
-    /// The asks pushed while drawing.
+    /// The requests pushed while drawing.
     requests: &'a mut Vec<Request>,
 }
 

@@ -59,7 +59,7 @@ pub fn hand_ui(
     if has_keys && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
         // Escape cancels the stroke first, then puts the brush away.
         it.brush.on = it.brush.give_up();
-        // The bars show the view of the frame before.
+        // The bars show the state of the frame before.
         ui.ctx().request_repaint();
         return;
     }

@@ -28,7 +28,7 @@ pub struct Flights {
 
 impl Flights {
     /// Returns whether an export dialog is open.
-    pub fn requests(&self) -> bool {
+    pub fn is_asking(&self) -> bool {
         self.export.is_some()
     }
 

@@ -219,13 +219,13 @@ fn no_sequence_of_events_leaves_unsaved_work_unasked() {
 #[test]
 fn a_project_that_is_closed_is_asked_about_no_more_but_the_program_still_ends() {
     let mut life = Life { phase: asking(), ..Life::default() };
-    assert!(life.requests() && !life.asks_about_writing());
+    assert!(life.is_asking() && !life.asks_about_writing());
     life.phase = writing(false);
-    assert!(life.asks_about_writing() && !life.requests());
+    assert!(life.asks_about_writing() && !life.is_asking());
     life.quit();
     life.closed();
     assert_eq!((life.phase.clone(), life.quits()), (Phase::Staying, true));
-    assert!(!life.requests() && !life.asks_about_writing());
+    assert!(!life.is_asking() && !life.asks_about_writing());
 }
 
 #[test]

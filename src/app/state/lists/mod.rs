@@ -64,7 +64,7 @@ impl ListsState {
     }
 
     /// Returns whether a question is open.
-    pub fn requests(&self) -> bool {
+    pub fn is_asking(&self) -> bool {
         self.merging.is_some() || self.removing.is_some()
     }
 

@@ -60,7 +60,7 @@ pub struct Projected {
 
 impl RoundTrip {
     /// Returns whether a dialog is open.
-    pub fn requests(&self) -> bool {
+    pub fn is_asking(&self) -> bool {
         self.dialogs.is_open()
     }
 
@@ -88,9 +88,9 @@ mod tests {
         state.choose_export();
         state.round_trip.painted.insert("a.jpg".into());
         state.round_trip.found = Some(vec![(ImageEditor::Krita, "krita".into())]);
-        assert!(state.round_trip.requests());
+        assert!(state.round_trip.is_asking());
         state.round_trip.forget();
-        assert!(!state.round_trip.requests() && state.round_trip.painted.is_empty());
+        assert!(!state.round_trip.is_asking() && state.round_trip.painted.is_empty());
         assert_eq!(state.round_trip.found.map(|found| found.len()), Some(1));
     }
 

@@ -57,7 +57,7 @@ impl State {
         questions.into_iter().chain([changed]).chain(looks).collect()
     }
 
-    /// Requests about the files in which so much has changed at once that nothing of them was imported; a file that is
+    /// Asks about the files in which so much has changed at once that nothing of them was imported; a file that is
     /// imported now is no question any more.
     fn request_about(&mut self, imported: &Imported) -> Vec<Request> {
         let read = |file: &PathBuf| {

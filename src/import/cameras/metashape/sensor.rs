@@ -59,7 +59,7 @@ fn camera(sensor: Node<'_, '_>) -> Result<RawCamera, Objection> {
     for name in ["p3", "p4"] {
         let value = value(name)?;
         if value != 0.0 {
-            let found = format!("{name} is {value}, a coefficient that is not known here");
+            let found = format!("{name} is {value}, and only p1 and p2 are supported");
             return Err((found, "calibrate without p3 and p4"));
         }
     }
@@ -71,14 +71,17 @@ fn camera(sensor: Node<'_, '_>) -> Result<RawCamera, Objection> {
         "frame" => Lens::Skewed { k, p, skew: if fx == 0.0 { 0.0 } else { b2 / fx } },
         "fisheye" | "equidistant_fisheye" if b2 == 0.0 => Lens::Fisheye { k, p, s: [0.0; 2] },
         "fisheye" | "equidistant_fisheye" => {
-            return Err((format!("b2 is {b2} of a fisheye"), "calibrate fisheyes without b2"));
+            return Err((
+                format!("b2 is {b2}, expected 0 for a fisheye lens"),
+                "calibrate fisheyes without b2",
+            ));
         }
         "spherical" | "cylindrical" => {
             let found = format!("a {kind} panorama is not a pinhole image");
             return Err((found, "cut the panorama into pinhole views first"));
         }
         other => {
-            let found = format!("the camera model {}, expected frame or fisheye", short(other));
+            let found = format!("the camera model is {}, expected frame or fisheye", short(other));
             return Err((found, "calibrate with one of these"));
         }
     };

@@ -92,7 +92,7 @@ pub enum LightSupport {
 }
 
 /// Returns the estimate of the light on the trees of a project: the one in `cache/` if it was made from the same photos,
-/// masks and trees, else a new one, which is kept there. `wood` is what is drawn of the trees. Their paint has no part in it: the
+/// masks and trees, else a new one, which is kept there. `placed` is what is drawn of the trees. Their paint has no part in it: the
 /// photos do not show it, so that light which makes up for it would take it away.
 ///
 /// # Errors
