@@ -1,6 +1,7 @@
 //! The program as users and scripts meet it: in a fresh folder, by its words, its files and its exit
 //! status.
 
+mod cameras;
 mod coarse;
 mod colour;
 #[path = "../common/mod.rs"]

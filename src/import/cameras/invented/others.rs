@@ -270,7 +270,7 @@ pub(in super::super) fn openmvg(site: &Site, lens: &str) -> Written {
     };
     let shots = || site.shots.iter().enumerate();
     let whole = json!({
-        "sfm_data_version": "0.3", "root_path": "/somewhere/photos",
+        "sfm_data_version": "0.3", "root_path": "photos of somebody",
         "views": shots().map(view).collect::<Vec<_>>(),
         "intrinsics": shots().map(intrinsic).collect::<Vec<_>>(),
         "extrinsics": shots().map(extrinsic).collect::<Vec<_>>(),
