@@ -115,14 +115,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_town_has_so_many_photos_at_the_same_density_and_grows_without_moving_what_was_there() {
+    fn a_larger_town_has_all_that_a_smaller_one_has() {
         let [small, large] = [25, 400].map(Plan::new);
         assert_eq!((small.stations.len(), large.stations.len()), (25, 400));
         for (one, other) in small.stations.iter().zip(&large.stations) {
             assert_eq!((&one.name, one.eye), (&other.name, other.eye));
         }
         assert!(small.blocks.is_subset(&large.blocks));
-        let density = |plan: &Plan| plan.stations.len() as f64 / plan.blocks.len() as f64;
-        assert!(density(&large) < 2.5 * density(&small), "the border of a small town has more blocks");
     }
 }
