@@ -3,9 +3,11 @@
 //! A calibration has the focal length f in pixels, the principal point from the middle of the photo, and the lens: a point x, y of
 //! the plane z = 1 is moved to
 //!
-//!     x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6 + k4 r^8) + p1 (r^2 + 2 x^2) + 2 p2 x y
-//!     y' = y (1 + k1 r^2 + k2 r^4 + k3 r^6 + k4 r^8) + p2 (r^2 + 2 y^2) + 2 p1 x y
-//!     u = W / 2 + cx + x' f + x' b1 + y' b2,   v = H / 2 + cy + y' f
+//! ```text
+//! x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6 + k4 r^8) + p1 (r^2 + 2 x^2) + 2 p2 x y
+//! y' = y (1 + k1 r^2 + k2 r^4 + k3 r^6 + k4 r^8) + p2 (r^2 + 2 y^2) + 2 p1 x y
+//! u = W / 2 + cx + x' f + x' b1 + y' b2,   v = H / 2 + cy + y' f
+//! ```
 //!
 //! so that p1 and p2 are OpenCV's p2 and p1. For a fisheye, the point has the angle to the axis as its radius before.
 

@@ -132,7 +132,11 @@ fn what_is_wrong_with_one_camera_or_sensor_leaves_it_out_with_the_reason() {
             "type=\"spherical\" class=\"adjusted\"",
             "a spherical panorama",
         ),
-        ("type=\"frame\" class=\"adjusted\"", "type=\"rpc\" class=\"adjusted\"", "the camera model \"rpc\""),
+        (
+            "type=\"frame\" class=\"adjusted\"",
+            "type=\"rpc\" class=\"adjusted\"",
+            "the camera model is \"rpc\"",
+        ),
         (
             "sensor_id=\"0\" component_id",
             "sensor_id=\"70\" component_id",
