@@ -132,7 +132,7 @@ pub struct Command {
 
 impl Command {
     /// Returns the command's request if it is ready; otherwise a note with the reason.
-    pub fn asked(&self, state: &State) -> Request {
+    pub fn requested(&self, state: &State) -> Request {
         match (self.ready)(state) {
             Ok(()) => (self.request)(state),
             Err(why_not) => {

@@ -31,7 +31,7 @@ impl<'a> Commands<'a> {
     }
 
     /// Returns the request of a command that is ready, and otherwise a note with the reason.
-    pub fn asked(self, command: &Command) -> Request {
-        command.asked(self.0)
+    pub fn requested(self, command: &Command) -> Request {
+        command.requested(self.0)
     }
 }

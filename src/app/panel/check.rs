@@ -152,7 +152,7 @@ fn judgement(view: &CheckView<'_>, checked: &Checked, ui: &mut Ui, requests: &mu
     ui.horizontal(|ui| {
         let again = ui.button("Check again").on_hover_text(layers::CHECK.tooltip);
         if again.clicked() {
-            requests.push(view.commands.asked(&layers::CHECK));
+            requests.push(view.commands.requested(&layers::CHECK));
         }
         let before = view.checks.before.as_ref().filter(|(project, _)| *project == checked.project);
         if let Some((_, before)) = before {

@@ -185,7 +185,7 @@ fn export_ui(
     if !open || answer.escaped || other.is_some() {
         dialogs.export = None;
     }
-    requests.extend(other.map(|command: &Command| view.commands.asked(command)));
+    requests.extend(other.map(|command: &Command| view.commands.requested(command)));
     if choose {
         requests.push(RoundTripRequest::ChoosePath(DialogPurpose::ExportFolder).into());
     }

@@ -149,7 +149,7 @@ pub fn photo_options_ui(
             ..own
         });
         if ui.button(layers::OPTIONS.name).on_hover_text(layers::OPTIONS.tooltip).clicked() {
-            requests.push(commands.asked(&layers::OPTIONS));
+            requests.push(commands.requested(&layers::OPTIONS));
         }
     });
 }

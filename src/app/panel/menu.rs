@@ -82,7 +82,7 @@ pub fn context_ui(
     for entry in entries {
         match entry {
             Some(command) if item(commands, ui, command) => {
-                requests.push(commands.asked(command));
+                requests.push(commands.requested(command));
                 ui.close();
             }
             Some(_) => (),
@@ -125,7 +125,7 @@ fn entries(
             ui.separator();
         }
         if item(commands, ui, command) {
-            requests.push(commands.asked(command));
+            requests.push(commands.requested(command));
         }
         if command.name == command::file::OPEN.name {
             recent(&settings.known.recent, ui, requests);

@@ -88,7 +88,7 @@ pub fn button(commands: Commands<'_>, ui: &mut Ui, command: &'static Command, re
     let response = ui.add_enabled(ready.is_ok(), button);
     let response = response.on_hover_text(command.tooltip);
     if response.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
-        requests.push(commands.asked(command));
+        requests.push(commands.requested(command));
     }
 }
 
@@ -100,7 +100,7 @@ pub fn toggle_ui(
     requests: &mut Vec<Request>,
 ) {
     if switch_ui(ui, commands.is_on(command), command.name).on_hover_text(command.tooltip).clicked() {
-        requests.push(commands.asked(command));
+        requests.push(commands.requested(command));
     }
 }
 

@@ -152,7 +152,7 @@ fn line(note: &Note) -> String {
 /// Returns the request of a remedy that was clicked.
 fn remedy_request(remedy: &NoteRemedy, view: &NotesView<'_>) -> Request {
     match remedy {
-        NoteRemedy::ReadAgain => view.commands.asked(&READ_AGAIN),
+        NoteRemedy::ReadAgain => view.commands.requested(&READ_AGAIN),
         NoteRemedy::SetMask(change) => MaskRequest::Set((**change).clone()).into(),
         NoteRemedy::ChooseMask(unmasked) => MaskRequest::Choose(unmasked.clone()).into(),
     }

@@ -78,7 +78,7 @@ pub fn photos_ui(
             let ready = view.commands.ready(&BUILD).is_ok();
             let button = eframe::egui::Button::new(text).small();
             if ui.add_enabled(ready, button).on_hover_text(BUILD.tooltip).clicked() {
-                requests.push(view.commands.asked(&BUILD));
+                requests.push(view.commands.requested(&BUILD));
             }
         }
     });

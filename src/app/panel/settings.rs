@@ -108,7 +108,7 @@ fn commands(offered: Commands<'_>, ui: &mut Ui, requests: &mut Vec<Request>) -> 
     ui.horizontal(|ui| {
         for command in [&paint::CHOOSE_EDITOR, &file::KEYS, &file::LAYOUT] {
             if ui.button(command.name).on_hover_text(command.tooltip).clicked() {
-                requests.push(offered.asked(command));
+                requests.push(offered.requested(command));
                 chosen = true;
             }
         }

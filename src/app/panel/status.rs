@@ -144,7 +144,7 @@ fn rest(view: &StatusView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     // The button comes first, so that its place does not depend on the text.
     let button = ui.add(Button::new("Resume").small());
     if button.on_hover_text(layers::KEEP_UP.tooltip).clicked() {
-        requests.push(view.commands.asked(&layers::KEEP_UP));
+        requests.push(view.commands.requested(&layers::KEEP_UP));
     }
     ui.weak(format!("Updates are paused: {waits}"));
 }
@@ -175,7 +175,7 @@ fn notes(view: &StatusView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
         (count, _) => RichText::new(format!("Messages ({count})")),
     };
     if ui.selectable_label(view.notes_shown, text).on_hover_text(file::NOTES.tooltip).clicked() {
-        requests.push(view.commands.asked(&file::NOTES));
+        requests.push(view.commands.requested(&file::NOTES));
     }
 }
 
@@ -184,7 +184,7 @@ fn unsaved(view: &StatusView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
         ui.separator();
         let text = RichText::new("Unsaved").color(ui.visuals().warn_fg_color);
         if ui.button(text).on_hover_text(file::SAVE.tooltip).clicked() {
-            requests.push(view.commands.asked(&file::SAVE));
+            requests.push(view.commands.requested(&file::SAVE));
         }
     }
 }

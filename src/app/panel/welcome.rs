@@ -97,7 +97,7 @@ fn large(view: &WelcomeView<'_>, ui: &mut Ui, command: &'static Command, request
         Button::new(RichText::new(command.name).size(16.0)).shortcut_text(keys).min_size(vec2(300.0, 38.0));
     let ready = view.commands.ready(command).is_ok();
     if ui.add_enabled(ready, button).on_hover_text(command.tooltip).clicked() {
-        requests.push(view.commands.asked(command));
+        requests.push(view.commands.requested(command));
     }
 }
 

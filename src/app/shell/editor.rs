@@ -146,7 +146,7 @@ impl Editor {
 
     /// Runs a command if it is ready; otherwise a note gives the reason.
     pub fn run(&mut self, command: &Command) {
-        self.apply(command.asked(&self.state));
+        self.apply(command.requested(&self.state));
     }
 
     fn take_in(&mut self, context: &Context) {
@@ -371,7 +371,7 @@ impl Editor {
         let mut palette = self.state.dialogs.palette.clone();
         let command = palette_ui(Commands::of(&self.state), &mut palette, &context);
         self.state.dialogs.palette = palette;
-        requests.extend(command.map(|command| command.asked(&self.state)));
+        requests.extend(command.map(|command| command.requested(&self.state)));
         requests.into_iter().for_each(|request| self.apply(request));
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! After the mark `fspy` come the version, and the sizes of the state (JSON) and of the picture, as whole numbers of four bytes. The
 //! transform is from camera to world by rows, in OpenGL's axes; lengths in the photo are in halves of its longer side, y upwards from the
-//! middle. Source: fSpy, *Project file format*; verified with real files.
+//! middle. Source: fSpy, *Project file format*; the convention was compared with files that fSpy wrote.
 
 use std::fs::File;
 use std::io::Read;

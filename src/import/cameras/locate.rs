@@ -46,11 +46,7 @@ pub(super) fn locate(path: &Path) -> Result<Located> {
     let (format, files) = if found.is_empty() { return defective_in(path) } else { found.remove(0) };
     let mut files = files?;
     let others = found.into_iter().filter_map(|(_, files)| files.ok());
-    let others: Vec<String> = others.map(|other| other.images.display().to_string()).collect();
-    if !others.is_empty() {
-        let (used, others) = (files.images.display(), others.join(" and "));
-        files.notes.push(format!("{used}: read instead of {others}; to use that, give the file itself"));
-    }
+    files.note_instead_of(&others.map(|other| other.images).collect::<Vec<_>>());
     Ok(Located { format, files })
 }
 

@@ -12,7 +12,7 @@
 //!
 //! Types: `pinhole`; `radial1` (k1), `radial3` (k1, k2, k3), `brown` (k1, k2, k3, t1, t2 as OpenCV's p1, p2) and `fisheye4` (k1 to k4, of the
 //! angle). Later versions have `pinhole` with a `distortionType` (`none`, `radialk1`, `radialk3`, `brown`, `fisheye`), which was not tried with
-//! the program itself. Those of 3DEqualizer are inverses, and are refused. Source: AliceVision, `sfmDataIO`; verified with real files.
+//! the program itself. Those of 3DEqualizer are inverses, and are refused. Source: AliceVision, `sfmDataIO`; the conventions were compared with files that Meshroom wrote.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ use super::format::CameraFormat;
 use super::photo_paths::{Without, photo_paths};
 use super::pose::pose_at;
 use super::raw::RawCamera;
-use super::recognise::{beginning, recognised};
+use super::recognise::{beginning, holds, recognised};
 use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pose};
@@ -62,7 +62,7 @@ impl CameraFormat for Meshroom {
     fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
         let mut found = recognised(folder, names, ".sfm", &["sfm.sfm", "cameras.sfm"], is_one);
         found.extend(recognised(folder, names, ".json", &["sfm.json"], is_one));
-        Some(Ok(ReconstructionFiles::one(found.first()?)))
+        ReconstructionFiles::first_of(&found).map(Ok)
     }
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
@@ -125,8 +125,7 @@ impl CameraFormat for Meshroom {
 }
 
 fn is_one(beginning: &[u8]) -> bool {
-    let holds = |key: &str| beginning.windows(key.len()).any(|window| window == key.as_bytes());
-    let is_one = ["\"viewId\"", "\"intrinsicId\"", "\"poseId\""].into_iter().any(holds);
+    let is_one = ["\"viewId\"", "\"intrinsicId\"", "\"poseId\""].into_iter().any(|key| holds(beginning, key));
     beginning.trim_ascii_start().first() == Some(&b'{') && is_one
 }
 

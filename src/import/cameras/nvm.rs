@@ -3,7 +3,7 @@
 //! A photo has its name, a focal length, a quaternion w x y z, world to camera, the camera's centre, and a coefficient r: the undistorted
 //! place is the measured one times 1 + r d^2, with the distance d from the middle in focal lengths. Measurements are from the middle.
 //! COLMAP writes r = -k of its own model, which acts the other way round, and measurements from the corner. Which of these a file has is
-//! decided by its observations, and told. Source: VisualSFM, *Documentation*; verified with a file of COLMAP.
+//! decided by its observations, and told. Source: VisualSFM, *Documentation*; the convention was compared with a file that COLMAP wrote.
 
 use std::path::Path;
 
@@ -54,7 +54,7 @@ impl CameraFormat for Nvm {
 
     fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
         let found = recognised(folder, names, ".nvm", &[], is_one);
-        Some(Ok(ReconstructionFiles::one(found.first()?)))
+        ReconstructionFiles::first_of(&found).map(Ok)
     }
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {

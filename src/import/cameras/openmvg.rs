@@ -16,7 +16,7 @@ use super::format::CameraFormat;
 use super::photo_paths::{Without, photo_paths};
 use super::pose::{of_rows, pose_at};
 use super::raw::RawCamera;
-use super::recognise::{beginning, has_name, recognised};
+use super::recognise::{beginning, has_name, holds, recognised};
 use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pose};
@@ -52,7 +52,7 @@ impl CameraFormat for OpenMvg {
 
     fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
         let found = recognised(folder, names, ".json", &USUAL_NAMES, is_one);
-        Some(Ok(ReconstructionFiles::one(found.first()?)))
+        ReconstructionFiles::first_of(&found).map(Ok)
     }
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
@@ -117,8 +117,7 @@ impl CameraFormat for OpenMvg {
 }
 
 fn is_one(beginning: &[u8]) -> bool {
-    let holds = |key: &str| beginning.windows(key.len()).any(|window| window == key.as_bytes());
-    beginning.trim_ascii_start().first() == Some(&b'{') && holds("\"sfm_data_version\"")
+    beginning.trim_ascii_start().first() == Some(&b'{') && holds(beginning, "\"sfm_data_version\"")
 }
 
 /// Lists the pairs of key and value of a list.

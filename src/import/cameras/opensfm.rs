@@ -1,8 +1,8 @@
 //! OpenSfM and OpenDroneMap: `reconstruction.json`, and `tracks.csv` beside it for the observations.
 //!
 //! The file is a list of reconstructions, each with `cameras`, `shots` (axis times angle and translation, world to camera) and `points`.
-//! Lengths in the photo are in longer sides m from the middle. Source: OpenSfM, *Dataset structure* and *Geometric models*; verified with
-//! a real file.
+//! Lengths in the photo are in longer sides m from the middle. Source: OpenSfM, *Dataset structure* and *Geometric models*; the convention was
+//! compared with a file that OpenSfM wrote.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use super::lines::LineReader;
 use super::photo_paths::{Without, photo_paths};
 use super::pose::pose_at;
 use super::raw::RawCamera;
-use super::recognise::{beginning, has_name, recognised};
+use super::recognise::{beginning, has_name, holds, recognised};
 use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pose};
@@ -115,10 +115,9 @@ impl CameraFormat for OpenSfm {
 }
 
 fn is_one(beginning: &[u8]) -> bool {
-    let holds = |key: &str| beginning.windows(key.len()).any(|window| window == key.as_bytes());
     beginning.trim_ascii_start().first() == Some(&b'[')
-        && holds("\"cameras\"")
-        && holds("\"projection_type\"")
+        && holds(beginning, "\"cameras\"")
+        && holds(beginning, "\"projection_type\"")
 }
 
 fn with_tracks(file: &Path) -> ReconstructionFiles {

@@ -26,6 +26,11 @@ pub(super) fn has_name(file: &Path, names: &[&str]) -> bool {
     file.file_name().is_some_and(|name| names.iter().any(|usual| name.eq_ignore_ascii_case(usual)))
 }
 
+/// Returns true where the beginning of a file holds a text.
+pub(super) fn holds(beginning: &[u8], text: &str) -> bool {
+    beginning.windows(text.len()).any(|window| window == text.as_bytes())
+}
+
 /// Lists the files of a folder with this ending whose content satisfies `is_one`. Files with one of the `usual` names
 /// come first.
 pub(super) fn recognised(

@@ -15,7 +15,7 @@ use super::foreign_text::{kind, read_value};
 use super::format::CameraFormat;
 use super::photo_paths::{Without, photo_paths};
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
-use super::recognise::{beginning, has_name, recognised};
+use super::recognise::{beginning, has_name, holds, recognised};
 use super::reconstruction::ReconstructionFiles;
 use super::transforms_lens::{Fields, camera};
 use quadratura_base::error::{Error, Result};
@@ -51,12 +51,7 @@ impl CameraFormat for Transforms {
 
     fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
         let found = recognised(folder, names, ".json", &USUAL_NAMES, is_transforms);
-        let mut files = ReconstructionFiles::one(found.first()?);
-        if let Some(other) = found.get(1) {
-            let (used, other) = (files.images.display(), other.display());
-            files.notes.push(format!("{used}: read instead of {other}; to use that, give the file itself"));
-        }
-        Some(Ok(files))
+        ReconstructionFiles::first_of(&found).map(Ok)
     }
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
@@ -76,10 +71,11 @@ const EXPECTED: &str = "expected a JSON object with a list \"frames\" of photos"
 
 /// Returns true for a JSON object with the key `frames` and another key that only such files contain.
 fn is_transforms(beginning: &[u8]) -> bool {
-    let holds = |key: &str| beginning.windows(key.len()).any(|window| window == key.as_bytes());
     let keys =
         ["\"transform_matrix\"", "\"file_path\"", "\"camera_angle_x\"", "\"fl_x\"", "\"applied_transform\""];
-    beginning.trim_ascii_start().first() == Some(&b'{') && holds("\"frames\"") && keys.into_iter().any(holds)
+    beginning.trim_ascii_start().first() == Some(&b'{')
+        && holds(beginning, "\"frames\"")
+        && keys.into_iter().any(|key| holds(beginning, key))
 }
 
 fn read_frames(

@@ -228,7 +228,7 @@ fn the_status_says_of_which_photos_the_layered_depth_image_is_and_which_are_bein
 fn a_photo_without_layers_is_not_saved_as_a_layered_depth_image() {
     let mut bench = TestBench::new();
     for command in [&images::SAVE, &images::PAGE] {
-        let request = command.asked(&bench.state);
+        let request = command.requested(&bench.state);
         bench.request(request);
         assert!(bench.state.dialogs.save_image.is_none());
         let said = bench.said();

@@ -106,7 +106,7 @@ fn notes_are_news_until_they_were_seen_and_gone_when_cleared() {
 #[test]
 fn a_command_that_is_not_ready_says_why() {
     let mut bench = TestBench::empty();
-    let request = file::SAVE.asked(&bench.state);
+    let request = file::SAVE.requested(&bench.state);
     bench.request(request);
     assert_eq!(bench.said(), ["Save: open a project first"]);
 }
@@ -119,7 +119,7 @@ fn every_command_that_is_ready_can_be_asked_for_without_a_window() {
             continue;
         }
         let mut bench = TestBench::new();
-        let request = command.asked(&bench.state);
+        let request = command.requested(&bench.state);
         bench.request(request);
         bench.work.jobs.stop_all(&mut bench.state.running);
         bench.settle();

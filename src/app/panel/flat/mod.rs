@@ -90,7 +90,7 @@ pub fn scale_ui(commands: Commands<'_>, ui: &mut Ui, magnification: f64, request
     ui.horizontal(|ui| {
         for (command, text) in [(&flat::FIT, "Fit"), (&flat::PIXELS, "1:1")] {
             if button_ui(ui, command, Button::new(text).small()) {
-                requests.push(commands.asked(command));
+                requests.push(commands.requested(command));
             }
         }
         ui.monospace(format!("{:.0} %", 100.0 * magnification));

@@ -53,7 +53,7 @@ impl Outliner<'_> {
         let button = ui.put(rect, Button::selectable(as_table, RichText::new("Table").small()));
         button.widget_info(|| WidgetInfo::selected(Role::Button, true, as_table, AS_TABLE.name));
         if button.on_hover_text(AS_TABLE.tooltip).clicked() {
-            self.requests.push(self.view.commands.asked(&AS_TABLE));
+            self.requests.push(self.view.commands.requested(&AS_TABLE));
         }
         line.text(ui, &name, RowText::Strong);
         self.title_clicked(ui, ListRow::Layers, &line);

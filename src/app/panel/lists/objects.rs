@@ -29,7 +29,7 @@ impl Outliner<'_> {
             let rect = line.take_right(76.0).shrink2([0.0, 2.0].into());
             let button = ui.put(rect, Button::new(RichText::new("Restore all").small()));
             if button.on_hover_text(ALL_ON.tooltip).clicked() {
-                self.requests.push(self.view.commands.asked(&ALL_ON));
+                self.requests.push(self.view.commands.requested(&ALL_ON));
             }
         }
         line.text(ui, &name, RowText::Strong);
@@ -123,7 +123,7 @@ impl Outliner<'_> {
     pub(super) fn activate(&mut self, row: ListRow) {
         match row {
             ListRow::Layer(_) => {
-                let show = self.view.commands.asked(&crate::command::flat::SHOW_LAYER);
+                let show = self.view.commands.requested(&crate::command::flat::SHOW_LAYER);
                 self.requests.extend(
                     self.site
                         .selection(row)
@@ -136,7 +136,7 @@ impl Outliner<'_> {
                 if let Some(this) = self.site.selection(row) {
                     self.requests.extend([
                         Request::Select(SelectRequest::Only(this)),
-                        self.view.commands.asked(&FRAME),
+                        self.view.commands.requested(&FRAME),
                     ]);
                 }
             }

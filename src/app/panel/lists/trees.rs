@@ -72,7 +72,7 @@ impl Outliner<'_> {
         line.text(ui, &tree.name, if shown { RowText::Plain } else { RowText::Weak });
         let select = Request::Select(SelectRequest::Only(Selection::Tree(index)));
         if line.response.double_clicked() {
-            self.requests.extend([select, self.view.commands.asked(&FRAME)]);
+            self.requests.extend([select, self.view.commands.requested(&FRAME)]);
         } else if line.response.clicked() || line.response.secondary_clicked() {
             self.take_focus(ui, row);
             self.requests.push(select);

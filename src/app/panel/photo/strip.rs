@@ -65,7 +65,7 @@ fn matte(ui: &mut Ui, view: &PhotoView<'_>, (): &mut (), place: BarPosition, req
             let choice =
                 choice.on_hover_text(command.tooltip).on_disabled_hover_text(may.err().unwrap_or_default());
             if choice.clicked() {
-                requests.push(view.commands.asked(command));
+                requests.push(view.commands.requested(command));
             }
         }
     };
@@ -104,7 +104,7 @@ fn toggle(
     let keys = command.keys.first().map(|keys| format!(" ({})", keys_text(ui.ctx(), keys)));
     let tooltip = format!("{}{}", command.tooltip, keys.unwrap_or_default());
     if switch_ui(ui, on, text).on_hover_text(tooltip).clicked() {
-        requests.push(commands.asked(command));
+        requests.push(commands.requested(command));
     }
 }
 

@@ -97,7 +97,7 @@ fn untextured(
     let text = format!("{} ({untextured})", flat::UNTEXTURED.name);
     let list = switch_ui(ui, pane.reasons_shown, text);
     if list.on_hover_text(flat::UNTEXTURED.tooltip).clicked() {
-        requests.push(view.commands.asked(&flat::UNTEXTURED));
+        requests.push(view.commands.requested(&flat::UNTEXTURED));
     }
 }
 

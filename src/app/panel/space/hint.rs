@@ -47,7 +47,7 @@ pub fn hint_ui(ui: &mut Ui, view: &SpacePaneView<'_>, hints: &mut bool, requests
         }
         if ui.button("All keys").on_hover_text(file::KEYS.tooltip).clicked() {
             *hints = false;
-            requests.push(view.commands.asked(&file::KEYS));
+            requests.push(view.commands.requested(&file::KEYS));
         }
     });
 }

@@ -44,7 +44,7 @@ pub fn legend_ui(view: &SpacePaneView<'_>, ui: &mut Ui, requests: &mut Vec<Reque
     ui.horizontal_wrapped(|ui| {
         ui.strong(*title);
         if small_button(ui, "Hide", "Hide the legend", command::view::LEGEND.tooltip).clicked() {
-            requests.push(view.commands.asked(&command::view::LEGEND));
+            requests.push(view.commands.requested(&command::view::LEGEND));
         }
     });
     match &legend {

@@ -41,7 +41,7 @@ pub fn pick(
         response.clone().on_hover_text_at_pointer(name);
         if response.double_clicked() {
             requests.push(Request::Select(SelectRequest::Only(Selection::Face(face))));
-            requests.push(view.commands.asked(&view::FRAME));
+            requests.push(view.commands.requested(&view::FRAME));
         } else if response.clicked() {
             let again = view.selection.main == Selection::Object(object);
             requests.push(Request::Select(SelectRequest::Only(if again {
@@ -67,7 +67,7 @@ fn pick_tree(view: &SpacePaneView<'_>, response: &Response, index: TreeIndex, re
     response.clone().on_hover_text_at_pointer(&tree.name);
     let select = || Request::Select(SelectRequest::Only(Selection::Tree(index)));
     if response.double_clicked() {
-        requests.extend([select(), view.commands.asked(&view::FRAME)]);
+        requests.extend([select(), view.commands.requested(&view::FRAME)]);
     } else if response.clicked() || response.secondary_clicked() {
         requests.push(select());
     }

@@ -200,7 +200,7 @@ fn shown(
         for &command in views {
             let on = view.commands.is_on(command);
             if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
-                requests.push(view.commands.asked(command));
+                requests.push(view.commands.requested(command));
             }
         }
     });
@@ -228,7 +228,7 @@ fn together(
     requests: &mut Vec<Request>,
 ) {
     if ui.button("Collapse").on_hover_text("Returns to the 3D view.").clicked() {
-        requests.push(view.commands.asked(&command::view::EXPLODED));
+        requests.push(view.commands.requested(&command::view::EXPLODED));
     }
 }
 
@@ -303,7 +303,7 @@ fn empty(view: &SpacePaneView<'_>, ui: &mut Ui, why: &str, requests: &mut Vec<Re
         ui.label(command.tooltip);
         ui.add_space(6.0);
         if ui.add(eframe::egui::Button::new(command.name).min_size(vec2(160.0, 30.0))).clicked() {
-            requests.push(view.commands.asked(command));
+            requests.push(view.commands.requested(command));
         }
     });
 }

@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use zip::ZipArchive;
 
 use super::super::foreign_text::{checked_text, child, children, parse_xml, read_text};
-use super::super::recognise::beginning;
+use super::super::recognise::{beginning, holds};
 use super::super::reconstruction::ReconstructionFiles;
 use super::REMEDY;
 use quadratura_base::error::{Error, Result};
@@ -31,8 +31,9 @@ pub(super) struct Source {
 
 /// Returns true for the beginning of a `.psx`.
 pub(super) fn is_project(beginning: &[u8]) -> bool {
-    let holds = |mark: &str| beginning.windows(mark.len()).any(|window| window == mark.as_bytes());
-    beginning.trim_ascii_start().first() == Some(&b'<') && holds("<document") && holds("project.zip")
+    beginning.trim_ascii_start().first() == Some(&b'<')
+        && holds(beginning, "<document")
+        && holds(beginning, "project.zip")
 }
 
 /// Finds the files of the project that a `.psx` names.

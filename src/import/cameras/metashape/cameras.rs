@@ -12,7 +12,7 @@ use super::super::photo_paths::{Without, photo_paths};
 use super::super::pose::{pose_at, rotation_and_scale};
 use super::archive::document_of;
 use super::sensor::{Sensor, sensor};
-use super::shutter::{Motion, Shutters};
+use super::shutter::{Motion, Shutters, UnreadableMotion};
 use super::{Chunk, REMEDY, markers};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Pose;
@@ -41,7 +41,7 @@ struct Aligned<'a> {
     path: &'a str,
     sensor: &'a str,
     pose: Result<(Pose, f64), Objection>,
-    motion: Option<Motion>,
+    motion: Result<Option<Motion>, UnreadableMotion>,
 }
 
 /// The numbers of cameras that are left out, by reason.
@@ -93,9 +93,7 @@ pub(super) fn read(
         };
         if let Some(index) = assembly.photo(camera.place.clone(), &photo.name, of_sensor, pose) {
             kept.insert(camera.id, index);
-            if let Some(motion) = camera.motion {
-                shutters.add(index, motion, scale);
-            }
+            shutters.add(index, camera.motion, scale);
         }
     }
     let frame = frame.as_ref().map(Document::root_element);
@@ -103,6 +101,7 @@ pub(super) fn read(
         let depths = markers::depths(chunk.node, frame, &kept, assembly);
         shutters.apply(file, &depths, assembly);
     }
+    // Once more, with the motions taken out of the photos.
     markers::read(chunk.node, frame, &kept, assembly);
     tell_of_place(file, chunk.node, assembly);
     Ok(())

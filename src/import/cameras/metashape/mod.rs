@@ -3,7 +3,7 @@
 //! A chunk holds sensors with their calibrations, and cameras with a transform from the camera to the chunk, in our axes. The
 //! world is that of the chunk's transform (rotation, translation, scale), times that of the camera's component, if they have
 //! one. A camera without a transform is not aligned. Tie points are in binary files and are not read; markers are points with
-//! observations. Source: Agisoft, *Metashape user manual*, appendix on camera models; verified with real files.
+//! observations. Source: Agisoft, *Metashape user manual*, appendix on camera models; the conventions were compared with files that Metashape wrote.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use super::assembly::Assembly;
 use super::foreign_text::{children, parse_xml};
 use super::format::CameraFormat;
 use super::photo_name::short;
-use super::recognise::{beginning, recognised};
+use super::recognise::{beginning, holds, recognised};
 use super::reconstruction::ReconstructionFiles;
 use archive::{Source, sources};
 use quadratura_base::error::{Error, Result};
@@ -64,15 +64,15 @@ impl CameraFormat for Metashape {
     fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
         let exports = recognised(folder, names, ".xml", &["cameras.xml"], is_export);
         let projects = recognised(folder, names, ".psx", &[], archive::is_project);
-        let mut files = exports.iter().map(|file| Ok(ReconstructionFiles::one(file)));
-        let mut projects = projects.iter().map(|file| archive::of_project(file));
-        let first = files.next().or_else(|| projects.next());
-        let mut first = first.or_else(|| archive::of_folder(folder, names))?;
-        if let (Ok(first), Some(Ok(other))) = (&mut first, files.next().or_else(|| projects.next())) {
-            let (used, other) = (first.images.display(), other.images.display());
-            first.notes.push(format!("{used}: read instead of {other}; to use that, give the file itself"));
+        let mut files = match (exports.first(), projects.first()) {
+            (Some(export), _) => Ok(ReconstructionFiles::one(export)),
+            (None, Some(project)) => archive::of_project(project),
+            (None, None) => return archive::of_folder(folder, names),
+        };
+        if let Ok(files) = &mut files {
+            files.note_instead_of(&[exports, projects].concat()[1..]);
         }
-        Some(first)
+        Some(files)
     }
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
@@ -93,10 +93,9 @@ impl CameraFormat for Metashape {
 
 /// Returns true for a document with a chunk.
 fn is_export(beginning: &[u8]) -> bool {
-    let holds = |mark: &str| beginning.windows(mark.len()).any(|window| window == mark.as_bytes());
     beginning.trim_ascii_start().first() == Some(&b'<')
-        && holds("<document")
-        && (holds("<chunk ") || holds("<chunk>"))
+        && holds(beginning, "<document")
+        && (holds(beginning, "<chunk ") || holds(beginning, "<chunk>"))
 }
 
 /// Returns the chunks of a document, which may be one itself.

@@ -22,41 +22,63 @@ pub(super) struct Motion {
     translation: DVec3,
 }
 
+/// What a file says of the motion of a camera is none that a camera can have.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct UnreadableMotion;
+
 impl Motion {
-    /// Reads the motion of a camera; `None` where there is none, or one that is no motion.
-    pub fn of(camera: Node<'_, '_>) -> Option<Self> {
-        let node = child(camera, "rolling_shutter")?;
+    /// Reads the motion of a camera; `None` where it did not move.
+    ///
+    /// # Errors
+    /// [`UnreadableMotion`] for what is no number, and for a motion that is larger than one during a photo can be.
+    pub fn of(camera: Node<'_, '_>) -> Result<Option<Self>, UnreadableMotion> {
+        let Some(node) = child(camera, "rolling_shutter") else { return Ok(None) };
         let text = |name: &str| child(node, name).and_then(|node| node.text()).unwrap_or_default();
+        let vector = |text: &str| match text.trim().is_empty() {
+            true => Ok(DVec3::ZERO),
+            false => numbers::<3>(text, "").map(DVec3::from).map_err(|_| UnreadableMotion),
+        };
         let rotation = match numbers::<9>(text("rotation"), "") {
             Ok(rows) => {
-                let (rotation, _) = rotation_and_scale(DMat3::from_cols_array(&rows).transpose(), "").ok()?;
-                DQuat::from_mat3(&rotation).to_scaled_axis()
+                let rotation = rotation_and_scale(DMat3::from_cols_array(&rows).transpose(), "");
+                DQuat::from_mat3(&rotation.map_err(|_| UnreadableMotion)?.0).to_scaled_axis()
             }
-            Err(_) => numbers::<3>(text("rotation"), "").map_or(DVec3::ZERO, DVec3::from),
+            Err(_) => vector(text("rotation"))?,
         };
-        let translation = numbers::<3>(text("translation"), "").map_or(DVec3::ZERO, DVec3::from);
-        let is_one = rotation.length() < 1.0 && translation.length() < 1e6;
-        (is_one && (rotation != DVec3::ZERO || translation != DVec3::ZERO))
-            .then_some(Self { rotation, translation })
+        let translation = vector(text("translation"))?;
+        if rotation.length() >= 1.0 || translation.length() >= 1e6 {
+            return Err(UnreadableMotion);
+        }
+        let moves = rotation != DVec3::ZERO || translation != DVec3::ZERO;
+        Ok(moves.then_some(Self { rotation, translation }))
     }
 }
 
-/// The motions of photos, by their index.
+/// The motions of photos.
 #[derive(Debug, Default)]
-pub(super) struct Shutters(Vec<(u32, Motion, f64)>);
+pub(super) struct Shutters {
+    /// Photos by their index, with the scale from lengths of the chunk to those of the world.
+    motions: Vec<(u32, Motion, f64)>,
+    /// The number of photos whose motion cannot be read.
+    unreadable: usize,
+}
 
 /// A motion of fewer pixels is within what observations scatter.
 const NOTABLE_PX: f64 = 0.5;
 
 impl Shutters {
-    /// Adds the motion of a photo; `scale` is that from lengths of the chunk to those of the world.
-    pub fn add(&mut self, photo: u32, motion: Motion, scale: f64) {
-        self.0.push((photo, motion, scale));
+    /// Adds what is known of the motion of a photo; `scale` is that from lengths of the chunk to those of the world.
+    pub fn add(&mut self, photo: u32, motion: Result<Option<Motion>, UnreadableMotion>, scale: f64) {
+        match motion {
+            Ok(Some(motion)) => self.motions.push((photo, motion, scale)),
+            Ok(None) => {}
+            Err(UnreadableMotion) => self.unreadable += 1,
+        }
     }
 
-    /// Returns whether no camera moved.
+    /// Returns whether the file says of no camera that it moved.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.motions.is_empty() && self.unreadable == 0
     }
 
     /// Has the motions taken out of the photos, if the user wishes, or tells how far they move what the photos show. `depths` are
@@ -64,7 +86,7 @@ impl Shutters {
     pub fn apply(self, file: &Path, depths: &BTreeMap<u32, f64>, assembly: &mut Assembly<'_>) {
         let usual = upper_median(&mut depths.values().copied().collect::<Vec<_>>());
         let (mut largest, mut count) = (0.0f64, 0);
-        for (photo, motion, scale) in self.0 {
+        for (photo, motion, scale) in self.motions {
             let depth = depths.get(&photo).copied().or(usual);
             // Without any distance the motion is that of what is far away.
             let translation = if depth.is_some() { motion.translation * scale } else { DVec3::ZERO };
@@ -89,9 +111,16 @@ impl Shutters {
                 }
             };
             assembly.note(format!(
-                "{}: {count} photos were taken with a rolling shutter by a camera that moved, which displaces their first and last rows \
+                "{}: the cameras of {count} of the photos moved while a rolling shutter took them, which displaces their first and last rows \
                  by up to {largest:.1} px; {what}",
                 file.display()
+            ));
+        }
+        if self.unreadable > 0 {
+            assembly.note(format!(
+                "{}: the motion of a rolling shutter cannot be read for {} of the cameras, which are used as if they had stood still",
+                file.display(),
+                self.unreadable
             ));
         }
     }

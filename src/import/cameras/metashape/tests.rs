@@ -53,7 +53,10 @@ fn a_rolling_shutter_is_told_and_taken_out_on_request() {
     let site = Site::piazza();
     let written = export(&site, true);
     let still = written.read(&usual()).unwrap();
-    assert!(told(&still, "9 photos were taken with a rolling shutter") && told(&still, "--rolling-shutter"));
+    assert!(
+        told(&still, "the cameras of 9 of the photos moved while a rolling shutter took them")
+            && told(&still, "--rolling-shutter")
+    );
     assert!(still.reprojection.as_ref().unwrap().median_px > 1.0, "{:?}", still.reprojection);
     let options = CameraOptions { rolling_shutter: true, ..usual() };
     let read = assert_agrees(&site, &written, &options);
@@ -61,6 +64,8 @@ fn a_rolling_shutter_is_told_and_taken_out_on_request() {
     assert!(told(&read, "are resampled by row") && !read.photos[0].is_pinhole());
     let depth = read.photos[0].shutter.unwrap().depth;
     assert!((5.0..60.0).contains(&depth), "{depth}");
+    let damaged = written.with("<rolling_shutter><rotation>", "<rolling_shutter><rotation>x ");
+    assert!(told(&damaged.read(&usual()).unwrap(), "cannot be read for 1 of the cameras"));
 }
 
 #[test]

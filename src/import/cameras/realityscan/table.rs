@@ -46,7 +46,7 @@ impl CameraFormat for RealityTable {
 
     fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
         let found = recognised(folder, names, ".csv", &[], is_one);
-        Some(Ok(ReconstructionFiles::one(found.first()?)))
+        ReconstructionFiles::first_of(&found).map(Ok)
     }
 
     fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {

@@ -11,7 +11,7 @@ use super::super::foreign_text::{number, numbers, parse_xml, read_text};
 use super::super::format::CameraFormat;
 use super::super::photo_paths::{Without, photo_paths};
 use super::super::pose::{of_rows, pose_at};
-use super::super::recognise::{beginning, recognised};
+use super::super::recognise::{beginning, holds, recognised};
 use super::super::reconstruction::ReconstructionFiles;
 use super::{Intrinsics, tangential_note};
 use quadratura_base::error::Result;
@@ -101,7 +101,7 @@ impl CameraFormat for RealityXmp {
 }
 
 fn is_one(beginning: &[u8]) -> bool {
-    beginning.windows(MARK.len()).any(|window| window == MARK.as_bytes())
+    holds(beginning, MARK)
 }
 
 /// Returns all files of the folder with this ending; those of other programs are sorted out when they are read.
