@@ -9,6 +9,7 @@ pub use quadratura_document as document;
 pub use quadratura_files as files;
 pub use quadratura_foliage as foliage;
 pub use quadratura_gpu as gpu;
+pub use quadratura_handover as handover;
 pub use quadratura_import as import;
 pub use quadratura_io as io;
 pub use quadratura_layers as layers;

@@ -16,6 +16,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["layers"],
     &["document"],
     &["io"],
+    &["handover"],
     &["recipe", "gpu"],
     &["app"],
     &["cli"],
