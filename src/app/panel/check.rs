@@ -15,6 +15,7 @@ use crate::state::request::{CheckRequest, Flag, Request, WindowRequest};
 use crate::state::running::{JobKind, Running};
 use crate::state::session::Session;
 use crate::widget::dialog::escaped;
+use crate::widget::spinner::Spinner;
 use quadratura_base::geometry::Similarity;
 use quadratura_base::scene::PhotoId;
 use quadratura_recipe::check::mistake::{advice_without_fix, likely_mistakes};
@@ -88,7 +89,7 @@ pub fn check_ui(
         Some(checked) => contents(view, checked, textures, ui, requests),
         None => {
             ui.horizontal(|ui| {
-                ui.spinner();
+                ui.add(Spinner::new());
                 ui.label("Comparing cameras, photos and model…");
             });
         }
@@ -242,7 +243,7 @@ fn overlay(
             ui.weak("The model's edges over the photo: one colour per object, hidden edges faint.");
         }
         None => {
-            ui.spinner();
+            ui.add(Spinner::new());
             requests.push(CheckRequest::Overlay(path.clone()).into());
         }
     }

@@ -1,6 +1,6 @@
 //! Draws the questions before a project is left, and after a crash. `state::life` decides what follows from an answer.
 
-use eframe::egui::{Context, RichText, Spinner, Ui};
+use eframe::egui::{Context, RichText, Ui};
 
 use super::answers_ui;
 use super::status::left;
@@ -11,6 +11,7 @@ use crate::state::request::{ProjectRequest, Request};
 use crate::state::running::Running;
 use crate::state::session::Session;
 use crate::widget::dialog::{Dialog, Keys};
+use crate::widget::spinner::Spinner;
 
 /// What the questions before a project is left depend on.
 pub struct ClosingView<'a> {
@@ -86,7 +87,7 @@ fn ask_unsaved(
             let names = answers.each_ref().map(|(name, _)| *name);
             let chosen = answers_ui(ui, keys, &names);
             if saves {
-                ui.spinner();
+                ui.add(Spinner::new());
                 ui.label("Saving masks…");
             }
             answers.into_iter().find(|(name, _)| chosen == Some(*name)).map(|(_, answer)| answer)

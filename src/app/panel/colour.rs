@@ -1,6 +1,6 @@
 //! The panel of the photos' exposures; the 3D view shows changes while a slider is dragged.
 
-use eframe::egui::{Button, ComboBox, DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
+use eframe::egui::{Button, ComboBox, DragValue, Grid, Response, RichText, ScrollArea, Slider, Ui};
 
 use super::{NameCell, name_cell, room_for_names, slider_ui, text_width, toggle_ui};
 use crate::command::{Commands, flat};
@@ -11,6 +11,7 @@ use crate::state::running::Running;
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use crate::widget::elide::beside;
+use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::colour::REST;
 use quadratura_projection::exposure::ExposureRule;

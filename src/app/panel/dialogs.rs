@@ -10,6 +10,7 @@ use crate::state::round_trip::image_editor::EditorChoice;
 use crate::state::running::{JobKind, Running};
 use crate::state::session::Session;
 use crate::widget::dialog::{Dialog, at_the_right};
+use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::export_record::ExportFormat;
 use quadratura_io::layered::FORMATS;
@@ -172,7 +173,7 @@ fn export_ui(
             let leave = if runs || dialog.done.is_some() { "Close" } else { "Cancel" };
             open = !ui.add(button(leave)).clicked();
             if runs {
-                ui.spinner();
+                ui.add(Spinner::new());
             }
             if let Some(done) = &dialog.done {
                 ui.label("Done.");

@@ -10,6 +10,7 @@ use crate::panel::pictures::image;
 use crate::state::request::{Request, RoundTripRequest};
 use crate::state::round_trip::report::ImportQuestion;
 use crate::state::round_trip::shown_path;
+use crate::widget::spinner::Spinner;
 use quadratura_view::Picture;
 
 /// The pictures of the question on the device.
@@ -55,7 +56,7 @@ pub fn import_question_ui(
         ui.label(format!("{sentence}."));
         match &textures.textures {
             Some(textures) => side_by_side(ui, textures, ["As exported", "As saved"], &name),
-            None => drop(ui.spinner()),
+            None => drop(ui.add(Spinner::new())),
         }
         ui.horizontal_wrapped(|ui| {
             let all = "All of it becomes paint. Undo import takes it back.";

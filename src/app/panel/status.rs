@@ -1,6 +1,6 @@
 //! The status bar: running jobs, messages, the device of the 3D view, the size of the site.
 
-use eframe::egui::{Align, Button, Label, Layout, ProgressBar, RichText, Spinner, Ui};
+use eframe::egui::{Align, Button, Label, Layout, ProgressBar, RichText, Ui};
 
 use super::{grouped, text_width};
 use crate::command::{Commands, file, layers};
@@ -9,6 +9,7 @@ use crate::state::notes::{NoteLog, Weight};
 use crate::state::request::{JobRequest, Request};
 use crate::state::running::{Job, JobId, JobKind, Running};
 use crate::state::session::Session;
+use crate::widget::spinner::Spinner;
 
 /// What the status bar shows.
 pub struct StatusView<'a> {

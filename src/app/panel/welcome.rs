@@ -1,6 +1,6 @@
 //! The welcome page, which is shown when no project is open.
 
-use eframe::egui::{Align, Button, Layout, RichText, Role, ScrollArea, Spinner, Ui, Vec2, WidgetInfo, vec2};
+use eframe::egui::{Align, Button, Layout, RichText, Role, ScrollArea, Ui, Vec2, WidgetInfo, vec2};
 
 use super::opening::place::{is_entered, line};
 use super::small_button;
@@ -10,6 +10,7 @@ use crate::state::opening::DialogRequest;
 use crate::state::opening::place::typed_path;
 use crate::state::request::{ProjectRequest, Request};
 use crate::state::running::JobKind;
+use crate::widget::spinner::Spinner;
 use std::path::PathBuf;
 
 /// The size of the button of a recent project, in points.

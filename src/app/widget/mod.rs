@@ -6,3 +6,4 @@ pub mod elide;
 pub mod focus;
 pub mod look;
 pub mod sized;
+pub mod spinner;

@@ -4,7 +4,7 @@ pub mod propagated;
 pub mod question;
 pub mod worst;
 
-use eframe::egui::{Button, CollapsingHeader, Grid, RichText, ScrollArea, Spinner, TextEdit, Ui};
+use eframe::egui::{Button, CollapsingHeader, Grid, RichText, ScrollArea, TextEdit, Ui};
 
 use self::propagated::propagation_ui;
 use self::worst::worst_ui;
@@ -19,6 +19,7 @@ use crate::state::selection::{Selection, SelectionState};
 use crate::state::session::Session;
 use crate::widget::elide::beside;
 use crate::widget::look::selection_look;
+use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::LayerIndex;
 use quadratura_layers::fill::{FillOptions, Invent};

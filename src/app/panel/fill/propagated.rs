@@ -10,6 +10,7 @@ use crate::panel::fill::FillView;
 use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
+use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::Faces;
 use quadratura_recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto, laid_over};
@@ -114,7 +115,7 @@ fn found(view: &FillView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
     let offered = &view.fill.offered;
     if offered.is_sought(view.running) {
         ui.horizontal(|ui| {
-            ui.spinner();
+            ui.add(Spinner::new());
             ui.label("Computing the preview…");
         });
     } else if let Some((options, propagated)) = offered.found() {

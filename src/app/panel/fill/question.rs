@@ -7,6 +7,7 @@ use eframe::egui::{Context, Frame, Image, RichText, Sense, TextureHandle, Textur
 use crate::panel::paint::PaintView;
 use crate::panel::pictures::image;
 use crate::state::request::{QualityRequest, Request};
+use crate::widget::spinner::Spinner;
 use quadratura_recipe::fill::both_ways::BothWays;
 use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 
@@ -60,7 +61,7 @@ pub fn question_ui(
             }
             _ if lookup.is_sought(view.running) => {
                 ui.horizontal(|ui| {
-                    ui.spinner();
+                    ui.add(Spinner::new());
                     ui.label("Making a picture of both…");
                 });
             }

@@ -4,7 +4,7 @@
 pub mod shown;
 mod tools;
 
-use eframe::egui::{CentralPanel, Panel, Rect, Role, Sense, Spinner, Stroke, StrokeKind, Ui, WidgetInfo};
+use eframe::egui::{CentralPanel, Panel, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo};
 
 use super::flat::hatch::hatch;
 use super::flat::placement::{PlacedPicture, screen_rect};
@@ -17,6 +17,7 @@ use crate::state::request::{FlatRequest, Request};
 use crate::state::session::Session;
 use crate::widget::behind::behind_ui;
 use crate::widget::focus::{FocusKind, mark};
+use crate::widget::spinner::Spinner;
 use quadratura_base::geometry::PixelRect;
 
 /// What the view of an image layer shows.

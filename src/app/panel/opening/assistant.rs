@@ -1,6 +1,6 @@
 //! Draws the assistant for new projects.
 
-use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
+use eframe::egui::{Button, Context, ProgressBar, RichText, Ui};
 
 use super::place::{is_entered, line, part_found, part_line, typed_ui, wrong, wrongs};
 use super::view::OpeningView;
@@ -9,6 +9,7 @@ use crate::state::opening::{DialogRequest, Purpose};
 use crate::state::request::{JobRequest, Request};
 use crate::state::running::JobKind;
 use crate::widget::dialog::{Dialog, Keys, scrolled};
+use crate::widget::spinner::Spinner;
 use quadratura_recipe::discover::{DiscoveryReport, SitePart};
 
 /// The width of the dialog, in points.

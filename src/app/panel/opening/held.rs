@@ -1,10 +1,11 @@
 //! Draws the dialog of a project that is open elsewhere.
 
-use eframe::egui::{Context, Spinner};
+use eframe::egui::Context;
 
 use super::view::OpeningView;
 use crate::state::opening::DialogRequest;
 use crate::widget::dialog::Dialog;
+use crate::widget::spinner::Spinner;
 use quadratura_files::lock::holder_message;
 
 /// Draws the dialog.

@@ -1,6 +1,6 @@
 //! Draws the dialog of the sample project.
 
-use eframe::egui::{Button, Context, RichText, Spinner};
+use eframe::egui::{Button, Context, RichText};
 
 use super::place::{line, wrongs};
 use super::view::OpeningView;
@@ -8,6 +8,7 @@ use crate::state::opening::place::PathField;
 use crate::state::opening::{DialogRequest, Purpose};
 use crate::state::running::JobKind;
 use crate::widget::dialog::Dialog;
+use crate::widget::spinner::Spinner;
 
 /// Draws the dialog that asks for the folder of the sample project.
 pub fn sample_ui(

@@ -1,6 +1,6 @@
 //! The bars above the photo: hidden layers, zoom, overlays.
 
-use eframe::egui::{Color32, RichText, Sense, Slider, Spinner, Ui, Vec2};
+use eframe::egui::{Color32, RichText, Sense, Slider, Ui, Vec2};
 
 use super::drawing::colour_of_depth;
 use super::view::PhotoView;
@@ -10,6 +10,7 @@ use crate::panel::flat::scale_ui;
 use crate::panel::{named, switch_ui};
 use crate::state::flat::photo::PhotoPane;
 use crate::state::request::Request;
+use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 
 /// The size of the progress indicator, in points.

@@ -1,8 +1,6 @@
 //! The toolbars over the 3D view: display mode, the photo that the view looks through, the hint.
 
-use eframe::egui::{
-    Align2, Area, Button, ComboBox, Frame, Id, Label, Rect, RichText, Slider, Spinner, Ui, vec2,
-};
+use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Label, Rect, RichText, Slider, Ui, vec2};
 
 use super::view::SpacePaneView;
 use super::{brush, hint, images, legend, trees};
@@ -13,6 +11,7 @@ use crate::state::request::Request;
 use crate::state::running::JobKind;
 use crate::state::space::exploded::MOST_APART;
 use crate::state::space::memory::SpaceMemory;
+use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 use quadratura_view::{Blend, Mode};
 
@@ -215,7 +214,7 @@ fn distance(ui: &mut Ui, _: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPosi
             "Sets the spacing of the image layers. Hatching marks areas that a surface needs and other layers hide.",
         );
         if it.is_loading {
-            ui.spinner();
+            ui.add(Spinner::new());
         }
     });
 }
