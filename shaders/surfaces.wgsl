@@ -57,7 +57,8 @@ struct Frame {
     continues: u32,
     // The factor that brings the sky that all photos share to that of the photos near the view.
     of_sky: vec3f,
-    pad1: u32,
+    // The distance of cameras from the viewpoint from which on their surroundings are not shown.
+    surroundings_reach: f32,
 }
 
 // A planar part of a face: the whole face, or a triangle of a face that is not planar.

@@ -5,6 +5,9 @@
 // The penalty of the dome, in every direction (PENALTY of projection/dome.rs).
 const DOME_PENALTY: f32 = 2.0;
 
+// The share of the view's reach over which photos fade (FADING of projection/surroundings.rs).
+const REACH_FADING: f32 = 0.2;
+
 // The cells of a photo's factors along both sides (GRID of projection/exposure/surroundings.rs), and the number of photos in a row of
 // `sky_factors` (gpu/renderer/sky.rs).
 const SKY_GRID: u32 = 32u;
@@ -84,7 +87,9 @@ fn around_at(position: vec2f) -> vec4f {
         if inside && within && border > 0.0 && texel.confidence > 0.002 {
             let agreement = agreement_at(candidate.z, px);
             let is_dome = (candidate.y & 0xffffu) >= frame.dome_first;
-            var q = select(length(photo.center) * frame.per_surroundings_scale, DOME_PENALTY, is_dome);
+            let distance = length(photo.center);
+            let nearness = clamp((1.0 - distance / frame.surroundings_reach) / REACH_FADING, 1e-12, 1.0);
+            var q = select(distance * frame.per_surroundings_scale / nearness, DOME_PENALTY, is_dome);
             if MODE != DEBEVEC && !is_dome {
                 q += frame.lambda * max(octaves, 0.0);
             }

@@ -169,6 +169,11 @@ impl TileStore {
         Ok(loaded)
     }
 
+    /// Returns whether all of these texels are on the device.
+    pub fn holds(&self, wants: &[TileRequest]) -> bool {
+        self.residency.holds(&self.mattes.and_requests(wants))
+    }
+
     /// Replaces a layer texture's pixels. Of the tiles on the device only those that differ are written. Tiles that
     /// become necessary by this come with the next [`Self::load`].
     ///

@@ -140,9 +140,9 @@ pub fn cells(
             cells.ranges.push(start..cells.candidates.len() as u32);
         }
     }
-    let (columns, lists) = surroundings::lists(sources, shot, side_px, leaning);
+    let (columns, reach, lists) = surroundings::lists(sources, shot, side_px, leaning);
     let first = cells.ranges.len() as u32;
-    cells.surroundings = (!lists.is_empty()).then_some(SurroundingsCells { first, columns });
+    cells.surroundings = (!lists.is_empty()).then_some(SurroundingsCells { first, columns, reach });
     for list in lists {
         let start = cells.candidates.len() as u32;
         cells.candidates.extend(list);

@@ -45,7 +45,7 @@ pub struct CameraUniform {
     pub of_common: [f32; 3],
     pub continues: u32,
     pub of_sky: [f32; 3],
-    pub pad1: u32,
+    pub surroundings_reach: f32,
 }
 
 impl CameraUniform {
@@ -86,7 +86,7 @@ impl CameraUniform {
             of_common: [1.0; 3],
             continues: u32::from(shot.unseen == Unseen::Continued),
             of_sky: [1.0; 3],
-            pad1: 0,
+            surroundings_reach: surroundings.map_or(f32::MAX, |cells| (cells.reach.0 as f32).min(f32::MAX)),
         }
     }
 }

@@ -47,7 +47,6 @@ use sky::SkyFactors;
 use surfaces::ModelBuffers;
 use table::GrowingBuffer;
 use tables::{TableData, Tables};
-use wanted::wants;
 
 use super::TileStore;
 use super::device::Gpu;
@@ -286,10 +285,7 @@ impl Renderer {
         let (mut cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
         cells.depths = self.depths_with_trees(shot, cells.depths);
         task.check_cancelled()?;
-        let mut wanted = wants(&cells, &self.sources);
-        if !self.skirts.are_in(shot) {
-            wanted.retain(|want| !self.skirts.is_texture(want.layer_texture));
-        }
+        let wanted = self.wanted(shot, &cells, task)?;
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
         let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {
@@ -320,6 +316,7 @@ impl Renderer {
             skirts,
             see_through,
             of_common: exposure.of_common,
+            opaque_alone: false,
         };
         self.ready = is_whole.then(|| (shot.clone(), prepared));
         Ok(prepared)
@@ -447,6 +444,7 @@ impl Renderer {
             target,
             surroundings: prepared.has_surroundings,
             background: self.background(shot, prepared),
+            opaque_alone: prepared.opaque_alone,
             see_through: (&self.see_through, [prepared.skirts, prepared.see_through]),
             program_of_see_through,
             shadows: self.shadows.as_ref().and_then(Shadows::group),
@@ -464,7 +462,7 @@ impl Renders for Renderer {
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
-        self.drawn_faces(shot, task, |target, gpu, _| target.faces(gpu))
+        self.drawn_faces(shot, Prepared::default(), task, |target, gpu, _| target.faces(gpu))
     }
 
     fn depths(&mut self, shot: &Shot, task: &Task) -> Result<Option<Vec<f32>>> {
@@ -497,4 +495,6 @@ struct Prepared {
     see_through: u32,
     /// The factor on linear colours in the common exposure.
     of_common: [f64; 3],
+    /// Whether see-through faces are left out.
+    opaque_alone: bool,
 }

@@ -55,6 +55,8 @@ pub struct Pass<'a> {
     pub surroundings: bool,
     /// What is there before anything is drawn, linear light and alpha.
     pub background: wgpu::Color,
+    /// Whether faces are drawn without the see-through ones.
+    pub opaque_alone: bool,
     /// The corners of skirts and of see-through faces, each from back to front, and the number of both.
     pub see_through: (&'a GrowingBuffer, [u32; 2]),
     /// The program that draws them.
@@ -206,7 +208,7 @@ impl Passes {
             drawing.set_vertex_buffer(0, pass.surfaces.corners.slice(..));
             let (corners, [skirts, count]) = pass.see_through;
             let all = 0..pass.surfaces.count;
-            let is_all = program == Program::Faces && count == 0;
+            let is_all = program == Program::Faces && count == 0 && !pass.opaque_alone;
             let ranges = if is_all { slice::from_ref(&all) } else { &pass.surfaces.opaque };
             ranges.iter().for_each(|range| drawing.draw(range.clone(), 0..1));
             if let Some(behind) = self.surroundings.get(&program).filter(|_| !clears && pass.surroundings) {

@@ -39,10 +39,11 @@ impl Renderer {
         })
     }
 
-    /// Draws the faces of a view, and reads them back; `read` gets what a depth is divided by in the depth buffer, too.
+    /// Draws the faces of a view as `prepared`, and reads them back; `read` gets what a depth is divided by in the depth buffer, too.
     pub(super) fn drawn_faces<T>(
         &mut self,
         shot: &Shot,
+        prepared: Prepared,
         task: &Task,
         read: impl FnOnce(&RenderTarget, &Gpu, f64) -> Result<T>,
     ) -> Result<T> {
@@ -60,7 +61,7 @@ impl Renderer {
             let content = TableData { shot, cells: &cells, exposure, optics, groups, sky, origin };
             self.tables.write(&gpu, &self.sources, &content);
             task.check_cancelled()?;
-            self.draw(shot, [Program::Faces; 2], &Prepared::default(), task)?;
+            self.draw(shot, [Program::Faces; 2], &prepared, task)?;
             read(&self.targets[&TargetKey::of_faces(shot)], &gpu, cells.near())
         })
     }
@@ -69,11 +70,12 @@ impl Renderer {
     /// seen through it.
     pub(super) fn drawn_depths(&mut self, shot: &Shot, task: &Task) -> Result<Vec<f32>> {
         let shot = &of_seen(shot);
-        let (numbers, mut depths) = self.drawn_faces(shot, task, |target, gpu, near| {
-            // The depth buffer has near / depth, and 0 where nothing is.
-            let depth = |stored: &f32| (near / f64::from(*stored)) as f32;
-            Ok((target.faces(gpu)?, target.depth_buffer(gpu)?.iter().map(depth).collect::<Vec<f32>>()))
-        })?;
+        let (numbers, mut depths) =
+            self.drawn_faces(shot, Prepared::default(), task, |target, gpu, near| {
+                // The depth buffer has near / depth, and 0 where nothing is.
+                let depth = |stored: &f32| (near / f64::from(*stored)) as f32;
+                Ok((target.faces(gpu)?, target.depth_buffer(gpu)?.iter().map(depth).collect::<Vec<f32>>()))
+            })?;
         if self.mattes {
             let width = shot.camera.width as usize;
             let seen = self.seen_faces(shot, task)?;

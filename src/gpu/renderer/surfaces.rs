@@ -157,6 +157,11 @@ impl ModelBuffers {
         }
     }
 
+    /// Returns whether a face is drawn after all others, because one sees through it in places.
+    pub fn is_see_through(&self, face: FaceId) -> bool {
+        self.see_through.binary_search_by_key(&face, |surface| surface.face).is_ok()
+    }
+
     /// Returns the corners of the see-through faces that a view may show, as triangles from back to front; `is_in_view` tells
     /// which these are.
     pub fn back_to_front(

@@ -209,6 +209,17 @@ impl Residency {
         keys
     }
 
+    /// Returns true when all requested tiles are resident.
+    pub fn holds(&self, wants: &[TileRequest]) -> bool {
+        wants.iter().all(|want| {
+            self.occupancy(want.layer_texture).is_some_and(|occupancy| {
+                let resident = self.of_texture[want.layer_texture.0 as usize].0;
+                u64::from(resident) == occupancy.total()
+                    || self.tiles(want, 0).iter().all(|key| self.resident.contains_key(key))
+            })
+        })
+    }
+
     /// Returns true when all requested tiles are resident, and then marks them as requested now. Sheets that
     /// are completely resident are handled at almost no cost, because views ask this for every frame.
     pub fn is_resident(&mut self, wants: &[TileRequest]) -> bool {

@@ -31,6 +31,7 @@ use super::model_surface::{ModelSurface, RayHit};
 use super::pyramid::PyramidOptions;
 use super::relief::Relief;
 use super::skirts::{Skirts, met};
+use super::surroundings::Reach;
 use super::{Gains, LayerTextureId, Renders, Sources, Texels};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::light::srgb_from_linear;
@@ -153,13 +154,16 @@ impl ReferenceRenderer {
         positions(shot).zip(self.owners(shot, &opaque)).map(through).collect()
     }
 
-    /// Computes the colour of a pixel: linear light times alpha, and alpha.
-    fn colour_of(&self, shot: &Shot, hits: &PixelHits, exposure: &ViewExposure) -> [f64; 4] {
+    /// Computes the colour of a pixel of a view with this reach of surroundings: linear light times alpha, and alpha.
+    fn colour_of(&self, shot: &Shot, reach: Reach, hits: &PixelHits, exposure: &ViewExposure) -> [f64; 4] {
         let shown = |hit: &RayHit| HitPoint::new(self, shot, hits.px, *hit)?.shown(exposure);
         let of_owner = hits.owner.as_ref().map(shown);
         let is_open = of_owner.is_none_or(|shown| shown.is_some_and(|shown| shown.alpha < WHOLE));
-        let around =
-            if is_open && shot.surroundings { self.surroundings_at(shot, hits.px, exposure) } else { None };
+        let around = if is_open && shot.surroundings {
+            self.surroundings_at(shot, reach, hits.px, exposure)
+        } else {
+            None
+        };
         let clipped = |light: f64| light.clamp(0.0, 1.0);
         let mut colour = around.map_or([0.0; 4], |[r, g, b]| [r, g, b, 1.0].map(clipped));
         let through = hits.through.iter().filter_map(shown);
@@ -269,9 +273,12 @@ impl Renders for ReferenceRenderer {
         }
         task.check_cancelled()?;
         let exposure = self.exposure(shot);
+        let reach = Reach::new(&self.sources, shot);
         let twin = &*self;
-        let colours: Vec<_> =
-            hits_of_pixels.par_iter().map(|hits| stored(twin.colour_of(shot, hits, &exposure))).collect();
+        let colours: Vec<_> = hits_of_pixels
+            .par_iter()
+            .map(|hits| stored(twin.colour_of(shot, reach, hits, &exposure)))
+            .collect();
         let rgba = colours.into_flattened();
         Ok(Picture { width: shot.camera.width, height: shot.camera.height, rgba })
     }

@@ -7,7 +7,7 @@ use super::point::{LEAST_CONFIDENCE, image_step};
 use super::sample::Footprint;
 use crate::Server;
 use crate::exposure::{ViewExposure, kept_white};
-use crate::surroundings::{claim, pixels_per_angle};
+use crate::surroundings::{Reach, claim, pixels_per_angle};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_view::optics::{squared_radius, squared_tangent};
@@ -32,11 +32,12 @@ impl ReferenceRenderer {
         self.decode(sources.servers_of_surroundings().iter().map(|server| server.layer_texture), task)
     }
 
-    /// Computes the colour of the surroundings at a position of the view, in linear light; `None` where no photo shows
+    /// Computes the colour of the surroundings at a position of the view with this reach, in linear light; `None` where no photo shows
     /// that direction.
     pub(super) fn surroundings_at(
         &self,
         shot: &Shot,
+        reach: Reach,
         px: DVec2,
         exposure: &ViewExposure,
     ) -> Option<[f64; 3]> {
@@ -48,7 +49,8 @@ impl ReferenceRenderer {
         });
         let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
             .filter_map(|server| {
-                let SurroundingsSample { px, penalty, stored, colour } = self.shown_by(server, shot, ray)?;
+                let SurroundingsSample { px, penalty, stored, colour } =
+                    self.shown_by(server, shot, reach, ray)?;
                 let factor = exposure.factor(server.photo).map(|factor| lens * factor);
                 let penalty = exposure.leaning_of(server.photo) * penalty;
                 let exposed = [0, 1, 2].map(|c| colour[c] * factor[c]);
@@ -68,7 +70,7 @@ impl ReferenceRenderer {
     }
 
     /// Returns what a photo shows in a direction of the view's camera frame.
-    fn shown_by(&self, server: &Server, shot: &Shot, ray: DVec3) -> Option<SurroundingsSample> {
+    fn shown_by(&self, server: &Server, shot: &Shot, reach: Reach, ray: DVec3) -> Option<SurroundingsSample> {
         let photo = self.sources.photo(server.photo);
         let axes = shot.pose.rotation.transpose();
         let in_photo = photo.pose.rotation * (axes * ray);
@@ -93,7 +95,7 @@ impl ReferenceRenderer {
         }
         let agreement = self.agreement(shot, server.layer_texture, px);
         let known = [border, texel.confidence, agreement];
-        let claim = claim(&self.sources, shot, server.photo, [ray, in_photo], known);
+        let claim = claim(&self.sources, shot, server.photo, reach, [ray, in_photo], known);
         Some(SurroundingsSample { px, penalty: claim.penalty(&shot.blend), stored: texel.colour, colour })
     }
 }
