@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub use self::filling::{
     FillBasis, FilledPaint, LayerFill, PropagationEntry, StackFill, SurfaceName, origins,
 };
-pub use self::untextured::{Untextured, UntexturedReason};
+pub use self::untextured::{Untextured, UntexturedFaces, UntexturedReason};
 
 use super::in_use::FilesInUse;
 use quadratura_base::geometry::PixelRect;
@@ -61,7 +61,7 @@ pub struct Stack {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fill: Option<StackFill>,
     /// The faces that this photo does not texture, with the reasons.
-    pub untextured: Vec<Untextured>,
+    pub untextured: UntexturedFaces,
     /// Messages for the user: cuts that failed, violations of the published method.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,

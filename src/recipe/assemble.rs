@@ -62,7 +62,7 @@ pub fn assemble(
         texels_unmerged: sorted.texels_unmerged,
         bytes: 0,
         fill: None,
-        untextured: untextured::of_sort(model, sorted),
+        untextured: untextured::of_sort(model, sorted).into(),
         notes: notes(model, sorted, options),
         unsatisfied: unsatisfied(constraints, sorted, &elements),
         counts: counts(sorted, options),

@@ -13,7 +13,7 @@ use quadratura_layers::{LayerIndex, Sorted};
 
 /// Lists the faces that a photo gives no texture: those in its stack, then those that are excluded.
 pub fn untextured(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
-    let mut faces = stack.untextured.clone();
+    let mut faces = stack.untextured.to_vec();
     faces.extend(excluded(stack, decisions));
     faces
 }

@@ -230,7 +230,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         texels_unmerged: 0,
         bytes: 0,
         fill: None,
-        untextured: vec![],
+        untextured: Default::default(),
         notes: vec![],
         unsatisfied: vec![],
         leftovers: vec![],

@@ -48,7 +48,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         texels_unmerged: 0,
         bytes: 0,
         fill: None,
-        untextured: vec![],
+        untextured: Default::default(),
         notes: vec![],
         unsatisfied: vec![],
         leftovers: vec![],

@@ -1,6 +1,9 @@
 //! The faces that a photo does not texture, with the reasons.
 
-use serde::{Deserialize, Serialize};
+use std::ops::Deref;
+use std::sync::Arc;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use quadratura_base::scene::FaceIndex;
 
@@ -22,6 +25,44 @@ pub struct Untextured {
     /// The numbers of pixels that are visible and covered; for `barely-visible` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub px: Option<[u64; 2]>,
+}
+
+/// The faces that a photo does not texture. All copies of a stack share one list, because in a large model it is nearly all of
+/// the stack.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct UntexturedFaces(Arc<Vec<Untextured>>);
+
+impl UntexturedFaces {
+    /// Adds faces.
+    pub fn extend(&mut self, faces: impl IntoIterator<Item = Untextured>) {
+        Arc::make_mut(&mut self.0).extend(faces);
+    }
+}
+
+impl From<Vec<Untextured>> for UntexturedFaces {
+    fn from(faces: Vec<Untextured>) -> Self {
+        Self(faces.into())
+    }
+}
+
+impl Deref for UntexturedFaces {
+    type Target = [Untextured];
+
+    fn deref(&self) -> &[Untextured] {
+        &self.0
+    }
+}
+
+impl Serialize for UntexturedFaces {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for UntexturedFaces {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Vec::deserialize(deserializer).map(Self::from)
+    }
 }
 
 impl Untextured {
