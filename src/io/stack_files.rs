@@ -27,6 +27,15 @@ pub struct StackFiles {
     pub files: BTreeMap<String, FileRecord>,
 }
 
+/// Returns the hash of a stack's file as it was written; that of its content where there is no record, and an empty one where it
+/// cannot be read.
+pub fn recorded_hash(file: &Path) -> String {
+    let record = file.parent().and_then(StackFiles::read);
+    let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let recorded = record.and_then(|record| Some(record.files.get(name)?.blake3.clone()));
+    recorded.unwrap_or_else(|| hash_file(file).unwrap_or_default())
+}
+
 /// Size and hash of a file as it was written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FileRecord {

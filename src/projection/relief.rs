@@ -17,7 +17,7 @@ mod sweep_view;
 #[cfg(test)]
 mod tests;
 
-pub use estimate::{estimate_relief, relief_without};
+pub use estimate::{estimate_faces, estimate_relief, relief_without, seen_faces};
 pub use options::ReliefOptions;
 pub use sweep_view::SweepView;
 

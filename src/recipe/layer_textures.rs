@@ -1,5 +1,6 @@
 //! Layer textures of the current stacks, read from their files with filling and paint.
 
+mod bleed;
 mod dome;
 mod far;
 mod filling;
@@ -13,6 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use self::bleed::mark_bleed;
 pub use self::dome::KNOWN;
 use self::filling::TextureFilling;
 use self::see_through::lay_see_through_paint;
@@ -32,6 +34,7 @@ use quadratura_document::paint::PaintPatch;
 use quadratura_document::stack::origins::origin_of;
 use quadratura_io::layer_reader::{read_layer, read_mask};
 use quadratura_io::paint_store::PaintStore;
+use quadratura_io::stack_files::recorded_hash;
 use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::LayerIndex;
@@ -297,6 +300,17 @@ impl LayerTextureFiles {
         file.ok_or_else(|| Error::Request(format!("there is no image layer {}", layer_texture.0)))
     }
 
+    /// Returns what tells whether a layer texture without filling and paint shows the same as before: the hashes of its files, and
+    /// its place.
+    pub fn content(&self, layer_texture: LayerTextureId) -> impl serde::Serialize + use<> {
+        let file = self.file(layer_texture).ok();
+        file.map(|file| {
+            let hashes = [&file.texels, &file.needed].map(|file| recorded_hash(file));
+            let [rect, needed] = [file.rect, file.needed_rect].map(<[i64; 4]>::from);
+            (hashes, rect, needed, file.longest_of_surroundings)
+        })
+    }
+
     /// Returns the number of layer textures.
     pub fn len(&self) -> usize {
         self.files.len()
@@ -364,25 +378,6 @@ impl Texels for LayerTextureFiles {
 fn same_file(a: &Path, b: &Path) -> bool {
     let [a, b] = [a, b].map(std::fs::read);
     matches!((a, b), (Ok(a), Ok(b)) if a == b)
-}
-
-/// Marks texels that contain the photo's colour beside the layer's visible part: transparent pixels that are not black and touch
-/// one that is visible. Those beside what the photo hides have the colours of what hides it, which must not be seen.
-fn mark_bleed(rgba: &[u8], needed: &mut [u8], width: usize) {
-    let texels = rgba.as_chunks::<4>().0;
-    let rows: Vec<&[[u8; 4]]> = texels.chunks(width.max(1)).collect();
-    for (y, needed) in needed.chunks_mut(width.max(1)).enumerate() {
-        let around = &rows[y.saturating_sub(1)..(y + 2).min(rows.len())];
-        for (x, needed) in needed.iter_mut().enumerate() {
-            let [r, g, b, a] = rows[y][x];
-            let left = x.saturating_sub(1);
-            let touches_visible =
-                || around.iter().any(|row| row.iter().take(x + 2).skip(left).any(|texel| texel[3] > 0));
-            if a == 0 && r | g | b != 0 && touches_visible() {
-                *needed |= BLEED;
-            }
-        }
-    }
 }
 
 /// Gives empty texels the colour of the filling, with its confidence as alpha.

@@ -4,19 +4,34 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 use super::budget::Budget;
+use super::inputs::hash_of_model;
 use quadratura_base::error::{Error, Message, Result};
-use quadratura_base::scene::{Photo, PhotoId, Site};
+use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::Projector;
 use quadratura_projection::model_surface::ModelSurface;
-use quadratura_projection::relief::{Relief, ReliefOptions, SweepView, estimate_relief, relief_without};
+use quadratura_projection::relief::{
+    Relief, ReliefOptions, SweepView, estimate_faces, relief_without, seen_faces,
+};
 
 /// The file `cache/relief.bin`.
-const CACHED: CachedKind = CachedKind { name: "relief", version: 2 };
+const CACHED: CachedKind = CachedKind { name: "relief", version: 3 };
+
+/// The relief as it is kept: it can be told which faces a change of some photos concerns.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct KeptRelief {
+    /// Of each photo, in the site's order, the hash of what it tells the relief.
+    photos: Vec<String>,
+    /// The faces that each photo shows, with the number of blocks.
+    faces: Vec<Vec<(FaceId, u32)>>,
+    relief: Relief,
+}
 
 /// The relief of a site, and of the site without some of the photos.
 pub struct SiteRelief {
@@ -28,34 +43,74 @@ pub struct SiteRelief {
 }
 
 impl SiteRelief {
-    /// Returns the relief cached in the project's folder if it was made from the same `inputs`; otherwise estimates
-    /// and caches it. `memory` is the budget in bytes for photos decoded at the same time.
+    /// Returns the relief kept in the project's folder, of which the faces are estimated anew that a photo shows whose hash in
+    /// `photos` is another one than then; without one, all are. `photos` are in the site's order, `memory` is the budget in bytes
+    /// for photos decoded at the same time.
     ///
     /// # Errors
     /// Returns [`Error::Cancelled`] when the task was cancelled. A photo that cannot be read is noted and not used;
     /// a cache that cannot be written is noted.
-    pub fn open(site: &Site, inputs: &str, folder: &Path, memory: u64, task: &Task) -> Result<Self> {
+    pub fn open(site: &Site, photos: Vec<String>, folder: &Path, memory: u64, task: &Task) -> Result<Self> {
         let file = folder.join("cache/relief.bin");
         let options = ReliefOptions::default();
-        let inputs = &format!("{inputs} {}", options.fingerprint());
+        let basis = &format!("{} {}", hash_of_model(&site.model), options.fingerprint());
         let mut opened = Self { site: site.clone(), memory, whole: Arc::default(), sweep_views: None };
-        if let Some(relief) = read_cached(&file, CACHED, inputs) {
-            opened.whole = Arc::new(relief);
+        let kept: KeptRelief = read_cached(&file, CACHED, basis).unwrap_or_default();
+        if kept.photos == photos {
+            opened.whole = Arc::new(kept.relief);
             return Ok(opened);
         }
-        opened.prepare_photos(task)?;
-        let sweep_views = opened.sweep_views.as_deref().expect("the line above prepared them");
-        let relief = estimate_relief(&site.model, sweep_views, &options, task)?;
-        // A relief made without some photo must not be cached as that of all photos.
-        if sweep_views.iter().all(SweepView::has_pixels)
-            && let Err(error) = write_cached(&file, CACHED, inputs, &relief)
-        {
+        let (relief, is_whole) = opened.renewed(kept, photos, &options, task)?;
+        // A relief made without some photo must not be kept as that of all photos.
+        if is_whole && let Err(error) = write_cached(&file, CACHED, basis, &relief) {
             task.note(Message::from("the relief cannot be cached: ").and(&error));
         }
-        opened.whole = Arc::new(relief);
-        // Prepared photos are large; few pictures need them again.
-        opened.sweep_views = None;
+        opened.whole = Arc::new(relief.relief);
         Ok(opened)
+    }
+
+    /// Brings a relief that was kept up to date, and returns whether all photos could be read that this took.
+    fn renewed(
+        &self,
+        mut kept: KeptRelief,
+        photos: Vec<String>,
+        options: &ReliefOptions,
+        task: &Task,
+    ) -> Result<(KeptRelief, bool)> {
+        let model = &self.site.model;
+        let mut again = vec![kept.photos.is_empty(); model.faces.len()];
+        let mut concern = |faces: &[(FaceId, u32)]| {
+            faces.iter().for_each(|(face, _)| again[face.0 as usize] = true);
+        };
+        let mut known: FxHashMap<String, Vec<(FaceId, u32)>> =
+            kept.photos.drain(..).zip(kept.faces.drain(..)).collect();
+        let found: Vec<Option<Vec<(FaceId, u32)>>> = photos.iter().map(|photo| known.remove(photo)).collect();
+        // What is left was told by photos that are no longer as they were.
+        known.values().for_each(|faces| concern(faces));
+        let mut needed: Vec<bool> = found.iter().map(Option::is_none).collect();
+        let mut views = self.prepared(|photo| needed[photo.index()], task)?;
+        let faces = found.into_iter().zip(&views).map(|(known, view)| {
+            known.unwrap_or_else(|| {
+                let faces = seen_faces(model, view);
+                concern(&faces);
+                faces
+            })
+        });
+        let mut faces: Vec<Vec<(FaceId, u32)>> = faces.collect();
+        let is_concerned = |faces: &[(FaceId, u32)]| faces.iter().any(|(face, _)| again[face.0 as usize]);
+        let more: Vec<bool> =
+            faces.iter().zip(&needed).map(|(faces, known)| !known && is_concerned(faces)).collect();
+        for (id, view) in self.site.photo_ids().zip(self.prepared(|photo| more[photo.index()], task)?) {
+            if more[id.index()] {
+                (views[id.index()], needed[id.index()]) = (view, true);
+            }
+        }
+        let unread: Vec<bool> =
+            views.iter().zip(needed).map(|(view, needed)| needed && !view.has_pixels()).collect();
+        faces.iter_mut().zip(&unread).filter(|(_, unread)| **unread).for_each(|(faces, _)| faces.clear());
+        let is_whole = !unread.contains(&true);
+        let relief = estimate_faces(&kept.relief, &again, model, &views, &faces, options, task)?;
+        Ok((KeptRelief { photos, faces, relief }, is_whole))
     }
 
     /// Returns the relief from all photos.
@@ -71,23 +126,27 @@ impl SiteRelief {
         if photos.is_empty() {
             return Ok(self.whole.clone());
         }
-        self.prepare_photos(task)?;
-        let sweep_views = self.sweep_views.as_deref().expect("the line above prepared them");
+        let views = match self.sweep_views.take() {
+            Some(views) => views,
+            None => self.prepared(|_| true, task)?,
+        };
+        let views = self.sweep_views.insert(views);
         let options = ReliefOptions::default();
-        relief_without(&self.whole, photos, &self.site.model, sweep_views, &options, task).map(Arc::new)
+        relief_without(&self.whole, photos, &self.site.model, views, &options, task).map(Arc::new)
     }
 
-    /// Prepares all photos for the plane sweep, unless that was done before.
-    fn prepare_photos(&mut self, task: &Task) -> Result<()> {
-        if self.sweep_views.is_some() {
-            return Ok(());
-        }
+    /// Prepares those photos for the plane sweep that are wanted; the others have no pixels.
+    fn prepared(&self, is_wanted: impl Fn(PhotoId) -> bool + Sync, task: &Task) -> Result<Vec<SweepView>> {
         let surface = ModelSurface::from_model(&self.site.model);
         let budget = Budget::new(self.memory);
-        let sweep_view = |photo: &Photo| {
+        let sweep_view = |id: PhotoId| {
             task.check_cancelled()?;
+            let photo = self.site.photo(id);
             let Photo { name, camera, pose, .. } = photo;
             let projector = Projector { name: name.clone(), camera: *camera, pose: *pose };
+            if !is_wanted(id) {
+                return Ok(SweepView::blind(&projector));
+            }
             // Memory of a decoder and of the luminance image.
             let bytes = u64::from(camera.width) * u64::from(camera.height) * 12;
             budget.with(bytes, || match read_unmasked(photo) {
@@ -102,8 +161,7 @@ impl SiteRelief {
                 }
             })
         };
-        self.sweep_views = Some(self.site.photos.par_iter().map(sweep_view).collect::<Result<_>>()?);
-        Ok(())
+        self.site.photo_ids().collect::<Vec<_>>().into_par_iter().map(sweep_view).collect()
     }
 }
 
@@ -127,7 +185,8 @@ mod tests {
                 sink.lock().unwrap().push(text.to_string());
             }
         });
-        let relief = SiteRelief::open(&site, "inputs", folder.path(), 1 << 30, &task).unwrap();
+        let relief =
+            SiteRelief::open(&site, vec!["a".into(), "b".into()], folder.path(), 1 << 30, &task).unwrap();
         assert!(relief.whole().of_face.iter().all(Option::is_none));
         assert!(notes.lock().unwrap().iter().any(|note| note.contains("is not used for the relief")));
         assert!(!folder.path().join("cache/relief.bin").exists());

@@ -1,22 +1,25 @@
 //! What is known of a project's surroundings, estimated once and then cached in `cache/`: the dome, and how far
 //! photos confirm each other's surroundings.
 
+mod ground;
+
 use std::borrow::Borrow;
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use self::ground::{GroundOfPhoto, ground_of_photos, mean_ground};
 use super::budget::{Budget, default_memory};
 use super::dome_picture::{dome_side, picture_dome, picture_stamp};
 use super::far_backdrops::FarBackdrops;
 use super::gains;
+use super::inputs::hash_of_model;
 use super::layer_textures::LayerTextureFiles;
 use super::sources::sources;
-use super::thumbnail::cached_thumbnail;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::builder::SURROUNDINGS;
@@ -43,19 +46,13 @@ use quadratura_view::agreement::PhotoAgreement;
 use quadratura_view::srgb::Srgb;
 
 /// A counter of changes in how the same surroundings are compared and blended.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 
 /// The file `cache/surroundings.bin`.
-const CACHED: CachedKind = CachedKind { name: "surroundings", version: 3 };
+const CACHED: CachedKind = CachedKind { name: "surroundings", version: 4 };
 
 /// The longer side of the reduced photos that are compared and blended.
 const LONGEST_PX: u32 = 1024;
-
-/// The longer side of the pictures from which the ground's colour is taken.
-const SMALL_PX: u32 = 160;
-
-/// The sine of the angle below the horizon from which on photos are taken to show the ground: about 10 degrees.
-const GROUND_BELOW: f64 = 0.17;
 
 /// The least alpha of texels that are compared and blended: that of a photo's own beside outlines.
 const LEAST_ALPHA: u8 = 3;
@@ -71,6 +68,16 @@ struct ComparedSurroundings {
     dome: Option<Dome>,
 }
 
+/// What is kept in the file.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct KeptSurroundings {
+    /// The hash of everything that `compared` was made from.
+    inputs: String,
+    compared: ComparedSurroundings,
+    /// What each photo shows of the ground, by the hash of the photo.
+    ground: BTreeMap<String, GroundOfPhoto>,
+}
+
 /// What the photos tell about the surroundings.
 #[derive(Debug, Clone, Default)]
 pub struct SurroundingsEvidence {
@@ -84,7 +91,6 @@ pub struct SurroundingsEvidence {
 
 /// The surroundings of a site, and of the site without some of its photos.
 pub struct SiteSurroundings {
-    folder: PathBuf,
     site: Site,
     memory: u64,
     /// The photos' layers with the paint that is seen from everywhere, without fillings.
@@ -99,6 +105,8 @@ pub struct SiteSurroundings {
     daylight: Option<Daylight>,
     /// The hash of everything that it was made from, the user's picture included.
     stamp: String,
+    /// What each photo shows of the ground, in the site's order.
+    ground: Vec<GroundOfPhoto>,
     /// The photos prepared for comparison, once they were needed; `None` for those without surroundings.
     reduced: Option<Vec<Option<DirectionPhoto>>>,
 }
@@ -125,14 +133,18 @@ impl SiteSurroundings {
         let mut book = PaintStore::new(folder).read()?;
         let far = Arc::new(FarBackdrops::new(site));
         book.entries.retain(|entry| seen_from_everywhere(project, entry, &far));
-        let inputs = inputs(site, stacks, gains, &book);
         let owned: Vec<Option<Stack>> =
             stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.borrow().clone())).collect();
         let files = LayerTextureFiles::new(&store, &owned, false)
             .with_far(&owned, far)
             .with_paint_of(&store, &owned, &book);
+        let file = folder.join("cache/surroundings.bin");
+        let mut kept: KeptSurroundings = read_cached(&file, CACHED, "").unwrap_or_default();
+        let of_photos = gains::photo_inputs(site, stacks);
+        let known = of_photos.iter().map(|photo| kept.ground.get(photo).copied());
+        let ground = ground_of_photos(folder, site, known.collect(), task)?;
+        let inputs = inputs(&files, &sources, site, gains, (mean_ground(&ground, &[], gains), &book));
         let mut found = Self {
-            folder: folder.to_owned(),
             site: site.clone(),
             memory,
             files,
@@ -142,6 +154,7 @@ impl SiteSurroundings {
             picture: None,
             daylight: None,
             stamp: format!("{inputs} {}", picture_stamp(folder, project)),
+            ground,
             reduced: None,
         };
         let pictured = picture_dome(folder, project, site, task).unwrap_or_else(|error| {
@@ -153,16 +166,20 @@ impl SiteSurroundings {
             found.take_whole(ComparedSurroundings::default());
             return Ok(found);
         }
-        let file = folder.join("cache/surroundings.bin");
-        if let Some(kept) = read_cached(&file, CACHED, &inputs) {
-            found.take_whole(kept);
-            return Ok(found);
+        let ground: BTreeMap<String, GroundOfPhoto> =
+            of_photos.into_iter().zip(found.ground.iter().copied()).collect();
+        let is_same = kept.inputs == inputs;
+        if !is_same {
+            let compared = found.compared(&[], gains, task)?;
+            kept = KeptSurroundings { inputs, compared, ground: kept.ground };
         }
-        let compared = found.compared(&[], gains, task)?;
-        if let Err(error) = write_cached(&file, CACHED, &inputs, &compared) {
-            task.note(Message::from("the surroundings cannot be cached: ").and(&error));
+        if !is_same || kept.ground != ground {
+            kept.ground = ground;
+            if let Err(error) = write_cached(&file, CACHED, "", &kept) {
+                task.note(Message::from("the surroundings cannot be cached: ").and(&error));
+            }
         }
-        found.take_whole(compared);
+        found.take_whole(kept.compared);
         // Prepared photos are large; few pictures need them again.
         found.reduced = None;
         Ok(found)
@@ -186,13 +203,10 @@ impl SiteSurroundings {
 
     /// Returns the same with a plain sky in the place of all that photos show around the model: its sun and its air are those that
     /// explain best what they show.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`].
-    pub fn with_modelled_sky(mut self, gains: &Gains, task: &Task) -> Result<Self> {
+    pub fn with_modelled_sky(mut self, gains: &Gains) -> Self {
         let looks = self.site.photos.iter().map(|photo| photo.pose.rotation.transpose() * DVec3::Z);
         let forwards = looks.sum::<DVec3>().normalize_or_zero();
-        let ground = self.ground(&[], gains, task)?;
+        let ground = mean_ground(&self.ground, &[], gains);
         let daylight = Daylight::estimated(self.of_photos.as_deref(), up(&self.site.photos), forwards);
         let dome = Arc::new(daylight.dome(ground, self.side() as usize));
         let gains =
@@ -200,7 +214,7 @@ impl SiteSurroundings {
         self.whole = SurroundingsEvidence { dome: Some(dome.clone()), gains: gains.into(), ..self.whole };
         self.stamp += " sky";
         (self.picture, self.daylight) = (Some(dome), Some(daylight));
-        Ok(self)
+        self
     }
 
     /// Returns the daylight of the sky that takes the place of all that photos show; `None` where they show it.
@@ -322,7 +336,7 @@ impl SiteSurroundings {
         unite(&mut photos, left_out, &mut factors, Some(&values), task)?;
         let blended: Vec<&DirectionPhoto> =
             taking_part(&photos, left_out).into_iter().map(|(_, photo)| photo).collect();
-        let ground = self.ground(left_out, gains, task)?;
+        let ground = mean_ground(&self.ground, left_out, gains);
         let content = DomeContent { photos: &blended, agreement: &values, ground, up: up(&self.site.photos) };
         let dome = task.timed("blend surroundings", || dome(&content, self.side() as usize, task))?;
         self.reduced = Some(photos);
@@ -378,39 +392,6 @@ impl SiteSurroundings {
         };
         Ok(Some(DirectionPhoto::new(camera, photo.pose, sums.into_iter().map(light).collect())))
     }
-
-    /// Returns the mean light of what photos show below the horizon, in the common exposure; `None` where none looks down.
-    fn ground(&self, left_out: &[PhotoId], gains: &Gains, task: &Task) -> Result<Option<[f32; 3]>> {
-        let up = up(&self.site.photos);
-        let of_photo = |id: PhotoId| {
-            task.check_cancelled()?;
-            let photo = self.site.photo(id);
-            // A photo that cannot be read is told where it is used.
-            let Ok(picture) = cached_thumbnail(&self.folder, photo, SMALL_PX) else {
-                return Ok(([0.0; 3], 0));
-            };
-            let scale = DVec2::new(
-                f64::from(photo.camera.width) / f64::from(picture.width),
-                f64::from(photo.camera.height) / f64::from(picture.height),
-            );
-            let (srgb, gain) = (Srgb::tables(), gains.of_photo[id.index()]);
-            let (mut sum, mut count) = ([0.0f64; 3], 0u32);
-            for ((x, y), pixel) in picture.rect().pixels().zip(picture.pixels()) {
-                let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5) * scale;
-                let ray = photo.pose.rotation.transpose() * photo.camera.ray_in_camera(px);
-                if pixel[3] == u8::MAX && ray.normalize().dot(up) < -GROUND_BELOW {
-                    (0..3).for_each(|c| sum[c] += f64::from(srgb.linear(pixel[c])) * (-gain[c]).exp());
-                    count += 1;
-                }
-            }
-            Ok((sum, count))
-        };
-        let ids: Vec<PhotoId> = self.site.photo_ids().filter(|id| !left_out.contains(id)).collect();
-        let found: Vec<([f64; 3], u32)> = ids.into_par_iter().map(of_photo).collect::<Result<_>>()?;
-        let count: u32 = found.iter().map(|(_, count)| count).sum();
-        let mean = |c: usize| (found.iter().map(|(sum, _)| sum[c]).sum::<f64>() / f64::from(count)) as f32;
-        Ok((count > 0).then(|| [0, 1, 2].map(mean)))
-    }
 }
 
 /// Returns the photos that show surroundings and are not left out.
@@ -463,12 +444,28 @@ fn seen_from_everywhere(project: &Project, entry: &PaintEntry, far: &FarBackdrop
     (entry.object == SURROUNDINGS || far.contains(&entry.object)) && !project.fill.stays(&entry.place())
 }
 
-/// Returns the hash of everything that the evidence is made from.
-fn inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>], gains: &Gains, paint: &PaintBook) -> String {
+/// Returns the hash of everything that the evidence is made from: what the photos' layers of the surroundings show, whatever else
+/// changed in their stacks, their exposures, the ground, and paint.
+fn inputs(
+    files: &LayerTextureFiles,
+    sources: &Sources,
+    site: &Site,
+    gains: &Gains,
+    (ground, paint): (Option<[f32; 3]>, &PaintBook),
+) -> String {
+    let servers = sources.servers_of_surroundings().iter();
+    let layers: Vec<_> =
+        servers.map(|server| (server.photo.0, files.content(server.layer_texture))).collect();
+    let cameras = site.photos.iter().map(|photo| {
+        let pose = (photo.pose.rotation_rows(), photo.pose.translation);
+        (&photo.name, photo.camera.width, photo.camera.height, photo.camera.matrix_rows(), pose)
+    });
+    let cameras: Vec<_> = cameras.collect();
     let all = (
-        (VERSION, dome_side(site)),
-        gains::inputs(site, stacks),
+        (env!("CARGO_PKG_VERSION"), VERSION, dome_side(site), hash_of_model(&site.model)),
+        (layers, cameras),
         (&gains.of_photo, &gains.optics, &gains.light.groups),
+        ground,
         serde_json::to_string(&paint.entries).expect("plain data is JSON"),
     );
     hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"))

@@ -112,6 +112,29 @@ fn what_is_masked_is_in_no_layer_is_filled_from_the_other_photo_and_comes_back()
 }
 
 #[test]
+fn after_a_mask_everything_estimated_from_the_photos_is_what_it_would_be_if_it_were_made_anew() {
+    if adapter().is_none() {
+        return;
+    }
+    let site = Site::with_photos(&["a.png", "b.png", "c.png", "d.png"], 160, 120, 1);
+    site.make_project();
+    let estimates = || {
+        site.run("build project -q").success();
+        let files = ["gains", "relief", "agreement", "surroundings"];
+        files.map(|name| (name, fs::read(site.path(&format!("project/cache/{name}.bin"))).unwrap()))
+    };
+    let before = estimates();
+    save_mask(&site.path("stranger.png"));
+    site.run("mask project --photo b --add stranger.png").success();
+    let renewed = estimates();
+    assert!(renewed != before, "the photo without the stranger tells something else");
+    fs::remove_dir_all(site.path("project/cache")).unwrap();
+    for ((name, renewed), (_, anew)) in renewed.iter().zip(estimates()) {
+        assert!(*renewed == anew, "{name}");
+    }
+}
+
+#[test]
 fn masks_beside_the_photos_are_found_by_new_and_later_by_name() {
     let site = Site::new();
     save_mask(&site.path("photos/left.mask.png"));

@@ -22,7 +22,7 @@ pub use outline::outlines;
 pub use reduced_photo::{ReducedPhoto, ReducedPhotos};
 pub use regions::{ContradictedRegion, contradicted_regions};
 pub use things::{Thing, things};
-pub use votes::{Votes, undecided_share, votes};
+pub use votes::{MOST_VOTES, Votes, undecided_share, voters, votes};
 
 use rayon::prelude::*;
 

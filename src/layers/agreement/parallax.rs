@@ -33,18 +33,15 @@ const SHOWN: f64 = 0.7;
 const PLAIN: f32 = 0.002;
 
 /// Returns how well other photos show what a region of a photo and its surroundings show at about the distance of the model: the mean
-/// correlation of brightness over squares; 0 where no photo can tell. The photos `left_out` are not asked.
-pub fn shown_nearby(photos: &ReducedPhotos, id: PhotoId, left_out: &[PhotoId], region: &Spans) -> f32 {
+/// correlation of brightness over squares; 0 where no photo can tell. `voters` are asked.
+pub fn shown_nearby(photos: &ReducedPhotos, id: PhotoId, voters: &[PhotoId], region: &Spans) -> f32 {
     let Some(tested) = &photos.photos[id.index()] else { return 0.0 };
     let bounds = region.bounds();
     let along = |from: i32, to: i32| (from + RADIUS / 2..to).step_by(RADIUS as usize);
     let middles =
         along(bounds.y, bounds.bottom()).flat_map(|y| along(bounds.x, bounds.right()).map(move |x| (x, y)));
-    let others: Vec<&ReducedPhoto> = PhotoId::all(photos.photos.len())
-        .zip(photos.photos)
-        .filter(|(other, _)| *other != id && !left_out.contains(other))
-        .filter_map(|(_, photo)| photo.as_ref())
-        .collect();
+    let others: Vec<&ReducedPhoto> =
+        voters.iter().filter_map(|other| photos.photos[other.index()].as_ref()).collect();
     let square = |(x, y): (i32, i32)| {
         let within = PixelRect::from_edges(x - RADIUS, y - RADIUS, x + RADIUS + 1, y + RADIUS + 1);
         best_correlation(&samples(photos, tested, within), tested.donor.pose.center_in_world(), &others)

@@ -92,6 +92,11 @@ fn compared_with(thing: (DVec3, f64), xs: &[f64], things: &[bool]) -> (Vec<Votes
 }
 
 /// [`compared_with`] photos of several groups of light.
+/// All photos but the first.
+fn others(all: &ReducedPhotos) -> Vec<PhotoId> {
+    PhotoId::all(all.photos.len()).skip(1).collect()
+}
+
 fn compared_in_groups(
     thing: (DVec3, f64),
     xs: &[f64],
@@ -110,7 +115,7 @@ fn compared_in_groups(
     let photos: Vec<_> = xs.iter().zip(things).map(photo).collect();
     let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, groups, relief: &Relief::default() };
     let options = AgreementOptions::default();
-    let votes = votes(&all, PhotoId(0), &[], &Task::silent()).unwrap();
+    let votes = votes(&all, PhotoId(0), &others(&all), &Task::silent()).unwrap();
     let regions = contradicted_regions(&votes, SIZE[0] as usize, &options);
     let agreement = photo_agreement(photos[0].as_ref().unwrap(), &votes, &regions, 1.0, &options);
     (votes, agreement, regions.len())
@@ -264,8 +269,8 @@ fn things_in(seen: Seen) -> (Vec<super::Thing>, Projector) {
     let photos: Vec<_> = [0.0, -2.0, -1.0, 1.0, 2.0].map(photo).into_iter().collect();
     let (groups, relief) = (LightGroups::default(), Relief::default());
     let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, groups: &groups, relief: &relief };
-    let votes = votes(&all, PhotoId(0), &[], &Task::silent()).unwrap();
-    (things(&all, PhotoId(0), &[], &votes, &AgreementOptions::default()), projector(0.0))
+    let votes = votes(&all, PhotoId(0), &others(&all), &Task::silent()).unwrap();
+    (things(&all, PhotoId(0), &others(&all), &votes, &AgreementOptions::default()), projector(0.0))
 }
 
 /// A branch before the wall and the sky.
@@ -330,7 +335,7 @@ fn nearby(before_wall: f64, others_show_it: bool) -> f32 {
     let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, groups: &groups, relief: &relief };
     let whole = PixelRect::of_size(SIZE[0], SIZE[1]);
     let region = Spans::of_pixels(whole, |x, y| on_block(&projector(0.0), x, y).is_some());
-    shown_nearby(&all, PhotoId(0), &[], &region)
+    shown_nearby(&all, PhotoId(0), &others(&all), &region)
 }
 
 #[test]

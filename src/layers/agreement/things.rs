@@ -64,11 +64,11 @@ const MOST_GROWN: u64 = 8;
 /// By how much more likely a colour has to be the thing's than that of what is around it, as a natural logarithm.
 const CLEARLY: f32 = 0.7;
 
-/// Returns what a reduced photo shows that the others contradict.
+/// Returns what a reduced photo shows that the others contradict. `voters` are those that were asked ([`super::voters`]).
 pub fn things(
     photos: &ReducedPhotos,
     id: PhotoId,
-    left_out: &[PhotoId],
+    voters: &[PhotoId],
     votes: &[Votes],
     options: &AgreementOptions,
 ) -> Vec<Thing> {
@@ -87,7 +87,7 @@ pub fn things(
     let regions = contradicted_regions(votes, look.size[0] as usize, &loose);
     let judged = |region: ContradictedRegion| {
         let mut thing = look.thing(region, options);
-        let nearby = shown_nearby(photos, id, left_out, &thing.pixels);
+        let nearby = shown_nearby(photos, id, voters, &thing.pixels);
         thing.likelihood *= 1.0 - rising(nearby, SHOWN_NEARBY);
         thing
     };

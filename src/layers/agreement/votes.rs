@@ -12,10 +12,11 @@ use crate::fill::FillSurfaceId;
 use quadratura_base::error::Result;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
+use quadratura_projection::exposure::LightGroups;
 use quadratura_view::weights::pixels_per_unit;
 
 /// The largest number of photos that a photo is compared with, the nearest ones.
-pub(super) const MOST_VOTES: usize = 24;
+pub const MOST_VOTES: usize = 24;
 
 /// The least agreement of a pixel by votes.
 pub const LEAST: f32 = 0.1;
@@ -76,32 +77,30 @@ pub fn undecided_share(votes: &[Votes]) -> f64 {
     votes.iter().filter(is_undecided).count() as f64 / voted.max(1) as f64
 }
 
-/// Counts the votes at each pixel of a reduced photo, row by row; its own alone where no other photo shows the point.
-/// `photo` is an index in the site's order; the photos `left_out` have no vote.
+/// Returns the photos that are asked about a photo: those of its group of light first, each nearest first. `eyes` are the photos'
+/// centres in the site's order; the photos `left_out` have no vote.
+pub fn voters(eyes: &[DVec3], photo: PhotoId, left_out: &[PhotoId], groups: &LightGroups) -> Vec<PhotoId> {
+    let here = eyes[photo.index()];
+    let others = PhotoId::all(eyes.len()).filter(|id| *id != photo && !left_out.contains(id));
+    let rank = |id: PhotoId| (groups.of(id) != groups.of(photo), eyes[id.index()].distance(here));
+    let mut others: Vec<(PhotoId, (bool, f64))> = others.map(|id| (id, rank(id))).collect();
+    others.sort_by(|(_, a), (_, b)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    others.truncate(MOST_VOTES);
+    others.into_iter().map(|(id, _)| id).collect()
+}
+
+/// Counts the votes of `voters` at each pixel of a reduced photo, row by row; its own alone where no other photo shows the point.
+/// `photo` is an index in the site's order.
 ///
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
-pub fn votes(
-    photos: &ReducedPhotos,
-    photo: PhotoId,
-    left_out: &[PhotoId],
-    task: &Task,
-) -> Result<Vec<Votes>> {
+pub fn votes(photos: &ReducedPhotos, photo: PhotoId, voters: &[PhotoId], task: &Task) -> Result<Vec<Votes>> {
     let Some(tested) = &photos.photos[photo.index()] else { return Ok(Vec::new()) };
-    let eye = |photo: &ReducedPhoto| photo.donor.pose.center_in_world();
-    let here = eye(tested);
-    let others = PhotoId::all(photos.photos.len()).zip(photos.photos);
-    let others = others.filter(|(id, _)| *id != photo && !left_out.contains(id));
     let same_light = |id: PhotoId| photos.groups.of(id) == photos.groups.of(photo);
-    let mut others: Vec<Other> = others
-        .filter_map(|(id, photo)| Some(Other { photo: photo.as_ref()?, same_light: same_light(id) }))
-        .collect();
-    let rank = |other: &Other| (!other.same_light, eye(other.photo).distance(here));
-    others.sort_by(|a, b| {
-        let (a, b) = (rank(a), rank(b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    });
-    others.truncate(MOST_VOTES);
+    let other = |id: &PhotoId| {
+        Some(Other { photo: photos.photos[id.index()].as_ref()?, same_light: same_light(*id) })
+    };
+    let others: Vec<Other> = voters.iter().filter_map(other).collect();
     let poll = Poll { photos, tested, others };
     let (width, height) = (tested.donor.camera.width, tested.donor.camera.height);
     let row = |y: u32| {

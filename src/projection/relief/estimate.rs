@@ -33,9 +33,9 @@ pub fn estimate_relief(
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
-    let seen = seen_faces(model, sweep_views);
-    let of_face = of_faces(model, sweep_views, &seen, options, task)?;
-    Ok(Relief { of_face })
+    let faces: Vec<_> = sweep_views.iter().map(|view| seen_faces(model, view)).collect();
+    let again = vec![true; model.faces.len()];
+    estimate_faces(&Relief::default(), &again, model, sweep_views, &faces, options, task)
 }
 
 /// Estimates the relief without certain photos, starting from the relief of all: only faces that the photos
@@ -51,31 +51,46 @@ pub fn relief_without(
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
-    let mut seen = seen_faces(model, sweep_views);
-    let left_out = |w: usize| photos.contains(&PhotoId::new(w));
-    let concerned: Vec<bool> = seen.iter().map(|seen| seen.iter().any(|(w, _)| left_out(*w))).collect();
-    for (seen, concerned) in seen.iter_mut().zip(&concerned) {
-        seen.retain(|(w, _)| *concerned && !left_out(*w));
+    let mut faces: Vec<_> = sweep_views.iter().map(|view| seen_faces(model, view)).collect();
+    let left_out = photos.iter().map(|photo| std::mem::take(&mut faces[photo.index()]));
+    let mut again = vec![false; model.faces.len()];
+    left_out.flatten().for_each(|(face, _)| again[face.0 as usize] = true);
+    estimate_faces(relief, &again, model, sweep_views, &faces, options, task)
+}
+
+/// Estimates the relief of the faces that are to be estimated `again`, and takes that of all others from `relief`. `faces` are those
+/// that each photo shows ([`seen_faces`]); photos that show none of the former need no pixels.
+///
+/// # Errors
+/// [`quadratura_base::Error::Cancelled`].
+pub fn estimate_faces(
+    relief: &Relief,
+    again: &[bool],
+    model: &Model,
+    sweep_views: &[SweepView],
+    faces: &[Vec<(FaceId, u32)>],
+    options: &ReliefOptions,
+    task: &Task,
+) -> Result<Relief> {
+    let mut seen = vec![Vec::new(); model.faces.len()];
+    for (w, faces) in faces.iter().enumerate() {
+        for (face, blocks) in faces.iter().filter(|(face, _)| again[face.0 as usize]) {
+            seen[face.0 as usize].push((w, *blocks));
+        }
     }
-    let again = of_faces(model, sweep_views, &seen, options, task)?;
+    let of_face = of_faces(model, sweep_views, &seen, options, task)?;
     let kept = |face: usize| relief.of(FaceId(face as u32)).cloned();
-    let of_face = again.into_iter().zip(concerned).enumerate();
-    let of_face = of_face.map(|(face, (again, concerned))| if concerned { again } else { kept(face) });
+    let of_face = of_face.into_iter().zip(again).enumerate();
+    let of_face = of_face.map(|(face, (found, again))| if *again { found } else { kept(face) });
     Ok(Relief { of_face: of_face.collect() })
 }
 
-/// Lists for each face the photos that show it, with the number of blocks.
-fn seen_faces(model: &Model, sweep_views: &[SweepView]) -> Vec<Vec<(usize, u32)>> {
-    let mut seen = vec![Vec::new(); model.faces.len()];
-    for (w, sweep_view) in sweep_views.iter().enumerate() {
-        for (face, blocks) in sweep_view.faces() {
-            let billboard = model.object(model.face(face).object).shows_what_is_behind();
-            if blocks >= LEAST_BLOCKS && !billboard {
-                seen[face.0 as usize].push((w, blocks));
-            }
-        }
-    }
-    seen
+/// Lists the faces whose relief a photo can tell, with the number of blocks in which it shows them.
+pub fn seen_faces(model: &Model, sweep_view: &SweepView) -> Vec<(FaceId, u32)> {
+    let billboard = |face: FaceId| model.object(model.face(face).object).shows_what_is_behind();
+    let mut faces = sweep_view.faces();
+    faces.retain(|(face, blocks)| *blocks >= LEAST_BLOCKS && !billboard(*face));
+    faces
 }
 
 fn of_faces(

@@ -212,8 +212,9 @@ fn fill_or_report(
     }
     let (memory, colour) = (request.memory, &project.colour);
     let gains = task.timed("gains", || photo_gains(site, &stacks, colour, folder, memory, task))?;
-    let relief =
-        task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
+    let relief = task.timed("relief", || {
+        SiteRelief::open(site, gains::photo_inputs(site, &stacks), folder, memory, task)
+    })?;
     let compare = || {
         let inputs = AgreementInputs::new(project, site, &stacks, memory);
         SiteAgreement::open(folder, site, inputs, &gains, relief.whole(), task)

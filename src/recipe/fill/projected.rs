@@ -75,7 +75,7 @@ impl<'a> PaintProjection<'a> {
     ) -> Result<Self> {
         let memory = default_memory();
         let gains = photo_gains(site, stacks, &project.colour, folder, memory, task)?;
-        let relief = SiteRelief::open(site, &gains::inputs(site, stacks), folder, memory, task)?;
+        let relief = SiteRelief::open(site, gains::photo_inputs(site, stacks), folder, memory, task)?;
         Ok(Self {
             project,
             site,

@@ -254,8 +254,8 @@ impl<'a> LdiSite<'a> {
             self.gains = Some(task.timed("gains", estimate)?);
         }
         if needs_relief && self.relief.is_none() {
-            let inputs = gains::inputs(site, &self.stacks);
-            let estimate = || SiteRelief::open(site, &inputs, &self.folder, memory, task);
+            let photos = gains::photo_inputs(site, &self.stacks);
+            let estimate = || SiteRelief::open(site, photos, &self.folder, memory, task);
             self.relief = Some(task.timed("relief", estimate)?.whole().clone());
         }
         Ok(())

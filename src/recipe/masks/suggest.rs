@@ -319,7 +319,7 @@ fn transients(
     let store = StackStore::new(folder);
     let stacks: Vec<Option<Stack>> =
         site.photos.iter().map(|photo| store.current(&photo.name).ok().flatten()).collect();
-    let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
+    let relief = SiteRelief::open(site, gains::photo_inputs(site, &stacks), folder, memory, task)?;
     let gains = gains::photo_gains(site, &stacks, &project.colour, folder, memory, task)?;
     let inputs = AgreementInputs::new(project, site, &stacks, memory);
     let evidence = SiteAgreement::open(folder, site, inputs, &gains, relief.whole(), task)?;

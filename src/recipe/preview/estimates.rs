@@ -51,11 +51,12 @@ pub(super) fn estimates_from_photos(
         true => SiteGains::open(site, stacks, colour, folder, memory, task),
         false => Ok(SiteGains::none(site)),
     })?;
-    let inputs = gains::inputs(site, stacks);
     // Photos are compared where the relief says that they show the same point.
     let needed = options.relief || options.agreement;
     let relief = task.timed("relief", || {
-        needed.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
+        needed
+            .then(|| SiteRelief::open(site, gains::photo_inputs(site, stacks), folder, memory, task))
+            .transpose()
     })?;
     let agreement = |relief: &SiteRelief| {
         let inputs = AgreementInputs::new(project, site, stacks, memory);
@@ -65,7 +66,7 @@ pub(super) fn estimates_from_photos(
         task.timed("agreement", || relief.as_ref().filter(|_| options.agreement).map(agreement).transpose())?;
     let surroundings = task.timed("surroundings", || {
         let found = SiteSurroundings::open(folder, project, site, stacks, gains.whole(), memory, task)?;
-        if options.modelled_sky { found.with_modelled_sky(gains.whole(), task) } else { Ok(found) }
+        Ok(if options.modelled_sky { found.with_modelled_sky(gains.whole()) } else { found })
     })?;
     Ok(Estimates { gains, relief, agreement, surroundings })
 }

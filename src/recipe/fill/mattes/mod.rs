@@ -84,7 +84,7 @@ pub fn mattes(
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     let gains = photo_gains(site, &stacks, &project.colour, folder, memory, task)?;
-    let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
+    let relief = SiteRelief::open(site, gains::photo_inputs(site, &stacks), folder, memory, task)?;
     let inputs = AgreementInputs::new(project, site, &stacks, memory);
     let agreement = SiteAgreement::open(folder, site, inputs, &gains, relief.whole(), task)?;
     let surroundings = SiteSurroundings::open(folder, project, site, &stacks, &gains, memory, task)?;
