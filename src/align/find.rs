@@ -50,6 +50,7 @@ pub struct Samples {
     pub fit: Vec<Ray>,
     pub second: Vec<Ray>,
     pub last: Vec<Ray>,
+    pub polish: Vec<Ray>,
 }
 
 /// The tolerance of the last judgement.
@@ -59,7 +60,13 @@ impl Samples {
     /// Draws them.
     pub fn new(points: &Points) -> Self {
         let of = |count: usize, seed: u64| rays(points, &points.sample(count, seed));
-        Self { first: of(200, 1), fit: of(300, 2), second: of(600, 3), last: of(2000, 4) }
+        Self {
+            first: of(200, 1),
+            fit: of(300, 2),
+            second: of(600, 3),
+            last: of(2000, 4),
+            polish: of(4000, 9),
+        }
     }
 
     /// Judges a pose finally.
@@ -98,14 +105,10 @@ pub fn search(surface: &Surface, points: &Points, samples: &Samples, task: &Task
         }
     }
     // The best two are laid as exactly as the points allow.
-    let polish = |found: &Found| {
-        let pose = polished(surface, &samples.last, &found.pose, 0.006, 4);
-        samples.judged(surface, pose)
-    };
-    let count = kept.len().min(2);
-    let better: Vec<Found> = kept[..count].par_iter().map(polish).collect();
-    for (found, better) in kept.iter_mut().zip(better) {
-        if better.worth.capped > found.worth.capped - 0.01 {
+    for found in kept.iter_mut().take(2) {
+        task.check_cancelled()?;
+        let better = samples.judged(surface, polished(surface, &samples.polish, &found.pose));
+        if better.worth.capped > found.worth.capped - 0.02 {
             *found = better;
         }
     }

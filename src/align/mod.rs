@@ -12,13 +12,17 @@
 //! | `directions`, `heights` | the search over one plane of the points and one of the model |
 //! | [`score`], [`refine`] | what a pose is worth, and how it is fitted |
 //! | [`find`] | the search over all planes |
+//! | [`horn`], [`centres`], [`pairs`] | the transform from places, from cameras in common, and from corners that a person points out in photos |
 //!
 //! A module uses only modules of its own row and of rows above it in this table.
 
+pub mod centres;
 mod directions;
 pub mod find;
 mod heights;
+pub mod horn;
 pub mod linear;
+pub mod pairs;
 mod planes;
 pub mod points;
 pub mod refine;
@@ -128,12 +132,12 @@ impl Aligner {
         (frame(self.points.unit, self.points.origin), frame(self.surface.radius, self.surface.origin))
     }
 
-    fn outward(&self, pose: &Similarity) -> Similarity {
+    pub fn outward(&self, pose: &Similarity) -> Similarity {
         let (world, model) = self.frames();
         world.compose(pose).compose(&model.inverse())
     }
 
-    fn inward(&self, world_from_model: &Similarity) -> Similarity {
+    pub fn inward(&self, world_from_model: &Similarity) -> Similarity {
         let (world, model) = self.frames();
         world.inverse().compose(world_from_model).compose(&model)
     }

@@ -1,11 +1,12 @@
 //! Fits a pose to the points near which it lies already.
 
 use glam::{DQuat, DVec3};
+use rayon::prelude::*;
 
 use quadratura_base::geometry::Similarity;
 
-use super::linear::solve;
-use super::score::{Ray, agrees, cast, judge};
+use super::linear::{eigen, solve};
+use super::score::{Ray, agrees, cast};
 use super::surface::Surface;
 
 /// How firmly each unknown of a step is held: directions that no point holds (sliding along a wall, the scale of a
@@ -28,10 +29,19 @@ pub fn moved(pose: &Similarity, by: [f64; 7]) -> Similarity {
 
 /// Makes one step that lays faces on the points that they are near to. `None` where nothing agrees.
 pub fn step(surface: &Surface, rays: &[Ray], pose: &Similarity, tolerance: f64) -> Option<Similarity> {
+    let ((mut matrix, right), count) = normal_equations(surface, rays, pose, tolerance);
+    (0..7).for_each(|i| matrix[i][i] += HELD.powi(-2));
+    let by = solve(matrix, right).filter(|_| count > 6)?;
+    Some(moved(pose, by))
+}
+
+type Equations = ([[f64; 7]; 7], [f64; 7]);
+
+/// Returns the normal equations of the distances between points and faces that agree, in units of the tolerance, and the
+/// number of these points.
+fn normal_equations(surface: &Surface, rays: &[Ray], pose: &Similarity, tolerance: f64) -> (Equations, u32) {
     let hits = cast(surface, rays, pose, 1.0 + tolerance);
-    let mut matrix = [[0.0; 7]; 7];
-    let mut right = [0.0; 7];
-    let mut count = 0;
+    let (mut matrix, mut right, mut count) = ([[0.0; 7]; 7], [0.0; 7], 0);
     for (ray, hit) in rays.iter().zip(hits) {
         let Some(hit) = hit.filter(|hit| agrees(surface, ray, pose, *hit, tolerance)) else { continue };
         let n = pose.rotation * surface.normals[hit.1 as usize];
@@ -49,9 +59,7 @@ pub fn step(surface: &Surface, rays: &[Ray], pose: &Similarity, tolerance: f64) 
         }
         count += 1;
     }
-    (0..7).for_each(|i| matrix[i][i] += HELD.powi(-2));
-    let by = solve(matrix, right).filter(|_| count > 6)?;
-    Some(moved(pose, by))
+    ((matrix, right), count)
 }
 
 /// Makes several steps with a tolerance that shrinks from the first to the last.
@@ -71,32 +79,23 @@ pub fn refined(
     pose
 }
 
-/// The tolerances at which the last pixels are judged: the finer one draws, the coarser one keeps sight of the rest.
-const FINE: [f64; 2] = [0.003, 0.008];
-
-/// Searches the best pose near one, by steps in each unknown that are halved when none of them helps.
-pub fn polished(
-    surface: &Surface,
-    rays: &[Ray],
-    start: &Similarity,
-    reach: f64,
-    halvings: usize,
-) -> Similarity {
-    let value = |pose: &Similarity| {
-        let hits = cast(surface, rays, pose, 1.0 + 1.5 * FINE[1]);
-        FINE.map(|tolerance| judge(surface, rays, &hits, pose, tolerance).capped).iter().sum::<f64>()
-    };
-    let (mut best, mut pose, mut reach) = (value(start), *start, reach);
-    for _ in 0..=halvings {
+/// Fits a pose as exactly as the points allow: a pattern search along directions that the points hold apart, each with a
+/// step as large as they allow in it, halved four times. Along a wall and in its size, only faces that lie before or
+/// behind others hold a pose; there are no derivatives of that, but a value.
+pub fn polished(surface: &Surface, rays: &[Ray], start: &Similarity) -> Similarity {
+    let (mut best, mut pose) = (exactness(surface, rays, start), *start);
+    let mut part = 1.0;
+    for _ in 0..=HALVINGS {
         // A few rounds find the way along a valley; what is still better after them is found at the next size.
         for _ in 0..3 {
             let before = best;
-            for unknown in 0..7 {
+            let (held, count) = normal_equations(surface, rays, &pose, FINE[1]);
+            for (firm, direction) in eigen(held.0) {
+                // So far, the points that agree are off by their tolerance on average.
+                let step = part * (f64::from(count) / firm.max(1e-9)).sqrt().min(LARGEST_STEP);
                 for sign in [1.0, -1.0] {
-                    let mut by = [0.0; 7];
-                    by[unknown] = sign * reach;
-                    let next = moved(&pose, by);
-                    let found = value(&next);
+                    let next = moved(&pose, direction.map(|x| sign * step * x));
+                    let found = exactness(surface, rays, &next);
                     if found > best {
                         (best, pose) = (found, next);
                         break;
@@ -107,7 +106,50 @@ pub fn polished(
                 break;
             }
         }
-        reach *= 0.5;
+        part *= 0.5;
     }
     pose
+}
+
+const HALVINGS: usize = 4;
+
+/// The largest step, in units of the points' distance and radians: 20 cm at 20 m.
+const LARGEST_STEP: f64 = 0.012;
+
+/// Tolerances at which the last pixels are judged: the finer one draws, the coarser one keeps sight of the rest.
+const FINE: [f64; 2] = [0.002, 0.006];
+
+/// No region counts for more than this share of the points in the last judgement. It may be more than in
+/// [`super::score`], because the pose is right already.
+const MOST_PER_REGION: f64 = 0.2;
+
+/// The price of a point that is hidden.
+const BLOCKED: f64 = 0.5;
+
+/// How exactly points lie on faces, by their distance across the face, so that slanted faces count as others do.
+fn exactness(surface: &Surface, rays: &[Ray], pose: &Similarity) -> f64 {
+    let of = |rays: &[Ray]| {
+        let hits = cast(surface, rays, pose, 1.0 + 1.5 * FINE[1]);
+        let (mut regions, mut blocked) = (vec![0.0; surface.region_count], 0.0);
+        for (ray, hit) in rays.iter().zip(hits) {
+            let Some((q, triangle)) = hit else { continue };
+            let normal = pose.rotation * surface.normals[triangle as usize];
+            let along = (ray.point - ray.eye).normalize();
+            let off = (q - 1.0).abs() * along.dot(normal).abs();
+            if agrees(surface, ray, pose, (1.0, triangle), FINE[1]) {
+                let value = |tolerance: f64| (1.0 - (off / tolerance).powi(2)).max(0.0);
+                regions[surface.regions[triangle as usize] as usize] += value(FINE[0]) + value(FINE[1]);
+            }
+            if q < 1.0 - 2.5 * FINE[1] {
+                blocked += 1.0;
+            }
+        }
+        (regions, blocked)
+    };
+    // Sums of fixed parts are the same for any number of threads.
+    let parts: Vec<(Vec<f64>, f64)> = rays.par_chunks(1000).map(of).collect();
+    let most = 2.0 * MOST_PER_REGION * rays.len() as f64;
+    let regions = (0..surface.region_count).map(|i| parts.iter().map(|(regions, _)| regions[i]).sum::<f64>());
+    let limited: f64 = regions.map(|value| value.min(most) + 0.05 * (value - most).max(0.0)).sum();
+    limited - BLOCKED * parts.iter().map(|(_, blocked)| blocked).sum::<f64>()
 }
