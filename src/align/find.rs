@@ -10,7 +10,7 @@ use quadratura_base::task::Task;
 use super::directions::directions;
 use super::heights::{Anchor, starts};
 use super::points::Points;
-use super::refine::{polished, refined};
+use super::refine::{Free, polished, refined};
 use super::score::{Ray, Worth, rays, score};
 use super::surface::Surface;
 
@@ -140,12 +140,14 @@ fn funnel(surface: &Surface, samples: &Samples, laid: &[Similarity], task: &Task
     };
     let first = scored(&samples.first, 0.02, laid.to_vec())?;
     let first = distinct(first, SAME_START, FIRST);
-    let fitted: Vec<Similarity> =
-        first.par_iter().map(|found| refined(surface, &samples.fit, &found.pose, 4, [0.03, 0.012])).collect();
+    let fitted: Vec<Similarity> = first
+        .par_iter()
+        .map(|found| refined(surface, &samples.fit, &found.pose, 4, [0.03, 0.012], Free::All))
+        .collect();
     let second = distinct(scored(&samples.second, 0.01, fitted)?, SAME_START, SECOND);
     let fitted: Vec<Similarity> = second
         .par_iter()
-        .map(|found| refined(surface, &samples.second, &found.pose, 5, [0.012, 0.005]))
+        .map(|found| refined(surface, &samples.second, &found.pose, 5, [0.012, 0.005], Free::All))
         .collect();
     scored(&samples.last, LAST_TOLERANCE, fitted)
 }

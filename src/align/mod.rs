@@ -28,6 +28,8 @@ pub mod points;
 pub mod refine;
 pub mod score;
 pub mod surface;
+#[cfg(test)]
+mod tests;
 
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, Pose, Similarity};
@@ -36,6 +38,7 @@ use quadratura_base::task::Task;
 
 use find::{Found, Samples, search};
 use points::Points;
+use refine::{Free, refined};
 use surface::Surface;
 
 /// What is aligned, in the form that the search uses. Build it once and ask it several times.
@@ -80,8 +83,12 @@ pub enum Answer {
 }
 
 /// The least score of a candidate that is no chance. True poses have 0.138 and more, models of other sites 0.111 and less, but
-/// once 0.267; the ratio to the second candidate decides then.
+/// sometimes 0.188; the ratio to the second candidate decides then.
 pub const LEAST_SCORE: f64 = 0.13;
+
+/// The score from which a model that is not symmetric is offered in several places. Foreign models with two such places had up
+/// to 0.188.
+pub const STRONG_SCORE: f64 = 0.2;
 
 /// How many times the second candidate's score the first one has at least when it alone is right.
 pub const CLEAR_RATIO: f64 = 1.4;
@@ -111,8 +118,15 @@ impl Aligner {
     /// [`quadratura_base::Error::Cancelled`] on request.
     pub fn search(&self, task: &Task) -> Result<(Answer, Vec<Candidate>)> {
         let found = search(&self.surface, &self.points, &self.samples, task)?;
-        let answer = answer(&found);
+        let answer = self.answer(&found);
         Ok((answer, found.iter().map(|found| self.candidate(found)).collect()))
+    }
+
+    /// Fits a transform to the points near which the model is already, and judges it.
+    pub fn fitted(&self, world_from_model: &Similarity, free: Free) -> Candidate {
+        let start = self.inward(world_from_model);
+        let pose = refined(&self.surface, &self.samples.polish, &start, 8, [0.012, 0.004], free);
+        self.candidate(&self.samples.judged(&self.surface, pose))
     }
 
     /// Judges a transform as the search does.
@@ -132,25 +146,38 @@ impl Aligner {
         (frame(self.points.unit, self.points.origin), frame(self.surface.radius, self.surface.origin))
     }
 
-    pub fn outward(&self, pose: &Similarity) -> Similarity {
+    fn outward(&self, pose: &Similarity) -> Similarity {
         let (world, model) = self.frames();
         world.compose(pose).compose(&model.inverse())
     }
 
-    pub fn inward(&self, world_from_model: &Similarity) -> Similarity {
+    fn inward(&self, world_from_model: &Similarity) -> Similarity {
         let (world, model) = self.frames();
         world.inverse().compose(world_from_model).compose(&model)
     }
-}
 
-/// Decides by the best score and its ratio to the second one.
-fn answer(found: &[Found]) -> Answer {
-    let score = |i: usize| found.get(i).map_or(0.0, |found| found.worth.capped);
-    if score(0) < LEAST_SCORE {
-        Answer::Foreign
-    } else if score(0) >= CLEAR_RATIO * score(1) {
-        Answer::Aligned
-    } else {
-        Answer::Several
+    /// Decides by the best score and its ratio to the second one.
+    fn answer(&self, found: &[Found]) -> Answer {
+        let Some(best) = found.first() else { return Answer::Foreign };
+        // A model of few regions cannot reach the score, so it has to explain most points.
+        let few = self.surface.region_count < FEW_REGIONS;
+        let is_chance = if few { best.worth.plain < MOST_POINTS } else { best.worth.capped < LEAST_SCORE };
+        let second = found.get(1);
+        let is_clear = second.is_none_or(|second| best.worth.capped >= CLEAR_RATIO * second.worth.capped);
+        // Where several do as well, the model is symmetric, or explains more than foreign ones do.
+        let is_strong = || few || best.worth.capped >= STRONG_SCORE;
+        let is_symmetric =
+            || second.is_some_and(|second| self.surface.repeats(&best.pose.inverse().compose(&second.pose)));
+        match is_chance {
+            false if is_clear => Answer::Aligned,
+            false if is_strong() || is_symmetric() => Answer::Several,
+            _ => Answer::Foreign,
+        }
     }
 }
+
+/// Fewer regions than these are few.
+const FEW_REGIONS: usize = 8;
+
+/// The share of points that a model of few regions explains where it belongs.
+const MOST_POINTS: f64 = 0.6;

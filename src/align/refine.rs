@@ -27,10 +27,37 @@ pub fn moved(pose: &Similarity, by: [f64; 7]) -> Similarity {
     }
 }
 
+/// What a fit may change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Free {
+    /// Turn, scale and shift.
+    All,
+    /// Scale and shift.
+    ScaleAndShift,
+    /// The shift.
+    Shift,
+}
+
+/// Holds an unknown as it is.
+const FIXED: f64 = 1e30;
+
 /// Makes one step that lays faces on the points that they are near to. `None` where nothing agrees.
-pub fn step(surface: &Surface, rays: &[Ray], pose: &Similarity, tolerance: f64) -> Option<Similarity> {
+fn step(
+    surface: &Surface,
+    rays: &[Ray],
+    pose: &Similarity,
+    tolerance: f64,
+    free: Free,
+) -> Option<Similarity> {
     let ((mut matrix, right), count) = normal_equations(surface, rays, pose, tolerance);
-    (0..7).for_each(|i| matrix[i][i] += HELD.powi(-2));
+    for (i, row) in matrix.iter_mut().enumerate() {
+        let is_free = match free {
+            Free::All => true,
+            Free::ScaleAndShift => i >= 3,
+            Free::Shift => i >= 4,
+        };
+        row[i] += if is_free { HELD.powi(-2) } else { FIXED };
+    }
     let by = solve(matrix, right).filter(|_| count > 6)?;
     Some(moved(pose, by))
 }
@@ -69,11 +96,12 @@ pub fn refined(
     start: &Similarity,
     steps: usize,
     [from, to]: [f64; 2],
+    free: Free,
 ) -> Similarity {
     let mut pose = *start;
     for i in 0..steps {
         let tolerance = from * (to / from).powf(i as f64 / (steps - 1).max(1) as f64);
-        let Some(next) = step(surface, rays, &pose, tolerance) else { return pose };
+        let Some(next) = step(surface, rays, &pose, tolerance, free) else { return pose };
         pose = next;
     }
     pose

@@ -4,6 +4,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use quadratura_base::geometry::Similarity;
 use quadratura_base::geometry::bvh::Bvh;
 use quadratura_base::geometry::triangle::{Triangle, area_vector};
 use quadratura_base::scene::{FaceId, Model};
@@ -82,6 +83,33 @@ impl Surface {
         let (regions, region_count, borders) = regions(&triangles, &normals);
         let planes = planes(&triangles, &normals, &face_of, &borders);
         Some(Self { origin, radius, tree: Bvh::new(triangles), normals, regions, region_count, planes })
+    }
+}
+
+impl Surface {
+    /// Whether most of the model's area lies on the model again after a transform of normalised coordinates.
+    pub fn repeats(&self, by: &Similarity) -> bool {
+        const LOOKED_AT: usize = 200;
+        const NEAR: f64 = 0.03;
+        let triangles = self.tree.triangles();
+        let area = |t: &usize| area_vector(&triangles[*t]).length();
+        let mut largest: Vec<usize> = (0..triangles.len()).collect();
+        largest.sort_by(|a, b| area(b).total_cmp(&area(a)).then(a.cmp(b)));
+        largest.truncate(LOOKED_AT);
+        let (mut all, mut again) = (0.0, 0.0);
+        for t in &largest {
+            let [a, b, c] = triangles[*t];
+            for [of_a, of_b, of_c] in [[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]] {
+                let place = by.apply((a * of_a + b * of_b + c * of_c) / 6.0);
+                let normal = by.rotation * self.normals[*t];
+                let is_there = self.tree.nearest(place).is_some_and(|(other, foot)| {
+                    foot.distance(place) < NEAR && self.normals[other as usize].dot(normal).abs() > 0.9
+                });
+                all += area(t);
+                again += if is_there { area(t) } else { 0.0 };
+            }
+        }
+        again > 0.6 * all
     }
 }
 
