@@ -8,7 +8,7 @@ use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
 
 use super::directions::directions;
-use super::heights::{Anchor, starts};
+use super::heights::{Anchor, Relief, starts};
 use super::points::Points;
 use super::refine::{Free, polished, refined};
 use super::score::{Ray, Worth, rays, score};
@@ -86,14 +86,18 @@ pub fn search(surface: &Surface, points: &Points, samples: &Samples, task: &Task
         .filter(large)
         .map(|i| Anchor::new(points, i, &directions(points, i), &counted(points, i)))
         .collect();
-    let rounds = [1.0, -1.0].into_iter().flat_map(|side| anchors.iter().map(move |anchor| (side, anchor)));
     let total = 2 * anchors.len() as u64;
-    let mut kept: Vec<Found> = Vec::new();
-    for (round, (side, anchor)) in (0..).zip(rounds) {
+    let (mut kept, mut reliefs): (Vec<Found>, Vec<Relief>) = (Vec::new(), Vec::new());
+    for (round, anchor) in (0..total).zip(anchors.iter().cycle()) {
         task.step("search the alignment", round, total)?;
-        let laid = surface.planes.par_iter().map(|on| {
+        // First the faces' front sides.
+        if round % anchors.len() as u64 == 0 {
+            let side = if round == 0 { 1.0 } else { -1.0 };
+            reliefs = surface.planes.par_iter().map(|on| Relief::new(surface, on, side)).collect();
+        }
+        let laid = reliefs.par_iter().map(|relief| {
             task.check_cancelled()?;
-            Ok(starts(surface, on, side, anchor))
+            Ok(starts(relief, anchor))
         });
         let laid: Vec<Similarity> = laid.collect::<Result<Vec<_>>>()?.concat();
         kept.extend(funnel(surface, samples, &laid, task)?);
@@ -104,8 +108,9 @@ pub fn search(surface: &Surface, points: &Points, samples: &Samples, task: &Task
             break;
         }
     }
-    // The best two are laid as exactly as the points allow.
-    for found in kept.iter_mut().take(2) {
+    // The best is laid as exactly as the points allow, and the second one, too, where it comes near.
+    let best = kept.first().map_or(0.0, |found| found.worth.capped);
+    for found in kept.iter_mut().take(2).filter(|found| found.worth.capped > 0.5 * best) {
         task.check_cancelled()?;
         let better = samples.judged(surface, polished(surface, &samples.polish, &found.pose));
         if better.worth.capped > found.worth.capped - 0.02 {

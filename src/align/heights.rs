@@ -98,7 +98,7 @@ struct Piece {
 }
 
 /// The model over one of its planes.
-struct Relief {
+pub struct Relief {
     /// Right-handed: u and v in the plane, and the side of the plane that is seen.
     axes: DMat3,
     /// The place of the map's corner in the plane, in the model's coordinates.
@@ -107,14 +107,13 @@ struct Relief {
     cell: f64,
     pieces: Vec<Piece>,
     angles: Vec<f64>,
+    /// Half the side of a square as large as the plane's faces.
+    size: f64,
 }
 
-/// Returns the best poses with a plane of the points on the plane `on` of the model, seen from its front (`side` 1) or
-/// from behind (-1).
-pub fn starts(surface: &Surface, on: &ModelPlane, side: f64, anchor: &Anchor) -> Vec<Similarity> {
-    let relief = Relief::new(surface, on, side);
-    let size = (0.5 * on.area.sqrt()).max(0.36 * 0.5 * relief.cell * CELLS as f64);
-    let guess = anchor.radius / size;
+/// Returns the best poses with a plane of the points on a plane of the model.
+pub fn starts(relief: &Relief, anchor: &Anchor) -> Vec<Similarity> {
+    let guess = anchor.radius / relief.size;
     let turns = turns(&anchor.angles, &relief.angles);
     let steps = (2.0 * SCALES.ln() / SCALE_STEP.ln()).ceil() as usize;
     let (mut map, mut found) = (HeightMap::new(), Vec::new());
@@ -137,7 +136,7 @@ pub fn starts(surface: &Surface, on: &ModelPlane, side: f64, anchor: &Anchor) ->
             }
         }
     }
-    found.sort_by(|a, b| b.0.cmp(&a.0));
+    found.sort_by_key(|start| std::cmp::Reverse(start.0));
     found.truncate(KEPT);
     let pose = |(_, step, turn, cell): (u8, usize, f64, usize)| {
         let scale = guess / SCALES * SCALE_STEP.powi(step as i32);
@@ -168,7 +167,8 @@ fn turns(of_points: &[f64], of_model: &[f64]) -> Vec<f64> {
 }
 
 impl Relief {
-    fn new(surface: &Surface, on: &ModelPlane, side: f64) -> Self {
+    /// Maps the model over its plane `on`, seen from its front (`side` 1) or from behind (-1).
+    pub fn new(surface: &Surface, on: &ModelPlane, side: f64) -> Self {
         let (normal, u) = (on.normal * side, on.directions[0]);
         let u = u.reject_from(normal).normalize();
         let axes = DMat3::from_cols(u, normal.cross(u), normal);
@@ -203,6 +203,7 @@ impl Relief {
             cell,
             pieces,
             angles: on.directions.iter().map(angle).collect(),
+            size: (0.5 * on.area.sqrt()).max(0.36 * 0.5 * side),
         }
     }
 }
