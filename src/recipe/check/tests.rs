@@ -147,7 +147,7 @@ fn a_model_turned_by_13_degrees_is_found_and_a_mirrored_one_is_told() {
     }
     let mut mirrored = model.as_ref().clone();
     mirrored.vertices.iter_mut().for_each(|vertex| vertex.x = -vertex.x);
-    let report = check(&mirrored, &points, &CheckOptions::default());
+    let report = check(&mirrored.transformed(&right.inverse()), &points, &CheckOptions::default());
     assert_eq!((report.search, &report.suggestion), (Some(SearchOutcome::Mirrored), &None));
     assert!(mistake::advice_without_fix(report.verdict, report.search).contains("left-handed"));
 }
