@@ -96,8 +96,8 @@ pub use quadratura_import::photo::read_photo;
 pub use quadratura_io::unmasked::read_unmasked;
 #[doc(inline)]
 pub use quadratura_recipe::check::{
-    AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Intersection, Names as FaceNames,
-    PhotoReport, Verdict, check_site,
+    AlignmentSuggestion, AlternativeTransform, CheckOptions, CheckReport, FaceReport, Intersection,
+    Names as FaceNames, PhotoReport, SearchOutcome, Verdict, check_site,
 };
 #[doc(inline)]
 pub use quadratura_recipe::named::{index_of_photo, photos_named};

@@ -1,9 +1,12 @@
 //! The command `check`.
 
+mod given;
+
 use std::path::PathBuf;
 
 use serde_json::json;
 
+use self::given::Given;
 use super::Outcome;
 use super::args::{CheckArgs, FixArg};
 use super::lock::read_with_lock_if;
@@ -12,7 +15,7 @@ use super::table::{Table, counted};
 use super::tree::note_doubts;
 use super::unexplained::unexplained_text;
 use crate::words::{command_for_project, error_text};
-use quadratura_base::error::Result;
+use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_folder;
@@ -21,7 +24,8 @@ use quadratura_io::project::write_project;
 use quadratura_recipe::check::fix::realigned;
 use quadratura_recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use quadratura_recipe::check::{
-    AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Names, ObjectDistances, Verdict, check_site,
+    AlignmentSuggestion, AlternativeTransform, CheckOptions, CheckReport, FaceReport, Names, ObjectDistances,
+    Verdict, check_site,
 };
 use quadratura_recipe::open::{Opened, open_site};
 use quadratura_recipe::trees::list::{listed_species, species_problems};
@@ -36,12 +40,12 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     let mut opened = open_site(&args.project, project, task)?;
     let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
     let before = opened.project.world_from_model;
-    let there = match args.fix {
-        None => None,
-        Some(FixArg::To(there)) => Some(there),
-        Some(FixArg::Found) => {
-            checked(&opened, None, &rasteriser, task)?.suggestion.map(|it| it.similarity())
-        }
+    let given = given::by_what_is_given(args, &opened, task)?;
+    let there = match (args.fix, &given) {
+        (None, _) => None,
+        (Some(FixArg::To(there)), _) => Some(there),
+        (Some(FixArg::Found | FixArg::Nth(1)), Some(given)) => Some(given.there),
+        (Some(fix), _) => found_transform(fix, checked(&opened, None, &rasteriser, task)?.suggestion)?,
     };
     if let Some(there) = there.filter(|there| *there != before) {
         let project = realigned(&opened.project, there);
@@ -72,11 +76,12 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     let now = opened.project.world_from_model;
     let fixed = args.fix.as_ref().map_or_else(String::new, |fix| fixed_text(*fix, before, now));
     let suggestion = report.suggestion.as_ref().map(|suggestion| suggestion_text(suggestion, &now));
+    let given_text = given.as_ref().map_or_else(String::new, |given| given.text(now));
     let text = format!(
-        "{fixed}{}{}{}\n{}\n{}{}{}{shown}",
+        "{given_text}{fixed}{}{}{}\n{}\n{}{}{}{shown}",
         verdict_text(&report),
         reprojection_text(&opened),
-        suggestion.unwrap_or_else(|| no_suggestion(report.verdict)),
+        suggestion.unwrap_or_else(|| no_suggestion(&report)),
         photos(&report),
         faces(&report.faces),
         distances(&report.distances),
@@ -84,8 +89,8 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     );
     let fixed = (now != before).then(|| json!({ "before": before.to_string(), "after": now.to_string() }));
     let reprojection = opened.reprojection.as_ref().map(reprojection_json);
-    let json =
-        json!({ "report": report, "reprojection": reprojection, "fixed": fixed, "left_out": problems });
+    let json = json!({ "report": report, "reprojection": reprojection, "fixed": fixed, "left_out": problems,
+                "by_pairs": given.as_ref().and_then(Given::pairs), "by_cameras": given.as_ref().and_then(Given::cameras) });
     Ok(Outcome { text, json, problems })
 }
 
@@ -104,11 +109,32 @@ fn checked(
     check_site(&opened.site, &opened.points, &options, rasteriser, task)
 }
 
+/// Returns the transform with a number of those that were found; `None` where none was.
+///
+/// # Errors
+/// For a number that no transform has.
+fn found_transform(fix: FixArg, found: Option<AlignmentSuggestion>) -> Result<Option<Similarity>> {
+    let number = if let FixArg::Nth(number) = fix { number } else { 1 };
+    let Some(found) = found else { return Ok(None) };
+    let mut all = vec![found.similarity()];
+    all.extend(found.alternatives.iter().map(AlternativeTransform::similarity));
+    match all.get(number - 1) {
+        Some(there) => Ok(Some(*there)),
+        None => Err(Error::Request(format!(
+            "there is no transform {number}: {} found; give a number from 1 to {}, or the transform itself",
+            counted(all.len(), "transform was"),
+            all.len()
+        ))),
+    }
+}
+
 /// Says what was done to the model's transform, and how to restore it.
 fn fixed_text(fix: FixArg, before: Similarity, now: Similarity) -> String {
     if now == before {
         return match fix {
-            FixArg::Found => "Nothing was changed: no other transform aligns the model better.\n\n".into(),
+            FixArg::Found | FixArg::Nth(_) => {
+                "Nothing was changed: no other transform aligns the model better.\n\n".into()
+            }
             FixArg::To(_) => format!("Nothing was changed: the model's transform is {now} already.\n\n"),
         };
     }
@@ -143,8 +169,8 @@ fn reprojection_text(opened: &Opened) -> String {
     })
 }
 
-fn no_suggestion(verdict: Verdict) -> String {
-    match advice_without_fix(verdict) {
+fn no_suggestion(report: &CheckReport) -> String {
+    match advice_without_fix(report.verdict, report.search) {
         "" => String::new(),
         text => format!("{text}\n"),
     }
@@ -165,11 +191,12 @@ fn suggestion_text(suggestion: &AlignmentSuggestion, now: &Similarity) -> String
         suggestion.transform
     );
     if !suggestion.alternatives.is_empty() {
-        let others = suggestion.alternatives.join("  ");
-        let fix = command_for_project("check --fix=M");
-        text.push_str(&format!(
-            "Other transforms fit nearly as well, so compare the pictures: {others}\n{fix} applies one of them.\n"
-        ));
+        text.push_str("Other transforms fit nearly as well, so compare the pictures after each:\n");
+        for (number, other) in (2..).zip(&suggestion.alternatives) {
+            let share = percent(other.agreement.or(other.covered).unwrap_or(0.0));
+            let fix = command_for_project(&format!("check --fix={number}"));
+            text.push_str(&format!("  {share}: {}\n{fix} applies it.\n", other.transform));
+        }
     }
     text
 }

@@ -10,7 +10,7 @@ pub const FACADE: &[&str] =
 /// each other.
 pub const FLOORS: &[&[&str]] = &[
     &["base"],
-    &["files", "view"],
+    &["files", "view", "align"],
     &["import"],
     &["projection", "foliage", "ldi"],
     &["layers"],

@@ -131,6 +131,44 @@ fn check_fixes_the_alignment_in_the_project_and_restores_it() {
 }
 
 #[test]
+fn check_aligns_the_model_by_corners_in_photos() {
+    if adapter().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.run("new project --photos photos --cameras sparse --model model.obj --model-transform z-down")
+        .success();
+    // Two corners of the box and one of the shed in each photo, where the cameras show them.
+    let pairs = "--pair -1.5,-1.5,6 left 40,20 --pair 2.1,2.1,6 left 136,116 --pair -1,-1,15 left 69.333,49.333 \
+                 --pair 2.1,-1.5,6 2 109.333,20 --pair -1.5,2.1,6 2 13.333,116 --pair 1,1,15 2 80,70.667";
+    let found = site.json(&format!("check project {pairs} --json"));
+    let of = |value: &serde_json::Value| value.as_f64().unwrap();
+    assert!(
+        found["by_pairs"]["pairs"].as_array().unwrap().iter().all(|pair| of(&pair["residual_px"]) < 0.1),
+        "{found:#}"
+    );
+    assert_eq!((&found["by_pairs"]["rough"], &found["fixed"]), (&false.into(), &serde_json::Value::Null));
+
+    site.run(&format!("check project --fix {pairs}")).success();
+    let project: serde_json::Value =
+        serde_json::from_slice(&fs::read(site.path("project/project.json")).unwrap()).unwrap();
+    for (i, row) in project["world_from_model"].as_array().unwrap().iter().enumerate() {
+        for (j, number) in row.as_array().unwrap().iter().enumerate() {
+            // Pixels are given to a thousandth: a ten-thousandth of fifteen metres.
+            let right = if i == j { 1.0 } else { 0.0 };
+            assert!((of(number) - right).abs() < 2e-3, "{project:#}");
+        }
+    }
+    let refused = |words: &str| stderr_of(&site.run(&format!("check project {words}")).failure());
+    assert!(refused("--pair 1,2 left 3,4").contains("\"1,2\" is not a corner of the model"));
+    assert!(refused("--pair 1,2,3 left 3,4").contains("give three at least"));
+    let outside = "--pair 1,2,3 left 3,4 --pair 1,2,3 left 3,4 --pair 1,2,3 left 161,4";
+    assert!(refused(outside).contains("which has 160 x 120 pixels"));
+    assert!(refused("--model-cameras sparse").contains("no 4 of their centres agree"));
+    assert!(refused("--fix=0").contains("counted from 1"));
+}
+
+#[test]
 fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
     if adapter().is_none() {
         return;

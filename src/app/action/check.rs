@@ -148,6 +148,7 @@ mod tests {
             agreement: Some(0.5),
             covered: 0.25,
             suggestion: None,
+            search: None,
             photos,
             faces,
             distances: Vec::new(),

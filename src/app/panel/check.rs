@@ -16,7 +16,6 @@ use crate::state::running::{JobKind, Running};
 use crate::state::session::Session;
 use crate::widget::dialog::escaped;
 use crate::widget::spinner::Spinner;
-use quadratura_base::geometry::Similarity;
 use quadratura_base::scene::PhotoId;
 use quadratura_recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use quadratura_recipe::check::{AlignmentSuggestion, FaceReport, Names, PhotoReport, Verdict};
@@ -134,7 +133,7 @@ fn judgement(view: &CheckView<'_>, checked: &Checked, ui: &mut Ui, requests: &mu
         Verdict::Poor => ui.visuals().warn_fg_color,
         Verdict::Misses => ui.visuals().error_fg_color,
     };
-    let unmended = advice_without_fix(checked.report.verdict);
+    let unmended = advice_without_fix(checked.report.verdict, checked.report.search);
     match &checked.report.suggestion {
         // The advice comes first: figures of a model of another site mean little.
         None if checked.report.verdict == Verdict::Misses => {
@@ -186,8 +185,10 @@ fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, r
             ui.label("These transforms fit nearly as well. Check the edges afterwards:");
         }
         for other in &suggestion.alternatives {
-            let Ok(there) = Similarity::parse(other) else { continue };
-            if ui.button(other).on_hover_text("Applies this transform to the model.").clicked() {
+            let there = other.similarity();
+            let share = other.agreement.or(other.covered).map_or_else(String::new, percent_of);
+            let tooltip = format!("Writes this transform of the model into the project: {there}");
+            if ui.button(format!("Alternative: {share}")).on_hover_text(tooltip).clicked() {
                 requests.push(Request::Check(CheckRequest::Mend(Mend::Stand(there))));
             }
         }

@@ -223,11 +223,20 @@ pub struct CheckArgs {
     /// The project folder
     pub project: PathBuf,
     /// Apply the transform of the model that is found to the project, as *Fix alignment* does in the window, then check
-    /// again. With =M, apply this transform, given as for `new --model-transform`: the present one is printed, so that it
-    /// can be restored
+    /// again. With =2, apply the second one of several that fit nearly as well; with =M, apply this transform, given as for
+    /// `new --model-transform`: the present one is printed, so that it can be restored
     #[arg(long, value_name = "M", num_args = 0..=1, require_equals = true, default_missing_value = FOUND,
           value_parser = FixArg::parse)]
     pub fix: Option<FixArg>,
+    /// Align the model by a corner that a photo shows, where no search finds the alignment: the corner's x,y,z in the model's
+    /// file, the photo, and the pixel x,y from the upper left corner of the photo without lens distortion. Give it three times
+    /// or more, better five, for corners not on one line in two photos or more
+    #[arg(long, num_args = 3, value_names = ["X,Y,Z", "PHOTO", "X,Y"], allow_hyphen_values = true)]
+    pub pair: Vec<String>,
+    /// Align the model by cameras in the model's own coordinates, of photos with the same names: georeferenced ones, or those of
+    /// the reconstruction that the model was made for
+    #[arg(long, value_name = "FILE", conflicts_with = "pair")]
+    pub model_cameras: Option<PathBuf>,
 }
 
 /// The value of `--fix` without a value.
@@ -238,13 +247,20 @@ const FOUND: &str = "found";
 pub enum FixArg {
     /// The one that is found.
     Found,
+    /// The n-th one of those that are found, counted from 1.
+    Nth(usize),
     /// This one.
     To(Similarity),
 }
 
 impl FixArg {
     fn parse(text: &str) -> Result<Self, String> {
-        if text == FOUND { Ok(Self::Found) } else { Similarity::parse(text).map(Self::To) }
+        match text.parse::<usize>() {
+            _ if text == FOUND => Ok(Self::Found),
+            Ok(0) => Err("transforms that are found are counted from 1".into()),
+            Ok(number) => Ok(Self::Nth(number)),
+            Err(_) => Similarity::parse(text).map(Self::To),
+        }
     }
 }
 

@@ -1,8 +1,15 @@
 //! The fix of the alignment: the model gets another transform, and the project stays what it is otherwise.
 
-use super::AlignmentSuggestion;
+use super::{AlignmentSuggestion, AlternativeTransform};
 use quadratura_base::geometry::Similarity;
 use quadratura_document::Project;
+
+impl AlternativeTransform {
+    /// Returns the transform from the model to the cameras' world.
+    pub fn similarity(&self) -> Similarity {
+        Similarity::parse(&self.transform).expect("a transform is written as it is read")
+    }
+}
 
 impl AlignmentSuggestion {
     /// Returns the transform from the model to the cameras' world that is suggested.

@@ -1,6 +1,6 @@
 //! Likely reasons for a wrong alignment, as messages.
 
-use super::Verdict;
+use super::{SearchOutcome, Verdict};
 use glam::DMat3;
 use quadratura_base::geometry::{Similarity, axes};
 
@@ -37,17 +37,35 @@ pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
     mistakes
 }
 
-/// Returns advice for a model that no other transform aligns better.
-pub fn advice_without_fix(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Fits => "",
-        Verdict::Misses => {
-            "The cameras and the model are probably not of the same site: no axes, unit or position align \
-             the model with the photos. Use the model that belongs to these cameras, or the cameras that belong to this model."
+/// Returns advice for a model that no other transform aligns better, by how the search ended.
+pub fn advice_without_fix(verdict: Verdict, search: Option<SearchOutcome>) -> &'static str {
+    match (verdict, search) {
+        (Verdict::Fits, _) => "",
+        (_, Some(SearchOutcome::Mirrored)) => {
+            "The model is mirrored: its axes are left-handed. Export it again with right-handed axes, or with one axis \
+             reversed."
         }
-        Verdict::Poor => {
-            "No other axes, unit or position fit better: the model leaves out much of what the photos show, \
-             or shows another state of the site. Look at its edges over the photos."
+        (_, Some(SearchOutcome::NoFaces)) => {
+            "The model has no face with an area that could be aligned: objects named backdrop or sky, and those that turn \
+             towards the camera, do not count. Use the model of the site."
+        }
+        (_, Some(SearchOutcome::FewPoints)) => {
+            "Too few sparse points are seen by these photos to align the model by them. Export the cameras with their \
+             points, or point out corners of the model in the photos with --pair."
+        }
+        (_, Some(SearchOutcome::NoPlanes)) => {
+            "The sparse points lie on no planes, so that no faces can be laid on them. Point out corners of the model in \
+             the photos with --pair."
+        }
+        (Verdict::Misses, _) => {
+            "The cameras and the model are probably not of the same site: no turn, scale and shift align \
+             the model with the photos. Use the model that belongs to these cameras, or the cameras that belong to this \
+             model. If they are of the same site, point out corners of the model in the photos with --pair."
+        }
+        (Verdict::Poor, _) => {
+            "No other turn, scale and shift fit better: the model leaves out much of what the photos show, \
+             or shows another state of the site. Look at its edges over the photos; if they do not match, point out \
+             corners of the model in the photos with --pair."
         }
     }
 }

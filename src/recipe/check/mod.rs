@@ -8,6 +8,7 @@ mod distances;
 mod faces;
 pub mod fix;
 pub mod mistake;
+pub mod pairs;
 mod picture;
 mod report;
 mod seen;
@@ -24,7 +25,8 @@ use quadratura_base::raster::robust::upper_median;
 
 use rayon::prelude::*;
 
-use alignment::{Observation, agreement, best_alignment, is_plausible};
+pub use alignment::SearchOutcome;
+use alignment::{Observation, agreement, best_alignments};
 pub use faces::CheckedSurface;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Similarity, axes};
@@ -36,7 +38,8 @@ use seen::VisibleModel;
 use unexplained::{Unexplained, unexplained};
 
 pub use report::{
-    AlignmentSuggestion, CheckReport, FaceReport, Intersection, Names, ObjectDistances, PhotoReport, Verdict,
+    AlignmentSuggestion, AlternativeTransform, CheckReport, FaceReport, Intersection, Names, ObjectDistances,
+    PhotoReport, Verdict,
 };
 
 /// Options of [`check_site`].
@@ -77,12 +80,15 @@ pub fn check_site(
         .then(|| agreement(&surface.tree, &Similarity::IDENTITY, &thinned(&sightings)));
     let covered = median(seen.iter().map(|s| s.covered));
     let verdict = verdict(agreement, covered);
-    let suggestion = match (verdict, agreement) {
-        (Verdict::Fits, _) => None,
+    let (search, suggestion) = match (verdict, agreement) {
+        (Verdict::Fits, _) => (None, None),
         (_, Some(now)) => {
-            task.timed("search the axes", || by_points(&surface, &sightings, now, options, task))?
+            let (outcome, suggestion) = task.timed("search the alignment", || {
+                by_points(&surface, site, points, (&sightings, now), options, task)
+            })?;
+            (Some(outcome), suggestion)
         }
-        (_, None) => by_cover(&surface, site, covered, options),
+        (_, None) => (None, by_cover(&surface, site, covered, options)),
     };
     // What a model leaves out that is not where the photos are says nothing.
     let unexplained = match verdict {
@@ -95,6 +101,7 @@ pub fn check_site(
         agreement,
         covered,
         suggestion,
+        search,
         photos: site
             .photos
             .iter()
@@ -153,15 +160,12 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     upper_median(&mut values.collect::<Vec<_>>()).unwrap_or(0.0)
 }
 
-/// The share of matching observations from which on a model counts as aligned.
-const FITS: f64 = 0.5;
-
 /// Judges the alignment. A coarse model leaves out much of what the points lie on (trees, furniture, neighbouring
 /// houses), so matching half of them is good; by chance a few in a hundred match. Without points, a model that
 /// covers at least a twentieth of most photos is where the cameras look.
 fn verdict(agreement: Option<f64>, covered: f64) -> Verdict {
     let (value, poor, fits) = match agreement {
-        Some(agreement) => (agreement, 0.15, FITS),
+        Some(agreement) => (agreement, 0.15, 0.5),
         None => (covered, 0.005, 0.05),
     };
     match value {
@@ -174,33 +178,32 @@ fn verdict(agreement: Option<f64>, covered: f64) -> Verdict {
 /// The least gain in the share of matching observations (or covered pixels) that makes a suggestion.
 const WORTH_CHANGING: f64 = 0.1;
 
-/// Returns true when moving the model is worthwhile: it matches `now` of the observations, and `found` after
-/// moving, which has to be enough to count as aligned. The search tries every axis convention, scale and position,
-/// so that even a model of another site matches a fifth somewhere; models of the right site match more than four
-/// fifths once they are aligned.
-fn is_worth_moving(found: f64, now: f64) -> bool {
-    found >= FITS && found >= now + WORTH_CHANGING
-}
-
-/// Searches an alignment by the sparse points.
+/// Searches an alignment by the sparse points. `sightings` and the share of them that match now tell whether it is worth a
+/// change.
 fn by_points(
     surface: &CheckedSurface,
-    sightings: &[Observation],
-    now: f64,
+    site: &Site,
+    points: &[SparsePoint],
+    (sightings, now): (&[Observation], f64),
     options: &CheckOptions,
     task: &Task,
-) -> Result<Option<AlignmentSuggestion>> {
+) -> Result<(SearchOutcome, Option<AlignmentSuggestion>)> {
     let sightings = thinned(sightings);
-    let found = best_alignment(&surface.tree, &sightings, task)?;
-    let worth = |a: &alignment::Alignment| {
-        is_worth_moving(a.agreement, now) && is_plausible(&surface.tree, &a.correction, &sightings)
-    };
-    Ok(found.filter(worth).map(|found| AlignmentSuggestion {
-        transform: found.correction.compose(&options.world_from_model).to_string(),
-        agreement: Some(found.agreement),
+    let (outcome, corrections) = best_alignments(site, points, task)?;
+    let transform = |correction: &Similarity| AlternativeTransform {
+        transform: correction.compose(&options.world_from_model).to_string(),
+        agreement: Some(agreement(&surface.tree, correction, &sightings)),
         covered: None,
-        alternatives: Vec::new(),
-    }))
+    };
+    let mut found: Vec<AlternativeTransform> = corrections.iter().map(transform).collect();
+    // A model that matches more now than after any change stays.
+    found.retain(|found| found.agreement.is_some_and(|then| then > now));
+    if found.is_empty() {
+        let moved = matches!(outcome, SearchOutcome::Found | SearchOutcome::Several);
+        return Ok((if moved { SearchOutcome::Kept } else { outcome }, None));
+    }
+    let AlternativeTransform { transform, agreement, covered } = found.remove(0);
+    Ok((outcome, Some(AlignmentSuggestion { transform, agreement, covered, alternatives: found })))
 }
 
 /// Searches the axis convention that covers the photos most, for sites without points. Others may do nearly as
@@ -224,7 +227,13 @@ fn by_cover(
         transform,
         agreement: None,
         covered: Some(best),
-        alternatives: near.map(|(_, transform)| transform.clone()).collect(),
+        alternatives: near
+            .map(|(covered, transform)| AlternativeTransform {
+                transform: transform.clone(),
+                agreement: None,
+                covered: Some(*covered),
+            })
+            .collect(),
     })
 }
 

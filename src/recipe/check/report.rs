@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::alignment::SearchOutcome;
 use super::unexplained::Unexplained;
 use quadratura_base::scene::{FaceId, Model};
 
@@ -34,6 +35,8 @@ pub struct CheckReport {
     pub covered: f64,
     /// A better transform, where the model is not aligned.
     pub suggestion: Option<AlignmentSuggestion>,
+    /// How the search for it by the sparse points ended; `None` where the model is aligned, or there are no points.
+    pub search: Option<SearchOutcome>,
     /// The photos, in the site's order.
     pub photos: Vec<PhotoReport>,
     /// The model's faces.
@@ -70,8 +73,19 @@ pub struct AlignmentSuggestion {
     pub agreement: Option<f64>,
     /// The share of the photos that the model covers with it, where there are no points.
     pub covered: Option<f64>,
-    /// Transforms that do nearly as well, where there are no points; the pictures show which is right.
-    pub alternatives: Vec<String>,
+    /// Transforms that do nearly as well, the best one first; the pictures show which is right.
+    pub alternatives: Vec<AlternativeTransform>,
+}
+
+/// Another transform that aligns the model nearly as well.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AlternativeTransform {
+    /// The value for `--model-transform`.
+    pub transform: String,
+    /// The agreement that it achieves, where it was judged by points.
+    pub agreement: Option<f64>,
+    /// The share of the photos that the model covers with it, where there are no points.
+    pub covered: Option<f64>,
 }
 
 /// The model as seen by one photo.

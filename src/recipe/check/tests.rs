@@ -128,30 +128,47 @@ fn a_model_of_another_site_is_told_to_be_one_and_is_moved_nowhere() {
     let report = check(&litter(), &points(&yard(), &photos()), &CheckOptions::default());
     assert_eq!((report.verdict, &report.suggestion), (Verdict::Misses, &None));
     assert!(
-        mistake::advice_without_fix(report.verdict)
+        mistake::advice_without_fix(report.verdict, report.search)
             .starts_with("The cameras and the model are probably not of the same site")
     );
 }
 
 #[test]
-fn a_move_is_worth_it_only_where_the_model_fits_then() {
-    assert!(is_worth_moving(0.85, 0.02) && is_worth_moving(0.7, 0.45));
-    // A model of another site matches this share at best, wherever it is moved.
-    assert!(!is_worth_moving(0.21, 0.0));
-    assert!(!is_worth_moving(0.52, 0.48), "it gains next to nothing");
+fn a_model_turned_by_13_degrees_is_found_and_a_mirrored_one_is_told() {
+    let model = yard();
+    let points = points(&model, &photos());
+    let rotation = glam::DMat3::from_axis_angle(dvec3(0.36, 0.48, 0.8), 13f64.to_radians());
+    let right = Similarity { scale: 0.02, rotation, translation: dvec3(4.0, 2.0, -7.0) };
+    let report = check(&model.transformed(&right.inverse()), &points, &CheckOptions::default());
+    let found = Similarity::parse(&report.suggestion.unwrap().transform).unwrap();
+    for corner in [dvec3(2.0, 10.0, 1.0), dvec3(12.0, 0.0, 3.0)] {
+        let off = found.compose(&right.inverse()).apply(corner).distance(corner);
+        assert!(off < 0.05, "{off}: three pixels of these photos");
+    }
+    let mut mirrored = model.as_ref().clone();
+    mirrored.vertices.iter_mut().for_each(|vertex| vertex.x = -vertex.x);
+    let report = check(&mirrored.transformed(&right.inverse()), &points, &CheckOptions::default());
+    assert_eq!((report.search, &report.suggestion), (Some(SearchOutcome::Mirrored), &None));
+    assert!(mistake::advice_without_fix(report.verdict, report.search).contains("left-handed"));
 }
 
 #[test]
-fn a_model_that_would_be_a_speck_a_giant_or_elsewhere_is_not_moved_there() {
-    let model = yard();
-    let site = Site { photos: photos(), model: model.clone() };
-    let sightings = sightings(&site, &points(&model, &photos()));
-    let plausible =
-        |moved: Similarity| is_plausible(&CheckedSurface::from_model(&model).tree, &moved, &sightings);
-    let scaled = |scale: f64| Similarity { scale, ..Similarity::IDENTITY };
-    assert!(plausible(Similarity::IDENTITY) && plausible(scaled(1.5)));
-    assert!(!plausible(scaled(81_010.0)) && !plausible(scaled(1e-3)));
-    assert!(!plausible(Similarity { translation: dvec3(1.3e6, 0.0, 0.0), ..Similarity::IDENTITY }));
+fn what_cannot_be_searched_is_told() {
+    let (model, away) = (yard(), Similarity { translation: dvec3(1e6, 0.0, 0.0), ..Similarity::IDENTITY });
+    let all = points(&model, &photos());
+    let outcome = |model: &Model, points: &[SparsePoint]| {
+        let report = check(&model.transformed(&away), points, &CheckOptions::default());
+        assert_eq!(report.suggestion, None);
+        report.search
+    };
+    let mut m = Modeller::new();
+    m.object("sky.backdrop").quad(dvec3(-8.0, -6.0, 0.0), DVec3::X * 20.0, DVec3::Y * 16.0);
+    assert_eq!(outcome(&m.finish(), &all), Some(SearchOutcome::NoFaces));
+    let seen_often: Vec<SparsePoint> = all[..5]
+        .iter()
+        .map(|point| SparsePoint { observations: point.observations.repeat(20), ..point.clone() })
+        .collect();
+    assert_eq!(outcome(&model, &seen_often), Some(SearchOutcome::FewPoints));
 }
 
 #[test]
