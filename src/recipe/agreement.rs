@@ -10,6 +10,7 @@ use super::budget::Budget;
 use super::far_backdrops::FarBackdrops;
 use super::gains;
 use super::inputs::Inputs;
+use super::shared::Shared;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
@@ -102,12 +103,15 @@ impl SiteAgreement {
             Self { site: site.clone(), inputs, options, whole: Arc::default(), reduced: None, surfaces, far };
         let fits =
             |found: &Vec<PhotoEvidence>| found.len() == site.photos.len() && agreement.has_sizes(found);
-        if let Some(evidence) = read_cached(&file, CACHED, &hash).filter(fits) {
-            agreement.whole = evidence.into();
-            // The same photos are told the same, whether they were compared now or earlier.
-            agreement.note_undecided(task);
-            return Ok(agreement);
-        }
+        let _lock = match Shared::find(folder, || read_cached(&file, CACHED, &hash).filter(fits), task)? {
+            Shared::Known(evidence) => {
+                agreement.whole = evidence.into();
+                // The same photos are told the same, whether they were compared now or earlier.
+                agreement.note_undecided(task);
+                return Ok(agreement);
+            }
+            Shared::Missing(lock) => lock,
+        };
         agreement.whole = agreement.compared(&[], relief, gains, task)?.into();
         agreement.note_undecided(task);
         // What was found without some photo must not be cached as that of all photos.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::budget::Budget;
+use super::shared::Shared;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
@@ -39,10 +40,13 @@ impl SiteRelief {
         let options = ReliefOptions::default();
         let inputs = &format!("{inputs} {}", options.fingerprint());
         let mut opened = Self { site: site.clone(), memory, whole: Arc::default(), sweep_views: None };
-        if let Some(relief) = read_cached(&file, CACHED, inputs) {
-            opened.whole = Arc::new(relief);
-            return Ok(opened);
-        }
+        let _lock = match Shared::find(folder, || read_cached(&file, CACHED, inputs), task)? {
+            Shared::Known(relief) => {
+                opened.whole = Arc::new(relief);
+                return Ok(opened);
+            }
+            Shared::Missing(lock) => lock,
+        };
         opened.prepare_photos(task)?;
         let sweep_views = opened.sweep_views.as_deref().expect("the line above prepared them");
         let relief = estimate_relief(&site.model, sweep_views, &options, task)?;

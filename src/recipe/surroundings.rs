@@ -15,6 +15,7 @@ use super::dome_picture::{dome_side, picture_dome, picture_stamp};
 use super::far_backdrops::FarBackdrops;
 use super::gains;
 use super::layer_textures::LayerTextureFiles;
+use super::shared::Shared;
 use super::sources::sources;
 use super::thumbnail::cached_thumbnail;
 use quadratura_base::error::{Error, Message, Result};
@@ -154,10 +155,13 @@ impl SiteSurroundings {
             return Ok(found);
         }
         let file = folder.join("cache/surroundings.bin");
-        if let Some(kept) = read_cached(&file, CACHED, &inputs) {
-            found.take_whole(kept);
-            return Ok(found);
-        }
+        let _lock = match Shared::find(folder, || read_cached(&file, CACHED, &inputs), task)? {
+            Shared::Known(kept) => {
+                found.take_whole(kept);
+                return Ok(found);
+            }
+            Shared::Missing(lock) => lock,
+        };
         let compared = found.compared(&[], gains, task)?;
         if let Err(error) = write_cached(&file, CACHED, &inputs, &compared) {
             task.note(Message::from("the surroundings cannot be cached: ").and(&error));
