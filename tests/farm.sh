@@ -46,7 +46,7 @@ photos=${PHOTOS:-8}
 "$town" "$work/town" --photos "$photos" --width "${WIDTH:-600}" >/dev/null
 memory="--memory 512M"
 # Two machines of one core each; a machine's cores change no bytes.
-plan="--photos-per-job 2 --cores 1 $memory"
+plan="--cores 1 $memory"
 # project NAME: a new project of the same site, beside the photos as all of them are.
 project() {
     "$program" --quiet new "$work/$1" --photos "$work/town/photos" --cameras "$work/town/sparse" --model "$work/town/town.obj" >/dev/null
@@ -86,7 +86,7 @@ same together "two commands at a time, also on the same photos"
 
 project listed
 # shellcheck disable=SC2086
-"$program" --quiet plan "$work/listed" --for cuecmd --out "$work/cue" $plan >/dev/null
+"$program" --quiet plan "$work/listed" --for cuecmd --out "$work/cue" $plan --photos-per-job 2 >/dev/null
 # The lists name the program as it is installed.
 mkdir "$work/bin"
 ln -s "$program" "$work/bin/quadratura"
@@ -102,7 +102,7 @@ same listed "the commands for OpenCue"
 if have openjd openjd-cli; then
     project template
     # shellcheck disable=SC2086
-    "$program" --quiet plan "$work/template" --for openjd --out "$work/openjd" $plan --frames photos --ldi --exports >/dev/null
+    "$program" --quiet plan "$work/template" --for openjd --out "$work/openjd" $plan --photos-per-job 2 --frames photos --ldi --exports >/dev/null
     "$tools/bin/openjd" check "$work/openjd/template.json" >/dev/null || fail "openjd refuses the template"
     "$tools/bin/openjd" run "$work/openjd/template.json" -p "Program=$program" >"$work/log" 2>&1 ||
         { tail -n 30 "$work/log" >&2; fail "openjd run"; }
@@ -118,29 +118,29 @@ if have snakemake snakemake; then
     }
     project rules
     # shellcheck disable=SC2086
-    "$program" --quiet plan "$work/rules" --for snakemake --out "$work/snake" $plan >/dev/null
+    "$program" --quiet plan "$work/rules" --for snakemake --out "$work/snake" $plan --photos-per-job 2 >/dev/null
     snakemake snake || { tail -n 30 "$work/log" >&2; fail "Snakemake"; }
     same rules "Snakemake, two workers"
 
     project killed
     # shellcheck disable=SC2086
-    "$program" --quiet plan "$work/killed" --for snakemake --out "$work/kill" $plan >/dev/null
+    "$program" --quiet plan "$work/killed" --for snakemake --out "$work/kill" $plan --photos-per-job 1 >/dev/null
+    # The process that holds the first lock that there is: workers say in their locks who they are.
+    worker() { cat "$work"/killed/cache/locks/*.lock 2>/dev/null | sed -n 's/.*"process":\([0-9]*\).*/\1/p' | head -n 1; }
     killed=0
     for kill in $(seq "${KILLS:-4}"); do
         snakemake kill &
         running=$!
-        # A random moment, the same each time that this is run: workers say in their locks who they are.
-        sleep "$(awk -v seed="$kill" 'BEGIN { srand(seed); printf "%.2f", 0.2 + 1.5 * rand() }')"
-        for wait in $(seq 200); do
-            worker=$(cat "$work"/killed/cache/locks/*.lock 2>/dev/null | sed -n 's/.*"process":\([0-9]*\).*/\1/p' | head -n 1)
-            [ -z "$worker" ] || break
-            sleep 0.05
-        done
-        [ -n "$worker" ] && kill -9 "$worker" 2>/dev/null && killed=$((killed + 1))
-        # Of two workers one was killed: Snakemake ends when the other has, and says that a job failed.
-        wait "$running" && [ -n "$worker" ] && step "  the job was done when its worker was killed"
+        while [ -z "$(worker)" ] && kill -0 "$running" 2>/dev/null; do sleep 0.02; done
+        # A moment as random as the scheduler's start, the same each time that this is run.
+        sleep "$(awk -v seed="$kill" 'BEGIN { srand(seed); printf "%.2f", 0.6 * rand() }')"
+        at_work=$(worker)
+        [ -n "$at_work" ] && kill -9 "$at_work" 2>/dev/null && killed=$((killed + 1))
+        # Snakemake lets the other worker finish, starts no more, and says that a job failed.
+        wait "$running" || true
         running=
     done
+    [ "$killed" -gt 0 ] || fail "nobody was killed: take more photos, or larger ones"
     snakemake kill || { tail -n 30 "$work/log" >&2; fail "Snakemake, after $killed were killed"; }
     "$program" status "$work/killed" | grep -q 'everything is done' || fail "status says otherwise"
     same killed "$killed workers killed, and run again"

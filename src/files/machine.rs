@@ -46,10 +46,11 @@ pub fn started(process: u32) -> Option<u64> {
     (!matches!(state, "Z" | "X")).then(|| after.nth(18)?.parse().ok())?
 }
 
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
+    #[cfg(target_os = "linux")]
     #[test]
     fn this_process_runs_and_one_that_has_ended_does_not() {
         assert_eq!(started(std::process::id()), started(std::process::id()));

@@ -6,6 +6,9 @@ use serde_json::{Value, json};
 
 /// Memory that a job needs beside what it may use for photos, in bytes: program, driver, model and stacks.
 const BESIDE: u64 = 1 << 30;
+/// What the estimates keep of each photo in memory, in bytes: 1024 x 683 pixels of about 24 bytes, with smaller levels, and the views
+/// by which relief is found.
+const KEPT_OF_PHOTO: u64 = 24 << 20;
 
 /// What is to be made, and from what.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -135,6 +138,7 @@ pub fn stages(wanted: &Wanted) -> Vec<Stage> {
         ),
         stage("fillings", Some("estimates"), "fill PROJECT --part PART --memory MEMORY", files, stacks),
     ];
+    stages[1].memory += wanted.photos.len() as u64 * KEPT_OF_PHOTO;
     if let Some(PlannedFrames { cameras, count, per_job }) = &wanted.frames {
         let jobs = parts_of(*count, *per_job).len();
         let mut frames = stage(
@@ -253,6 +257,7 @@ pub(super) mod tests {
         let expected =
             [("stacks", 3), ("estimates", 1), ("fillings", 3), ("frames", 3), ("images", 3), ("exports", 3)];
         assert_eq!(names, expected);
+        assert!(stages[1].memory > stages[0].memory, "the estimates keep something of each photo");
         for (at, stage) in stages.iter().enumerate() {
             assert_eq!(stage.after.is_none(), at == 0);
             assert!(stage.after.is_none_or(|after| stages[..at].iter().any(|before| before.name == after)));
