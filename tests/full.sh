@@ -19,6 +19,21 @@ GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --profile "$profile" --quiet --test p
 say "== editors"
 sh tests/editors.sh --all
 
+say "== several machines"
+sh tests/farm.sh
+
+say "== licences and sources of packages"
+if cargo deny --version >/dev/null 2>&1; then
+    # Without a network the list of advisories cannot be had.
+    cargo deny check licenses bans sources
+    cargo deny check advisories || say "advisories: see above"
+else
+    say "left out, because cargo-deny is missing: cargo install cargo-deny"
+fi
+
+say "== the package"
+sh tests/package.sh
+
 say "== the demo, from a clean clone"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

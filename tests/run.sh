@@ -51,7 +51,7 @@ report_left_out() {
 [ -n "${XDG_RUNTIME_DIR:-}" ] || export NODEVICE_SELECT=1
 
 step "scripts parse"
-for script in examples/*.sh tests/*.sh tests/editors/*.sh .ci/run; do
+for script in examples/*.sh packaging/*.sh tests/*.sh tests/editors/*.sh .ci/run; do
     sh -n "$script"
 done
 

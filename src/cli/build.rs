@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::BuildArgs;
-use super::lock::lock_and_read;
+use super::lock::{lock_and_read, read_to_make};
 use super::painted::PaintReport;
 use super::stacks::StackTable;
 use super::table::counted;
@@ -26,21 +26,24 @@ use quadratura_recipe::preview;
 /// Runs `build`: builds the stacks of the chosen photos and, unless told otherwise, what previews need. A photo
 /// that fails becomes a problem.
 pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
-    let (_lock, mut project) = lock_and_read(&args.project, task)?;
+    let mut project = read_to_make(&args.project)?;
     let options = options(args, &mut project, task)?;
     let store = StackStore::new(&args.project);
-    let mut kept = store.clean()?;
+    // Whoever builds single photos may be one of many, and each cleans up after its own.
+    let is_whole = args.photos.names.is_empty() && args.part.part.is_none();
+    let mut kept = if is_whole { store.clean()? } else { Vec::new() };
     // The GPU driver starts while the photos are checked.
     let (opened, rasteriser) = rayon::join(
         || open_site(&args.project, project, task),
         || task.timed("start the GPU", || GpuRasteriser::new(&Gpu::headless()?)),
     );
     let (opened, rasteriser) = (opened?, rasteriser?);
-    opened.photos_named(&args.photos.names)?;
+    let chosen = args.part.of(&args.photos, &opened.site)?;
+    opened.photos_named(&chosen.names)?;
     let options = BuildOptions {
         layers: options,
         decisions: opened.project.decisions.clone(),
-        photos: args.photos.names.clone(),
+        photos: chosen.names.clone(),
         memory: args.memory.or_default(),
         threads: rayon::current_num_threads(),
         force: args.force,
@@ -62,10 +65,8 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
         note_large(&args.project, &opened.project, &opened.site, &current, options.memory, task)?;
     }
     let painted = PaintReport::new(&opened.site, &store)?;
-    let (problems, left_out) = (
-        args.photos.problems_of(&opened.problems, task),
-        args.photos.left_out(&opened.site, &opened.problems),
-    );
+    let (problems, left_out) =
+        (chosen.problems_of(&opened.problems, task), chosen.left_out(&opened.site, &opened.problems));
     Ok(report(&opened.site, &built, &painted, problems, left_out))
 }
 
@@ -76,7 +77,8 @@ fn options(args: &BuildArgs, project: &mut Project, task: &Task) -> Result<Optio
         return Ok(options);
     }
     if args.save_options {
-        project.options = options.clone();
+        let (_lock, now) = lock_and_read(&args.project, task)?;
+        *project = Project { options: options.clone(), ..now };
         write_project(&args.project, project)?;
     } else {
         task.note(

@@ -29,13 +29,14 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     check_folder(&args.out)?;
     let (_lock, project) = lock_and_read(&args.project, task)?;
     let opened = open_site(&args.project, project, task)?;
-    let photos = opened.photos_named(&args.photos.names)?;
+    let chosen = args.part.of(&args.photos, &opened.site)?;
+    let photos = opened.photos_named(&chosen.names)?;
     let photos = with_stacks(
         &opened.project,
         &opened.site,
         &StackStore::new(&args.project),
         &photos,
-        &args.photos.names,
+        &chosen.names,
         task,
     )?;
     note_stale_fillings(&args.project, &opened.project, &opened.site, task)?;
@@ -58,7 +59,7 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     if args.provenance {
         write_provenance(&args.project, &photos, &opened.project.decisions, &args.out, task)?;
     }
-    Ok(report(&exported, args.photos.problems_of(&opened.problems, task)))
+    Ok(report(&exported, chosen.problems_of(&opened.problems, task)))
 }
 
 /// Returns the photos to export. Where none was named, those without a stack are left out, and noted together; so are

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::FillArgs;
 use super::fill_table::FillTable;
-use super::lock::lock_and_read;
+use super::lock::{lock_and_read, read_to_make};
 use super::propagation_table::PropagatedTable;
 use super::table::counted;
 use super::words::error_text;
@@ -30,17 +30,16 @@ use quadratura_recipe::update::build_needed;
 /// Runs `fill`: builds the stacks of the chosen photos that need it, and fills their hidden parts. A photo that fails
 /// becomes a problem.
 pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
-    let (_lock, project) = lock_and_read(&args.project, task)?;
+    let project = read_to_make(&args.project)?;
     let store = StackStore::new(&args.project);
-    let mut kept = store.clean()?;
+    let is_whole = args.photos.names.is_empty() && args.part.part.is_none();
+    let mut kept = if is_whole { store.clean()? } else { Vec::new() };
     let opened = open_site(&args.project, project, task)?;
-    let photos = opened.photos_named(&args.photos.names)?;
-    let mut problems = args.photos.problems_of(&opened.problems, task);
+    let chosen = args.part.of(&args.photos, &opened.site)?;
+    let photos = opened.photos_named(&chosen.names)?;
+    let mut problems = chosen.problems_of(&opened.problems, task);
     let options = args.applied_to(&opened.project.fill);
     check_options(&opened.project, &opened.site, &options)?;
-    if !args.dry_run {
-        save(args, &opened.project.fill, &options, task)?;
-    }
     let memory = args.memory.or_default();
     if args.dry_run {
         let photos = with_stacks(&opened.project, &opened.site, &store, photos, task)?;
@@ -53,7 +52,7 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     let failed = built.iter().filter_map(|built| Some((&built.photo, built.stack.as_ref().err()?)));
     let failed: BTreeMap<&String, &Error> = failed.collect();
     problems.extend(failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
-    let left_out = args.photos.left_out(&opened.site, &opened.problems) + failed.len();
+    let left_out = chosen.left_out(&opened.site, &opened.problems) + failed.len();
     let to_fill = photos.iter().map(|photo| photo.name.clone()).filter(|photo| !failed.contains_key(photo));
     let filled = fill_those(fill, args, &opened.project, &opened.site, options, to_fill.collect(), task)?;
     kept.extend(filled.iter().flat_map(|filled| filled.kept.clone()));
@@ -126,6 +125,7 @@ fn save(args: &FillArgs, before: &FillOptions, given: &FillOptions, task: &Task)
         task.note(format!("saved in project.json: {}", propagation_in_words(&saved)));
     }
     if saved != *before {
+        let _lock = lock_and_read(&args.project, task)?;
         change_project(&args.project, |project| Ok(Project { fill: saved.clone(), ..project? }))?;
     }
     if saved != *given {

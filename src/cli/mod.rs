@@ -18,6 +18,7 @@ use self::words::{about_project, error_text, worded};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::atomic::{is_stream, write_atomically};
+use quadratura_files::known_hashes;
 use quadratura_files::lock::introduce;
 use quadratura_files::writable::check_file;
 
@@ -29,6 +30,7 @@ mod coarse;
 mod colour;
 mod decide;
 mod edit;
+mod estimate;
 mod export;
 mod fault;
 mod fill;
@@ -49,12 +51,14 @@ mod object;
 mod paint;
 mod painted;
 mod photo_state_table;
+mod plan;
 mod propagation_table;
 mod render;
 pub mod reporter;
 mod score;
 mod seen;
 mod stacks;
+mod status;
 mod stroke;
 mod surroundings;
 mod table;
@@ -99,7 +103,13 @@ pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
                 innermost = of;
             }
             let project = innermost.try_get_one::<PathBuf>("project").ok().flatten();
-            project.into_iter().for_each(|project| about_project(project));
+            if let Some(project) = project {
+                about_project(project);
+                // The window looks at every file itself, and may run for days.
+                if !matches!(cli.command, None | Some(CommandArgs::Edit(_))) {
+                    known_hashes::begin(project);
+                }
+            }
             cli
         }
         Err(usage) => {
@@ -112,6 +122,7 @@ pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
     let reporter = Reporter::new(&cli.global);
     let task = reporter.task();
     let done = prepare(&cli.global, &command, &task).and_then(|()| dispatch(&command, &task));
+    known_hashes::save();
     reporter.finish();
     print_result(&cli.global, &reporter, done)
 }
@@ -127,6 +138,9 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Update(args) => update::run(args, task),
         CommandArgs::Build(args) => build::run(args, task),
         CommandArgs::Fill(args) => fill::run(args, task),
+        CommandArgs::Estimate(args) => estimate::run(args, task),
+        CommandArgs::Status(args) => status::run(args, task),
+        CommandArgs::Plan(args) => plan::run(args, task),
         CommandArgs::Export(args) => export::run(args, task),
         CommandArgs::Colour(args) => colour::run(args, task),
         CommandArgs::Surroundings(args) => surroundings::run(args, task),

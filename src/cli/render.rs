@@ -60,7 +60,11 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let usual =
         if content == PictureContent::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(usual);
-    let views = opened.views(&ViewRequest { source: args.source(), size, fps: args.pictures.fps }, task)?;
+    let mut views =
+        opened.views(&ViewRequest { source: args.source(), size, fps: args.pictures.fps }, task)?;
+    if let Some(frames) = args.frames {
+        views.list = views.list.drain(frames.range(views.list.len())?).collect();
+    }
     if content == PictureContent::Exploded && views.list.iter().any(|view| view.photo.is_none()) {
         let found = "--show exploded shows the layers of photos, not of other views; give --cameras photos, or a text \
                      file with names of photos";

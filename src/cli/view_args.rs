@@ -1,10 +1,10 @@
 //! Arguments of `render` and `score`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
 
-use super::args::{AsArgs, PICTURE_FORMATS, PictureArgs, one_of, whole};
+use super::args::{AsArgs, FramesArg, PICTURE_FORMATS, PictureArgs, one_of, whole};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{PhotoId, Site};
 use quadratura_document::Project;
@@ -41,6 +41,9 @@ pub struct RenderArgs {
     /// otherwise
     #[arg(long, value_name = "NAME")]
     pub view: Vec<String>,
+    /// Render only these of the views, counted from 1, such as 101-200; or part K of N, such as 3/40
+    #[arg(long, value_name = "A-B|K/N", value_parser = FramesArg::parse, conflicts_with = "video")]
+    pub frames: Option<FramesArg>,
     #[command(flatten)]
     pub pictures: PictureArgs,
     /// The format of the pictures
@@ -372,12 +375,16 @@ impl RenderArgs {
     /// Returns where the views come from.
     pub fn source(&self) -> ViewSource {
         match &self.cameras {
-            Some(word) if word.as_os_str() == PHOTOS => ViewSource::Photos,
-            Some(path) => ViewSource::At(path.clone()),
+            Some(path) => photos_or_path(path),
             None if !self.view.is_empty() => ViewSource::Saved(self.view.clone()),
             None => ViewSource::Through(self.through.clone()),
         }
     }
+}
+
+/// Returns the views of a path, or of the word for all photos.
+pub fn photos_or_path(path: &Path) -> ViewSource {
+    if path.as_os_str() == PHOTOS { ViewSource::Photos } else { ViewSource::At(path.to_path_buf()) }
 }
 
 /// Combines `--size` and `--scale`.

@@ -1,28 +1,26 @@
 //! The lock file of a project: only one program writes to a project at a time.
 
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{ErrorKind, Read, Seek, Write};
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+use super::lease::{Holder, Lease};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 
 /// The name of the lock file in the project folder.
 pub const LOCK_FILE: &str = "project.lock";
 
-/// How long the lock file has to name a holder that keeps the lock until that is believed. Between the taking of the lock and the
-/// signing, it names nobody, or the holder before.
+/// How long another holder than a brief one is seen until it is believed: one that gives the lock back, or has just taken it, may
+/// not be named.
 const BELIEVED: Duration = Duration::from_millis(300);
 
-/// The right to write to a project; dropping it releases the lock.
-///
-/// The operating system holds the lock and releases it when the program ends, for whatever reason, so a stale
-/// lock file blocks no other program. The file is never removed, because another program might be waiting for it.
+/// The right to write what is authored in a project; dropping it releases the lock. Stacks and caches need none: each photo has a
+/// lock of its own.
 #[derive(Debug)]
 pub struct ProjectLock {
-    _file: File,
+    _lease: Lease,
 }
 
 impl ProjectLock {
@@ -32,12 +30,22 @@ impl ProjectLock {
     /// [`Error::Request`] naming the holder when another program writes to the project;
     /// [`Error::Input`] when the folder is not writable; [`Error::Io`] when the lock file cannot be created.
     pub fn take(folder: &Path) -> Result<Self> {
-        Self::try_take(folder)?.map_err(|holder| held(folder, &holder))
+        let tried = Instant::now();
+        loop {
+            match try_take(folder)? {
+                Ok(lease) => return Ok(Self { _lease: lease }),
+                // It was given back between two looks.
+                Err(holder) if holder == Holder::default() && tried.elapsed() < BELIEVED => {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                Err(holder) => return Err(held(folder, &holder.to_string())),
+            }
+        }
     }
 
     /// Takes the lock of the project in `folder`. While another program holds it for which `is_brief` returns true,
-    /// this tries again after each `pause`, and says once whom it waits for. Other holders are believed in after a moment: one that
-    /// has just taken the lock has not signed yet.
+    /// this tries again after each `pause`, and says once whom it waits for. Other holders are believed in after a moment, those on
+    /// other machines once they have renewed the lock; where they do not, it is taken over.
     ///
     /// # Errors
     /// As [`ProjectLock::take`] for other holders; [`Error::Cancelled`].
@@ -47,20 +55,35 @@ impl ProjectLock {
         pause: Duration,
         task: &Task,
     ) -> Result<Self> {
-        let (mut noted, mut other_since) = (false, None);
+        let (mut noted, mut other): (bool, Option<(Holder, Instant)>) = (false, None);
         loop {
             task.check_cancelled()?;
-            match Self::try_take(folder)? {
-                Ok(lock) => return Ok(lock),
-                Err(holder) if !is_brief(&holder) => {
-                    if other_since.get_or_insert_with(Instant::now).elapsed() >= BELIEVED {
-                        return Err(held(folder, &holder));
+            match try_take(folder)? {
+                Ok(lease) => {
+                    if let Some(before) = &lease.taken_over_from {
+                        task.note(format!(
+                            "{before} left the lock of this project behind; it was taken over"
+                        ));
+                    }
+                    return Ok(Self { _lease: lease });
+                }
+                Err(holder) if is_brief(&holder.to_string()) => {
+                    other = None;
+                    if !std::mem::replace(&mut noted, true) {
+                        task.note(format!("{holder} is writing to this project; waiting for it"));
                     }
                 }
                 Err(holder) => {
-                    other_since = None;
-                    if !std::mem::replace(&mut noted, true) {
-                        task.note(format!("{holder} is writing to this project; waiting for it"));
+                    let (first, since) = other.get_or_insert_with(|| (holder.clone(), Instant::now()));
+                    let lives = holder.is_known_to_live() || !holder.is_same_moment(first);
+                    if lives && since.elapsed() >= BELIEVED {
+                        return Err(held(folder, &holder.to_string()));
+                    }
+                    let is_elsewhere = !holder.is_known_to_live() && since.elapsed() >= BELIEVED;
+                    if is_elsewhere && !std::mem::replace(&mut noted, true) {
+                        task.note(format!(
+                            "{holder} has the lock of this project; looking whether it still runs"
+                        ));
                     }
                 }
             }
@@ -68,27 +91,21 @@ impl ProjectLock {
         }
     }
 
-    /// Takes the lock, or returns who holds it.
-    fn try_take(folder: &Path) -> Result<Result<Self, String>> {
-        let path = folder.join(LOCK_FILE);
-        let mut file = OpenOptions::new()
-            .create(true)
-            .truncate(false)
-            .read(true)
-            .write(true)
-            .open(&path)
-            .map_err(|error| refused(folder, &path, error))?;
-        match file.try_lock() {
-            Ok(()) => (),
-            // A file system without locks, such as some network drives: work without protection rather than
-            // not at all.
-            Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => (),
-            Err(TryLockError::Error(error)) => return Err(Error::io(&path, "lock it")(error)),
-            Err(TryLockError::WouldBlock) => return Ok(Err(signature(&mut file))),
-        }
-        sign(&mut file).map_err(Error::io(&path, "write it"))?;
-        Ok(Ok(Self { _file: file }))
+    /// Returns which program holds the lock of the project in `folder`; `None` when no program does.
+    pub fn holder(folder: &Path) -> Option<String> {
+        Self::holder_of(folder).map(|holder| holder.to_string())
     }
+
+    /// [`Self::holder`], with where it runs and since when.
+    pub fn holder_of(folder: &Path) -> Option<Holder> {
+        Lease::holder(&folder.join(LOCK_FILE))
+    }
+}
+
+/// Takes the lock, or returns who holds it.
+fn try_take(folder: &Path) -> Result<std::result::Result<Lease, Holder>> {
+    let path = folder.join(LOCK_FILE);
+    Lease::try_take(&path).map_err(|error| refused(folder, &path, error))
 }
 
 fn refused(folder: &Path, lock: &Path, error: std::io::Error) -> Error {
@@ -97,25 +114,8 @@ fn refused(folder: &Path, lock: &Path, error: std::io::Error) -> Error {
             let remedy = "give yourself write permission for its folder, or copy the project elsewhere";
             Error::input(folder, "", format!("this project is not writable ({error})"), remedy)
         }
-        _ => Error::io(lock, "open the lock file")(error),
+        _ => Error::io(lock, "create the lock file")(error),
     }
-}
-
-impl ProjectLock {
-    /// Returns which program holds the lock of the project in `folder`; `None` when no program does, or where
-    /// that cannot be determined.
-    pub fn holder(folder: &Path) -> Option<String> {
-        let mut file = OpenOptions::new().read(true).write(true).open(folder.join(LOCK_FILE)).ok()?;
-        matches!(file.try_lock(), Err(TryLockError::WouldBlock)).then(|| signature(&mut file))
-    }
-}
-
-/// Writes this program's name and process id into the lock file, for the message to the next program that
-/// wants the lock.
-fn sign(file: &mut File) -> std::io::Result<()> {
-    file.set_len(0)?;
-    file.rewind()?;
-    writeln!(file, "{} (process {})", program(), std::process::id())
 }
 
 /// The command of this program that is running, once it is known.
@@ -128,7 +128,7 @@ pub fn introduce(command: &str) {
 }
 
 /// Returns the name of this program and the command it was started with.
-fn program() -> String {
+pub(super) fn program() -> String {
     if let Some(command) = COMMAND.get() {
         return format!("{PROGRAM} {command}");
     }
@@ -153,21 +153,30 @@ const PROGRAM: &str = "quadratura";
 /// The command that opens the window.
 const WINDOW_COMMAND: &str = "edit";
 
-/// The command that holds the lock for one photo at a time.
-const UPDATE_COMMAND: &str = "update";
-
 fn held(folder: &Path, holder: &str) -> Error {
     Error::Request(format!("{}: {}", folder.display(), holder_message(holder)))
 }
 
+/// Checks that no window of another program has the project in `folder` open, which updates it itself.
+///
+/// # Errors
+/// [`Error::Request`] naming the window.
+pub fn refuse_open_in_window(folder: &Path) -> Result<()> {
+    let holder = ProjectLock::holder_of(folder).filter(|holder| !holder.is_this_process());
+    match holder.map(|holder| holder.to_string()).filter(|holder| is_window(holder)) {
+        Some(holder) => Err(held(folder, &holder)),
+        None => Ok(()),
+    }
+}
+
 /// Returns whether a holder of the lock is the editor's window, which keeps it until the project is closed.
-pub fn is_window(holder: &str) -> bool {
+fn is_window(holder: &str) -> bool {
     is_command(holder, WINDOW_COMMAND)
 }
 
-/// Returns whether a holder of the lock is the command `update`, which releases it after each photo.
-pub fn is_update(holder: &str) -> bool {
-    is_command(holder, UPDATE_COMMAND)
+/// Returns whether a holder of the lock is the command `export`, of which several may be asked for at the same time.
+pub fn is_export(holder: &str) -> bool {
+    is_command(holder, "export")
 }
 
 fn is_command(holder: &str, command: &str) -> bool {
@@ -180,14 +189,6 @@ pub fn holder_message(holder: &str) -> String {
         true => format!("this project is already open in a window ({holder}); close it there"),
         false => format!("{holder} is writing to this project; wait until it has finished, or stop it"),
     }
-}
-
-/// Reads the holder's name from the lock file.
-fn signature(file: &mut File) -> String {
-    let mut holder = String::new();
-    // The content is unreadable where the system locks it, too (Windows).
-    let known = file.take(200).read_to_string(&mut holder).is_ok() && !holder.trim().is_empty();
-    if known { holder.trim().to_owned() } else { "another program".to_owned() }
 }
 
 #[cfg(test)]
@@ -228,41 +229,31 @@ mod tests {
     }
 
     #[test]
-    fn a_holder_that_has_not_signed_yet_is_waited_for_and_one_that_keeps_the_lock_is_not() {
+    fn a_brief_holder_is_waited_for_and_one_that_keeps_the_lock_is_not() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join(LOCK_FILE);
-        std::fs::write(&path, "quadratura build (process 1)\n").unwrap();
-        let open = || OpenOptions::new().read(true).write(true).open(&path).unwrap();
         let (pause, task) = (Duration::from_millis(1), Task::silent());
-        let holder = RefCell::new(Some(open()));
-        holder.borrow().as_ref().unwrap().lock().unwrap();
+        let holder = RefCell::new(Some(ProjectLock::take(folder.path()).unwrap()));
         let refused =
             ProjectLock::take_after(folder.path(), |_| false, pause, &task).unwrap_err().to_string();
-        assert!(refused.contains("quadratura build (process 1) is writing"), "{refused}");
-        // What the file names at each try: the holder before, nobody, and the holder, who goes after a while.
-        let seen = RefCell::new(Vec::new());
-        let is_brief = |name: &str| {
-            seen.borrow_mut().push(name.to_owned());
-            match seen.borrow().len() {
-                1 => holder.borrow().as_ref().unwrap().set_len(0).unwrap(),
-                2 => std::fs::write(&path, "quadratura update (process 2)\n").unwrap(),
-                5 => *holder.borrow_mut() = None,
-                _ => (),
+        assert!(refused.contains("is writing to this project"), "{refused}");
+        let seen = RefCell::new(0);
+        let is_brief = |_: &str| {
+            *seen.borrow_mut() += 1;
+            if *seen.borrow() == 3 {
+                *holder.borrow_mut() = None;
             }
-            name.contains("update")
+            true
         };
         ProjectLock::take_after(folder.path(), is_brief, pause, &task).unwrap();
-        let seen = seen.into_inner();
-        assert!(seen[0].contains("build") && seen[1] == "another program", "{seen:?}");
-        assert!(seen.len() == 5 && seen[2..].iter().all(|name| name.contains("update")), "{seen:?}");
+        assert_eq!(seen.into_inner(), 3);
     }
 
     #[test]
     fn a_lock_file_that_was_left_behind_is_no_obstacle() {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join(LOCK_FILE), "quadratura (process 1)\n and much more\n").unwrap();
-        let _lock = ProjectLock::take(folder.path()).unwrap();
-        let signed = std::fs::read_to_string(folder.path().join(LOCK_FILE)).unwrap();
-        assert_eq!(signed.lines().count(), 1);
+        let file = folder.path().join(LOCK_FILE);
+        std::fs::write(&file, "quadratura (process 1)\n and much more\n").unwrap();
+        drop(ProjectLock::take(folder.path()).unwrap());
+        assert!(!file.exists());
     }
 }

@@ -1,27 +1,28 @@
 //! Programs that read the stacks of a project: while one does, versions of stacks that are no longer current are kept.
 //!
-//! Readers hold the file `cache/readers.lock` locked for sharing; the system unlocks it however they end. A writer that
-//! cannot lock it alone leaves the former versions to the next one. A reader that begins later reads the `stack.json` of
-//! the new version, because that was renamed before the writer looked. All readers in one program share its lock, so
-//! that it can tell whether another program reads.
+//! Each reader has a lease in `cache/readers/`, which ends with it. A writer that finds one of another program leaves the former
+//! versions to the next one. A reader that begins later reads the `stack.json` of the new version, because that was renamed before
+//! the writer looked. All readers in one program share its lease, so that it can tell whether another program reads.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::in_use::one_name;
+use quadratura_files::lease::Lease;
+use quadratura_files::lock::ProjectLock;
 
-/// The file that readers lock, below the project's folder.
-const FILE: &str = "cache/readers.lock";
+/// The folder of the readers' leases, below the project's folder.
+const FOLDER: &str = "cache/readers";
 
 /// The readers of this program, by the project's folder.
 static OURS: Mutex<BTreeMap<PathBuf, Readers>> = Mutex::new(BTreeMap::new());
 
 struct Readers {
     count: usize,
-    /// The locked file; none where the project's folder cannot be written to, and where nothing can be removed either.
-    locked: Option<File>,
+    /// None where the project's folder cannot be written to, and where nothing can be removed either.
+    _lease: Option<Lease>,
 }
 
 /// A hold on the stacks of a project, until it is dropped.
@@ -38,8 +39,8 @@ impl StackReader {
         match ours.get_mut(&folder) {
             Some(readers) => readers.count += 1,
             None => {
-                let locked = opened(&folder).filter(|file| file.lock_shared().is_ok());
-                ours.insert(folder.clone(), Readers { count: 1, locked });
+                let _lease = lease(&folder);
+                ours.insert(folder.clone(), Readers { count: 1, _lease });
             }
         }
         Self { folder }
@@ -57,29 +58,31 @@ impl Drop for StackReader {
     }
 }
 
-/// Returns whether a program reads the stacks of the project in `folder`, this one or another.
+/// Tells other programs, until the returned value is dropped, that this one reads stacks. It may replace stacks itself meanwhile, because
+/// it knows what it reads; `None` where the project's folder cannot be written to.
+pub fn tell_others(folder: &Path) -> Option<Lease> {
+    lease(&one_name(folder))
+}
+
+/// Returns whether a program reads the stacks of the project in `folder`, this one or another. Whoever writes what is authored
+/// may read stacks, too.
 pub fn are_read(folder: &Path) -> bool {
     let folder = one_name(folder);
-    ours().contains_key(&folder) || is_locked(&folder)
+    ours().contains_key(&folder) || are_read_by_others(&folder)
 }
 
-/// Returns whether another program reads the stacks of the project in `folder`. The caller holds the project's lock, so
-/// that no other program deletes anything while this one lets go of its own lock for a moment.
+/// Returns whether another program reads the stacks of the project in `folder`.
 pub(super) fn are_read_by_others(folder: &Path) -> bool {
-    let folder = one_name(folder);
-    let ours = ours();
-    let Some(file) = ours.get(&folder).and_then(|readers| readers.locked.as_ref()) else {
-        return is_locked(&folder);
-    };
-    let is_free = file.unlock().is_ok() && file.try_lock().is_ok();
-    // A lock that cannot be taken again is missed by other programs alone, and they hold the project's lock to write.
-    let _ = file.unlock().and_then(|()| file.lock_shared());
-    !is_free
-}
-
-fn is_locked(folder: &Path) -> bool {
-    let Ok(file) = OpenOptions::new().read(true).write(true).open(path(folder)) else { return false };
-    file.try_lock().is_err()
+    let leases = fs::read_dir(folder.join(FOLDER)).into_iter().flatten().flatten();
+    // One that was left behind is as good as none; on another machine that takes a while to see.
+    let holders = leases.filter_map(|entry| {
+        let holder = Lease::holder(&entry.path());
+        if holder.is_none() {
+            let _ = fs::remove_file(entry.path());
+        }
+        holder
+    });
+    holders.chain(ProjectLock::holder_of(folder)).any(|holder| !holder.is_this_process())
 }
 
 fn ours() -> MutexGuard<'static, BTreeMap<PathBuf, Readers>> {
@@ -87,14 +90,17 @@ fn ours() -> MutexGuard<'static, BTreeMap<PathBuf, Readers>> {
     OURS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn opened(folder: &Path) -> Option<File> {
-    let path = path(folder);
-    fs::create_dir_all(path.parent()?).ok()?;
-    OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).ok()
-}
-
-fn path(folder: &Path) -> PathBuf {
-    folder.join(FILE)
+/// Takes a lease of a name that no other has.
+fn lease(folder: &Path) -> Option<Lease> {
+    let readers = folder.join(FOLDER);
+    fs::create_dir_all(&readers).ok()?;
+    let named = tempfile::Builder::new().prefix("").suffix(".lock").make_in(&readers, |file| {
+        Lease::try_take(file)?.map_err(|_| std::io::ErrorKind::AlreadyExists.into())
+    });
+    let (lease, path) = named.ok()?.into_parts();
+    // The lease removes the file itself, while it is its own.
+    path.keep().ok()?;
+    Some(lease)
 }
 
 #[cfg(test)]
@@ -126,11 +132,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let _ours = StackReader::begin(folder.path());
         assert!(!are_read_by_others(folder.path()));
-        // A lock of another handle is as one of another program.
-        let theirs = opened(&one_name(folder.path())).unwrap();
-        theirs.lock_shared().unwrap();
+        // One of another program: of a machine that nobody has heard of.
+        let other = r#"{"program":"quadratura render","host":"farm-2","process":1,"machine":"m","since":0,"started":0,"nonce":"n","renewed":"0"}"#;
+        let theirs = folder.path().join(FOLDER).join("theirs.lock");
+        std::fs::write(&theirs, other).unwrap();
         assert!(are_read_by_others(folder.path()));
-        drop(theirs);
+        std::fs::remove_file(theirs).unwrap();
         assert!(!are_read_by_others(folder.path()) && are_read(folder.path()));
     }
 }

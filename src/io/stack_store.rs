@@ -4,17 +4,19 @@
 //! ```text
 //! stacks/<photo>/stack.json            names its files as 3fa9c1d20b7e/left.png
 //! stacks/<photo>/3fa9c1d20b7e/         one version: the files, and files.json with their hashes
-//! stacks/+new-…/                       a version that is being written
+//! stacks/<photo>/+new-…/               a version that is being written
 //! inbox/<photo>/                       files that were changed by hand and stood in the way
 //! cache/stamps/<photo>.json            modification times of files; saves hashing them
 //! ```
 //!
-//! A version is written and synced under `stacks/+new-…`, then named after a hash of its content, and becomes
+//! A version is written and synced under `+new-…`, then named after a hash of its content, and becomes
 //! current by the rename of `stack.json`: the one kind of rename that also replaces on every system (a folder
 //! that is not empty cannot be replaced by one). Only then is the old version removed, unless a program reads the stacks: unchanged files are
 //! deleted, all others go to `inbox/`. After a kill at any moment `stack.json` names complete files, old or
 //! new; the next [`StackStore::clean`] removes leftovers. A reader of
 //! another program with the old `stack.json` finds its files missing, never mixed with new ones, and reads again.
+
+mod cleaning;
 
 use std::fs;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
@@ -24,15 +26,15 @@ use tempfile::TempDir;
 
 use super::in_use::{self, one_name};
 use super::stack_files::{FileState, FileTimes, RECORD, StackFiles, is_version, names_in};
-use super::stack_readers::{are_read, are_read_by_others};
+use super::stack_readers::are_read;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_document::names::{file_name_of_photo, photo_of_file_name};
 use quadratura_document::stack::LayerFill;
 use quadratura_document::stack::STACK_VERSION;
 use quadratura_document::{FilesInUse, ImageLayer, Stack};
-use quadratura_files::atomic::{remove_leftovers, sync_folder, write_atomically};
+use quadratura_files::atomic::{sync_folder, write_atomically};
 use quadratura_files::hash::{hash_bytes, hash_file};
-use quadratura_files::inbox::{copy_to_inbox, move_to_inbox};
+use quadratura_files::inbox::copy_to_inbox;
 use quadratura_files::json::{read_json, to_json};
 
 const STACK_FILE: &str = "stack.json";
@@ -43,8 +45,7 @@ const REMEDY: (&str, Remedy, &str) = ("run ", Remedy::Build, " to make it again"
 /// Files that desktop environments create in folders; they are no user data.
 pub const DESKTOP_FILES: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 
-/// The stacks of a project on disk. Reading needs no lock; writers must hold the project's lock
-/// ([`quadratura_files::lock::ProjectLock`]).
+/// The stacks of a project on disk. Reading needs no lock; writers hold the lock of the photo ([`StackStore::lock`]).
 #[derive(Debug, Clone)]
 pub struct StackStore {
     project: PathBuf,
@@ -154,14 +155,14 @@ impl StackStore {
     /// # Errors
     /// [`Error::Io`] when the project is not writable.
     pub fn begin(&self, photo: &str) -> Result<StackWriter> {
-        let stacks = self.stacks();
-        fs::create_dir_all(&stacks).map_err(Error::io(&stacks, "create the folder"))?;
+        let stack = self.folder(photo);
+        fs::create_dir_all(&stack).map_err(Error::io(&stack, "create the folder"))?;
         let mut builder = tempfile::Builder::new();
         builder.prefix(UNFINISHED);
         // Temporary folders are private by default, but this one becomes an ordinary folder.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-        let folder = builder.tempdir_in(&stacks).map_err(Error::io(&stacks, "create a folder in it"))?;
+        let folder = builder.tempdir_in(&stack).map_err(Error::io(&stack, "create a folder in it"))?;
         Ok(StackWriter { store: self.clone(), photo: photo.to_owned(), folder })
     }
 
@@ -236,51 +237,6 @@ impl StackStore {
         })
     }
 
-    /// Removes what killed builds left over, and former versions unless they are kept. Returns the paths in
-    /// `inbox/` of files that were changed by the user.
-    ///
-    /// # Errors
-    /// [`Error::Io`] when something cannot be removed.
-    pub fn clean(&self) -> Result<Vec<PathBuf>> {
-        remove_leftovers(&self.project)?;
-        if !self.stacks().is_dir() {
-            return Ok(Vec::new());
-        }
-        for name in names_in(&self.stacks())?.iter().filter(|name| name.starts_with(UNFINISHED)) {
-            let path = self.stacks().join(name);
-            fs::remove_dir_all(&path).map_err(Error::io(&path, "remove it"))?;
-        }
-        // This includes builds that were killed before the photo had its first stack.
-        for folder in names_in(&self.stacks())?.iter().map(|name| self.stacks().join(name)) {
-            if folder.is_dir() {
-                remove_leftovers(&folder)?;
-            }
-        }
-        if self.keeps_former() { Ok(Vec::new()) } else { self.clear_former() }
-    }
-
-    /// Removes versions of stacks that are no longer current, but those that stacks in memory name, and none while
-    /// another program reads stacks; no stack may be written meanwhile. Returns the paths in `inbox/` of files that
-    /// were changed by the user.
-    ///
-    /// # Errors
-    /// [`Error::Io`] when something cannot be removed.
-    pub fn clear_former(&self) -> Result<Vec<PathBuf>> {
-        let mut kept = Vec::new();
-        if are_read_by_others(&self.project) {
-            return Ok(kept);
-        }
-        for photo in self.photos()? {
-            let _replacing = in_use::replacing();
-            if let Some(current) = self.current_version(&photo) {
-                let folder = one_name(&self.folder(&photo));
-                let is_used = |version: &String| in_use::is_held(&folder.join(version), &[]);
-                kept.extend(self.clear_versions_but(&photo, &current, is_used)?);
-            }
-        }
-        Ok(kept)
-    }
-
     /// Returns the project's folder.
     pub fn project(&self) -> &Path {
         &self.project
@@ -315,21 +271,6 @@ impl StackStore {
         };
         versions_in(&folder).ok()?.into_iter().find(knows)
     }
-
-    fn clear_versions_but(
-        &self,
-        photo: &str,
-        current: &str,
-        is_used: impl Fn(&String) -> bool,
-    ) -> Result<Vec<PathBuf>> {
-        let stamps = FileTimes::read(&self.stamps_file(photo));
-        let mut kept = Vec::new();
-        let former = |version: &&String| *version != current && !is_used(version);
-        for version in versions_in(&self.folder(photo))?.iter().filter(former) {
-            kept.extend(remove_version(&self.folder(photo).join(version), &self.inbox(photo), &stamps)?);
-        }
-        Ok(kept)
-    }
 }
 
 /// A new version of a stack that is being written. Dropped without a commit, it is removed.
@@ -363,8 +304,9 @@ impl StackWriter {
 
         let mut kept = self.move_to_version(&version, &record)?;
         kept.extend(self.replace_stack_file(&text)?);
-        if !self.store.keeps_former() {
-            kept.extend(self.store.clear_versions_but(&self.photo, &version, |_| false)?);
+        match self.store.keeps_former() {
+            true => self.store.note_former(),
+            false => kept.extend(self.store.clear_versions_but(&self.photo, &version, |_| false)?),
         }
         let target = self.stack_folder().join(version);
         FileTimes::new(&record, &target).write(&self.store.stamps_file(&self.photo));
@@ -379,14 +321,18 @@ impl StackWriter {
     /// before.
     fn move_to_version(&self, version: &str, record: &StackFiles) -> Result<Vec<PathBuf>> {
         let target = self.stack_folder().join(version);
-        fs::create_dir_all(self.stack_folder())
-            .map_err(Error::io(self.stack_folder(), "create the folder"))?;
         sync_folder(self.store.stacks())?;
         let kept = if target.exists() {
             self.repair(&target, record)?
         } else {
-            fs::rename(self.folder(), &target).map_err(Error::io(&target, "put the stack in target"))?;
-            Vec::new()
+            match fs::rename(self.folder(), &target) {
+                // Another program has made the same meanwhile.
+                Err(_) if target.exists() => self.repair(&target, record)?,
+                renamed => {
+                    renamed.map_err(Error::io(&target, "put the stack in target"))?;
+                    Vec::new()
+                }
+            }
         };
         sync_folder(self.stack_folder())?;
         Ok(kept)
@@ -454,27 +400,4 @@ fn versions_in(folder: &Path) -> Result<Vec<String>> {
     let mut names = names_in(folder)?;
     names.retain(|name| is_version(name));
     Ok(names)
-}
-
-/// Removes the folder of a version that is no longer current. The record goes last, so that after a kill the
-/// program's own files are still recognised.
-fn remove_version(version: &Path, inbox: &Path, stamps: &FileTimes) -> Result<Vec<PathBuf>> {
-    let record = StackFiles::read(version).unwrap_or_default();
-    let mut kept = Vec::new();
-    for name in names_in(version)? {
-        let path = version.join(&name);
-        if DESKTOP_FILES.contains(&name.as_str())
-            || record.state(version, &name, stamps)? == FileState::Intact
-        {
-            fs::remove_file(&path).map_err(Error::io(&path, "remove it"))?;
-        } else {
-            kept.push(move_to_inbox(&path, inbox)?);
-        }
-    }
-    let _ = fs::remove_file(version.join(RECORD));
-    match fs::remove_dir(version) {
-        // A file was saved there just now: the next `clean` moves it to the inbox.
-        Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => Ok(kept),
-        removed => removed.map(|()| kept).map_err(Error::io(version, "remove it")),
-    }
 }

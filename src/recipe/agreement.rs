@@ -12,6 +12,7 @@ use super::budget::Budget;
 use super::far_backdrops::FarBackdrops;
 use super::gains;
 use super::inputs::{Inputs, hash_of_model};
+use super::shared::Shared;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{FaceId, Photo, PhotoId, PhotoPixels, Samples, Site};
@@ -125,18 +126,28 @@ impl SiteAgreement {
         let surfaces = FillSurfaces::from_model(&site.model);
         let far = FarBackdrops::new(site).faces(site);
         let eyes = site.photos.iter().map(|photo| photo.pose.center_in_world()).collect();
-        let known = read_cached(&file, CACHED, &basis).unwrap_or_default();
-        let (whole, prepared) = (Arc::default(), PreparedPhotos::default());
+        let (whole, known, prepared) = (Arc::default(), BTreeMap::new(), PreparedPhotos::default());
         let mut agreement =
             Self { site: site.clone(), inputs, options, eyes, whole, known, prepared, surfaces, far };
         let keys = agreement.keys(&[], relief, gains);
-        let is_known = keys.iter().all(|key| agreement.known.contains_key(key));
+        let holds = |known: &BTreeMap<String, PhotoEvidence>| keys.iter().all(|key| known.contains_key(key));
+        let kept = || read_cached(&file, CACHED, &basis);
+        let lock = match Shared::find(folder, || kept().filter(holds), task)? {
+            Shared::Known(known) => {
+                agreement.known = known;
+                None
+            }
+            Shared::Missing(lock) => {
+                agreement.known = kept().unwrap_or_default();
+                Some(lock)
+            }
+        };
         agreement.whole = agreement.compared(&keys, &[], relief, gains, task)?.into();
         agreement.note_undecided(task);
         // Of all that is known, what the present photos have is kept; nothing that was found without some photo.
         let whole = keys.into_iter().zip(agreement.whole.iter().cloned()).collect();
         agreement.known = whole;
-        if !is_known
+        if lock.is_some()
             && agreement.prepared.unread.is_empty()
             && let Err(error) = write_cached(&file, CACHED, &basis, &agreement.known)
         {

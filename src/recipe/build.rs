@@ -19,6 +19,7 @@ use quadratura_base::scene::{Photo, PhotoPixels, Site};
 use quadratura_base::task::Task;
 use quadratura_document::stack::Stack;
 use quadratura_document::{Decisions, PhotoDecisions};
+use quadratura_io::failures::{forget_failure, note_failure};
 use quadratura_io::layer_png::{LayerSpans, write_layer, write_mask};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::{StackStore, StackWriter};
@@ -149,7 +150,11 @@ impl BuildJob<'_> {
         let task = &self.turns.map_or_else(|| task.clone(), |turns| turns.task_of(&photo.name, task));
         match self.try_photo(photo, task) {
             Ok((stack, up_to_date, kept)) => built(Ok(stack), up_to_date, kept),
-            Err(error) => built(Err(self.store.with_final_path(&photo.name, error)), false, Vec::new()),
+            Err(error) => {
+                let error = self.store.with_final_path(&photo.name, error);
+                note_failure(self.store.project(), &photo.name, &error);
+                built(Err(error), false, Vec::new())
+            }
         }
     }
 
@@ -169,11 +174,14 @@ impl BuildJob<'_> {
     fn try_photo(&self, photo: &Photo, task: &Task) -> Result<(Stack, bool, Vec<PathBuf>)> {
         task.check_cancelled()?;
         let inputs = self.inputs.hash(photo)?;
+        // Who has waited for another program finds what that has made.
+        let (lock, mut kept) = self.store.lock(&photo.name, task)?;
         if !self.options.force
             && let Some(stack) = self.store.up_to_date(&photo.name, &inputs)?
             && self.to_keep.agrees(&stack)
         {
-            let (stack, kept) = self.with_names(stack, task)?;
+            let (stack, more) = self.with_names(stack, task)?;
+            kept.extend(more);
             return Ok((stack, true, kept));
         }
         let decided = self.options.decisions.of(&photo.name);
@@ -200,8 +208,11 @@ impl BuildJob<'_> {
         stack.bytes = task.timed("write", || write_files(&writer, &stack, &contents, &pixels, task))?;
         drop(pixels);
         let _held = self.turns.map(|turns| turns.check_stack(photo, &inputs, task)).transpose()?;
+        lock.check()?;
         let committed = task.timed("commit", || writer.commit(stack))?;
-        Ok((committed.stack, false, committed.kept))
+        forget_failure(self.store.project(), &photo.name);
+        kept.extend(committed.kept);
+        Ok((committed.stack, false, kept))
     }
 }
 

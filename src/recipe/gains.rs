@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 
 use super::budget::Budget;
+use super::shared::Shared;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
@@ -62,9 +63,10 @@ pub fn photo_estimate(
     memory: u64,
     task: &Task,
 ) -> Result<Estimate> {
-    if let Some(known) = known_estimate(site, stacks, colour, folder) {
-        return Ok(known);
-    }
+    let _lock = match Shared::find(folder, || known_estimate(site, stacks, colour, folder), task)? {
+        Shared::Known(known) => return Ok(known),
+        Shared::Missing(lock) => lock,
+    };
     let estimate = estimate_of_photos(site, colour, memory, task)?;
     let inputs = estimate_inputs(site, stacks, colour);
     if let Err(error) = write_cached(&cached_file(folder), CACHED, &inputs, &estimate) {

@@ -10,7 +10,7 @@ use quadratura_base::scene::builder::says_backdrop;
 use quadratura_base::scene::impostor::Impostor;
 use quadratura_base::scene::{Model, Photo};
 use quadratura_document::Decisions;
-use quadratura_files::hash::hash_file;
+use quadratura_files::known_hashes::hash_unchanged;
 use quadratura_layers::{BoxShape, Method, ObjectOptions, Options};
 
 /// A counter of changes in what a build makes from the same inputs.
@@ -37,7 +37,7 @@ impl<'a> Inputs<'a> {
     /// # Errors
     /// Returns [`quadratura_base::Error::Io`] when the photo cannot be read.
     pub fn hash(&self, photo: &Photo) -> Result<String> {
-        let pixels = hash_file(&photo.file)?;
+        let pixels = hash_unchanged(&photo.file)?;
         let (camera, pose) = (&photo.camera, &photo.pose);
         let camera = (camera.width, camera.height, camera.matrix_rows());
         let pose = (pose.rotation_rows(), pose.translation);
@@ -45,7 +45,7 @@ impl<'a> Inputs<'a> {
         let all = (program, &photo.name, pixels, &self.model, camera, pose, HashedOptions::new(self.options));
         // The names of mask files do not matter, and without masks the hash is the same as before masks were
         // introduced.
-        let mut masks = photo.masks.iter().map(hash_file).collect::<Result<Vec<_>>>()?;
+        let mut masks = photo.masks.iter().map(|mask| hash_unchanged(mask)).collect::<Result<Vec<_>>>()?;
         masks.sort_unstable();
         let base = hash_of(&all);
         let base = if masks.is_empty() { base } else { hash_of(&(base, masks)) };

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::budget::Budget;
 use super::inputs::hash_of_model;
+use super::shared::Shared;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
@@ -55,12 +56,15 @@ impl SiteRelief {
         let options = ReliefOptions::default();
         let basis = &format!("{} {}", hash_of_model(&site.model), options.fingerprint());
         let mut opened = Self { site: site.clone(), memory, whole: Arc::default(), sweep_views: None };
-        let kept: KeptRelief = read_cached(&file, CACHED, basis).unwrap_or_default();
-        if kept.photos == photos {
-            opened.whole = Arc::new(kept.relief);
-            return Ok(opened);
-        }
-        let (relief, is_whole) = opened.renewed(kept, photos, &options, task)?;
+        let kept = || read_cached::<KeptRelief>(&file, CACHED, basis);
+        let _lock = match Shared::find(folder, || kept().filter(|kept| kept.photos == photos), task)? {
+            Shared::Known(kept) => {
+                opened.whole = Arc::new(kept.relief);
+                return Ok(opened);
+            }
+            Shared::Missing(lock) => lock,
+        };
+        let (relief, is_whole) = opened.renewed(kept().unwrap_or_default(), photos, &options, task)?;
         // A relief made without some photo must not be kept as that of all photos.
         if is_whole && let Err(error) = write_cached(&file, CACHED, basis, &relief) {
             task.note(Message::from("the relief cannot be cached: ").and(&error));

@@ -19,6 +19,7 @@ use super::far_backdrops::FarBackdrops;
 use super::gains;
 use super::inputs::hash_of_model;
 use super::layer_textures::LayerTextureFiles;
+use super::shared::Shared;
 use super::sources::sources;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::Pinhole;
@@ -168,16 +169,25 @@ impl SiteSurroundings {
         }
         let ground: BTreeMap<String, GroundOfPhoto> =
             of_photos.into_iter().zip(found.ground.iter().copied()).collect();
-        let is_same = kept.inputs == inputs;
-        if !is_same {
-            let compared = found.compared(&[], gains, task)?;
-            kept = KeptSurroundings { inputs, compared, ground: kept.ground };
-        }
-        if !is_same || kept.ground != ground {
-            kept.ground = ground;
-            if let Err(error) = write_cached(&file, CACHED, "", &kept) {
-                task.note(Message::from("the surroundings cannot be cached: ").and(&error));
+        let is_same = |kept: &KeptSurroundings| kept.inputs == inputs && kept.ground == ground;
+        let mut _lock = None;
+        if !is_same(&kept) {
+            // Another program may have made them meanwhile.
+            match Shared::find(folder, || read_cached(&file, CACHED, "").filter(is_same), task)? {
+                Shared::Known(made) => kept = made,
+                Shared::Missing(lock) => _lock = lock,
             }
+        }
+        if is_same(&kept) {
+            found.take_whole(kept.compared);
+            return Ok(found);
+        }
+        if kept.inputs != inputs {
+            kept.compared = found.compared(&[], gains, task)?;
+        }
+        kept = KeptSurroundings { inputs, ground, ..kept };
+        if let Err(error) = write_cached(&file, CACHED, "", &kept) {
+            task.note(Message::from("the surroundings cannot be cached: ").and(&error));
         }
         found.take_whole(kept.compared);
         // Prepared photos are large; few pictures need them again.

@@ -86,18 +86,33 @@ impl<'a> Turns<'a> {
     }
 
     /// Waits for the turn of the next photos, which ends when the returned value is dropped; `None` where the project
-    /// has changed since this pass began, so that it must end.
+    /// has changed since this pass began, so that it must end. Another program may have written the stack of a photo (index in the
+    /// site); `is_same` says whether that changes nothing for this pass.
     ///
     /// # Errors
-    /// The errors of [`UpdateSource`].
-    pub fn begin(&self, task: &Task) -> Result<Option<Box<dyn Any>>> {
+    /// The errors of [`UpdateSource`] and of `is_same`.
+    pub fn begin(
+        &self,
+        is_same: impl Fn(usize) -> Result<bool>,
+        task: &Task,
+    ) -> Result<Option<Box<dyn Any>>> {
         if self.begun.swap(true, Ordering::Relaxed) {
             std::thread::sleep(GAP);
         }
         let right = self.source.right(task)?;
-        let same = Arc::ptr_eq(&self.source.project(task)?, self.opened)
-            && *self.stamp() == Derived::new(&self.opened.site, self.store);
-        Ok(same.then_some(right))
+        if !Arc::ptr_eq(&self.source.project(task)?, self.opened) {
+            return Ok(None);
+        }
+        let now = Derived::new(&self.opened.site, self.store);
+        let mut known = self.stamp();
+        let mut is_same_yet = known.paint == now.paint;
+        for (photo, (known, now)) in known.stacks.iter_mut().zip(now.stacks).enumerate() {
+            if is_same_yet && *known != now {
+                is_same_yet = is_same(photo)?;
+                *known = now;
+            }
+        }
+        Ok(is_same_yet.then_some(right))
     }
 
     /// Returns the task of one photo, which its own flag stops, too.

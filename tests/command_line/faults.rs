@@ -299,7 +299,7 @@ fn the_second_writer_is_told_who_the_first_is() {
     let site = Site::new();
     site.make_project();
     let _lock = ProjectLock::take(&site.project()).unwrap();
-    let message = stderr_of(&site.run("build project").failure().code(1));
+    let message = stderr_of(&site.run("decide project --photo left --margin 5").failure().code(1));
     assert!(message.contains(&format!("process {}", std::process::id())), "{message}");
     site.run("info project").success();
 }

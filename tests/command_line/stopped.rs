@@ -30,8 +30,9 @@ fn wait_for_writing(site: &Site, build: &mut Child) {
     let started = Instant::now();
     let stacks = site.path("project/stacks");
     let writes = || {
-        let names = fs::read_dir(&stacks).into_iter().flatten();
-        names.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("+new-"))
+        let photos = fs::read_dir(&stacks).into_iter().flatten().flatten();
+        let mut names = photos.flat_map(|photo| fs::read_dir(photo.path()).into_iter().flatten().flatten());
+        names.any(|entry| entry.file_name().to_string_lossy().starts_with("+new-"))
     };
     while !writes() && build.try_wait().unwrap().is_none() && started.elapsed() < Duration::from_secs(60) {
         std::thread::sleep(Duration::from_micros(200));

@@ -4,6 +4,8 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use quadratura::testing::io::stack_readers::StackReader;
+
 use crate::common::adapter;
 use crate::site::{PHOTOS, Site, json_of, program, stderr_of, stdout_of, whole_stacks};
 
@@ -126,9 +128,8 @@ fn a_stack_that_another_command_reads_stays_until_that_ends() {
     site.make_project();
     site.run("update project --photo left").success();
     assert_eq!(versions(&site), 1);
-    // `render` and `score` hold this file in the same way.
-    let reader = fs::File::create(site.path("project/cache/readers.lock")).unwrap();
-    reader.lock_shared().unwrap();
+    // As `render` and `score` do.
+    let reader = StackReader::begin(&site.project());
     site.run("decide project --photo left --margin 5").success();
     site.run("update project --photo left").success();
     assert!(versions(&site) > 1, "the version that is read is there");

@@ -280,8 +280,8 @@ fn what_a_killed_build_left_over_is_cleared_and_the_painted_file_in_it_kept() {
     fs::create_dir_all(&old_version).unwrap();
     saved.iter().for_each(|(path, text)| fs::write(path, text).unwrap());
     fs::write(old_version.join("left.png"), "painted").unwrap();
-    fs::create_dir(folder.path().join("stacks/+new-abc")).unwrap();
-    fs::write(folder.path().join("stacks/+new-abc/left.png"), "half").unwrap();
+    fs::create_dir(store.folder(PHOTO).join("+new-abc")).unwrap();
+    fs::write(store.folder(PHOTO).join("+new-abc/left.png"), "half").unwrap();
 
     let kept = store.clean().unwrap();
     assert_eq!(kept, [folder.path().join("inbox/nord%2Ft%C3%BCr.jpg/left.png")]);

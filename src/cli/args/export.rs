@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use super::{MemoryArg, PhotoArgs};
+use super::{MemoryArg, PartArg, PhotoArgs};
 use quadratura_document::export_record::ExportFormat;
 use quadratura_io::layered::FORMATS;
 use quadratura_io::layered::format::LayeredFormat;
@@ -22,6 +22,8 @@ pub struct ExportArgs {
     pub out: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
+    #[command(flatten)]
+    pub part: PartArg,
     /// Also write the source of every filled texel: a coloured PNG per image layer and a legend
     #[arg(long)]
     pub provenance: bool,

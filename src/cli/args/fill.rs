@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{MemoryArg, PhotoArgs, one_of};
+use super::{MemoryArg, PartArg, PhotoArgs, one_of};
 use quadratura_layers::fill::{FillOptions, Invent, Propagation};
 
 #[derive(Debug, Args)]
@@ -13,6 +13,8 @@ pub struct FillArgs {
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
+    #[command(flatten)]
+    pub part: PartArg,
     /// Do not fill this object (may be given several times; `*` stands for any characters)
     /// [default: the project's]
     #[arg(long, value_name = "OBJECT")]

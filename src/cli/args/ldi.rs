@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use super::number::whole;
 use super::one_of::one_of;
-use super::{PhotoArgs, PictureArgs};
+use super::{PartArg, PhotoArgs, PictureArgs};
 use crate::view_args::{QUALITIES, parse_scale};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{PhotoId, Site};
@@ -47,6 +47,8 @@ pub struct LdiBuildArgs {
     pub project: Option<PathBuf>,
     #[command(flatten)]
     pub photos: PhotoArgs,
+    #[command(flatten)]
+    pub part: PartArg,
     /// Make one image of depth images from elsewhere, which this list names (JSON, see docs/formats.md), instead of a
     /// project's photos
     #[arg(long, value_name = "LIST.json", requires = "out", requires = "reference")]
@@ -96,9 +98,10 @@ impl LdiBuildArgs {
     /// # Errors
     /// [`quadratura_base::Error::Usage`] that names the arguments.
     pub fn refuse_of_projects(&self) -> Result<()> {
-        let Self { photos, from, combined, at, flat, unfilled, background, .. } = self;
+        let Self { photos, part, from, combined, at, flat, unfilled, background, .. } = self;
         let given = [
             (!photos.names.is_empty(), "--photo"),
+            (part.part.is_some(), "--part"),
             (*from != LdiFrom::default(), "--from"),
             (at.is_some(), "--at"),
             (combined.best.is_some(), "--best"),

@@ -6,6 +6,7 @@
 mod colour;
 mod decide;
 mod export;
+mod farm;
 mod fill;
 mod import;
 mod ldi;
@@ -28,6 +29,7 @@ use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 pub use colour::{ColourArgs, GroupArg, Switch};
 pub use decide::{DecideArgs, OptionOverride};
 pub use export::ExportArgs;
+pub use farm::{EstimateArgs, FramesArg, PartArg, PlanArgs, Scheduler, StatusArgs};
 pub use fill::FillArgs;
 pub use import::{ImportArgs, StrokeArgs, WatchArgs};
 pub use ldi::{
@@ -136,6 +138,13 @@ pub enum CommandArgs {
     Build(BuildArgs),
     /// Fill occluded areas: from other photos, else by inpainting; builds stacks that need it first
     Fill(FillArgs),
+    /// Make the estimates that all photos share (gains, depth detail, agreement, surroundings, mattes); `build` and `fill` do
+    /// it where needed, and on several machines it is a job of its own
+    Estimate(EstimateArgs),
+    /// Write the jobs that make a project on several machines, for a job scheduler
+    Plan(PlanArgs),
+    /// Show what is done, what is worked on and on which machine, and what failed
+    Status(StatusArgs),
     /// Write the stacks as layered files for an image editor
     Export(ExportArgs),
     /// Show and set how exposures of the photos are matched
@@ -283,6 +292,8 @@ pub struct BuildArgs {
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
+    #[command(flatten)]
+    pub part: PartArg,
     /// Save the options of the method in project.json. Without this they apply only once, and the next build
     /// without them builds these photos again
     #[arg(long)]

@@ -74,13 +74,14 @@ fn of_depth_images(args: &LdiBuildArgs, list: &Path, task: &Task) -> Result<Outc
 
 fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcome> {
     let opened = open(project, task)?;
-    let chosen = opened.photos_named(&args.photos.names)?;
+    let named = args.part.of(&args.photos, &opened.site)?;
+    let chosen = opened.photos_named(&named.names)?;
     let mut photos: Vec<PhotoId> =
         chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
     let from = from(args, &opened, task)?;
     // Of photos that are named the first one is the reference, unless another one is asked for.
     if let BuildFrom::Photos { with, .. } = &from
-        && let Some(first) = with.first().filter(|_| args.photos.names.is_empty() && args.set.is_none())
+        && let Some(first) = with.first().filter(|_| named.names.is_empty() && args.set.is_none())
     {
         photos = vec![*first];
     }
@@ -98,7 +99,7 @@ fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcom
     for one in &built {
         note_spared(&one.spared, &one.file, &task.with_subject(&one.photo));
     }
-    let mut problems = args.photos.problems_of(&opened.problems, task);
+    let mut problems = named.problems_of(&opened.problems, task);
     problems.extend(failed.iter().map(error_text));
     let images: Vec<Value> = built.iter().map(described).collect();
     Ok(Outcome { text: text(&built), json: json!({ "images": images, "problems": problems }), problems })

@@ -11,6 +11,7 @@ mod paint;
 pub mod projected;
 pub mod propagation;
 mod report;
+mod request;
 mod see_through;
 pub mod seen;
 mod servers;
@@ -22,7 +23,7 @@ pub mod viewpoints;
 pub mod worst;
 mod write;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use self::donors::PhotoDonors;
 use self::hidden::hidden_regions;
@@ -36,10 +37,10 @@ use self::stacks::{current, states};
 use self::surroundings::SurroundingsFiller;
 use self::write::write_fill;
 use super::agreement::{AgreementInputs, SiteAgreement};
-use super::budget::default_memory;
 use super::gains::{self, photo_gains};
 use super::named::photos_named;
 use super::relief::SiteRelief;
+use super::shared::while_read;
 use super::sources::sources;
 use super::surroundings::SiteSurroundings;
 use super::survey::StackState;
@@ -47,48 +48,22 @@ use super::turns::{FillCheck, Turns};
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::scene::{Photo, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::stack::PropagationEntry;
 use quadratura_document::{Project, Stack};
+use quadratura_io::failures::{forget_failure, note_failure};
 use quadratura_io::paint_store::PaintStore;
+use quadratura_io::photo_lock::WorkLock;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::fill::see_through::MattePixels;
 use quadratura_layers::fill::{
-    Donors, FillContext, FillOptions, FillSurfaceId, FillSurfaces, FilledRegion, KeptTexels,
-    RectifiedTextures, Region, fill_photo, propagate_paint,
+    Donors, FillContext, FillSurfaceId, FillSurfaces, FilledRegion, KeptTexels, RectifiedTextures, Region,
+    fill_photo, propagate_paint,
 };
 
 pub use inputs::{FillInputs, FillState, photos_to_fill, stale_fillings};
 pub use named::check_options;
 pub use report::FillShares;
+pub use request::{FillRequest, FilledPhoto};
 pub use unknown::unknown_matte_pixels;
-
-/// A request to [`fill`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct FillRequest {
-    /// The options of the method.
-    pub options: FillOptions,
-    /// The names of the photos to fill; empty for all.
-    pub photos: Vec<String>,
-    /// The memory budget in bytes for decoded photos.
-    pub memory: u64,
-    /// Whether photos with an up-to-date filling are filled again.
-    pub force: bool,
-    /// Whether earlier versions of stacks are kept, as [`StackStore::keeping_former`] does.
-    pub keep_former: bool,
-}
-
-/// All photos, a quarter of the available memory, and only what is out of date.
-impl Default for FillRequest {
-    fn default() -> Self {
-        Self {
-            options: FillOptions::default(),
-            photos: Vec::new(),
-            memory: default_memory(),
-            force: false,
-            keep_former: false,
-        }
-    }
-}
 
 /// Ends the hash of the inputs of a filling without mattes that could not be found: it equals no hash.
 const WITHOUT_MATTES: &str = " without mattes";
@@ -100,27 +75,6 @@ enum FillPurpose {
     Fill,
     /// Report propagated paint only; nothing is filled, and no stack is written.
     Report,
-}
-
-/// The result for one photo.
-#[derive(Debug)]
-pub struct FilledPhoto {
-    /// The photo's name.
-    pub photo: String,
-    /// The stack with its filling, or the reason why there is none.
-    pub stack: Result<Stack>,
-    /// Whether the filling was up to date, so that nothing was written.
-    pub up_to_date: bool,
-    /// Paint that was propagated from other photos to visible texels.
-    pub propagated: Vec<PropagationEntry>,
-    /// The number of filled texels that were computed anew; the others were taken from the filling before.
-    pub anew: u64,
-    /// Files that were edited by hand; they were moved to these paths in `inbox/`.
-    pub kept: Vec<PathBuf>,
-    /// Whether the project's paint has changed since, so that the filling is out of date already.
-    pub is_behind: bool,
-    /// The texels of `propagated` where it was only reported; empty where they were written.
-    pub laid: Vec<FilledRegion>,
 }
 
 /// Fills the hidden texels of the photos' current stacks, photo by photo. An error in one photo is in its
@@ -137,7 +91,7 @@ pub fn fill(
     request: &FillRequest,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, project, site, request, FillPurpose::Fill, None, task)
+    while_read(folder, task, || fill_or_report(folder, project, site, request, FillPurpose::Fill, None, task))
 }
 
 /// [`fill`] within an update: in the order of the request, with a turn for each photo that is filled. No filling is
@@ -153,7 +107,8 @@ pub(super) fn fill_in_turns(
     turns: &Turns,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, project, site, request, FillPurpose::Fill, Some(turns), task)
+    let work = || fill_or_report(folder, project, site, request, FillPurpose::Fill, Some(turns), task);
+    while_read(folder, task, work)
 }
 
 /// Returns the paint that [`fill`] would propagate to each photo, whether the filling is up to date or not. The
@@ -168,7 +123,9 @@ pub fn tell(
     request: &FillRequest,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, project, site, request, FillPurpose::Report, None, task)
+    while_read(folder, task, || {
+        fill_or_report(folder, project, site, request, FillPurpose::Report, None, task)
+    })
 }
 
 /// Fills the photos or reports their propagated paint.
@@ -261,7 +218,7 @@ fn fill_or_report(
             filled.push(job.untouched(photo));
             continue;
         }
-        let turn = turns.map(|turns| turns.begin(task)).transpose()?;
+        let turn = turns.map(|turns| turns.begin(|other| job.is_as_before(other), task)).transpose()?;
         if matches!(turn, Some(None)) {
             return Ok(filled);
         }
@@ -305,24 +262,21 @@ impl FillJob<'_> {
     fn up_to_date(&self, photo: &Photo) -> Result<bool> {
         let StackState::Current(stack) = self.state(photo).1 else { return Ok(false) };
         let again = self.request.force || self.purpose == FillPurpose::Report;
-        let current = !again && FillState::new(stack, self.inputs) == FillState::Current;
+        Ok(!again && self.is_filled(photo, stack)?)
+    }
+
+    /// Returns whether a stack has the filling that it would get now.
+    fn is_filled(&self, photo: &Photo, stack: &Stack) -> Result<bool> {
+        let current = FillState::new(stack, self.inputs) == FillState::Current;
         Ok(current && self.store.up_to_date(&photo.name, &stack.inputs)?.is_some())
     }
 
     /// Returns the result for a photo whose filling is up to date.
     fn untouched(&self, photo: &Photo) -> FilledPhoto {
-        let stack = self.state(photo).1.stack().expect("what is up to date has a stack").clone();
-        let propagated = stack.fill.as_ref().map(|fill| fill.propagated.clone()).unwrap_or_default();
-        FilledPhoto {
-            photo: photo.name.clone(),
-            stack: Ok(stack),
-            up_to_date: true,
-            propagated,
-            anew: 0,
-            kept: Vec::new(),
-            is_behind: false,
-            laid: Vec::new(),
-        }
+        FilledPhoto::untouched(
+            photo,
+            self.state(photo).1.stack().expect("what is up to date has a stack").clone(),
+        )
     }
 
     /// Fills one photo and moves any error but cancellation into the result.
@@ -350,7 +304,14 @@ impl FillJob<'_> {
             Err(Error::Cancelled) if self.turns.is_none() || task.check_cancelled().is_err() => {
                 Err(Error::Cancelled)
             }
-            filled => Ok(filled.unwrap_or_else(failed)),
+            filled => {
+                let filled = filled.unwrap_or_else(failed);
+                if let Some(error) = filled.stack.as_ref().err().filter(|_| self.purpose == FillPurpose::Fill)
+                {
+                    note_failure(self.store.project(), &photo.name, error);
+                }
+                Ok(filled)
+            }
         }
     }
 
@@ -364,7 +325,18 @@ impl FillJob<'_> {
     ) -> Result<FilledPhoto> {
         task.check_cancelled()?;
         let (id, state) = self.state(photo);
-        let stack = current(photo, state)?;
+        let before = current(photo, state)?;
+        let lock =
+            (self.purpose == FillPurpose::Fill).then(|| self.store.lock(&photo.name, task)).transpose()?;
+        let (lock, mut cleaned) = lock.map_or((None, Vec::new()), |(lock, kept)| (Some(lock), kept));
+        let stack = &match lock {
+            // Another program may have made it again, or filled it, while this one waited for the lock.
+            Some(_) => self.made_meanwhile(photo, before)?,
+            None => before.clone(),
+        };
+        if stack.fill != before.fill && !self.request.force && self.is_filled(photo, stack)? {
+            return Ok(FilledPhoto { kept: cleaned, ..FilledPhoto::untouched(photo, stack.clone()) });
+        }
         let folder = self.store.folder(&photo.name);
         let own = task.timed("read photo", || context.source.own(id))?;
         let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
@@ -439,10 +411,33 @@ impl FillJob<'_> {
         if is_behind && self.reuse.differs_in_paint_alone(stack) {
             return Err(Error::Cancelled);
         }
+        lock.iter().try_for_each(WorkLock::check)?;
         let committed = task.timed("commit", || writer.commit(bare))?;
+        forget_failure(self.store.project(), &photo.name);
         self.turns.inspect(|turns| turns.committed(&photo.name));
         drop(checked);
-        Ok(FilledPhoto { is_behind, ..done(committed.stack, filled.texels() - untouched, committed.kept) })
+        cleaned.extend(committed.kept);
+        Ok(FilledPhoto { is_behind, ..done(committed.stack, filled.texels() - untouched, cleaned) })
+    }
+
+    /// Returns the stack of a photo as it is now, which has to be made from the inputs of the one `before`.
+    fn made_meanwhile(&self, photo: &Photo, before: &Stack) -> Result<Stack> {
+        let now = self.store.current(&photo.name)?.filter(|now| now.inputs == before.inputs);
+        now.ok_or_else(|| match self.turns {
+            // An update tries again.
+            Some(_) => Error::Cancelled,
+            None => {
+                Error::missing(("its stack has changed meanwhile; run ", Remedy::Build, ", then fill again"))
+            }
+        })
+    }
+
+    /// Returns whether a photo's stack (index in the site) is made from the same inputs as when this filling began; fillings
+    /// depend on nothing else of other stacks.
+    fn is_as_before(&self, photo: usize) -> Result<bool> {
+        let now = self.store.current(&self.site.photos[photo].name)?;
+        let inputs = |stack: Option<&Stack>| stack.map(|stack| stack.inputs.clone());
+        Ok(inputs(now.as_ref()) == inputs(self.states[photo].stack()))
     }
 
     /// Returns the filling of a region of a photo's surroundings, and how many of its texels were taken from the present

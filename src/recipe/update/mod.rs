@@ -237,6 +237,10 @@ impl UpdateJob<'_> {
     /// Removes what killed builds left over.
     fn clean(&mut self, task: &Task) -> Result<()> {
         let _right = self.source.right(task)?;
+        if !self.request.photos.is_empty() {
+            // Each photo is cleaned when it has its turn.
+            return Ok(());
+        }
         for file in self.store.clean()? {
             task.note(format!("a file that was changed by hand was moved to {}", file.display()));
         }
@@ -272,7 +276,8 @@ impl UpdateJob<'_> {
         for some in needed.chunks(self.request.together.max(1)) {
             task.step(STAGE, done, total)?;
             done += some.len() as u64;
-            let Some(_turn) = turns.begin(task)? else { return Ok(false) };
+            // A stack depends on no other.
+            let Some(_turn) = turns.begin(|_| Ok(true), task)? else { return Ok(false) };
             let rasteriser = match &mut self.rasteriser {
                 Some(rasteriser) => rasteriser,
                 none => none.insert((self.make)()?),

@@ -3,18 +3,14 @@
 use std::any::Any;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use crate::open::{Opened, open_site};
 use crate::site_stamp::SiteStamp;
 use crate::turns::UpdateSource;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_files::lock::{ProjectLock, is_window};
+use quadratura_files::lock::refuse_open_in_window;
 use quadratura_io::project::read_project;
-
-/// The time between attempts to take the lock; short compared with one photo.
-const AGAIN: Duration = Duration::from_millis(20);
 
 /// A project on disk, read again whenever its file or the files of its site have changed.
 pub struct ProjectOnDisk {
@@ -30,10 +26,11 @@ impl ProjectOnDisk {
 }
 
 impl UpdateSource for ProjectOnDisk {
-    /// Waits for other commands. A window keeps the lock until it is closed, so that is an error.
-    fn right(&self, task: &Task) -> Result<Box<dyn Any>> {
-        let lock = ProjectLock::take_after(&self.folder, |holder| !is_window(holder), AGAIN, task)?;
-        Ok(Box::new(lock))
+    /// Each photo has a lock of its own, and what is authored may change at any time: what was made of an older state is made
+    /// again. A window updates its project itself.
+    fn right(&self, _: &Task) -> Result<Box<dyn Any>> {
+        refuse_open_in_window(&self.folder)?;
+        Ok(Box::new(()))
     }
 
     fn project(&self, task: &Task) -> Result<Arc<Opened>> {

@@ -17,6 +17,7 @@ use super::surroundings::SurroundingsFiller;
 use crate::agreement::{AgreementInputs, SiteAgreement};
 use crate::gains::{self, photo_gains};
 use crate::relief::SiteRelief;
+use crate::shared::{Shared, while_read};
 use crate::sources::sources;
 use crate::surroundings::SiteSurroundings;
 use quadratura_base::error::{Error, Message, Remedy, Result};
@@ -71,6 +72,17 @@ pub struct MatteBasis<'a> {
 /// # Errors
 /// [`Error::Missing`] when no photo has a stack, and the errors of [`SiteMattes::open`] and of what it needs.
 pub fn mattes(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    force: bool,
+    memory: u64,
+    task: &Task,
+) -> Result<SiteMattes> {
+    while_read(folder, task, || found_or_cached(folder, project, site, force, memory, task))
+}
+
+fn found_or_cached(
     folder: &Path,
     project: &Project,
     site: &Site,
@@ -142,12 +154,14 @@ impl SiteMattes {
         let objects = pieces.iter().map(object).collect();
         let inputs = inputs(basis, &pieces);
         let cached = |id: &PhotoId| Some((*id, read_cached(&file_of(basis, *id), CACHED, &inputs)?));
-        let cached: Option<Vec<(PhotoId, Vec<Matte>)>> =
-            if force { None } else { photos.iter().map(cached).collect() };
-        let is_anew = cached.is_none();
+        let cached = || -> Option<Vec<(PhotoId, Vec<Matte>)>> {
+            if force { None } else { photos.iter().map(cached).collect() }
+        };
+        let cached = Shared::find(basis.folder, cached, task)?;
+        let is_anew = matches!(cached, Shared::Missing(_));
         let FoundMattes { of_photo: found, failed } = match cached {
-            Some(of_photo) => FoundMattes { of_photo, failed: BTreeSet::new() },
-            None => make(basis, &photos, &pieces, &surfaces, &inputs, task)?,
+            Shared::Known(of_photo) => FoundMattes { of_photo, failed: BTreeSet::new() },
+            Shared::Missing(_lock) => make(basis, &photos, &pieces, &surfaces, &inputs, task)?,
         };
         found.into_iter().for_each(|(id, mattes)| of_photo[id.index()] = mattes.into());
         Ok(Self { of_photo, is_anew, failed, objects })
