@@ -32,7 +32,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("i_overlay", &["base/geometry/"]),
     ("gltf", &["import/models/", "foliage/files/gltf/"]),
     ("exr", &["io/depth_image/", "io/picture_exr.rs"]),
-    ("image", &["import/photo/", "io/", "ldi/page/"]),
+    ("image", &["import/photo/", "io/", "ldi/page/", "handover/textured/encoded.rs"]),
     ("exif", &["import/photo/"]),
     ("png", &["files/png_error.rs", "import/photo/", "io/"]),
     ("csv", &["foliage/files/list.rs"]),

@@ -1,0 +1,3 @@
+//! Export to the formats of other programs.
+
+pub mod baked;
