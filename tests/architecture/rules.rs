@@ -41,7 +41,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("encoding_rs", &["files/text.rs"]),
     ("moxcms", &["io/colour.rs"]),
     ("notify_debouncer_full", &["io/watch.rs"]),
-    ("zip", &["io/layered/ora/", "import/cameras/metashape/"]),
+    ("zip", &["io/layered/ora/", "import/cameras/metashape/", "handover/textured/usd/"]),
     ("flate2", &["files/deflated.rs", "io/layered/", "ldi/file/", "import/photo/tiff/"]),
     ("weezl", &["import/photo/tiff/"]),
     ("roxmltree", &["io/layered/", "import/cameras/"]),

@@ -174,8 +174,7 @@ mod tests {
     fn a_floor_lies_along_its_longest_edge() {
         let (s, c) = 0.3f64.sin_cos();
         let at = |x: f64, y: f64| [c * x - s * y, s * x + c * y, 0.0];
-        let chart =
-            &charts(&[face(&[at(0., 0.), at(9., 0.), at(9., 2.), at(0., 2.)], 0)], DVec3::Z)[0];
+        let chart = &charts(&[face(&[at(0., 0.), at(9., 0.), at(9., 2.), at(0., 2.)], 0)], DVec3::Z)[0];
         assert!((chart.size() - DVec2::new(9.0, 2.0)).length() < 1e-9, "{:?}", chart.size());
     }
 

@@ -52,7 +52,9 @@ pub fn pack(cells: &[[u32; 2]], page: u32) -> Packing {
 /// Returns the sizes of pages up to a square with this side, by area: powers of two, as wide as high or twice as wide.
 fn sizes(side: u32) -> impl Iterator<Item = [u32; 2]> {
     let squares = std::iter::successors(Some(1), move |&width| (width < side).then_some(width * 2));
-    squares.flat_map(move |width| [[width, width], [width * 2, width]]).filter(move |[width, _]| *width <= side)
+    squares
+        .flat_map(move |width| [[width, width], [width * 2, width]])
+        .filter(move |[width, _]| *width <= side)
 }
 
 /// Returns whether all of these cells fit on a page.
@@ -76,7 +78,8 @@ impl Skyline {
 
     /// Places a cell as high up as possible, then as far left; `None` where it does not fit.
     fn place(&mut self, [width, height]: [u32; 2]) -> Option<[u32; 2]> {
-        let places = self.used.windows(width as usize).map(|columns| columns.iter().copied().max().unwrap_or(0));
+        let places =
+            self.used.windows(width as usize).map(|columns| columns.iter().copied().max().unwrap_or(0));
         let (x, y) = places.enumerate().min_by_key(|(_, y)| *y)?;
         if y + height > self.height {
             return None;

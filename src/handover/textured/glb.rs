@@ -27,7 +27,8 @@ const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 /// Writes a model as one file with its textures.
 pub fn glb(model: &TexturedModel, generator: &str) -> WrittenFile {
     let mut buffer = Buffer::default();
-    let objects: Vec<&TexturedObject> = model.objects.iter().filter(|object| !object.faces.is_empty()).collect();
+    let objects: Vec<&TexturedObject> =
+        model.objects.iter().filter(|object| !object.faces.is_empty()).collect();
     let meshes: Vec<Value> = objects.iter().map(|object| mesh(object, &mut buffer)).collect();
     let images: Vec<Value> = model
         .pages
@@ -57,7 +58,15 @@ pub fn glb(model: &TexturedModel, generator: &str) -> WrittenFile {
         ("bufferViews", buffer.views),
         ("images", images),
         ("textures", (0..model.pages.len()).map(|page| json!({ "sampler": 0, "source": page })).collect()),
-        ("materials", model.pages.iter().enumerate().map(|(index, page)| material(index, page.material(), page.kind)).collect()),
+        (
+            "materials",
+            model
+                .pages
+                .iter()
+                .enumerate()
+                .map(|(index, page)| material(index, page.material(), page.kind))
+                .collect(),
+        ),
     ];
     // Empty lists are no glTF.
     for (name, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
@@ -91,7 +100,11 @@ fn root(model: &TexturedModel, objects: usize) -> Value {
 /// Returns the rotation that takes the up direction to +y; z to y by a quarter turn about x, as exporters do.
 pub(super) fn y_from_up(up: DVec3) -> DMat3 {
     let y_from_z = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
-    if up == DVec3::Z { y_from_z } else { y_from_z * DMat3::from_quat(DQuat::from_rotation_arc(up, DVec3::Z)) }
+    if up == DVec3::Z {
+        y_from_z
+    } else {
+        y_from_z * DMat3::from_quat(DQuat::from_rotation_arc(up, DVec3::Z))
+    }
 }
 
 fn material(index: usize, name: &str, kind: PageKind) -> Value {
@@ -162,7 +175,9 @@ impl Buffer {
 
     fn positions(&mut self, positions: &[[f32; 3]]) -> usize {
         let extreme = |start: f32, choose: fn(f32, f32) -> f32| {
-            positions.iter().fold([start; 3], |found, position| [0, 1, 2].map(|c| choose(found[c], position[c])))
+            positions
+                .iter()
+                .fold([start; 3], |found, position| [0, 1, 2].map(|c| choose(found[c], position[c])))
         };
         let (min, max) = (extreme(f32::INFINITY, f32::min), extreme(f32::NEG_INFINITY, f32::max));
         let accessor = json!({

@@ -25,7 +25,8 @@ pub fn obj(model: TexturedModel, up: UpAxis, generator: &str) -> Vec<WrittenFile
         name: format!("{}{suffix}", model.name),
         bytes: text.into_bytes(),
     };
-    let described = [text(".obj", geometry(&model, up, generator)), text(".mtl", materials(&model, generator))];
+    let described =
+        [text(".obj", geometry(&model, up, generator)), text(".mtl", materials(&model, generator))];
     let textures = model.pages.into_iter().map(|page| WrittenFile { name: page.file, bytes: page.bytes });
     described.into_iter().chain(textures).collect()
 }
@@ -86,7 +87,8 @@ fn one_line(name: &str) -> String {
 fn materials(model: &TexturedModel, generator: &str) -> String {
     let of_page = |page: &super::TexturePage| {
         let (name, file) = (page.material(), &page.file);
-        let alpha = if page.kind == PageKind::PngWithAlpha { format!("map_d {file}\n") } else { String::new() };
+        let alpha =
+            if page.kind == PageKind::PngWithAlpha { format!("map_d {file}\n") } else { String::new() };
         format!(
             "\nnewmtl {name}\nKa 0 0 0\nKd 0 0 0\nKs 0 0 0\nKe 1 1 1\nillum 0\nmap_Ke -clamp on {file}\nmap_Kd -clamp on {file}\n{alpha}"
         )

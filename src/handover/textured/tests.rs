@@ -7,7 +7,8 @@ const GENERATOR: &str = "a test";
 
 /// A house of one wall and its gable on two pages, and a sheet on the first.
 pub fn model() -> TexturedModel {
-    let corner = |x: f64, z: f64| Corner { position: DVec3::new(x, 1.5, z), uv: DVec2::new(x / 8.0, 1.0 - z / 8.0) };
+    let corner =
+        |x: f64, z: f64| Corner { position: DVec3::new(x, 1.5, z), uv: DVec2::new(x / 8.0, 1.0 - z / 8.0) };
     let wall = TexturedFace {
         corners: vec![corner(0.0, 0.0), corner(4.0, 0.0), corner(4.0, 3.0), corner(0.0, 3.0)],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
@@ -18,17 +19,25 @@ pub fn model() -> TexturedModel {
         triangles: vec![[0, 1, 2]],
         page: 1,
     };
-    let page = |file: &str, kind| TexturePage { file: file.into(), kind, bytes: encoded(kind, &[200; 4 * 256][..256 * kind.channels()], [16, 16]) };
+    let page = |file: &str, kind| TexturePage {
+        file: file.into(),
+        kind,
+        bytes: encoded(kind, &[200; 4 * 256][..256 * kind.channels()], [16, 16]),
+    };
     TexturedModel {
         name: "site".into(),
         origin: DVec3::new(1000.0, 2000.0, 0.0),
         up: DVec3::Z,
         objects: vec![
-            TexturedObject { name: "house, old".into(), faces: vec![wall.clone(), gable, wall.clone()], billboard: false },
+            TexturedObject {
+                name: "house, old".into(),
+                faces: vec![wall.clone(), gable, wall.clone()],
+                billboard: false,
+            },
             TexturedObject { name: "sheet".into(), faces: vec![wall], billboard: true },
             TexturedObject { name: "nothing".into(), faces: vec![], billboard: false },
         ],
-        pages: vec![page("site.1.jpg", PageKind::Jpeg), page("site.2.png", PageKind::PngWithAlpha)],
+        pages: vec![page("site_1.jpg", PageKind::Jpeg), page("site_2.png", PageKind::PngWithAlpha)],
     }
 }
 
@@ -54,7 +63,8 @@ fn a_glb_has_a_node_per_object_and_keeps_the_order_of_faces_over_pages() {
     assert_eq!(json["nodes"][2]["extras"]["billboard"], true);
     assert_eq!(json["meshes"][0]["extras"]["faceTriangleCounts"], serde_json::json!([2, 1, 2]));
     let primitives = json["meshes"][0]["primitives"].as_array().unwrap();
-    let materials: Vec<_> = primitives.iter().map(|primitive| primitive["material"].as_u64().unwrap()).collect();
+    let materials: Vec<_> =
+        primitives.iter().map(|primitive| primitive["material"].as_u64().unwrap()).collect();
     assert_eq!(materials, [0, 1, 0]);
     assert_eq!(json["materials"][1]["alphaMode"], "MASK");
     let view = &json["bufferViews"][json["images"][0]["bufferView"].as_u64().unwrap() as usize];
@@ -75,13 +85,15 @@ fn the_root_node_turns_up_to_y_and_leaves_x_where_z_was_up() {
 fn an_obj_has_polygons_and_shares_corners() {
     let files = obj::obj(model(), UpAxis::Project, GENERATOR);
     let names: Vec<_> = files.iter().map(|file| file.name.as_str()).collect();
-    assert_eq!(names, ["site.obj", "site.mtl", "site.1.jpg", "site.2.png"]);
+    assert_eq!(names, ["site.obj", "site.mtl", "site_1.jpg", "site_2.png"]);
     let text = String::from_utf8(files[0].bytes.clone()).unwrap();
-    let lines = |start: &str| text.lines().filter(|line| line.starts_with(start)).map(str::to_owned).collect::<Vec<_>>();
+    let lines = |start: &str| {
+        text.lines().filter(|line| line.starts_with(start)).map(str::to_owned).collect::<Vec<_>>()
+    };
     assert_eq!(lines("o "), ["o house, old", "o sheet"]);
     assert_eq!(lines("f "), ["f 1/1 2/2 3/3 4/4", "f 4/4 3/3 5/5", "f 1/1 2/2 3/3 4/4", "f 1/1 2/2 3/3 4/4"]);
     assert_eq!(lines("v ").last().unwrap(), "v 2 1.5 5.25");
-    assert_eq!(lines("usemtl "), ["usemtl site.1", "usemtl site.2", "usemtl site.1", "usemtl site.1"]);
+    assert_eq!(lines("usemtl "), ["usemtl site_1", "usemtl site_2", "usemtl site_1", "usemtl site_1"]);
     let turned = String::from_utf8(obj::obj(model(), UpAxis::Y, GENERATOR)[0].bytes.clone()).unwrap();
     assert!(turned.contains("\nv 2 5.25 -1.5\n"), "{turned}");
 }

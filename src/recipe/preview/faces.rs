@@ -6,7 +6,7 @@ use super::Preview;
 use quadratura_base::error::Result;
 use quadratura_base::scene::FaceId;
 use quadratura_base::task::Task;
-use quadratura_projection::{Renders, Sources};
+use quadratura_projection::Sources;
 use quadratura_view::hidden::HiddenFaces;
 use quadratura_view::{Picture, Shot};
 
@@ -25,9 +25,11 @@ impl Preview {
     /// Draws a view of faces as they are, far backdrops among them, whose place surroundings take in other views.
     ///
     /// # Errors
-    /// As [`Renders::picture`].
+    /// As [`quadratura_projection::Renders::picture`].
     pub(crate) fn picture_of_faces(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
         self.make_ready(shot, task)?;
-        self.renderer.picture(shot, task)
+        let mut sliced = self.renderer.begin(shot, task)?.alone();
+        while !self.renderer.advance(&mut sliced, task)? {}
+        Ok(sliced.picture())
     }
 }

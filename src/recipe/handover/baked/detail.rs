@@ -26,7 +26,12 @@ fn detail(chart: &Chart, parts: &Parts, sources: &Sources, photos: &[PhotoId]) -
             let ring = &parts.faces[part].ring;
             (part, corners.iter().map(|&corner| ring[corner as usize]).sum::<DVec3>() / 3.0)
         };
-        chart.faces.iter().flat_map(|&part| parts.faces[part].triangles.iter().map(move |t| (part, t))).map(|(part, t)| middle(part, t)).collect()
+        chart
+            .faces
+            .iter()
+            .flat_map(|&part| parts.faces[part].triangles.iter().map(move |t| (part, t)))
+            .map(|(part, t)| middle(part, t))
+            .collect()
     };
     let places: Vec<(usize, DVec3)> = if grid.is_empty() { middles() } else { grid };
     let of_place = |(part, point): (usize, DVec3)| best(&parts.faces[part], point, sources, photos);
@@ -61,10 +66,11 @@ fn best(part: &Part, point: DVec3, sources: &Sources, photos: &[PhotoId]) -> Opt
         let in_photo = photo.pose.camera_from_world(point);
         let px = photo.camera.image_from_camera(in_photo)?;
         let eye = photo.pose.center_in_world();
-        let serves = part.card_of.map_or(photos.binary_search(&server.photo).is_ok(), |only| only == server.photo)
-            && server.back == part.back
-            && server.domain.holds(px)
-            && border(&photo.camera, px) > 0.0;
+        let serves =
+            part.card_of.map_or(photos.binary_search(&server.photo).is_ok(), |only| only == server.photo)
+                && server.back == part.back
+                && server.domain.holds(px)
+                && border(&photo.camera, px) > 0.0;
         let angle = angle_at(point, point + part.plane.normal, eye);
         serves.then(|| (pixels_per_unit(&photo.camera, &part.plane, eye, in_photo.z), angle))
     };

@@ -57,8 +57,10 @@ impl Layout {
             .charts
             .iter()
             .zip(details(parts, sources, photos))
-            .map(|(chart, of_photos)| {
-                Wanted { size: chart.size(), of_photos, object: parts.object_of(chart).index() }
+            .map(|(chart, of_photos)| Wanted {
+                size: chart.size(),
+                of_photos,
+                object: parts.object_of(chart).index(),
             })
             .collect();
         let (density, texels) = options.limits();
@@ -69,7 +71,9 @@ impl Layout {
         if unseen > 0 {
             let (charts, are) = if unseen == 1 { ("chart", "is") } else { ("charts", "are") };
             let instead = if options.holes { "grey" } else { "continued from what is around them" };
-            layout.left_out.push(format!("{unseen} {charts} of which no photo shows the side that is textured: they {are} {instead}"));
+            layout.left_out.push(format!(
+                "{unseen} {charts} of which no photo shows the side that is textured: they {are} {instead}"
+            ));
         }
         if !found.larger_than_page.is_empty() {
             layout.left_out.push(format!(
@@ -104,7 +108,8 @@ impl Layout {
     /// Packs the opaque charts, or the see-through ones.
     fn pack(&mut self, parts: &Parts, see_through: bool, page: u32) {
         let is_meant = |chart: &PlacedChart| parts.faces[chart.chart.faces[0]].see_through == see_through;
-        let meant: Vec<usize> = (0..self.charts.len()).filter(|&chart| is_meant(&self.charts[chart])).collect();
+        let meant: Vec<usize> =
+            (0..self.charts.len()).filter(|&chart| is_meant(&self.charts[chart])).collect();
         let cells: Vec<[u32; 2]> =
             meant.iter().map(|&chart| self.charts[chart].cell.map(|side| side / CELL)).collect();
         let packing = pack(&cells, page);

@@ -29,6 +29,8 @@ use glam::DVec3;
 use serde::Serialize;
 
 pub use self::options::{BakedFormat, BakedOptions, Density};
+pub use quadratura_handover::textured::obj::UpAxis;
+pub use quadratura_handover::textured::usd::UsdCamera;
 
 use self::layout::Layout;
 use self::pages::{BakedPage, Coverage};
@@ -40,6 +42,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{PhotoId, up};
 use quadratura_base::task::Task;
 use quadratura_handover::textured::obj::obj;
+use quadratura_handover::textured::usd::usd;
 use quadratura_handover::textured::{TexturedModel, WrittenFile, glb::glb};
 use quadratura_layers::device::SiteDevice;
 
@@ -83,7 +86,7 @@ pub struct BakedReport {
     pub coverage: Coverage,
 }
 
-/// Bakes the site with these photos (indices in the site) as the project in the folder `project` shows it. Positions are those of the world less `origin`.
+/// Bakes the site with these photos (indices in the site) as the project in the folder `project` shows it. `cameras` are those that a USD stage gets. Positions are those of the world less `origin`.
 ///
 /// # Errors
 /// Returns the errors of [`preview::open`], [`Error::Request`] when no face has an area, or [`Error::Cancelled`].
@@ -91,6 +94,7 @@ pub fn bake(
     project: &Path,
     opened: &Opened,
     photos: &[PhotoId],
+    cameras: &[UsdCamera],
     origin: DVec3,
     options: &BakedOptions,
     device: &dyn SiteDevice,
@@ -127,12 +131,14 @@ pub fn bake(
         upsampled: layout.upsampled,
         coverage: coverage.as_shares(),
     };
-    let (textures, mut known): (Vec<_>, Vec<_>) = pages.into_iter().map(|page| (page.texture, page.known)).unzip();
+    let (textures, mut known): (Vec<_>, Vec<_>) =
+        pages.into_iter().map(|page| (page.texture, page.known)).unzip();
     let objects = assemble::objects(&site.model, &parts, &layout, origin);
     let model = TexturedModel { name: NAME.into(), origin, up, objects, pages: textures };
     let mut files = match options.format {
         BakedFormat::Glb => vec![glb(&model, GENERATOR)],
         BakedFormat::Obj(axis) => obj(model, axis, GENERATOR),
+        BakedFormat::Usd => usd(model, cameras, GENERATOR),
     };
     files.append(&mut known);
     preview.problems().into_iter().for_each(|problem| task.note(problem));

@@ -35,6 +35,8 @@ pub enum BakedFormat {
     Glb,
     /// Wavefront OBJ.
     Obj(UpAxis),
+    /// USD, as text and as a package.
+    Usd,
 }
 
 /// The largest density of charts.

@@ -12,8 +12,8 @@ use quadratura_base::task::Task;
 use quadratura_handover::atlas::pad::carry_outwards;
 use quadratura_handover::atlas::{CELL, GUTTER};
 use quadratura_handover::textured::{PageKind, TexturePage, WrittenFile, encoded};
-use quadratura_view::DisplayMode;
 use quadratura_view::legend::{CONTINUED, Origin};
+use quadratura_view::{DisplayMode, Picture};
 
 use super::camera::texel_of;
 
@@ -37,8 +37,6 @@ enum Known {
 }
 
 impl Known {
-    const ALL: [Self; 4] = [Self::Photographed, Self::Filled, Self::Inpainted, Self::Nothing];
-
     /// Returns the grey level in the map.
     fn grey(self) -> u8 {
         match self {
@@ -144,27 +142,29 @@ impl BakedPage {
         let mut coverage = Coverage::default();
         for (done, placed) in charts() {
             task.step("bake charts", done, layout.charts.len() as u64)?;
-            sheet.put(placed, &colours(placed, painter, page.see_through, task)?);
+            sheet.put(placed, colours(placed, painter, page.see_through, task)?.pixels());
             known.put(placed, &knowledge(placed, painter, &mut coverage, task)?);
         }
-        let texture = TexturePage { file: format!("{}{}", page.stem, kind.ending()), kind, bytes: sheet.encoded() };
+        let texture =
+            TexturePage { file: format!("{}{}", page.stem, kind.ending()), kind, bytes: sheet.encoded() };
         let known = WrittenFile { name: format!("{}.known.png", page.stem), bytes: known.encoded() };
         Ok(Self { texture, known, coverage })
     }
 }
 
 /// Returns the texels of a chart's cell.
-fn colours(placed: &PlacedChart, painter: &mut Painter, see_through: bool, task: &Task) -> Result<Vec<[u8; 4]>> {
+fn colours(placed: &PlacedChart, painter: &mut Painter, see_through: bool, task: &Task) -> Result<Picture> {
     let [density, gutter] = [placed.density, f64::from(GUTTER)];
-    let mut texels = painter.paint(placed, [density, gutter], placed.cell, DisplayMode::Colour, task)?;
+    let mut picture = painter.paint(placed, [density, gutter], placed.cell, DisplayMode::Colour, task)?;
+    let texels = picture.rgba.as_chunks_mut::<4>().0;
     let width = placed.cell[0] as usize;
     if see_through {
         // Colours are carried to where one sees through, and alpha is not.
         let alphas: Vec<u8> = texels.iter().map(|texel| texel[3]).collect();
         let mut known: Vec<bool> = alphas.iter().map(|alpha| *alpha > 0).collect();
-        carry_outwards(&mut texels, &mut known, width);
+        carry_outwards(texels, &mut known, width);
         texels.iter_mut().zip(alphas).for_each(|(texel, alpha)| texel[3] = alpha);
-        return Ok(texels);
+        return Ok(picture);
     }
     let mut known: Vec<bool> = texels.iter().map(|texel| texel[3] > 0).collect();
     let is_empty = !known.contains(&true);
@@ -175,8 +175,8 @@ fn colours(placed: &PlacedChart, painter: &mut Painter, see_through: bool, task:
             }
         }
     }
-    carry_outwards(&mut texels, &mut known, width);
-    Ok(texels)
+    carry_outwards(texels, &mut known, width);
+    Ok(picture)
 }
 
 /// Returns the grey levels of a chart's cell in the map of what is known, and counts them.
@@ -189,7 +189,8 @@ fn knowledge(
     let step = f64::from(KNOWN_STEP);
     let scale = [placed.density / step, f64::from(GUTTER) / step];
     let cell = placed.cell.map(|side| side / KNOWN_STEP);
-    let texels = painter.paint(placed, scale, cell, DisplayMode::Provenance, task)?;
+    let picture = painter.paint(placed, scale, cell, DisplayMode::Provenance, task)?;
+    let texels = picture.pixels();
     let mut greys = vec![[0; 4]; texels.len()];
     let mut within = vec![false; texels.len()];
     for at in inside(placed, painter, scale, cell) {
@@ -211,11 +212,13 @@ fn inside(
     let rect = PixelRect::of_size(width, height);
     let of_part = |&part: &usize| {
         let ring = &painter.parts.faces[part].ring;
-        let line: Vec<_> = ring.iter().map(|&point| texel_of(&placed.chart, density, point) + gutter).collect();
+        let line: Vec<_> =
+            ring.iter().map(|&point| texel_of(&placed.chart, density, point) + gutter).collect();
         enclosed(&line, rect)
     };
     let spans = placed.chart.faces.iter().map(of_part).reduce(|a, b| a.union(&b));
-    let runs = spans.iter().flat_map(|spans| spans.iter().map(|(y, run)| (y, run.clone())).collect::<Vec<_>>());
+    let runs =
+        spans.iter().flat_map(|spans| spans.iter().map(|(y, run)| (y, run.clone())).collect::<Vec<_>>());
     runs.flat_map(|(y, run)| run.map(move |x| rect.offset(x as i32, y))).collect()
 }
 

@@ -107,8 +107,9 @@ fn faces(count: usize) -> String {
 
 /// Returns whether some of these photos show the front of a face, and whether some show its back.
 fn sides(sources: &Sources, photos: &[PhotoId], face: FaceId) -> [bool; 2] {
-    let serves =
-        |back: bool| move |server: &Server| server.back == back && photos.binary_search(&server.photo).is_ok();
+    let serves = |back: bool| {
+        move |server: &Server| server.back == back && photos.binary_search(&server.photo).is_ok()
+    };
     [false, true].map(|back| sources.servers_of(face).iter().any(serves(back)))
 }
 
@@ -118,9 +119,7 @@ fn part(model: &Model, id: FaceId, [front, back]: [bool; 2], see_through: &BTree
     let outline = model.ring(id);
     let at = |vertex: u32| outline.iter().position(|&other| other == vertex).map(|at| at as u32);
     let corners = model.face_triangles(id).iter().map(|corners| corners.map(at));
-    let triangles: Vec<[u32; 3]> = corners
-        .filter_map(|[a, b, c]| Some([a?, b?, c?]))
-        .collect();
+    let triangles: Vec<[u32; 3]> = corners.filter_map(|[a, b, c]| Some([a?, b?, c?])).collect();
     let back = back && !front;
     let normal = if back { -face.plane.normal } else { face.plane.normal };
     (!triangles.is_empty()).then(|| Part {

@@ -1,1 +1,0 @@
-//! USD as text (`.usda`), and with its textures in one file (`.usdz`): for Blender, Houdini, Unreal, Maya, Quick Look.
