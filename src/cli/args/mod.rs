@@ -27,7 +27,7 @@ use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 
 pub use colour::{ColourArgs, GroupArg, Switch};
 pub use decide::{DecideArgs, OptionOverride};
-pub use export::ExportArgs;
+pub use export::{ExportArgs, ExportTarget};
 pub use fill::FillArgs;
 pub use import::{ImportArgs, StrokeArgs, WatchArgs};
 pub use ldi::{

@@ -1,0 +1,31 @@
+//! The formats of other programs, by the names that are typed on the command line.
+
+/// A format of other programs that a site is written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HandoverFormat {
+    /// Cameras alone: COLMAP's text files, `transforms.json` and `cameras.json`.
+    Cameras,
+    /// A script that builds the site in Blender, with its data.
+    Blender,
+}
+
+impl HandoverFormat {
+    /// All formats with their names and help texts.
+    pub const TABLE: &'static [(&'static str, Self, &'static str)] = &[
+        (
+            "blender",
+            Self::Blender,
+            "The site for Blender 4.2 or newer: a script that builds it, with cameras, model and image layers",
+        ),
+        (
+            "cameras",
+            Self::Cameras,
+            "Cameras of the undistorted photos: COLMAP's text files, transforms.json and a plain cameras.json",
+        ),
+    ];
+
+    /// Returns the name that is typed on the command line.
+    pub fn name(self) -> &'static str {
+        Self::TABLE.iter().find(|(_, format, _)| *format == self).expect("the table has all formats").0
+    }
+}
