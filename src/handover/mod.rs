@@ -5,4 +5,9 @@
 //! compute in f32 lose no pixels.
 
 pub mod atlas;
+pub mod blender;
+pub mod camera;
+pub mod cameras_json;
+pub mod colmap;
 pub mod textured;
+pub mod transforms;

@@ -152,7 +152,7 @@ fn what_no_photo_shows_is_grey_in_holes_and_black_in_the_map_of_what_is_known() 
     assert_eq!(at(&page), [128; 3]);
     let known = image::open(site.path("glb/site_texture_1.known.png")).unwrap().to_rgb8();
     assert_eq!((known.width() * 4, at(&known)), (page.width(), [0; 3]));
-    let coverage = &report["baked"]["coverage"];
+    let coverage = &report["export"]["baked"]["coverage"];
     assert!(coverage["nothing"].as_f64().unwrap() > 0.0 && coverage["photographed"].as_f64().unwrap() > 0.05);
     let said = stderr_of(&site.run("export project --format glb --out again").success());
     assert!(!said.contains("panicked"), "{said}");
@@ -174,9 +174,9 @@ fn a_usd_stage_has_the_objects_and_the_photos_cameras() {
 fn arguments_of_other_formats_are_refused_and_the_same_export_has_the_same_bytes() {
     let Some(site) = smooth_site() else { return };
     for (arguments, expected) in [
-        ("--format psd --density 40", "--density does not apply to --format psd"),
-        ("--format glb --up y", "--up does not apply to --format glb; it is for obj"),
-        ("--format cameras --holes", "--holes does not apply to --format cameras"),
+        ("--format psd --density 40", "--density does not apply to layered files"),
+        ("--format glb --up y", "--up does not apply to glb; it is for --format obj"),
+        ("--format cameras --holes", "--holes does not apply to cameras"),
     ] {
         let said = stderr_of(&site.run(&format!("export project {arguments} --out x")).code(2));
         assert!(said.contains(expected), "{said}");

@@ -3,8 +3,7 @@
 use clap::Args;
 
 use super::one_of::one_of;
-use quadratura_base::error::{Error, Result};
-use quadratura_recipe::handover::baked::{BakedFormat, BakedOptions, Density, UpAxis};
+use quadratura_recipe::handover::baked::{BakedOptions, Density, UpAxis};
 
 /// The sides that pages may have.
 const PAGE_SIZES: &[(&str, u32, &str)] =
@@ -44,35 +43,16 @@ fn density(text: &str) -> std::result::Result<Density, String> {
 }
 
 impl BakedArgs {
-    /// Returns the options for a format.
-    pub fn options(&self, format: BakedFormat, memory: u64) -> BakedOptions {
-        let format = match format {
-            BakedFormat::Obj(_) => BakedFormat::Obj(self.up.unwrap_or_default()),
-            other => other,
-        };
-        let (page, png, holes) = (self.page_size, self.png, self.holes);
-        BakedOptions { format, density: self.density.unwrap_or_default(), page, png, holes, memory }
-    }
-
-    /// Checks that no argument was given that the format `name` does not have; `format` is that of a model with textures.
-    ///
-    /// # Errors
-    /// Returns [`Error::Usage`].
-    pub fn check(&self, name: &str, format: Option<BakedFormat>) -> Result<()> {
-        let is_obj = matches!(format, Some(BakedFormat::Obj(_)));
-        let given = [
-            ("--density", self.density.is_some(), format.is_some()),
-            ("--page-size", self.page_size.is_some(), format.is_some()),
-            ("--png", self.png, format.is_some()),
-            ("--holes", self.holes, format.is_some()),
-            ("--up", self.up.is_some(), is_obj),
-        ];
-        match given.iter().find(|(_, given, has)| *given && !has) {
-            Some((argument, ..)) => {
-                let meant = if *argument == "--up" { "obj" } else { "glb, obj and usd" };
-                Err(Error::Usage(format!("{argument} does not apply to --format {name}; it is for {meant}")))
-            }
-            None => Ok(()),
+    /// Returns the options.
+    pub fn options(&self, memory: u64) -> BakedOptions {
+        BakedOptions {
+            density: self.density.unwrap_or_default(),
+            page: self.page_size,
+            png: self.png,
+            holes: self.holes,
+            up: self.up.unwrap_or_default(),
+            memory,
+            ..BakedOptions::default()
         }
     }
 }

@@ -7,29 +7,14 @@ use glam::DVec3;
 
 use super::text::{quoted, tuple};
 use super::transform;
-use quadratura_base::geometry::{Pinhole, Pose};
-
-/// The horizontal aperture, in the millimetres of cameras; any constant gives the same picture.
-const APERTURE: f64 = 36.0;
-
-/// A camera with its photo.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UsdCamera {
-    /// The name of the photo.
-    pub name: String,
-    /// The path of the photo's picture, relative to the folder of the stage.
-    pub file: String,
-    /// Image size and intrinsics in pixels.
-    pub camera: Pinhole,
-    /// The pose, from the world less the origin to the camera.
-    pub pose: Pose,
-}
+use crate::camera::{FILM_WIDTH_MM, HandoverCamera};
+use quadratura_base::geometry::Pinhole;
 
 /// Writes a camera, which is called `name`, with the shortest and the longest distance that it shows.
-pub(super) fn write(text: &mut String, name: &str, camera: &UsdCamera, clipping: [f64; 2]) {
+pub(super) fn write(text: &mut String, name: &str, camera: &HandoverCamera, clipping: [f64; 2]) {
     let Pinhole { width, height, fx, fy, cx, cy } = camera.camera;
     let [w, h] = [width, height].map(f64::from);
-    let (aspect, per_px) = (fx / fy, APERTURE / w);
+    let (aspect, per_px) = (fx / fy, FILM_WIDTH_MM / w);
     let axes = camera.pose.rotation.transpose();
     let rows: [DVec3; 4] = [axes.x_axis, -axes.y_axis, -axes.z_axis, camera.pose.center_in_world()];
     let [focal, vertical, right, up] =
@@ -42,7 +27,7 @@ pub(super) fn write(text: &mut String, name: &str, camera: &UsdCamera, clipping:
         {{
             float2 clippingRange = {clipping}
             float focalLength = {focal}
-            float horizontalAperture = {APERTURE}
+            float horizontalAperture = {FILM_WIDTH_MM}
             float horizontalApertureOffset = {right}
             token projection = "perspective"
             custom string quadratura:file = {file}

@@ -19,16 +19,15 @@ use std::fmt::Write as _;
 
 use glam::{DMat3, DVec3};
 
-pub use camera::UsdCamera;
-
 use self::text::{Names, matrix, quoted};
 use super::{TexturedModel, WrittenFile};
+use crate::camera::HandoverCamera;
 
 /// The shortest and the longest distance that cameras show, in extents of the site.
 const CLIPPING: [f64; 2] = [1e-4, 1e2];
 
 /// Writes a model and cameras: the stage as text, its textures, and all of it in one file.
-pub fn usd(model: TexturedModel, cameras: &[UsdCamera], generator: &str) -> Vec<WrittenFile> {
+pub fn usd(model: TexturedModel, cameras: &[HandoverCamera], generator: &str) -> Vec<WrittenFile> {
     let stage = WrittenFile {
         name: format!("{}.usda", model.name),
         bytes: stage(&model, cameras, generator).into_bytes(),
@@ -41,7 +40,7 @@ pub fn usd(model: TexturedModel, cameras: &[UsdCamera], generator: &str) -> Vec<
     files
 }
 
-fn stage(model: &TexturedModel, cameras: &[UsdCamera], generator: &str) -> String {
+fn stage(model: &TexturedModel, cameras: &[HandoverCamera], generator: &str) -> String {
     let (axis, turn) = axis_of(model.up);
     let [x, y, z] = model.origin.to_array();
     let mut text = format!(
@@ -96,7 +95,7 @@ fn transform(rows: &[DVec3; 4], indent: &str) -> String {
 }
 
 /// Returns the diagonal of the box around model and cameras; 1 of nothing.
-fn extent(model: &TexturedModel, cameras: &[UsdCamera]) -> f64 {
+fn extent(model: &TexturedModel, cameras: &[HandoverCamera]) -> f64 {
     let faces = model.objects.iter().flat_map(|object| &object.faces);
     let corners = faces.flat_map(|face| face.corners.iter().map(|corner| corner.position));
     let points = corners.chain(cameras.iter().map(|camera| camera.pose.center_in_world()));

@@ -3,10 +3,10 @@ use crate::textured::tests::model;
 use glam::DMat3;
 use quadratura_base::geometry::{Pinhole, Pose};
 
-fn camera() -> UsdCamera {
+fn camera() -> HandoverCamera {
     let camera = Pinhole { width: 1440, height: 2160, fx: 1500.0, fy: 1600.0, cx: 708.0, cy: 1530.0 };
     let pose = Pose { rotation: DMat3::from_rotation_x(1.2), translation: DVec3::new(0.5, -2.0, 9.0) };
-    UsdCamera { name: "08 portrait.jpg".into(), file: "../photos/08 portrait.jpg".into(), camera, pose }
+    HandoverCamera { name: "08 portrait.jpg".into(), file: "../photos/08 portrait.jpg".into(), camera, pose }
 }
 
 #[test]

@@ -30,17 +30,19 @@ use serde::Serialize;
 
 pub use self::options::{BakedFormat, BakedOptions, Density};
 pub use quadratura_handover::textured::obj::UpAxis;
-pub use quadratura_handover::textured::usd::UsdCamera;
 
 use self::layout::Layout;
 use self::pages::{BakedPage, Coverage};
 use self::painter::Painter;
 use self::parts::Parts;
+use super::folder::HandoverFolder;
+use super::photos::{camera_of, linked};
 use crate::open::Opened;
 use crate::preview::{self, PreviewOptions};
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::{PhotoId, up};
+use quadratura_base::scene::{Photo, PhotoId, up};
 use quadratura_base::task::Task;
+use quadratura_handover::camera::HandoverCamera;
 use quadratura_handover::textured::obj::obj;
 use quadratura_handover::textured::usd::usd;
 use quadratura_handover::textured::{TexturedModel, WrittenFile, glb::glb};
@@ -90,11 +92,12 @@ pub struct BakedReport {
 ///
 /// # Errors
 /// Returns the errors of [`preview::open`], [`Error::Request`] when no face has an area, or [`Error::Cancelled`].
+#[allow(clippy::too_many_arguments, reason = "what a format gets, and the device")]
 pub fn bake(
     project: &Path,
     opened: &Opened,
     photos: &[PhotoId],
-    cameras: &[UsdCamera],
+    cameras: &[HandoverCamera],
     origin: DVec3,
     options: &BakedOptions,
     device: &dyn SiteDevice,
@@ -137,12 +140,43 @@ pub fn bake(
     let model = TexturedModel { name: NAME.into(), origin, up, objects, pages: textures };
     let mut files = match options.format {
         BakedFormat::Glb => vec![glb(&model, GENERATOR)],
-        BakedFormat::Obj(axis) => obj(model, axis, GENERATOR),
+        BakedFormat::Obj => obj(model, options.up, GENERATOR),
         BakedFormat::Usd => usd(model, cameras, GENERATOR),
     };
     files.append(&mut known);
     preview.problems().into_iter().for_each(|problem| task.note(problem));
     Ok(Baked { files, left_out, report })
+}
+
+/// Bakes the site with these photos and writes the files to a folder.
+///
+/// # Errors
+/// Returns the errors of [`bake`] and of writing.
+#[allow(clippy::too_many_arguments, reason = "what a format gets, and the device")]
+pub(super) fn write(
+    folder: &mut HandoverFolder,
+    project: &Path,
+    opened: &Opened,
+    photos: &[&Photo],
+    origin: DVec3,
+    options: &BakedOptions,
+    device: &dyn SiteDevice,
+    task: &Task,
+) -> Result<BakedReport> {
+    let camera = |photo: &&Photo| Ok(camera_of(photo, linked(folder, photo)?, origin));
+    let cameras = match options.format {
+        BakedFormat::Usd => photos.iter().map(camera).collect::<Result<_>>()?,
+        BakedFormat::Glb | BakedFormat::Obj => Vec::new(),
+    };
+    let mut ids: Vec<PhotoId> =
+        photos.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
+    ids.sort_unstable();
+    let baked = bake(project, opened, &ids, &cameras, origin, options, device, task)?;
+    for file in &baked.files {
+        folder.write(&file.name, &file.bytes)?;
+    }
+    baked.left_out.into_iter().for_each(|what| folder.leave_out(what));
+    Ok(baked.report)
 }
 
 /// Returns an axis of the world that is nearly this direction, else the direction.

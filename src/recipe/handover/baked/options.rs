@@ -24,6 +24,8 @@ pub struct BakedOptions {
     pub png: bool,
     /// Whether what no photo shows is grey.
     pub holes: bool,
+    /// The direction that is up in OBJ files.
+    pub up: UpAxis,
     /// The approximate memory budget in bytes.
     pub memory: u64,
 }
@@ -34,7 +36,7 @@ pub enum BakedFormat {
     /// glTF 2.0 in one binary file.
     Glb,
     /// Wavefront OBJ.
-    Obj(UpAxis),
+    Obj,
     /// USD, as text and as a package.
     Usd,
 }
@@ -75,6 +77,7 @@ impl Default for BakedOptions {
             page: None,
             png: false,
             holes: false,
+            up: UpAxis::Project,
             memory: 1 << 30,
         }
     }
