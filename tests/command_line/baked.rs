@@ -122,10 +122,12 @@ fn a_texel_has_the_colour_that_the_photo_shows_there() {
     let (corners, page) = corners(&site.path("glb/site.glb"), "box 0");
     let size = DVec2::new(page.width().into(), page.height().into());
     let (mut worst, mut places) = (0, 0);
-    for [s, t] in (1..10).flat_map(|s| (1..10).map(move |t| [s, t].map(|share| f64::from(share) / 10.0))) {
-        let mix = |a: (DVec3, DVec2), b: (DVec3, DVec2), t: f64| (a.0.lerp(b.0, t), a.1.lerp(b.1, t));
-        // The corners of a rectangle in the order of its triangles: 0, 1, 2, and 3 opposite of 1.
-        let (point, place) = mix(mix(corners[0], corners[1], s), mix(corners[3], corners[2], s), t);
+    // Within the triangle of the first three corners positions and places run evenly.
+    let [(start, place), (to_s, place_s), (to_t, place_t)] = [corners[0], corners[1], corners[2]];
+    for [s, t] in (1..10).flat_map(|s| (1..10 - s).map(move |t| [s, t].map(|share| f64::from(share) / 10.0)))
+    {
+        let point = start + s * (to_s - start) + t * (to_t - start);
+        let place = place + s * (place_s - place) + t * (place_t - place);
         let [x, y] = [80.0 + 160.0 * point.x / point.z, 60.0 + 160.0 * point.y / point.z];
         let texel = page.get_pixel((place.x * size.x) as u32, (place.y * size.y) as u32);
         // Pixel i has its centre at i + 0.5.
@@ -135,7 +137,7 @@ fn a_texel_has_the_colour_that_the_photo_shows_there() {
         places += 1;
     }
     // A texel is up to half a texel, a third of a pixel and so of a level, beside the place, and colours are of 8 bits.
-    assert!(worst <= 2 && places == 81, "off by {worst}");
+    assert!(worst <= 2 && places == 36, "off by {worst}");
 }
 
 #[test]

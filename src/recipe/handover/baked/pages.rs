@@ -219,7 +219,7 @@ fn inside(
     let spans = placed.chart.faces.iter().map(of_part).reduce(|a, b| a.union(&b));
     let runs =
         spans.iter().flat_map(|spans| spans.iter().map(|(y, run)| (y, run.clone())).collect::<Vec<_>>());
-    runs.flat_map(|(y, run)| run.map(move |x| rect.offset(x as i32, y))).collect()
+    runs.flat_map(|(y, run)| run.map(move |x| rect.offset(x, y))).collect()
 }
 
 /// The texels of a page while it is filled.
