@@ -49,7 +49,7 @@ mod tests {
         let mut texels = vec![1, 0, 0, 0, 0, 0, 0, 2];
         let mut known = vec![true, false, false, false, false, false, false, true];
         carry_outwards(&mut texels, &mut known, 2);
-        assert_eq!(texels, [1, 1, 1, 1, 2, 2, 2, 2]);
+        assert_eq!(texels, [1, 1, 1, 1, 1, 2, 2, 2], "where two are equally near, the first counts");
     }
 
     #[test]
