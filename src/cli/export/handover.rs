@@ -11,7 +11,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_gpu::Gpu;
 use quadratura_layers::device::SiteDevice;
-use quadratura_recipe::handover::baked::BakedReport;
+use quadratura_recipe::handover::baked::report::BakedReport;
 use quadratura_recipe::handover::{HandedOver, HandoverFormat, HandoverOptions, hand_over};
 use quadratura_recipe::open::Opened;
 

@@ -1,3 +1,5 @@
+//! Tests of the formats on a house of two pages.
+
 use super::*;
 use serde_json::Value;
 

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::baked::BakedReport;
+use super::baked::report::BakedReport;
 use super::format::HandoverFormat;
 use crate::export::check_place;
 use quadratura_base::error::{Error, Result};

@@ -1,3 +1,5 @@
+//! Tests of the stage and its package.
+
 use super::*;
 use crate::textured::tests::model;
 use glam::DMat3;

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::camera::texel_of;
 use super::detail::details;
-use super::options::BakedOptions;
+use super::options::{BakedOptions, NAME};
 use super::parts::Parts;
 use quadratura_base::scene::PhotoId;
 use quadratura_handover::atlas::chart::Chart;
@@ -121,7 +121,7 @@ impl Layout {
         self.pages.extend((1..).zip(packing.pages).map(|(number, size)| Page {
             size,
             see_through,
-            stem: format!("{}_{kind}_{number}", super::NAME),
+            stem: format!("{}_{kind}_{number}", NAME),
         }));
     }
 

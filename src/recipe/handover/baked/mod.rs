@@ -13,6 +13,7 @@
 //! | `painter` | the texels of a chart |
 //! | `pages` | texels of pages, with padding and the map of what is known |
 //! | `assemble` | faces with texture coordinates |
+//! | [`report`] | numbers about the result |
 
 mod assemble;
 mod camera;
@@ -22,19 +23,20 @@ pub mod options;
 mod pages;
 mod painter;
 mod parts;
+pub mod report;
 
 use std::path::Path;
 
-use glam::DVec3;
-use serde::Serialize;
-
 pub use self::options::{BakedFormat, BakedOptions, Density};
+use glam::DVec3;
 pub use quadratura_handover::textured::obj::UpAxis;
 
 use self::layout::Layout;
-use self::pages::{BakedPage, Coverage};
+use self::options::NAME;
+use self::pages::BakedPage;
 use self::painter::Painter;
 use self::parts::Parts;
+use self::report::{BakedReport, Coverage};
 use super::folder::HandoverFolder;
 use super::photos::{camera_of, linked};
 use crate::open::Opened;
@@ -47,9 +49,6 @@ use quadratura_handover::textured::obj::obj;
 use quadratura_handover::textured::usd::usd;
 use quadratura_handover::textured::{TexturedModel, WrittenFile, glb::glb};
 use quadratura_layers::device::SiteDevice;
-
-/// The name of files and of the scene.
-const NAME: &str = "site";
 
 /// The program's name in files.
 const GENERATOR: &str = concat!("Quadratura ", env!("CARGO_PKG_VERSION"));
@@ -67,25 +66,6 @@ pub struct Baked {
     pub left_out: Vec<String>,
     /// Numbers about it.
     pub report: BakedReport,
-}
-
-/// Numbers about a baked model.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BakedReport {
-    /// The number of faces, cards included.
-    pub faces: usize,
-    /// The number of charts.
-    pub charts: usize,
-    /// Width and height of each page in texels.
-    pub pages: Vec<[u32; 2]>,
-    /// The median of the charts' densities, in texels per unit, by area.
-    pub density: f64,
-    /// The largest density that the size of the atlas left; `None` where it took no effect.
-    pub density_cap: Option<f64>,
-    /// The share of texels for which photos have fewer pixels, 0 to 1.
-    pub upsampled: f64,
-    /// The shares of texels by what they show.
-    pub coverage: Coverage,
 }
 
 /// Bakes the site with these photos (indices in the site) as the project in the folder `project` shows it. `cameras` are those that a USD stage gets. Positions are those of the world less `origin`.

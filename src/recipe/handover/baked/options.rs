@@ -2,6 +2,9 @@
 
 use quadratura_handover::textured::obj::UpAxis;
 
+/// The name of files and of the scene.
+pub(super) const NAME: &str = "site";
+
 /// The number of texels that an atlas has at most where the density is chosen automatically: most of one page of 8192 x 8192.
 const AUTOMATIC_TEXELS: f64 = 48.0 * 1024.0 * 1024.0;
 

@@ -1,10 +1,9 @@
 //! Texels of pages, with padding and the map of what is known.
 
-use serde::Serialize;
-
 use super::layout::{Layout, Page, PlacedChart};
 use super::options::BakedOptions;
 use super::painter::Painter;
+use super::report::Coverage;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::geometry::drawn::enclosed;
@@ -69,46 +68,13 @@ impl Known {
     }
 }
 
-/// How much of the texels is known: numbers of texels, or shares of them.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Coverage {
-    /// Shown by a photo, or painted.
-    pub photographed: f64,
-    /// Filled from other photos.
-    pub filled: f64,
-    /// Inpainted.
-    pub inpainted: f64,
-    /// Not shown by any photo.
-    pub nothing: f64,
-}
-
-impl Coverage {
-    /// Adds the numbers of other texels.
-    pub fn add(&mut self, other: &Self) {
-        self.photographed += other.photographed;
-        self.filled += other.filled;
-        self.inpainted += other.inpainted;
-        self.nothing += other.nothing;
-    }
-
-    /// Returns the shares of all texels, 0 to 1.
-    pub fn as_shares(&self) -> Self {
-        let all = (self.photographed + self.filled + self.inpainted + self.nothing).max(1.0);
-        Self {
-            photographed: self.photographed / all,
-            filled: self.filled / all,
-            inpainted: self.inpainted / all,
-            nothing: self.nothing / all,
-        }
-    }
-
-    fn of(&mut self, known: Known) -> &mut f64 {
-        match known {
-            Known::Photographed => &mut self.photographed,
-            Known::Filled => &mut self.filled,
-            Known::Inpainted => &mut self.inpainted,
-            Known::Nothing => &mut self.nothing,
-        }
+/// Returns the number of texels that show this.
+fn number_of(coverage: &mut Coverage, known: Known) -> &mut f64 {
+    match known {
+        Known::Photographed => &mut coverage.photographed,
+        Known::Filled => &mut coverage.filled,
+        Known::Inpainted => &mut coverage.inpainted,
+        Known::Nothing => &mut coverage.nothing,
     }
 }
 
@@ -137,16 +103,16 @@ impl BakedPage {
             (false, true) => PageKind::Png,
             (false, false) => PageKind::Jpeg,
         };
-        let mut sheet = Sheet::new(page, 1, kind);
-        let mut known = Sheet::new(page, KNOWN_STEP, PageKind::Grey);
+        let mut filled = PageTexels::new(page, 1, kind);
+        let mut known = PageTexels::new(page, KNOWN_STEP, PageKind::Grey);
         let mut coverage = Coverage::default();
         for (done, placed) in charts() {
             task.step("bake charts", done, layout.charts.len() as u64)?;
-            sheet.put(placed, colours(placed, painter, page.see_through, task)?.pixels());
+            filled.put(placed, colours(placed, painter, page.see_through, task)?.pixels());
             known.put(placed, &knowledge(placed, painter, &mut coverage, task)?);
         }
         let texture =
-            TexturePage { file: format!("{}{}", page.stem, kind.ending()), kind, bytes: sheet.encoded() };
+            TexturePage { file: format!("{}{}", page.stem, kind.ending()), kind, bytes: filled.encoded() };
         let known = WrittenFile { name: format!("{}.known.png", page.stem), bytes: known.encoded() };
         Ok(Self { texture, known, coverage })
     }
@@ -195,7 +161,7 @@ fn knowledge(
     let mut within = vec![false; texels.len()];
     for at in inside(placed, painter, scale, cell) {
         let known = Known::of_colour(texels[at]);
-        *coverage.of(known) += 1.0;
+        *number_of(coverage, known) += 1.0;
         (greys[at], within[at]) = ([known.grey(); 4], true);
     }
     carry_outwards(&mut greys, &mut within, cell[0] as usize);
@@ -223,7 +189,7 @@ fn inside(
 }
 
 /// The texels of a page while it is filled.
-struct Sheet {
+struct PageTexels {
     kind: PageKind,
     /// Texels of the page per texel, along a side.
     step: u32,
@@ -233,7 +199,7 @@ struct Sheet {
     used: Vec<bool>,
 }
 
-impl Sheet {
+impl PageTexels {
     fn new(page: &Page, step: u32, kind: PageKind) -> Self {
         let size = page.size.map(|side| side / step);
         let texels = vec![0; size[0] as usize * size[1] as usize * kind.channels()];
