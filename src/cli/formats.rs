@@ -23,6 +23,23 @@ const MODELS: [Row; 2] = [
         "materials, textures, skins, animations; compressed geometry",
     ],
 ];
+const TEXTURED: [Row; 3] = [
+    [
+        "GLB (glTF 2.0 in one file)",
+        "objects, polygons as counts of their triangles, one set of textures, unlit",
+        "what depends on the view: highlights, surroundings, trees; image layers; lens shift of cameras",
+    ],
+    [
+        "OBJ with MTL and pictures",
+        "objects, polygons, one set of textures",
+        "what depends on the view; image layers; cameras",
+    ],
+    [
+        "USD as text (.usda) with pictures, and packed (.usdz)",
+        "objects, convex polygons, one set of textures, the photos' cameras",
+        "what depends on the view; image layers",
+    ],
+];
 const LAYERED: [Row; 4] = [
     [
         "PSD and PSB",
@@ -53,10 +70,11 @@ const DEPTH: [Row; 2] = [
 /// Runs `formats`.
 pub fn run() -> Outcome {
     let cameras = cameras::described();
-    let subjects: [(&str, &str, &[Row]); 6] = [
+    let subjects: [(&str, &str, &[Row]); 7] = [
         ("Cameras", "in", &cameras),
         ("Photos", "in", &PHOTOS),
         ("Models", "in", &MODELS),
+        ("Models with textures", "out", &TEXTURED),
         ("Layered files", "out and in", &LAYERED),
         ("Pictures and videos", "out", &PICTURES),
         ("Layered depth images", "out", &DEPTH),

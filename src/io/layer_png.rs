@@ -79,6 +79,15 @@ pub fn write_grey(path: &Path, rect: PixelRect, samples: &Samples) -> Result<u64
     write_samples(path, rect, ColorType::Grayscale, samples, None)
 }
 
+/// Returns a PNG of 8 bits, RGB, with `width * height * 3` samples by rows, for numbers that are no colours.
+pub fn rgb_png([width, height]: [u32; 2], samples: &[u8]) -> Vec<u8> {
+    let mut png = Vec::new();
+    let rect = PixelRect::of_size(width, height);
+    encode(&mut png, rect, ColorType::Rgb, BitDepth::Eight, None, samples)
+        .expect("a vector takes every byte");
+    png
+}
+
 fn write_samples(
     path: &Path,
     rect: PixelRect,

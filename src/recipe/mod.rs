@@ -20,6 +20,7 @@ mod faces_to_keep;
 pub mod far_backdrops;
 pub mod fill;
 pub mod gains;
+pub mod handover;
 pub mod import;
 pub mod impostors;
 pub mod inputs;

@@ -1,6 +1,7 @@
 //! Opening a project for rendering: stacks are read, and layer textures, gains and relief are prepared.
 
 mod estimates;
+mod faces;
 mod in_use;
 mod options;
 mod renders;

@@ -1,6 +1,7 @@
 //! The program as users and scripts meet it: in a fresh folder, by its words, its files and its exit
 //! status.
 
+mod baked;
 mod cameras;
 mod coarse;
 mod colour;

@@ -120,18 +120,22 @@ fn after_a_mask_everything_estimated_from_the_photos_is_what_it_would_be_if_it_w
     site.make_project();
     let estimates = || {
         site.run("build project -q").success();
-        let files = ["gains", "relief", "agreement", "surroundings"];
-        files.map(|name| (name, fs::read(site.path(&format!("project/cache/{name}.bin"))).unwrap()))
+        let mut files = tree(&site.path("project/cache"));
+        files.retain(|(name, _)| name.ends_with(".bin"));
+        files
     };
     let before = estimates();
+    assert!(
+        ["relief.bin", "agreement.bin"]
+            .iter()
+            .all(|file| before.iter().any(|(name, _)| name.ends_with(file)))
+    );
     save_mask(&site.path("stranger.png"));
     site.run("mask project --photo b --add stranger.png").success();
     let renewed = estimates();
     assert!(renewed != before, "the photo without the stranger tells something else");
     fs::remove_dir_all(site.path("project/cache")).unwrap();
-    for ((name, renewed), (_, anew)) in renewed.iter().zip(estimates()) {
-        assert!(*renewed == anew, "{name}");
-    }
+    assert!(renewed == estimates());
 }
 
 #[test]

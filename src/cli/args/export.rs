@@ -5,18 +5,20 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use super::baked::BakedArgs;
 use super::{MemoryArg, PartArg, PhotoArgs};
 use quadratura_document::export_record::ExportFormat;
 use quadratura_io::layered::FORMATS;
 use quadratura_io::layered::format::LayeredFormat;
+use quadratura_recipe::handover::HandoverFormat;
 
 #[derive(Debug, Args)]
 pub struct ExportArgs {
     /// The project folder
     pub project: PathBuf,
-    /// The format to write
-    #[arg(long, value_parser = formats(), default_value_t = ExportFormat::Psd)]
-    pub format: ExportFormat,
+    /// The format to write: a layered file per photo, or a folder with the site for another program
+    #[arg(long, value_parser = targets(), default_value = "psd")]
+    pub format: ExportTarget,
     /// The folder to write to
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -32,12 +34,59 @@ pub struct ExportArgs {
     #[arg(long)]
     pub even_colour: bool,
     #[command(flatten)]
+    pub handover: HandoverArgs,
+    #[command(flatten)]
+    pub baked: BakedArgs,
+    #[command(flatten)]
     pub memory: MemoryArg,
 }
 
-/// Returns a parser for the formats in the table.
+/// Options of the formats of other programs.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Other programs")]
+pub struct HandoverArgs {
+    /// The most photos that texture a face, chosen so that their directions spread; for --format blender [default: 8]
+    #[arg(long, value_name = "N", value_parser = counted)]
+    pub photos_per_face: Option<usize>,
+}
+
+/// Parses a number of things, at least one.
+fn counted(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err("expected a whole number from 1".to_owned()),
+        Ok(count) => Ok(count),
+    }
+}
+
+/// What `export` writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExportTarget {
+    /// A layered file or folder per photo, for image editors.
+    Layered(ExportFormat),
+    /// The site in a format of another program.
+    Handover(HandoverFormat),
+}
+
+/// Returns a parser for all that `export` writes.
+fn targets() -> impl TypedValueParser<Value = ExportTarget> {
+    let layered = FORMATS.iter().map(value);
+    let handover =
+        HandoverFormat::TABLE.iter().map(|(name, _, about)| PossibleValue::new(*name).help(*about));
+    PossibleValuesParser::new(layered.chain(handover)).map(|typed| match typed.parse() {
+        Ok(format) => ExportTarget::Layered(format),
+        Err(_) => {
+            let found = HandoverFormat::TABLE.iter().find(|(name, ..)| *name == typed);
+            ExportTarget::Handover(found.expect("the parser knows the names of the two tables alone").1)
+        }
+    })
+}
+
+/// Returns a parser for the layered formats in the table.
 pub fn formats() -> impl TypedValueParser<Value = ExportFormat> {
-    let value = |entry: &LayeredFormat| PossibleValue::new(entry.format.name()).help(entry.about);
     let names = PossibleValuesParser::new(FORMATS.iter().map(value));
     names.map(|name| name.parse().expect("the table names formats as they are parsed"))
+}
+
+fn value(entry: &LayeredFormat) -> PossibleValue {
+    PossibleValue::new(entry.format.name()).help(entry.about)
 }

@@ -3,6 +3,7 @@
 //! This file has the commands and the arguments that several of them share. Commands with many arguments have
 //! files of their own.
 
+mod baked;
 mod colour;
 mod decide;
 mod export;
@@ -28,7 +29,7 @@ use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 
 pub use colour::{ColourArgs, GroupArg, Switch};
 pub use decide::{DecideArgs, OptionOverride};
-pub use export::ExportArgs;
+pub use export::{ExportArgs, ExportTarget};
 pub use farm::{EstimateArgs, FramesArg, PartArg, PlanArgs, Scheduler, StatusArgs};
 pub use fill::FillArgs;
 pub use import::{ImportArgs, StrokeArgs, WatchArgs};

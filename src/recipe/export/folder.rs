@@ -63,6 +63,37 @@ pub fn fill(
     folder.add(KEY_FILE, document.key.as_bytes())
 }
 
+/// Fills a folder with the image layers of `content` alone, named by token, for a scene that refers to them.
+///
+/// # Errors
+/// Returns the errors of reading and writing.
+pub fn fill_for_scene(
+    folder: &mut NewFolder,
+    content: &StackContent,
+    document: &LayeredDocument,
+) -> Result<()> {
+    document.check()?;
+    let file = |layer: &ImageLayer| format!("{}.png", layer.id);
+    let layers = &content.stack.image_layers;
+    let named: Vec<(String, String)> =
+        layers.iter().map(|layer| (layer_name(&layer.name, &layer.id), file(layer))).collect();
+    folder.add_layers(document, |layer| {
+        named.iter().find(|(name, _)| *name == layer.name).map(|(_, file)| file.clone())
+    })?;
+    let mut described = content.stack.clone();
+    described.fill = None;
+    for layer in &mut described.image_layers {
+        layer.fill = None;
+        layer.file = file(layer);
+        // There is none, as in a stack file without it.
+        layer.needed_file = String::new();
+    }
+    // Nor are there leftovers.
+    described.leftovers = Vec::new();
+    folder.add("stack.json", &to_json(&described))?;
+    folder.add(KEY_FILE, document.key.as_bytes())
+}
+
 /// Returns the file name of an image layer.
 fn layer_file(layer: &ImageLayer) -> String {
     format!("{}.png", layer_stem(layer))

@@ -55,6 +55,9 @@ pub struct ExportOptions {
     /// The factors for R, G, B that multiply a photo's linear colours, by photo name. Such exports are only for
     /// viewing and cannot be imported. Photos without factors are exported as they are.
     pub evened: BTreeMap<String, [f64; 3]>,
+    /// Whether a folder is for a scene that refers to its files: image layers alone, named by token, so that links survive a rebuild. A
+    /// folder that was painted on is replaced once that paint is imported, and kept in the project's `inbox/`.
+    pub for_scene: bool,
     /// The decisions from which layers get their present names; `None` keeps the names from when they were built.
     pub decisions: Option<Decisions>,
     /// The approximate memory budget in bytes for photos processed at the same time; at least one is processed.
@@ -70,6 +73,7 @@ impl Default for ExportOptions {
             trees: None,
             selected: None,
             evened: BTreeMap::new(),
+            for_scene: false,
             decisions: None,
             memory: 1 << 30,
         }
@@ -149,6 +153,7 @@ pub fn export(
     let trees = options.trees.as_ref().filter(|_| options.guides);
     let trees = trees.map(|trees| trees.grown(project, task)).transpose()?.flatten();
     let exporter = Exporter {
+        project,
         stacks: StackStore::new(project),
         kept: Baselines::new(&project.join("exports")),
         book: paint.read()?,

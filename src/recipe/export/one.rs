@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::compose::StackContent;
 use super::folder;
+use super::place::put_away;
 use super::trees::{GuidedTrees, STAGE_TREES};
 use super::written::{DocumentPlace, WrittenDocument};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
@@ -60,6 +61,7 @@ pub struct ExportReport {
 
 /// The stores and options that all photos of an export share.
 pub struct Exporter<'a> {
+    pub project: &'a Path,
     pub stacks: StackStore,
     pub records: ExportStore,
     pub kept: Baselines,
@@ -159,7 +161,13 @@ impl ExportJob<'_> {
         let Exporter { out, options, written, .. } = self.exporter;
         let name = &self.content.stack.photo.name;
         let place = DocumentPlace { out, name, written, format: options.format };
-        let fill = |new: &mut NewFolder| folder::fill(new, self.content, &document, self.photo_file);
+        if options.for_scene {
+            put_away(self.exporter.project, out, name, written, self.content.task)?;
+        }
+        let fill = |new: &mut NewFolder| match options.for_scene {
+            true => folder::fill_for_scene(new, self.content, &document),
+            false => folder::fill(new, self.content, &document, self.photo_file),
+        };
         place.write(&document, &fill, &|files| self.record(files))
     }
 

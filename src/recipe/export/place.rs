@@ -3,8 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
 use quadratura_document::names::file_name_of_photo;
+use quadratura_files::inbox::move_to_inbox;
+use quadratura_files::stamp::Stamp;
 use quadratura_io::exports::WrittenFiles;
+use quadratura_io::import_ledger::ImportLedger;
 use quadratura_io::stack_store::DESKTOP_FILES;
 
 /// The extension of a folder of layers. It is not the name of an image format, because people and tools would take
@@ -39,6 +43,25 @@ pub fn find(out: &Path, photo: &str, extension: &str, written: &WrittenFiles) ->
         spared.push(target);
     }
     Err(Error::Request(format!("{}: no free name for {photo}", out.display())))
+}
+
+/// Moves the folder of `photo` in `out` to the project's inbox where it was painted on and is in the state in which it was imported, so
+/// that a new one can take its place.
+///
+/// # Errors
+/// Returns [`Error::Io`].
+pub fn put_away(project: &Path, out: &Path, photo: &str, written: &WrittenFiles, task: &Task) -> Result<()> {
+    let target = out.join(format!("{}.{FOLDER}", file_name_of_photo(photo)));
+    if !target.is_dir() || is_ours(&target, photo, true, written)? {
+        return Ok(());
+    }
+    // A damaged record knows nothing; then the folder is kept where it is.
+    let ledger = ImportLedger::read(project).unwrap_or_else(|_| ImportLedger::none(project));
+    if ledger.knows(&target, &Stamp::from_path(&target)) {
+        let kept = move_to_inbox(&target, &project.join("inbox"))?;
+        task.note(format!("{} was painted on and imported; it is now {}", target.display(), kept.display()));
+    }
+    Ok(())
 }
 
 /// Returns true when `target` is an unchanged export of `photo`.

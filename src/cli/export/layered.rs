@@ -1,34 +1,28 @@
-//! The command `export`.
+//! `export` to layered files, for image editors.
 
 use std::collections::BTreeMap;
 
 use serde_json::json;
 
-use super::Outcome;
-use super::args::ExportArgs;
-use super::bytes::readable_bytes;
-use super::fill::note_stale_fillings;
-use super::lock::lock_and_read;
-use super::table::{Table, counted};
-use super::words::error_text;
+use super::super::Outcome;
+use super::super::args::ExportArgs;
+use super::super::bytes::readable_bytes;
+use super::super::fill::note_stale_fillings;
+use super::super::table::{Table, counted};
+use super::super::words::error_text;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::scene::{Photo, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
-use quadratura_files::writable::check_folder;
+use quadratura_document::export_record::ExportFormat;
 use quadratura_io::stack_store::StackStore;
 use quadratura_recipe::colour::even_factors;
 use quadratura_recipe::export::{ExportOptions, Exported, TreesInSite, export, write_provenance};
-use quadratura_recipe::open::open_site;
+use quadratura_recipe::open::Opened;
 use quadratura_recipe::survey::{StackState, Survey};
 
-/// Runs `export`: writes the layered files of the chosen photos, and returns a table of them with a problem for
-/// each photo that failed.
-pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
-    // What cannot be written is reported before the work, not after it.
-    check_folder(&args.out)?;
-    let (_lock, project) = lock_and_read(&args.project, task)?;
-    let opened = open_site(&args.project, project, task)?;
+/// Writes the layered files of the chosen photos, and returns a table of them with a problem for each photo that failed.
+pub fn run(args: &ExportArgs, format: ExportFormat, opened: &Opened, task: &Task) -> Result<Outcome> {
     let chosen = args.part.of(&args.photos, &opened.site)?;
     let photos = opened.photos_named(&chosen.names)?;
     let photos = with_stacks(
@@ -50,7 +44,7 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     let options = ExportOptions {
         trees: TreesInSite::new(&opened.project.trees, &opened.project, &opened.site),
         evened,
-        format: args.format,
+        format,
         memory: args.memory.or_default(),
         decisions: Some(opened.project.decisions.clone()),
         ..ExportOptions::default()

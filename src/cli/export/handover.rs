@@ -1,0 +1,131 @@
+//! `export` to the formats of other programs.
+
+use serde_json::json;
+
+use super::super::Outcome;
+use super::super::args::{ExportArgs, ExportTarget};
+use super::super::bytes::readable_bytes;
+use super::super::fill::note_stale_fillings;
+use super::super::table::counted;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::task::Task;
+use quadratura_gpu::Gpu;
+use quadratura_layers::device::SiteDevice;
+use quadratura_recipe::handover::baked::report::BakedReport;
+use quadratura_recipe::handover::{HandedOver, HandoverFormat, HandoverOptions, hand_over};
+use quadratura_recipe::open::Opened;
+
+/// How many photos a face gets in Blender at most: more are hardly seen, and cost memory and time.
+const PHOTOS_PER_FACE: usize = 8;
+
+/// The formats of layered files.
+const LAYERED: &str = "psd, folder, ora and xcf";
+
+/// The formats of models with textures.
+const BAKED: &str = "glb, obj and usd";
+
+/// Checks that no argument of other formats was given.
+///
+/// # Errors
+/// Returns [`Error::Usage`].
+pub fn check(args: &ExportArgs) -> Result<()> {
+    let format = match args.format {
+        ExportTarget::Layered(_) => None,
+        ExportTarget::Handover(format) => Some(format),
+    };
+    let is_layered = format.is_none();
+    let is_blender = format == Some(HandoverFormat::Blender);
+    let is_baked = format.is_some_and(HandoverFormat::is_baked);
+    let is_obj = format == Some(HandoverFormat::Obj);
+    let baked = &args.baked;
+    // The argument, whether it was given, whether it applies, and the formats that it is for.
+    let given = [
+        ("--provenance", args.provenance, is_layered, LAYERED),
+        ("--even-colour", args.even_colour, is_layered, LAYERED),
+        ("--photos-per-face", args.handover.photos_per_face.is_some(), is_blender, "blender"),
+        ("--density", baked.density.is_some(), is_baked, BAKED),
+        ("--page-size", baked.page_size.is_some(), is_baked, BAKED),
+        ("--png", baked.png, is_baked, BAKED),
+        ("--holes", baked.holes, is_baked, BAKED),
+        ("--up", baked.up.is_some(), is_obj, "obj"),
+    ];
+    match given.iter().find(|(_, given, applies, _)| *given && !applies) {
+        Some((name, _, _, formats)) => {
+            let found = match format {
+                Some(format) => format.name(),
+                None => "layered files",
+            };
+            Err(Error::Usage(format!("{name} does not apply to {found}; it is for --format {formats}")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Writes the folder of the format, and returns a list of what is in it and of what was left out.
+pub fn run(args: &ExportArgs, format: HandoverFormat, opened: &Opened, task: &Task) -> Result<Outcome> {
+    let chosen = args.part.of(&args.photos, &opened.site)?;
+    let photos = opened.photos_named(&chosen.names)?;
+    let options = HandoverOptions {
+        format,
+        photos_per_face: args.handover.photos_per_face.unwrap_or(PHOTOS_PER_FACE),
+        baked: args.baked.options(args.memory.or_default()),
+        memory: args.memory.or_default(),
+    };
+    let start =
+        || -> Result<Box<dyn SiteDevice>> { Ok(Box::new(task.timed("start the GPU", Gpu::headless)?)) };
+    if options.format.is_baked() {
+        note_stale_fillings(&args.project, &opened.project, &opened.site, task)?;
+    }
+    let done = hand_over(&args.project, opened, &photos, &args.out, &options, &start, task)?;
+    let problems = chosen.problems_of(&opened.problems, task);
+    Ok(report(args, &done, photos.len(), problems))
+}
+
+fn report(args: &ExportArgs, done: &HandedOver, photos: usize, problems: Vec<String>) -> Outcome {
+    let bytes = done.files.iter().map(|file| file.bytes).sum();
+    let mut text = format!(
+        "{} of {} in {}, {}\n",
+        counted(done.files.len(), "file"),
+        counted(photos, "photo"),
+        args.out.display(),
+        readable_bytes(bytes),
+    );
+    if done.origin != [0.0; 3] {
+        let [x, y, z] = done.origin;
+        text.push_str(&format!("coordinates are those of the world less {x}, {y}, {z}\n"));
+    }
+    if let Some(baked) = &done.baked {
+        text.push_str(&baked_text(baked));
+    }
+    for what in &done.left_out {
+        text.push_str(&format!("not exported: {what}\n"));
+    }
+    let json = json!({ "photos": photos, "export": done, "problems": problems });
+    Outcome { text, json, problems }
+}
+
+/// Returns what there is to say about a baked model.
+fn baked_text(baked: &BakedReport) -> String {
+    let pages: Vec<String> =
+        baked.pages.iter().map(|[width, height]| format!("{width} x {height}")).collect();
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let coverage = &baked.coverage;
+    let limited = match baked.density_cap {
+        Some(cap) => format!(", at most {cap:.1}, so that all fit one page: --density sets another limit"),
+        None => String::new(),
+    };
+    format!(
+        "{} of {} on {} of {} texels; {:.1} texels per unit{limited}\n\
+         of the texels photos show {}, {} are filled from other photos, {} are inpainted, {} are shown by no photo; {} are finer than any photo\n",
+        counted(baked.charts, "chart"),
+        counted(baked.faces, "face"),
+        counted(baked.pages.len(), "page"),
+        pages.join(", "),
+        baked.density,
+        percent(coverage.photographed),
+        percent(coverage.filled),
+        percent(coverage.inpainted),
+        percent(coverage.nothing),
+        percent(baked.upsampled),
+    )
+}

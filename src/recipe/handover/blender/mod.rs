@@ -1,0 +1,173 @@
+//! `--format blender`: a script, a description of the site, and the pictures that both refer to.
+//!
+//! ```text
+//! scene.py                     builds the scene: blender -P scene.py
+//! scene.json                   cameras, model, image layers
+//! layers/PHOTO.layers/         the image layers, to be painted on: the folder format, named by token
+//! confidence/TOKEN.png         the weight of each texel, and how far it is known
+//! photos/                      the undistorted pictures of photos that had to be resampled
+//! ```
+
+mod billboards;
+mod confidence;
+mod layers;
+mod meshes;
+mod surfaces;
+mod weighing;
+
+use std::path::Path;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use self::confidence::{LayerConfidence, confidence_of};
+use self::layers::{HandedStacks, handed_stacks};
+use self::surfaces::Surfaces;
+use super::HandoverOptions;
+use super::folder::HandoverFolder;
+use super::photos::{camera_of, copied, is_resampled, linked};
+use crate::far_backdrops::FarBackdrops;
+use crate::gains::photo_gains;
+use crate::layer_textures::LayerTextureFiles;
+use crate::open::Opened;
+use crate::sources::sources;
+use quadratura_base::error::Result;
+use quadratura_base::scene::{Photo, PhotoId, up};
+use quadratura_base::task::Task;
+use quadratura_files::json::to_json;
+use quadratura_handover::blender::SCRIPT;
+use quadratura_handover::blender::scene::{
+    SCENE_VERSION, Scene, SceneLayer, ScenePhoto, SceneSurroundings, uv_from_world,
+};
+use quadratura_handover::camera::less_origin;
+use quadratura_io::layer_png::rgb_png;
+use quadratura_io::stack_readers::StackReader;
+use quadratura_projection::{LayerTextureId, Texels};
+
+/// The folder of photos that had to be resampled.
+const PHOTOS: &str = "photos";
+
+/// Writes the site for Blender.
+///
+/// # Errors
+/// Returns the errors of reading photos and stacks and of writing, or [`quadratura_base::Error::Cancelled`].
+pub fn write(
+    folder: &mut HandoverFolder,
+    project: &Path,
+    opened: &Opened,
+    photos: &[&Photo],
+    origin: DVec3,
+    options: &HandoverOptions,
+    task: &Task,
+) -> Result<()> {
+    // Stacks that change meanwhile stay readable as they were.
+    let _reader = StackReader::begin(project);
+    let site = &opened.site;
+    let HandedStacks { store, all, chosen, folders } =
+        handed_stacks(folder, project, opened, photos, options, task)?;
+    let colour = &opened.project.colour;
+    let gains = photo_gains(site, &all, colour, project, options.memory, task)?;
+    let ids: Vec<PhotoId> = photos.iter().filter_map(|photo| site.photo_named(&photo.name)).collect();
+    let mut scene_photos = Vec::new();
+    for (photo, id) in photos.iter().zip(&ids) {
+        let file = match is_resampled(project, photo) {
+            true => copied(folder, PHOTOS, photo)?,
+            false => linked(folder, photo)?,
+        };
+        let gain = gains.of_photo[id.index()].map(|gain| (-gain).exp());
+        scene_photos.push(ScenePhoto::new(&camera_of(photo, file, origin), gain));
+    }
+    let sources = sources(site, &chosen, &opened.project.decisions);
+    let far = FarBackdrops::new(site);
+    let files = LayerTextureFiles::new(&store, &chosen, true)
+        .with_far(&chosen, far.clone().into())
+        .with_paint(&store, &chosen)?;
+    let layers = described(&ids, &chosen, &folders, opened, origin);
+    let mut confidences = Vec::with_capacity(layers.len());
+    // Few at a time, so that few pictures are in memory.
+    let rects: Vec<_> =
+        chosen.iter().flatten().flat_map(|stack| &stack.image_layers).map(|layer| layer.rect).collect();
+    let numbered: Vec<(LayerTextureId, &SceneLayer)> = (0..).map(LayerTextureId).zip(&layers).collect();
+    for some in numbered.chunks(rayon::current_num_threads().max(1)) {
+        task.step("write confidences", confidences.len() as u64, layers.len() as u64)?;
+        let pictures: Vec<Result<(Vec<u8>, LayerConfidence)>> = some
+            .par_iter()
+            .map(|(id, _)| {
+                let rect = rects[id.0 as usize];
+                let camera = &sources.photo(sources.layer_texture(*id).photo).camera;
+                let (rgb, reduced) = confidence_of(&files.layer_texture(*id)?, rect, camera);
+                Ok((rgb_png([rect.w, rect.h], &rgb), reduced))
+            })
+            .collect();
+        for ((_, layer), picture) in some.iter().zip(pictures) {
+            let (png, reduced) = picture?;
+            folder.write(&layer.confidence, &png)?;
+            confidences.push(reduced);
+        }
+    }
+    let surfaces = Surfaces::new(site, &sources, &confidences, &rects, &ids, options.photos_per_face);
+    let (objects, materials, degenerate) = meshes::objects(&surfaces, &far, origin);
+    if degenerate > 0 {
+        folder.leave_out(format!("{degenerate} faces without area"));
+    }
+    let surroundings = sources.servers_of_surroundings().iter().map(|server| SceneSurroundings {
+        layer: server.layer_texture.0 as usize,
+        parts: surfaces::parts_of(&server.domain, rects[server.layer_texture.0 as usize]),
+    });
+    let scene = Scene {
+        version: SCENE_VERSION,
+        origin: origin.to_array(),
+        up: up(&site.photos).to_array(),
+        photos: scene_photos,
+        objects,
+        materials,
+        billboards: billboards::billboards(&surfaces, &layers, origin),
+        surroundings: surroundings.collect(),
+        surroundings_scale: sources.surroundings_scale,
+        layers,
+    };
+    leave_out_what_blender_lacks(folder, opened);
+    folder.write("scene.json", &to_json(&scene))?;
+    folder.write("scene.py", SCRIPT.as_bytes())
+}
+
+/// Describes the image layers of all stacks, in the order of layer textures.
+fn described(
+    ids: &[PhotoId],
+    stacks: &[Option<quadratura_document::Stack>],
+    folders: &[String],
+    opened: &Opened,
+    origin: DVec3,
+) -> Vec<SceneLayer> {
+    let mut layers = Vec::new();
+    for (id, stack) in PhotoId::all(stacks.len()).zip(stacks) {
+        let Some(stack) = stack else { continue };
+        let photo = opened.site.photo(id);
+        let pose = less_origin(&photo.pose, origin);
+        let place = ids.iter().position(|other| *other == id).expect("only chosen photos have stacks here");
+        layers.extend(stack.image_layers.iter().map(|layer| SceneLayer {
+            token: layer.id.clone(),
+            name: layer.name.clone(),
+            photo: place,
+            file: format!("{}/{}", folders[id.index()], layers::file_of(&layer.id)),
+            confidence: format!("confidence/{}", layers::file_of(&layer.id)),
+            uv_from_world: uv_from_world(&photo.camera, &pose, layer.rect),
+        }));
+    }
+    layers
+}
+
+/// Notes what views of the program show and this scene does not.
+fn leave_out_what_blender_lacks(folder: &mut HandoverFolder, opened: &Opened) {
+    folder.leave_out(
+        "relief, agreement and the correction of lenses' dark corners: views in Blender lack them",
+    );
+    if !opened.project.trees.is_empty() {
+        folder.leave_out("trees: Blender has no images of them; render them with the program");
+    }
+    if opened.project.surroundings.is_some() {
+        folder.leave_out(
+            "the picture of the surroundings: use the file itself in Blender's world, behind what the photos show",
+        );
+    }
+}

@@ -1,0 +1,56 @@
+//! The formats of other programs, by the names that are typed on the command line.
+
+/// A format of other programs that a site is written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HandoverFormat {
+    /// Cameras alone: COLMAP's text files, `transforms.json` and `cameras.json`.
+    Cameras,
+    /// A script that builds the site in Blender, with its data.
+    Blender,
+    /// The model with one set of textures in one file.
+    Glb,
+    /// The same as polygons in text.
+    Obj,
+    /// The same as a stage with cameras.
+    Usd,
+}
+
+impl HandoverFormat {
+    /// All formats with their names and help texts.
+    pub const TABLE: &'static [(&'static str, Self, &'static str)] = &[
+        (
+            "blender",
+            Self::Blender,
+            "The site for Blender 4.2 or newer: a script that builds it, with cameras, model and image layers",
+        ),
+        (
+            "cameras",
+            Self::Cameras,
+            "Cameras of the undistorted photos: COLMAP's text files, transforms.json and a plain cameras.json",
+        ),
+        (
+            "glb",
+            Self::Glb,
+            "The model with one set of textures, in one glTF 2.0 file: for viewers, engines and pages",
+        ),
+        ("obj", Self::Obj, "The model with one set of textures: Wavefront OBJ, MTL and pictures"),
+        (
+            "usd",
+            Self::Usd,
+            "The model with one set of textures and the photos' cameras: .usda with pictures, and .usdz",
+        ),
+    ];
+
+    /// Returns whether the format is a model with one set of textures.
+    pub fn is_baked(self) -> bool {
+        match self {
+            Self::Glb | Self::Obj | Self::Usd => true,
+            Self::Blender | Self::Cameras => false,
+        }
+    }
+
+    /// Returns the name that is typed on the command line.
+    pub fn name(self) -> &'static str {
+        Self::TABLE.iter().find(|(_, format, _)| *format == self).expect("the table has all formats").0
+    }
+}

@@ -1,0 +1,191 @@
+//! Models with one set of textures, on the tiny site, where y points down.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use glam::{DVec2, DVec3};
+use image::{Rgb, RgbImage};
+use quadratura::task::Task;
+use quadratura::testing::import::models::read_model;
+use quadratura::testing::scene::{FaceIndex, Model};
+use serde_json::Value;
+
+use super::common::adapter;
+use super::site::{PHOTOS, Site, stderr_of};
+
+/// The project with photos that change slowly, whose stacks are built; none where there is no GPU.
+fn smooth_site() -> Option<Site> {
+    adapter()?;
+    let site = Site::new();
+    for (name, blue) in PHOTOS.iter().zip([40, 200]) {
+        let colour = |x: u32, y: u32| Rgb([(40 + x) as u8, (220 - y) as u8, blue]);
+        RgbImage::from_fn(160, 120, colour).save(site.path("photos").join(name)).unwrap();
+    }
+    site.make_project();
+    site.run("build project").success();
+    Some(site)
+}
+
+/// Exports, and returns what was reported.
+fn export(site: &Site, arguments: &str) -> Value {
+    site.json(&format!("export project --json {arguments}"))
+}
+
+/// Asserts that two models have the same objects with the same faces, corner by corner, after `turn`.
+fn assert_same(expected: &Model, found: &Model, turn: impl Fn(DVec3) -> DVec3) {
+    let names = |model: &Model| model.objects.iter().map(|object| object.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(found), names(expected));
+    for object in &expected.objects {
+        let other = found.object(found.object_named(&object.name).unwrap());
+        assert_eq!(other.faces.len(), object.faces.len(), "{}", object.name);
+        for index in (0..object.faces.len()).map(FaceIndex::new) {
+            let ring = |model: &Model| {
+                let face = model.face_named(&object.name, index).unwrap();
+                model.ring_points(face).collect::<Vec<_>>()
+            };
+            let (expected, found) = (ring(expected), ring(found));
+            assert_eq!(found.len(), expected.len());
+            for corner in expected {
+                let nearest =
+                    found.iter().map(|other| turn(*other).distance(corner)).fold(f64::INFINITY, f64::min);
+                // Files have coordinates of 24 bits; the site is 40 units wide.
+                assert!(nearest < 40.0 * 1e-6, "{corner} of {} is {nearest} away", object.name);
+            }
+        }
+    }
+}
+
+/// The chunks of a GLB file.
+fn chunks(file: &Path) -> (Value, Vec<u8>) {
+    let bytes = fs::read(file).unwrap();
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    (serde_json::from_slice(&bytes[20..20 + length]).unwrap(), bytes[28 + length..].to_vec())
+}
+
+/// The bytes of a buffer view.
+fn view<'a>(json: &Value, binary: &'a [u8], view: &Value) -> &'a [u8] {
+    let view = &json["bufferViews"][view.as_u64().unwrap() as usize];
+    let [at, length] = ["byteOffset", "byteLength"].map(|key| view[key].as_u64().unwrap() as usize);
+    &binary[at..at + length]
+}
+
+fn floats(bytes: &[u8]) -> Vec<f64> {
+    bytes.as_chunks::<4>().0.iter().map(|bytes| f64::from(f32::from_le_bytes(*bytes))).collect()
+}
+
+/// The corners of an object in a GLB file: positions as in the world, and places on its page, with the page.
+fn corners(file: &Path, object: &str) -> (Vec<(DVec3, DVec2)>, RgbImage) {
+    let (json, binary) = chunks(file);
+    let meshes = json["meshes"].as_array().unwrap();
+    let primitive = &meshes.iter().find(|mesh| mesh["name"] == object).unwrap()["primitives"][0];
+    let values = |attribute: &str| {
+        let accessor = &json["accessors"][primitive["attributes"][attribute].as_u64().unwrap() as usize];
+        floats(view(&json, &binary, &accessor["bufferView"]))
+    };
+    let positions: Vec<DVec3> =
+        values("POSITION").as_chunks().0.iter().map(|p| DVec3::from_array(*p)).collect();
+    let places: Vec<DVec2> =
+        values("TEXCOORD_0").as_chunks().0.iter().map(|p| DVec2::from_array(*p)).collect();
+    let page = &json["images"][primitive["material"].as_u64().unwrap() as usize];
+    let picture = image::load_from_memory(view(&json, &binary, &page["bufferView"])).unwrap().to_rgb8();
+    (positions.into_iter().zip(places).collect(), picture)
+}
+
+#[test]
+fn glb_and_obj_read_back_as_the_model_with_its_objects_and_faces() {
+    let Some(site) = smooth_site() else { return };
+    let (expected, _) = read_model(&site.path("model.obj"), &Task::silent()).unwrap();
+    export(&site, "--format glb --out glb");
+    let (glb, notes) = read_model(&site.path("glb/site.glb"), &Task::silent()).unwrap();
+    assert!(notes.is_empty(), "{notes:?}");
+    // The file's y is up, the world's is down.
+    let back = |point: DVec3| {
+        let (json, _) = chunks(&site.path("glb/site.glb"));
+        let rotation: Vec<f64> = serde_json::from_value(json["nodes"][0]["rotation"].clone()).unwrap();
+        glam::DQuat::from_slice(&rotation).normalize().inverse() * point
+    };
+    assert_same(&expected, &glb, back);
+    assert!((back(DVec3::Y) - DVec3::NEG_Y).length() < 1e-6);
+    export(&site, "--format obj --out obj");
+    let (obj, _) = read_model(&site.path("obj/site.obj"), &Task::silent()).unwrap();
+    assert_same(&expected, &obj, |point| point);
+    export(&site, "--format obj --up y --out upright");
+    let (upright, _) = read_model(&site.path("upright/site.obj"), &Task::silent()).unwrap();
+    assert_same(&expected, &upright, back);
+}
+
+#[test]
+fn a_texel_has_the_colour_that_the_photo_shows_there() {
+    let Some(site) = smooth_site() else { return };
+    // A box is in the middle of both photos; one photo alone makes the colours known.
+    export(&site, "--format glb --png --photo left.png --density 40 --out glb");
+    let (corners, page) = corners(&site.path("glb/site.glb"), "box 0");
+    let size = DVec2::new(page.width().into(), page.height().into());
+    let (mut worst, mut places) = (0, 0);
+    // Within the triangle of the first three corners positions and places run evenly.
+    let [(start, place), (to_s, place_s), (to_t, place_t)] = [corners[0], corners[1], corners[2]];
+    for [s, t] in (1..10).flat_map(|s| (1..10 - s).map(move |t| [s, t].map(|share| f64::from(share) / 10.0)))
+    {
+        let point = start + s * (to_s - start) + t * (to_t - start);
+        let place = place + s * (place_s - place) + t * (place_t - place);
+        let [x, y] = [80.0 + 160.0 * point.x / point.z, 60.0 + 160.0 * point.y / point.z];
+        let texel = page.get_pixel((place.x * size.x) as u32, (place.y * size.y) as u32);
+        // Pixel i has its centre at i + 0.5.
+        let expected = [40.0 + x - 0.5, 220.0 - (y - 0.5), 40.0];
+        let off = texel.0.iter().zip(expected).map(|(a, b)| (f64::from(*a) - b).abs().ceil() as u32);
+        worst = worst.max(off.max().unwrap());
+        places += 1;
+    }
+    // A texel is up to half a texel, a third of a pixel and so of a level, beside the place, and colours are of 8 bits.
+    assert!(worst <= 2 && places == 36, "off by {worst}");
+}
+
+#[test]
+fn what_no_photo_shows_is_grey_in_holes_and_black_in_the_map_of_what_is_known() {
+    let Some(site) = smooth_site() else { return };
+    // The shed is hidden behind the wall.
+    let report = export(&site, "--format glb --png --holes --out glb");
+    let (corners, page) = corners(&site.path("glb/site.glb"), "shed");
+    let middle = corners.iter().map(|(_, place)| *place).sum::<DVec2>() / corners.len() as f64;
+    let at = |picture: &RgbImage| {
+        let [x, y] = [middle.x * f64::from(picture.width()), middle.y * f64::from(picture.height())];
+        picture.get_pixel(x as u32, y as u32).0
+    };
+    assert_eq!(at(&page), [128; 3]);
+    let known = image::open(site.path("glb/site_texture_1.known.png")).unwrap().to_rgb8();
+    assert_eq!((known.width() * 4, at(&known)), (page.width(), [0; 3]));
+    let coverage = &report["export"]["baked"]["coverage"];
+    assert!(coverage["nothing"].as_f64().unwrap() > 0.0 && coverage["photographed"].as_f64().unwrap() > 0.05);
+    let said = stderr_of(&site.run("export project --format glb --out again").success());
+    assert!(!said.contains("panicked"), "{said}");
+}
+
+#[test]
+fn a_usd_stage_has_the_objects_and_the_photos_cameras() {
+    let Some(site) = smooth_site() else { return };
+    export(&site, "--format usd --out usd");
+    let text = fs::read_to_string(site.path("usd/site.usda")).unwrap();
+    for name in ["wall", "shed", "floor", "box_0", "left_png", "north_side_t_r_2_png"] {
+        assert!(text.contains(&format!(" \"{name}\"")), "{name} is missing");
+    }
+    assert!(text.contains("custom string quadratura:file = \"../photos/left.png\""), "{text}");
+    assert!(site.path("usd/site.usdz").metadata().unwrap().len() > text.len() as u64);
+}
+
+#[test]
+fn arguments_of_other_formats_are_refused_and_the_same_export_has_the_same_bytes() {
+    let Some(site) = smooth_site() else { return };
+    for (arguments, expected) in [
+        ("--format psd --density 40", "--density does not apply to layered files"),
+        ("--format glb --up y", "--up does not apply to glb; it is for --format obj"),
+        ("--format cameras --holes", "--holes does not apply to cameras"),
+    ] {
+        let said = stderr_of(&site.run(&format!("export project {arguments} --out x")).code(2));
+        assert!(said.contains(expected), "{said}");
+    }
+    let bytes = |folder: &str| -> PathBuf {
+        export(&site, &format!("--format glb --page-size 1024 --out {folder}"));
+        site.path(folder).join("site.glb")
+    };
+    assert_eq!(fs::read(bytes("a")).unwrap(), fs::read(bytes("b")).unwrap());
+}

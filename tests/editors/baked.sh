@@ -1,0 +1,49 @@
+#!/bin/sh
+# Models with textures, read by what reads them elsewhere: sh tests/editors/baked.sh
+#
+# Khronos' validator reads the GLB, USD's own validators and cameras the stage, of the sample project with four photos. What
+# cannot be had of node and Python's packages is left out and named. POSIX sh.
+set -eu
+cd "$(dirname "$0")/../.."
+export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
+. examples/setup.sh
+mkdir -p "${CARGO_TARGET_DIR:-target}"
+target=$(cd "${CARGO_TARGET_DIR:-target}" && pwd)
+
+cargo build --profile "$profile" --quiet --bin quadratura
+program=$built/quadratura
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+trap 'exit 130' INT TERM
+
+sample=projects/piazza
+mkdir "$work/photos"
+for photo in 01_church 02_from_southwest 04_arcade 08_portrait; do cp "$sample/photos/$photo.jpg" "$work/photos"; done
+"$program" -q new "$work/project" --photos "$work/photos" --cameras $sample/sparse --model $sample/piazza.obj >/dev/null
+"$program" -q update "$work/project" >/dev/null
+export_as() {
+    format=$1
+    shift
+    "$program" -q export "$work/project" --format "$format" --out "$work/$format" "$@" >/dev/null 2>"$work/said" ||
+        { cat "$work/said" && fail "export --format $format"; }
+}
+export_as glb --density 20
+export_as usd --density 20
+export_as cameras
+
+if has node && npm install --silent --prefix "$target/editors-node" gltf-validator >/dev/null 2>&1; then
+    say "gltf-validator: $(node tests/editors/gltf.mjs "$target/editors-node" "$work/glb/site.glb")" || fail "the GLB"
+else
+    say "left out: gltf-validator, for which node and npm are needed"
+fi
+
+python=$target/editors-python/bin/python
+[ -x "$python" ] || python3 -m venv "$target/editors-python" 2>/dev/null || true
+if "$python" -m pip install --quiet usd-core 2>/dev/null; then
+    for stage in "$work/usd/site.usda" "$work/usd/site.usdz"; do
+        said=$("$python" tests/editors/usd.py "$stage" "$work/cameras/cameras.json") || fail "$stage: $said"
+        say "usd-core: $said"
+    done
+else
+    say "left out: usd-core, for which Python's venv and pip are needed"
+fi
