@@ -5,13 +5,15 @@
 //! [`hand_over`]. The rules for all formats are in [`folder`] (nothing that a user changed is overwritten) and [`origin`] (one
 //! local origin).
 
-mod blender;
+pub mod blender;
 mod cameras;
 pub mod folder;
 pub mod format;
 pub mod origin;
 mod photos;
 mod points;
+#[cfg(test)]
+mod tests;
 
 use std::path::Path;
 
