@@ -106,6 +106,7 @@
 //! | `layers` | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
 //! | `document` | what is saved: the authored project and the derived stacks |
 //! | `io` | files of a project |
+//! | `handover` | the site in the formats of other programs |
 //! | `recipe` | whole tasks: open, sort, cluster, extract, fill, save, without a user interface and without a device |
 //! | `gpu` | GPU passes: what `layers` and `ldi` ask of a device |
 //! | `app` | the editor window: it shows and asks, and computes nothing itself |

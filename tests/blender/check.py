@@ -28,8 +28,10 @@ def drawn(camera, size, aspect, point):
     """Where Blender draws a point, in pixels from the top left."""
     graph = bpy.context.evaluated_depsgraph_get()
     matrix = camera.calc_matrix_camera(graph, x=size[0], y=size[1], scale_x=aspect[0], scale_y=aspect[1])
-    at = matrix @ camera.matrix_world.inverted() @ Vector((*point, 1.0))
-    return numpy.array([(at.x / at.w + 1) / 2 * size[0], (1 - at.y / at.w) / 2 * size[1]])
+    # In f64: what is tested are Blender's matrices, not the rounding of products of them.
+    local = numpy.linalg.solve(numpy.array(camera.matrix_world), numpy.array((*point, 1.0)))
+    x, y, _, w = numpy.array(matrix) @ local
+    return numpy.array([(x / w + 1) / 2 * size[0], (1 - y / w) / 2 * size[1]])
 
 
 def expected(k, world_from_camera, point):
@@ -45,6 +47,7 @@ def new_camera(photo):
     lens.sensor_fit, lens.sensor_width, lens.lens = "HORIZONTAL", 36.0, photo["lens"]
     lens.shift_x, lens.shift_y = photo["shift"]
     camera = bpy.data.objects.new("camera", lens)
+    camera.rotation_mode = "QUATERNION"
     camera.matrix_world = Matrix(photo["world_from_camera"])
     bpy.context.scene.collection.objects.link(camera)
     bpy.context.view_layer.update()

@@ -249,7 +249,8 @@ def layer_group(site, number):
     best = nodes.add("ShaderNodeAttribute", output=2, attribute_name="photo", attribute_type="GEOMETRY")
     other = nodes.math("SUBTRACT", 1.0, nodes.math("COMPARE", best, float(layer["photo"] + 1), 0.25))
     lessened = nodes.math("MULTIPLY", other, viewpoint.outputs[1])
-    factor = nodes.math("MULTIPLY_ADD", lessened, OTHER_PHOTO - 1.0, 1.0)
+    # Not 1 - (1 - x) lessened: in f32 that is 0.
+    factor = nodes.math("MULTIPLY_ADD", lessened, OTHER_PHOTO, nodes.math("SUBTRACT", 1.0, lessened))
     weight = nodes.math("MULTIPLY", nodes.math("MULTIPLY", weight, falloff(nodes, chord)), factor)
     nodes.tree.links.new(weight, out.inputs["Weight"])
     return nodes.tree
@@ -451,6 +452,8 @@ def build_photo(site, photo, extent, into):
     behind.frame_method, behind.display_depth, behind.alpha = "STRETCH", "BACK", 0.5
     lens.show_background_images = True
     camera = bpy.data.objects.new(photo["name"], lens)
+    # Angles of Euler lose digits where the second one is near 90 degrees.
+    camera.rotation_mode = "QUATERNION"
     camera.matrix_world = Matrix(photo["world_from_camera"])
     camera["photo"], camera["size"] = photo["name"], photo["size"]
     camera["pixel_aspect"], camera["gain"] = photo["pixel_aspect"], photo["gain"]

@@ -57,9 +57,10 @@ pub fn confidence_of(
             let (Some(from), Some(to)) = (pixels.rect.index(x, y), rect.index(x, y)) else { continue };
             let known = known[from][3];
             let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            // The penalty is divided by the agreement, and weights fall with its square.
+            // The penalty is divided by the agreement, and weights fall with its square; contradicted photos are also taken for
+            // ones that are farther away (`quadratura_view::weights::Claim`), which the higher power stands for.
             let weight =
-                f64::from(known) * f64::from(trust[from]) * border(camera, px) * agreement(px).powi(2);
+                f64::from(known) * f64::from(trust[from]) * border(camera, px) * agreement(px).powi(4);
             rgb[3 * to] = (weight + 0.5).clamp(1.0, 255.0) as u8;
             rgb[3 * to + 1] = known;
         }
