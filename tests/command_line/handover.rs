@@ -17,7 +17,7 @@ fn cameras_are_exported_without_stacks_and_a_project_can_be_made_of_them() {
             .success();
         assert!(stdout_of(&made).contains("2 of 2"), "{cameras}");
     }
-    let again = site.json("export project --format cameras --out cameras --photo left");
+    let again = site.json("export project --format cameras --out cameras --photo left --json");
     assert_eq!((&again["photos"], &again["export"]["spared"]), (&1.into(), &serde_json::json!([])));
 }
 

@@ -31,9 +31,10 @@ pub struct ExportArgs {
     #[arg(long)]
     pub even_colour: bool,
     #[command(flatten)]
-    pub handover: HandoverArgs,
-    #[command(flatten)]
     pub memory: MemoryArg,
+    // Last, because its heading is that of all that follows.
+    #[command(flatten)]
+    pub handover: HandoverArgs,
 }
 
 /// Options of the formats of other programs.

@@ -136,7 +136,7 @@ pub enum CommandArgs {
     Build(BuildArgs),
     /// Fill occluded areas: from other photos, else by inpainting; builds stacks that need it first
     Fill(FillArgs),
-    /// Write the stacks as layered files for an image editor
+    /// Write the stacks as layered files for an image editor, or the site for another program
     Export(ExportArgs),
     /// Show and set how exposures of the photos are matched
     Colour(ColourArgs),

@@ -676,6 +676,10 @@ def main():
     build(os.path.dirname(os.path.abspath(__file__)), "--eevee" in given)
     if "--save" in given:
         save(given[given.index("--save") + 1])
+        if not bpy.app.binary_path:
+            # Blender as a Python module does not always end by itself.
+            sys.stdout.flush()
+            os._exit(0)
 
 
 if __name__ == "__main__":
