@@ -24,6 +24,7 @@ const FILE_TYPES: &[&str] = &[
     "src/ldi/file/header.rs",
     "src/ldi/report.rs",
     "src/foliage/species.rs",
+    "src/handover/blender/scene.rs",
 ];
 
 fn root() -> &'static Path {

@@ -2,7 +2,7 @@
 # Everything, before a release: sh tests/full.sh
 #
 # The tests of every change, and what is slow and seldom finds anything: pictures with another processor's arithmetic, all
-# editors on all samples, and the demo from a clean clone, as somebody who has just found the project runs it. POSIX sh.
+# editors on all samples, Blender, and the demo from a clean clone, as somebody who has just found the project runs it. POSIX sh.
 set -eu
 cd "$(dirname "$0")/.."
 export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
@@ -33,6 +33,9 @@ fi
 
 say "== the package"
 sh tests/package.sh
+
+say "== Blender"
+sh tests/blender.sh
 
 say "== the demo, from a clean clone"
 work=$(mktemp -d)

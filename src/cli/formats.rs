@@ -67,10 +67,23 @@ const DEPTH: [Row; 2] = [
     ["a page (HTML) that shows them", "new views in a browser", "editing"],
 ];
 
+const OTHER_PROGRAMS: [Row; 2] = [
+    [
+        "a folder for Blender 4.2 or newer: scene.py, scene.json, layers",
+        "cameras, model, image layers, exposures; paint on the layers is imported",
+        "relief, trees",
+    ],
+    [
+        "cameras: COLMAP's text files, transforms.json, cameras.json",
+        "undistorted cameras; points with their observations (COLMAP)",
+        "model, image layers, masks",
+    ],
+];
+
 /// Runs `formats`.
 pub fn run() -> Outcome {
     let cameras = cameras::described();
-    let subjects: [(&str, &str, &[Row]); 7] = [
+    let subjects: [(&str, &str, &[Row]); 8] = [
         ("Cameras", "in", &cameras),
         ("Photos", "in", &PHOTOS),
         ("Models", "in", &MODELS),
@@ -78,6 +91,7 @@ pub fn run() -> Outcome {
         ("Layered files", "out and in", &LAYERED),
         ("Pictures and videos", "out", &PICTURES),
         ("Layered depth images", "out", &DEPTH),
+        ("Other programs", "out", &OTHER_PROGRAMS),
     ];
     let (mut text, mut list) = (String::new(), Vec::new());
     for (subject, direction, rows) in subjects {

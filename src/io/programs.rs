@@ -159,6 +159,29 @@ fn on_path(commands: &[&str], folders: &[PathBuf]) -> Option<PathBuf> {
     files.find(|file| file.is_file())
 }
 
+/// Returns Blender's program, from the search path or where installers put it; `None` where it is not found.
+pub fn blender() -> Option<PathBuf> {
+    let installed: &[Installed] = match HERE {
+        OperatingSystem::Linux => &[],
+        OperatingSystem::Mac => {
+            const { &[Installed::new("/Applications", "Blender", "Contents/MacOS/Blender")] }
+        }
+        OperatingSystem::Windows => {
+            const { &[Installed::new("C:/Program Files/Blender Foundation", "Blender", "blender.exe")] }
+        }
+    };
+    let commands = ["blender", "org.blender.Blender"];
+    on_path(&commands, &search_path()).or_else(|| installed.iter().find_map(Installed::find))
+}
+
+/// Returns a Python on the search path whose module `bpy` is Blender; `None` where there is none.
+pub fn python_with_blender() -> Option<PathBuf> {
+    let python = on_path(&["python3", "python"], &search_path())?;
+    let code = "import importlib.util as u, sys; sys.exit(0 if u.find_spec('bpy') else 1)";
+    let tried = Command::new(&python).args(["-c", code]).stdin(Stdio::null()).output();
+    tried.is_ok_and(|tried| tried.status.success()).then_some(python)
+}
+
 /// Checks that `program`, a path or a name on the search path, can be started.
 ///
 /// # Errors

@@ -39,6 +39,8 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_layers::agreement::PhotoEvidence;
 use quadratura_layers::device::{PlantedRenderer, SiteDevice};
 use quadratura_layers::sky_model::Daylight;
+use quadratura_projection::agreement::Agreement;
+use quadratura_projection::dome::Dome;
 use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::pyramid::PyramidOptions;
 use quadratura_projection::relief::Relief;
@@ -234,6 +236,38 @@ pub fn open_reference(
     let gains = shown_gains(gains.whole(), options.gains, around);
     let renderer = ReferenceRenderer::new(model, sources, gains, relief, texels, PyramidOptions::default());
     Ok(renderer.with_agreement(agreement).with_skirts())
+}
+
+/// What the photos say of each other, for those who blend them elsewhere.
+pub(crate) struct PhotoEstimates {
+    /// The gains of all photos, in the site's order.
+    pub gains: Gains,
+    /// The surroundings in directions that no photo shows.
+    pub dome: Option<Arc<Dome>>,
+    /// How far other photos confirm each texel.
+    pub agreement: Agreement,
+}
+
+/// Estimates these from the stacks of all photos (in the site's order), and divides the agreement among the layer textures of `sources`,
+/// whose files are `files`.
+///
+/// # Errors
+/// The errors of reading photos and paint, and of a stop.
+pub(crate) fn photo_estimates(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    stacks: &[Option<Stack>],
+    (sources, files): (&Sources, &LayerTextureFiles),
+    task: &Task,
+) -> Result<PhotoEstimates> {
+    let options = PreviewOptions::default();
+    let Estimates { gains, agreement, surroundings, .. } =
+        estimates_from_photos(folder, project, site, stacks, &options, task)?;
+    let evidence = agreement.as_ref().map(|agreement| agreement.whole().clone()).unwrap_or_default();
+    let around = surroundings.whole();
+    let agreement = LayerAgreement::new(&evidence, around, sources, files).present;
+    Ok(PhotoEstimates { gains: gains.whole().clone(), dome: around.dome.clone(), agreement })
 }
 
 /// Estimates gains and relief and caches them in `cache/`, so that the first picture does not wait for them.

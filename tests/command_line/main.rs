@@ -10,6 +10,7 @@ mod common;
 mod decide;
 mod faults;
 mod filling;
+mod handover;
 mod impostors;
 mod ldi;
 mod ldi_shown;

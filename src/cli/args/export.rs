@@ -34,11 +34,12 @@ pub struct ExportArgs {
     #[arg(long)]
     pub even_colour: bool,
     #[command(flatten)]
+    pub memory: MemoryArg,
+    // Last, because their headings are those of all that follows.
+    #[command(flatten)]
     pub handover: HandoverArgs,
     #[command(flatten)]
     pub baked: BakedArgs,
-    #[command(flatten)]
-    pub memory: MemoryArg,
 }
 
 /// Options of the formats of other programs.
@@ -48,6 +49,9 @@ pub struct HandoverArgs {
     /// The most photos that texture a face, chosen so that their directions spread; for --format blender [default: 8]
     #[arg(long, value_name = "N", value_parser = counted)]
     pub photos_per_face: Option<usize>,
+    /// Also make site.blend, with Blender or the Python module bpy where one of them is found; for --format blender
+    #[arg(long)]
+    pub blend: bool,
 }
 
 /// Parses a number of things, at least one.

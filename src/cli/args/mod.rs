@@ -146,7 +146,7 @@ pub enum CommandArgs {
     Plan(PlanArgs),
     /// Show what is done, what is worked on and on which machine, and what failed
     Status(StatusArgs),
-    /// Write the stacks as layered files for an image editor
+    /// Write the stacks as layered files for an image editor, or the site for another program
     Export(ExportArgs),
     /// Show and set how exposures of the photos are matched
     Colour(ColourArgs),

@@ -1,5 +1,7 @@
 //! `export` to the formats of other programs.
 
+use std::path::Path;
+
 use serde_json::json;
 
 use super::super::Outcome;
@@ -7,11 +9,13 @@ use super::super::args::{ExportArgs, ExportTarget};
 use super::super::bytes::readable_bytes;
 use super::super::fill::note_stale_fillings;
 use super::super::table::counted;
+use super::super::words::error_text;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_gpu::Gpu;
 use quadratura_layers::device::SiteDevice;
 use quadratura_recipe::handover::baked::report::BakedReport;
+use quadratura_recipe::handover::blender::blend::make_blend;
 use quadratura_recipe::handover::{HandedOver, HandoverFormat, HandoverOptions, hand_over};
 use quadratura_recipe::open::Opened;
 
@@ -42,6 +46,7 @@ pub fn check(args: &ExportArgs) -> Result<()> {
     let given = [
         ("--provenance", args.provenance, is_layered, LAYERED),
         ("--even-colour", args.even_colour, is_layered, LAYERED),
+        ("--blend", args.handover.blend, is_blender, "blender"),
         ("--photos-per-face", args.handover.photos_per_face.is_some(), is_blender, "blender"),
         ("--density", baked.density.is_some(), is_baked, BAKED),
         ("--page-size", baked.page_size.is_some(), is_baked, BAKED),
@@ -77,11 +82,25 @@ pub fn run(args: &ExportArgs, format: HandoverFormat, opened: &Opened, task: &Ta
         note_stale_fillings(&args.project, &opened.project, &opened.site, task)?;
     }
     let done = hand_over(&args.project, opened, &photos, &args.out, &options, &start, task)?;
-    let problems = chosen.problems_of(&opened.problems, task);
-    Ok(report(args, &done, photos.len(), problems))
+    let mut problems = chosen.problems_of(&opened.problems, task);
+    let blend = args.handover.blend.then(|| make_blend(&args.out, task));
+    let blend = match blend.transpose() {
+        Ok(blend) => blend,
+        Err(error) => {
+            problems.push(error_text(&error));
+            None
+        }
+    };
+    Ok(report(args, &done, blend.as_deref(), photos.len(), problems))
 }
 
-fn report(args: &ExportArgs, done: &HandedOver, photos: usize, problems: Vec<String>) -> Outcome {
+fn report(
+    args: &ExportArgs,
+    done: &HandedOver,
+    blend: Option<&Path>,
+    photos: usize,
+    problems: Vec<String>,
+) -> Outcome {
     let bytes = done.files.iter().map(|file| file.bytes).sum();
     let mut text = format!(
         "{} of {} in {}, {}\n",
@@ -100,7 +119,10 @@ fn report(args: &ExportArgs, done: &HandedOver, photos: usize, problems: Vec<Str
     for what in &done.left_out {
         text.push_str(&format!("not exported: {what}\n"));
     }
-    let json = json!({ "photos": photos, "export": done, "problems": problems });
+    if let Some(blend) = blend {
+        text.push_str(&format!("Blender made {}\n", blend.display()));
+    }
+    let json = json!({ "blend": blend, "photos": photos, "export": done, "problems": problems });
     Outcome { text, json, problems }
 }
 

@@ -216,7 +216,9 @@ def looked_up(site, nodes, layer, homogeneous, out):
     found["Photo"].default_value = layer["photo"] + 1
     for name, socket in found.items():
         nodes.tree.links.new(socket, out.inputs[name])
-    return nodes.math("MULTIPLY", parts[0], nodes.math("GREATER_THAN", q, 0.0))
+    weight = nodes.math("MULTIPLY", parts[0], nodes.math("GREATER_THAN", q, 0.0))
+    # Beside an outline a solid layer has less of a texel. Used so, alpha also makes Cycles take it out of the colour.
+    return weight if layer["matte"] else nodes.math("MULTIPLY", weight, picture.outputs["Alpha"])
 
 
 def rows_applied(nodes, rows, vector):
@@ -247,7 +249,8 @@ def layer_group(site, number):
     best = nodes.add("ShaderNodeAttribute", output=2, attribute_name="photo", attribute_type="GEOMETRY")
     other = nodes.math("SUBTRACT", 1.0, nodes.math("COMPARE", best, float(layer["photo"] + 1), 0.25))
     lessened = nodes.math("MULTIPLY", other, viewpoint.outputs[1])
-    factor = nodes.math("MULTIPLY_ADD", lessened, OTHER_PHOTO - 1.0, 1.0)
+    # Not 1 - (1 - x) lessened: in f32 that is 0.
+    factor = nodes.math("MULTIPLY_ADD", lessened, OTHER_PHOTO, nodes.math("SUBTRACT", 1.0, lessened))
     weight = nodes.math("MULTIPLY", nodes.math("MULTIPLY", weight, falloff(nodes, chord)), factor)
     nodes.tree.links.new(weight, out.inputs["Weight"])
     return nodes.tree
@@ -449,6 +452,8 @@ def build_photo(site, photo, extent, into):
     behind.frame_method, behind.display_depth, behind.alpha = "STRETCH", "BACK", 0.5
     lens.show_background_images = True
     camera = bpy.data.objects.new(photo["name"], lens)
+    # Angles of Euler lose digits where the second one is near 90 degrees.
+    camera.rotation_mode = "QUATERNION"
     camera.matrix_world = Matrix(photo["world_from_camera"])
     camera["photo"], camera["size"] = photo["name"], photo["size"]
     camera["pixel_aspect"], camera["gain"] = photo["pixel_aspect"], photo["gain"]
@@ -473,6 +478,21 @@ def build_world(site, scene):
                             [("camera.location[%d]" % i, 0.0) for i in range(3)])
         nodes.put(viewer, node.inputs[0])
         sums = added(site, nodes, sums, node, part_mask(nodes, node.outputs["UV"], it["parts"]))
+    dome = site.data["dome"]
+    if dome:
+        direction = nodes.add("ShaderNodeTexCoord").node.outputs["Generated"]
+        turned = nodes.add("ShaderNodeCombineXYZ",
+                           [nodes.vector("DOT_PRODUCT", direction, axis) for axis in dome["axes"]])
+        picture = nodes.add("ShaderNodeTexEnvironment", (turned,), image=image_of(site, dome["file"]))
+        exposure = use(nodes, site.groups["Exposure"])
+        exposure.inputs[0].default_value = (1.0, 1.0, 1.0)
+        node = use(nodes, site.groups["Add photo"])
+        for value, socket in zip(sums or (), node.inputs):
+            nodes.put(value, socket)
+        nodes.put(nodes.vector("MULTIPLY", picture, exposure.outputs[0]), node.inputs[6])
+        node.inputs[7].default_value = (dome["distance"] + SAME_RAY) ** -2
+        node.inputs[11].default_value = 1.0
+        sums = list(node.outputs)
     colour = (0.0, 0.0, 0.0, 1.0)
     if sums:
         colour = nodes.scaled(sums[0], nodes.math("DIVIDE", 1.0, sums[1]))
@@ -545,23 +565,62 @@ register()
 '''
 
 
-def build_frames(scene, cameras):
-    scene.timeline_markers.clear()
+def build_frames(scene, cameras, is_new):
+    own = set(scene.get("photos", ()))
+    for marker in [marker for marker in scene.timeline_markers if marker.name in own]:
+        scene.timeline_markers.remove(marker)
+    scene["photos"] = [camera["photo"] for camera in cameras]
     for frame, camera in enumerate(cameras, 1):
         marker = scene.timeline_markers.new(camera["photo"], frame=frame)
         marker.camera = camera
-    scene.frame_start, scene.frame_end = 1, max(1, len(cameras))
+    if is_new:
+        scene.frame_start, scene.frame_end = 1, max(1, len(cameras))
     text = bpy.data.texts.get("photo_frames.py") or bpy.data.texts.new("photo_frames.py")
     text.from_string(FRAMES)
     # It runs when the file is opened, where Blender may run scripts.
     text.use_module = True
     exec(compile(FRAMES, "photo_frames.py", "exec"), {"__name__": "photo_frames"})
-    scene.camera = cameras[0]
-    scene.frame_set(1)
+    if scene.camera is None:
+        scene.camera = cameras[0]
+    scene.frame_set(1 if is_new else scene.frame_current)
+
+
+def values_of_user():
+    """The values that are to be changed in node groups, which a new run keeps."""
+    values = {}
+    for group, node in (("Viewpoint", "Mode"), ("Viewpoint", "Point"), ("Exposure", "Amount")):
+        tree = bpy.data.node_groups.get(group)
+        if tree and tree.get(OWN) and node in tree.nodes:
+            sockets = tree.nodes[node].inputs or tree.nodes[node].outputs
+            values[group, node] = [socket.default_value for socket in sockets]
+    return values
+
+
+def restore(values):
+    for (group, node), numbers in values.items():
+        found = bpy.data.node_groups[group].nodes[node]
+        for socket, number in zip(found.inputs or found.outputs, numbers):
+            socket.default_value = number
+
+
+def set_up(scene, eevee):
+    """Settings of a new scene; later runs leave them to the user."""
+    scene.render.engine = engine(eevee)
+    scene.view_settings.view_transform, scene.view_settings.look = "Standard", "None"
+    scene.render.dither_intensity = 0.0
+    if not eevee:
+        # The surfaces are light themselves: nothing is gained by more.
+        scene.cycles.samples, scene.cycles.use_denoising = 16, False
+        scene.cycles.transparent_max_bounces = 32
+    if not bpy.data.filepath:
+        # The contents of a new file.
+        for name in ("Cube", "Light", "Camera"):
+            if name in bpy.data.objects:
+                bpy.data.objects.remove(bpy.data.objects[name])
 
 
 def remove_own():
-    """Removes what an earlier run made and nothing of the user's refers to by name."""
+    """Removes what an earlier run made beside the collections."""
     for list_ in (bpy.data.materials, bpy.data.worlds, bpy.data.node_groups):
         for thing in [thing for thing in list_ if thing.get(OWN)]:
             list_.remove(thing)
@@ -570,21 +629,12 @@ def remove_own():
 def build(folder, eevee=False):
     site = Site(folder)
     scene = bpy.context.scene
+    is_new, values = "origin" not in scene, values_of_user()
+    if is_new:
+        set_up(scene, eevee)
     photos, model = collection(scene, "Photos"), collection(scene, "Model")
     remove_own()
-    if bpy.app.background or "origin" not in scene:
-        # The cube, the light and the camera of a new file.
-        for name in ("Cube", "Light", "Camera"):
-            if name in bpy.data.objects and "origin" not in scene:
-                bpy.data.objects.remove(bpy.data.objects[name])
     scene["origin"] = site.data["origin"]
-    scene.render.engine = engine(eevee)
-    scene.view_settings.view_transform, scene.view_settings.look = "Standard", "None"
-    scene.render.dither_intensity = 0.0
-    if not eevee:
-        # The surfaces are light themselves: nothing is gained by more.
-        scene.cycles.samples, scene.cycles.use_denoising = 16, False
-        scene.cycles.transparent_max_bounces = 32
     layer_view = scene.view_layers[0]
     layer_view.use_pass_cryptomatte_object = True
     for name in ("known", "photo"):
@@ -603,7 +653,8 @@ def build(folder, eevee=False):
         build_billboard(site, described, turning, model)
     build_world(site, scene)
     extent = extent_of(site)
-    build_frames(scene, [build_photo(site, photo, extent, photos) for photo in site.data["photos"]])
+    build_frames(scene, [build_photo(site, photo, extent, photos) for photo in site.data["photos"]], is_new)
+    restore(values)
     return site
 
 
@@ -625,6 +676,10 @@ def main():
     build(os.path.dirname(os.path.abspath(__file__)), "--eevee" in given)
     if "--save" in given:
         save(given[given.index("--save") + 1])
+        if not bpy.app.binary_path:
+            # Blender as a Python module does not always end by itself.
+            sys.stdout.flush()
+            os._exit(0)
 
 
 if __name__ == "__main__":

@@ -32,6 +32,8 @@ pub struct Scene {
     pub surroundings: Vec<SceneSurroundings>,
     /// The distance between cameras from which they see other surroundings, in world units.
     pub surroundings_scale: f64,
+    /// The surroundings where no photo shows them; `None` where nothing is known of them.
+    pub dome: Option<SceneDome>,
 }
 
 /// A photo with its camera.
@@ -66,6 +68,8 @@ pub struct SceneLayer {
     pub photo: usize,
     /// The picture: sRGB and alpha; alpha is the matte where one sees through the surface, else 0 or 1.
     pub file: String,
+    /// Whether alpha is a matte.
+    pub matte: bool,
     /// The picture of confidence: red is the weight (confidence, ramps towards borders), green how far the texel is known (1 for
     /// photo and paint, less where it was filled).
     pub confidence: String,
@@ -148,6 +152,17 @@ pub struct SceneSurroundings {
     pub layer: usize,
     /// The convex parts, as in [`SceneUse::parts`].
     pub parts: Vec<Vec<[f64; 3]>>,
+}
+
+/// A picture of all directions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SceneDome {
+    /// The equirectangular picture, sRGB, in the common exposure.
+    pub file: String,
+    /// The unit directions of its middle, of what is to the left of that, and up.
+    pub axes: [[f64; 3]; 3],
+    /// The distance, in scales of the surroundings, of a photo that has the same weight.
+    pub distance: f64,
 }
 
 impl ScenePhoto {

@@ -6,13 +6,15 @@
 //! local origin).
 
 pub mod baked;
-mod blender;
+pub mod blender;
 mod cameras;
 pub mod folder;
 pub mod format;
 pub mod origin;
 mod photos;
 mod points;
+#[cfg(test)]
+mod tests;
 
 use std::path::Path;
 

@@ -33,12 +33,14 @@ impl LayerConfidence {
 }
 
 /// Returns the picture of confidence of a layer whose rectangle is `rect`, RGB by rows: red is the weight, confidence with its ramps
-/// towards borders of what the photo shows and of the photo; green is how far the texel is known. Blue is not used. A texel with
+/// towards borders of what the photo shows and of the photo, and how far other photos confirm it (`agreement`, of a position in the photo);
+/// green is how far the texel is known. Blue is not used. A texel with
 /// content has at least 1 in both, because a surface that only this photo shows has to be textured all the same.
 pub fn confidence_of(
     pixels: &LayerTexturePixels,
     rect: PixelRect,
     camera: &Pinhole,
+    agreement: impl Fn(DVec2) -> f64,
 ) -> (Vec<u8>, LayerConfidence) {
     let known = pixels.rgba.as_chunks::<4>().0;
     let content = runs_where(pixels.rect, known, |texel| texel[3] != 0);
@@ -54,8 +56,11 @@ pub fn confidence_of(
         for x in run.clone() {
             let (Some(from), Some(to)) = (pixels.rect.index(x, y), rect.index(x, y)) else { continue };
             let known = known[from][3];
-            let at_border = border(camera, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-            let weight = f64::from(known) * f64::from(trust[from]) * at_border;
+            let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            // The penalty is divided by the agreement, and weights fall with its square; contradicted photos are also taken for
+            // ones that are farther away (`quadratura_view::weights::Claim`), which the higher power stands for.
+            let weight =
+                f64::from(known) * f64::from(trust[from]) * border(camera, px) * agreement(px).powi(4);
             rgb[3 * to] = (weight + 0.5).clamp(1.0, 255.0) as u8;
             rgb[3 * to + 1] = known;
         }
@@ -89,7 +94,7 @@ mod tests {
         rgba[3] = 0;
         let pixels =
             LayerTexturePixels { rect: inner, rgba, needed: vec![1; inner.area() as usize], matte: None };
-        let (rgb, reduced) = confidence_of(&pixels, rect, &camera);
+        let (rgb, reduced) = confidence_of(&pixels, rect, &camera, |_| 1.0);
         let red = |x: i32, y: i32| rgb[3 * rect.index(x, y).unwrap()];
         assert_eq!([red(105, 105), red(110, 110)], [0, 0], "nothing is there");
         assert!(red(111, 110) >= 1 && red(112, 130) < red(116, 130), "the ramp is 8 texels wide");

@@ -5,11 +5,14 @@
 //! scene.json                   cameras, model, image layers
 //! layers/PHOTO.layers/         the image layers, to be painted on: the folder format, named by token
 //! confidence/TOKEN.png         the weight of each texel, and how far it is known
+//! surroundings.png             what is around in directions that no photo shows
 //! photos/                      the undistorted pictures of photos that had to be resampled
 //! ```
 
 mod billboards;
+pub mod blend;
 mod confidence;
+mod dome;
 mod layers;
 mod meshes;
 mod surfaces;
@@ -27,13 +30,15 @@ use super::HandoverOptions;
 use super::folder::HandoverFolder;
 use super::photos::{camera_of, copied, is_resampled, linked};
 use crate::far_backdrops::FarBackdrops;
-use crate::gains::photo_gains;
 use crate::layer_textures::LayerTextureFiles;
 use crate::open::Opened;
+use crate::preview::{PhotoEstimates, photo_estimates};
 use crate::sources::sources;
 use quadratura_base::error::Result;
+use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::{Photo, PhotoId, up};
 use quadratura_base::task::Task;
+use quadratura_document::Stack;
 use quadratura_files::json::to_json;
 use quadratura_handover::blender::SCRIPT;
 use quadratura_handover::blender::scene::{
@@ -46,6 +51,9 @@ use quadratura_projection::{LayerTextureId, Texels};
 
 /// The folder of photos that had to be resampled.
 const PHOTOS: &str = "photos";
+
+/// The name of the script.
+pub const SCRIPT_FILE: &str = "scene.py";
 
 /// Writes the site for Blender.
 ///
@@ -65,9 +73,14 @@ pub fn write(
     let site = &opened.site;
     let HandedStacks { store, all, chosen, folders } =
         handed_stacks(folder, project, opened, photos, options, task)?;
-    let colour = &opened.project.colour;
-    let gains = photo_gains(site, &all, colour, project, options.memory, task)?;
     let ids: Vec<PhotoId> = photos.iter().filter_map(|photo| site.photo_named(&photo.name)).collect();
+    let sources = sources(site, &chosen, &opened.project.decisions);
+    let far = FarBackdrops::new(site);
+    let files = LayerTextureFiles::new(&store, &chosen, true)
+        .with_far(&chosen, far.clone().into())
+        .with_paint(&store, &chosen)?;
+    let PhotoEstimates { gains, dome, agreement } =
+        photo_estimates(project, &opened.project, site, &all, (&sources, &files), task)?;
     let mut scene_photos = Vec::new();
     for (photo, id) in photos.iter().zip(&ids) {
         let file = match is_resampled(project, photo) {
@@ -77,34 +90,15 @@ pub fn write(
         let gain = gains.of_photo[id.index()].map(|gain| (-gain).exp());
         scene_photos.push(ScenePhoto::new(&camera_of(photo, file, origin), gain));
     }
-    let sources = sources(site, &chosen, &opened.project.decisions);
-    let far = FarBackdrops::new(site);
-    let files = LayerTextureFiles::new(&store, &chosen, true)
-        .with_far(&chosen, far.clone().into())
-        .with_paint(&store, &chosen)?;
     let layers = described(&ids, &chosen, &folders, opened, origin);
-    let mut confidences = Vec::with_capacity(layers.len());
-    // Few at a time, so that few pictures are in memory.
-    let rects: Vec<_> =
+    let rects: Vec<PixelRect> =
         chosen.iter().flatten().flat_map(|stack| &stack.image_layers).map(|layer| layer.rect).collect();
-    let numbered: Vec<(LayerTextureId, &SceneLayer)> = (0..).map(LayerTextureId).zip(&layers).collect();
-    for some in numbered.chunks(rayon::current_num_threads().max(1)) {
-        task.step("write confidences", confidences.len() as u64, layers.len() as u64)?;
-        let pictures: Vec<Result<(Vec<u8>, LayerConfidence)>> = some
-            .par_iter()
-            .map(|(id, _)| {
-                let rect = rects[id.0 as usize];
-                let camera = &sources.photo(sources.layer_texture(*id).photo).camera;
-                let (rgb, reduced) = confidence_of(&files.layer_texture(*id)?, rect, camera);
-                Ok((rgb_png([rect.w, rect.h], &rgb), reduced))
-            })
-            .collect();
-        for ((_, layer), picture) in some.iter().zip(pictures) {
-            let (png, reduced) = picture?;
-            folder.write(&layer.confidence, &png)?;
-            confidences.push(reduced);
-        }
-    }
+    let weighed = |number: usize| {
+        let id = LayerTextureId(number as u32);
+        let camera = &sources.photo(sources.layer_texture(id).photo).camera;
+        Ok(confidence_of(&files.layer_texture(id)?, rects[number], camera, |px| agreement.at(id, px)))
+    };
+    let confidences = write_confidences(folder, &layers, &rects, &weighed, task)?;
     let surfaces = Surfaces::new(site, &sources, &confidences, &rects, &ids, options.photos_per_face);
     let (objects, materials, degenerate) = meshes::objects(&surfaces, &far, origin);
     if degenerate > 0 {
@@ -114,27 +108,58 @@ pub fn write(
         layer: server.layer_texture.0 as usize,
         parts: surfaces::parts_of(&server.domain, rects[server.layer_texture.0 as usize]),
     });
+    let up = up(&site.photos);
+    let dome = dome.as_deref().map(|dome| dome::write_dome(folder, dome, up)).transpose()?;
     let scene = Scene {
         version: SCENE_VERSION,
         origin: origin.to_array(),
-        up: up(&site.photos).to_array(),
+        up: up.to_array(),
         photos: scene_photos,
         objects,
         materials,
         billboards: billboards::billboards(&surfaces, &layers, origin),
         surroundings: surroundings.collect(),
         surroundings_scale: sources.surroundings_scale,
+        dome,
         layers,
     };
     leave_out_what_blender_lacks(folder, opened);
     folder.write("scene.json", &to_json(&scene))?;
-    folder.write("scene.py", SCRIPT.as_bytes())
+    folder.write(SCRIPT_FILE, SCRIPT.as_bytes())
+}
+
+/// Writes the pictures of confidence of all layers, of which `weighed` computes one by its number. Few are computed at a time, so that few
+/// are in memory.
+fn write_confidences(
+    folder: &mut HandoverFolder,
+    layers: &[SceneLayer],
+    rects: &[PixelRect],
+    weighed: &(dyn Fn(usize) -> Result<(Vec<u8>, LayerConfidence)> + Sync),
+    task: &Task,
+) -> Result<Vec<LayerConfidence>> {
+    let mut confidences = Vec::with_capacity(layers.len());
+    let numbers: Vec<usize> = (0..layers.len()).collect();
+    for some in numbers.chunks(rayon::current_num_threads().max(1)) {
+        task.step("write confidences", confidences.len() as u64, layers.len() as u64)?;
+        let picture = |&number: &usize| {
+            let (rgb, reduced) = weighed(number)?;
+            let PixelRect { w, h, .. } = rects[number];
+            Ok((rgb_png([w, h], &rgb), reduced))
+        };
+        let pictures: Vec<Result<(Vec<u8>, LayerConfidence)>> = some.par_iter().map(picture).collect();
+        for (number, picture) in some.iter().zip(pictures) {
+            let (png, reduced) = picture?;
+            folder.write(&layers[*number].confidence, &png)?;
+            confidences.push(reduced);
+        }
+    }
+    Ok(confidences)
 }
 
 /// Describes the image layers of all stacks, in the order of layer textures.
 fn described(
     ids: &[PhotoId],
-    stacks: &[Option<quadratura_document::Stack>],
+    stacks: &[Option<Stack>],
     folders: &[String],
     opened: &Opened,
     origin: DVec3,
@@ -150,6 +175,7 @@ fn described(
             name: layer.name.clone(),
             photo: place,
             file: format!("{}/{}", folders[id.index()], layers::file_of(&layer.id)),
+            matte: layer.fill.as_ref().is_some_and(|fill| fill.matte_file.is_some()),
             confidence: format!("confidence/{}", layers::file_of(&layer.id)),
             uv_from_world: uv_from_world(&photo.camera, &pose, layer.rect),
         }));
@@ -159,15 +185,8 @@ fn described(
 
 /// Notes what views of the program show and this scene does not.
 fn leave_out_what_blender_lacks(folder: &mut HandoverFolder, opened: &Opened) {
-    folder.leave_out(
-        "relief, agreement and the correction of lenses' dark corners: views in Blender lack them",
-    );
+    folder.leave_out("relief and the correction of lenses' dark corners: views in Blender lack them");
     if !opened.project.trees.is_empty() {
         folder.leave_out("trees: Blender has no images of them; render them with the program");
-    }
-    if opened.project.surroundings.is_some() {
-        folder.leave_out(
-            "the picture of the surroundings: use the file itself in Blender's world, behind what the photos show",
-        );
     }
 }
