@@ -125,8 +125,12 @@ if have snakemake snakemake; then
     project killed
     # shellcheck disable=SC2086
     "$program" --quiet plan "$work/killed" --for snakemake --out "$work/kill" $plan --photos-per-job 1 >/dev/null
-    # The process that holds the first lock that there is: workers say in their locks who they are.
-    worker() { cat "$work"/killed/cache/locks/*.lock 2>/dev/null | sed -n 's/.*"process":\([0-9]*\).*/\1/p' | head -n 1; }
+    # The first living process that holds a lock: workers say in their locks who they are.
+    worker() {
+        for process in $(cat "$work"/killed/cache/locks/*.lock 2>/dev/null | sed -n 's/.*"process":\([0-9]*\).*/\1/p'); do
+            kill -0 "$process" 2>/dev/null && echo "$process" && return
+        done
+    }
     killed=0
     for kill in $(seq "${KILLS:-4}"); do
         snakemake kill &
