@@ -125,16 +125,25 @@ if have snakemake snakemake; then
     project killed
     # shellcheck disable=SC2086
     "$program" --quiet plan "$work/killed" --for snakemake --out "$work/kill" $plan --photos-per-job 1 >/dev/null
-    # The process that holds the first lock that there is: workers say in their locks who they are.
-    worker() { cat "$work"/killed/cache/locks/*.lock 2>/dev/null | sed -n 's/.*"process":\([0-9]*\).*/\1/p' | head -n 1; }
+    # The first living process that holds a lock: workers say in their locks who they are.
+    worker() {
+        for process in $(cat "$work"/killed/cache/locks/*.lock 2>/dev/null | sed -n 's/.*"process":\([0-9]*\).*/\1/p'); do
+            kill -0 "$process" 2>/dev/null && echo "$process" && return
+        done
+        true
+    }
     killed=0
     for kill in $(seq "${KILLS:-4}"); do
         snakemake kill &
         running=$!
+        # A moment as random as the scheduler's start, and then the first at which somebody works.
         while [ -z "$(worker)" ] && kill -0 "$running" 2>/dev/null; do sleep 0.02; done
-        # A moment as random as the scheduler's start, the same each time that this is run.
         sleep "$(awk -v seed="$kill" 'BEGIN { srand(seed); printf "%.2f", 0.6 * rand() }')"
         at_work=$(worker)
+        while [ -z "$at_work" ] && kill -0 "$running" 2>/dev/null; do
+            sleep 0.02
+            at_work=$(worker)
+        done
         [ -n "$at_work" ] && kill -9 "$at_work" 2>/dev/null && killed=$((killed + 1))
         # Snakemake lets the other worker finish, starts no more, and says that a job failed.
         wait "$running" || true
