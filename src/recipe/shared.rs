@@ -14,7 +14,7 @@ pub(crate) enum Shared<T> {
     /// The cached one.
     Known(T),
     /// It has to be made, and written before the lock is dropped; none in a project that cannot be written to.
-    Missing(Option<WorkLock>),
+    Missing(Option<Box<WorkLock>>),
 }
 
 impl<T> Shared<T> {
@@ -29,7 +29,7 @@ impl<T> Shared<T> {
         }
         let lock = match WorkLock::of_site(folder, task) {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            lock => lock.ok(),
+            lock => lock.ok().map(Box::new),
         };
         Ok(read().map_or(Self::Missing(lock), Self::Known))
     }

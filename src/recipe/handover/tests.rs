@@ -6,24 +6,29 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use serde_json::Value;
 
+use super::baked::options::BakedOptions;
 use super::{HandedOver, HandoverFormat, HandoverOptions, hand_over};
 use crate::import::{ImportOptions, Imported, import_once};
 use crate::open::{Opened, open};
 use crate::tiny_site::{tiny_project, tiny_site, tiny_stacks};
+use quadratura_base::error::Result;
 use quadratura_base::scene::Photo;
 use quadratura_base::scene::Samples;
 use quadratura_base::task::Task;
 use quadratura_import::cameras::read_cameras;
 use quadratura_io::layered::Raster;
 use quadratura_io::layered::png::{read_rgba, write_rgba};
+use quadratura_layers::device::SiteDevice;
 
 /// Poses in text files have all digits of their numbers; quaternions are computed and normalised.
 const READ_BACK: f64 = 1e-9;
 
 fn exported(project: &Path, opened: &Opened, out: &Path, format: HandoverFormat) -> HandedOver {
     let photos: Vec<&Photo> = opened.site.photos.iter().collect();
-    let options = HandoverOptions { format, photos_per_face: 8, memory: 1 << 28 };
-    hand_over(project, opened, &photos, out, &options, &Task::silent()).unwrap()
+    let baked = BakedOptions::default();
+    let options = HandoverOptions { format, photos_per_face: 8, baked, memory: 1 << 28 };
+    let start = || -> Result<Box<dyn SiteDevice>> { panic!("these formats need no device") };
+    hand_over(project, opened, &photos, out, &options, &start, &Task::silent()).unwrap()
 }
 
 fn json(file: &Path) -> Value {
