@@ -270,13 +270,14 @@ impl Renderer {
         }
     }
 
-    /// Updates tables and tiles for a view; returns what decides about its passes. `exposure` is that of
+    /// Updates tables and tiles for a view, of which `shown` is drawn; returns what decides about its passes. `exposure` is that of
     /// the whole image when the view is a band of it.
     fn prepare(
         &mut self,
         shot: &Shot,
         side_px: u32,
         exposure: Option<&ViewExposure>,
+        shown: Shown,
         task: &Task,
     ) -> Result<Prepared> {
         self.face(shot);
@@ -285,7 +286,7 @@ impl Renderer {
         let (mut cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
         cells.depths = self.depths_with_trees(shot, cells.depths);
         task.check_cancelled()?;
-        let wanted = self.wanted(shot, &cells, task)?;
+        let wanted = self.wanted(shot, &cells, shown, task)?;
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
         let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {
@@ -354,7 +355,7 @@ impl Renderer {
         }
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {
-            let prepared = self.prepare(shot, side_px, exposure, task)?;
+            let prepared = self.prepare(shot, side_px, exposure, Shown::Nearest, task)?;
             let casts = self.cast_shadows(whole, task)?;
             task.timed("draw", || {
                 let program = Program::new(shot, &self.features(prepared.undoes_optics)).with_shadows(casts);
@@ -480,6 +481,15 @@ impl Renders for Renderer {
     fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         self.advanced(sliced, task)
     }
+}
+
+/// What is drawn of a view's surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Shown {
+    /// The nearest ones.
+    Nearest,
+    /// All, layer by layer.
+    All,
 }
 
 /// What the tables of a view say about its passes.

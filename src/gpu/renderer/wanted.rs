@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::seen;
-use super::{Prepared, Renderer};
+use super::{Prepared, Renderer, Shown};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::FaceId;
@@ -36,11 +36,17 @@ pub fn wants(cells: &Cells, is_shown: impl Fn(usize) -> bool, sources: &Sources)
 }
 
 impl Renderer {
-    /// Returns the texels that a view needs. Where all that its frustum may need is on the device, that is what it needs; otherwise its
-    /// surfaces are drawn to find out which it shows.
-    pub(super) fn wanted(&mut self, shot: &Shot, cells: &Cells, task: &Task) -> Result<Vec<TileRequest>> {
+    /// Returns the texels that a view needs. Where all layers of it are drawn, or all that its frustum may need is on the device, that is
+    /// what it needs; otherwise its surfaces are drawn to find out which it shows.
+    pub(super) fn wanted(
+        &mut self,
+        shot: &Shot,
+        cells: &Cells,
+        shown: Shown,
+        task: &Task,
+    ) -> Result<Vec<TileRequest>> {
         let of_frustum = self.without_skirts(shot, wants(cells, |_| true, &self.sources));
-        if self.store(shot).holds(&of_frustum) {
+        if shown == Shown::All || self.store(shot).holds(&of_frustum) {
             return Ok(of_frustum);
         }
         // Trees hide surfaces only in part.
