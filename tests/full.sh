@@ -37,6 +37,9 @@ sh tests/package.sh
 say "== Blender"
 sh tests/blender.sh
 
+say "== models with textures"
+sh tests/editors/baked.sh
+
 say "== the demo, from a clean clone"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
