@@ -13,6 +13,7 @@ mod grids;
 mod peel;
 mod pipeline;
 mod plants;
+mod prepared;
 mod program;
 mod project;
 pub(super) mod render_target;
@@ -38,6 +39,7 @@ use agreement::AgreementTexture;
 use bounds::StoredBounds;
 use grids::FaceGrids;
 use plants::{Plants, SampledProgram, TreeProgram};
+use prepared::{Prepared, Shown};
 use program::{Program, SiteFeatures};
 use project::{Pass, Passes};
 use render_target::{FLAT_LINEAR, RenderTarget, TargetKey};
@@ -481,30 +483,4 @@ impl Renders for Renderer {
     fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         self.advanced(sliced, task)
     }
-}
-
-/// What is drawn of a view's surfaces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Shown {
-    /// The nearest ones.
-    Nearest,
-    /// All, layer by layer.
-    All,
-}
-
-/// What the tables of a view say about its passes.
-#[derive(Debug, Clone, Copy, Default)]
-struct Prepared {
-    /// Whether there are optics to undo.
-    undoes_optics: bool,
-    /// Whether the surroundings may be seen.
-    has_surroundings: bool,
-    /// The number of corners of skirts.
-    skirts: u32,
-    /// The number of corners of see-through faces.
-    see_through: u32,
-    /// The factor on linear colours in the common exposure.
-    of_common: [f64; 3],
-    /// Whether see-through faces are left out.
-    opaque_alone: bool,
 }
