@@ -17,14 +17,15 @@ trap 'rm -rf "$work"' EXIT
 trap 'exit 130' INT TERM
 
 sample=projects/piazza
-mkdir "$work/photos"
-for photo in 01_church 02_from_southwest 04_arcade 08_portrait; do cp "$sample/photos/$photo.jpg" "$work/photos"; done
-"$program" -q new "$work/project" --photos "$work/photos" --cameras $sample/sparse --model $sample/piazza.obj >/dev/null
-"$program" -q update "$work/project" >/dev/null
+photos="--photo 01_church.jpg --photo 02_from_southwest.jpg --photo 04_arcade.jpg --photo 08_portrait.jpg"
+"$program" -q new "$work/project" --photos $sample/photos --cameras $sample/sparse --model $sample/piazza.obj >/dev/null
+# shellcheck disable=SC2086
+"$program" -q build "$work/project" $photos >/dev/null
 export_as() {
     format=$1
     shift
-    "$program" -q export "$work/project" --format "$format" --out "$work/$format" "$@" >/dev/null 2>"$work/said" ||
+    # shellcheck disable=SC2086
+    "$program" -q export "$work/project" --format "$format" --out "$work/$format" $photos "$@" >/dev/null 2>"$work/said" ||
         { cat "$work/said" && fail "export --format $format"; }
 }
 export_as glb --density 20
