@@ -375,7 +375,7 @@ impl SiteAgreement {
     }
 }
 
-fn hash_of_relief(relief: &FaceRelief) -> String {
+pub(super) fn hash_of_relief(relief: &FaceRelief) -> String {
     let FaceRelief { frame, low, cell, size, heights } = relief;
     let mut hash = Hashing::default();
     hash.add(format!("{frame:?} {low:?} {cell:?} {size:?}").as_bytes());

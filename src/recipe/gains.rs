@@ -24,7 +24,7 @@ use quadratura_projection::exposure::{
 use quadratura_projection::{Gains, Projector};
 
 /// The file `cache/gains.bin`.
-const CACHED: CachedKind = CachedKind { name: "gains", version: 9 };
+const CACHED: CachedKind = CachedKind { name: "gains", version: 10 };
 
 /// The version of the data that [`inputs`] hashes, and of the results that are made from them.
 const INPUTS_VERSION: u32 = 3;
@@ -121,7 +121,25 @@ fn estimated(
     colour: &ColourDecisions,
 ) -> Estimate {
     let groups = decided_groups(colour, site);
-    estimate_gains(&projectors(site), measured, left_out, groups.as_ref(), &options(colour))
+    let mut estimate =
+        estimate_gains(&projectors(site), measured, left_out, groups.as_ref(), &options(colour));
+    round(&mut estimate.gains);
+    estimate
+}
+
+/// Rounds gains and optics to steps that nobody sees, half a step of 8 bits in white. All gains are estimated together, so a
+/// mask in one photo moves all of them a little; rounded, most stay what they were, and what was made with them holds.
+fn round(gains: &mut Gains) {
+    const STEPS: f64 = 512.0;
+    /// Light added everywhere is seen in the dark, where a step of 8 bits is a thirteenth of that in white.
+    const OFFSET_STEPS: f64 = 32768.0;
+    let rounded = |value: &mut f64| *value = (*value * STEPS).round() / STEPS;
+    gains.of_photo.iter_mut().flatten().for_each(rounded);
+    for optics in &mut gains.optics {
+        optics.falloff.iter_mut().for_each(rounded);
+        optics.offset = (optics.offset * OFFSET_STEPS).round() / OFFSET_STEPS;
+    }
+    gains.light.blended.iter_mut().for_each(|blended| round(blended));
 }
 
 /// Returns the groups of light that are decided; `None` where they are found.

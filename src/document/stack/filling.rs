@@ -88,6 +88,13 @@ pub struct FillBasis {
     /// and in fillings of before.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub around: String,
+    /// The photos from which the filling takes something or could, in the site's order, with the photo itself.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub donors: Vec<String>,
+    /// The hash of what these photos, the faces of the photo and its paint are: while it matches, the filling is as it would be
+    /// made, whatever changed elsewhere; empty in fillings of before.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub parts: String,
 }
 
 /// An entry of the paint book that a filling was made from.

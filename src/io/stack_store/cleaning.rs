@@ -64,7 +64,7 @@ impl StackStore {
             let path = folder.join(name);
             fs::remove_dir_all(&path).map_err(Error::io(&path, "remove it"))?;
         }
-        if self.keeps_former() { Ok(Vec::new()) } else { self.clear_former_of(photo) }
+        if self.keeps_former() { Ok(Vec::new()) } else { self.clear_versions_of(photo) }
     }
 
     /// Removes versions of stacks that are no longer current, but those that stacks in memory name, those of photos that another
@@ -80,10 +80,24 @@ impl StackStore {
         }
         for photo in self.photos()? {
             if let Some(_lock) = WorkLock::try_of_photo(&self.project, &photo) {
-                kept.extend(self.clear_former_of(&photo)?);
+                kept.extend(self.clear_versions_of(&photo)?);
             }
         }
         Ok(kept)
+    }
+
+    /// Does what [`Self::clear_former`] does for one photo.
+    ///
+    /// # Errors
+    /// As [`Self::clear_former`].
+    pub fn clear_former_of(&self, photo: &str) -> Result<Vec<PathBuf>> {
+        if self.keeps_former() {
+            return Ok(Vec::new());
+        }
+        match WorkLock::try_of_photo(&self.project, photo) {
+            Some(_lock) => self.clear_versions_of(photo),
+            None => Ok(Vec::new()),
+        }
     }
 
     /// Notes that a version that is no longer current was left for a program that reads it.
@@ -112,7 +126,7 @@ impl StackStore {
         self.project.join("cache/former")
     }
 
-    fn clear_former_of(&self, photo: &str) -> Result<Vec<PathBuf>> {
+    fn clear_versions_of(&self, photo: &str) -> Result<Vec<PathBuf>> {
         let _replacing = in_use::replacing();
         let Some(current) = self.current_version(photo) else { return Ok(Vec::new()) };
         let folder = one_name(&self.folder(photo));

@@ -46,7 +46,7 @@ pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;
 pub use photo::{
     FillContext, FilledRegion, FilledTexel, KeptTexels, MOST_DONORS, PhotoFilling, fill_photo,
-    paint_chooses_donors,
+    paint_chooses_donors, photos_asked,
 };
 pub use plate::RectifiedTextures;
 pub use propagated::{PropagatedPaint, PropagationStatistics, propagate_paint};

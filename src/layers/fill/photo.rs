@@ -1,6 +1,6 @@
 //! Filling of one photo: colours from other photos, then synthesis, then the seam.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::cells::RegionCells;
 use super::donor::{Donor, Donors};
-use super::plate::{RectifiedTextures, SurfaceSide};
+use super::plate::{RectifiedTextures, SurfaceSide, photos_of_plate};
 use super::queries::{Asking, Query, centre};
 use super::ranked_donors::DonatedColour;
 use super::region::Region;
@@ -177,6 +177,21 @@ pub(super) fn nearest_donors(context: &FillContext, photo: PhotoId, regions: &[R
 /// Returns whether paint decides which photos give colours to a photo, because there are more than are used.
 pub fn paint_chooses_donors(context: &FillContext, photo: PhotoId, regions: &[Region]) -> bool {
     donors_by_rank(context, photo, regions).len() > most_donors(context)
+}
+
+/// Returns the photos whose pixels may reach these regions of a photo, rising, whichever of the regions are kept from an earlier
+/// filling: its donors, those of which its surfaces are synthesised, and the photo itself.
+pub fn photos_asked(context: &FillContext, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
+    let surfaces: BTreeSet<FillSurfaceId> = regions.iter().map(|region| region.surface).collect();
+    let surfaces = surfaces.into_iter().map(|surface| context.surfaces.get(surface));
+    let flat: Vec<&FillSurface> = surfaces.filter(|surface| !surface.billboard).collect();
+    let mut asked: Vec<PhotoId> =
+        flat.into_par_iter().flat_map_iter(|surface| photos_of_plate(context, surface)).collect();
+    asked.extend(nearest_donors(context, photo, regions));
+    asked.push(photo);
+    asked.sort_unstable();
+    asked.dedup();
+    asked
 }
 
 fn most_donors(context: &FillContext) -> usize {

@@ -113,6 +113,11 @@ impl RectifiedTextures {
     }
 }
 
+/// Returns the photos that the plates of a surface are made from, rising.
+pub(super) fn photos_of_plate(context: &FillContext, surface: &FillSurface) -> Vec<PhotoId> {
+    PlateLayout::of_surface(context, surface).map_or_else(Vec::new, |layout| layout.photos)
+}
+
 fn plate(context: &FillContext, side: SurfaceSide) -> Result<Option<RectifiedTexture>> {
     let surface = context.surfaces.get(side.id);
     let Some(layout) = PlateLayout::of_surface(context, surface) else { return Ok(None) };

@@ -138,7 +138,12 @@ impl FillInputs {
     /// Returns the hash of everything except the paint and where it is seen, where at most `donors` photos are used at
     /// once.
     pub fn without_paint(&self, donors: usize) -> String {
-        let Self { stacks, decided, mattes, .. } = self;
+        hash_bytes(format!("{} {}", self.in_common(donors), self.stacks).as_bytes())
+    }
+
+    /// Returns the hash of the options and decisions that concern all photos, where at most `donors` photos are used at once.
+    pub fn in_common(&self, donors: usize) -> String {
+        let Self { decided, mattes, .. } = self;
         let propagate = match self.options.propagate.patterns() {
             [] => Propagation::Undecided,
             _ => self.options.propagate.clone(),
@@ -146,14 +151,18 @@ impl FillInputs {
         let (only_here, protected) = (OnlyHere::default(), BTreeSet::new());
         let options = FillOptions { propagate, only_here, protected, ..self.options.clone() };
         let options = serde_json::to_string(&options).expect("plain data is JSON");
-        hash_bytes(
-            format!("{VERSION} {stacks} {options}{decided} {}{mattes}", donors.min(MOST_DONORS)).as_bytes(),
-        )
+        hash_bytes(format!("{VERSION} {options}{decided} {}{mattes}", donors.min(MOST_DONORS)).as_bytes())
     }
 
-    /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes counts, and
-    /// not that which stays in another photo.
+    /// Returns the hash for one photo's stack, with those of all photos.
     pub fn of_stack(&self, stack: &Stack) -> String {
+        let Self { stacks, decided, mattes, .. } = self;
+        hash_bytes(format!("{VERSION} {stacks} {decided}{mattes} {}", self.of_photo(stack)).as_bytes())
+    }
+
+    /// Returns the hash of what concerns the filling of one photo alone. Of all paint, only that on its surfaces or in their
+    /// planes counts, and not that which stays in another photo.
+    pub fn of_photo(&self, stack: &Stack) -> String {
         let photo = &stack.photo.name;
         let options = serde_json::to_string(&self.options.of_photo(photo)).expect("plain data is JSON");
         let pinned = if self.options.propagates_to(photo) { &self.pinned[..] } else { "" };
@@ -179,9 +188,8 @@ impl FillInputs {
             .map(|e| (&e.photo, &e.object, e.face, e.triangle, e.import, &e.view, &e.file))
             .collect();
         let paint = serde_json::to_string(&paint).expect("plain data is JSON");
-        let Self { stacks, decided, mattes, .. } = self;
         let around = self.around.of_stack(stack);
-        hash_bytes(format!("{VERSION} {stacks} {options}{decided}{pinned}{paint}{around}{mattes}").as_bytes())
+        hash_bytes(format!("{options}{pinned}{paint}{around}").as_bytes())
     }
 }
 

@@ -8,6 +8,7 @@ mod kept;
 pub mod mattes;
 mod named;
 mod paint;
+mod parts;
 pub mod projected;
 pub mod propagation;
 mod report;
@@ -30,10 +31,11 @@ use self::hidden::hidden_regions;
 use self::kept::FillReuse;
 use self::mattes::{MatteBasis, SiteMattes};
 use self::paint::SitePaint;
+use self::parts::FillParts;
 use self::propagation::propagation_entries;
 use self::see_through::{SeeThroughFilling, SurfaceMattes};
 use self::servers::{keeps_pixels, serving};
-use self::stacks::{current, states};
+use self::stacks::{current, states, without_former};
 use self::surroundings::SurroundingsFiller;
 use self::write::write_fill;
 use super::agreement::{AgreementInputs, SiteAgreement};
@@ -56,7 +58,7 @@ use quadratura_io::stack_store::StackStore;
 use quadratura_layers::fill::see_through::MattePixels;
 use quadratura_layers::fill::{
     Donors, FillContext, FillSurfaceId, FillSurfaces, FilledRegion, KeptTexels, RectifiedTextures, Region,
-    fill_photo, propagate_paint,
+    fill_photo, photos_asked, propagate_paint,
 };
 
 pub use inputs::{FillInputs, FillState, photos_to_fill, stale_fillings};
@@ -91,7 +93,8 @@ pub fn fill(
     request: &FillRequest,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
-    while_read(folder, task, || fill_or_report(folder, project, site, request, FillPurpose::Fill, None, task))
+    let work = || fill_or_report(folder, project, site, request, FillPurpose::Fill, None, task);
+    while_read(folder, task, || without_former(folder, request, work()?))
 }
 
 /// [`fill`] within an update: in the order of the request, with a turn for each photo that is filled. No filling is
@@ -108,7 +111,7 @@ pub(super) fn fill_in_turns(
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
     let work = || fill_or_report(folder, project, site, request, FillPurpose::Fill, Some(turns), task);
-    while_read(folder, task, work)
+    while_read(folder, task, || without_former(folder, request, work()?))
 }
 
 /// Returns the paint that [`fill`] would propagate to each photo, whether the filling is up to date or not. The
@@ -143,8 +146,7 @@ fn fill_or_report(
     if turns.is_some() {
         photos.sort_by_key(|photo| request.photos.iter().position(|name| *name == photo.name));
     }
-    let store = StackStore::new(folder);
-    let store = if request.keep_former { store.keeping_former() } else { store };
+    let store = StackStore::new(folder).keeping_former();
     let states = task.timed("read stacks", || states(project, site, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
@@ -209,6 +211,8 @@ fn fill_or_report(
         false => task.timed("mattes", || SiteMattes::open(&basis, false, task))?,
     };
     let mattes = SurfaceMattes::new(&found, &site.model, &surfaces);
+    let (evidence, stamp) = (agreement.whole(), around.stamp());
+    let parts = FillParts::new(site, inputs, &stacks, &context, evidence, &mattes, stamp);
     let mut around = SurroundingsFiller::new(&around, &gains, memory);
     let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());
@@ -222,7 +226,8 @@ fn fill_or_report(
         if matches!(turn, Some(None)) {
             return Ok(filled);
         }
-        let mut means = FillMeans { plates: &mut plates, around: &mut around, mattes: &mattes };
+        let mut means =
+            FillMeans { plates: &mut plates, around: &mut around, mattes: &mattes, parts: &parts };
         filled.push(job.photo(photo, &context, &mut means, &task.with_subject(&photo.name))?);
     }
     task.step("fill", photos.len() as u64, photos.len() as u64)?;
@@ -234,6 +239,7 @@ struct FillMeans<'a, 'b> {
     plates: &'a mut RectifiedTextures,
     around: &'a mut SurroundingsFiller<'b>,
     mattes: &'a SurfaceMattes<'b>,
+    parts: &'a FillParts<'b>,
 }
 
 /// The inputs that all photos of a filling share.
@@ -337,6 +343,9 @@ impl FillJob<'_> {
         if stack.fill != before.fill && !self.request.force && self.is_filled(photo, stack)? {
             return Ok(FilledPhoto { kept: cleaned, ..FilledPhoto::untouched(photo, stack.clone()) });
         }
+        if let Some(confirmed) = self.confirmed(photo, stack, means.parts, lock.as_ref(), task)? {
+            return Ok(FilledPhoto { kept: cleaned, ..confirmed });
+        }
         let folder = self.store.folder(&photo.name);
         let own = task.timed("read photo", || context.source.own(id))?;
         let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
@@ -374,6 +383,12 @@ impl FillJob<'_> {
             corrected.iter().for_each(|surface| drop(kept.remove(surface)));
         }
         let untouched = kept.values().map(|texels| texels.len() as u64).sum::<u64>();
+        let basis = means.parts.basis(
+            self.reuse.basis(stack),
+            stack,
+            photos_asked(context, id, &hidden.regions),
+            &painters,
+        );
         let mut filled = fill_photo(context, id, hidden.regions, kept, means.plates, task)?;
         let may_keep = !corrected.contains(&FillSurfaceId::SURROUNDINGS);
         let around = hidden.surroundings.map(|region| (region, may_keep));
@@ -402,7 +417,7 @@ impl FillJob<'_> {
             fill.inputs.push_str(WITHOUT_MATTES);
         }
         fill.propagated = propagated.clone();
-        fill.basis = Some(self.reuse.basis(stack));
+        fill.basis = Some(basis);
         bare.bytes += fill.bytes;
         let checked = self.turns.map(|turns| turns.check_filling(stack, self.inputs, task)).transpose()?;
         let is_behind = checked.as_ref().is_some_and(|(check, _)| *check == FillCheck::OtherPaint);
@@ -477,18 +492,5 @@ impl FillJob<'_> {
             return Ok(KeptTexels::new());
         }
         self.reuse.kept(context, id, stack, &self.store.folder(photo), regions)
-    }
-
-    /// Returns the other photos whose paint is propagated to this one.
-    fn painters(&self, context: &FillContext, own: PhotoId) -> Vec<PhotoId> {
-        if !self.request.options.propagates_to(&self.site.photo(own).name) {
-            return Vec::new();
-        }
-        let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
-        painters.sort_unstable();
-        painters.dedup();
-        let name = |photo: PhotoId| &self.site.photo(photo).name;
-        painters.retain(|photo| *photo != own && self.request.options.propagates(name(*photo)));
-        painters
     }
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::FillJob;
 use super::projected::PaintProjection;
 use quadratura_base::error::Result;
 use quadratura_base::scene::{Photo, PhotoId, Site};
@@ -45,6 +46,21 @@ pub fn painters(project: &Path) -> Result<Vec<PaintedPhoto>> {
 pub fn with_all(options: &FillOptions, on: bool) -> FillOptions {
     let propagate = if on { Propagation::all() } else { Propagation::None };
     FillOptions { propagate, ..options.clone() }
+}
+
+impl FillJob<'_> {
+    /// Returns the other photos whose paint is propagated to this one.
+    pub(super) fn painters(&self, context: &FillContext, own: PhotoId) -> Vec<PhotoId> {
+        if !self.request.options.propagates_to(&self.site.photo(own).name) {
+            return Vec::new();
+        }
+        let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
+        painters.sort_unstable();
+        painters.dedup();
+        let name = |photo: PhotoId| &self.site.photo(photo).name;
+        painters.retain(|photo| *photo != own && self.request.options.propagates(name(*photo)));
+        painters
+    }
 }
 
 /// Paint that is propagated to a photo.

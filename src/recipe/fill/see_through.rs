@@ -40,6 +40,11 @@ impl<'a> SurfaceMattes<'a> {
         Self { of_surface, failed: mattes.failed() }
     }
 
+    /// Returns whether nothing is see-through.
+    pub fn is_empty(&self) -> bool {
+        self.of_surface.is_empty() && self.failed.is_empty()
+    }
+
     /// Returns whether a photo's mattes could not be found. Its filling is not up to date then, whatever it was made from.
     pub fn failed(&self, photo: PhotoId) -> bool {
         self.failed.contains(&photo)

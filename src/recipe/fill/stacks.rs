@@ -1,5 +1,8 @@
-//! The stacks that are filled, and why there is none.
+//! The stacks that are filled, why there is none, and those that are replaced.
 
+use std::path::Path;
+
+use super::request::{FillRequest, FilledPhoto};
 use crate::survey::{StackState, Survey};
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::scene::{Photo, Site};
@@ -24,4 +27,18 @@ pub(super) fn current<'a>(photo: &Photo, state: &'a StackState) -> Result<&'a St
         }
         StackState::Broken(error) => Err(Error::Missing(error.message())),
     }
+}
+
+/// Removes the stacks that were replaced, unless the request keeps them. They stay until here, because photos that are filled
+/// later read layers of those that were filled before.
+pub(super) fn without_former(
+    folder: &Path,
+    request: &FillRequest,
+    mut filled: Vec<FilledPhoto>,
+) -> Result<Vec<FilledPhoto>> {
+    let store = StackStore::new(folder);
+    for photo in filled.iter_mut().filter(|_| !request.keep_former) {
+        photo.kept.extend(store.clear_former_of(&photo.photo)?);
+    }
+    Ok(filled)
 }

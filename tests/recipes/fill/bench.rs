@@ -110,6 +110,21 @@ impl Bench {
         Self::of(&scenes(&[0.5]), 8, false, facade)
     }
 
+    /// Two courtyards a hundred units apart, each seen in two photos, of which none shows anything of the other.
+    pub fn two_courtyards() -> Self {
+        let mut m = Modeller::new();
+        for (name, x) in [("near", 0.0), ("far", 100.0)] {
+            courtyard(
+                &mut m,
+                [&format!("{name} wall"), &format!("{name} ground"), &format!("{name} cube")],
+                x,
+            );
+        }
+        let model: Arc<Model> = m.finish();
+        let scenes = [0.0, 5.5, 100.0, 105.5].map(|x| scene(&model, x, if x < 50.0 { 0.0 } else { 100.0 }));
+        Self::of(&scenes, 8, false, facade)
+    }
+
     /// Scenes of one model. With `alpha`, a corner of the photos is not valid.
     pub fn of(scenes: &[Scene], bits: u8, alpha: bool, paint: Paint) -> Self {
         let folder = tempfile::tempdir().unwrap();
@@ -308,18 +323,28 @@ fn scenes(from: &[f64]) -> Vec<Scene> {
 /// The scenes, with another name for the wall.
 fn scenes_with(wall: &str, from: &[f64]) -> Vec<Scene> {
     let mut m = Modeller::new();
-    m.object(wall).quad_facing(DVec3::NEG_Y, DVec3::new(-9.0, 6.0, 0.0), DVec3::X * 18.0, DVec3::Z * 8.0);
-    m.object("ground").quad(DVec3::new(-9.0, -9.0, 0.0), DVec3::X * 18.0, DVec3::Y * 15.0);
-    m.object("cube").cuboid(DVec3::new(0.5, 2.0, 1.2), DVec3::splat(1.2), glam::DMat3::IDENTITY);
+    courtyard(&mut m, [wall, "ground", "cube"], 0.0);
     let model: Arc<Model> = m.finish();
-    let scene = |x: &f64| Scene {
+    from.iter().map(|x| scene(&model, *x, 0.0)).collect()
+}
+
+/// Models a wall, a ground and a cube of these names, with their middle at `x`.
+fn courtyard(m: &mut Modeller, [wall, ground, cube]: [&str; 3], x: f64) {
+    let at = |y: f64, z: f64| DVec3::new(x - 9.0, y, z);
+    m.object(wall).quad_facing(DVec3::NEG_Y, at(6.0, 0.0), DVec3::X * 18.0, DVec3::Z * 8.0);
+    m.object(ground).quad(at(-9.0, 0.0), DVec3::X * 18.0, DVec3::Y * 15.0);
+    m.object(cube).cuboid(DVec3::new(x + 0.5, 2.0, 1.2), DVec3::splat(1.2), glam::DMat3::IDENTITY);
+}
+
+/// The courtyard whose middle is at `middle`, seen from a place.
+fn scene(model: &Arc<Model>, x: f64, middle: f64) -> Scene {
+    Scene {
         name: "courtyard".into(),
         model: model.clone(),
         camera: centred(320, 240, 260.0),
-        pose: look_at(DVec3::new(*x, -7.0, 2.2), DVec3::new(0.5, 6.0, 2.6)),
+        pose: look_at(DVec3::new(x, -7.0, 2.2), DVec3::new(middle + 0.5, 6.0, 2.6)),
         truth: Truth::Unknown,
-    };
-    from.iter().map(scene).collect()
+    }
 }
 
 /// How far a colour of 8 bits is from a true one of 0 to 1, of 255.

@@ -30,10 +30,6 @@ fn anew(bench: &Bench, options: &FillOptions, what: &str) -> Vec<u64> {
     let partial = filled(bench, options, false);
     let partial_files = bench.files();
     let whole = filled(bench, options, true);
-    for (partial, whole) in partial.iter().zip(&whole) {
-        assert_eq!(partial.stack.as_ref().unwrap(), whole.stack.as_ref().unwrap(), "{what}: {}", whole.photo);
-        assert_eq!(partial.propagated, whole.propagated);
-    }
     let whole_files = bench.files();
     let differing = |files: &BTreeMap<String, Vec<u8>>| {
         files
@@ -44,6 +40,10 @@ fn anew(bench: &Bench, options: &FillOptions, what: &str) -> Vec<u64> {
     };
     assert_eq!(differing(&partial_files), Vec::<String>::new(), "{what}");
     assert_eq!(partial_files.len(), whole_files.len());
+    for (partial, whole) in partial.iter().zip(&whole) {
+        assert_eq!(partial.stack.as_ref().unwrap(), whole.stack.as_ref().unwrap(), "{what}: {}", whole.photo);
+        assert_eq!(partial.propagated, whole.propagated);
+    }
     partial.iter().map(|photo| photo.anew).collect()
 }
 
@@ -95,4 +95,18 @@ fn a_filling_with_other_options_or_with_files_changed_by_hand_is_made_anew_as_a_
     assert_eq!(partial[1].anew, whole[1], "nothing is taken from files that somebody else wrote");
     assert!(partial[2].anew < whole[2]);
     assert_eq!(partial[1].kept.len(), 1, "and that file is kept");
+}
+
+#[test]
+fn a_photo_that_changes_leaves_the_fillings_that_take_nothing_from_it() {
+    let bench = Bench::two_courtyards();
+    bench.build(Options::default());
+    let options = FillOptions::default();
+    assert!(filled(&bench, &options, false).iter().all(|photo| photo.anew > 0));
+    bench.repaint(3, [250, 0, 0], |point| (point.x - 101.0).abs() < 1.0 && (3.0..6.0).contains(&point.z));
+    bench.build(Options::default());
+    let partial = filled(&bench, &options, false);
+    let up_to_date: Vec<bool> = partial.iter().map(|photo| photo.up_to_date).collect();
+    assert_eq!(up_to_date, [true, true, false, false], "the first courtyard sees nothing of the second");
+    assert_eq!(anew(&bench, &options, "nothing has changed since"), [0; 4]);
 }
