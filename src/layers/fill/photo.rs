@@ -226,11 +226,12 @@ impl Asking<'_> {
     ) -> FilledRegion {
         let side = self.side(&region).expect("regions that the photo does not see were left out");
         let item = self.own.item(region.surface).expect("it has a side, so it is seen");
-        let plate = plates.get(side).map(Arc::as_ref);
+        // A plate that was made for another photo alone must not change anything here: then the order would matter.
+        let lacking = from_photos.iter().any(Option::is_none);
+        let plate = plates.get(side).filter(|_| lacking).map(Arc::as_ref);
         let cells = RegionCells::around(&region, self.frame());
         let seam = seam(&cells, &self.all_differences(&region, item, &cells, plate, &|_| false));
-        let lacking = plate.is_none() && from_photos.iter().any(Option::is_none);
-        let remnant = lacking.then(|| LastResort::new(self.own, item, &region, &cells));
+        let remnant = (plate.is_none() && lacking).then(|| LastResort::new(self.own, item, &region, &cells));
         let mut texels = Vec::with_capacity(region.texels());
         for hidden in &region.spans {
             let y = hidden.span.y;

@@ -21,7 +21,7 @@ use quadratura_layers::Faces;
 use quadratura_layers::fill::{FillOptions, MOST_DONORS, OnlyHere, Propagation};
 
 /// A counter of changes in how the same inputs are filled.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// A counter of changes in how the same surroundings are filled. It concerns only photos with a layer of them.
 const SURROUNDINGS_VERSION: u32 = 1;
