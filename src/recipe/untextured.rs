@@ -13,7 +13,7 @@ use quadratura_layers::{LayerIndex, Sorted};
 
 /// Lists the faces that a photo gives no texture: those in its stack, then those that are excluded.
 pub fn untextured(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
-    let mut faces = stack.untextured.to_vec();
+    let mut faces: Vec<Untextured> = stack.untextured.iter().collect();
     faces.extend(excluded(stack, decisions));
     faces
 }
@@ -146,7 +146,7 @@ pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
 
 /// The state of a face in a stack.
 #[derive(Debug, PartialEq)]
-pub enum FaceInStack<'a> {
+pub enum FaceInStack {
     /// The face has texture in these image layers (indices in [`Stack::image_layers`]), seen from behind or not.
     Textured {
         /// The indices of the image layers, in [`Stack::image_layers`].
@@ -155,13 +155,13 @@ pub enum FaceInStack<'a> {
         back: bool,
     },
     /// The face has no texture, for the given reason.
-    Untextured(&'a Untextured),
+    Untextured(Untextured),
     /// The stack was made from a model without this face.
     Unknown,
 }
 
 /// Looks up the face `index` of `object` in a stack.
-pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: FaceIndex) -> FaceInStack<'a> {
+pub fn face_in_stack(stack: &Stack, object: &str, index: FaceIndex) -> FaceInStack {
     if let Some(untextured) = stack.untextured.iter().find(|u| u.object == object && u.face == index) {
         return FaceInStack::Untextured(untextured);
     }

@@ -1,9 +1,8 @@
 //! The faces that a photo does not texture, with the reasons.
 
-use std::ops::Deref;
 use std::sync::Arc;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use quadratura_base::scene::FaceIndex;
 
@@ -27,41 +26,99 @@ pub struct Untextured {
     pub px: Option<[u64; 2]>,
 }
 
-/// The faces that a photo does not texture. All copies of a stack share one list, because in a large model it is nearly all of
-/// the stack.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct UntexturedFaces(Arc<Vec<Untextured>>);
+/// The faces that a photo does not texture, in runs of faces with the same reason. In a large model they are nearly all of a
+/// stack, so all its copies share them.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct UntexturedFaces(Arc<Vec<UntexturedRun>>);
+
+/// Consecutive faces of an object that a photo does not texture for the same reason, which has no particulars unless it is one face.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct UntexturedRun {
+    object: String,
+    /// The first face.
+    face: FaceIndex,
+    /// The number of faces; 1 in stacks of before.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    faces: u32,
+    reason: UntexturedReason,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    by: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    at: Option<[u32; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    px: Option<[u64; 2]>,
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn is_one(count: &u32) -> bool {
+    *count == 1
+}
+
+impl UntexturedRun {
+    fn new(face: Untextured) -> Self {
+        let Untextured { object, face, reason, by, at, px } = face;
+        Self { object, face, faces: 1, reason, by, at, px }
+    }
+
+    /// Returns whether a face continues the run.
+    fn continues_with(&self, next: &Untextured) -> bool {
+        let plain = [(&self.by, self.at, self.px), (&next.by, next.at, next.px)];
+        let follows = self.face.0.checked_add(self.faces) == Some(next.face.0);
+        follows
+            && (&self.object, self.reason) == (&next.object, next.reason)
+            && plain.iter().all(|particulars| *particulars == (&None, None, None))
+    }
+
+    fn faces(&self) -> impl Iterator<Item = Untextured> + '_ {
+        let Self { object, face, faces, reason, by, at, px } = self;
+        (face.0..face.0.saturating_add(*faces)).map(|face| Untextured {
+            object: object.clone(),
+            face: FaceIndex(face),
+            reason: *reason,
+            by: by.clone(),
+            at: *at,
+            px: *px,
+        })
+    }
+}
 
 impl UntexturedFaces {
     /// Adds faces.
     pub fn extend(&mut self, faces: impl IntoIterator<Item = Untextured>) {
-        Arc::make_mut(&mut self.0).extend(faces);
+        let runs = Arc::make_mut(&mut self.0);
+        for face in faces {
+            match runs.last_mut().filter(|run| run.continues_with(&face)) {
+                Some(run) => run.faces += 1,
+                None => runs.push(UntexturedRun::new(face)),
+            }
+        }
+    }
+
+    /// Iterates over the faces.
+    pub fn iter(&self) -> impl Iterator<Item = Untextured> + '_ {
+        self.0.iter().flat_map(UntexturedRun::faces)
+    }
+
+    /// Returns the number of faces.
+    pub fn len(&self) -> usize {
+        self.0.iter().map(|run| run.faces as usize).sum()
+    }
+
+    /// Returns whether the photo textures all faces.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
     }
 }
 
 impl From<Vec<Untextured>> for UntexturedFaces {
     fn from(faces: Vec<Untextured>) -> Self {
-        Self(faces.into())
-    }
-}
-
-impl Deref for UntexturedFaces {
-    type Target = [Untextured];
-
-    fn deref(&self) -> &[Untextured] {
-        &self.0
-    }
-}
-
-impl Serialize for UntexturedFaces {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.0.serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for UntexturedFaces {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Vec::deserialize(deserializer).map(Self::from)
+        let mut all = Self::default();
+        all.extend(faces);
+        all
     }
 }
 
@@ -124,5 +181,35 @@ impl UntexturedReason {
             Self::Degenerate => "no area",
             Self::Excluded => "excluded",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn face(object: &str, face: u32, reason: UntexturedReason, at: Option<[u32; 2]>) -> Untextured {
+        Untextured { object: object.into(), face: FaceIndex(face), reason, by: None, at, px: None }
+    }
+
+    #[test]
+    fn faces_with_one_reason_are_one_entry_and_come_back_one_by_one() {
+        use UntexturedReason::{Behind, Hidden};
+        let faces = vec![
+            face("house", 0, Behind, None),
+            face("house", 1, Behind, None),
+            face("house", 3, Behind, None),
+            face("house", 4, Hidden, Some([3, 4])),
+            face("house", 5, Hidden, Some([3, 4])),
+            face("shed", 6, Behind, None),
+        ];
+        let kept = UntexturedFaces::from(faces.clone());
+        assert_eq!((kept.iter().collect::<Vec<_>>(), kept.len()), (faces.clone(), 6));
+        let text = serde_json::to_string(&kept).unwrap();
+        assert!(text.starts_with(r#"[{"object":"house","face":0,"faces":2,"reason":"behind"},"#), "{text}");
+        assert_eq!(serde_json::from_str::<UntexturedFaces>(&text).unwrap(), kept);
+        let of_before = serde_json::to_string(&faces).unwrap();
+        let read: UntexturedFaces = serde_json::from_str(&of_before).unwrap();
+        assert_eq!(read.iter().collect::<Vec<_>>(), faces);
     }
 }
