@@ -1,8 +1,8 @@
 #!/bin/sh
 # Everything, before a release: sh tests/full.sh
 #
-# The tests of every change, and what is slow and seldom finds anything: pictures with another processor's arithmetic, all
-# editors on all samples, Blender, and the demo from a clean clone, as somebody who has just found the project runs it. POSIX sh.
+# The tests of every change, and what is slow and seldom finds anything: pictures with another processor's arithmetic, the
+# library alone, all editors on all samples, Blender, and the demo from a clean clone, as somebody who has just found the project runs it. POSIX sh.
 set -eu
 cd "$(dirname "$0")/.."
 export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
@@ -15,6 +15,10 @@ sh tests/run.sh
 # (docs/quality.md, "Pictures on another processor"). Other adapters ignore the variable.
 say "== pictures, with other arithmetic"
 GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --profile "$profile" --quiet --test projection
+
+say "== without the window, and without the command line"
+cargo check --quiet --profile "$profile" --no-default-features --features cli --lib --bins
+cargo check --quiet --profile "$profile" --no-default-features --lib
 
 say "== editors"
 sh tests/editors.sh --all
