@@ -186,10 +186,18 @@ fn continued_at(face: u32, p: vec3f) -> vec4f {
     return vec4f(continued_color(light * frame.of_common), 1.0);
 }
 
+// The direction in which the view looks at a position relative to the viewpoint, of any length.
+fn view_direction(p: vec3f) -> vec3f {
+    if frame.parallel != 0u {
+        return frame.forward;
+    }
+    return p;
+}
+
 // Intersects the ray through a point of the plane with the relief: two steps of a fixed-point iteration. The
 // point stays on its ray, so that a photo's own camera sees the photo's own pixels whatever the relief.
 fn on_relief(drawn: Drawn, p: vec3f) -> vec3f {
-    let ray = normalize(p);
+    let ray = normalize(view_direction(p));
     let facing = dot(drawn.plane.xyz, ray);
     let slope = select(-1.0, 1.0, facing >= 0.0) * max(abs(facing), LEAST_FACING);
     let near = p + ray * (height_at(drawn, p) / slope);
@@ -398,15 +406,22 @@ fn shown(drawn: Drawn) -> vec4f {
     let ray = ray_through(drawn.position.xy);
     let normal = drawn.plane.xyz;
     let facing = dot(normal, ray);
-    let depth = drawn.plane.w / facing;
-    let on_plane = ray * depth;
+    let is_parallel = frame.parallel != 0u;
+    let start = start_of_ray(drawn.position.xy);
+    let depth = (drawn.plane.w - dot(normal, start)) / facing;
+    let on_plane = start + ray * depth;
     // The movement of the point on the plane for a step of one pixel.
     let ray_x = frame.right / frame.focal_x;
     let ray_y = frame.down / frame.focal_y;
-    let dx = depth * (ray_x - ray * (dot(normal, ray_x) / facing));
-    let dy = depth * (ray_y - ray * (dot(normal, ray_y) / facing));
-    let in_view = frame.density * abs(drawn.plane.w) / (depth * depth * depth);
-    let seen_from_behind = drawn.plane.w > 0.0;
+    let spread = select(depth, 1.0, is_parallel);
+    let dx = spread * (ray_x - ray * (dot(normal, ray_x) / facing));
+    let dy = spread * (ray_y - ray * (dot(normal, ray_y) / facing));
+    // Pixels of the view per area of the surface.
+    var in_view = frame.density * abs(drawn.plane.w) / (depth * depth * depth);
+    if is_parallel {
+        in_view = frame.density * abs(facing);
+    }
+    let seen_from_behind = is_seen_from_behind(normal, drawn.plane.w);
 
     let lens = lens_at(drawn.position.xy);
     var best = no_best();
@@ -424,7 +439,7 @@ fn shown(drawn: Drawn) -> vec4f {
     let corner_cell = vec2i(vec2u(drawn.cells.y & 0xffffu, drawn.cells.y >> 16u));
     let column_row = vec2i(drawn.position.xy) / i32(frame.cell_px) - corner_cell;
     let cell = vec2u(clamp(column_row, vec2i(0), vec2i(max(extent, vec2u(1u))) - 1));
-    if depth > 0.0 && extent.x > 0u {
+    if (depth > 0.0 || is_parallel) && extent.x > 0u {
         let range = drawn.cells.w + cell.y * extent.x + cell.x;
         at = cells[range];
         end = cells[range + 1u];
@@ -483,7 +498,7 @@ fn shown(drawn: Drawn) -> vec4f {
         // Half a step of 8 bits; a smaller confidence counts as 0.
         if inside && within && border > 0.0 && texel.confidence > 0.002 {
             let agreement = agreement_at(candidate.z, px);
-            var q = angle_between(seen.towards, -p) + select(0.0, apart, other_side);
+            var q = angle_between(seen.towards, -view_direction(p)) + select(0.0, apart, other_side);
             if MODE != DEBEVEC {
                 q += frame.lambda * max(octaves, 0.0);
             }

@@ -4,7 +4,8 @@
 // Rust: gpu/renderer/frame.rs (Frame), gpu/renderer/surfaces.rs (Surface, corners), gpu/renderer/tables.rs
 // (FaceCells), gpu/renderer/peel.rs (peeling).
 //
-// Positions are relative to the viewpoint, in world axes. A corner is given as the sum of two f32 vectors, so
+// Positions are relative to the viewpoint, in world axes; where rays are parallel (frame.parallel), to a reference point near the
+// surfaces. A corner is given as the sum of two f32 vectors, so
 // that its difference to the viewpoint is exact to f32 wherever the site lies.
 
 struct Frame {
@@ -14,7 +15,7 @@ struct Frame {
     down: vec3f,
     focal_y: f32,
     forward: vec3f,
-    // Depth of the near plane, in world units: nearer than all visible points.
+    // Depth of the near plane, in world units: nearer than all visible points. Of parallel rays 1 over the range of depths.
     near: f32,
     // Principal point and size, in pixels.
     center: vec2f,
@@ -51,7 +52,10 @@ struct Frame {
     // are 1.
     light_first: u32,
     light_groups: u32,
-    pad0: vec2u,
+    // 1: rays are parallel, along `forward`; focal lengths are pixels per world unit, `density` is their product.
+    parallel: u32,
+    // Of parallel rays: a depth behind everything.
+    far: f32,
     // The factor on light in the common exposure, and 1 where surfaces continue that no photo shows.
     of_common: vec3f,
     continues: u32,
@@ -119,14 +123,23 @@ fn distance_to_plane(surface: Surface) -> f32 {
         + (surface.distance_low - dot(surface.normal, frame.eye_low));
 }
 
+// True when a plane, `distance` from the viewpoint along its normal, is seen from the side that its normal does not point to.
+fn is_seen_from_behind(normal: vec3f, distance: f32) -> bool {
+    if frame.parallel != 0u {
+        return dot(normal, frame.forward) > 0.0;
+    }
+    return distance > 0.0;
+}
+
 // True when the surface is hidden, or its visible side is a back side and these are culled.
 fn is_left_out(surface: Surface) -> bool {
-    let side = select(FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK, distance_to_plane(surface) > 0.0);
+    let side = select(FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK, is_seen_from_behind(surface.normal, distance_to_plane(surface)));
     let is_back = frame.backs == 0u && (surface.flags & side) != 0u;
     return is_back || face_cells[surface.face].hidden != 0u;
 }
 
-// Clip coordinates; depth is near / z, so that it rises towards the camera and is linear over the image.
+// Clip coordinates; depth is near / z, of parallel rays (far - z) * near, so that it rises towards the camera and is linear over the
+// image.
 // `reach` brings the surface nearer by the visibility tolerance, `reach_of_skirts` those of skirts: 0 puts them behind all faces.
 fn clip_from_corner(corner: Corner, reach: f32, reach_of_skirts: f32) -> vec4f {
     if is_left_out(surfaces[corner.surface]) {
@@ -135,14 +148,32 @@ fn clip_from_corner(corner: Corner, reach: f32, reach_of_skirts: f32) -> vec4f {
     }
     let p = (corner.high - frame.eye_high) + (corner.low - frame.eye_low);
     let camera = vec3f(dot(frame.right, p), dot(frame.down, p), dot(frame.forward, p));
+    let is_skirt = (surfaces[corner.surface].flags & FLAG_SKIRT) != 0u;
+    let nearer = select(reach, reach_of_skirts, is_skirt);
+    if frame.parallel != 0u {
+        let px = vec2f(frame.focal_x, frame.focal_y) * camera.xy + frame.center;
+        let at = 2.0 * px / frame.size - 1.0;
+        return vec4f(at.x, -at.y, (frame.far - camera.z) * frame.near * nearer, 1.0);
+    }
     let x = 2.0 * (frame.focal_x * camera.x + frame.center.x * camera.z) / frame.size.x - camera.z;
     let y = camera.z - 2.0 * (frame.focal_y * camera.y + frame.center.y * camera.z) / frame.size.y;
-    let is_skirt = (surfaces[corner.surface].flags & FLAG_SKIRT) != 0u;
-    return vec4f(x, y, frame.near * select(reach, reach_of_skirts, is_skirt), camera.z);
+    return vec4f(x, y, frame.near * nearer, camera.z);
+}
+
+// Where the ray through a pixel position begins, relative to the viewpoint: there, or in the plane of the reference point.
+fn start_of_ray(px: vec2f) -> vec3f {
+    if frame.parallel == 0u {
+        return vec3f(0.0);
+    }
+    let in_plane = (px - frame.center) / vec2f(frame.focal_x, frame.focal_y);
+    return frame.right * in_plane.x + frame.down * in_plane.y;
 }
 
 // The ray through a pixel position, in world axes, of depth 1.
 fn ray_through(px: vec2f) -> vec3f {
+    if frame.parallel != 0u {
+        return frame.forward;
+    }
     let in_camera = (px - frame.center) / vec2f(frame.focal_x, frame.focal_y);
     return frame.right * in_camera.x + frame.down * in_camera.y + frame.forward;
 }

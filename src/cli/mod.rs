@@ -36,6 +36,7 @@ mod fault;
 mod fill;
 mod fill_table;
 mod formats;
+mod frame;
 mod import;
 mod info;
 mod layer_table;
@@ -48,6 +49,7 @@ mod matte;
 mod merge_table;
 mod new;
 mod object;
+mod ortho;
 mod paint;
 mod painted;
 mod photo_state_table;
@@ -153,6 +155,8 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Stroke(args) => stroke::run(args, task),
         CommandArgs::Paint(args) => seen::run(args, task),
         CommandArgs::Render(args) => render::run(args, task),
+        CommandArgs::Frame(args) => frame::run(args, task),
+        CommandArgs::Ortho(args) => ortho::run(args, task),
         CommandArgs::Score(args) => score::run(args, task),
         CommandArgs::Ldi(args) => ldi::run(args, task),
         CommandArgs::Tree(args) => tree::run(args, task),

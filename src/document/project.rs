@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks, SurroundingsPicture, Trees};
+use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks, SiteFrame, SurroundingsPicture, Trees};
 use quadratura_base::geometry::Similarity;
 use quadratura_layers::Options;
 use quadratura_layers::fill::FillOptions;
@@ -69,6 +69,9 @@ pub struct Project {
     /// The user's picture of the surroundings, which takes the place of the dome made of photos.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surroundings: Option<SurroundingsPicture>,
+    /// What makes the site level, metric and oriented, for exports, measurements and orthophotos.
+    #[serde(default, skip_serializing_if = "SiteFrame::is_empty")]
+    pub frame: SiteFrame,
     /// Trees that stand in the site.
     #[serde(default, skip_serializing_if = "Trees::is_empty")]
     pub trees: Trees,
@@ -103,6 +106,7 @@ impl Default for Project {
             impostors: BTreeMap::new(),
             see_through: BTreeMap::new(),
             surroundings: None,
+            frame: SiteFrame::default(),
             trees: Trees::default(),
         }
     }

@@ -20,6 +20,7 @@ pub mod mask_file;
 pub mod mask_store;
 #[cfg(test)]
 mod mutated;
+pub mod ortho;
 pub mod overlay;
 pub mod paint_store;
 pub mod photo_list;

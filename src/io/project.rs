@@ -227,6 +227,7 @@ mod tests {
     fn project() -> Project {
         Project {
             surroundings: None,
+            frame: Default::default(),
             version: PROJECT_VERSION,
             photos: "../site/images".into(),
             cameras: "../site/sparse".into(),

@@ -233,6 +233,12 @@ impl Sliced {
         }
     }
 
+    /// Takes the rows of the result that were drawn since this was called last: sRGB and alpha, row by row. What is taken is no part of
+    /// [`Self::picture`], so that an image need not fit into memory.
+    pub fn take_rows(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.rgba)
+    }
+
     /// Returns the view that is asked for.
     pub fn shot(&self) -> &Shot {
         &self.shot

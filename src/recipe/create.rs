@@ -107,6 +107,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             impostors: BTreeMap::new(),
             see_through: BTreeMap::new(),
             surroundings: None,
+            frame: Default::default(),
             trees: Trees::default(),
         }),
         (photos, cameras, model) => {

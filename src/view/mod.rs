@@ -14,4 +14,7 @@ pub mod srgb;
 pub mod weights;
 
 pub use linear::LinearPicture;
-pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot, TreeMethod, Unseen};
+pub use shot::{
+    Blend, DisplayMode, Exposure, Mode, ParallelRays, Picture, PicturePlane, Quality, Shot, TreeMethod,
+    Unseen,
+};

@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::hidden::{Culling, HiddenFaces};
 use quadratura_base::geometry::{Pinhole, PixelRect, Pose};
@@ -203,6 +203,46 @@ pub enum Exposure {
     Raw,
 }
 
+/// Parallel rays: an orthographic view. Its camera is a pinhole so far away that nobody can tell it from parallel rays in f64
+/// ([`FAR`]), for computations on the processor; devices, which compute in f32, draw exactly parallel rays around a reference point near
+/// the surfaces. So the weights of photos are those of one direction, that of the projection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParallelRays {
+    /// The distance of the reference point from the viewpoint along the axis, in world units.
+    pub distance: f64,
+    /// The extent of all that may be seen, in world units.
+    pub extent: f64,
+    /// Nothing in front of this depth is shown; in world units behind the reference point. `None`: all is shown.
+    pub from_depth: Option<f64>,
+}
+
+/// The distance of the viewpoint of parallel rays in extents of what is seen: rays converge by half a thousandth of a pixel in a picture of
+/// a thousand, and f64 still places points to a billionth of the extent.
+pub const FAR: f64 = 1e6;
+
+/// Within this share of the depth, or of the extent seen by parallel rays, surfaces count as one.
+const TOLERANCE: f64 = 1e-4;
+/// The same of parallel rays, whose depths have no perspective to be exact for.
+const TOLERANCE_OF_PARALLEL: f64 = 1e-5;
+
+/// The plane of an orthographic picture in world coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PicturePlane {
+    /// The point in the middle of the picture: the reference point.
+    pub middle: DVec3,
+    /// The unit direction to the right in the picture.
+    pub right: DVec3,
+    /// The unit direction down in the picture, at right angles to `right`. The view looks along `right x down`.
+    pub down: DVec3,
+}
+
+impl PicturePlane {
+    /// Returns the unit direction of the rays.
+    pub fn forward(&self) -> DVec3 {
+        self.right.cross(self.down)
+    }
+}
+
 /// The description of one novel view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shot {
@@ -210,6 +250,8 @@ pub struct Shot {
     pub camera: Pinhole,
     /// The pose, world to camera.
     pub pose: Pose,
+    /// What makes the view an orthographic one; `None` for perspective.
+    pub parallel: Option<ParallelRays>,
     /// The blending of photos.
     pub blend: Blend,
     /// The quality of filtering.
@@ -249,6 +291,7 @@ impl Shot {
         Self {
             camera,
             pose,
+            parallel: None,
             blend: Blend::default(),
             quality: Quality::default(),
             display: DisplayMode::default(),
@@ -264,6 +307,56 @@ impl Shot {
             supersampled: false,
             unseen: Unseen::default(),
         }
+    }
+
+    /// Builds an orthographic view of `[width, height]` pixels with this many pixels per world unit. `extent` is the largest distance
+    /// between points that may be seen, in world units. Trees and surroundings, which have perspective alone, are left out.
+    pub fn orthographic(
+        plane: &PicturePlane,
+        [width, height]: [u32; 2],
+        px_per_unit: f64,
+        extent: f64,
+        from_depth: Option<f64>,
+    ) -> Self {
+        let forward = plane.forward();
+        let rotation = DMat3::from_cols(plane.right, plane.down, forward).transpose();
+        let distance = FAR * extent;
+        let eye = plane.middle - forward * distance;
+        let pose = Pose { rotation, translation: -(rotation * eye) };
+        let focal = px_per_unit * distance;
+        let [cx, cy] = [width, height].map(|side| 0.5 * f64::from(side));
+        let camera = Pinhole { width, height, fx: focal, fy: focal, cx, cy };
+        let parallel = Some(ParallelRays { distance, extent, from_depth });
+        Self { parallel, trees: TreeMethod::None, surroundings: false, ..Self::new(camera, pose) }
+    }
+
+    /// Returns the point that a device computes relative to: the viewpoint, or the reference point of parallel rays; in world coordinates.
+    pub fn reference(&self) -> DVec3 {
+        match &self.parallel {
+            None => self.viewpoint(),
+            Some(parallel) => {
+                let forward = self.pose.rotation.row(2);
+                self.viewpoint() + forward * parallel.distance
+            }
+        }
+    }
+
+    /// Returns the depth of a world point behind the point of [`Self::reference`], along the axis, in world units.
+    pub fn depth_of(&self, point: DVec3) -> f64 {
+        self.pose.camera_from_world(point).z - self.parallel.map_or(0.0, |parallel| parallel.distance)
+    }
+
+    /// Returns the share of the depth from the viewpoint within which surfaces count as one, as in the visibility sort.
+    pub fn tolerance(&self) -> f64 {
+        match self.parallel {
+            None => TOLERANCE,
+            Some(ParallelRays { distance, extent, .. }) => TOLERANCE_OF_PARALLEL * extent / distance,
+        }
+    }
+
+    /// As [`Self::tolerance`], of the depths that a device stores.
+    pub fn stored_tolerance(&self) -> f64 {
+        if self.parallel.is_some() { TOLERANCE_OF_PARALLEL } else { TOLERANCE }
     }
 
     /// Returns the faces that the view skips.
@@ -330,6 +423,23 @@ impl Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_orthographic_view_shows_points_where_they_are_over_its_plane_whatever_their_depth() {
+        let middle = DVec3::new(412_000.0, 5_654_000.0, 120.0);
+        let right = DVec3::new(0.6, 0.8, 0.0);
+        let plane = PicturePlane { middle, right, down: DVec3::NEG_Z };
+        let shot = Shot::orthographic(&plane, [3000, 2000], 100.0, 50.0, None);
+        assert!((shot.reference() - middle).length() < 1e-5);
+        for (x, y, depth) in [(14.0, -9.0, 0.0), (-14.9, 9.0, 20.0), (3.0, 4.0, -25.0)] {
+            let point = middle + right * x + plane.down * y + plane.forward() * depth;
+            let px = shot.camera.image_from_camera(shot.pose.camera_from_world(point)).unwrap();
+            let expected = glam::DVec2::new(1500.0 + 100.0 * x, 1000.0 + 100.0 * y);
+            // Georeferenced coordinates of 5.6 million have steps of 1e-9, which the far viewpoint makes 1e-5 at most.
+            assert!((px - expected).length() < 0.01, "{px} and {expected}");
+            assert!((shot.depth_of(point) - depth).abs() < 1e-5);
+        }
+    }
 
     #[test]
     fn a_picture_over_a_colour_is_itself_where_opaque_and_the_colour_where_empty() {

@@ -9,6 +9,7 @@ mod decide;
 mod export;
 mod farm;
 mod fill;
+mod frame;
 mod import;
 mod ldi;
 mod mask;
@@ -16,6 +17,7 @@ mod matte;
 mod method;
 mod number;
 mod one_of;
+mod ortho;
 mod paint;
 mod pictures;
 mod surroundings;
@@ -32,6 +34,7 @@ pub use decide::{DecideArgs, OptionOverride};
 pub use export::{ExportArgs, ExportTarget};
 pub use farm::{EstimateArgs, FramesArg, PartArg, PlanArgs, Scheduler, StatusArgs};
 pub use fill::FillArgs;
+pub use frame::FrameArgs;
 pub use import::{ImportArgs, StrokeArgs, WatchArgs};
 pub use ldi::{
     LdiArgs, LdiBackground, LdiBuildArgs, LdiCommand, LdiExportArgs, LdiExportFormat, LdiFrom, LdiInfoArgs,
@@ -40,6 +43,7 @@ pub use ldi::{
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;
+pub use ortho::OrthoArgs;
 pub use paint::PaintArgs;
 pub use pictures::{PICTURE_FORMATS, PictureArgs};
 pub use surroundings::SurroundingsArgs;
@@ -170,6 +174,10 @@ pub enum CommandArgs {
     Paint(PaintArgs),
     /// Render pictures from new viewpoints by projecting the stacks onto the model
     Render(RenderArgs),
+    /// Show and set the site's frame: level, unit, north, origin and map
+    Frame(FrameArgs),
+    /// Draw an orthophoto to scale: a facade from straight in front, a plan, or a section
+    Ortho(OrthoArgs),
     /// Predict photos from the others and measure how similar they are
     Score(ScoreArgs),
     /// Build, inspect and render layered depth images: one file per photo that shows new views without the project

@@ -82,6 +82,8 @@ pub struct RenderTarget {
 
 /// The largest number of pixels of an image that is drawn in slices: as many as 16384 x 16384.
 const MOST_PX: u64 = 1 << 28;
+/// The same of an orthographic image, whose rows are taken while it is drawn.
+const MOST_PARALLEL_PX: u64 = 1 << 34;
 
 /// Checks that an image of the view's size can be drawn in slices.
 ///
@@ -89,12 +91,13 @@ const MOST_PX: u64 = 1 << 28;
 /// [`Error::Gpu`] where it has no pixels, or too many.
 pub fn judge_size(shot: &Shot) -> Result<()> {
     let (width, height) = (shot.camera.width, shot.camera.height);
-    match u64::from(width) * u64::from(height) {
-        1..=MOST_PX => Ok(()),
-        _ => Err(Error::Gpu(format!(
-            "a picture of {width} x {height} pixels cannot be drawn; pictures have 1 to {MOST_PX} pixels"
-        ))),
+    let most = if shot.parallel.is_some() { MOST_PARALLEL_PX } else { MOST_PX };
+    if (1..=most).contains(&(u64::from(width) * u64::from(height))) {
+        return Ok(());
     }
+    Err(Error::Gpu(format!(
+        "a picture of {width} x {height} pixels cannot be drawn; pictures have 1 to {most} pixels"
+    )))
 }
 
 /// Checks that the device can draw images of the view's size at once.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::frame::StoredDepths;
 use super::program::Program;
 use super::render_target::{self, RenderTarget, TargetKey};
 use super::tables::TableData;
@@ -39,20 +40,23 @@ impl Renderer {
         })
     }
 
-    /// Draws the faces of a view as `prepared`, and reads them back; `read` gets what a depth is divided by in the depth buffer, too.
+    /// Draws the faces of a view as `prepared`, and reads them back; `read` gets how the depth buffer stores depths, too.
     pub(super) fn drawn_faces<T>(
         &mut self,
         shot: &Shot,
         prepared: Prepared,
         task: &Task,
-        read: impl FnOnce(&RenderTarget, &Gpu, f64) -> Result<T>,
+        read: impl FnOnce(&RenderTarget, &Gpu, StoredDepths) -> Result<T>,
     ) -> Result<T> {
         let gpu = self.gpu.clone();
         render_target::judge(&gpu, shot)?;
         gpu.guarded("drawing faces", || {
             self.face(shot);
             // Without a known scale, depths would be so small that their differences vanish.
-            let depths = [0.0, farthest(&self.model, shot.viewpoint())];
+            let depths = match shot.parallel {
+                None => [0.0, farthest(&self.model, shot.viewpoint())],
+                Some(_) => range(&self.model, shot),
+            };
             let depths = self.depths_with_trees(shot, depths);
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let photos = self.sources.photos.len();
@@ -62,7 +66,7 @@ impl Renderer {
             self.tables.write(&gpu, &self.sources, &content);
             task.check_cancelled()?;
             self.draw(shot, [Program::Faces; 2], &prepared, task)?;
-            read(&self.targets[&TargetKey::of_faces(shot)], &gpu, cells.near())
+            read(&self.targets[&TargetKey::of_faces(shot)], &gpu, StoredDepths::new(shot, depths))
         })
     }
 
@@ -71,9 +75,8 @@ impl Renderer {
     pub(super) fn drawn_depths(&mut self, shot: &Shot, task: &Task) -> Result<Vec<f32>> {
         let shot = &of_seen(shot);
         let (numbers, mut depths) =
-            self.drawn_faces(shot, Prepared::default(), task, |target, gpu, near| {
-                // The depth buffer has near / depth, and 0 where nothing is.
-                let depth = |stored: &f32| (near / f64::from(*stored)) as f32;
+            self.drawn_faces(shot, Prepared::default(), task, |target, gpu, depths| {
+                let depth = |stored: &f32| depths.depth(*stored) as f32;
                 Ok((target.faces(gpu)?, target.depth_buffer(gpu)?.iter().map(depth).collect::<Vec<f32>>()))
             })?;
         if self.mattes {
@@ -94,14 +97,21 @@ impl Renderer {
     }
 }
 
-/// Returns the depth of a face's plane at a pixel's centre.
+/// Returns the depth of a face's plane at a pixel's centre, behind the view's reference point.
 fn depth_of_plane(model: &Model, face: FaceId, shot: &Shot, (column, row): (usize, usize)) -> f32 {
     let (camera, plane) = (&shot.camera, &model.face(face).plane);
     let [right, down, forward] = shot.pose.rotation_rows().map(DVec3::from);
     let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
     // The ray has a depth of 1.
     let ray = forward + right * ((x - camera.cx) / camera.fx) + down * ((y - camera.cy) / camera.fy);
-    (plane.normal.dot(plane.point - shot.viewpoint()) / plane.normal.dot(ray)) as f32
+    let from_viewpoint = plane.normal.dot(plane.point - shot.viewpoint()) / plane.normal.dot(ray);
+    (from_viewpoint - shot.parallel.map_or(0.0, |parallel| parallel.distance)) as f32
+}
+
+/// Returns the least and the largest depth of vertices from the viewpoint, in world units.
+fn range(model: &Model, shot: &Shot) -> [f64; 2] {
+    let depths = model.vertices.iter().map(|vertex| shot.pose.camera_from_world(*vertex).z);
+    depths.fold([f64::INFINITY, 0.0], |[low, high], depth| [depth.min(low), depth.max(high)])
 }
 
 /// Returns the distance of the farthest vertex, in world units.

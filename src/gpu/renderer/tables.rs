@@ -116,7 +116,7 @@ impl Tables {
                 sky: sky.place(id),
                 left: exposure.surroundings.left(id) as f32,
                 sky_share: if sky.holds(id) { exposure.surroundings.share(id) as f32 } else { 0.0 },
-                ..photo_words(sources.photo(id), gain, &optics, shot.viewpoint())
+                ..photo_words(sources.photo(id), gain, &optics, shot.reference())
             }
         };
         let photos: Vec<PhotoWords> = PhotoId::all(sources.projectors()).map(words).collect();

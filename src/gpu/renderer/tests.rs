@@ -164,7 +164,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     assert_alike!(&module, "Frame", CameraUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief backs
         transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale dome_first
-        light_first light_groups pad0 of_common continues of_sky surroundings_reach);
+        light_first light_groups parallel far of_common continues of_sky surroundings_reach);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags half_width
         foot_high pad0 foot_low pad1 axis pad2);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::frame::StoredDepths;
 use super::seen;
 use super::{Prepared, Renderer, Shown};
 use quadratura_base::error::Result;
@@ -52,12 +53,12 @@ impl Renderer {
         // Trees hide surfaces only in part.
         let bare = Shot { trees: TreeMethod::None, ..seen::of_seen(shot) };
         let opaque = Prepared { opaque_alone: true, ..Prepared::default() };
-        let drawn = self.drawn_faces(&bare, opaque, task, |target, gpu, near| {
-            Ok(DrawnFaces { numbers: target.faces(gpu)?, depths: target.depth_buffer(gpu)?, near })
+        let drawn = self.drawn_faces(&bare, opaque, task, |target, gpu, depths| {
+            Ok(DrawnFaces { numbers: target.faces(gpu)?, stored: target.depth_buffer(gpu)?, depths })
         })?;
         let blended = |face| self.skirts.holds(face) || self.surfaces.is_see_through(face);
         let nearest = |face| {
-            let depth = |corner: DVec3| shot.pose.camera_from_world(corner).z;
+            let depth = |corner: DVec3| shot.depth_of(corner);
             blended(face).then(|| self.model.ring_points(face).map(depth).fold(f64::INFINITY, f64::min))
         };
         let shown = shown_cells(cells, &drawn, shot.camera.width, nearest);
@@ -76,10 +77,10 @@ impl Renderer {
 struct DrawnFaces {
     /// 1 + the index of the face; 0 where there is none.
     numbers: Vec<u32>,
-    /// The depth buffer: `near` over the depth, 0 where there is no face.
-    depths: Vec<f32>,
-    /// What depths are divided by, in world units.
-    near: f64,
+    /// The depth buffer.
+    stored: Vec<f32>,
+    /// How it stores depths.
+    depths: StoredDepths,
 }
 
 /// Tells for each range of [`Cells::ranges`] whether a view of this `width` shows anything of it. `nearest` is the least depth of a
@@ -110,10 +111,10 @@ fn shown_cells(
         }
     }
     let columns = width.div_ceil(cells.side_px);
-    let farthest = least_of_cells(&drawn.depths, width, cells.side_px);
+    let farthest = least_of_cells(&drawn.stored, width, cells.side_px);
     for (face, depth) in cells.faces.iter().filter_map(|face| Some((face, nearest(face.face)?))) {
         // A face that reaches behind the viewpoint hides from nothing. A depth buffer is exact to about 1e-6.
-        let stored = if depth > 0.0 { (1.000_01 * drawn.near / depth) as f32 } else { f32::INFINITY };
+        let stored = (1.000_01 * drawn.depths.stored(depth)) as f32;
         for y in face.corner[1]..face.corner[1] + face.size[1] {
             for x in face.corner[0]..face.corner[0] + face.size[0] {
                 if farthest.get((y * columns + x) as usize).is_none_or(|least| stored >= *least) {
@@ -170,9 +171,13 @@ mod tests {
         };
         // Five cells in a row; the second shows the first face in one pixel. The third face is blended over others, at a depth of 4:
         // the first four cells are nearer, and the last one is farther.
-        let mut drawn = DrawnFaces { numbers: vec![0; 20], depths: vec![1.0 / 3.0; 20], near: 1.0 };
+        let mut drawn = DrawnFaces {
+            numbers: vec![0; 20],
+            stored: vec![1.0 / 3.0; 20],
+            depths: StoredDepths::Perspective { near: 1.0 },
+        };
         drawn.numbers[13] = 1;
-        drawn.depths[9] = 1.0 / 5.0;
+        drawn.stored[9] = 1.0 / 5.0;
         let shown = shown_cells(&cells, &drawn, 10, |face| (face == FaceId(2)).then_some(4.0));
         let [first, third] = [[true, true, false, false], [false, false, true, true]];
         let expected = [first, [false; 4], third].concat();

@@ -40,9 +40,6 @@ use quadratura_base::task::Task;
 use quadratura_view::hidden::{Culling, HiddenFaces};
 use quadratura_view::{DisplayMode, Picture, Shot};
 
-/// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
-const TOLERANCE: f64 = 1e-4;
-
 /// The alpha from which on nothing is seen through a surface: half a step of 8 bits less than 1 (`shaders/project.wgsl`).
 const WHOLE: f64 = 0.998;
 
@@ -131,7 +128,8 @@ impl ReferenceRenderer {
     /// leave out.
     fn owners(&self, shot: &Shot, hidden: &HiddenFaces) -> Vec<Option<RayHit>> {
         let culling = Culling { hidden, ..shot.culling() };
-        let owner = |px: DVec2| self.surface.owner(shot.viewpoint(), ray(shot, px), TOLERANCE, culling);
+        let owner =
+            |px: DVec2| self.surface.owner(shot.viewpoint(), ray(shot, px), shot.tolerance(), culling);
         positions(shot).map(owner).collect()
     }
 
@@ -144,7 +142,7 @@ impl ReferenceRenderer {
         let through = |(px, owner): (DVec2, Option<RayHit>)| {
             let direction = ray(shot, px);
             let nearest = owner.and_then(|_| self.surface.first_visible(eye, direction, culling));
-            let reach = nearest.map_or(f64::INFINITY, |hit| hit.t * (1.0 + TOLERANCE));
+            let reach = nearest.map_or(f64::INFINITY, |hit| hit.t * (1.0 + shot.tolerance()));
             let through = self.surface.through(eye, direction, &self.see_through, shot.culling());
             let skirts = skirts.iter().filter(|_| owner.is_none());
             let skirts = skirts.filter_map(|skirt| met(&self.model, *skirt, eye, direction));

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::ReferenceRenderer;
 use super::point::{HitPoint, ShownTexel};
-use super::{ReferenceRenderer, TOLERANCE};
 use crate::exposure::ViewExposure;
 use crate::model_surface::RayHit;
 use crate::sources::LEAST_MATTE;
@@ -58,7 +58,7 @@ impl ReferenceRenderer {
     pub fn probed_points(&self, shot: &Shot, positions: &[DVec2]) -> Vec<Option<ProbedPoint>> {
         let probe = |px: &DVec2| {
             let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(*px);
-            let hit = self.surface.owner(shot.viewpoint(), direction, TOLERANCE, shot.culling())?;
+            let hit = self.surface.owner(shot.viewpoint(), direction, shot.tolerance(), shot.culling())?;
             let on_face = HitPoint::new(self, shot, *px, hit)?;
             Some(ProbedPoint { px: *px, hit, plane: on_face.plane(), point: on_face.on_surface() })
         };

@@ -6,7 +6,7 @@ use super::Preview;
 use quadratura_base::error::Result;
 use quadratura_base::scene::FaceId;
 use quadratura_base::task::Task;
-use quadratura_projection::Sources;
+use quadratura_projection::{Sliced, Sources};
 use quadratura_view::hidden::HiddenFaces;
 use quadratura_view::{Picture, Shot};
 
@@ -27,9 +27,17 @@ impl Preview {
     /// # Errors
     /// As [`quadratura_projection::Renders::picture`].
     pub(crate) fn picture_of_faces(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
-        self.make_ready(shot, task)?;
-        let mut sliced = self.renderer.begin(shot, task)?.alone();
+        let mut sliced = self.begin_faces(shot, task)?;
         while !self.renderer.advance(&mut sliced, task)? {}
         Ok(sliced.picture())
+    }
+
+    /// As [`Self::picture_of_faces`], for a picture that is drawn in slices.
+    ///
+    /// # Errors
+    /// As [`quadratura_projection::Renders::begin`].
+    pub(crate) fn begin_faces(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        self.make_ready(shot, task)?;
+        Ok(self.renderer.begin(shot, task)?.alone())
     }
 }

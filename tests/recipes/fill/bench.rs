@@ -172,6 +172,7 @@ impl Bench {
             impostors: Default::default(),
             see_through: Default::default(),
             surroundings: None,
+            frame: Default::default(),
             trees: Default::default(),
             fill: FillOptions::default(),
             views: Vec::new(),

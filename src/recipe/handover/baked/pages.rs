@@ -4,6 +4,7 @@ use super::layout::{Layout, Page, PlacedChart};
 use super::options::BakedOptions;
 use super::painter::Painter;
 use super::report::Coverage;
+use crate::known::Known;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::geometry::drawn::enclosed;
@@ -11,7 +12,6 @@ use quadratura_base::task::Task;
 use quadratura_handover::atlas::pad::carry_outwards;
 use quadratura_handover::atlas::{CELL, GUTTER};
 use quadratura_handover::textured::{PageKind, TexturePage, WrittenFile, encoded};
-use quadratura_view::legend::{CONTINUED, Origin};
 use quadratura_view::{DisplayMode, Picture};
 
 use super::camera::texel_of;
@@ -22,49 +22,13 @@ const KNOWN_STEP: u32 = 4;
 /// The colour of what no photo shows, where it is not filled.
 const GREY: [u8; 4] = [128, 128, 128, 255];
 
-/// What a texel shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Known {
-    /// What a photo shows, or paint.
-    Photographed,
-    /// What another photo shows, as filling brought it there.
-    Filled,
-    /// What was invented.
-    Inpainted,
-    /// What no photo shows.
-    Nothing,
-}
-
-impl Known {
-    /// Returns the grey level in the map.
-    fn grey(self) -> u8 {
-        match self {
-            Self::Photographed => 255,
-            Self::Filled => 170,
-            Self::Inpainted => 85,
-            Self::Nothing => 0,
-        }
-    }
-
-    fn of_origin(origin: Origin) -> Self {
-        match origin {
-            Origin::Photo | Origin::Paint | Origin::Propagated => Self::Photographed,
-            Origin::OtherPhoto => Self::Filled,
-            Origin::Example | Origin::Diffused => Self::Inpainted,
-        }
-    }
-
-    /// Returns what the colour of a view of sources stands for: the nearest one, where photos of several sources share a texel.
-    fn of_colour([r, g, b, alpha]: [u8; 4]) -> Self {
-        if alpha < 128 {
-            return Self::Nothing;
-        }
-        let colours = Origin::ALL.map(|origin| (origin.colour(), Self::of_origin(origin)));
-        let distance = |colour: &[u8; 3]| -> u32 {
-            colour.iter().zip([r, g, b]).map(|(a, b)| u32::from(a.abs_diff(b)).pow(2)).sum()
-        };
-        let all = colours.into_iter().chain([(CONTINUED, Self::Nothing)]);
-        all.min_by_key(|(colour, _)| distance(colour)).map_or(Self::Nothing, |(_, known)| known)
+/// Returns the grey level of what is known in the map.
+fn grey(known: Known) -> u8 {
+    match known {
+        Known::Photographed => 255,
+        Known::Filled => 170,
+        Known::Inpainted => 85,
+        Known::Nothing => 0,
     }
 }
 
@@ -162,7 +126,7 @@ fn knowledge(
     for at in inside(placed, painter, scale, cell) {
         let known = Known::of_colour(texels[at]);
         *number_of(coverage, known) += 1.0;
-        (greys[at], within[at]) = ([known.grey(); 4], true);
+        (greys[at], within[at]) = ([grey(known); 4], true);
     }
     carry_outwards(&mut greys, &mut within, cell[0] as usize);
     Ok(greys)

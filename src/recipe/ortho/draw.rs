@@ -1,0 +1,93 @@
+//! The pixels of an orthophoto, row by row, and where they come from.
+
+use crate::known::origin_of_colour;
+use crate::preview::Preview;
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+use quadratura_io::ortho::picture::IndexedPicture;
+use quadratura_io::ortho::rows::RowsFile;
+use quadratura_projection::Renders;
+use quadratura_view::legend::{CONTINUED, CONTINUED_NAME, Origin};
+use quadratura_view::{DisplayMode, Quality, Shot};
+
+use super::Shares;
+
+/// Pixels of the picture per pixel of the picture of sources, along a side.
+pub(super) const SOURCES_STEP: u32 = 4;
+
+/// The colours of the picture of sources behind those of [`Origin::ALL`]: what continues, and what is empty.
+const EMPTY: [u8; 3] = [255; 3];
+
+/// Draws a view and appends its rows to a file.
+///
+/// # Errors
+/// As [`Renders::picture`]; [`quadratura_base::error::Error::Io`] on a full disk.
+pub(super) fn draw(preview: &mut Preview, shot: &Shot, rows: &mut RowsFile, task: &Task) -> Result<()> {
+    let height = u64::from(shot.camera.height);
+    let mut sliced = preview.begin_faces(shot, task)?;
+    let mut is_done = false;
+    while !is_done {
+        task.step("draw rows", u64::from(rows.size_px()[1]), height)?;
+        is_done = preview.advance(&mut sliced, task)?;
+        let mut drawn = sliced.take_rows();
+        blacken(&mut drawn);
+        rows.append(&drawn)?;
+    }
+    Ok(())
+}
+
+/// Makes pixels that are fully transparent black, as in other pictures.
+fn blacken(rgba: &mut [u8]) {
+    let transparent = rgba.as_chunks_mut::<4>().0.iter_mut().filter(|pixel| pixel[3] == 0);
+    transparent.for_each(|pixel| *pixel = [0; 4]);
+}
+
+/// Draws where the pixels of a view come from, [`SOURCES_STEP`] times as coarse, and counts them.
+///
+/// # Errors
+/// As [`Renders::picture`].
+pub(super) fn draw_sources(
+    preview: &mut Preview,
+    shot: &Shot,
+    task: &Task,
+) -> Result<(IndexedPicture, Shares)> {
+    let coarse = Shot {
+        display: DisplayMode::Provenance,
+        quality: Quality::Finer,
+        supersampled: false,
+        ..reduced(shot, SOURCES_STEP)
+    };
+    let picture = preview.picture_of_faces(&coarse, task)?;
+    let faces = preview.faces(&coarse, task)?;
+    let mut shares = Shares::default();
+    let mut index = |(pixel, face): (&[u8; 4], &u32)| -> u8 {
+        let origin = origin_of_colour(*pixel);
+        if *face == 0 {
+            return Origin::ALL.len() as u8 + 1;
+        }
+        shares.add(origin);
+        let at = origin.and_then(|origin| Origin::ALL.iter().position(|other| *other == origin));
+        at.unwrap_or(Origin::ALL.len()) as u8
+    };
+    let indices = picture.pixels().iter().zip(&faces).map(&mut index).collect();
+    let colours = Origin::ALL.map(Origin::colour).into_iter().chain([CONTINUED, EMPTY]).collect();
+    Ok((IndexedPicture { width: picture.width, indices, colours }, shares.of_one()))
+}
+
+/// Returns the names of the colours of pictures of sources.
+pub(super) fn legend() -> String {
+    let hex = |[r, g, b]: [u8; 3]| format!("#{r:02x}{g:02x}{b:02x}");
+    let entries = Origin::ALL.map(|origin| format!("{} {}", hex(origin.colour()), origin.name()));
+    format!("{}, {} {CONTINUED_NAME}", entries.join(", "), hex(CONTINUED))
+}
+
+/// Returns the same view with fewer pixels, which begin at the same corner and are `step` times as large.
+fn reduced(shot: &Shot, step: u32) -> Shot {
+    let mut coarse = shot.clone();
+    let by = f64::from(step);
+    let camera = &mut coarse.camera;
+    (camera.width, camera.height) = (camera.width.div_ceil(step), camera.height.div_ceil(step));
+    (camera.fx, camera.fy) = (camera.fx / by, camera.fy / by);
+    (camera.cx, camera.cy) = (camera.cx / by, camera.cy / by);
+    coarse
+}
