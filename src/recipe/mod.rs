@@ -37,6 +37,7 @@ pub mod ldi;
 pub mod legend_picture;
 mod linked;
 pub mod masks;
+pub mod measure;
 pub mod named;
 pub mod objects;
 pub mod open;

@@ -9,6 +9,7 @@ use crate::state::panes::Pane;
 use crate::state::request::SpaceRequest;
 use crate::state::space::FrameFacts;
 use crate::state::space::exploded::Panes3D;
+use crate::state::space::measure::MeasuringTool;
 use crate::work::Work;
 use quadratura_base::error::Error;
 use quadratura_io::stack_store::StackStore;
@@ -54,7 +55,17 @@ pub fn apply(state: &mut State, work: &mut Work, request: SpaceRequest) {
             state.space.brush.on = !state.space.brush.on;
             // The left button does one thing at a time.
             state.trees.hand.on = false;
+            state.space.measure.on = false;
         }
+        SpaceRequest::Measure => {
+            state.panes.show(Pane::Space);
+            let on = !state.space.measure.on;
+            state.space.measure = MeasuringTool { on, ..MeasuringTool::default() };
+            state.space.brush.give_up();
+            state.space.brush.on = false;
+            state.trees.hand.on = false;
+        }
+        SpaceRequest::SetScale => state.set_scale_by_measure(),
         SpaceRequest::ResizeBrush(factor) => state.space.brush.resize(factor),
     }
 }

@@ -251,6 +251,7 @@ fn take_up(state: &mut State) {
     state.panes.show(Pane::Space);
     state.space.brush.give_up();
     state.space.brush.on = false;
+    state.space.measure.on = false;
     state.trees.hand.held = None;
     state.trees.hand.on = !state.trees.hand.on;
 }

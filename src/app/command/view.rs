@@ -35,6 +35,7 @@ pub const COMMANDS: &[&Command] = &[
     &EXPLODED,
     &images::SHOW,
     &BRUSH,
+    &MEASURE,
     &WIREFRAME,
     &CAMERAS,
     &BACKS,
@@ -248,6 +249,16 @@ pub const BRUSH: Command = Command {
     keys_in: KeysIn::Space,
     on: Some(|state| state.space.brush.on),
     request: |_| SpaceRequest::Brush.into(),
+    ..VIEW
+};
+
+/// Takes up the measuring tool.
+pub const MEASURE: Command = Command {
+    name: "Measure",
+    tooltip: "Measures distances and heights between two points on surfaces, with their uncertainty; Esc puts the tool away. Areas are on \
+              the pages of faces.",
+    on: Some(|state| state.space.measure.on),
+    request: |_| SpaceRequest::Measure.into(),
     ..VIEW
 };
 

@@ -5,7 +5,7 @@ use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 use crate::command::{Command, Commands, flight, images};
 use crate::state::State;
 use crate::state::request::{Request, RoundTripRequest};
-use crate::state::round_trip::dialogs::{DialogPurpose, RoundTripDialogs};
+use crate::state::round_trip::dialogs::{DialogPurpose, ExportDialog, RoundTripDialogs};
 use crate::state::round_trip::image_editor::EditorChoice;
 use crate::state::running::{JobKind, Running};
 use crate::state::session::Session;
@@ -16,6 +16,7 @@ use quadratura_document::export_record::ExportFormat;
 use quadratura_io::layered::FORMATS;
 use quadratura_io::layered::format::file_names;
 use quadratura_io::programs::{ImageEditor, check_program};
+use quadratura_recipe::handover::HandoverFormat;
 use std::path::PathBuf;
 
 /// What the dialogs of the round trip depend on.
@@ -126,12 +127,15 @@ fn export_ui(
     let Some(dialog) = &mut dialogs.export else { return };
     let (mut open, mut choose, mut go, mut show, mut other) = (true, false, false, None, None);
     let answer = Dialog::new("export", WIDTH).show(context, |ui, keys| {
-        ui.heading("Export layered files");
+        ui.heading("Export");
         Grid::new("export").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
-            ui.label("Format");
-            ui.horizontal(|ui| formats(ui, &mut dialog.format));
+            ui.label("Layered files");
+            ui.horizontal(|ui| layered(ui, dialog));
             ui.end_row();
-            ui.label("");
+            ui.label("Other programs");
+            ui.horizontal(|ui| programs(ui, dialog));
+            ui.end_row();
+            ui.label("Photo, view, face");
             ui.horizontal(|ui| {
                 for (command, text) in OTHERS {
                     let ready = view.commands.ready(command);
@@ -154,17 +158,16 @@ fn export_ui(
         ui.weak(
             "Relative to the project folder, unless it begins with /. Changed files are never overwritten.",
         );
-        photos(view, &mut dialog.photos, ui);
-        let guides = "Adds hidden layers with hatching where the photo does not show the surfaces.";
-        ui.checkbox(&mut dialog.guides, "Guides").on_hover_text(guides);
-        let provenance = "Writes pictures beside the files, which show where each filled texel comes from.";
-        ui.checkbox(&mut dialog.provenance, "Provenance").on_hover_text(provenance);
-        let even =
-            "Exports all photos with matched exposures, for viewing only: such files cannot be imported.";
-        ui.checkbox(&mut dialog.even, "Matched exposure").on_hover_text(even);
+        photos(view, &mut dialog.photos, dialog.program.is_some(), ui);
+        if dialog.program.is_none() {
+            options_of_layered(ui, dialog);
+        }
         let problem = dialog.problem();
         if let Some(problem) = problem {
             ui.colored_label(ui.visuals().warn_fg_color, problem);
+        }
+        for line in &dialog.report {
+            ui.label(line);
         }
         ui.add_space(8.0);
         ui.horizontal(|ui| {
@@ -213,11 +216,46 @@ fn formats(ui: &mut Ui, format: &mut ExportFormat) {
     }
 }
 
-/// Draws the choice of photos: all that have layers, or some.
-fn photos(view: &DialogsView<'_>, chosen: &mut std::collections::BTreeSet<PhotoId>, ui: &mut Ui) {
+/// Draws the choice of a layered format, which is none while another program is chosen.
+fn layered(ui: &mut Ui, dialog: &mut ExportDialog) {
+    for entry in FORMATS {
+        let is_chosen = dialog.program.is_none() && dialog.format == entry.format;
+        if ui.radio(is_chosen, entry.title).on_hover_text(entry.about).clicked() {
+            dialog.choose(None);
+            dialog.format = entry.format;
+        }
+    }
+}
+
+/// Draws the choice of another program's format.
+fn programs(ui: &mut Ui, dialog: &mut ExportDialog) {
+    for (_, format, about) in HandoverFormat::TABLE {
+        if ui.radio(dialog.program == Some(*format), format.title()).on_hover_text(*about).clicked() {
+            dialog.choose(Some(*format));
+        }
+    }
+}
+
+fn options_of_layered(ui: &mut Ui, dialog: &mut ExportDialog) {
+    let guides = "Adds hidden layers with hatching where the photo does not show the surfaces.";
+    ui.checkbox(&mut dialog.guides, "Guides").on_hover_text(guides);
+    let provenance = "Writes pictures beside the files, which show where each filled texel comes from.";
+    ui.checkbox(&mut dialog.provenance, "Provenance").on_hover_text(provenance);
+    let even = "Exports all photos with matched exposures, for viewing only: such files cannot be imported.";
+    ui.checkbox(&mut dialog.even, "Matched exposure").on_hover_text(even);
+}
+
+/// Draws the choice of photos: all, of layered files all that have layers, or some.
+fn photos(
+    view: &DialogsView<'_>,
+    chosen: &mut std::collections::BTreeSet<PhotoId>,
+    needs_no_layers: bool,
+    ui: &mut Ui,
+) {
     let Some(session) = view.session else { return };
     ui.horizontal(|ui| {
-        if ui.radio(chosen.is_empty(), "All photos that have layers").clicked() {
+        let all = if needs_no_layers { "All photos" } else { "All photos that have layers" };
+        if ui.radio(chosen.is_empty(), all).clicked() {
             chosen.clear();
         }
         if ui.radio(!chosen.is_empty(), "Choose photos").clicked() && chosen.is_empty() {
@@ -230,8 +268,8 @@ fn photos(view: &DialogsView<'_>, chosen: &mut std::collections::BTreeSet<PhotoI
     ScrollArea::vertical().max_height(160.0).show(ui, |ui| {
         for (id, photo) in session.opened.site.numbered_photos() {
             let mut on = chosen.contains(&id);
-            let built = session.stack_of(id).is_some();
-            ui.add_enabled_ui(built, |ui| {
+            let is_offered = needs_no_layers || session.stack_of(id).is_some();
+            ui.add_enabled_ui(is_offered, |ui| {
                 if ui.checkbox(&mut on, &photo.name).changed() {
                     if on {
                         chosen.insert(id)

@@ -222,6 +222,10 @@ pub enum SpaceRequest {
     ShowUncovered(Uncovered),
     /// Takes up the brush, or puts it away.
     Brush,
+    /// Takes up the measuring tool, or puts it away.
+    Measure,
+    /// Sets the site's scale by the length that was typed for the measured distance.
+    SetScale,
     /// Resizes the brush by a factor.
     ResizeBrush(f64),
 }

@@ -49,6 +49,9 @@ pub struct HandoverArgs {
     /// The most photos that texture a face, chosen so that their directions spread; for --format blender [default: 8]
     #[arg(long, value_name = "N", value_parser = counted)]
     pub photos_per_face: Option<usize>,
+    /// Write coordinates of the cameras' world, although the site has a frame (`quadratura frame`)
+    #[arg(long)]
+    pub world: bool,
     /// Also make site.blend, with Blender or the Python module bpy where one of them is found; for --format blender
     #[arg(long)]
     pub blend: bool,

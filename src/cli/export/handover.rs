@@ -25,6 +25,9 @@ const PHOTOS_PER_FACE: usize = 8;
 /// The formats of layered files.
 const LAYERED: &str = "psd, folder, ora and xcf";
 
+/// The formats of other programs.
+const OTHERS: &str = "blender, cameras, glb, obj and usd";
+
 /// The formats of models with textures.
 const BAKED: &str = "glb, obj and usd";
 
@@ -46,6 +49,7 @@ pub fn check(args: &ExportArgs) -> Result<()> {
     let given = [
         ("--provenance", args.provenance, is_layered, LAYERED),
         ("--even-colour", args.even_colour, is_layered, LAYERED),
+        ("--world", args.handover.world, !is_layered, OTHERS),
         ("--blend", args.handover.blend, is_blender, "blender"),
         ("--photos-per-face", args.handover.photos_per_face.is_some(), is_blender, "blender"),
         ("--density", baked.density.is_some(), is_baked, BAKED),
@@ -74,6 +78,7 @@ pub fn run(args: &ExportArgs, format: HandoverFormat, opened: &Opened, task: &Ta
         format,
         photos_per_face: args.handover.photos_per_face.unwrap_or(PHOTOS_PER_FACE),
         baked: args.baked.options(args.memory.or_default()),
+        world: args.handover.world,
         memory: args.memory.or_default(),
     };
     let start =
@@ -109,9 +114,17 @@ fn report(
         args.out.display(),
         readable_bytes(bytes),
     );
-    if done.origin != [0.0; 3] {
-        let [x, y, z] = done.origin;
-        text.push_str(&format!("coordinates are those of the world less {x}, {y}, {z}\n"));
+    let [x, y, z] = done.origin;
+    match (done.frame_from_world.is_some(), done.origin == [0.0; 3]) {
+        (false, true) => (),
+        (false, false) => text.push_str(&format!("coordinates are those of the world less {x}, {y}, {z}\n")),
+        (true, is_zero) => {
+            let less = if is_zero { String::new() } else { format!(" less {x}, {y}, {z}") };
+            let frame = "the site's frame (`quadratura frame`)";
+            text.push_str(&format!(
+                "coordinates are those of {frame}{less}; --world writes those of the cameras\n"
+            ));
+        }
     }
     if let Some(baked) = &done.baked {
         text.push_str(&baked_text(baked));

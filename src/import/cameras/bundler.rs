@@ -38,6 +38,10 @@ impl CameraFormat for Bundler {
         "Bundler's .out file with its list of photos beside it, such as list.txt"
     }
 
+    fn program(&self) -> &'static str {
+        "Bundler"
+    }
+
     fn folders(&self) -> &'static [&'static str] {
         &["", "bundle"]
     }

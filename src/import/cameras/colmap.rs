@@ -18,6 +18,10 @@ impl CameraFormat for Colmap {
         "COLMAP's cameras and images files, .bin or .txt, or a folder above them such as sparse/0"
     }
 
+    fn program(&self) -> &'static str {
+        "COLMAP"
+    }
+
     fn folders(&self) -> &'static [&'static str] {
         &["", "sparse", "sparse/0", "0"]
     }

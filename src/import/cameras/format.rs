@@ -13,6 +13,11 @@ pub trait CameraFormat: Sync {
     /// Returns a name of its files for messages and help: `transforms.json of nerfstudio`.
     fn accepted(&self) -> &'static str;
 
+    /// Returns the name of the program, or programs, that write its files.
+    fn program(&self) -> &'static str {
+        "another program"
+    }
+
     /// Returns what is read of its files, and what is not, for `quadratura formats`.
     fn kept_and_lost(&self) -> [&'static str; 2] {
         ["cameras", ""]

@@ -39,6 +39,10 @@ impl CameraFormat for FSpy {
         "fSpy's project .fspy, of one photo with the same name"
     }
 
+    fn program(&self) -> &'static str {
+        "fSpy"
+    }
+
     fn kept_and_lost(&self) -> [&'static str; 2] {
         ["focal length and principal point of one photo", "the picture inside; vanishing points; units"]
     }

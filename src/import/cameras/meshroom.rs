@@ -44,6 +44,10 @@ impl CameraFormat for Meshroom {
         "Meshroom's cameras.sfm or sfm.json"
     }
 
+    fn program(&self) -> &'static str {
+        "Meshroom"
+    }
+
     fn kept_and_lost(&self) -> [&'static str; 2] {
         [
             "pinhole, radial1, radial3, brown and fisheye4 lenses; points with observations",

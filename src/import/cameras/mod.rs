@@ -69,6 +69,8 @@ use sizes::SizeSource;
 /// The names of the cameras' photos, and the number of points; the photos' sizes are not needed for them.
 #[derive(Debug, Default)]
 pub struct CameraNames {
+    /// The program, or programs, that write such files.
+    pub program: &'static str,
     /// The photos' names, in file order.
     pub names: Vec<String>,
     /// The number of points.
@@ -119,7 +121,8 @@ pub fn read_names(path: &Path, task: &Task) -> Result<CameraNames> {
     let Cameras { photos, points, problems, notes, .. } =
         read_with(path, SizeSource::Unneeded, &CameraOptions::default(), task)?;
     let names = photos.into_iter().map(|photo| photo.name).collect();
-    Ok(CameraNames { names, points: points.len(), problems, notes })
+    let program = locate::locate(path)?.format.format().program();
+    Ok(CameraNames { program, names, points: points.len(), problems, notes })
 }
 
 fn read_with(path: &Path, sizes: SizeSource<'_>, options: &CameraOptions, task: &Task) -> Result<Cameras> {

@@ -40,6 +40,10 @@ impl CameraFormat for Nvm {
         "VisualSFM's .nvm"
     }
 
+    fn program(&self) -> &'static str {
+        "VisualSFM"
+    }
+
     fn kept_and_lost(&self) -> [&'static str; 2] {
         ["focal length and r; points with observations", "all models but the first"]
     }

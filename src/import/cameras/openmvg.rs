@@ -35,6 +35,10 @@ impl CameraFormat for OpenMvg {
         "OpenMVG's sfm_data.json"
     }
 
+    fn program(&self) -> &'static str {
+        "OpenMVG"
+    }
+
     fn kept_and_lost(&self) -> [&'static str; 2] {
         [
             "pinhole lenses with k1 to k3, t1, t2, and fisheye; points with observations; not tried with the program itself",

@@ -37,6 +37,10 @@ impl CameraFormat for OpenSfm {
         "reconstruction.json of OpenSfM or OpenDroneMap"
     }
 
+    fn program(&self) -> &'static str {
+        "OpenSfM or OpenDroneMap"
+    }
+
     fn folders(&self) -> &'static [&'static str] {
         &["", "opensfm"]
     }

@@ -36,6 +36,10 @@ impl CameraFormat for Transforms {
         "transforms.json of nerfstudio or instant-ngp"
     }
 
+    fn program(&self) -> &'static str {
+        "nerfstudio or instant-ngp"
+    }
+
     fn kept_and_lost(&self) -> [&'static str; 2] {
         ["OPENCV and OPENCV_FISHEYE lenses; applied_transform is undone", "points; mask_path; k4 of OPENCV"]
     }

@@ -21,6 +21,8 @@ pub struct PhotosFound {
 /// A set of cameras.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CamerasFound {
+    /// The program, or programs, that write such files.
+    pub program: &'static str,
     /// The names of their photos, in their order.
     pub names: Vec<String>,
     /// The number of points that structure from motion triangulated.
@@ -194,8 +196,9 @@ fn photos(path: &Path, task: &Task) -> Result<PhotosFound> {
 
 /// Reads cameras.
 fn cameras(path: &Path, task: &Task) -> Result<CamerasFound> {
-    let CameraNames { names, points, problems, notes } = read_names(path, task)?;
-    Ok(CamerasFound { names, points, left_out: problems.iter().map(ToString::to_string).collect(), notes })
+    let CameraNames { program, names, points, problems, notes } = read_names(path, task)?;
+    let left_out = problems.iter().map(ToString::to_string).collect();
+    Ok(CamerasFound { program, names, points, left_out, notes })
 }
 
 /// Reads a model.

@@ -5,9 +5,8 @@
 
 use std::path::Path;
 
-use glam::DVec3;
-
 use super::folder::HandoverFolder;
+use super::origin::Placement;
 use super::photos::{camera_of, copied, is_resampled, linked};
 use super::points::handover_points;
 use crate::open::Opened;
@@ -32,7 +31,7 @@ pub fn write(
     project: &Path,
     opened: &Opened,
     photos: &[&Photo],
-    origin: DVec3,
+    placement: &Placement,
     task: &Task,
 ) -> Result<()> {
     let needs_copies = photos.iter().any(|photo| is_resampled(project, photo));
@@ -44,15 +43,16 @@ pub fn write(
             Some(name) if needs_copies => name.to_owned(),
             _ => photo.name.clone(),
         });
-        cameras.push(camera_of(photo, file, origin));
+        cameras.push(camera_of(photo, file, placement));
     }
-    let points = handover_points(project, opened, photos, origin, task)?;
+    let points = handover_points(project, opened, photos, placement, task)?;
     if points.is_empty() {
         folder.leave_out("points, because the project's cameras have none that two of these photos observe");
     }
     if photos.iter().any(|photo| !photo.masks.is_empty()) {
         folder.leave_out("masks, because these formats have no common place for them");
     }
+    let origin = placement.origin;
     let text = colmap_text(&cameras, &names, &points);
     for (name, content) in
         [("cameras.txt", text.cameras), ("images.txt", text.images), ("points3D.txt", text.points)]

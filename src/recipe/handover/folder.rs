@@ -10,11 +10,11 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::baked::report::BakedReport;
 use super::format::HandoverFormat;
+use super::origin::Placement;
 use crate::export::check_place;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
@@ -37,8 +37,11 @@ struct Contents {
     version: u32,
     /// The formats that were written to it.
     formats: BTreeSet<String>,
-    /// The point of the world that is zero in every file.
+    /// The point of the world, or of the frame, that is zero in every file.
     origin: [f64; 3],
+    /// The rows of the matrix from the cameras' world to the site's frame, in which coordinates are; `None` for the world.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    frame_from_world: Option<[[f64; 4]; 4]>,
     /// The hashes of the files' content when they were written, by their paths in the folder.
     files: BTreeMap<String, String>,
 }
@@ -70,8 +73,11 @@ pub struct HandedOver {
     pub spared: Vec<PathBuf>,
     /// What is not in the export, and why: one sentence each.
     pub left_out: Vec<String>,
-    /// The point of the world that is zero in the files.
+    /// The point of the world, or of the frame, that is zero in the files.
     pub origin: [f64; 3],
+    /// The rows of the matrix from the cameras' world to the site's frame, in which coordinates are; `None` for the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame_from_world: Option<[[f64; 4]; 4]>,
     /// Numbers about a baked model; `None` in other formats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baked: Option<BakedReport>,
@@ -92,7 +98,12 @@ impl<'a> HandoverFolder<'a> {
     /// # Errors
     /// Returns [`Error::Request`] for a folder of the project's own and for one with an export of another project, [`Error::Input`]
     /// when the project's record is damaged, or [`Error::Io`].
-    pub fn open(project: &Path, out: &'a Path, format: HandoverFormat, origin: DVec3) -> Result<Self> {
+    pub fn open(
+        project: &Path,
+        out: &'a Path,
+        format: HandoverFormat,
+        placement: &Placement,
+    ) -> Result<Self> {
         check_place(project, out)?;
         fs::create_dir_all(out).map_err(Error::io(out, "create the folder"))?;
         let records = project.join("exports/handover");
@@ -107,8 +118,13 @@ impl<'a> HandoverFolder<'a> {
         };
         let mut contents = contents_of(out, &written)?;
         contents.formats.insert(format.name().to_owned());
-        contents.origin = origin.to_array();
-        let report = HandedOver { origin: origin.to_array(), ..HandedOver::default() };
+        contents.origin = placement.origin.to_array();
+        contents.frame_from_world = placement.frame_from_world.map(Into::into);
+        let report = HandedOver {
+            origin: contents.origin,
+            frame_from_world: contents.frame_from_world,
+            ..HandedOver::default()
+        };
         Ok(Self { out, record, written, contents, pending: Vec::new(), report })
     }
 
@@ -214,6 +230,9 @@ fn contents_of(out: &Path, written: &Written) -> Result<Contents> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
+
+    const AS_IT_IS: Placement = Placement { frame_from_world: None, origin: DVec3::ZERO };
 
     struct Place {
         _folder: tempfile::TempDir,
@@ -231,7 +250,7 @@ mod tests {
     impl Place {
         fn export(&self, files: &[(&str, &str)]) -> Result<HandedOver> {
             let mut folder =
-                HandoverFolder::open(&self.project, &self.out, HandoverFormat::Cameras, DVec3::ZERO)?;
+                HandoverFolder::open(&self.project, &self.out, HandoverFormat::Cameras, &AS_IT_IS)?;
             for (name, content) in files {
                 folder.write(name, content.as_bytes())?;
             }

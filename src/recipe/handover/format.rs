@@ -49,6 +49,22 @@ impl HandoverFormat {
         }
     }
 
+    /// Returns the name in the window's lists.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Cameras => "Cameras",
+            Self::Blender => "Blender",
+            Self::Glb => "GLB",
+            Self::Obj => "OBJ",
+            Self::Usd => "USD",
+        }
+    }
+
+    /// Returns what it is, for help.
+    pub fn about(self) -> &'static str {
+        Self::TABLE.iter().find(|(_, format, _)| *format == self).expect("the table has all formats").2
+    }
+
     /// Returns the name that is typed on the command line.
     pub fn name(self) -> &'static str {
         Self::TABLE.iter().find(|(_, format, _)| *format == self).expect("the table has all formats").0

@@ -23,6 +23,7 @@ pub use format::HandoverFormat;
 
 use self::baked::{BakedFormat, BakedOptions};
 use self::folder::HandoverFolder;
+use self::origin::Placement;
 use super::open::Opened;
 use quadratura_base::error::Result;
 use quadratura_base::scene::Photo;
@@ -38,6 +39,8 @@ pub struct HandoverOptions {
     pub photos_per_face: usize,
     /// How models with textures are baked.
     pub baked: BakedOptions,
+    /// Whether coordinates are those of the cameras' world although the site has a frame.
+    pub world: bool,
     /// The approximate memory budget in bytes for photos processed at the same time; at least one is processed.
     pub memory: u64,
 }
@@ -57,13 +60,14 @@ pub fn hand_over(
     start_device: &dyn Fn() -> Result<Box<dyn SiteDevice>>,
     task: &Task,
 ) -> Result<HandedOver> {
-    let origin = origin::local_origin(&opened.site);
-    let mut folder = HandoverFolder::open(project, out, options.format, origin)?;
+    let placement = &Placement::new(&opened.site, &opened.project.frame, !options.world);
+    let mut folder = HandoverFolder::open(project, out, options.format, placement)?;
     let mut baked = None;
     let mut bake = |format: BakedFormat| -> Result<()> {
         let options = BakedOptions { format, ..options.baked.clone() };
         let device = start_device()?;
-        baked = Some(baked::write(&mut folder, project, opened, photos, origin, &options, &*device, task)?);
+        baked =
+            Some(baked::write(&mut folder, project, opened, photos, placement, &options, &*device, task)?);
         Ok(())
     };
     match options.format {
@@ -71,9 +75,9 @@ pub fn hand_over(
         HandoverFormat::Obj => bake(BakedFormat::Obj)?,
         HandoverFormat::Usd => bake(BakedFormat::Usd)?,
         HandoverFormat::Blender => {
-            blender::write(&mut folder, project, opened, photos, origin, options, task)?
+            blender::write(&mut folder, project, opened, photos, placement, options, task)?
         }
-        HandoverFormat::Cameras => cameras::write(&mut folder, project, opened, photos, origin, task)?,
+        HandoverFormat::Cameras => cameras::write(&mut folder, project, opened, photos, placement, task)?,
     }
     let done = folder.finish(task)?;
     Ok(HandedOver { baked, ..done })

@@ -1,19 +1,68 @@
-//! The local origin: programs that compute in f32 lose pixels where coordinates are large.
+//! Where the site is in the files: in its frame, where it has one, less a local origin, because programs that compute in f32 lose pixels
+//! where coordinates are large.
 
 use glam::DVec3;
 
+use quadratura_base::geometry::{Pose, Similarity};
 use quadratura_base::scene::Site;
+use quadratura_document::SiteFrame;
+use quadratura_handover::camera::less_origin;
+
+/// How the cameras' world is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// The transform to the site's frame; `None` where the world is written as it is.
+    pub frame_from_world: Option<Similarity>,
+    /// The point of the frame, or of the world, that is zero in the files.
+    pub origin: DVec3,
+}
+
+impl Placement {
+    /// Places a site in its frame, or in the cameras' world where that is empty or not wanted.
+    pub fn new(site: &Site, frame: &SiteFrame, is_in_frame: bool) -> Self {
+        let frame_from_world = (is_in_frame && !frame.is_empty()).then(|| frame.frame_from_world());
+        let at = |point: DVec3| frame_from_world.map_or(point, |frame| frame.apply(point));
+        let cameras = site.photos.iter().map(|photo| at(photo.pose.center_in_world()));
+        let points = cameras.chain(site.model.vertices.iter().map(|vertex| at(*vertex)));
+        Self { frame_from_world, origin: local_origin(points) }
+    }
+
+    /// Returns where a point of the world is in the files.
+    pub fn point(&self, point: DVec3) -> DVec3 {
+        self.frame_from_world.map_or(point, |frame| frame.apply(point)) - self.origin
+    }
+
+    /// Returns a direction of the world in the files.
+    pub fn direction(&self, direction: DVec3) -> DVec3 {
+        self.frame_from_world.map_or(direction, |frame| frame.rotation * direction)
+    }
+
+    /// Returns a length of the world in the files.
+    pub fn length(&self, length: f64) -> f64 {
+        self.frame_from_world.map_or(length, |frame| length * frame.scale)
+    }
+
+    /// Returns the pose of a camera in the files.
+    pub fn pose(&self, pose: &Pose) -> Pose {
+        let pose = match self.frame_from_world {
+            None => *pose,
+            Some(frame) => {
+                let rotation = pose.rotation * frame.rotation.transpose();
+                Pose { rotation, translation: pose.translation * frame.scale - rotation * frame.translation }
+            }
+        };
+        less_origin(&pose, self.origin)
+    }
+}
 
 /// The largest coordinate, in world units, that is left as it is.
 const LARGEST: f64 = 1e4;
 /// The same in extents of the site: f32 has 24 bits, so that a thousandth of them is left for the site, a millionth of its size each.
 const LARGEST_IN_EXTENTS: f64 = 1e3;
 
-/// Returns the point that every export subtracts from coordinates of the world, the same whatever the format and the photos that are
-/// exported: zero where coordinates are small, else the middle of the site, rounded to a power of ten near a tenth of its extent.
-pub fn local_origin(site: &Site) -> DVec3 {
-    let cameras = site.photos.iter().map(|photo| photo.pose.center_in_world());
-    let points = cameras.chain(site.model.vertices.iter().copied());
+/// Returns the point that every export subtracts from coordinates, the same whatever the format and the photos that are exported: zero
+/// where coordinates are small, else the middle of the site's points, rounded to a power of ten near a tenth of its extent.
+fn local_origin(points: impl Iterator<Item = DVec3>) -> DVec3 {
     let (low, high) = points
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)));
     let extent = (high - low).max_element();
@@ -37,7 +86,8 @@ mod tests {
     fn origin_of(vertices: &[[f64; 3]]) -> DVec3 {
         let vertices = vertices.iter().copied().map(DVec3::from_array).collect();
         let model = Arc::new(Model { vertices, ..Model::default() });
-        local_origin(&Site { photos: Vec::new(), model })
+        let site = Site { photos: Vec::new(), model };
+        Placement::new(&site, &SiteFrame::default(), true).origin
     }
 
     #[test]
@@ -56,5 +106,28 @@ mod tests {
     fn a_small_site_far_from_zero_in_its_own_size_gets_an_origin_too() {
         let origin = origin_of(&[[50.0, 0.0, 0.0], [50.01, 0.01, 0.0]]);
         assert!((origin - DVec3::new(50.005, 0.005, 0.0)).abs().max_element() < 1e-3, "{origin}");
+    }
+
+    #[test]
+    fn a_camera_in_the_frame_sees_points_of_the_frame_where_it_saw_them_in_the_world() {
+        use glam::DMat3;
+        use quadratura_document::frame::Stated;
+        let stated = |value| Some(Stated { value, from: "a test".to_owned() });
+        let frame = SiteFrame {
+            up: stated([0.0, -0.6, 0.8]),
+            origin: stated([3.0, -2.0, 7.0]),
+            scale: Some(Stated { value: 0.37, from: "a test".into() }),
+            ..SiteFrame::default()
+        };
+        let model = Arc::new(Model { vertices: vec![DVec3::ONE], ..Model::default() });
+        let placement = Placement::new(&Site { photos: Vec::new(), model }, &frame, true);
+        let rotation = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1);
+        let pose = Pose { rotation, translation: DVec3::new(0.4, -3.0, 12.0) };
+        let point = DVec3::new(2.0, 5.0, -1.0);
+        let (before, after) =
+            (pose.camera_from_world(point), placement.pose(&pose).camera_from_world(placement.point(point)));
+        assert!((before * 0.37 - after).length() < 1e-12, "{before} and {after}");
+        assert!((placement.direction(DVec3::new(0.0, -0.6, 0.8)) - DVec3::Z).length() < 1e-12);
+        assert_eq!(placement.length(2.0), 0.74);
     }
 }

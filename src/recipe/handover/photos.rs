@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use glam::DVec3;
-
 use super::folder::HandoverFolder;
+use super::origin::Placement;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Photo;
 use quadratura_document::names::file_name_of_photo;
-use quadratura_handover::camera::{HandoverCamera, less_origin};
+use quadratura_handover::camera::HandoverCamera;
 use quadratura_io::project::relative_to;
 
 /// Returns whether the photo's picture was resampled by this program; else it is the user's own file.
@@ -40,8 +39,8 @@ pub fn linked(folder: &HandoverFolder, photo: &Photo) -> Result<String> {
     relative_to(folder.path(), &photo.file)
 }
 
-/// Returns the camera of a photo, whose picture is `file`, in the world less the origin.
-pub fn camera_of(photo: &Photo, file: String, origin: DVec3) -> HandoverCamera {
-    let pose = less_origin(&photo.pose, origin);
+/// Returns the camera of a photo, whose picture is `file`, as it is placed in the files.
+pub fn camera_of(photo: &Photo, file: String, placement: &Placement) -> HandoverCamera {
+    let pose = placement.pose(&photo.pose);
     HandoverCamera { name: photo.name.clone(), file, camera: photo.camera, pose }
 }

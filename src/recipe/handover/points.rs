@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
+use crate::handover::origin::Placement;
 use crate::known_names::cameras_of;
 use crate::open::Opened;
 use quadratura_base::error::Result;
@@ -17,7 +18,7 @@ use quadratura_import::photo::read_photo;
 /// Fewer observations do not make a point.
 const FEWEST: usize = 2;
 
-/// Returns the points that at least two of `photos` observe within their undistorted pictures, in the world less `origin`, coloured
+/// Returns the points that at least two of `photos` observe within their undistorted pictures, as they are placed in the files, coloured
 /// as the first of these shows them.
 ///
 /// # Errors
@@ -26,7 +27,7 @@ pub fn handover_points(
     project: &Path,
     opened: &Opened,
     photos: &[&Photo],
-    origin: DVec3,
+    placement: &Placement,
     task: &Task,
 ) -> Result<Vec<HandoverPoint>> {
     if opened.points.is_empty() {
@@ -57,7 +58,7 @@ pub fn handover_points(
         if observations.len() >= FEWEST {
             let error = mean_error(point.position, &observations, photos);
             points.push(HandoverPoint {
-                position: point.position - origin,
+                position: placement.point(point.position),
                 colour: [128; 3],
                 error,
                 observations,

@@ -26,7 +26,7 @@ const READ_BACK: f64 = 1e-9;
 fn exported(project: &Path, opened: &Opened, out: &Path, format: HandoverFormat) -> HandedOver {
     let photos: Vec<&Photo> = opened.site.photos.iter().collect();
     let baked = BakedOptions::default();
-    let options = HandoverOptions { format, photos_per_face: 8, baked, memory: 1 << 28 };
+    let options = HandoverOptions { format, photos_per_face: 8, baked, world: false, memory: 1 << 28 };
     let start = || -> Result<Box<dyn SiteDevice>> { panic!("these formats need no device") };
     hand_over(project, opened, &photos, out, &options, &start, &Task::silent()).unwrap()
 }

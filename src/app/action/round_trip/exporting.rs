@@ -1,7 +1,7 @@
 //! Exports started by the user.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 use crate::state::State;
 use crate::state::notes::{Note, Weight};
@@ -10,9 +10,14 @@ use crate::work::Work;
 use crate::work::jobs::arrival;
 use quadratura_base::error::Error;
 use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_document::Project;
+use quadratura_gpu::start_device;
 use quadratura_io::programs::open_with_system;
+use quadratura_recipe::budget::default_memory;
 use quadratura_recipe::colour::even_factors;
 use quadratura_recipe::export::{ExportOptions, TreesInSite, export, write_provenance};
+use quadratura_recipe::handover::baked::BakedOptions;
+use quadratura_recipe::handover::{HandoverFormat, HandoverOptions, hand_over};
 
 /// Shows a folder in the system's file manager.
 pub fn show_folder_of(state: &mut State, folder: &Path) {
@@ -34,6 +39,9 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
         true => session.stack_of(*id).is_some(),
         false => dialog.photos.contains(id),
     };
+    if let Some(format) = dialog.program {
+        return hand_over_chosen(state, work, format, dialog.photos, out);
+    }
     let chosen: Vec<PhotoId> = opened.site.photo_ids().filter(chosen).collect();
     let stacks = work.live.stacks.clone();
     work.jobs.start(&mut state.running, JobKind::Export, "Exporting", move |task| {
@@ -58,5 +66,39 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
         }
         drop((lock, written));
         Ok(arrival(move |state| state.exported(&exported, out)))
+    });
+}
+
+/// How many photos a face gets in Blender at most, as on the command line.
+const PHOTOS_PER_FACE: usize = 8;
+
+/// Exports the site for another program to a folder, with these photos, or with all where there are none.
+fn hand_over_chosen(
+    state: &mut State,
+    work: &mut Work,
+    format: HandoverFormat,
+    photos: BTreeSet<PhotoId>,
+    out: PathBuf,
+) {
+    let Some(session) = &state.session else { return };
+    let (folder, lock) = (session.folder.clone(), session.lock.clone());
+    let opened = session.opened.with_project(&folder, Project::clone(session.history.present()));
+    let stacks = work.live.stacks.clone();
+    work.jobs.start(&mut state.running, JobKind::Export, "Exporting", move |task| {
+        let written = stacks.take();
+        let is_chosen = |id: &PhotoId| photos.is_empty() || photos.contains(id);
+        let chosen = opened.site.photo_ids().filter(is_chosen);
+        let photos: Vec<&Photo> = chosen.map(|id| opened.site.photo(id)).collect();
+        let memory = default_memory();
+        let options = HandoverOptions {
+            format,
+            photos_per_face: PHOTOS_PER_FACE,
+            baked: BakedOptions { memory, ..BakedOptions::default() },
+            world: false,
+            memory,
+        };
+        let handed = hand_over(&folder, &opened, &photos, &out, &options, &start_device, task)?;
+        drop((lock, written));
+        Ok(arrival(move |state| state.handed_over(&handed, out)))
     });
 }

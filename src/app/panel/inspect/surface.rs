@@ -14,6 +14,7 @@ use crate::state::session::Session;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::Faces;
 use quadratura_recipe::decide::{EXCLUDED, FaceInPhoto, FaceInPhotos, LayerEdit};
+use quadratura_recipe::measure::{area, worded};
 use quadratura_recipe::survey::face_named;
 use quadratura_recipe::untextured::{FaceTexture, words as reason_words};
 
@@ -95,7 +96,10 @@ pub fn face_page(ui: &mut Ui, view: &InspectorView<'_>, face: FaceId, requests: 
     title(ui, "Face", &model.face_name(face));
     let it = model.face(face);
     let planar = if it.planar { "planar" } else { "not planar: treated as triangles" };
-    let mut facts = vec![("Corners", model.ring(face).len().to_string()), ("Shape", planar.to_owned())];
+    let area = area(&session.opened, &session.solid, face);
+    let area = worded(area, &session.history.present().frame, 2);
+    let mut facts =
+        vec![("Area", area), ("Corners", model.ring(face).len().to_string()), ("Shape", planar.to_owned())];
     if let Some(pinned) = found.pinned_to {
         facts.push(("Pinned to", session.opened.site.photo(pinned).name.clone()));
     }

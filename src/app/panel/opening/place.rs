@@ -149,7 +149,8 @@ fn cameras(ui: &mut Ui, look: &DiscoveryReport) {
         0 => "no sparse points".into(),
         points => counted(points as u64, "sparse point"),
     };
-    let count = format!("{}, {points}", counted(cameras.names.len() as u64, "camera"));
+    let count =
+        format!("From {}: {}, {points}", cameras.program, counted(cameras.names.len() as u64, "camera"));
     match &look.matched {
         None => drop(ui.label(count)),
         Some(matched) if matched.found == matched.of => {

@@ -6,6 +6,7 @@ pub mod hint;
 pub mod images;
 pub mod input;
 pub mod legend;
+pub mod measure;
 pub mod overlay;
 pub mod picking;
 pub mod tools;
@@ -66,7 +67,9 @@ pub fn space_ui(
         brush::hand_ui(ui, view, it, &response, rect, requests);
         let picture = textures.picture.as_ref().map(|(_, texture)| texture.id());
         brush::brush_ui(ui, view, it, &response, rect, picture);
-        if it.brush.on || view.scene.trees.hand.on {
+        measure::hand_ui(ui, view, it, &response, rect);
+        measure::measure_ui(ui, view, it, rect);
+        if it.brush.on || it.measure.on || view.scene.trees.hand.on {
             it.hovered = None;
         } else {
             picking::pick(ui, view, it, &response, rect, requests);

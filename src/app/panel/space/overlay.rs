@@ -222,6 +222,11 @@ impl WorldCanvas {
         }
     }
 
+    /// Returns where a point of the world is in the view; `None` behind the viewpoint.
+    pub fn place(&self, point: DVec3) -> Option<Pos2> {
+        self.view.place(point).map(|at| self.at(at))
+    }
+
     /// Converts a point, in heights of the picture from its centre, to the screen.
     fn at(&self, point: glam::DVec2) -> Pos2 {
         let height = self.rect.height();

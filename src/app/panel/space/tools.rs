@@ -3,7 +3,7 @@
 use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Label, Rect, RichText, Slider, Ui, vec2};
 
 use super::view::SpacePaneView;
-use super::{brush, hint, images, legend, trees};
+use super::{brush, hint, images, legend, measure, trees};
 use crate::command;
 use crate::panel::bar::{Bar, BarPart, BarPosition};
 use crate::panel::named;
@@ -30,10 +30,11 @@ const WORDS: f32 = 520.0;
 const DISPLAY_COMMANDS: f32 = 100.0;
 
 /// The parts of the bar at the top of the view.
-fn top<'a>() -> [BarPart<SpacePaneView<'a>, SpaceMemory>; 10] {
+fn top<'a>() -> [BarPart<SpacePaneView<'a>, SpaceMemory>; 11] {
     [
         BarPart::Tool(shown),
         BarPart::Switch(&command::view::BRUSH),
+        BarPart::Switch(&command::view::MEASURE),
         BarPart::Tool(mixing),
         BarPart::Tool(photos),
         BarPart::Tool(relief),
@@ -119,6 +120,11 @@ pub fn tools_ui(
                 ui.set_max_width(room.min(WORDS));
                 ui.colored_label(ui.visuals().warn_fg_color, remark);
             }
+        });
+    }
+    if it.measure.on {
+        over(ui, id.with("measure"), below, Align2::LEFT_TOP, |ui| {
+            bar(ui, it, "measure", None, &measure::tools(), requests);
         });
     }
     if view.scene.trees.hand.on {

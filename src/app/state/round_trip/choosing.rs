@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use super::dialogs::{DialogPurpose, ExportDialog, ImportDialog};
+use super::dialogs::{DialogPurpose, ExportDialog, ImportDialog, LAYERS};
 use crate::state::State;
 use quadratura_document::export_record::ExportFormat;
 
@@ -20,12 +20,14 @@ impl State {
     pub fn choose_export(&mut self) {
         self.round_trip.dialogs.export.get_or_insert_with(|| ExportDialog {
             format: ExportFormat::Psd,
-            folder: "layers".into(),
+            program: None,
+            folder: LAYERS.into(),
             photos: BTreeSet::new(),
             guides: true,
             provenance: false,
             even: false,
             done: None,
+            report: Vec::new(),
         });
     }
 
@@ -62,6 +64,7 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use quadratura_recipe::handover::HandoverFormat;
 
     #[test]
     fn an_import_begins_with_one_empty_line_and_asking_again_keeps_what_was_typed() {
@@ -86,6 +89,11 @@ mod tests {
         assert_eq!(dialog.problem(), None);
         dialog.format = ExportFormat::Folder;
         assert!(dialog.problem().is_some_and(|reason| reason.contains("matched exposure")));
+        dialog.choose(Some(HandoverFormat::Glb));
+        assert_eq!((dialog.problem(), dialog.folder.as_str()), (None, "glb"));
+        dialog.folder = "for the museum".into();
+        dialog.choose(Some(HandoverFormat::Usd));
+        assert_eq!(dialog.folder, "for the museum");
     }
 
     #[test]

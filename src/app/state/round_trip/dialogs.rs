@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use quadratura_base::scene::PhotoId;
 use quadratura_document::export_record::ExportFormat;
+use quadratura_recipe::handover::HandoverFormat;
 
 /// The open dialogs, as they are being edited.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -38,11 +39,13 @@ pub struct ImportDialog {
 /// The export dialog.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExportDialog {
-    /// The format of the files.
+    /// The format of layered files.
     pub format: ExportFormat,
+    /// The format of another program that is written in their place; `None` for layered files.
+    pub program: Option<HandoverFormat>,
     /// The folder as typed or chosen; relative paths start at the project folder.
     pub folder: String,
-    /// The photos, by index; empty for all that have layers.
+    /// The photos, by index; empty for all, of layered files all that have layers.
     pub photos: BTreeSet<PhotoId>,
     /// Whether guides of hidden areas are exported.
     pub guides: bool,
@@ -52,15 +55,30 @@ pub struct ExportDialog {
     pub even: bool,
     /// The folder of the last export made with this dialog.
     pub done: Option<PathBuf>,
+    /// What there is to say about it, in sentences.
+    pub report: Vec<String>,
 }
 
+/// The folder of layered files unless another one is given.
+pub const LAYERS: &str = "layers";
+
 impl ExportDialog {
+    /// Chooses a format of another program, or layered files. A folder that was not given by the user follows.
+    pub fn choose(&mut self, program: Option<HandoverFormat>) {
+        let usual = |program: Option<HandoverFormat>| program.map_or(LAYERS, HandoverFormat::name);
+        if self.folder == usual(self.program) {
+            self.folder = usual(program).into();
+        }
+        self.program = program;
+        (self.done, self.report) = (None, Vec::new());
+    }
+
     /// Returns the reason why the export is not possible.
     pub fn problem(&self) -> Option<&'static str> {
         if self.folder.trim().is_empty() {
             return Some("choose a folder to export to");
         }
-        let odd = self.even && self.format == ExportFormat::Folder;
+        let odd = self.program.is_none() && self.even && self.format == ExportFormat::Folder;
         odd.then_some(
             "a folder of PNG files is always exported with original colours: choose another format for \
                        matched exposure",

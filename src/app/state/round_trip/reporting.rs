@@ -13,6 +13,7 @@ use crate::state::panels::Tab;
 use crate::state::request::{Request, RoundTripRequest};
 use quadratura_document::paint::{PaintBook, PaintImport};
 use quadratura_recipe::export::Exported;
+use quadratura_recipe::handover::HandedOver;
 use quadratura_recipe::import::Imported;
 use quadratura_recipe::import::pictures::ChangedLayer;
 use quadratura_recipe::import::report::LayerState;
@@ -133,8 +134,34 @@ impl State {
         let (count, megabytes) = (exported.done.len(), bytes as f64 / 1e6);
         let photos = if count == 1 { "photo" } else { "photos" };
         let text = format!("Exported {count} {photos} to {}: {megabytes:.1} MB", out.display());
-        self.notify(Note::new(Weight::Info, text));
+        self.notify(Note::new(Weight::Info, text.clone()));
         if let Some(dialog) = &mut self.round_trip.dialogs.export {
+            (dialog.done, dialog.report) = (Some(out), vec![text]);
+        }
+    }
+
+    /// Takes in an export for another program to a folder.
+    pub fn handed_over(&mut self, handed: &HandedOver, out: PathBuf) {
+        for spared in &handed.spared {
+            let found = format!("{} was changed since its export and is kept", spared.display());
+            self.notify(Note::new(Weight::Warning, found));
+        }
+        let bytes: u64 = handed.files.iter().map(|file| file.bytes).sum();
+        let (count, megabytes) = (handed.files.len(), bytes as f64 / 1e6);
+        let files = if count == 1 { "file" } else { "files" };
+        let text = format!("Exported {count} {files} to {}: {megabytes:.1} MB", out.display());
+        self.notify(Note::new(Weight::Info, text.clone()));
+        if let Some(dialog) = &mut self.round_trip.dialogs.export {
+            let baked = handed.baked.iter().map(|baked| {
+                let shown = 100.0 * baked.coverage.photographed;
+                format!(
+                    "{} faces on {} pages; photos show {shown:.1} % of the texels",
+                    baked.faces,
+                    baked.pages.len()
+                )
+            });
+            let left_out = handed.left_out.iter().map(|what| format!("Not exported: {what}"));
+            dialog.report = std::iter::once(text).chain(baked).chain(left_out).collect();
             dialog.done = Some(out);
         }
     }

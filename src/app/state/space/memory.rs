@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::brush::SpaceBrush;
+use super::measure::MeasuringTool;
 use super::picking::ViewPixel;
 use crate::state::State;
 use quadratura_base::scene::{FaceId, PhotoId};
@@ -43,6 +44,8 @@ pub struct SpaceMemory {
     pub peeled: u32,
     /// The brush.
     pub brush: SpaceBrush,
+    /// The measuring tool.
+    pub measure: MeasuringTool,
     /// Whether the hint with the first steps is on.
     pub hints: bool,
 }
@@ -67,6 +70,7 @@ impl SpaceMemory {
             is_loading: false,
             peeled: space.images.peeled,
             brush: space.brush.clone(),
+            measure: space.measure.clone(),
             hints: state.settings.hints,
         }
     }
@@ -84,6 +88,7 @@ impl SpaceMemory {
         space.wipe = self.wipe;
         space.images.peeled = self.peeled;
         space.brush = self.brush;
+        space.measure = self.measure;
         let exploded = &mut space.exploded;
         (exploded.apart, exploded.now_apart) = (self.apart, self.now_apart);
         (exploded.begins, exploded.hovered) = (self.begins, self.hovered_layer);

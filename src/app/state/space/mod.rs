@@ -6,6 +6,7 @@ pub mod exploded;
 mod flying;
 pub mod images;
 mod images_status;
+pub mod measure;
 pub mod memory;
 pub mod pace;
 pub mod picking;
@@ -21,6 +22,7 @@ use std::time::Duration;
 use self::brush::{SpaceBrush, UnseenStroke};
 use self::exploded::Exploded;
 use self::images::{DrawnFrom, SpaceImages};
+use self::measure::MeasuringTool;
 use self::pace::DrawingPace;
 use self::picture::{NewestPicture, PaintedPicture, PictureRequest};
 use self::travel::Travel;
@@ -69,6 +71,8 @@ pub struct SpaceView {
     pub exploded: Exploded,
     /// The brush.
     pub brush: SpaceBrush,
+    /// The measuring tool.
+    pub measure: MeasuringTool,
     /// Layered depth images, from which the view may be drawn.
     pub images: SpaceImages,
     /// Whether the legend is shown.
@@ -130,6 +134,7 @@ impl SpaceView {
             visibility: ModelVisibility::default(),
             exploded: Exploded::default(),
             brush: SpaceBrush::default(),
+            measure: MeasuringTool::default(),
             images: SpaceImages::default(),
             legend_shown: true,
             wireframe: false,

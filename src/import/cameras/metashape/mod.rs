@@ -38,6 +38,10 @@ impl CameraFormat for Metashape {
         "Metashape's .xml of Export Cameras, or its project .psx"
     }
 
+    fn program(&self) -> &'static str {
+        "Metashape"
+    }
+
     fn kept_and_lost(&self) -> [&'static str; 2] {
         [
             "frame and fisheye lenses with b1, b2 and k4; chunk, component and scale; markers as points; rolling shutter with --rolling-shutter",

@@ -32,6 +32,10 @@ impl CameraFormat for RealityTable {
         "RealityScan's .csv of Internal/External camera parameters"
     }
 
+    fn program(&self) -> &'static str {
+        "RealityScan"
+    }
+
     fn kept_and_lost(&self) -> [&'static str; 2] {
         ["Brown's lens with k1 to k4, t1, t2; not tried with the program itself", "points"]
     }

@@ -30,6 +30,10 @@ impl CameraFormat for RealityXmp {
         "RealityScan's .xmp files beside the photos"
     }
 
+    fn program(&self) -> &'static str {
+        "RealityScan"
+    }
+
     fn kept_and_lost(&self) -> [&'static str; 2] {
         [
             "Brown's and division lenses; not tried with the program itself",

@@ -38,6 +38,7 @@ use self::painter::Painter;
 use self::parts::Parts;
 use self::report::{BakedReport, Coverage};
 use super::folder::HandoverFolder;
+use super::origin::Placement;
 use super::photos::{camera_of, linked};
 use crate::open::Opened;
 use crate::preview::{self, PreviewOptions};
@@ -68,7 +69,7 @@ pub struct Baked {
     pub report: BakedReport,
 }
 
-/// Bakes the site with these photos (indices in the site) as the project in the folder `project` shows it. `cameras` are those that a USD stage gets. Positions are those of the world less `origin`.
+/// Bakes the site with these photos (indices in the site) as the project in the folder `project` shows it. `cameras` are those that a USD stage gets. Positions are those of the files.
 ///
 /// # Errors
 /// Returns the errors of [`preview::open`], [`Error::Request`] when no face has an area, or [`Error::Cancelled`].
@@ -78,7 +79,7 @@ pub fn bake(
     opened: &Opened,
     photos: &[PhotoId],
     cameras: &[HandoverCamera],
-    origin: DVec3,
+    placement: &Placement,
     options: &BakedOptions,
     device: &dyn SiteDevice,
     task: &Task,
@@ -116,8 +117,14 @@ pub fn bake(
     };
     let (textures, mut known): (Vec<_>, Vec<_>) =
         pages.into_iter().map(|page| (page.texture, page.known)).unzip();
-    let objects = assemble::objects(&site.model, &parts, &layout, origin);
-    let model = TexturedModel { name: NAME.into(), origin, up, objects, pages: textures };
+    // A frame that is level has exactly Z up.
+    let up = if opened.project.frame.up.is_some() && placement.frame_from_world.is_some() {
+        DVec3::Z
+    } else {
+        placement.direction(up)
+    };
+    let objects = assemble::objects(&site.model, &parts, &layout, placement);
+    let model = TexturedModel { name: NAME.into(), origin: placement.origin, up, objects, pages: textures };
     let mut files = match options.format {
         BakedFormat::Glb => vec![glb(&model, GENERATOR)],
         BakedFormat::Obj => obj(model, options.up, GENERATOR),
@@ -138,12 +145,12 @@ pub(super) fn write(
     project: &Path,
     opened: &Opened,
     photos: &[&Photo],
-    origin: DVec3,
+    placement: &Placement,
     options: &BakedOptions,
     device: &dyn SiteDevice,
     task: &Task,
 ) -> Result<BakedReport> {
-    let camera = |photo: &&Photo| Ok(camera_of(photo, linked(folder, photo)?, origin));
+    let camera = |photo: &&Photo| Ok(camera_of(photo, linked(folder, photo)?, placement));
     let cameras = match options.format {
         BakedFormat::Usd => photos.iter().map(camera).collect::<Result<_>>()?,
         BakedFormat::Glb | BakedFormat::Obj => Vec::new(),
@@ -151,7 +158,7 @@ pub(super) fn write(
     let mut ids: Vec<PhotoId> =
         photos.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
     ids.sort_unstable();
-    let baked = bake(project, opened, &ids, &cameras, origin, options, device, task)?;
+    let baked = bake(project, opened, &ids, &cameras, placement, options, device, task)?;
     for file in &baked.files {
         folder.write(&file.name, &file.bytes)?;
     }

@@ -1,14 +1,13 @@
 //! Billboards that turn towards the camera ([`quadratura_base::scene::impostor`]).
 
-use glam::DVec3;
-
 use super::surfaces::Surfaces;
+use crate::handover::origin::Placement;
 use quadratura_base::scene::impostor::{Facing, Impostor};
 use quadratura_handover::blender::scene::{BillboardUse, SceneBillboard, SceneLayer, uv_from_place};
 use quadratura_projection::Server;
 
 /// Returns the billboards with their layers; `layers` are all image layers, in the order of layer textures.
-pub fn billboards(surfaces: &Surfaces, layers: &[SceneLayer], origin: DVec3) -> Vec<SceneBillboard> {
+pub fn billboards(surfaces: &Surfaces, layers: &[SceneLayer], placement: &Placement) -> Vec<SceneBillboard> {
     let model = &surfaces.site.model;
     let mut billboards = Vec::new();
     for object in &model.objects {
@@ -17,10 +16,10 @@ pub fn billboards(surfaces: &Surfaces, layers: &[SceneLayer], origin: DVec3) -> 
         let servers = photos.iter().flat_map(|photo| photo.servers.iter());
         billboards.push(SceneBillboard {
             name: object.name.clone(),
-            foot: (impostor.foot - origin).to_array(),
-            axis: impostor.axis.to_array(),
-            size: [impostor.half_width, impostor.height],
-            uses: servers.map(|server| use_of(surfaces, impostor, server, layers, origin)).collect(),
+            foot: placement.point(impostor.foot).to_array(),
+            axis: placement.direction(impostor.axis).to_array(),
+            size: [impostor.half_width, impostor.height].map(|side| placement.length(side)),
+            uses: servers.map(|server| use_of(surfaces, impostor, server, layers, placement)).collect(),
         });
     }
     billboards
@@ -31,7 +30,7 @@ fn use_of(
     impostor: &Impostor,
     server: &Server,
     layers: &[SceneLayer],
-    origin: DVec3,
+    placement: &Placement,
 ) -> BillboardUse {
     let photo = Facing::of_pose(&surfaces.sources.photo(server.photo).pose);
     let across = impostor.across(&photo);
@@ -44,8 +43,13 @@ fn use_of(
     let rows = layers[layer].uv_from_world;
     BillboardUse {
         layer,
-        uv_from_place: uv_from_place(rows, impostor.foot - origin, impostor.axis, across),
-        seen_from: (eye - origin).to_array(),
+        uv_from_place: uv_from_place(
+            rows,
+            placement.point(impostor.foot),
+            placement.direction(impostor.axis),
+            placement.direction(across),
+        ),
+        seen_from: placement.point(eye).to_array(),
         mirrored: server.back,
     }
 }

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::surfaces::Surfaces;
 use crate::far_backdrops::FarBackdrops;
+use crate::handover::origin::Placement;
 use quadratura_base::scene::{FaceId, Model, Object};
 use quadratura_handover::blender::scene::{SceneMaterial, SceneObject};
 
@@ -14,7 +14,7 @@ use quadratura_handover::blender::scene::{SceneMaterial, SceneObject};
 pub fn objects(
     surfaces: &Surfaces,
     far: &FarBackdrops,
-    origin: DVec3,
+    placement: &Placement,
 ) -> (Vec<SceneObject>, Vec<SceneMaterial>, usize) {
     let model = &surfaces.site.model;
     let (mut materials, mut degenerate) = (Materials::default(), 0);
@@ -32,7 +32,7 @@ pub fn objects(
             mesh.materials.push(materials.number_of(surfaces.material(face, &photos)));
         }
         if !mesh.faces.is_empty() {
-            objects.push(mesh.object(object, far.contains(&object.name), model, origin));
+            objects.push(mesh.object(object, far.contains(&object.name), model, placement));
         }
     }
     (objects, materials.list, degenerate)
@@ -94,8 +94,8 @@ impl Mesh {
         self.indices.push(model.face(face).index.0);
     }
 
-    fn object(self, object: &Object, hidden: bool, model: &Model, origin: DVec3) -> SceneObject {
-        let position = |&vertex: &u32| (model.vertices[vertex as usize] - origin).to_array();
+    fn object(self, object: &Object, hidden: bool, model: &Model, placement: &Placement) -> SceneObject {
+        let position = |&vertex: &u32| placement.point(model.vertices[vertex as usize]).to_array();
         SceneObject {
             name: object.name.clone(),
             hidden,
@@ -111,6 +111,7 @@ impl Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
     use quadratura_base::scene::synthetic::Modeller;
 
     #[test]

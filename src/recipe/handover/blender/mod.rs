@@ -20,7 +20,6 @@ mod weighing;
 
 use std::path::Path;
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use self::confidence::{LayerConfidence, confidence_of};
@@ -28,6 +27,7 @@ use self::layers::{HandedStacks, handed_stacks};
 use self::surfaces::Surfaces;
 use super::HandoverOptions;
 use super::folder::HandoverFolder;
+use super::origin::Placement;
 use super::photos::{camera_of, copied, is_resampled, linked};
 use crate::far_backdrops::FarBackdrops;
 use crate::layer_textures::LayerTextureFiles;
@@ -44,7 +44,6 @@ use quadratura_handover::blender::SCRIPT;
 use quadratura_handover::blender::scene::{
     SCENE_VERSION, Scene, SceneLayer, ScenePhoto, SceneSurroundings, uv_from_world,
 };
-use quadratura_handover::camera::less_origin;
 use quadratura_io::layer_png::rgb_png;
 use quadratura_io::stack_readers::StackReader;
 use quadratura_projection::{LayerTextureId, Texels};
@@ -64,7 +63,7 @@ pub fn write(
     project: &Path,
     opened: &Opened,
     photos: &[&Photo],
-    origin: DVec3,
+    placement: &Placement,
     options: &HandoverOptions,
     task: &Task,
 ) -> Result<()> {
@@ -88,9 +87,9 @@ pub fn write(
             false => linked(folder, photo)?,
         };
         let gain = gains.of_photo[id.index()].map(|gain| (-gain).exp());
-        scene_photos.push(ScenePhoto::new(&camera_of(photo, file, origin), gain));
+        scene_photos.push(ScenePhoto::new(&camera_of(photo, file, placement), gain));
     }
-    let layers = described(&ids, &chosen, &folders, opened, origin);
+    let layers = described(&ids, &chosen, &folders, opened, placement);
     let rects: Vec<PixelRect> =
         chosen.iter().flatten().flat_map(|stack| &stack.image_layers).map(|layer| layer.rect).collect();
     let weighed = |number: usize| {
@@ -100,7 +99,7 @@ pub fn write(
     };
     let confidences = write_confidences(folder, &layers, &rects, &weighed, task)?;
     let surfaces = Surfaces::new(site, &sources, &confidences, &rects, &ids, options.photos_per_face);
-    let (objects, materials, degenerate) = meshes::objects(&surfaces, &far, origin);
+    let (objects, materials, degenerate) = meshes::objects(&surfaces, &far, placement);
     if degenerate > 0 {
         folder.leave_out(format!("{degenerate} faces without area"));
     }
@@ -109,17 +108,17 @@ pub fn write(
         parts: surfaces::parts_of(&server.domain, rects[server.layer_texture.0 as usize]),
     });
     let up = up(&site.photos);
-    let dome = dome.as_deref().map(|dome| dome::write_dome(folder, dome, up)).transpose()?;
+    let dome = dome.as_deref().map(|dome| dome::write_dome(folder, dome, up, placement)).transpose()?;
     let scene = Scene {
         version: SCENE_VERSION,
-        origin: origin.to_array(),
-        up: up.to_array(),
+        origin: placement.origin.to_array(),
+        up: placement.direction(up).to_array(),
         photos: scene_photos,
         objects,
         materials,
-        billboards: billboards::billboards(&surfaces, &layers, origin),
+        billboards: billboards::billboards(&surfaces, &layers, placement),
         surroundings: surroundings.collect(),
-        surroundings_scale: sources.surroundings_scale,
+        surroundings_scale: placement.length(sources.surroundings_scale),
         dome,
         layers,
     };
@@ -162,13 +161,13 @@ fn described(
     stacks: &[Option<Stack>],
     folders: &[String],
     opened: &Opened,
-    origin: DVec3,
+    placement: &Placement,
 ) -> Vec<SceneLayer> {
     let mut layers = Vec::new();
     for (id, stack) in PhotoId::all(stacks.len()).zip(stacks) {
         let Some(stack) = stack else { continue };
         let photo = opened.site.photo(id);
-        let pose = less_origin(&photo.pose, origin);
+        let pose = placement.pose(&photo.pose);
         let place = ids.iter().position(|other| *other == id).expect("only chosen photos have stacks here");
         layers.extend(stack.image_layers.iter().map(|layer| SceneLayer {
             token: layer.id.clone(),
