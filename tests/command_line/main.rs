@@ -17,6 +17,7 @@ mod ldi_shown;
 mod masks;
 mod mattes;
 mod names;
+mod orthophotos;
 mod see_through;
 mod seen;
 mod site;

@@ -11,6 +11,7 @@ mod impostors;
 mod layered;
 mod linear;
 mod mattes;
+mod orthographic;
 mod own_camera;
 mod patch;
 mod peeling;

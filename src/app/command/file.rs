@@ -23,6 +23,7 @@ pub const COMMANDS: &[&Command] = &[
     &paint::EXPORT,
     &images::SAVE,
     &images::PAGE,
+    &images::ORTHOPHOTO,
     &flight::STILL,
     &flight::FILM,
     &READ_AGAIN,

@@ -4,7 +4,7 @@ use eframe::egui::Key;
 
 use super::paint::can_export_photo;
 use super::{Command, Menu, PLAIN, shift, with_project};
-use crate::state::request::{Flag, ImagesRequest, WindowRequest};
+use crate::state::request::{Flag, ImagesRequest, OrthoRequest, WindowRequest};
 use crate::state::save_image::ImageFormat;
 
 /// Draws the 3D view from layered depth images, or from the model.
@@ -26,6 +26,16 @@ pub const SAVE: Command = Command {
     tooltip: "Writes the selected photo, with what is behind its surfaces, as a layered depth image.",
     ready: can_export_photo,
     request: |_| ImagesRequest::Choose(ImageFormat::Ldi).into(),
+    ..PLAIN
+};
+
+/// Draws an orthophoto of the selection.
+pub const ORTHOPHOTO: Command = Command {
+    name: "Orthophoto…",
+    tooltip: "Draws the selected face or object from straight in front, or the site from above, to scale: as TIFF, PNG and a page with \
+              scale bar.",
+    ready: super::paint::can_export,
+    request: |_| OrthoRequest::Choose.into(),
     ..PLAIN
 };
 

@@ -91,7 +91,8 @@ pub const SHOW_EDITING: Command = Command {
     ..PAINT
 };
 
-fn can_export(state: &State) -> Result<(), WhyNot> {
+/// Succeeds when some photo has layers and nothing writes them.
+pub(super) fn can_export(state: &State) -> Result<(), WhyNot> {
     let session = state.session.as_ref().ok_or("open a project first")?;
     if session.photos.iter().all(|photo| photo.stack.is_none()) {
         return Err("build the layers first");

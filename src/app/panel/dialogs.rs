@@ -115,6 +115,7 @@ fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, requests: &mut V
 const OTHERS: &[(&Command, &str)] = &[
     (&images::SAVE, "Layered depth image…"),
     (&images::PAGE, "Page for browsers…"),
+    (&images::ORTHOPHOTO, "Orthophoto…"),
     (&flight::STILL, "Picture of the view…"),
 ];
 

@@ -24,6 +24,7 @@ pub mod notes;
 
 mod import_question;
 pub mod opening;
+pub mod orthophoto;
 pub mod paint;
 pub mod palette;
 pub mod photo;

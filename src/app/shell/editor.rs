@@ -29,6 +29,7 @@ use crate::panel::layer_options::LayerOptionsView;
 use crate::panel::notes::NotesView;
 use crate::panel::opening::opening_ui;
 use crate::panel::opening::view::OpeningView;
+use crate::panel::orthophoto::orthophoto_ui;
 use crate::panel::palette::palette_ui;
 use crate::panel::save_image::save_image_ui;
 use crate::panel::space::SpaceTextures;
@@ -342,6 +343,10 @@ impl Editor {
         let mut save_image = self.state.dialogs.save_image.take();
         save_image_ui(&context, self.state.session.is_some(), &mut save_image, &mut requests);
         self.state.dialogs.save_image = save_image;
+        let mut orthophoto = self.state.dialogs.orthophoto.take().filter(|_| self.state.session.is_some());
+        let texture = &mut self.textures.orthophoto;
+        orthophoto_ui(&context, &self.state.running, &mut orthophoto, texture, &mut requests);
+        self.state.dialogs.orthophoto = orthophoto;
         panel::help::help_ui(
             self.state.dialogs.help,
             self.state.settings.navigation,

@@ -4,6 +4,7 @@ use eframe::egui::Context;
 
 use crate::panel::check::CheckTextures;
 use crate::panel::flat::FlatTextures;
+use crate::panel::orthophoto::OrthoTexture;
 use crate::panel::paint::PaintTextures;
 use crate::panel::photo::masked::MaskMeshes;
 use crate::panel::photo::picture::SelectedHidden;
@@ -30,6 +31,8 @@ pub struct Textures {
     pub paint: PaintTextures,
     /// The 3D view.
     pub space: SpaceTextures,
+    /// The preview of an orthophoto.
+    pub orthophoto: OrthoTexture,
 }
 
 impl Textures {

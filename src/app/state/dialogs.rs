@@ -1,5 +1,6 @@
 //! The dialogs and windows over the views that belong to no subject with a state of its own.
 
+use super::orthophoto::OrthophotoDialog;
 use super::palette::Palette;
 use super::save_image::SaveImage;
 
@@ -22,11 +23,13 @@ pub struct Dialogs {
     pub layer_options: bool,
     /// The dialog that saves a layered depth image.
     pub save_image: Option<SaveImage>,
+    /// The dialog that draws an orthophoto.
+    pub orthophoto: Option<OrthophotoDialog>,
 }
 
 impl Dialogs {
     /// Returns whether one of them is open to which keys belong; the others stay open beside the views.
     pub fn take_keys(&self) -> bool {
-        self.palette.is_open() || self.settings || self.save_image.is_some()
+        self.palette.is_open() || self.settings || self.save_image.is_some() || self.orthophoto.is_some()
     }
 }

@@ -21,6 +21,7 @@ pub mod notes;
 pub mod numbers;
 pub mod objects;
 pub mod opening;
+pub mod orthophoto;
 pub mod palette;
 pub mod panels;
 pub mod panes;

@@ -1,12 +1,14 @@
 //! Requests of panels, keys, commands and results, which `action` applies; one enum for each subject.
 
 mod flag;
+mod ortho;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 pub use self::flag::Flag;
+pub use self::ortho::OrthoRequest;
 pub use super::quality::request::QualityRequest;
 pub use super::trees::request::TreeRequest;
 
@@ -76,6 +78,8 @@ pub enum Request {
     Trees(TreeRequest),
     /// Layered depth images to save.
     Images(ImagesRequest),
+    /// Orthophotos.
+    Ortho(OrthoRequest),
     /// The window itself.
     Window(WindowRequest),
 }
@@ -489,5 +493,6 @@ subjects!(
     Project(ProjectRequest),
     Trees(TreeRequest),
     Images(ImagesRequest),
+    Ortho(OrthoRequest),
     Window(WindowRequest)
 );

@@ -37,7 +37,7 @@ use quadratura_base::task::Task;
 use quadratura_io::ortho::page::{LONGEST_PX, write_page};
 use quadratura_io::ortho::picture::{MapTags, PictureTags, write_indexed_png, write_png, write_tiff};
 use quadratura_io::ortho::rows::RowsFile;
-use quadratura_view::{DisplayMode, Exposure, Shot, TreeMethod};
+use quadratura_view::{DisplayMode, Exposure, Picture, Shot, TreeMethod};
 
 /// What is wanted of an orthophoto.
 #[derive(Debug, Clone, PartialEq)]
@@ -248,6 +248,27 @@ pub fn make(
     write(opened, plan, options, (&rows, &sources), &mut report, task)?;
     preview.problems().into_iter().for_each(|problem| task.note(problem));
     Ok(report)
+}
+
+/// The longer side of a preview, in pixels.
+const PREVIEW_PX: f64 = 600.0;
+
+/// Draws a small picture of an orthophoto.
+///
+/// # Errors
+/// As [`make`], except those of writing.
+pub fn preview_picture(
+    opened: &Opened,
+    options: &OrthoOptions,
+    preview: &mut Preview,
+    task: &Task,
+) -> Result<Picture> {
+    let [width, height] = planned(opened, options)?.size_px().map(f64::from);
+    let pixel_m = options.resolution.pixel_m * (width.max(height) / PREVIEW_PX).max(1.0);
+    let resolution = Resolution { pixel_m, ..options.resolution };
+    let plan = planned(opened, &OrthoOptions { resolution, ..options.clone() })?;
+    check_shown(opened, &plan, preview)?;
+    preview.picture_of_faces(&Shot { supersampled: false, ..plan.shot }, task)
 }
 
 /// Checks that photos show something of the subject; returns which faces none shows.

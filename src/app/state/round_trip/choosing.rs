@@ -56,6 +56,11 @@ impl State {
                     dialog.path = text;
                 }
             }
+            DialogPurpose::OrthoFolder => {
+                if let Some(dialog) = &mut self.dialogs.orthophoto {
+                    dialog.folder = text;
+                }
+            }
             DialogPurpose::Program => self.settings.image_editor.program = text,
         }
     }

@@ -99,6 +99,8 @@ pub enum DialogPurpose {
     ImageFile,
     /// The folder of a page to save.
     PageFolder,
+    /// The folder of orthophotos.
+    OrthoFolder,
     /// The program of an image editor.
     Program,
 }
