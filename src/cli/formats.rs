@@ -58,6 +58,18 @@ const PICTURES: [Row; 2] = [
     ],
     ["APNG, and videos through FFmpeg where it is installed", "colour", "alpha in most"],
 ];
+const ORTHOPHOTOS: [Row; 2] = [
+    [
+        "TIFF, BigTIFF and PNG, GeoTIFF for plans of sites with north; sources as a second PNG, place as JSON",
+        "colour, alpha, resolution, place; where each pixel comes from",
+        "what depends on the viewpoint; surroundings, trees",
+    ],
+    [
+        "a page (PDF)",
+        "the picture at its scale, scale bar, north, title block",
+        "alpha: it is on white; 8 bits as JPEG",
+    ],
+];
 const DEPTH: [Row; 2] = [
     [
         "layered depth images (.ldi), a folder of pictures, GLB",
@@ -70,7 +82,7 @@ const DEPTH: [Row; 2] = [
 const OTHER_PROGRAMS: [Row; 2] = [
     [
         "a folder for Blender 4.2 or newer: scene.py, scene.json, layers",
-        "cameras, model, image layers, exposures; paint on the layers is imported",
+        "cameras, model, image layers, exposures, the site's frame; paint on the layers is imported",
         "relief, trees",
     ],
     [
@@ -83,13 +95,14 @@ const OTHER_PROGRAMS: [Row; 2] = [
 /// Runs `formats`.
 pub fn run() -> Outcome {
     let cameras = cameras::described();
-    let subjects: [(&str, &str, &[Row]); 8] = [
+    let subjects: [(&str, &str, &[Row]); 9] = [
         ("Cameras", "in", &cameras),
         ("Photos", "in", &PHOTOS),
         ("Models", "in", &MODELS),
         ("Models with textures", "out", &TEXTURED),
         ("Layered files", "out and in", &LAYERED),
         ("Pictures and videos", "out", &PICTURES),
+        ("Orthophotos", "out", &ORTHOPHOTOS),
         ("Layered depth images", "out", &DEPTH),
         ("Other programs", "out", &OTHER_PROGRAMS),
     ];

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::frame::area_vector;
+use super::frame::{area_vector, up_of};
 use super::open::Opened;
-use quadratura_base::scene::{FaceId, Photo, up};
+use quadratura_base::scene::{FaceId, Photo};
 use quadratura_document::SiteFrame;
 use quadratura_projection::model_surface::ModelSurface;
 use quadratura_view::weights::pixels_per_unit;
@@ -56,12 +56,6 @@ pub fn pixel_at(opened: &Opened, surface: &ModelSurface, point: PointOnFace) -> 
         (photo.camera.rect().contains_position(px) && density > 0.0 && is_seen()).then(|| 1.0 / density)
     };
     opened.site.photos.iter().filter_map(of_photo).min_by(f64::total_cmp)
-}
-
-/// Returns the up direction: the frame's, else that of the cameras.
-fn up_of(opened: &Opened) -> DVec3 {
-    let of_frame = opened.project.frame.up.as_ref().map(|up| DVec3::from_array(up.value));
-    of_frame.unwrap_or_else(|| up(&opened.site.photos))
 }
 
 /// Measures from one point to another. Each is known to about a pixel of the best photo there.

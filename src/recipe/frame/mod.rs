@@ -4,7 +4,7 @@ mod level;
 mod named;
 mod points;
 
-pub use self::level::Level;
+pub use self::level::{Level, up_of};
 pub use self::named::{area_vector, faces_named};
 pub use self::points::{FORMS, point_named};
 

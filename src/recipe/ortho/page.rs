@@ -63,7 +63,7 @@ pub(super) fn text(
         ("Picture", format!("{width:.2} x {height:.2} m, {} a pixel", length(report.pixel_m))),
     ];
     if let Some(pixel) = report.photo_pixel_m {
-        rows.push(("Photos", format!("{} a pixel on the surface, in the median", length(pixel))));
+        rows.push(("Photos", format!("{:.1} mm a pixel on the surface, in the median", 1000.0 * pixel)));
     }
     let shares = &report.shares;
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);

@@ -2,10 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::frame::{area_vector, faces_named, point_named};
+use crate::frame::{area_vector, faces_named, point_named, up_of};
 use crate::open::Opened;
 use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::{FaceId, Model, up};
+use quadratura_base::scene::{FaceId, Model};
 use quadratura_view::PicturePlane;
 
 /// What an orthophoto is of.
@@ -65,12 +65,6 @@ pub fn placed(opened: &Opened, subject: &Subject) -> Result<PlacedSubject> {
         }
         Subject::Section(points) => section(opened, points, up),
     }
-}
-
-/// Returns the up direction: the frame's, else that of the cameras.
-pub fn up_of(opened: &Opened) -> DVec3 {
-    let of_frame = opened.project.frame.up.as_ref().map(|up| DVec3::from_array(up.value));
-    of_frame.unwrap_or_else(|| up(&opened.site.photos))
 }
 
 fn named(model: &Model, names: &[String]) -> Result<Vec<FaceId>> {
