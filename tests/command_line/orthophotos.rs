@@ -18,6 +18,11 @@ fn a_frame_is_set_shown_and_forgotten() {
     let scale = set["frame"]["scale"]["value"].as_f64().unwrap();
     assert!(scale > 0.0 && set["changed"] == true, "{set}");
     assert!(set["frame"]["scale"]["from"].as_str().unwrap().contains("5 m from"), "{set}");
+    let north = site.json("frame project --north 0,0,0 0,0,1 --azimuth 90 --origin 1,2,3 --json");
+    assert_eq!(north["frame"]["origin"]["value"], serde_json::json!([1.0, 2.0, 3.0]));
+    // The cameras look along z, up is -y: what is east of them is along z, so north is along -x.
+    let x = north["frame"]["north"]["value"][0].as_f64().unwrap();
+    assert!((x + 1.0).abs() < 1e-9, "{north}");
     let shown = stdout_of(&site.run("frame project").success());
     assert!(shown.contains("the mean up direction of the cameras"), "{shown}");
     site.run("frame project --reset").success();

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::number::degrees;
 use super::one_of;
 use quadratura_document::frame::{FramePart, MapReference};
 use quadratura_recipe::frame::{FORMS, FrameChange, KnownDirection, KnownLength, Level};
@@ -25,9 +26,12 @@ pub struct FrameArgs {
     /// The unit in which the model was drawn
     #[arg(long, value_parser = one_of(UNITS))]
     pub unit: Option<f64>,
-    /// The direction from point A to point B is north; with DEGREES it is so far from north, clockwise seen from above
-    #[arg(long, num_args = 2..=3, value_names = ["A", "B", "DEGREES"], allow_hyphen_values = true)]
+    /// The direction from point A to point B is north
+    #[arg(long, num_args = 2, value_names = ["A", "B"], allow_hyphen_values = true)]
     pub north: Option<Vec<String>>,
+    /// The direction from A to B of --north is so far from north, in degrees, clockwise seen from above
+    #[arg(long, value_name = "DEGREES", value_parser = degrees, requires = "north")]
+    pub azimuth: Option<f64>,
     /// The point that is 0, 0, 0
     #[arg(long, value_name = "A", allow_hyphen_values = true)]
     pub origin: Option<String>,
@@ -71,7 +75,11 @@ impl FrameArgs {
     /// A sentence about a length or an angle that is none.
     pub fn change(&self) -> Result<FrameChange, String> {
         let scale = self.scale.as_deref().map(known_length).transpose()?;
-        let north = self.north.as_deref().map(known_direction).transpose()?;
+        let north = self
+            .north
+            .as_deref()
+            .map(|points| known_direction(points, self.azimuth.unwrap_or(0.0)))
+            .transpose()?;
         let offset = self.offset.as_deref().and_then(|offset| <[f64; 3]>::try_from(offset).ok());
         if offset.is_some_and(|offset| offset.iter().any(|x| !x.is_finite())) {
             return Err("--offset takes three finite numbers: east, north and height".into());
@@ -107,16 +115,9 @@ fn known_length(values: &[String]) -> Result<KnownLength, String> {
     Ok(KnownLength { between: [a.clone(), b.clone()], metres })
 }
 
-fn known_direction(values: &[String]) -> Result<KnownDirection, String> {
-    let (from_to, degrees) = match values {
-        [a, b] => ([a.clone(), b.clone()], "0"),
-        [a, b, degrees] => ([a.clone(), b.clone()], degrees.as_str()),
-        _ => return Err("--north takes A, B and degrees".into()),
-    };
-    let azimuth_deg = degrees.parse().ok().filter(|degrees: &f64| degrees.is_finite());
-    let azimuth_deg =
-        azimuth_deg.ok_or_else(|| format!("--north: {degrees:?} is no angle in degrees, such as 37.5"))?;
-    Ok(KnownDirection { from_to, azimuth_deg })
+fn known_direction(points: &[String], azimuth_deg: f64) -> Result<KnownDirection, String> {
+    let [a, b] = points else { return Err("--north takes A and B".into()) };
+    Ok(KnownDirection { from_to: [a.clone(), b.clone()], azimuth_deg })
 }
 
 /// Parses a length above 0, with a unit or in metres.
@@ -146,12 +147,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_have_units_and_angles_are_optional() {
+    fn lengths_have_units_and_systems_have_numbers() {
         assert_eq!([metres("12.5"), metres("850mm"), metres("10ft")], [Ok(12.5), Ok(0.85), Ok(3.048)]);
         assert!(metres("0").is_err() && metres("3 furlongs").is_err() && metres("mm").is_err());
-        let names = |values: &[&str]| values.iter().map(|value| (*value).to_owned()).collect::<Vec<_>>();
-        assert_eq!(known_direction(&names(&["a", "b"])).unwrap().azimuth_deg, 0.0);
-        assert!(known_direction(&names(&["a", "b", "west"])).is_err());
-        assert_eq!((epsg("EPSG:25832"), epsg("4")), (Ok(25832), epsg("x")));
+        assert_eq!(epsg("EPSG:25832"), Ok(25832));
+        assert!(epsg("4").is_err() && epsg("UTM").is_err());
     }
 }

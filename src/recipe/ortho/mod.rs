@@ -121,7 +121,8 @@ pub fn planned(opened: &Opened, options: &OrthoOptions) -> Result<OrthoPlan> {
     let metres_per_unit = opened.project.frame.metres_per_unit().ok_or_else(no_scale)?;
     let subject = placed(opened, &options.subject)?;
     let px_per_unit = metres_per_unit / options.resolution.pixel_m;
-    let sides = (subject.size * px_per_unit).ceil();
+    // A millionth of a pixel is rounding.
+    let sides = (subject.size * px_per_unit - 1e-6).ceil();
     if !(sides.min_element() >= 1.0) {
         let found = "the picture would have no pixel: the subject has no width or no height; name other faces, or a finer scale";
         return Err(Error::Request(found.into()));
