@@ -13,7 +13,7 @@ fn a_frame_is_set_shown_and_forgotten() {
     site.make_project();
     let before = fs::read_to_string(site.path("project/project.json")).unwrap();
     let shown = stdout_of(&site.run("frame project").success());
-    assert!(shown.contains("not set") && shown.contains("frame --scale A B 12.34"), "{shown}");
+    assert!(shown.contains("not set") && shown.contains("--scale A B 12.34"), "{shown}");
     let set = site.json(&format!("frame project --level cameras --scale {WALL}:0 {WALL}:1 5m --json"));
     let scale = set["frame"]["scale"]["value"].as_f64().unwrap();
     assert!(scale > 0.0 && set["changed"] == true, "{set}");
