@@ -12,6 +12,8 @@ use crate::state::space::exploded::Panes3D;
 use crate::state::space::measure::MeasuringTool;
 use crate::work::Work;
 use quadratura_base::error::Error;
+use quadratura_document::Project;
+use quadratura_document::frame::Stated;
 use quadratura_io::stack_store::StackStore;
 use quadratura_recipe::exploded::layer_textures::layer_thumbnails;
 
@@ -65,9 +67,27 @@ pub fn apply(state: &mut State, work: &mut Work, request: SpaceRequest) {
             state.space.brush.on = false;
             state.trees.hand.on = false;
         }
-        SpaceRequest::SetScale => state.set_scale_by_measure(),
+        SpaceRequest::SetScale => set_scale(state),
         SpaceRequest::ResizeBrush(factor) => state.space.brush.resize(factor),
     }
+}
+
+/// Sets the site's scale by the length between the points of the measuring tool.
+fn set_scale(state: &mut State) {
+    let (Some(points), Some(metres)) = (state.space.measure.both(), state.space.measure.metres()) else {
+        return;
+    };
+    let Some(session) = &state.session else { return };
+    let units = points[0].position.distance(points[1].position);
+    if units <= 0.0 {
+        return;
+    }
+    let model = session.model();
+    let [a, b] = points.map(|point| model.face_name(point.face));
+    let mut project = Project::clone(session.history.present());
+    let from = format!("{metres} m between a point of {a} and one of {b}");
+    project.frame.scale = Some(Stated { value: metres / units, from });
+    state.edit("scale of the site", project, None);
 }
 
 /// Continues what the view does by itself while it is shown: a flight, and taking the newest picture.

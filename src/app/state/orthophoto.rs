@@ -3,11 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::State;
-use super::notes::{Note, Weight};
-use super::selection::Selection;
 use quadratura_base::error::{Error, Result};
-use quadratura_recipe::ortho::{OrthoFormat, OrthoOptions, OrthoReport, Resolution, Subject};
+use quadratura_recipe::ortho::{OrthoFormat, OrthoOptions, Resolution, Subject};
 use quadratura_recipe::render::Appearance;
 use quadratura_view::{Picture, Unseen};
 
@@ -90,71 +87,6 @@ impl OrthophotoDialog {
             title: None,
             memory,
         })
-    }
-}
-
-impl State {
-    /// Opens the dialog for what is selected.
-    pub fn choose_orthophoto(&mut self) {
-        let Some(session) = &self.session else { return };
-        let model = session.model();
-        let selected = match self.selection.main {
-            Selection::Object(object) => Some(model.object(object).name.clone()),
-            Selection::Face(face) => Some(model.face_name(face)),
-            _ => None,
-        };
-        self.dialogs.orthophoto = Some(OrthophotoDialog {
-            project: session.folder.clone(),
-            is_plan: selected.is_none(),
-            selected,
-            scale: "50".into(),
-            dpi: "300".into(),
-            depth: String::new(),
-            folder: "orthophotos".into(),
-            formats: vec![OrthoFormat::Tiff, OrthoFormat::Pdf],
-            holes: false,
-            has_scale: session.history.present().frame.scale.is_some(),
-            preview: None,
-            report: Vec::new(),
-            done: None,
-        });
-    }
-
-    /// Takes in a preview.
-    pub fn orthophoto_previewed(&mut self, picture: Picture, lines: Vec<String>) {
-        if let Some(dialog) = &mut self.dialogs.orthophoto {
-            (dialog.preview, dialog.report, dialog.done) = (Some(Arc::new(picture)), lines, None);
-        }
-    }
-
-    /// Takes in an orthophoto that was made.
-    pub fn orthophoto_made(&mut self, report: &OrthoReport) {
-        let [width, height] = report.size_px;
-        let text = format!(
-            "Orthophoto of {}: {width} x {height} pixels in {}",
-            report.subject,
-            report.folder.display()
-        );
-        self.notify(Note::new(Weight::Info, text.clone()));
-        if let Some(dialog) = &mut self.dialogs.orthophoto {
-            let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-            let shares = &report.shares;
-            let sources = format!(
-                "Record {}, reconstruction {}, shown by no photo {}",
-                percent(shares.record()),
-                percent(shares.reconstruction()),
-                percent(shares.nothing)
-            );
-            let fineness = report.photo_pixel_m.map(|pixel| {
-                format!(
-                    "The best photo has pixels of {:.1} mm on the surface: points are known to about so much",
-                    1000.0 * pixel
-                )
-            });
-            let left_out = report.left_out.iter().map(|what| format!("Not shown: {what}"));
-            dialog.report = [text, sources].into_iter().chain(fineness).chain(left_out).collect();
-            dialog.done = Some(report.folder.clone());
-        }
     }
 }
 

@@ -268,11 +268,7 @@ fn scale_bar(drawing: &mut Drawing, room: f64, text: &PageText) {
             shape.stroke()
         };
     }
-    let label = |share: f64| {
-        let value = metres * share;
-        let text = if value.fract().abs() < 1e-9 { format!("{value:.0}") } else { format!("{value}") };
-        text
-    };
+    let label = |share: f64| round(metres * share);
     drawing.text([left - 1.0, bottom + 4.0], 8.0, REGULAR, "0");
     drawing.text([left + part - 1.0, bottom + 4.0], 8.0, REGULAR, &label(0.2));
     drawing.text([left + length - 2.0, bottom + 4.0], 8.0, REGULAR, &format!("{} m", label(1.0)));

@@ -24,7 +24,7 @@ pub fn faces_named(model: &Model, typed: &str) -> Result<Vec<FaceId>> {
             model.face_named(&object, index).ok_or_else(|| {
                 // Says how many faces the object has.
                 let missing = crate::survey::face_named(model, &format!("{object}[{index}]"));
-                missing.err().expect("the model lacks the face")
+                missing.expect_err("the model lacks the face")
             })
         });
         return ids.collect();

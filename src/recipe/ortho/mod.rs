@@ -123,7 +123,7 @@ pub fn planned(opened: &Opened, options: &OrthoOptions) -> Result<OrthoPlan> {
     let px_per_unit = metres_per_unit / options.resolution.pixel_m;
     // A millionth of a pixel is rounding.
     let sides = (subject.size * px_per_unit - 1e-6).ceil();
-    if !(sides.min_element() >= 1.0) {
+    if sides.min_element() < 1.0 || sides.is_nan() {
         let found = "the picture would have no pixel: the subject has no width or no height; name other faces, or a finer scale";
         return Err(Error::Request(found.into()));
     }

@@ -1,8 +1,5 @@
 //! The measuring tool of the 3D view: two points on surfaces.
 
-use crate::state::State;
-use quadratura_document::Project;
-use quadratura_document::frame::Stated;
 use quadratura_recipe::measure::PointOnFace;
 
 /// The measuring tool.
@@ -34,26 +31,6 @@ impl MeasuringTool {
     pub fn metres(&self) -> Option<f64> {
         let typed = self.length.trim().trim_end_matches('m').trim_end();
         typed.parse().ok().filter(|metres: &f64| metres.is_finite() && *metres > 0.0)
-    }
-}
-
-impl State {
-    /// Sets the site's scale by the length between the points of the measuring tool.
-    pub fn set_scale_by_measure(&mut self) {
-        let (Some(points), Some(metres)) = (self.space.measure.both(), self.space.measure.metres()) else {
-            return;
-        };
-        let Some(session) = &self.session else { return };
-        let units = points[0].position.distance(points[1].position);
-        if units <= 0.0 {
-            return;
-        }
-        let model = session.model();
-        let [a, b] = points.map(|point| model.face_name(point.face));
-        let mut project = Project::clone(session.history.present());
-        let from = format!("{metres} m between a point of {a} and one of {b}");
-        project.frame.scale = Some(Stated { value: metres / units, from });
-        self.edit("scale of the site", project, None);
     }
 }
 
