@@ -5,7 +5,7 @@ use std::fs;
 use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
-use quadratura::testing::recipe::measure::PointOnFace;
+use quadratura::testing::recipe::measure::{PointOnFace, pixel_at};
 use quadratura::testing::scene::FaceId;
 
 use crate::common;
@@ -25,14 +25,22 @@ fn two_points_are_measured_and_a_known_length_sets_the_scale_which_undo_takes_ba
     appears(&mut harness, "Click the first point");
     let face = face_of(harness.state(), "church.facade");
     let model = harness.state().session.as_ref().unwrap().opened.site.model.clone();
+    // Two points of the facade that photos see.
+    let session = harness.state().session.as_ref().unwrap();
     let corners: Vec<_> = model.ring_points(face).collect();
-    for position in [corners[0], corners[1]] {
-        harness.state_mut().space.measure.add(PointOnFace { position, face });
+    let middle = corners.iter().sum::<glam::DVec3>() / corners.len() as f64;
+    let inner =
+        corners.iter().map(|corner| PointOnFace { position: middle + (*corner - middle) * 0.7, face });
+    let seen: Vec<_> =
+        inner.filter(|point| pixel_at(&session.opened, &session.solid, *point).is_some()).collect();
+    let (first, second) = (seen[0], *seen.last().unwrap());
+    for point in [first, second] {
+        harness.state_mut().space.measure.add(point);
     }
     harness.step();
     assert!(is_there(&harness, "± "), "the uncertainty is said");
     assert!(is_there(&harness, " units"), "there is no scale yet");
-    let units = corners[0].distance(corners[1]);
+    let units = first.position.distance(second.position);
     harness.state_mut().space.measure.length = format!("{}", 2.0 * units);
     harness.step();
     press(&mut harness, "Set scale");

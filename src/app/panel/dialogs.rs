@@ -128,7 +128,7 @@ fn export_ui(
     let Some(dialog) = &mut dialogs.export else { return };
     let (mut open, mut choose, mut go, mut show, mut other) = (true, false, false, None, None);
     let answer = Dialog::new("export", WIDTH).show(context, |ui, keys| {
-        ui.heading("Export");
+        ui.heading("Export files");
         Grid::new("export").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
             ui.label("Layered files");
             ui.horizontal(|ui| layered(ui, dialog));
