@@ -81,7 +81,8 @@ fn result(ui: &mut Ui, view: &SpacePaneView<'_>, it: &mut SpaceMemory, _: BarPos
     };
     let frame = &session.history.present().frame;
     let found = distance(&session.opened, &session.solid, points);
-    let plain = |value: f64| worded(Measured { value, uncertainty: None }, frame, 1);
+    // Each part is known as well as the whole.
+    let plain = |value: f64| worded(Measured { value, ..found.straight }, frame, 1);
     let straight = worded(found.straight, frame, 1);
     let help = "The uncertainty is the size of a pixel of the best photo at both points.";
     ui.strong(straight).on_hover_text(help);
