@@ -14,6 +14,7 @@ mod ldi;
 mod mask;
 mod matte;
 mod method;
+mod model;
 mod number;
 mod one_of;
 mod paint;
@@ -40,6 +41,7 @@ pub use ldi::{
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;
+pub use model::{ModelArgs, ModelCommand, ModelSuggestArgs};
 pub use paint::PaintArgs;
 pub use pictures::{PICTURE_FORMATS, PictureArgs};
 pub use surroundings::SurroundingsArgs;
@@ -129,6 +131,8 @@ pub enum CommandArgs {
     Edit(EditArgs),
     /// Create a project from photos, their cameras and a model
     New(NewArgs),
+    /// Suggest a first model from the photos, or what the present model does not explain
+    Model(ModelArgs),
     /// Write the sample site, a small invented square, and create its project
     Sample(SampleArgs),
     /// Check the site before work starts: is the model aligned with the photos?
