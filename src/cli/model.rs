@@ -1,13 +1,13 @@
 //! The command `model`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::json;
 
 use super::Outcome;
 use super::args::{ModelArgs, ModelCommand, ModelSuggestArgs};
 use super::table::{Table, counted};
-use super::words::{error_text, worded};
+use super::words::{as_typed, error_text, worded};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_import::cameras::CameraOptions;
@@ -87,17 +87,13 @@ fn summary(written: &SuggestedModel, objects: &[ObjectFigures], out: &Path) -> S
 
 /// Says what comes next.
 fn next(args: &ModelSuggestArgs, out: &Path) -> String {
-    let quoted = |path: &PathBuf| {
-        let path = path.display().to_string();
-        if path.contains(' ') { format!("'{path}'") } else { path }
-    };
-    let out = quoted(&out.to_path_buf());
+    let out = as_typed(out);
     match (&args.photos, &args.cameras) {
         (Some(photos), Some(cameras)) => format!(
             "\nNext: run `quadratura new PROJECT --photos {} --cameras {} --model {out}` to create a project with it; complete \
              it in Blender or another modelling program.\n",
-            quoted(photos),
-            quoted(cameras),
+            as_typed(photos),
+            as_typed(cameras),
         ),
         _ if args.add => format!("\nNext: join {out} with the project's model in Blender or another modelling program.\n"),
         _ => format!("\nNext: look at {out} in Blender or another modelling program, and complete it there.\n"),

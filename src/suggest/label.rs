@@ -22,6 +22,9 @@ pub const UNKNOWN: u16 = u16::MAX - 2;
 /// The cost of what is impossible.
 const IMPOSSIBLE: f32 = 12.0;
 
+/// The cost of a depth that differs from that of a point by twice its tolerance or more.
+const OFF_POINT: f32 = 2.0;
+
 /// Points count within this distance of where a photo shows them, in pixels.
 const NEAR_PX: i32 = 5;
 
@@ -88,10 +91,10 @@ pub fn labelled(subject: &Subject<'_>, candidates: &Candidates) -> Labels {
             columns.extend(plane_costs(subject, &comparer, &pinned, &place).map(|costs| (i, costs)));
         }
     }
-    let far = far_costs(subject, &comparer, candidates.up);
+    let far = far_costs(subject, &comparer, &pinned, candidates.up);
     columns.push((FAR, far));
     if let Some(given) = subject.given {
-        columns.push((GIVEN, given_costs(subject, &comparer, given)));
+        columns.push((GIVEN, given_costs(subject, &comparer, &pinned, given)));
     }
     chosen(view, &columns)
 }
@@ -163,14 +166,20 @@ impl Pinned {
         Self { nearest, points }
     }
 
-    /// Returns what a plane costs at each point: 2 where it is off by twice the tolerance or more.
+    /// Returns what a plane costs at each point.
     fn costs(&self, depth: &PlaneDepth) -> Vec<f32> {
-        let cost = |[x, y, z, tolerance]: &[f64; 4]| {
-            // At the position itself, not at the middle of its pixel.
-            let inverse = depth.between(*x - 0.5, *y - 0.5);
-            if inverse <= 0.0 { 2.0 } else { (2.0 * ((1.0 / inverse - z).abs() / (2.0 * tolerance)).min(1.0)) as f32 }
-        };
-        self.points.iter().map(cost).collect()
+        // At the position itself, not at the middle of its pixel.
+        let cost = |(point, at): (u32, &[f64; 4])| self.cost(point, depth.between(at[0] - 0.5, at[1] - 0.5));
+        (0..).zip(&self.points).map(cost).collect()
+    }
+
+    /// Returns what an inverse depth costs at a point.
+    fn cost(&self, point: u32, inverse: f64) -> f32 {
+        let [_, _, z, tolerance] = self.points[point as usize];
+        if inverse <= 0.0 {
+            return OFF_POINT;
+        }
+        OFF_POINT * ((1.0 / inverse - z).abs() / (2.0 * tolerance)).min(1.0) as f32
     }
 }
 
@@ -226,21 +235,22 @@ fn plane_costs(
 }
 
 /// Returns the costs of what is far away: little in the sky, much below the horizon.
-fn far_costs(subject: &Subject<'_>, comparer: &Comparer<'_>, up: DVec3) -> Costs {
+fn far_costs(subject: &Subject<'_>, comparer: &Comparer<'_>, pinned: &Pinned, up: DVec3) -> Costs {
     let view = subject.view();
     let w = view.size()[0];
     let agreement = comparer.cost_far();
     let cost = |(at, own): (usize, &f32)| {
         let sky = 0.25 + 1.5 * (1.0 - subject.sky[at]);
         let is_below = view.ray(middle(at % w, at / w)).dot(up) < 0.0;
-        sky.min(0.7 + own) + if is_below { 1.5 } else { 0.0 }
+        let at_point = pinned.nearest[at].map_or(0.0, |_| OFF_POINT);
+        sky.min(0.7 + own) + if is_below { 1.5 } else { 0.0 } + at_point
     };
     let all = agreement.iter().enumerate().map(cost).collect();
     Costs { all, agreement }
 }
 
 /// Returns the costs of the given model, which is preferred a little.
-fn given_costs(subject: &Subject<'_>, comparer: &Comparer<'_>, given: &[f32]) -> Costs {
+fn given_costs(subject: &Subject<'_>, comparer: &Comparer<'_>, pinned: &Pinned, given: &[f32]) -> Costs {
     let w = subject.view().size()[0];
     let depth = |x: usize, y: usize| match given[y * w + x] {
         inverse if inverse > 0.0 => f64::from(inverse),
@@ -249,7 +259,11 @@ fn given_costs(subject: &Subject<'_>, comparer: &Comparer<'_>, given: &[f32]) ->
     let disagreement = comparer.disagreement(depth, comparer.whole());
     let agreement: Vec<f32> = disagreement.iter().enumerate().map(|(at, c)| comparer.cost(at, *c)).collect();
     let cost = |(at, own): (usize, &f32)| {
-        if given[at] > 0.0 { own + 0.4 * subject.sky[at] - 0.3 } else { IMPOSSIBLE }
+        if given[at] <= 0.0 {
+            return IMPOSSIBLE;
+        }
+        let at_point = pinned.nearest[at].map_or(0.0, |point| pinned.cost(point, f64::from(given[at])));
+        own + 0.4 * subject.sky[at] - 0.3 + at_point
     };
     let all = agreement.iter().enumerate().map(cost).collect();
     Costs { all, agreement }

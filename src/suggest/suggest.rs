@@ -122,6 +122,7 @@ pub fn suggest(input: &Input<'_>, task: &Task) -> Result<std::result::Result<Sug
         return Ok(Err(Reason::NoPlanes));
     }
     let labels = site.labels(&candidates, task)?;
+    debug(&site, &candidates, &labels); // DEBUG
     let faces = site.faces(&candidates, &labels, task)?;
     let (faces, judgements, dropped) = site.checked(faces, task)?;
     if faces.is_empty() {
@@ -315,4 +316,22 @@ fn depths_of_model(model: &Model, views: &[View], frame: &Frame) -> Vec<Vec<f32>
         (0..view.known.len()).map(inverse).collect()
     };
     views.par_iter().map(of_view).collect()
+}
+
+fn debug(site: &Site, candidates: &Candidates, labels: &[Labels]) { // DEBUG
+    let Ok(to) = std::env::var("QDEBUG") else { return };
+    for (i, p) in candidates.planes.iter().enumerate() { eprintln!("plane {i} {:?} {} n {:.3} {:.3} {:.3}", p.kind, p.members.len(), p.plane.normal.x, p.plane.normal.y, p.plane.normal.z); }
+    for (i, (v, l)) in site.views.iter().zip(labels).enumerate() {
+        let [w, h] = v.size();
+        let far = l.of.iter().filter(|l| **l == super::label::FAR).count() as f64 / (w * h) as f64;
+        let sky = site.sky[i].iter().filter(|p| **p > 0.5).count() as f64 / (w * h) as f64;
+        eprintln!("view {i} far {far:.3} sky {sky:.3} near {:?}", &site.near[i][..site.near[i].len().min(4)]);
+        let mut b = format!("P6\n{} {}\n255\n", 2 * w, h).into_bytes();
+        for y in 0..h { for s in 0..2 { for x in 0..w { let at = y * w + x; let c = v.colours[at];
+            if s == 0 { let k = l.of[at]; let col = if k == super::label::FAR { [0.0, 0.0, 0.0] } else { let a = f64::from(k) * 2.4; [127.0 + 127.0 * a.sin(), 127.0 + 127.0 * (a + 2.1).sin(), 127.0 + 127.0 * (a + 4.2).sin()] };
+                for j in 0..3 { b.push((0.4 * f64::from(c[j]) + 0.6 * col[j]) as u8); } }
+            else { let p = site.sky[i][at]; for j in 0..3 { b.push((c[j] * (1.0 - p) + if j == 2 { 255.0 * p } else { 0.0 }) as u8); } }
+        } } }
+        std::fs::write(format!("{to}-{i}.ppm"), b).unwrap();
+    }
 }

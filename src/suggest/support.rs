@@ -6,12 +6,15 @@ use rayon::prelude::*;
 use quadratura_base::raster::robust::upper_median;
 
 use super::chart::Chart;
-use super::planes::PointPlane;
+use super::planes::{Kind, PointPlane};
 use super::points::Point;
 use super::view::View;
 
 /// The distance from its points beyond which a plane is not believed, as a share of the points' distance from their observers.
 pub const REACH: f64 = 0.6;
+
+/// The same of the ground, on which few points lie and nothing else is below the cameras.
+const REACH_OF_GROUND: f64 = 2.5;
 
 /// The side of a cell, as a share of that distance.
 const CELL: f64 = 0.02;
@@ -24,6 +27,7 @@ const POINT_WEIGHT: f32 = 2.5;
 pub struct Support {
     /// The median distance of the points from their observers.
     pub away: f64,
+    reach: f32,
     chart: Chart,
     /// For each cell the distance from the nearest point, as a share of `away`; upwards it counts half.
     distance: Vec<f32>,
@@ -36,10 +40,11 @@ impl Support {
     pub fn new(plane: &PointPlane, points: &[Point], views: &[View], up: DVec3) -> Self {
         let members = || plane.members.iter().map(|i| &points[*i as usize]);
         let away = upper_median(&mut members().map(|point| point.away).collect::<Vec<_>>()).unwrap_or(1.0);
-        let chart = Chart::around(&plane.plane, up, members().map(|p| p.at), REACH * away, CELL * away);
+        let reach = if plane.kind == Kind::Ground { REACH_OF_GROUND } else { REACH };
+        let chart = Chart::around(&plane.plane, up, members().map(|p| p.at), reach * away, CELL * away);
         let distance = distances(&chart, members().map(|point| point.at), away);
         let violation = violations(plane, &chart, points, views);
-        Self { away, chart, distance, violation }
+        Self { away, reach: reach as f32, chart, distance, violation }
     }
 
     /// Returns distance and violation at a point of the plane; `None` where the plane is not believed.
@@ -47,7 +52,7 @@ impl Support {
     pub fn at(&self, point: DVec3) -> Option<(f32, f32)> {
         let index = self.chart.index(point)?;
         let distance = self.distance[index];
-        (distance <= REACH as f32).then(|| (distance, self.violation[index]))
+        (distance <= self.reach).then(|| (distance, self.violation[index]))
     }
 }
 

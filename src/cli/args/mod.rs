@@ -201,9 +201,9 @@ pub struct NewArgs {
     pub photos: PathBuf,
     #[arg(long, value_name = "PATH", help = format!("The cameras: {}", accepted()))]
     pub cameras: PathBuf,
-    /// The model: .obj, .gltf or .glb
+    /// The model: .obj, .gltf or .glb; `model suggest` makes a first one from the photos
     #[arg(long, value_name = "FILE")]
-    pub model: PathBuf,
+    pub model: Option<PathBuf>,
     /// The chunk of Metashape's file to read, by its name [default: the one with most aligned cameras]
     #[arg(long, value_name = "NAME")]
     pub chunk: Option<String>,
