@@ -52,7 +52,7 @@ pub fn with_ground(mut planes: Vec<PointPlane>, points: &[Point], views: &[View]
     let members: Vec<u32> = (0..).zip(points).filter(|(_, point)| is_on(point)).map(|(i, _)| i).collect();
     // Level planes of few points that are the ground itself.
     planes.retain(|other| other.kind != Kind::Level || (height(other) - plane.point.dot(up)).abs() > 0.06 * above);
-    planes.push(PointPlane { plane, kind: Kind::Ground, members });
+    planes.push(PointPlane { plane, kind: Kind::Ground, members, places: Vec::new() });
     planes
 }
 

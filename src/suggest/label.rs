@@ -29,6 +29,7 @@ const OFF_POINT: f32 = 2.0;
 const NEAR_PX: i32 = 5;
 
 /// What photos are labelled with.
+#[derive(Debug, Clone)]
 pub struct Candidates {
     /// The planes; labels are their indices.
     pub planes: Vec<PointPlane>,

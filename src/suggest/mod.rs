@@ -14,6 +14,7 @@
 //! | [`compare`], [`sgm`] | the agreement of photos; one label per pixel |
 //! | [`sky`] | where photos show the sky |
 //! | [`label`] | what each pixel shows |
+//! | [`sweep`] | walls without points |
 //! | [`votes`], [`outline`], [`face`] | where on its plane a face is, its outline, the face |
 //! | [`rays`], [`predict`] | lines of sight that faces block; photos predicted with and without a face |
 //! | [`suggest`] | the steps in order |
@@ -34,6 +35,7 @@ pub mod sgm;
 pub mod sky;
 pub mod suggest;
 pub mod support;
+pub mod sweep;
 pub mod up;
 pub mod view;
 pub mod votes;

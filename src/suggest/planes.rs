@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use quadratura_align::linear::eigen;
 use quadratura_base::geometry::Plane;
 use quadratura_base::geometry::polygon::PlaneFrame;
-use quadratura_base::raster::robust::upper_median;
+use quadratura_base::raster::robust::{of_rank, upper_median};
 use quadratura_base::scene::synthetic::Rng;
 
 use super::points::Point;
@@ -39,6 +39,8 @@ pub struct PointPlane {
     pub kind: Kind,
     /// The points on it.
     pub members: Vec<u32>,
+    /// Other places at which photos agree about it.
+    pub places: Vec<DVec3>,
 }
 
 /// Trials for each plane.
@@ -76,17 +78,20 @@ pub struct Search<'a> {
     up: Option<DVec3>,
     rng: Rng,
     is_free: Vec<bool>,
+    /// The side of the cells in which points are sought: larger where points are few.
+    cell: f64,
     grid: FxHashMap<[i32; 3], Vec<u32>>,
 }
 
 impl<'a> Search<'a> {
     /// Prepares a search; without a direction upwards, planes of any direction are alike.
     pub fn new(points: &'a [Point], up: Option<DVec3>, seed: u64) -> Self {
+        let cell = ISLAND_CELL.max(0.5 * spacing(points));
         let mut grid: FxHashMap<[i32; 3], Vec<u32>> = FxHashMap::default();
         for (i, point) in (0..).zip(points) {
-            grid.entry(grid_cell(point.at)).or_default().push(i);
+            grid.entry(grid_cell(point.at, cell)).or_default().push(i);
         }
-        Self { points, up, rng: Rng::new(seed), is_free: vec![true; points.len()], grid }
+        Self { points, up, rng: Rng::new(seed), is_free: vec![true; points.len()], cell, grid }
     }
 
     /// Points that lie on no plane so far.
@@ -155,7 +160,7 @@ impl<'a> Search<'a> {
     /// Returns the free points that are nearest to one.
     fn near(&self, of: u32) -> Vec<u32> {
         let at = self.points[of as usize].at;
-        let [x, y, z] = grid_cell(at);
+        let [x, y, z] = grid_cell(at, self.cell);
         let mut found: Vec<u32> = Vec::new();
         for reach in 1..4 {
             let range = -reach..=reach;
@@ -187,10 +192,10 @@ impl<'a> Search<'a> {
         for _ in 0..2 {
             plane = fitted(self.points, &on(&plane), self.up)?.0;
         }
-        let members = large_islands(self.points, &plane, &on(&plane));
+        let members = large_islands(self.points, &plane, &on(&plane), self.cell);
         let (plane, kind) = fitted(self.points, &members, self.up)?;
         let is_ceiling = self.up.is_some_and(|up| plane.normal.dot(up) < -LEVEL);
-        (members.len() >= FEWEST && !is_ceiling).then_some(PointPlane { plane, kind, members })
+        (members.len() >= FEWEST && !is_ceiling).then_some(PointPlane { plane, kind, members, places: Vec::new() })
     }
 }
 
@@ -199,8 +204,18 @@ pub fn facing(plane: Plane, eye: DVec3) -> Plane {
     if plane.signed_distance(eye) < 0.0 { Plane { normal: -plane.normal, ..plane } } else { plane }
 }
 
-fn grid_cell(at: DVec3) -> [i32; 3] {
-    (at / ISLAND_CELL).floor().to_array().map(|x| x as i32)
+fn grid_cell(at: DVec3, cell: f64) -> [i32; 3] {
+    (at / cell).floor().to_array().map(|x| x as i32)
+}
+
+/// Returns the median distance from a point to its sixth neighbour, of some points.
+fn spacing(points: &[Point]) -> f64 {
+    let of = points.iter().step_by(points.len().div_ceil(300).max(1));
+    let sixth = |point: &Point| {
+        let mut away: Vec<f64> = points.iter().map(|other| other.at.distance(point.at)).collect();
+        of_rank(&mut away, 6)
+    };
+    upper_median(&mut of.filter_map(sixth).collect::<Vec<_>>()).unwrap_or(0.0)
 }
 
 /// Fits a plane to points, each by the inverse of its tolerance; what is nearly plumb or level becomes so. `None` for fewer than
@@ -246,11 +261,11 @@ pub fn fitted(points: &[Point], members: &[u32], up: Option<DVec3>) -> Option<(P
 }
 
 /// Returns the points of the islands of a plane that are large enough to be no chance.
-fn large_islands(points: &[Point], plane: &Plane, members: &[u32]) -> Vec<u32> {
+fn large_islands(points: &[Point], plane: &Plane, members: &[u32], cell: f64) -> Vec<u32> {
     let frame = PlaneFrame::from_plane(plane);
     let mut cells: BTreeMap<(i32, i32), Vec<u32>> = BTreeMap::new();
     for i in members {
-        let at = (frame.flat(points[*i as usize].at) / ISLAND_CELL).floor();
+        let at = (frame.flat(points[*i as usize].at) / cell).floor();
         cells.entry((at.x as i32, at.y as i32)).or_default().push(*i);
     }
     let least = (0.03 * members.len() as f64).max(8.0) as usize;

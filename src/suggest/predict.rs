@@ -17,6 +17,8 @@ const JUDGED: usize = 6;
 const SAME: f64 = 0.02;
 /// The squared error that counts in full, per channel of 255: more is a difference of things, not of places.
 const MOST_ERROR: f64 = 60.0 * 60.0;
+/// The squared error of a pixel that no other photo serves, and that has to be invented.
+const UNSERVED: f64 = 30.0 * 30.0;
 /// A face is too small below this share of all pixels of the photos.
 const LEAST_SHARE: f64 = 2e-4;
 
@@ -153,6 +155,22 @@ impl<'a> Predictor<'a> {
         (self.is_there.clone(), judgements)
     }
 
+    /// Returns the mean squared error of all photos, each predicted from the others over the faces that stay.
+    pub fn error(&self) -> f64 {
+        let of_photo = |of: usize| {
+            let (view, coverage) = (&self.views[of], &self.coverage[of]);
+            let known = (0..view.known.len()).filter(|pixel| view.known[*pixel]);
+            let off = |pixel: usize| {
+                let nearest = coverage.nearest(pixel, |f| self.is_there(f, None)).map_or(0.0, |(_, inverse)| inverse);
+                self.predicted(of, pixel, nearest, None).map_or(UNSERVED, |colour| error(colour, view.colours[pixel]))
+            };
+            known.fold((0.0, 0usize), |sum, pixel| (sum.0 + off(pixel), sum.1 + 1))
+        };
+        let each: Vec<(f64, usize)> = (0..self.views.len()).into_par_iter().map(of_photo).collect();
+        let (sum, count) = each.into_iter().fold((0.0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+        sum / count.max(1) as f64
+    }
+
     /// Returns the number of pixels of each photo at which a face is nearest.
     fn shown(&self, face: u16) -> Vec<usize> {
         let count = |coverage: &Coverage| {
@@ -184,11 +202,15 @@ impl<'a> Predictor<'a> {
             let behind = coverage.nearest(pixel, |f| self.is_there(f, Some(face)));
             let with = self.predicted(of, pixel, inverse, None);
             let without = self.predicted(of, pixel, behind.map_or(0.0, |(_, inverse)| inverse), Some(face));
-            // Pixels that no other photo serves say nothing.
-            let (Some(with), Some(without)) = (with, without) else { continue };
+            // Pixels that no other photo serves in either case say nothing.
+            if with.is_none() && without.is_none() {
+                continue;
+            }
+            let shown = view.colours[pixel];
+            let off = |predicted: Option<[f64; 3]>| predicted.map_or(UNSERVED, |colour| error(colour, shown));
             judgement.compared += 1;
-            judgement.with += error(with, view.colours[pixel]);
-            judgement.without += error(without, view.colours[pixel]);
+            judgement.with += off(with);
+            judgement.without += off(without);
         }
         judgement
     }

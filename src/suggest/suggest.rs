@@ -20,6 +20,7 @@ use super::predict::{Judgement, Predictor};
 use super::rays::Rays;
 use super::sky::skies;
 use super::support::{Support, middle};
+use super::sweep::swept;
 use super::up::up;
 use super::view::{SeenPhoto, View};
 use super::votes::{Votes, votes, without_specks};
@@ -105,6 +106,7 @@ const MOST_PLANES: usize = 45;
 /// The stages that are reported.
 const STAGE_PLANES: &str = "find planes";
 const STAGE_LABELS: &str = "label photos";
+const STAGE_SWEEP: &str = "sweep walls";
 const STAGE_VOTES: &str = "outline faces";
 const STAGE_CHECK: &str = "predict photos";
 
@@ -121,22 +123,33 @@ pub fn suggest(input: &Input<'_>, task: &Task) -> Result<std::result::Result<Sug
     if candidates.planes.is_empty() {
         return Ok(Err(Reason::NoPlanes));
     }
-    let labels = site.labels(&candidates, task)?;
-    debug(&site, &candidates, &labels); // DEBUG
-    let faces = site.faces(&candidates, &labels, task)?;
-    let (faces, judgements, dropped) = site.checked(faces, task)?;
-    if faces.is_empty() {
+    let Some(best) = site.best_attempt(candidates, task)? else { return Ok(Err(Reason::NoPlanes)) };
+    if best.faces.is_empty() {
         return Ok(Err(if input.given.is_some() { Reason::AllExplained } else { Reason::NoPlanes }));
     }
-    let suggestion = site.suggestion(&candidates, faces.into_iter().zip(judgements).collect());
-    Ok(Ok(Suggestion { dropped, ..suggestion }))
+    Ok(Ok(site.suggestion(&best.candidates, best.faces, best.dropped)))
 }
+
+/// The faces of one way to label the photos, and how well they predict photos.
+struct Attempt {
+    candidates: Candidates,
+    faces: Vec<(Face, Judgement)>,
+    dropped: usize,
+    /// The mean squared error of photos that are left out.
+    error: f64,
+}
+
+/// How much rays that pass through planes count. They bound faces, and erase what stands behind columns: which is worse depends on
+/// the site.
+const VIOLATIONS: [f32; 2] = [1.5, 0.0];
 
 /// What is known before the search.
 struct Site {
     frame: Frame,
     views: Vec<View>,
     points: Vec<Point>,
+    /// The photos at half the working size.
+    coarse: Vec<View>,
     near: Vec<Vec<u32>>,
     up: DVec3,
     /// The inverse depth of the given model in each photo.
@@ -168,7 +181,9 @@ impl Site {
         let near = neighbours(&views, &points);
         let given = input.given.map(|model| depths_of_model(model, &views, &frame));
         let sky = skies(&views, &points, &near, up);
-        Ok(Ok(Self { frame, views, points, near, up, given, sky }))
+        let coarse =
+            input.photos.par_iter().map(|photo| View::new(&photo.halved(), frame.origin, frame.unit)).collect();
+        Ok(Ok(Self { frame, views, points, coarse, near, up, given, sky }))
     }
 
     /// Finds the planes of points, and the ground.
@@ -187,7 +202,7 @@ impl Site {
     fn supported(&self, planes: Vec<PointPlane>) -> Candidates {
         let support = |plane: &PointPlane| Support::new(plane, &self.points, &self.views, self.up);
         let supports = planes.par_iter().map(support).collect();
-        Candidates { planes, supports, up: self.up, violation: 1.5 }
+        Candidates { planes, supports, up: self.up, violation: VIOLATIONS[0] }
     }
 
     /// Labels all photos.
@@ -209,6 +224,48 @@ impl Site {
         let labels = (0..self.views.len()).into_par_iter().map(label).collect();
         task.step(STAGE_LABELS, total, total)?;
         labels
+    }
+
+    /// Tries planes of points alone and with walls without points, with and without rays, and returns what predicts left-out photos best.
+    fn best_attempt(&self, candidates: Candidates, task: &Task) -> Result<Option<Attempt>> {
+        let labels = self.labels(&candidates, task)?;
+        task.step(STAGE_SWEEP, 0, 1)?;
+        let found = swept(&self.coarse, &self.near, &self.points, &self.sky, &labels, &candidates);
+        task.step(STAGE_SWEEP, 1, 1)?;
+        let mut ways = vec![candidates];
+        if !found.is_empty() {
+            ways.push(self.supported(ways[0].planes.iter().cloned().chain(found).collect()));
+        }
+        let mut first = Some(labels);
+        let mut best: Option<Attempt> = None;
+        for way in ways {
+            for violation in VIOLATIONS {
+                let candidates = Candidates { violation, ..way.clone() };
+                let labels = first.take().map_or_else(|| self.labels(&candidates, task), Ok)?;
+                debug(self, &candidates, &labels); // DEBUG
+                let attempt = self.attempt(candidates, &labels, task)?;
+                if std::env::var("QDEBUG").is_ok() { eprintln!("attempt {} violation {violation} error {} faces {}", way.planes.len(), attempt.error, attempt.faces.len()); } // DEBUG
+                if best.as_ref().is_none_or(|best| attempt.error < best.error) {
+                    best = Some(attempt);
+                }
+            }
+        }
+        Ok(best)
+    }
+
+    /// Outlines and checks the faces of labelled photos.
+    fn attempt(&self, candidates: Candidates, labels: &[Labels], task: &Task) -> Result<Attempt> {
+        let faces = self.faces(&candidates, labels, task)?;
+        task.step(STAGE_CHECK, 0, 1)?;
+        let mut predictor = Predictor::new(&self.views, &self.near, &faces, self.given.as_deref());
+        let (stays, judgements) = predictor.useful(&faces, |_| std::env::var("QNOCHECK").is_err());
+        let error = predictor.error();
+        task.step(STAGE_CHECK, 1, 1)?;
+        let count = faces.len();
+        let kept = faces.into_iter().zip(judgements).zip(stays).filter(|(_, stays)| *stays);
+        let faces: Vec<(Face, Judgement)> = kept.map(|(face, _)| face).collect();
+        let dropped = count - faces.len();
+        Ok(Attempt { candidates, faces, dropped, error })
     }
 
     /// Outlines the faces of all planes.
@@ -233,22 +290,8 @@ impl Site {
         rings.map(|ring| with_votes(Face::new(number, *kind, *plane, ring, &votes.chart), votes)).collect()
     }
 
-    /// Drops the faces that do not help to predict photos; returns the others, what was found about them, and how many were
-    /// dropped.
-    fn checked(&self, faces: Vec<Face>, task: &Task) -> Result<(Vec<Face>, Vec<Judgement>, usize)> {
-        task.step(STAGE_CHECK, 0, 1)?;
-        let mut predictor = Predictor::new(&self.views, &self.near, &faces, self.given.as_deref());
-        let (stays, judgements) = predictor.useful(&faces, |_| true);
-        task.step(STAGE_CHECK, 1, 1)?;
-        let count = faces.len();
-        let kept = faces.into_iter().zip(judgements).zip(stays).filter(|(_, stays)| *stays).map(|(both, _)| both);
-        let (faces, judgements): (Vec<Face>, Vec<Judgement>) = kept.unzip();
-        let dropped = count - faces.len();
-        Ok((faces, judgements, dropped))
-    }
-
     /// Names what is suggested and returns it to the cameras' world.
-    fn suggestion(&self, candidates: &Candidates, faces: Vec<(Face, Judgement)>) -> Suggestion {
+    fn suggestion(&self, candidates: &Candidates, faces: Vec<(Face, Judgement)>, dropped: usize) -> Suggestion {
         let mut objects: BTreeMap<usize, Vec<(Face, Judgement)>> = BTreeMap::new();
         for (face, judgement) in faces {
             objects.entry(face.number).or_default().push((face, judgement));
@@ -265,7 +308,7 @@ impl Site {
             let ending = if plane.kind == Kind::Thing { ".billboard" } else { "" };
             self.object(format!("{}_{count}{ending}", word(plane.kind)), plane, &faces)
         };
-        Suggestion { objects: objects.into_iter().map(named).collect(), up: self.up, dropped: 0 }
+        Suggestion { objects: objects.into_iter().map(named).collect(), up: self.up, dropped }
     }
 
     fn object(&self, name: String, plane: &PointPlane, faces: &[(Face, Judgement)]) -> SuggestedObject {

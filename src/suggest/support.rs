@@ -39,10 +39,14 @@ impl Support {
     /// Collects what points say about a plane.
     pub fn new(plane: &PointPlane, points: &[Point], views: &[View], up: DVec3) -> Self {
         let members = || plane.members.iter().map(|i| &points[*i as usize]);
-        let away = upper_median(&mut members().map(|point| point.away).collect::<Vec<_>>()).unwrap_or(1.0);
+        let away = upper_median(&mut members().map(|point| point.away).collect::<Vec<_>>());
+        let seen_from = |place: &DVec3| views.iter().map(|view| view.eye.distance(*place)).fold(f64::INFINITY, f64::min);
+        let away = away.or_else(|| upper_median(&mut plane.places.iter().map(seen_from).collect::<Vec<_>>()));
+        let away = away.unwrap_or(1.0);
         let reach = if plane.kind == Kind::Ground { REACH_OF_GROUND } else { REACH };
-        let chart = Chart::around(&plane.plane, up, members().map(|p| p.at), reach * away, CELL * away);
-        let distance = distances(&chart, members().map(|point| point.at), away);
+        let places = || members().map(|point| point.at).chain(plane.places.iter().copied());
+        let chart = Chart::around(&plane.plane, up, places(), reach * away, CELL * away);
+        let distance = distances(&chart, places(), away);
         let violation = violations(plane, &chart, points, views);
         Self { away, reach: reach as f32, chart, distance, violation }
     }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use quadratura_base::geometry::{Pinhole, Plane, Pose};
+use quadratura_base::geometry::{Pinhole, PixelRect, Plane, Pose};
 use quadratura_base::raster::Image;
 
 /// A photo as a model is suggested from it.
@@ -15,6 +15,17 @@ pub struct SeenPhoto {
     /// The colours in sRGB; alpha is below 255 where nothing is known. The longer side has [`FINE_PX`] pixels, fewer where the
     /// photo has fewer.
     pub pixels: Image<[u8; 4]>,
+}
+
+impl SeenPhoto {
+    /// Returns the photo at half its size.
+    pub fn halved(&self) -> Self {
+        let small = Halved::new(self);
+        let pixel = |([r, g, b], known): (&[f32; 3], &bool)| [*r as u8, *g as u8, *b as u8, if *known { 255 } else { 0 }];
+        let pixels = small.colours.iter().zip(&small.known).map(pixel).collect();
+        let rect = PixelRect::of_size(small.camera.width, small.camera.height);
+        Self { camera: small.camera, pose: self.pose, pixels: Image::new(rect, pixels) }
+    }
 }
 
 /// The longer side of the photos that are compared, in pixels. Labels are at half of it: an eighth of 3072 x 2048, at which

@@ -22,6 +22,8 @@ pub struct Votes {
 const LEAST_SEEN: f32 = 0.25;
 /// ... and more than this share of those that see past it.
 const LEAST_SHARE: f32 = 0.8;
+/// What a photo counts at least that shows the plane, however small.
+const LEAST_VOTE: f64 = 0.3;
 /// A label is behind a place when it is farther by this share.
 const BEHIND: f64 = 1.02;
 /// A face in front of a camera hides everything, so that a camera which sees through counts this much.
@@ -69,7 +71,7 @@ impl Votes {
             if label == number {
                 let across = (view.eye - point).normalize().dot(plane.normal).abs();
                 let pixels = (self.chart.cell * view.camera().fx / z).powi(2) * across;
-                self.seen[index] += pixels.min(1.0) as f32;
+                self.seen[index] += pixels.clamp(LEAST_VOTE, 1.0) as f32;
                 continue;
             }
             // What the given model hides says nothing; what it is in front of, its own outlines say.
