@@ -31,7 +31,12 @@ fn suggest(args: &ModelSuggestArgs, task: &Task) -> Result<Outcome> {
     let figures: Vec<ObjectFigures> = written.objects.iter().map(ObjectFigures::new).collect();
     let problems: Vec<&Error> = written.problems.iter().collect();
     Ok(Outcome {
-        text: format!("{}\n{}{}", table(&figures).render(), summary(&written, &figures, &out), next(args, &out)),
+        text: format!(
+            "{}\n{}{}",
+            table(&figures).render(),
+            summary(&written, &figures, &out),
+            next(args, &out)
+        ),
         json: json!({
             "file": out.display().to_string(),
             "objects": figures,
@@ -95,7 +100,11 @@ fn next(args: &ModelSuggestArgs, out: &Path) -> String {
             as_typed(photos),
             as_typed(cameras),
         ),
-        _ if args.add => format!("\nNext: join {out} with the project's model in Blender or another modelling program.\n"),
-        _ => format!("\nNext: look at {out} in Blender or another modelling program, and complete it there.\n"),
+        _ if args.add => {
+            format!("\nNext: join {out} with the project's model in Blender or another modelling program.\n")
+        }
+        _ => {
+            format!("\nNext: look at {out} in Blender or another modelling program, and complete it there.\n")
+        }
     }
 }

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Undistortion};
+use quadratura_base::scene::alike::composed;
 use quadratura_base::scene::resample::undistorted;
 use quadratura_base::scene::{Photo, PhotoPixels};
-use quadratura_base::scene::alike::composed;
 use quadratura_base::task::Task;
 use quadratura_document::names::file_name_of_photo;
 use quadratura_import::cameras::CameraPhoto;

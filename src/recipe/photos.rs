@@ -91,7 +91,8 @@ pub(super) fn found_photos(cameras: &Cameras, photo_dir: &Path, task: &Task) -> 
         }
     }
     let notes = found.iter().flat_map(|plan| plan.notes.iter().cloned());
-    let notes = notes.chain(look_alikes(&folder, cameras, &matches)).chain(unused(&folder, cameras, &matches));
+    let notes =
+        notes.chain(look_alikes(&folder, cameras, &matches)).chain(unused(&folder, cameras, &matches));
     let notes = notes.collect();
     Ok((found, notes, problems))
 }

@@ -25,7 +25,13 @@ const MOST_CELLS: f64 = 2000.0;
 
 impl Chart {
     /// Makes the raster around points of the plane, with a margin; cells become larger where there would be too many.
-    pub fn around(plane: &Plane, up: DVec3, points: impl Iterator<Item = DVec3>, margin: f64, cell: f64) -> Self {
+    pub fn around(
+        plane: &Plane,
+        up: DVec3,
+        points: impl Iterator<Item = DVec3>,
+        margin: f64,
+        cell: f64,
+    ) -> Self {
         let (frame, rises) = upright(plane, up);
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for point in points {

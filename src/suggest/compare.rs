@@ -101,8 +101,7 @@ impl<'a> Comparer<'a> {
         let [w, h] = [0, 1].map(|i| wide.high[i] - wide.low[i]);
         let own = |x: usize, y: usize| (y + wide.low[1]) * self.size[0] + x + wide.low[0];
         let squares: Vec<f32> = samples.iter().map(|value| value * value).collect();
-        let products: Vec<f32> =
-            (0..w * h).map(|at| samples[at] * self.own[own(at % w, at / w)]).collect();
+        let products: Vec<f32> = (0..w * h).map(|at| samples[at] * self.own[own(at % w, at / w)]).collect();
         let count = box_sums(&vec![1.0; w * h], [w, h]);
         let [sums, squares, products] = [samples, &squares, &products].map(|of| box_sums(of, [w, h]));
         let mut result = Vec::with_capacity(w * h);

@@ -29,7 +29,13 @@ const FEWEST: usize = 40;
 const MOST_TILT: f64 = 0.9986;
 
 /// Adds the ground to planes, or marks the one that it is. Nothing changes where it is not found.
-pub fn with_ground(mut planes: Vec<PointPlane>, points: &[Point], views: &[View], up: DVec3, near: &[Vec<u32>]) -> Vec<PointPlane> {
+pub fn with_ground(
+    mut planes: Vec<PointPlane>,
+    points: &[Point],
+    views: &[View],
+    up: DVec3,
+    near: &[Vec<u32>],
+) -> Vec<PointPlane> {
     let height = |plane: &PointPlane| plane.plane.point.dot(up);
     let mut heights: Vec<f64> = points.iter().map(|point| point.at.dot(up)).collect();
     let Some(low) = quantile(&mut heights, 0.004) else { return planes };
@@ -46,12 +52,15 @@ pub fn with_ground(mut planes: Vec<PointPlane>, points: &[Point], views: &[View]
     if above <= 0.0 {
         return planes;
     }
-    let heights: Vec<f64> = (0..HEIGHTS).map(|i| low + above * (-0.3 + 0.7 * i as f64 / (HEIGHTS - 1) as f64)).collect();
+    let heights: Vec<f64> =
+        (0..HEIGHTS).map(|i| low + above * (-0.3 + 0.7 * i as f64 / (HEIGHTS - 1) as f64)).collect();
     let Some(plane) = searched(views, up, near, &heights, above) else { return planes };
     let is_on = |point: &Point| plane.signed_distance(point.at).abs() < 0.012 * point.away;
     let members: Vec<u32> = (0..).zip(points).filter(|(_, point)| is_on(point)).map(|(i, _)| i).collect();
     // Level planes of few points that are the ground itself.
-    planes.retain(|other| other.kind != Kind::Level || (height(other) - plane.point.dot(up)).abs() > 0.06 * above);
+    planes.retain(|other| {
+        other.kind != Kind::Level || (height(other) - plane.point.dot(up)).abs() > 0.06 * above
+    });
     planes.push(PointPlane { plane, kind: Kind::Ground, members, places: Vec::new() });
     planes
 }

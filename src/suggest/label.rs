@@ -84,11 +84,13 @@ pub fn labelled(subject: &Subject<'_>, candidates: &Candidates) -> Labels {
     let view = subject.view();
     let comparer = Comparer::new(subject.views, subject.of, subject.neighbours, NEIGHBOURS);
     let pinned = Pinned::new(subject);
-    let ground = candidates.ground().filter(|plane| is_front(view, plane)).map(|plane| view.inverse_depth(plane));
+    let ground =
+        candidates.ground().filter(|plane| is_front(view, plane)).map(|plane| view.inverse_depth(plane));
     let mut columns: Vec<(u16, Costs)> = Vec::new();
     for (i, (plane, support)) in (0..).zip(candidates.planes.iter().zip(&candidates.supports)) {
         if is_front(view, &plane.plane) {
-            let place = PlanePlace { plane, support, ground: ground.as_ref(), violation: candidates.violation };
+            let place =
+                PlanePlace { plane, support, ground: ground.as_ref(), violation: candidates.violation };
             columns.extend(plane_costs(subject, &comparer, &pinned, &place).map(|costs| (i, costs)));
         }
     }
@@ -149,7 +151,9 @@ impl Pinned {
         let mut nearest = vec![None; w * h];
         let mut away = vec![i32::MAX; w * h];
         let mut points = Vec::new();
-        for point in subject.points.iter().filter(|p| p.is_tracked && p.observers.contains(&(subject.of as u32))) {
+        for point in
+            subject.points.iter().filter(|p| p.is_tracked && p.observers.contains(&(subject.of as u32)))
+        {
             let Some((px, z)) = view.project(point.at) else { continue };
             let own = points.len() as u32;
             points.push([px.x, px.y, z, (2.0 * point.sigma).max(0.004 * z)]);
@@ -228,7 +232,9 @@ fn plane_costs(
     let disagreement = comparer.disagreement(|x, y| depth.at(x, y), bounds);
     let mut agreement = vec![NEUTRAL; w * h];
     let pixels = (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| y * w + x));
-    for (at, disagreement) in pixels.zip(disagreement).filter(|(at, _)| all[*at] < IMPOSSIBLE).collect::<Vec<_>>() {
+    for (at, disagreement) in
+        pixels.zip(disagreement).filter(|(at, _)| all[*at] < IMPOSSIBLE).collect::<Vec<_>>()
+    {
         agreement[at] = comparer.cost(at, disagreement);
         all[at] += agreement[at] + pinned.nearest[at].map_or(0.0, |point| at_points[point as usize]);
     }

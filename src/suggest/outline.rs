@@ -32,8 +32,11 @@ pub fn outlines(mask: &[bool], size: [usize; 2]) -> Vec<Outline> {
         if !first.is_some_and(|at| mask[at]) || (sizes[region as usize] as f64) < LEAST_AREA {
             continue;
         }
-        let mut rings: Vec<Vec<DVec2>> =
-            walked(&number, region, size).iter().map(|ring| simplified(ring)).filter(|ring| ring.len() > 2).collect();
+        let mut rings: Vec<Vec<DVec2>> = walked(&number, region, size)
+            .iter()
+            .map(|ring| simplified(ring))
+            .filter(|ring| ring.len() > 2)
+            .collect();
         rings.sort_by(|a, b| area(b).total_cmp(&area(a)));
         let mut rings = rings.into_iter().filter(|ring| area(ring).abs() >= LEAST_AREA);
         if let Some(outer) = rings.next().filter(|outer| area(outer) > 0.0) {
@@ -91,7 +94,8 @@ fn walked(number: &[u32], region: u32, [columns, rows]: [usize; 2]) -> Vec<Vec<D
                 let ahead = DVec2::new((to.0 - at.0) as f64, (to.1 - at.1) as f64);
                 heading.map_or(0.0, |heading: DVec2| heading.perp_dot(ahead))
             };
-            let best = (0..ways.len()).max_by(|a, b| turn(&ways[*a]).total_cmp(&turn(&ways[*b]))).unwrap_or(0);
+            let best =
+                (0..ways.len()).max_by(|a, b| turn(&ways[*a]).total_cmp(&turn(&ways[*b]))).unwrap_or(0);
             let to = ways.swap_remove(best);
             if ways.is_empty() {
                 edges.remove(&at);

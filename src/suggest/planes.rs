@@ -195,7 +195,12 @@ impl<'a> Search<'a> {
         let members = large_islands(self.points, &plane, &on(&plane), self.cell);
         let (plane, kind) = fitted(self.points, &members, self.up)?;
         let is_ceiling = self.up.is_some_and(|up| plane.normal.dot(up) < -LEVEL);
-        (members.len() >= FEWEST && !is_ceiling).then_some(PointPlane { plane, kind, members, places: Vec::new() })
+        (members.len() >= FEWEST && !is_ceiling).then_some(PointPlane {
+            plane,
+            kind,
+            members,
+            places: Vec::new(),
+        })
     }
 }
 
@@ -319,5 +324,6 @@ fn is_same(points: &[Point], large: &PointPlane, small: &PointPlane) -> bool {
         .map(|i| &points[*i as usize])
         .map(|point| large.plane.signed_distance(point.at).abs() / point.away)
         .collect();
-    large.plane.normal.dot(small.plane.normal) > least && upper_median(&mut off).is_some_and(|off| off < 0.013)
+    large.plane.normal.dot(small.plane.normal) > least
+        && upper_median(&mut off).is_some_and(|off| off < 0.013)
 }

@@ -61,7 +61,8 @@ impl Frame {
             .flat_map(|point| {
                 let near = nearest(eyes, point.position);
                 let seen = point.observers.iter().map(|i| eyes[*i as usize]);
-                let all: Vec<DVec3> = if point.observers.is_empty() { near.collect() } else { seen.collect() };
+                let all: Vec<DVec3> =
+                    if point.observers.is_empty() { near.collect() } else { seen.collect() };
                 all.into_iter().map(|eye| eye.distance(point.position))
             })
             .collect();
@@ -74,7 +75,10 @@ impl Frame {
 
 /// The nearest camera, which stands for the observers of a point without any.
 fn nearest(eyes: &[DVec3], point: DVec3) -> impl Iterator<Item = DVec3> {
-    eyes.iter().copied().min_by(|a, b| a.distance_squared(point).total_cmp(&b.distance_squared(point))).into_iter()
+    eyes.iter()
+        .copied()
+        .min_by(|a, b| a.distance_squared(point).total_cmp(&b.distance_squared(point)))
+        .into_iter()
 }
 
 /// Returns the points that are certain enough, in normalised coordinates.
@@ -128,8 +132,11 @@ pub fn neighbours(views: &[View], points: &[Point]) -> Vec<Vec<u32>> {
         f64::from(common[a * count + b]) * (apart / 0.08).min(1.0) * (0.5 / apart.max(1e-9)).min(1.0)
     };
     let row = |a: usize| {
-        let mut others: Vec<(f64, u32)> =
-            (0..count).filter(|b| *b != a).map(|b| (weight(a, b), b as u32)).filter(|(w, _)| *w > 0.0).collect();
+        let mut others: Vec<(f64, u32)> = (0..count)
+            .filter(|b| *b != a)
+            .map(|b| (weight(a, b), b as u32))
+            .filter(|(w, _)| *w > 0.0)
+            .collect();
         others.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
         others.into_iter().map(|(_, b)| b).collect()
     };

@@ -18,7 +18,10 @@ const SAME: f64 = 0.02;
 /// The squared error that counts in full, per channel of 255: more is a difference of things, not of places.
 const MOST_ERROR: f64 = 60.0 * 60.0;
 /// The squared error of a pixel that no other photo serves, and that has to be invented.
-const UNSERVED: f64 = 30.0 * 30.0;
+const UNSERVED: f64 = 40.0 * 40.0;
+/// A face is dropped when it multiplies the squared error by more than this. Six photos are few: of faces between this and 1, which were
+/// dropped first, most helped photos that were held out.
+const HARM: f64 = 1.1;
 /// A face is too small below this share of all pixels of the photos.
 const LEAST_SHARE: f64 = 2e-4;
 
@@ -77,7 +80,8 @@ impl Coverage {
         for (number, face) in (0..).zip(faces) {
             face.pixels(view, |pixel, inverse| coverage.add(pixel, number, inverse as f32));
         }
-        for (pixel, inverse) in given.into_iter().flatten().enumerate().filter(|(_, inverse)| **inverse > 0.0) {
+        for (pixel, inverse) in given.into_iter().flatten().enumerate().filter(|(_, inverse)| **inverse > 0.0)
+        {
             coverage.add(pixel, GIVEN, *inverse);
         }
         coverage
@@ -138,16 +142,17 @@ impl<'a> Predictor<'a> {
     }
 
     /// Drops faces that do not help, small ones first. Returns which stay, and what was found about each.
-    pub fn useful(&mut self, faces: &[Face], can_drop: impl Fn(usize) -> bool) -> (Vec<bool>, Vec<Judgement>) {
+    pub fn useful(&mut self, faces: &[Face]) -> (Vec<bool>, Vec<Judgement>) {
         let pixels: usize = self.views.iter().map(|view| view.known.len()).sum();
-        let mut order: Vec<(usize, usize)> = (0..faces.len()).map(|face| (self.shown(face as u16).iter().sum(), face)).collect();
+        let mut order: Vec<(usize, usize)> =
+            (0..faces.len()).map(|face| (self.shown(face as u16).iter().sum(), face)).collect();
         order.sort_unstable();
         let mut judgements = vec![Judgement::default(); faces.len()];
         for (_, face) in order {
             let judgement = self.judged(face as u16);
             let is_small = (judgement.pixels as f64) < LEAST_SHARE * pixels as f64;
-            let helps = judgement.without > judgement.with;
-            if can_drop(face) && (is_small || !helps) {
+            let harms = judgement.compared == 0 || judgement.with > HARM * judgement.without;
+            if is_small || harms {
                 self.is_there[face] = false;
             }
             judgements[face] = judgement;
@@ -161,8 +166,10 @@ impl<'a> Predictor<'a> {
             let (view, coverage) = (&self.views[of], &self.coverage[of]);
             let known = (0..view.known.len()).filter(|pixel| view.known[*pixel]);
             let off = |pixel: usize| {
-                let nearest = coverage.nearest(pixel, |f| self.is_there(f, None)).map_or(0.0, |(_, inverse)| inverse);
-                self.predicted(of, pixel, nearest, None).map_or(UNSERVED, |colour| error(colour, view.colours[pixel]))
+                let nearest =
+                    coverage.nearest(pixel, |f| self.is_there(f, None)).map_or(0.0, |(_, inverse)| inverse);
+                self.predicted(of, pixel, nearest, None)
+                    .map_or(UNSERVED, |colour| error(colour, view.colours[pixel]))
             };
             known.fold((0.0, 0usize), |sum, pixel| (sum.0 + off(pixel), sum.1 + 1))
         };
@@ -195,7 +202,9 @@ impl<'a> Predictor<'a> {
         let (view, coverage) = (&self.views[of], &self.coverage[of]);
         let mut judgement = Judgement::default();
         for pixel in (0..view.known.len()).filter(|pixel| view.known[*pixel]) {
-            let Some((nearest, inverse)) = coverage.nearest(pixel, |f| self.is_there(f, None)) else { continue };
+            let Some((nearest, inverse)) = coverage.nearest(pixel, |f| self.is_there(f, None)) else {
+                continue;
+            };
             if nearest != face {
                 continue;
             }
@@ -231,11 +240,8 @@ impl<'a> Predictor<'a> {
             let index = target.index(at);
             let nearest = coverage.nearest(index, |f| self.is_there(f, without));
             let there = nearest.map_or(0.0, |(_, inverse)| f64::from(inverse));
-            let is_same = if inverse > 0.0 {
-                (there * scale / inverse - 1.0).abs() < SAME
-            } else {
-                nearest.is_none()
-            };
+            let is_same =
+                if inverse > 0.0 { (there * scale / inverse - 1.0).abs() < SAME } else { nearest.is_none() };
             if is_same && target.known[index] {
                 let angle = point.map_or(0.0, |p| (view.eye - p).angle_between(target.eye - p));
                 found.push((angle, colour(target, at)));
@@ -247,8 +253,9 @@ impl<'a> Predictor<'a> {
         found.truncate(BLENDED);
         let weight = |angle: f64| 1.0 / (angle + 0.03);
         let total: f64 = found.iter().map(|(angle, _)| weight(*angle)).sum();
-        (!found.is_empty())
-            .then(|| [0, 1, 2].map(|c| found.iter().map(|(angle, rgb)| weight(*angle) * rgb[c]).sum::<f64>() / total))
+        (!found.is_empty()).then(|| {
+            [0, 1, 2].map(|c| found.iter().map(|(angle, rgb)| weight(*angle) * rgb[c]).sum::<f64>() / total)
+        })
     }
 }
 

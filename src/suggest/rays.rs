@@ -62,7 +62,9 @@ impl Rays {
         let (mut all_blocked, mut all) = self.count(mask);
         let mut order: Vec<usize> = (0..count).filter(|i| blocked[*i] > 0).collect();
         let share = |i: usize| blocked[i] as f64 / (blocked[i] + ending[i]) as f64;
-        order.sort_by(|a, b| share(*b).total_cmp(&share(*a)).then(blocked[*b].cmp(&blocked[*a])).then(a.cmp(b)));
+        order.sort_by(|a, b| {
+            share(*b).total_cmp(&share(*a)).then(blocked[*b].cmp(&blocked[*a])).then(a.cmp(b))
+        });
         let mut is_cut = vec![false; count];
         for i in order {
             if all_blocked as f64 <= MOST_BLOCKED * all as f64 {

@@ -50,7 +50,10 @@ fn add_paths(
                     let (left, right) = (&mut left[low * labels..(low + 1) * labels], &mut right[..labels]);
                     if before.0 < x { (&*left, right) } else { (&*right, left) }
                 } else {
-                    (&last[before.0 * labels..(before.0 + 1) * labels], &mut current[x * labels..(x + 1) * labels])
+                    (
+                        &last[before.0 * labels..(before.0 + 1) * labels],
+                        &mut current[x * labels..(x + 1) * labels],
+                    )
                 };
                 for ((to, from), own) in to.iter_mut().zip(from).zip(own) {
                     *to = own + from.min(cheapest + price) - cheapest;
@@ -74,7 +77,8 @@ mod tests {
     #[test]
     fn a_label_that_is_slightly_cheaper_at_one_pixel_does_not_interrupt_the_other() {
         let size = [9, 7];
-        let mut costs: Vec<f32> = (0..63).flat_map(|at| if at % 9 < 5 { [0.0, 1.0] } else { [1.0, 0.0] }).collect();
+        let mut costs: Vec<f32> =
+            (0..63).flat_map(|at| if at % 9 < 5 { [0.0, 1.0] } else { [1.0, 0.0] }).collect();
         costs[2 * (3 * 9 + 2)] = 1.0;
         costs[2 * (3 * 9 + 2) + 1] = 0.0;
         let labels = best_labels(&costs, 2, &[100.0; 63], size);

@@ -30,9 +30,11 @@ const ASKED: usize = 4;
 
 /// Returns the probability of sky at each pixel of each photo.
 pub fn skies(views: &[View], points: &[Point], near: &[Vec<u32>], up: DVec3) -> Vec<Vec<f32>> {
-    let mut greys: Vec<f32> = views.iter().flat_map(|view| view.greys.values.iter().step_by(7).copied()).collect();
+    let mut greys: Vec<f32> =
+        views.iter().flat_map(|view| view.greys.values.iter().step_by(7).copied()).collect();
     let light = LIGHT * quantile(&mut greys, 0.99).unwrap_or(255.0);
-    let evidence: Vec<Evidence> = views.par_iter().map(|view| Evidence::new(view, points, up, light)).collect();
+    let evidence: Vec<Evidence> =
+        views.par_iter().map(|view| Evidence::new(view, points, up, light)).collect();
     let (mut sky, mut rest) = (vec![1.0f64; STEPS.pow(4)], vec![1.0f64; STEPS.pow(4)]);
     for of in &evidence {
         for (at, bin) in of.bins.iter().enumerate() {
@@ -127,7 +129,9 @@ fn keep_true(sky: &mut [f32], views: &[View], of: usize, near: &[u32]) {
             }
         }
     }
-    let is_true = |region: usize| touches[region] && sums[region].1 > 0 && sums[region].0 < SAME * sums[region].1 as f32;
+    let is_true = |region: usize| {
+        touches[region] && sums[region].1 > 0 && sums[region].0 < SAME * sums[region].1 as f32
+    };
     for (at, sky) in sky.iter_mut().enumerate() {
         if !is_true(number[at] as usize) {
             *sky = 0.0;

@@ -1,6 +1,7 @@
 //! The steps from photos and points to a model.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,6 +11,7 @@ use quadratura_base::geometry::bvh::Bvh;
 use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
 
+use super::chart::grown;
 use super::face::Face;
 use super::ground::with_ground;
 use super::label::{Candidates, Labels, Subject, labelled};
@@ -181,8 +183,11 @@ impl Site {
         let near = neighbours(&views, &points);
         let given = input.given.map(|model| depths_of_model(model, &views, &frame));
         let sky = skies(&views, &points, &near, up);
-        let coarse =
-            input.photos.par_iter().map(|photo| View::new(&photo.halved(), frame.origin, frame.unit)).collect();
+        let coarse = input
+            .photos
+            .par_iter()
+            .map(|photo| View::new(&photo.halved(), frame.origin, frame.unit))
+            .collect();
         Ok(Ok(Self { frame, views, points, coarse, near, up, given, sky }))
     }
 
@@ -207,10 +212,10 @@ impl Site {
 
     /// Labels all photos.
     fn labels(&self, candidates: &Candidates, task: &Task) -> Result<Vec<Labels>> {
-        let done = std::sync::atomic::AtomicU64::new(0);
+        let done = AtomicU64::new(0);
         let total = self.views.len() as u64;
         let label = |of: usize| {
-            task.step(STAGE_LABELS, done.fetch_add(1, std::sync::atomic::Ordering::Relaxed), total)?;
+            task.step(STAGE_LABELS, done.fetch_add(1, Ordering::Relaxed), total)?;
             let subject = Subject {
                 views: &self.views,
                 of,
@@ -242,9 +247,7 @@ impl Site {
             for violation in VIOLATIONS {
                 let candidates = Candidates { violation, ..way.clone() };
                 let labels = first.take().map_or_else(|| self.labels(&candidates, task), Ok)?;
-                debug(self, &candidates, &labels); // DEBUG
                 let attempt = self.attempt(candidates, &labels, task)?;
-                if std::env::var("QDEBUG").is_ok() { eprintln!("attempt {} violation {violation} error {} faces {}", way.planes.len(), attempt.error, attempt.faces.len()); } // DEBUG
                 if best.as_ref().is_none_or(|best| attempt.error < best.error) {
                     best = Some(attempt);
                 }
@@ -258,7 +261,7 @@ impl Site {
         let faces = self.faces(&candidates, labels, task)?;
         task.step(STAGE_CHECK, 0, 1)?;
         let mut predictor = Predictor::new(&self.views, &self.near, &faces, self.given.as_deref());
-        let (stays, judgements) = predictor.useful(&faces, |_| std::env::var("QNOCHECK").is_err());
+        let (stays, judgements) = predictor.useful(&faces);
         let error = predictor.error();
         task.step(STAGE_CHECK, 1, 1)?;
         let count = faces.len();
@@ -285,18 +288,26 @@ impl Site {
         let PointPlane { plane, kind, .. } = &candidates.planes[number];
         let mut mask = votes.mask(*kind, &self.views, plane);
         Rays::new(plane, &votes.chart, &self.points, &self.views).cut(&mut mask, &votes.chart);
-        let mask = without_specks(&mask, votes.chart.size);
-        let rings = outlines(&mask, votes.chart.size).into_iter().flat_map(|outline| outline.rings(&votes.chart));
+        // A cell more closes cracks between faces.
+        let mask = grown(&without_specks(&mask, votes.chart.size), votes.chart.size, 1);
+        let rings =
+            outlines(&mask, votes.chart.size).into_iter().flat_map(|outline| outline.rings(&votes.chart));
         rings.map(|ring| with_votes(Face::new(number, *kind, *plane, ring, &votes.chart), votes)).collect()
     }
 
     /// Names what is suggested and returns it to the cameras' world.
-    fn suggestion(&self, candidates: &Candidates, faces: Vec<(Face, Judgement)>, dropped: usize) -> Suggestion {
+    fn suggestion(
+        &self,
+        candidates: &Candidates,
+        faces: Vec<(Face, Judgement)>,
+        dropped: usize,
+    ) -> Suggestion {
         let mut objects: BTreeMap<usize, Vec<(Face, Judgement)>> = BTreeMap::new();
         for (face, judgement) in faces {
             objects.entry(face.number).or_default().push((face, judgement));
         }
-        let worth = |faces: &[(Face, Judgement)]| faces.iter().map(|(_, it)| it.without - it.with).sum::<f64>();
+        let worth =
+            |faces: &[(Face, Judgement)]| faces.iter().map(|(_, it)| it.without - it.with).sum::<f64>();
         let mut objects: Vec<(usize, Vec<(Face, Judgement)>)> = objects.into_iter().collect();
         let is_ground = |number: usize| candidates.planes[number].kind == Kind::Ground;
         objects.sort_by(|a, b| is_ground(b.0).cmp(&is_ground(a.0)).then(worth(&b.1).total_cmp(&worth(&a.1))));
@@ -318,7 +329,10 @@ impl Site {
         SuggestedObject {
             name,
             kind: plane.kind,
-            faces: faces.iter().map(|(f, _)| SuggestedFace { ring: f.ring.iter().map(world).collect() }).collect(),
+            faces: faces
+                .iter()
+                .map(|(f, _)| SuggestedFace { ring: f.ring.iter().map(world).collect() })
+                .collect(),
             points: plane.members.len(),
             photos_for: faces.iter().map(|(face, _)| face.seen).sum::<f64>() / count,
             photos_against: faces.iter().map(|(face, _)| face.passed).sum::<f64>() / count,
@@ -341,7 +355,8 @@ fn word(kind: Kind) -> &'static str {
 /// Adds the mean votes of the cells that a face covers.
 fn with_votes(mut face: Face, votes: &Votes) -> Face {
     let cells: Vec<usize> = (0..face.covers.len()).filter(|at| face.covers[*at]).collect();
-    let mean = |of: &[f32]| cells.iter().map(|at| f64::from(of[*at])).sum::<f64>() / cells.len().max(1) as f64;
+    let mean =
+        |of: &[f32]| cells.iter().map(|at| f64::from(of[*at])).sum::<f64>() / cells.len().max(1) as f64;
     (face.seen, face.passed) = (mean(&votes.seen), mean(&votes.passed));
     face
 }
@@ -359,22 +374,4 @@ fn depths_of_model(model: &Model, views: &[View], frame: &Frame) -> Vec<Vec<f32>
         (0..view.known.len()).map(inverse).collect()
     };
     views.par_iter().map(of_view).collect()
-}
-
-fn debug(site: &Site, candidates: &Candidates, labels: &[Labels]) { // DEBUG
-    let Ok(to) = std::env::var("QDEBUG") else { return };
-    for (i, p) in candidates.planes.iter().enumerate() { eprintln!("plane {i} {:?} {} n {:.3} {:.3} {:.3}", p.kind, p.members.len(), p.plane.normal.x, p.plane.normal.y, p.plane.normal.z); }
-    for (i, (v, l)) in site.views.iter().zip(labels).enumerate() {
-        let [w, h] = v.size();
-        let far = l.of.iter().filter(|l| **l == super::label::FAR).count() as f64 / (w * h) as f64;
-        let sky = site.sky[i].iter().filter(|p| **p > 0.5).count() as f64 / (w * h) as f64;
-        eprintln!("view {i} far {far:.3} sky {sky:.3} near {:?}", &site.near[i][..site.near[i].len().min(4)]);
-        let mut b = format!("P6\n{} {}\n255\n", 2 * w, h).into_bytes();
-        for y in 0..h { for s in 0..2 { for x in 0..w { let at = y * w + x; let c = v.colours[at];
-            if s == 0 { let k = l.of[at]; let col = if k == super::label::FAR { [0.0, 0.0, 0.0] } else { let a = f64::from(k) * 2.4; [127.0 + 127.0 * a.sin(), 127.0 + 127.0 * (a + 2.1).sin(), 127.0 + 127.0 * (a + 4.2).sin()] };
-                for j in 0..3 { b.push((0.4 * f64::from(c[j]) + 0.6 * col[j]) as u8); } }
-            else { let p = site.sky[i][at]; for j in 0..3 { b.push((c[j] * (1.0 - p) + if j == 2 { 255.0 * p } else { 0.0 }) as u8); } }
-        } } }
-        std::fs::write(format!("{to}-{i}.ppm"), b).unwrap();
-    }
 }

@@ -40,7 +40,8 @@ impl Support {
     pub fn new(plane: &PointPlane, points: &[Point], views: &[View], up: DVec3) -> Self {
         let members = || plane.members.iter().map(|i| &points[*i as usize]);
         let away = upper_median(&mut members().map(|point| point.away).collect::<Vec<_>>());
-        let seen_from = |place: &DVec3| views.iter().map(|view| view.eye.distance(*place)).fold(f64::INFINITY, f64::min);
+        let seen_from =
+            |place: &DVec3| views.iter().map(|view| view.eye.distance(*place)).fold(f64::INFINITY, f64::min);
         let away = away.or_else(|| upper_median(&mut plane.places.iter().map(seen_from).collect::<Vec<_>>()));
         let away = away.unwrap_or(1.0);
         let reach = if plane.kind == Kind::Ground { REACH_OF_GROUND } else { REACH };
@@ -91,7 +92,12 @@ fn distances(chart: &Chart, points: impl Iterator<Item = DVec3>, away: f64) -> V
 }
 
 /// Returns where a ray passes through a plane from the front and ends well behind it.
-pub fn passes(eye: DVec3, point: &Point, plane: &quadratura_base::geometry::Plane, margin: f64) -> Option<DVec3> {
+pub fn passes(
+    eye: DVec3,
+    point: &Point,
+    plane: &quadratura_base::geometry::Plane,
+    margin: f64,
+) -> Option<DVec3> {
     let (from, to) = (plane.signed_distance(eye), plane.signed_distance(point.at));
     if from <= 0.0 || to >= 0.0 {
         return None;
@@ -126,20 +132,21 @@ pub fn blurred(values: &[f32], [columns, rows]: [usize; 2], sigma: f32) -> Vec<f
     let reach = (2.5 * sigma).ceil() as isize;
     let kernel: Vec<f32> = (-reach..=reach).map(|k| (-0.5 * (k as f32 / sigma).powi(2)).exp()).collect();
     let sum: f32 = kernel.iter().sum();
-    let pass = |from: &[f32], stride: usize, count: usize, place: &(dyn Fn(usize) -> usize + Sync)| -> Vec<f32> {
-        (0..from.len())
-            .into_par_iter()
-            .map(|at| {
-                let own = place(at);
-                let base = at - own * stride;
-                let tap = |(k, weight): (isize, &f32)| {
-                    let other = own.saturating_add_signed(k).min(count - 1);
-                    weight * from[base + other * stride]
-                };
-                (-reach..=reach).zip(&kernel).map(tap).sum::<f32>() / sum
-            })
-            .collect()
-    };
+    let pass =
+        |from: &[f32], stride: usize, count: usize, place: &(dyn Fn(usize) -> usize + Sync)| -> Vec<f32> {
+            (0..from.len())
+                .into_par_iter()
+                .map(|at| {
+                    let own = place(at);
+                    let base = at - own * stride;
+                    let tap = |(k, weight): (isize, &f32)| {
+                        let other = own.saturating_add_signed(k).min(count - 1);
+                        weight * from[base + other * stride]
+                    };
+                    (-reach..=reach).zip(&kernel).map(tap).sum::<f32>() / sum
+                })
+                .collect()
+        };
     let across = pass(values, 1, columns, &|at| at % columns);
     pass(&across, columns, rows, &|at| at / columns)
 }

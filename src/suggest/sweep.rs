@@ -66,7 +66,10 @@ pub fn swept(
     let mut photos: Vec<Swept<'_>> = chosen
         .iter()
         .zip(&comparers)
-        .map(|(of, comparer)| Swept { view: &coarse[*of], cost: unexplained(coarse, *of, comparer, labels, sky) })
+        .map(|(of, comparer)| Swept {
+            view: &coarse[*of],
+            cost: unexplained(coarse, *of, comparer, labels, sky),
+        })
         .collect();
     let pixels: usize = photos.iter().map(|photo| photo.cost.len()).sum();
     let middle_eye = coarse.iter().map(|view| view.eye).sum::<DVec3>() / coarse.len() as f64;
@@ -79,7 +82,10 @@ pub fn swept(
     let mut found: Vec<PointPlane> = Vec::new();
     let mut is_used = vec![false; trials.len()];
     while found.len() < MOST {
-        let scores: Vec<f64> = (0..trials.len()).into_par_iter().map(|i| if is_used[i] { 0.0 } else { score(&photos, &all[i]).0 }).collect();
+        let scores: Vec<f64> = (0..trials.len())
+            .into_par_iter()
+            .map(|i| if is_used[i] { 0.0 } else { score(&photos, &all[i]).0 })
+            .collect();
         let Some(best) = (0..trials.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b])) else { break };
         is_used[best] = true;
         if score(&photos, &all[best]).1 < (LEAST_SHARE * pixels as f64) as usize {
@@ -98,12 +104,20 @@ pub fn swept(
 }
 
 /// Returns what the label of each pixel at half size costs; NaN where it is explained or plain.
-fn unexplained(coarse: &[View], of: usize, comparer: &Comparer<'_>, labels: &[Labels], sky: &[Vec<f32>]) -> Vec<f32> {
+fn unexplained(
+    coarse: &[View],
+    of: usize,
+    comparer: &Comparer<'_>,
+    labels: &[Labels],
+    sky: &[Vec<f32>],
+) -> Vec<f32> {
     let [w, h] = coarse[of].size();
     let wide = labels[of].of.len() / (labels[of].of.len() / (2 * w).max(1)).max(1);
     let cost = |at: usize| {
         let full = (2 * (at / w)).min(2 * h) * wide + 2 * (at % w);
-        let (Some(label), Some(cost)) = (labels[of].of.get(full), labels[of].cost.get(full)) else { return f32::NAN };
+        let (Some(label), Some(cost)) = (labels[of].of.get(full), labels[of].cost.get(full)) else {
+            return f32::NAN;
+        };
         let is_open = *label == FAR && sky[of][full] < 0.5;
         let is_poor = *label != FAR && *label != UNKNOWN && *cost > POOR;
         let tells = comparer.texture[at] > TEXTURED;
@@ -114,7 +128,8 @@ fn unexplained(coarse: &[View], of: usize, comparer: &Comparer<'_>, labels: &[La
 
 /// Returns the planes that are tried: along and across the largest walls, at all distances in front of the cameras.
 fn trials(candidates: &Candidates, eye: DVec3) -> Vec<Plane> {
-    let mut walls: Vec<&PointPlane> = candidates.planes.iter().filter(|plane| plane.kind == Kind::Plumb).collect();
+    let mut walls: Vec<&PointPlane> =
+        candidates.planes.iter().filter(|plane| plane.kind == Kind::Plumb).collect();
     walls.sort_by_key(|plane| std::cmp::Reverse(plane.members.len()));
     let mut directions: Vec<DVec3> = Vec::new();
     for wall in walls {
@@ -131,13 +146,19 @@ fn trials(candidates: &Candidates, eye: DVec3) -> Vec<Plane> {
 }
 
 /// Returns how much photos disagree about a plane at the pixels that are not explained, in steps.
-fn disagreements(photo: &Swept<'_>, comparer: &Comparer<'_>, plane: &Plane, ground: Option<&Plane>) -> Vec<u8> {
+fn disagreements(
+    photo: &Swept<'_>,
+    comparer: &Comparer<'_>,
+    plane: &Plane,
+    ground: Option<&Plane>,
+) -> Vec<u8> {
     let mut found = vec![NONE; photo.cost.len()];
     if !is_front(photo.view, plane) || photo.cost.iter().all(|cost| cost.is_nan()) {
         return found;
     }
     let depth = photo.view.inverse_depth(plane);
-    let ground = ground.filter(|ground| is_front(photo.view, ground)).map(|ground| photo.view.inverse_depth(ground));
+    let ground =
+        ground.filter(|ground| is_front(photo.view, ground)).map(|ground| photo.view.inverse_depth(ground));
     let at = |x: usize, y: usize| {
         let inverse = depth.at(x, y);
         let is_below = ground.as_ref().is_some_and(|ground| ground.at(x, y) > 1.02 * inverse);
@@ -166,7 +187,8 @@ fn score(photos: &[Swept<'_>], all: &[Vec<u8>]) -> (f64, usize) {
         let gains: Vec<f32> = photo.cost.iter().zip(own).map(|(cost, own)| gain(*cost, *own)).collect();
         let gains_any: Vec<bool> = gains.iter().map(|gain| *gain > 0.0).collect();
         let (number, sizes) = regions(&gains_any, photo.view.size());
-        for at in (0..gains.len()).filter(|at| gains_any[*at] && sizes[number[*at] as usize] >= LEAST_REGION) {
+        for at in (0..gains.len()).filter(|at| gains_any[*at] && sizes[number[*at] as usize] >= LEAST_REGION)
+        {
             sum = (sum.0 + f64::from(gains[at]), sum.1 + 1);
         }
     }
@@ -182,7 +204,11 @@ fn refined(
     ground: Option<&Plane>,
 ) -> (Plane, Vec<Vec<u8>>) {
     let judge = |plane: &Plane| -> Vec<Vec<u8>> {
-        photos.iter().zip(comparers).map(|(photo, comparer)| disagreements(photo, comparer, plane, ground)).collect()
+        photos
+            .iter()
+            .zip(comparers)
+            .map(|(photo, comparer)| disagreements(photo, comparer, plane, ground))
+            .collect()
     };
     let mut best = start;
     for step in [0.02, 0.007, 0.0025] {
@@ -205,7 +231,8 @@ fn places(photos: &mut [Swept<'_>], all: &[Vec<u8>], plane: &Plane) -> Vec<DVec3
     let mut places = Vec::new();
     for (photo, own) in photos.iter_mut().zip(all) {
         let (w, depth) = (photo.view.size()[0], photo.view.inverse_depth(plane));
-        let is_won: Vec<bool> = photo.cost.iter().zip(own).map(|(cost, own)| gain(*cost, *own) > 0.0).collect();
+        let is_won: Vec<bool> =
+            photo.cost.iter().zip(own).map(|(cost, own)| gain(*cost, *own) > 0.0).collect();
         let (number, sizes) = regions(&is_won, photo.view.size());
         for at in (0..own.len()).filter(|at| is_won[*at] && sizes[number[*at] as usize] >= LEAST_REGION) {
             photo.cost[at] = f32::NAN;

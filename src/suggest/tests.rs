@@ -24,7 +24,12 @@ impl Invented {
     fn court() -> Self {
         let mut m = Modeller::new();
         m.object("ground").quad(DVec3::new(0.0, -2.0, 0.0), DVec3::X * 20.0, DVec3::Y * 16.0);
-        m.object("north").quad_facing(DVec3::NEG_Y, DVec3::new(0.0, 14.0, 0.0), DVec3::X * 20.0, DVec3::Z * 6.0);
+        m.object("north").quad_facing(
+            DVec3::NEG_Y,
+            DVec3::new(0.0, 14.0, 0.0),
+            DVec3::X * 20.0,
+            DVec3::Z * 6.0,
+        );
         m.object("west").quad_facing(DVec3::X, DVec3::ZERO, DVec3::Y * 14.0, DVec3::Z * 6.0);
         m.object("east").quad_facing(DVec3::NEG_X, DVec3::X * 20.0, DVec3::Y * 14.0, DVec3::Z * 6.0);
         let eye = |i: i32| DVec3::new(4.0 + 2.0 * f64::from(i), 0.5 + 0.6 * f64::from(i % 3), 1.7);
@@ -73,7 +78,8 @@ impl Invented {
         let mut points = Vec::new();
         while points.len() < count {
             let (camera, pose) = self.cameras[rng.whole(0, self.cameras.len() as u32 - 1) as usize];
-            let px = middle(rng.whole(0, camera.width - 1) as usize, rng.whole(0, camera.height - 1) as usize);
+            let px =
+                middle(rng.whole(0, camera.width - 1) as usize, rng.whole(0, camera.height - 1) as usize);
             let (eye, ray) = (pose.center_in_world(), pose.rotation.transpose() * camera.ray_in_camera(px));
             let Some((t, _)) = tree.first_hit(eye, ray, f64::INFINITY) else { continue };
             let at = eye + ray * t;
@@ -119,14 +125,16 @@ fn texture(at: DVec3, object: u32) -> u8 {
         let ease = share * share * (DVec3::splat(3.0) - 2.0 * share);
         let mut sum = 0.0;
         for corner in 0..8 {
-            let pick = |bit: i32, ease: f64| if corner >> bit & 1 == 1 { (1.0, ease) } else { (0.0, 1.0 - ease) };
+            let pick =
+                |bit: i32, ease: f64| if corner >> bit & 1 == 1 { (1.0, ease) } else { (0.0, 1.0 - ease) };
             let [(x, u), (y, v), (z, w)] = [pick(0, ease.x), pick(1, ease.y), pick(2, ease.z)];
             sum += u * v * w * value(DVec3::new(x, y, z));
         }
         sum
     };
     let tone = 60.0 + 22.0 * f64::from(object);
-    (tone + 90.0 * (cell(1.3) - 0.5) + 60.0 * (cell(0.45) - 0.5) + 40.0 * (cell(0.17) - 0.5)).clamp(5.0, 200.0) as u8
+    (tone + 90.0 * (cell(1.3) - 0.5) + 60.0 * (cell(0.45) - 0.5) + 40.0 * (cell(0.17) - 0.5))
+        .clamp(5.0, 200.0) as u8
 }
 
 fn answer(photos: &[SeenPhoto], points: &[SeenPoint]) -> Result<Suggestion, Reason> {
@@ -149,7 +157,9 @@ fn area(object: &SuggestedObject) -> f64 {
 fn assert_court(found: &Suggestion, site: &Invented, scale: f64, up: DVec3) {
     let tilt = found.up.angle_between(up).to_degrees();
     assert!(tilt < 0.2, "up is {tilt} degrees off");
-    for (object, kind) in [("ground", Kind::Ground), ("north", Kind::Plumb), ("west", Kind::Plumb), ("east", Kind::Plumb)] {
+    for (object, kind) in
+        [("ground", Kind::Ground), ("north", Kind::Plumb), ("west", Kind::Plumb), ("east", Kind::Plumb)]
+    {
         let id = site.model.object_named(object).unwrap();
         let truth = site.model.face(site.model.object(id).faces[0]).plane;
         // A point of each candidate is 10 away from its observers, and may be off by 0.2 %.
@@ -218,7 +228,11 @@ fn a_face_in_front_of_a_camera_is_cut_where_rays_pass() {
                 }
             }
             // The rays are counted on cells, the face is outlined within 2.5 of them.
-            assert!(f64::from(blocked as u32) <= 0.02 * f64::from(met) + 2.0, "{}: {blocked} of {met}", object.name);
+            assert!(
+                f64::from(blocked as u32) <= 0.02 * f64::from(met) + 2.0,
+                "{}: {blocked} of {met}",
+                object.name
+            );
         }
     }
 }

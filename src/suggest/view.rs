@@ -21,7 +21,9 @@ impl SeenPhoto {
     /// Returns the photo at half its size.
     pub fn halved(&self) -> Self {
         let small = Halved::new(self);
-        let pixel = |([r, g, b], known): (&[f32; 3], &bool)| [*r as u8, *g as u8, *b as u8, if *known { 255 } else { 0 }];
+        let pixel = |([r, g, b], known): (&[f32; 3], &bool)| {
+            [*r as u8, *g as u8, *b as u8, if *known { 255 } else { 0 }]
+        };
         let pixels = small.colours.iter().zip(&small.known).map(pixel).collect();
         let rect = PixelRect::of_size(small.camera.width, small.camera.height);
         Self { camera: small.camera, pose: self.pose, pixels: Image::new(rect, pixels) }
@@ -217,8 +219,14 @@ impl Halved {
         let half = photo.pixels.halved(OddSide::Dropped, mean);
         let [w, h] = half.size();
         let Pinhole { fx, fy, cx, cy, .. } = photo.camera;
-        let camera =
-            Pinhole { width: w as u32, height: h as u32, fx: fx / 2.0, fy: fy / 2.0, cx: cx / 2.0, cy: cy / 2.0 };
+        let camera = Pinhole {
+            width: w as u32,
+            height: h as u32,
+            fx: fx / 2.0,
+            fy: fy / 2.0,
+            cx: cx / 2.0,
+            cy: cy / 2.0,
+        };
         let (colours, known) = half.into_pixels().into_iter().unzip();
         Self { camera, colours, known }
     }

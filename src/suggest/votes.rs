@@ -118,7 +118,8 @@ impl Votes {
             let foot = self.chart.place(view.eye);
             let radius = (1.5 * behind / self.chart.cell).max(3.0);
             for (at, free) in free.iter_mut().enumerate() {
-                let cell = DVec2::new((at % self.chart.size[0]) as f64, (at / self.chart.size[0]) as f64) + 0.5;
+                let cell =
+                    DVec2::new((at % self.chart.size[0]) as f64, (at / self.chart.size[0]) as f64) + 0.5;
                 *free &= cell.distance(foot) > radius;
             }
         }

@@ -121,7 +121,12 @@ pub fn check_target(out: &Path, replace: bool) -> Result<()> {
 /// # Errors
 /// The errors of reading cameras, photos and, with `add`, the model; [`Error::Missing`] with the reason where nothing can be
 /// suggested; the errors of [`check_target`]; [`Error::Cancelled`], after which no file is written.
-pub fn write_suggestion(source: &SuggestFor, out: &Path, replace: bool, task: &Task) -> Result<SuggestedModel> {
+pub fn write_suggestion(
+    source: &SuggestFor,
+    out: &Path,
+    replace: bool,
+    task: &Task,
+) -> Result<SuggestedModel> {
     check_target(out, replace)?;
     let sources = match source {
         SuggestFor::Project { folder, add } => of_project(folder, *add, task)?,
@@ -133,7 +138,8 @@ pub fn write_suggestion(source: &SuggestFor, out: &Path, replace: bool, task: &T
     let seen: Vec<_> = photos.iter().map(|(_, photo)| photo.clone()).collect();
     let model = given.as_ref().map(|given| &*given.model);
     let input = Input { photos: &seen, points: &points, given: model };
-    let suggestion = suggest(&input, task)?.map_err(|reason| nothing(reason, &cameras.file, seen.len(), points.len()))?;
+    let suggestion =
+        suggest(&input, task)?.map_err(|reason| nothing(reason, &cameras.file, seen.len(), points.len()))?;
     let to_file = given.as_ref().map_or(Similarity::IDENTITY, |given| given.world_from_model.inverse());
     let text = obj_text(&suggestion.objects, &to_file);
     check_target(out, replace)?;
@@ -163,17 +169,18 @@ fn nothing(reason: Reason, cameras: &Path, photos: usize, points: usize) -> Erro
             "add photos from other viewpoints; a panorama alone has no depth",
         ),
         Reason::FewPoints => (
-            format!("fewer than 30 of {points} sparse points have a distance that two photos determine within 5 %"),
+            format!(
+                "fewer than 30 of {points} sparse points have a distance that two photos determine within 5 %"
+            ),
             "add photos from other viewpoints, or align the photos again with more points",
         ),
         Reason::NoPlanes => (
             format!("the {points} sparse points lie on no plane that the photos confirm"),
             "add photos, or model the site by hand",
         ),
-        Reason::AllExplained => (
-            "the model explains all that the photos show of planes".to_owned(),
-            "nothing needs to be added",
-        ),
+        Reason::AllExplained => {
+            ("the model explains all that the photos show of planes".to_owned(), "nothing needs to be added")
+        }
     };
     Error::input(cameras, "", format!("no model can be suggested: {found}"), remedy)
 }

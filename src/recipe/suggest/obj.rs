@@ -50,7 +50,9 @@ pub fn obj_text(objects: &[SuggestedObject], to_file: &Similarity) -> String {
 /// # Errors
 /// [`Error::Io`].
 pub fn is_ours(file: &Path) -> Result<bool> {
-    let Ok(text) = String::from_utf8(std::fs::read(file).map_err(Error::io(file, "read it"))?) else { return Ok(false) };
+    let Ok(text) = String::from_utf8(std::fs::read(file).map_err(Error::io(file, "read it"))?) else {
+        return Ok(false);
+    };
     let Some((first, body)) = text.split_once('\n') else { return Ok(false) };
     Ok(first.strip_prefix(MARK).is_some_and(|hash| hash == hash_bytes(body.as_bytes())))
 }

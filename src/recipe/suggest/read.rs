@@ -55,7 +55,8 @@ pub struct Given {
 pub fn of_project(folder: &Path, add: bool, task: &Task) -> Result<Sources> {
     let mut opened = open(folder, task)?;
     let cameras = cameras_of(folder, &opened.project, &Task::silent())?;
-    let problems = Arc::get_mut(&mut opened.problems).map(|it| std::mem::take(&mut it.errors)).unwrap_or_default();
+    let problems =
+        Arc::get_mut(&mut opened.problems).map(|it| std::mem::take(&mut it.errors)).unwrap_or_default();
     let given = add.then(|| Given {
         model: Arc::new(opened.site.model.without(|object| says_backdrop(&object.name))),
         world_from_model: opened.project.world_from_model,
@@ -95,7 +96,8 @@ fn seen<I: Sync>(
 ) -> Result<(Vec<(String, SeenPhoto)>, Vec<Error>)> {
     let at_a_time =
         ParallelPhotos { threads: rayon::current_num_threads(), memory: default_memory(), stage: STAGE };
-    let work = |item: &I| read(item).map(|pixels| (photo(item).name.clone(), at_working_size(photo(item), &pixels)));
+    let work =
+        |item: &I| read(item).map(|pixels| (photo(item).name.clone(), at_working_size(photo(item), &pixels)));
     let (mut photos, mut problems) = (Vec::new(), Vec::new());
     for result in at_a_time.run(items, bytes, work, task)? {
         match result {
