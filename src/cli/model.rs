@@ -78,8 +78,8 @@ fn table(objects: &[ObjectFigures]) -> Table {
 fn summary(written: &SuggestedModel, objects: &[ObjectFigures], out: &Path) -> String {
     let faces = objects.iter().map(|object| object.faces).sum();
     format!(
-        "{} in {} from {} and {}, written to {}; {} dropped, because left-out photos are predicted no worse without \
-         them.\n\"photos for\" is how many photos show a place of the object, \"against\" how many see through it, \"gain\" how \
+        "{} in {} from {} and {}, written to {}; {} dropped that hardly show, or without which \
+         left-out photos are predicted better.\n\"photos for\" is how many photos show a place of the object, \"against\" how many see through it, \"gain\" how \
          much it lowers the error of left-out photos there, of 255.\n",
         counted(faces, "face"),
         counted(objects.len(), "object"),

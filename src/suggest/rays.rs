@@ -10,10 +10,11 @@ use super::view::View;
 
 /// The share of a ray behind a face from which on it is blocked.
 const BEHIND: f64 = 0.03;
-/// The share of the rays that meet a face which it may block.
-pub const MOST_BLOCKED: f64 = 0.01;
-/// The side of the squares that are cut out, in cells.
-const SQUARE: usize = 6;
+/// The share of the rays that meet a face which its cells may block. Outlines leave the cells by up to three, so that this is a quarter of
+/// the 1 % that a face should not exceed.
+const MOST_BLOCKED: f64 = 0.0025;
+/// The side of the squares that are cut out, in cells: smaller holes are no part of an outline.
+const SQUARE: usize = 8;
 
 /// The rays that meet a plane, as cells of its raster.
 pub struct Rays {

@@ -25,7 +25,7 @@ use super::support::{Support, middle};
 use super::sweep::swept;
 use super::up::up;
 use super::view::{SeenPhoto, View};
-use super::votes::{Votes, votes, without_specks};
+use super::votes::{Votes, votes};
 
 /// What a model is suggested from.
 pub struct Input<'a> {
@@ -78,7 +78,7 @@ pub struct Suggestion {
     pub objects: Vec<SuggestedObject>,
     /// The direction upwards in the cameras' world.
     pub up: DVec3,
-    /// Faces that were dropped because left-out photos are predicted no worse without them.
+    /// Faces that were dropped because they hardly show, or because left-out photos are predicted better without them.
     pub dropped: usize,
 }
 
@@ -286,10 +286,9 @@ impl Site {
 
     fn faces_of_plane(&self, number: usize, candidates: &Candidates, votes: &Votes) -> Vec<Face> {
         let PointPlane { plane, kind, .. } = &candidates.planes[number];
-        let mut mask = votes.mask(*kind, &self.views, plane);
-        Rays::new(plane, &votes.chart, &self.points, &self.views).cut(&mut mask, &votes.chart);
         // A cell more closes cracks between faces.
-        let mask = grown(&without_specks(&mask, votes.chart.size), votes.chart.size, 1);
+        let mut mask = grown(&votes.mask(*kind, &self.views, plane), votes.chart.size, 1);
+        Rays::new(plane, &votes.chart, &self.points, &self.views).cut(&mut mask, &votes.chart);
         let rings =
             outlines(&mask, votes.chart.size).into_iter().flat_map(|outline| outline.rings(&votes.chart));
         rings.map(|ring| with_votes(Face::new(number, *kind, *plane, ring, &votes.chart), votes)).collect()

@@ -127,7 +127,7 @@ impl Votes {
 }
 
 /// Removes small regions and fills small holes.
-pub fn without_specks(mask: &[bool], size: [usize; 2]) -> Vec<bool> {
+fn without_specks(mask: &[bool], size: [usize; 2]) -> Vec<bool> {
     let flip = |mask: &[bool]| -> Vec<bool> {
         let (number, sizes) = regions(mask, size);
         mask.iter().zip(number).map(|(own, region)| *own != (sizes[region as usize] < LEAST_CELLS)).collect()

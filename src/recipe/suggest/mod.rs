@@ -42,7 +42,7 @@ pub enum SuggestFor {
 pub struct SuggestedModel {
     /// The objects.
     pub objects: Vec<SuggestedObject>,
-    /// Faces that were dropped because photos are predicted no worse without them.
+    /// Faces that were dropped because they hardly show, or because photos are predicted better without them.
     pub dropped: usize,
     /// Photos that were used.
     pub photos: usize,
