@@ -21,7 +21,9 @@ const MOST_ERROR: f64 = 60.0 * 60.0;
 const UNSERVED: f64 = 40.0 * 40.0;
 /// A face is dropped when it multiplies the squared error by more than this. Six photos are few: of faces between this and 1, which were
 /// dropped first, most helped photos that were held out.
-const HARM: f64 = 1.1;
+pub const HARM: f64 = 1.1;
+/// What is added to a model has to help: of a wall that runs on into the sky nothing is seen.
+pub const HARM_OF_ADDED: f64 = 0.97;
 /// A face is too small below this share of all pixels of the photos.
 const LEAST_SHARE: f64 = 2e-4;
 
@@ -141,8 +143,8 @@ impl<'a> Predictor<'a> {
         face == GIVEN || (Some(face) != without && self.is_there[usize::from(face)])
     }
 
-    /// Drops faces that do not help, small ones first. Returns which stay, and what was found about each.
-    pub fn useful(&mut self, faces: &[Face]) -> (Vec<bool>, Vec<Judgement>) {
+    /// Drops faces that hardly show, and those that multiply the squared error by more than `harm`, small ones first. Returns which stay, and what was found about each.
+    pub fn useful(&mut self, faces: &[Face], harm: f64) -> (Vec<bool>, Vec<Judgement>) {
         let pixels: usize = self.views.iter().map(|view| view.known.len()).sum();
         let mut order: Vec<(usize, usize)> =
             (0..faces.len()).map(|face| (self.shown(face as u16).iter().sum(), face)).collect();
@@ -151,7 +153,7 @@ impl<'a> Predictor<'a> {
         for (_, face) in order {
             let judgement = self.judged(face as u16);
             let is_small = (judgement.pixels as f64) < LEAST_SHARE * pixels as f64;
-            let harms = judgement.compared == 0 || judgement.with > HARM * judgement.without;
+            let harms = judgement.compared == 0 || judgement.with > harm * judgement.without;
             if is_small || harms {
                 self.is_there[face] = false;
             }

@@ -18,7 +18,7 @@ use super::label::{Candidates, Labels, Subject, labelled};
 use super::outline::outlines;
 use super::planes::{Kind, PointPlane, Search, merged};
 use super::points::{Frame, Point, SeenPoint, certain, neighbours};
-use super::predict::{Judgement, Predictor};
+use super::predict::{HARM, HARM_OF_ADDED, Judgement, Predictor};
 use super::rays::Rays;
 use super::sky::skies;
 use super::support::{Support, middle};
@@ -261,7 +261,8 @@ impl Site {
         let faces = self.faces(&candidates, labels, task)?;
         task.step(STAGE_CHECK, 0, 1)?;
         let mut predictor = Predictor::new(&self.views, &self.near, &faces, self.given.as_deref());
-        let (stays, judgements) = predictor.useful(&faces);
+        let (stays, judgements) =
+            predictor.useful(&faces, if self.given.is_some() { HARM_OF_ADDED } else { HARM });
         let error = predictor.error();
         task.step(STAGE_CHECK, 1, 1)?;
         let count = faces.len();
