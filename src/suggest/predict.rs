@@ -3,10 +3,15 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
+use quadratura_base::error::Result;
+use quadratura_base::task::Task;
+
 use super::face::Face;
 use super::support::middle;
 use super::view::{View, Warp};
 
+/// The stage that is reported.
+const STAGE: &str = "predict photos";
 /// Photos from which a pixel is predicted.
 const BLENDED: usize = 4;
 /// Photos that are asked, best first.
@@ -143,14 +148,19 @@ impl<'a> Predictor<'a> {
         face == GIVEN || (Some(face) != without && self.is_there[usize::from(face)])
     }
 
-    /// Drops faces that hardly show, and those that multiply the squared error by more than `harm`, small ones first. Returns which stay, and what was found about each.
-    pub fn useful(&mut self, faces: &[Face], harm: f64) -> (Vec<bool>, Vec<Judgement>) {
+    /// Drops faces that hardly show, and those that multiply the squared error by more than `harm`, small ones first. Returns which
+    /// stay, and what was found about each.
+    ///
+    /// # Errors
+    /// [`quadratura_base::Error::Cancelled`] on request.
+    pub fn useful(&mut self, faces: &[Face], harm: f64, task: &Task) -> Result<(Vec<bool>, Vec<Judgement>)> {
         let pixels: usize = self.views.iter().map(|view| view.known.len()).sum();
         let mut order: Vec<(usize, usize)> =
             (0..faces.len()).map(|face| (self.shown(face as u16).iter().sum(), face)).collect();
         order.sort_unstable();
         let mut judgements = vec![Judgement::default(); faces.len()];
-        for (_, face) in order {
+        for (done, (_, face)) in order.into_iter().enumerate() {
+            task.step(STAGE, done as u64, faces.len() as u64)?;
             let judgement = self.judged(face as u16);
             let is_small = (judgement.pixels as f64) < LEAST_SHARE * pixels as f64;
             let harms = judgement.compared == 0 || judgement.with > harm * judgement.without;
@@ -159,7 +169,7 @@ impl<'a> Predictor<'a> {
             }
             judgements[face] = judgement;
         }
-        (self.is_there.clone(), judgements)
+        Ok((self.is_there.clone(), judgements))
     }
 
     /// Returns the mean squared error of all photos, each predicted from the others over the faces that stay.

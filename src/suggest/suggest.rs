@@ -108,9 +108,7 @@ const MOST_PLANES: usize = 45;
 /// The stages that are reported.
 const STAGE_PLANES: &str = "find planes";
 const STAGE_LABELS: &str = "label photos";
-const STAGE_SWEEP: &str = "sweep walls";
 const STAGE_VOTES: &str = "outline faces";
-const STAGE_CHECK: &str = "predict photos";
 
 /// Suggests a model, or says why there is none.
 ///
@@ -234,9 +232,7 @@ impl Site {
     /// Tries planes of points alone and with walls without points, with and without rays, and returns what predicts left-out photos best.
     fn best_attempt(&self, candidates: Candidates, task: &Task) -> Result<Option<Attempt>> {
         let labels = self.labels(&candidates, task)?;
-        task.step(STAGE_SWEEP, 0, 1)?;
-        let found = swept(&self.coarse, &self.near, &self.points, &self.sky, &labels, &candidates);
-        task.step(STAGE_SWEEP, 1, 1)?;
+        let found = swept(&self.coarse, &self.near, &self.points, &self.sky, &labels, &candidates, task)?;
         let mut ways = vec![candidates];
         if !found.is_empty() {
             ways.push(self.supported(ways[0].planes.iter().cloned().chain(found).collect()));
@@ -259,12 +255,10 @@ impl Site {
     /// Outlines and checks the faces of labelled photos.
     fn attempt(&self, candidates: Candidates, labels: &[Labels], task: &Task) -> Result<Attempt> {
         let faces = self.faces(&candidates, labels, task)?;
-        task.step(STAGE_CHECK, 0, 1)?;
         let mut predictor = Predictor::new(&self.views, &self.near, &faces, self.given.as_deref());
         let (stays, judgements) =
-            predictor.useful(&faces, if self.given.is_some() { HARM_OF_ADDED } else { HARM });
+            predictor.useful(&faces, if self.given.is_some() { HARM_OF_ADDED } else { HARM }, task)?;
         let error = predictor.error();
-        task.step(STAGE_CHECK, 1, 1)?;
         let count = faces.len();
         let kept = faces.into_iter().zip(judgements).zip(stays).filter(|(_, stays)| *stays);
         let faces: Vec<(Face, Judgement)> = kept.map(|(face, _)| face).collect();

@@ -1,10 +1,14 @@
 //! Walls without points: plumb planes along the directions of known walls are swept, and those that photos agree about where
 //! nothing else explains them are added.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+use quadratura_base::error::Result;
 use quadratura_base::geometry::Plane;
+use quadratura_base::task::Task;
 
 use super::chart::regions;
 use super::compare::Comparer;
@@ -14,6 +18,8 @@ use super::points::Point;
 use super::support::middle;
 use super::view::View;
 
+/// The stage that is reported.
+const STAGE: &str = "sweep walls";
 /// The most directions, with those across them.
 const DIRECTIONS: usize = 8;
 /// Distances of planes from the cameras' middle that are tried, ...
@@ -51,6 +57,9 @@ struct Swept<'a> {
 }
 
 /// Returns the planes that explain what the labels do not.
+///
+/// # Errors
+/// [`quadratura_base::Error::Cancelled`] on request.
 pub fn swept(
     coarse: &[View],
     near: &[Vec<u32>],
@@ -58,7 +67,8 @@ pub fn swept(
     sky: &[Vec<f32>],
     labels: &[Labels],
     candidates: &Candidates,
-) -> Vec<PointPlane> {
+    task: &Task,
+) -> Result<Vec<PointPlane>> {
     let step = coarse.len().div_ceil(PHOTOS).max(1);
     let chosen: Vec<usize> = (0..coarse.len()).step_by(step).collect();
     let comparers: Vec<Comparer<'_>> =
@@ -74,14 +84,17 @@ pub fn swept(
     let pixels: usize = photos.iter().map(|photo| photo.cost.len()).sum();
     let middle_eye = coarse.iter().map(|view| view.eye).sum::<DVec3>() / coarse.len() as f64;
     let trials = trials(candidates, middle_eye);
-    let judge = |plane: &Plane| -> Vec<Vec<u8>> {
+    let done = AtomicU64::new(0);
+    let judge = |plane: &Plane| -> Result<Vec<Vec<u8>>> {
+        task.step(STAGE, done.fetch_add(1, Ordering::Relaxed), trials.len() as u64)?;
         let each = photos.iter().zip(&comparers);
-        each.map(|(photo, comparer)| disagreements(photo, comparer, plane, candidates.ground())).collect()
+        Ok(each.map(|(photo, comparer)| disagreements(photo, comparer, plane, candidates.ground())).collect())
     };
-    let all: Vec<Vec<Vec<u8>>> = trials.par_iter().map(judge).collect();
+    let all: Vec<Vec<Vec<u8>>> = trials.par_iter().map(judge).collect::<Result<_>>()?;
     let mut found: Vec<PointPlane> = Vec::new();
     let mut is_used = vec![false; trials.len()];
     while found.len() < MOST {
+        task.check_cancelled()?;
         let scores: Vec<f64> = (0..trials.len())
             .into_par_iter()
             .map(|i| if is_used[i] { 0.0 } else { score(&photos, &all[i]).0 })
@@ -100,7 +113,7 @@ pub fn swept(
         let members = (0..).zip(points).filter(|(_, point)| is_on(point, &plane)).map(|(i, _)| i).collect();
         found.push(PointPlane { plane, kind: Kind::Plumb, members, places });
     }
-    found
+    Ok(found)
 }
 
 /// Returns what the label of each pixel at half size costs; NaN where it is explained or plain.

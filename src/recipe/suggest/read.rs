@@ -86,6 +86,9 @@ pub fn of_folders(photos: &Path, cameras: &Path, options: &CameraOptions, task: 
     Ok(Sources { cameras, photos, given: None, problems })
 }
 
+/// Photos by name, and the problems with others.
+type NamedPhotos = (Vec<(String, SeenPhoto)>, Vec<Error>);
+
 /// Reads photos and reduces them, several at a time; a fault in one is its own.
 fn seen<I: Sync>(
     items: &[I],
@@ -93,7 +96,7 @@ fn seen<I: Sync>(
     photo: impl Fn(&I) -> &Photo + Sync,
     read: impl Fn(&I) -> Result<PhotoPixels> + Sync,
     task: &Task,
-) -> Result<(Vec<(String, SeenPhoto)>, Vec<Error>)> {
+) -> Result<NamedPhotos> {
     let at_a_time =
         ParallelPhotos { threads: rayon::current_num_threads(), memory: default_memory(), stage: STAGE };
     let work =
@@ -145,7 +148,7 @@ pub fn seen_points(cameras: &Cameras, names: &[&str]) -> Vec<SeenPoint> {
         // Of points without observations nothing is known; a pixel is usual.
         let unknown_rad = cameras.photos.first().map_or(1e-3, |photo| 1.0 / photo.camera.fx);
         let error_rad = if is_tracked { error_rad / count } else { unknown_rad };
-        usable.then(|| SeenPoint { position: point.position, observers, error_rad })
+        usable.then_some(SeenPoint { position: point.position, observers, error_rad })
     };
     cameras.points.iter().filter_map(seen).collect()
 }
