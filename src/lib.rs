@@ -91,7 +91,7 @@
 //!
 //! The program is a workspace of packages, one in each folder of `src`, named `quadratura-base`, `quadratura-projection` and so on.
 //! They are listed bottom to top. Each may use only the packages above it in this table, which `tests/architecture.rs`
-//! verifies in their manifests; `files`, `view` and `align` do not use each other, nor do `projection`, `foliage` and `ldi`, nor `recipe` and
+//! verifies in their manifests; `files`, `view` and `align` do not use each other, nor do `import` and `suggest`, `projection`, `foliage` and `ldi`, nor `recipe` and
 //! `gpu`. The public modules above only name items of them.
 //!
 //! | package | contents |
@@ -101,6 +101,7 @@
 //! | `view` | what is asked of a novel view and what it gives back; weights of photos, legends, metrics, flights |
 //! | `align` | the rotation, scale and shift that lay a model on sparse points |
 //! | `import` | what other programs made of a site: cameras, models and photos |
+//! | `suggest` | a first model from photos and sparse points |
 //! | `projection` | novel views of layers: sheared frusta, the image layers that serve a face, exposure, relief |
 //! | `foliage` | plants: graphs of sub-objects, their generator, pictures of all their polygons, and their files |
 //! | `ldi` | layered depth images: layout, order, splats, warp, and their files |

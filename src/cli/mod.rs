@@ -47,6 +47,7 @@ mod mask;
 mod masked;
 mod matte;
 mod merge_table;
+mod model;
 mod new;
 mod object;
 mod ortho;
@@ -134,6 +135,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Edit(args) => edit::run(args),
         CommandArgs::New(args) => new::run(args, task),
         CommandArgs::Info(args) => info::run(args, task),
+        CommandArgs::Model(args) => model::run(args, task),
         CommandArgs::Sample(args) => new::run_sample(args, task),
         CommandArgs::Formats => Ok(formats::run()),
         CommandArgs::Check(args) => check::run(args, task),

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::{NewArgs, SampleArgs};
 use super::table::{Table, counted};
-use super::words::{error_text, worded};
+use super::words::{as_typed, error_text, worded};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
@@ -19,10 +19,11 @@ use quadratura_recipe::sample::{create_sample, project_of_sample};
 
 /// Runs `new`: creates a project from photos, cameras and a model, and summarises it.
 pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
+    let model = args.model.clone().ok_or_else(|| without_model(args))?;
     let new = NewProject {
         photos: args.photos.clone(),
         cameras: args.cameras.clone(),
-        model: args.model.clone(),
+        model,
         camera_options: CameraOptions { chunk: args.chunk.clone(), rolling_shutter: args.rolling_shutter },
         world_from_model: args.model_transform.unwrap_or_default(),
         options: args.options.applied_to(&Options::default()),
@@ -30,6 +31,15 @@ pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
     };
     let opened = create_project(&args.project, &new, task)?;
     Ok(created(&opened, &args.project))
+}
+
+/// Says how to get a model.
+fn without_model(args: &NewArgs) -> Error {
+    let [photos, cameras] = [&args.photos, &args.cameras].map(|path| as_typed(path));
+    Error::Usage(format!(
+        "a project needs a coarse model: give one with --model FILE, or make a first one from the photos:\n  quadratura model \
+         suggest --photos {photos} --cameras {cameras} --out model.obj"
+    ))
 }
 
 /// Runs `sample`: writes the sample's site, creates its project and summarises it.

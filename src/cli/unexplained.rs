@@ -32,8 +32,12 @@ pub fn unexplained_text(found: Option<&Unexplained>, draws: bool) -> String {
     };
     let drawn = if draws { "The dots in the pictures show them. " } else { "" };
     let advice = match found.is_telling() {
-        true => "Model what they are on: a box or a billboard is enough, and far trees are a backdrop.",
-        false => "So few are usually errors of the points.",
+        true => format!(
+            "Model what they are on: a box or a billboard is enough, and far trees are a backdrop. {} suggests walls and roofs that \
+             are missing.",
+            command_for_project("model suggest --add")
+        ),
+        false => "So few are usually errors of the points.".to_owned(),
     };
     format!("\n{sentence}\n{kinds}{aside}{drawn}{advice}\n")
 }

@@ -41,11 +41,16 @@ pub fn command_for_project(command: &str) -> String {
     typed_with(command, PROJECT.get().map(PathBuf::as_path))
 }
 
+/// Returns a path as it is typed in a command.
+pub fn as_typed(path: &Path) -> String {
+    let path = path.display().to_string();
+    if path.contains(' ') { format!("'{path}'") } else { path }
+}
+
 /// Returns a command with its project behind its name.
 fn typed_with(command: &str, project: Option<&Path>) -> String {
     let Some(project) = project else { return format!("`quadratura {command}`") };
-    let project = project.display().to_string();
-    let project = if project.contains(' ') { format!("'{project}'") } else { project };
+    let project = as_typed(project);
     // A command may have two words; options begin with a dash.
     let (name, options) = command.split_at(command.find(" -").unwrap_or(command.len()));
     format!("`quadratura {name} {project}{options}`")

@@ -63,6 +63,7 @@ pub mod site_stamp;
 pub mod sources;
 pub mod status;
 pub mod stroke;
+pub mod suggest;
 pub mod surroundings;
 pub mod survey;
 pub mod thumbnail;

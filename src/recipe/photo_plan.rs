@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Undistortion};
-use quadratura_base::scene::Photo;
 use quadratura_base::scene::alike::composed;
+use quadratura_base::scene::resample::undistorted;
+use quadratura_base::scene::{Photo, PhotoPixels};
 use quadratura_base::task::Task;
 use quadratura_document::names::file_name_of_photo;
 use quadratura_import::cameras::CameraPhoto;
-use quadratura_import::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
+use quadratura_import::photo::{Match, PhotoFolder, check_photo, make_pinhole_image, read_photo};
 
 /// The plan for importing a photo.
 pub(super) struct PhotoPlan {
@@ -73,6 +74,19 @@ impl PhotoPlan {
             Some(to) => {
                 make_pinhole_image(&self.source, to, &self.photo.file, &task.with_subject(&self.photo.name))
             }
+        }
+    }
+
+    /// Reads the pixels of the pinhole image, without writing one.
+    ///
+    /// # Errors
+    /// Returns the errors of [`read_photo`], or [`Error::Cancelled`].
+    pub fn pixels(&self, task: &Task) -> Result<PhotoPixels> {
+        let of = self.undistortion.as_ref().map_or(&self.photo.camera, |to| &to.photo);
+        let pixels = read_photo(&self.source, of.width, of.height)?;
+        match &self.undistortion {
+            None => Ok(pixels),
+            Some(to) => undistorted(&pixels, to, task),
         }
     }
 

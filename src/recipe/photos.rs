@@ -72,6 +72,31 @@ pub fn import_photos(
     Ok(import)
 }
 
+/// Photos that can be used, notes for the user, and the reasons why others cannot.
+pub(super) type FoundPhotos = (Vec<PhotoPlan>, Vec<String>, Vec<Error>);
+
+/// Finds the file of every photo below `photo_dir` and checks it against its camera; nothing is written.
+///
+/// # Errors
+/// Returns only errors that concern all photos, as [`import_photos`].
+pub(super) fn found_photos(cameras: &Cameras, photo_dir: &Path, task: &Task) -> Result<FoundPhotos> {
+    let folder = PhotoFolder::scan(photo_dir, task)?;
+    let names: Vec<&str> = cameras.photos.iter().map(|photo| photo.name.as_str()).collect();
+    let matches = folder.find(&names);
+    let (mut found, mut problems) = (Vec::new(), Vec::new());
+    for plan in plans(cameras, &matches, &folder, Path::new(""), task)? {
+        match plan {
+            Ok(plan) => found.push(plan),
+            Err(problem) => problems.push(problem),
+        }
+    }
+    let notes = found.iter().flat_map(|plan| plan.notes.iter().cloned());
+    let notes =
+        notes.chain(look_alikes(&folder, cameras, &matches)).chain(unused(&folder, cameras, &matches));
+    let notes = notes.collect();
+    Ok((found, notes, problems))
+}
+
 /// Plans the import of every photo from its file's header, in parallel.
 fn plans(
     cameras: &Cameras,

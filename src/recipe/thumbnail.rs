@@ -47,7 +47,7 @@ pub fn picture_of_file(file: &Path, longest: u32) -> Result<Picture> {
 }
 
 /// Downsamples an image so that its longer side has at most `longest` pixels.
-fn reduced(pixels: &PhotoPixels, longest: u32) -> Picture {
+pub(super) fn reduced(pixels: &PhotoPixels, longest: u32) -> Picture {
     let scale = (f64::from(longest) / f64::from(pixels.width.max(pixels.height))).min(1.0);
     let side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
     let (width, height) = (side(pixels.width), side(pixels.height));

@@ -11,7 +11,7 @@ pub const FACADE: &[&str] =
 pub const FLOORS: &[&[&str]] = &[
     &["base"],
     &["files", "view", "align"],
-    &["import"],
+    &["import", "suggest"],
     &["projection", "foliage", "ldi"],
     &["layers"],
     &["document"],

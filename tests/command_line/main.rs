@@ -22,6 +22,7 @@ mod see_through;
 mod seen;
 mod site;
 mod stopped;
+mod suggested;
 mod tree;
 mod tree_paint;
 mod updating;

@@ -15,6 +15,7 @@ mod ldi;
 mod mask;
 mod matte;
 mod method;
+mod model;
 mod number;
 mod one_of;
 mod ortho;
@@ -44,6 +45,7 @@ pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;
 pub use ortho::OrthoArgs;
+pub use model::{ModelArgs, ModelCommand, ModelSuggestArgs};
 pub use paint::PaintArgs;
 pub use pictures::{PICTURE_FORMATS, PictureArgs};
 pub use surroundings::SurroundingsArgs;
@@ -133,6 +135,8 @@ pub enum CommandArgs {
     Edit(EditArgs),
     /// Create a project from photos, their cameras and a model
     New(NewArgs),
+    /// Suggest a first model from the photos, or what the present model does not explain
+    Model(ModelArgs),
     /// Write the sample site, a small invented square, and create its project
     Sample(SampleArgs),
     /// Check the site before work starts: is the model aligned with the photos?
@@ -205,9 +209,9 @@ pub struct NewArgs {
     pub photos: PathBuf,
     #[arg(long, value_name = "PATH", help = format!("The cameras: {}", accepted()))]
     pub cameras: PathBuf,
-    /// The model: .obj, .gltf or .glb
+    /// The model: .obj, .gltf or .glb; `model suggest` makes a first one from the photos
     #[arg(long, value_name = "FILE")]
-    pub model: PathBuf,
+    pub model: Option<PathBuf>,
     /// The chunk of Metashape's file to read, by its name [default: the one with most aligned cameras]
     #[arg(long, value_name = "NAME")]
     pub chunk: Option<String>,
