@@ -39,6 +39,7 @@ pub mod named;
 pub mod objects;
 pub mod open;
 pub mod origins;
+pub mod page;
 pub mod paint;
 pub mod peel;
 mod photo_plan;

@@ -10,6 +10,7 @@ mod trees;
 mod unseen;
 
 pub use self::options::PreviewOptions;
+pub(crate) use self::in_use::SiteParts;
 pub use self::stacks::ReadStacks;
 
 use std::path::{Path, PathBuf};

@@ -16,6 +16,7 @@ mod matte;
 mod method;
 mod number;
 mod one_of;
+mod page;
 mod paint;
 mod pictures;
 mod surroundings;

@@ -1,0 +1,48 @@
+//! Arguments of `export` for pages.
+
+use clap::Args;
+
+use quadratura_recipe::page::{MOST_SIDE, PageOptions};
+
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Pages (page)")]
+pub struct PageArgs {
+    /// The title of the page
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
+    /// The quality of JPEGs, from 1 to 100 [default: 85]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub quality: Option<u8>,
+    /// The longest side of published photos, in pixels [default: 4096]
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(64..=i64::from(MOST_SIDE)))]
+    pub longest: Option<u32>,
+    /// The bookmark at which a visit starts [default: the first one, else the first photo]
+    #[arg(long, value_name = "NAME")]
+    pub viewpoint: Option<String>,
+    /// Publish the names of photos, instead of p001, p002 and so on
+    #[arg(long)]
+    pub keep_names: bool,
+    /// Publish the coordinates of the world, instead of those from the middle of the cameras
+    #[arg(long)]
+    pub keep_coordinates: bool,
+    /// Open the page in the browser
+    #[arg(long)]
+    pub open: bool,
+}
+
+impl PageArgs {
+    /// Returns the options.
+    pub fn options(&self, memory: u64) -> PageOptions {
+        let usual = PageOptions::default();
+        PageOptions {
+            title: self.title.clone(),
+            quality: self.quality.unwrap_or(usual.quality),
+            longest: self.longest.unwrap_or(usual.longest),
+            viewpoint: self.viewpoint.clone(),
+            keep_names: self.keep_names,
+            keep_coordinates: self.keep_coordinates,
+            memory,
+            ..usual
+        }
+    }
+}
