@@ -39,6 +39,7 @@ const SHADERS: &[(&str, &str)] = &[
     ("whole", include_str!("viewer/whole.glsl")),
     ("behind", include_str!("viewer/behind.glsl")),
     ("reduce", include_str!("viewer/reduce.glsl")),
+    ("halve", include_str!("viewer/halve.glsl")),
 ];
 
 /// Returns the names and contents of all scripts, in the order in which a page names them.

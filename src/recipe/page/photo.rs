@@ -13,7 +13,8 @@ use quadratura_projection::agreement::Agreement;
 use quadratura_projection::confidence::ConfidenceRamp;
 use quadratura_projection::pyramid::runs_where;
 use quadratura_projection::sources::{FILLED, LayerTexturePixels};
-use quadratura_projection::{LayerTextureId, Sources, Texels};
+use quadratura_projection::skirts::Skirts;
+use quadratura_projection::{LayerTextureId, Texels};
 
 /// A photo composed of its image layers.
 pub struct ComposedPhoto {
@@ -39,11 +40,11 @@ pub struct ComposedPhoto {
 /// Those of reading layers.
 pub fn composed(
     id: PhotoId,
-    sources: &Sources,
+    skirts: &Skirts,
     texels: &dyn Texels,
     agreement: &Agreement,
 ) -> Result<ComposedPhoto> {
-    let camera = &sources.photo(id).camera;
+    let camera = &skirts.sources.photo(id).camera;
     let size = [camera.width, camera.height];
     let count = size[0] as usize * size[1] as usize;
     let mut photo = ComposedPhoto {
@@ -55,7 +56,8 @@ pub fn composed(
         outlines: vec![u8::MAX; count],
         tiled: Vec::new(),
     };
-    let textures = (0..).map(LayerTextureId).zip(&sources.layer_textures);
+    // Those of skirts are made of the layers of surroundings.
+    let textures = (0..).map(LayerTextureId).zip(skirts.own_textures(&skirts.sources));
     for (layer, texture) in textures.filter(|(_, texture)| texture.photo == id) {
         let pixels = texels.layer_texture(layer)?;
         match texture.see_through {

@@ -39,6 +39,7 @@ pub fn index(texts: &PageTexts) -> String {
         ("views", &views),
         ("scripts", &scripts),
         ("preloads", &preloads),
+        ("credits", ""),
     ];
     filled(viewer::INDEX, &values)
 }

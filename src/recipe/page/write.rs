@@ -155,7 +155,7 @@ impl<'a> PageWriter<'a> {
         let mut far = Chunk::default();
         for (number, id) in self.ids.iter().enumerate() {
             task.step("publish photos", number as u64, self.ids.len() as u64)?;
-            let photo = composed(*id, sources, &*self.parts.texels, &self.parts.agreement)?;
+            let photo = composed(*id, &self.parts.skirts, &*self.parts.texels, &self.parts.agreement)?;
             let labels = photo.labels.in_bytes();
             if labels.lost > 0 {
                 let name = &self.leaving[number].photo;
