@@ -4,6 +4,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 pub use image::ExtendedColorType;
 use image::{ImageEncoder, RgbImage};
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 
 /// Returns RGB pixels, 8 bits each, rows from the top, as a JPEG of a quality from 1 to 100. It holds pixels alone: nothing that a
 /// camera wrote into its file.
@@ -13,6 +14,18 @@ pub fn jpeg(rgb: &[u8], [width, height]: [u32; 2], quality: u8) -> Vec<u8> {
     encoder
         .write_image(rgb, width, height, ExtendedColorType::Rgb8)
         .expect("the picture has a size that JPEG allows, and memory does not fail");
+    bytes
+}
+
+/// Returns RGB pixels as [`jpeg`] does, a fifth smaller: progressive, with a colour for four pixels. Sides are at most 65,535 pixels.
+pub fn photo_jpeg(rgb: &[u8], [width, height]: [u32; 2], quality: u8) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, quality);
+    encoder.set_sampling_factor(SamplingFactor::F_2_2);
+    encoder.set_progressive(true);
+    encoder.set_optimized_huffman_tables(true);
+    let [width, height] = [width, height].map(|side| u16::try_from(side).expect("photos are smaller than this"));
+    encoder.encode(rgb, width, height, ColorType::Rgb).expect("the picture has a size that JPEG allows");
     bytes
 }
 

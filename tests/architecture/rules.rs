@@ -33,6 +33,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("gltf", &["import/models/", "foliage/files/gltf/"]),
     ("exr", &["io/depth_image/", "io/picture_exr.rs"]),
     ("image", &["import/photo/", "io/", "page/", "handover/textured/encoded.rs"]),
+    ("jpeg_encoder", &["page/"]),
     ("exif", &["import/photo/"]),
     ("png", &["files/png_error.rs", "import/photo/", "io/"]),
     ("csv", &["foliage/files/list.rs"]),

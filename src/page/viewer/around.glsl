@@ -7,8 +7,8 @@ uniform highp sampler2D sky_factors;
 const float DOME_PENALTY = 2.0;
 const float SKY_GRID = 32.0, SKY_COLUMNS = 16.0;
 
-vec3 to_one_sky(Photo photo, vec2 px) {
-    float number = photo.state.y - 1.0;
+vec3 to_one_sky(Camera photo, Look look, vec2 px) {
+    float number = look.state.x - 1.0;
     if (number < 0.0) return of_sky;
     vec2 corner = vec2(mod(number, SKY_COLUMNS), floor(number / SKY_COLUMNS)) * SKY_GRID;
     vec2 cell = clamp(px / photo.size.xy * SKY_GRID, vec2(0.5), vec2(SKY_GRID - 0.5)) + corner;
@@ -27,16 +27,16 @@ vec4 around_at(vec2 at) {
         uint place = uint(candidate.y);
         uvec4 server = server_word(place);
         uint number = server.x & 0xffffu;
-        Photo photo = photo_at(number);
+        Camera photo = camera_at(number);
         float z = dot(photo.row_z.xyz, ray);
         if (z <= 0.0) continue;
         vec2 px = vec2(dot(photo.row_x.xyz, ray), dot(photo.row_y.xyz, ray)) / z;
         float edge = min(min(px.x, photo.size.x - px.x), min(px.y, photo.size.y - px.y));
-        float border = border_ramp(edge * photo.size.z);
+        float border = border_ramp(edge * abs(photo.size.z));
         if (border <= 0.0) continue;
         Known known = known_at(number, photo, server, px);
         if (known.confidence <= 0.002) continue;
-        float octaves = 0.5 * log2(lens.x * lens.y * z * z * z / photo.center.w) + octaves_lost(number, photo);
+        float octaves = 0.5 * log2(lens.x * lens.y * z * z * z / photo.center.w) + known.lost;
         float q = length(photo.center.xyz) * around_list.z + lambda * max(octaves, 0.0);
         q = (q / known.agreement + LEAST_ANGLE) / (border * known.confidence);
         join(best, q, place, px, uvec3(known.kind, 0u, 0u));
@@ -53,12 +53,13 @@ vec4 around_at(vec2 at) {
         } else {
             uvec4 server = server_word(best.server[i]);
             uint number = server.x & 0xffffu;
-            Photo photo = photo_at(number);
+            Camera photo = camera_at(number);
+            Look look = look_at(number);
             float z = dot(photo.row_z.xyz, ray);
             vec2 a = moved(photo, best.px[i], z, ray_x), b = moved(photo, best.px[i], z, ray_y);
-            vec4 texel = light_at(number, photo, server, best.known[i].x, best.px[i], a, b);
-            vec3 light = exposed(photo, texel, best.px[i]);
-            color = mix(kept_white(texel, light), light * to_one_sky(photo, best.px[i]), photo.state.z);
+            vec4 texel = light_at(number, photo, look.state.z, server, best.known[i].x, best.px[i], a, b);
+            vec3 light = exposed(photo, look, texel, best.px[i]);
+            color = mix(kept_white(texel, light), light * to_one_sky(photo, look, best.px[i]), look.state.y);
         }
         // Where all shares vanish the first one counts.
         float weight = share > 0.0 ? share : 1e-9;

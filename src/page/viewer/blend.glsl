@@ -52,12 +52,12 @@ float share_of(Best best, int i) {
 }
 
 // Removes what the photo's camera adds and takes, and exposes as the view.
-vec3 exposed(Photo photo, vec4 texel, vec2 px) {
-    vec2 from_axis = px - photo.optics.xy;
+vec3 exposed(Camera photo, Look look, vec4 texel, vec2 px) {
+    vec2 from_axis = px - look.optics.xy;
     float r2 = dot(from_axis, from_axis);
     vec3 light = texel.rgb;
     if (photo.size.w != 0.0) light = max(light - photo.size.w * texel.a, min(light, vec3(1.5e-4 * texel.a)));
-    return light * exp(-(photo.optics.z + photo.optics.w * r2) * r2) * photo.gain.rgb;
+    return light * exp(-(look.optics.z + look.optics.w * r2) * r2) * look.gain.rgb;
 }
 
 // What is stored as white, which was at least as bright, stays so.
@@ -67,7 +67,7 @@ vec3 kept_white(vec4 texel, vec3 light) {
 }
 
 // The movement of a photo's position for a step of the point.
-vec2 moved(Photo photo, vec2 px, float z, vec3 by) {
+vec2 moved(Camera photo, vec2 px, float z, vec3 by) {
     return (vec2(dot(photo.row_x.xyz, by), dot(photo.row_y.xyz, by)) - px * dot(photo.row_z.xyz, by)) / z;
 }
 

@@ -15,6 +15,7 @@ quadratura.painter = (() => {
       this.gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance", preserveDrawingBuffer: true });
       if (!this.gl) throw new Error("WebGL 2 is not available");
       this.changed = changed;
+      this.pixel = new Uint8Array(4);
       this.target = new Target(this.gl);
       this.reducer = new Reducer(this.gl);
       this.depths = program(this.gl, ["surface_vertex"], ["depth"]);
@@ -132,10 +133,12 @@ quadratura.painter = (() => {
     }
 
     // Draws a view on the canvas: eye, rotation, fx, fy, cx, cy, width, height in pixels, the rule of exposure and whether there is
-    // anything around; with so many times as many pixels along both sides, which are reduced.
+    // anything around; with so many times as many pixels along both sides, which are reduced. Returns how long it took, in
+    // milliseconds.
     draw(asked, finer, now) {
       const gl = this.gl;
-      if (gl.isContextLost()) return;
+      if (gl.isContextLost()) return 0;
+      const began = performance.now();
       const scaled = Object.fromEntries(["fx", "fy", "cx", "cy"].map((name) => [name, asked[name] * finer]));
       const view = { ...asked, ...scaled, width: Math.max(1, Math.round(asked.width * finer)), height: Math.max(1, Math.round(asked.height * finer)) };
       this.target.resize(view.width, view.height, finer);
@@ -175,6 +178,9 @@ quadratura.painter = (() => {
       gl.disable(gl.BLEND);
       gl.depthMask(true);
       this.target.show();
+      // A pixel that is read waits for the device.
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, this.pixel);
+      return performance.now() - began;
     }
 
     drawLayered(view) {

@@ -6,23 +6,25 @@
   quadratura.say = (text) => { byId("status").textContent = text; };
 
   // A view that is asked for exactly, for tests: JSON with centre, rotation, lens, size and more after #exact=.
-  function exactView() {
-    if (!location.hash.startsWith("#exact=")) return null;
-    const { centre, rotation, lens: [fx, fy, cx, cy], size: [width, height], exposure, around } = JSON.parse(decodeURIComponent(location.hash.slice(7)));
-    return { eye: centre, rotation, fx, fy, cx, cy, width, height, exposure, around };
-  }
+  quadratura.exactView = ({ centre, rotation, lens: [fx, fy, cx, cy], size: [width, height], exposure, around }) =>
+    ({ eye: centre, rotation, fx, fy, cx, cy, width, height, exposure, around });
+  const exactView = () => (location.hash.startsWith("#exact=") ? quadratura.exactView(JSON.parse(decodeURIComponent(location.hash.slice(7)))) : null);
 
-  async function drawExactly(painter, view) {
+  // Draws exact views when all pictures are there; returns how long one took, in milliseconds.
+  async function drawExactly(painter, first) {
     quadratura.instant = true;
     document.documentElement.classList.add("exact");
     const canvas = byId("view");
-    [canvas.width, canvas.height] = [view.width, view.height];
-    [canvas.style.width, canvas.style.height] = [view.width / devicePixelRatio + "px", view.height / devicePixelRatio + "px"];
     canvas.hidden = false;
-    painter.textures.want((i) => quadratura.exposure.apart(view, quadratura.site.photos[i], quadratura.site.extent));
+    painter.textures.want((i) => quadratura.exposure.apart(first, quadratura.site.photos[i], quadratura.site.extent));
     await painter.textures.loadPages();
     while (!painter.textures.isComplete()) await new Promise((resolve) => setTimeout(resolve, 20));
-    painter.draw(view, quadratura.FINEST, performance.now());
+    quadratura.drawExactly = (view, finer) => {
+      [canvas.width, canvas.height] = [view.width, view.height];
+      [canvas.style.width, canvas.style.height] = [view.width / devicePixelRatio + "px", view.height / devicePixelRatio + "px"];
+      return painter.draw(view, finer, performance.now());
+    };
+    quadratura.drawExactly(first, quadratura.FINEST);
     document.documentElement.dataset.state = "drawn";
   }
 

@@ -40,14 +40,14 @@ vec3 on_relief(Grid grid, vec3 normal, vec3 p) {
 struct Place { vec3 p; vec3 dx; vec3 dy; float height; vec3 towards; };
 
 // Takes a point of the rectangle that faces the viewpoint to the one that faces the photo.
-Place place_of(Place at, vec3 normal, Photo photo, bool mirrored) {
+Place place_of(Place at, vec3 normal, Camera photo, vec2 axis_px, bool mirrored) {
     vec4 foot = surface_word(8);
     vec3 axis = surface_word(9).xyz;
     vec3 across = cross(axis, normal);
     vec3 center = photo.center.xyz - foot.xyz;
     vec3 own = cross(axis, center);
     if (length(own) < ON_AXIS * foot.w) {
-        vec3 to_right = photo.row_x.xyz - photo.optics.x * photo.row_z.xyz;
+        vec3 to_right = photo.row_x.xyz - axis_px.x * photo.row_z.xyz;
         own = to_right - axis * dot(axis, to_right);
     }
     own = normalize(own);
@@ -91,16 +91,16 @@ void main() {
             uint place = uint(candidate.y);
             uvec4 server = server_word(place);
             uint number = server.x & 0xffffu;
-            Photo photo = photo_at(number);
+            Camera photo = camera_at(number);
             bool other_side = ((server.x & BACK) != 0u) != from_behind;
             if (other_side && kind.y == 0.0) continue;
             Place seen = Place(p, dx, dy, abs(dot(normal, photo.center.xyz) - plane.w), photo.center.xyz - p);
-            if (is_impostor) seen = place_of(seen, normal, photo, other_side);
+            if (is_impostor) seen = place_of(seen, normal, photo, photo_word(number, 6).xy, other_side);
             float z = dot(photo.row_z.xyz, seen.p) + photo.row_z.w;
             if (z <= 0.0) continue;
             vec2 px = vec2(dot(photo.row_x.xyz, seen.p) + photo.row_x.w, dot(photo.row_y.xyz, seen.p) + photo.row_y.w) / z;
             float edge = min(min(px.x, photo.size.x - px.x), min(px.y, photo.size.y - px.y));
-            float border = border_ramp(edge * photo.size.z);
+            float border = border_ramp(edge * abs(photo.size.z));
             if (border <= 0.0) continue;
             bool inside = true;
             for (uint side = 1u; side <= server.x >> 24; side++) {
@@ -112,7 +112,7 @@ void main() {
             if (is_skirt && known.kind == HIDDEN) known.confidence *= 0.25;
             if (known.confidence <= 0.002) continue;
             float in_photo = photo.center.w * seen.height / (z * z * z);
-            float octaves = 0.5 * log2(in_view / in_photo) + octaves_lost(number, photo);
+            float octaves = 0.5 * log2(in_view / in_photo) + known.lost;
             float q = angle_between(seen.towards, -p) + (other_side ? (is_impostor ? MIRRORED : OTHER_SIDE) : 0.0);
             q += lambda * max(octaves, 0.0);
             // What stands on outlines counts fully where it is shown at its own place.
@@ -122,8 +122,9 @@ void main() {
             if ((server.x & PINNED) != 0u && !other_side) {
                 float trust = border * known.confidence;
                 vec2 a = moved(photo, px, z, seen.dx), b = moved(photo, px, z, seen.dy);
-                vec4 texel = light_at(number, photo, server, known.kind, px, a, b);
-                pinned += vec4(kept_white(texel, exposed(photo, texel, px)) * trust, trust);
+                Look look = look_at(number);
+                vec4 texel = light_at(number, photo, look.state.z, server, known.kind, px, a, b);
+                pinned += vec4(kept_white(texel, exposed(photo, look, texel, px)) * trust, trust);
                 pinned_matte += texel.a * trust;
                 pinned_share = max(pinned_share, trust);
             } else {
@@ -141,16 +142,17 @@ void main() {
         if (best.q[i] >= INFINITE || (i > 0 && share <= 0.0)) continue;
         uvec4 server = server_word(best.server[i]);
         uint number = server.x & 0xffffu;
-        Photo photo = photo_at(number);
+        Camera photo = camera_at(number);
         bool other_side = ((server.x & BACK) != 0u) != from_behind;
         Place seen = Place(p, dx, dy, 0.0, vec3(0.0));
-        if (is_impostor) seen = place_of(seen, normal, photo, other_side);
+        if (is_impostor) seen = place_of(seen, normal, photo, photo_word(number, 6).xy, other_side);
         float z = dot(photo.row_z.xyz, seen.p) + photo.row_z.w;
         vec2 a = moved(photo, best.px[i], z, seen.dx), b = moved(photo, best.px[i], z, seen.dy);
-        vec4 texel = light_at(number, photo, server, best.known[i].x, best.px[i], a, b);
-        vec3 light = kept_white(texel, exposed(photo, texel, best.px[i]));
+        Look look = look_at(number);
+        vec4 texel = light_at(number, photo, look.state.z, server, best.known[i].x, best.px[i], a, b);
+        vec3 light = kept_white(texel, exposed(photo, look, texel, best.px[i]));
         float agreement = float(best.known[i].y) / 255.0, outline = float(best.known[i].z) / 255.0;
-        float shown = is_skirt ? (best.known[i].x == OWN ? standing(agreement) * outline : 0.0) : mix(1.0, outline, photo.gain.w);
+        float shown = is_skirt ? (best.known[i].x == OWN ? standing(agreement) * outline : 0.0) : mix(1.0, outline, look.gain.w);
         float weight = share > 0.0 ? share : 1e-9;
         sum += weight * shown * light;
         matte += weight * shown * texel.a;

@@ -20,19 +20,24 @@ uniform highp sampler2D photos;
 uniform highp usampler2D servers;
 uniform highp sampler2D candidates;
 
-struct Photo {
+// Where a photo is, which is all that is needed until it is known that it shows something.
+struct Camera {
     vec4 row_x;
     vec4 row_y;
     vec4 row_z;
     // The centre relative to the viewpoint, and fx fy.
     vec4 center;
-    // Size in pixels, 1 over the width of the border ramp, and the light added everywhere.
+    // Size in pixels, 1 over the width of the border ramp, which is negative where the picture is turned, and the light added everywhere.
     vec4 size;
+};
+
+// What is needed of the colours of a photo.
+struct Look {
     // The exposure factor, and how far the view has left the photo.
     vec4 gain;
     // Principal point and falloff.
     vec4 optics;
-    // Whether its picture is turned; one more than its row of factors to one sky, and their share; how far the fine picture is shown.
+    // One more than its number among the factors to one sky, their share, and how far the fine picture is shown.
     vec4 state;
 };
 
@@ -40,9 +45,12 @@ vec4 photo_word(uint photo, int word) {
     return texelFetch(photos, ivec2(word, int(photo)), 0);
 }
 
-Photo photo_at(uint photo) {
-    return Photo(photo_word(photo, 0), photo_word(photo, 1), photo_word(photo, 2), photo_word(photo, 3), photo_word(photo, 4),
-        photo_word(photo, 5), photo_word(photo, 6), photo_word(photo, 7));
+Camera camera_at(uint photo) {
+    return Camera(photo_word(photo, 0), photo_word(photo, 1), photo_word(photo, 2), photo_word(photo, 3), photo_word(photo, 4));
+}
+
+Look look_at(uint photo) {
+    return Look(photo_word(photo, 5), photo_word(photo, 6), photo_word(photo, 7));
 }
 
 uvec4 server_word(uint at) {

@@ -16,12 +16,12 @@ const uint OWN = 0u, HIDDEN = 1u, CUT = 2u;
 const float TILE = 60.0, GUTTER = 2.0, SLOT = 64.0, PAGE = 2048.0;
 
 // A position in the photo as its picture is stored.
-vec2 turned(Photo photo, vec2 px) {
-    return photo.state.x > 0.5 ? vec2(photo.size.y - px.y, px.x) : px;
+vec2 turned(Camera photo, vec2 px) {
+    return photo.size.z < 0.0 ? vec2(photo.size.y - px.y, px.x) : px;
 }
 
-vec2 turned_step(Photo photo, vec2 by) {
-    return photo.state.x > 0.5 ? vec2(-by.y, by.x) : by;
+vec2 turned_step(Camera photo, vec2 by) {
+    return photo.size.z < 0.0 ? vec2(-by.y, by.x) : by;
 }
 
 // What a server has at a position.
@@ -32,6 +32,8 @@ struct Known {
     // How much of the texel shows its face.
     float outline;
     uint kind;
+    // The octaves by which the picture that is loaded of the photo is coarser than the photo.
+    float lost;
 };
 
 // The place in a page of tiles: uv, page, and uv per photo pixel; page below 0 where there is no tile.
@@ -58,12 +60,12 @@ bool shows(uint at, uint label) {
 }
 
 // Looks up what a server has at a position in its photo.
-Known known_at(uint photo_number, Photo photo, uvec4 server, vec2 px) {
+Known known_at(uint photo_number, Camera photo, uvec4 server, vec2 px) {
 #ifdef SEE_THROUGH
     if (server.w != 0u) {
         vec4 place = tile_place(server.w, px);
         float found = place.z < 0.0 ? 0.0 : textureLod(cut_mattes, place.xyz, 0.0).r;
-        return Known(found, 1.0, 1.0, CUT);
+        return Known(found, 1.0, 1.0, CUT, 0.0);
     }
 #endif
     vec2 at = turned(photo, px);
@@ -71,24 +73,18 @@ Known known_at(uint photo_number, Photo photo, uvec4 server, vec2 px) {
     uint label = texelFetch(labels, ivec3(clamp(at, vec2(0.0), place.xy - 1.0), int(place.z)), 0).r;
     if (shows(server.y, label)) {
         vec4 trust = textureLod(trusts, vec3(at / (2.0 * vec2(textureSize(trusts, 0).xy)), place.z), 0.0);
-        return Known(max(trust.r, 0.004), max(trust.g, 0.004), trust.b, OWN);
+        return Known(max(trust.r, 0.004), max(trust.g, 0.004), trust.b, OWN, place.w);
     }
     if (server.z != 0u) {
         vec4 tile = tile_place(server.z, px);
-        return Known(tile.z < 0.0 ? 0.0 : textureLod(hidden_trusts, tile.xyz, 0.0).r, 1.0, 1.0, HIDDEN);
+        return Known(tile.z < 0.0 ? 0.0 : textureLod(hidden_trusts, tile.xyz, 0.0).r, 1.0, 1.0, HIDDEN, 0.0);
     }
-    return Known(0.0, 1.0, 1.0, OWN);
-}
-
-// The octaves by which the picture that is loaded of a photo is coarser than the photo.
-float octaves_lost(uint photo_number, Photo photo) {
-    float fine = photo_word(photo_number, 8).w, coarse = photo_word(photo_number, 9).w;
-    return -log2(mix(coarse, fine, photo.state.w));
+    return Known(0.0, 1.0, 1.0, OWN, 0.0);
 }
 
 // The light that a server shows at a position; a and b are the position's movements for a step of one pixel to the right, and down. Of
 // what one sees through it is multiplied by the matte, which is the last value.
-vec4 light_at(uint photo_number, Photo photo, uvec4 server, uint kind, vec2 px, vec2 a, vec2 b) {
+vec4 light_at(uint photo_number, Camera photo, float fine_share, uvec4 server, uint kind, vec2 px, vec2 a, vec2 b) {
     if (kind == HIDDEN) {
         vec4 place = tile_place(server.z, px);
         return vec4(textureGrad(hidden_pages, place.xyz, a * place.w, b * place.w).rgb, 1.0);
@@ -104,10 +100,10 @@ vec4 light_at(uint photo_number, Photo photo, uvec4 server, uint kind, vec2 px, 
     b = turned_step(photo, b);
     vec4 fine = photo_word(photo_number, 8), coarse = photo_word(photo_number, 9);
     vec3 light = vec3(0.0);
-    if (photo.state.w < 1.0) light = textureGrad(far_photos, vec3(at * coarse.xy, coarse.z), a * coarse.xy, b * coarse.xy).rgb;
-    if (photo.state.w > 0.0) {
+    if (fine_share < 1.0) light = textureGrad(far_photos, vec3(at * coarse.xy, coarse.z), a * coarse.xy, b * coarse.xy).rgb;
+    if (fine_share > 0.0) {
         vec3 finer = textureGrad(near_photos, vec3(at * fine.xy, fine.z), a * fine.xy, b * fine.xy).rgb;
-        light = mix(light, finer, photo.state.w);
+        light = mix(light, finer, fine_share);
     }
     return vec4(light, 1.0);
 }

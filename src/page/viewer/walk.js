@@ -7,7 +7,9 @@ quadratura.walk = (() => {
 
   const REDUCED = matchMedia("(prefers-reduced-motion: reduce)");
   // Frames that take longer than this are drawn with fewer pixels.
-  const SLOW_MS = 24, LEAST_SCALE = 0.33;
+  const SLOW_MS = 24, LEAST_SCALE = 0.2;
+  // A picture with more pixels is drawn where it takes no longer than this.
+  const LONGEST_MS = 1500;
   // A picture is drawn finely when nothing has moved for this time.
   const REST_MS = 250;
   // A step that is climbed, in heights of the eye.
@@ -18,7 +20,7 @@ quadratura.walk = (() => {
       Object.assign(this, { painter, site, ground, canvas });
       this.axes = frame(site.up);
       this.keys = new Set();
-      this.scale = 1;
+      Object.assign(this, { scale: 0.5, cost: 0 });
       this.free = !site.safe;
       this.eyeHeight = site.safe ? site.safe.eye : this.usualHeight();
       this.set(site.start);
@@ -131,9 +133,8 @@ quadratura.walk = (() => {
       const moves = this.advance(now) || (this.tour && this.tour.advance(now));
       const view = this.view(), photos = this.site.photos;
       this.painter.textures.want((i) => quadratura.exposure.apart(view, photos[i], Math.max(this.site.extent, 1e-6)));
-      const began = performance.now();
-      this.painter.draw(view, moves ? this.scale : 1, now);
-      if (moves) this.adapt(performance.now() - began, now);
+      const isReady = this.painter.textures.isComplete() && !this.painter.textures.isFading(now), scale = moves || !isReady ? this.scale : 1;
+      this.adapt(this.painter.draw(view, scale, now), scale);
       document.documentElement.dataset.state = "walking";
       this.listeners.forEach((told) => told(view, moves));
       if (moves || this.painter.textures.isFading(now)) this.ask();
@@ -145,21 +146,19 @@ quadratura.walk = (() => {
       clearTimeout(this.resting);
       this.resting = setTimeout(() => {
         if (this.waiting || this.keys.size || this.flight) return;
-        const view = this.view();
-        this.painter.draw(view, view.width * view.height < 3e6 ? quadratura.FINEST : 1, performance.now());
+        const view = this.view(), finest = quadratura.FINEST, often = finest * finest;
+        if (view.width * view.height < 3e6 && this.cost * often < LONGEST_MS) this.painter.draw(view, finest, performance.now());
         this.last = 0;
         document.documentElement.dataset.state = "drawn";
-        this.rested && this.rested();
+        if (this.rested) this.rested();
       }, REST_MS);
     }
 
-    // Draws with fewer pixels while frames are slow.
-    adapt(took, now) {
-      const every = now - (this.before || now);
-      this.before = now;
-      const slow = Math.max(took, every < 500 ? every : 0);
-      if (slow > SLOW_MS) this.scale = Math.max(LEAST_SCALE, this.scale * 0.8);
-      else if (slow < SLOW_MS / 2) this.scale = Math.min(1, this.scale / 0.8);
+    // Draws with fewer pixels while pictures are slow. `took` is the time of one, drawn at a scale.
+    adapt(took, scale) {
+      this.cost = took / (scale * scale);
+      const fits = Math.sqrt(SLOW_MS / Math.max(this.cost, 0.1));
+      this.scale = clamp(fits < this.scale ? Math.max(fits, 0.6 * this.scale) : Math.min(fits, 1.1 * this.scale), LEAST_SCALE, 1);
     }
 
     resize() {

@@ -30,6 +30,8 @@ pub struct ComposedPhoto {
     pub agreement: Vec<u8>,
     /// How much of the pixel shows its face, in 255ths, likewise.
     pub outlines: Vec<u8>,
+    /// The pixels of layers that one sees through, with their colours.
+    see_through: Vec<(usize, [u8; 3])>,
     /// What layers have beside their visible pixels.
     pub tiled: Vec<Tiled>,
 }
@@ -54,6 +56,7 @@ pub fn composed(
         trust: vec![0; count],
         agreement: vec![u8::MAX; count],
         outlines: vec![u8::MAX; count],
+        see_through: Vec::new(),
         tiled: Vec::new(),
     };
     // Those of skirts are made of the layers of surroundings.
@@ -61,7 +64,10 @@ pub fn composed(
     for (layer, texture) in textures.filter(|(_, texture)| texture.photo == id) {
         let pixels = texels.layer_texture(layer)?;
         match texture.see_through {
-            true => photo.tiled.extend(whole(layer, &pixels)),
+            true => {
+                photo.note_see_through(&pixels);
+                photo.tiled.extend(whole(layer, &pixels));
+            }
             false => photo.add(layer, &pixels, agreement),
         }
     }
@@ -107,12 +113,38 @@ impl ComposedPhoto {
         }
     }
 
+    /// Keeps the photo's own colours of a layer that one sees through, for small pictures of the photo.
+    fn note_see_through(&mut self, pixels: &LayerTexturePixels) {
+        let photo = PixelRect::of_size(self.size[0], self.size[1]);
+        for (at, (x, y)) in pixels.rect.pixels().enumerate() {
+            let [r, g, b, alpha] = pixels.rgba.as_chunks::<4>().0[at];
+            let is_there = pixels.matte.as_ref().is_some_and(|matte| matte[at] > 127);
+            if let Some(to) = photo.index(x, y).filter(|_| alpha > 0 && is_there && pixels.needed[at] & FILLED == 0) {
+                self.see_through.push((to, [r, g, b]));
+            }
+        }
+    }
+
+    /// Returns the colours of the photo with those of what one sees through.
+    pub fn with_see_through(&self) -> (Vec<u8>, Vec<bool>) {
+        let mut rgb = self.rgb.clone();
+        let mut known: Vec<bool> = (0..rgb.len() / 3).map(|at| self.labels.is_claimed(at)).collect();
+        for (at, colour) in &self.see_through {
+            rgb[3 * at..3 * at + 3].copy_from_slice(colour);
+            known[*at] = true;
+        }
+        (rgb, known)
+    }
+
     /// Returns the half-size plane of what a photo says of its pixels: confidence, agreement and outline, one plane each.
     pub fn weights(&self) -> [Vec<u8>; 3] {
         let size = self.size.map(|side| side as usize);
         let is_shown = |at: usize| self.labels.is_claimed(at);
         let mut planes = [&self.trust, &self.agreement, &self.outlines].map(|plane| halved(plane, size, is_shown));
         planes[0].iter_mut().for_each(|value| *value = in_16_steps(*value));
+        // What is contradicted is told finely, since penalties are divided by it.
+        let coarse = |value: u8| if value < 32 { value } else { in_16_steps(value) };
+        planes[1..].iter_mut().flatten().for_each(|value| *value = coarse(*value));
         planes
     }
 }

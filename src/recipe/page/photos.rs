@@ -10,7 +10,7 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::fill::push_pull::WeightedGrid;
 use quadratura_page::chunk::Chunk;
-use quadratura_page::pictures::{jpeg, reduced};
+use quadratura_page::pictures::{photo_jpeg, reduced};
 use quadratura_projection::Gains;
 use quadratura_view::optics::squared_radius;
 use quadratura_view::srgb::Srgb;
@@ -18,7 +18,7 @@ use quadratura_view::srgb::Srgb;
 /// The longer side of coarse photos, in pixels.
 const FAR: u32 = 576;
 /// Their quality, below that of the others by this.
-const FAR_LOWER: u8 = 5;
+const FAR_LOWER: u8 = 10;
 /// The number of coarse photos in a chunk.
 pub const IN_A_CHUNK: usize = 32;
 
@@ -64,7 +64,7 @@ impl PackedPhoto {
     /// Packs a photo. What no layer shows of it has the colours of what is around, out of focus.
     pub fn new(photo: &PhotoToPack, composed: &ComposedPhoto, labels: &ByteLabels, gains: &Gains, packing: &Packing) -> Self {
         let turned = !packing.upright && composed.size[1] > composed.size[0];
-        let rgb = surrounded(composed);
+        let rgb = surrounded(composed.size, composed.rgb.clone(), |at| composed.labels.is_claimed(at));
         let colour = mean(&rgb);
         let (picture, stored) = reduced(rgb, composed.size, packing.longest);
         let half = composed.size.map(|side| side.div_ceil(2));
@@ -72,9 +72,10 @@ impl PackedPhoto {
         let turn = |bytes: &[u8], size: [u32; 2], parts: usize| if turned { turned_right(bytes, size, parts) } else { bytes.to_vec() };
         let size_of = |size: [u32; 2]| if turned { [size[1], size[0]] } else { size };
         let mut near = Chunk::default();
-        near.add("colours", &jpeg(&turn(&picture, stored, 3), size_of(stored), packing.quality));
-        let (small, far) = reduced(picture, stored, FAR);
-        let far_picture = jpeg(&turn(&small, far, 3), size_of(far), packing.quality.saturating_sub(FAR_LOWER).max(1));
+        near.add("colours", &photo_jpeg(&turn(&picture, stored, 3), size_of(stored), packing.quality));
+        let (rgb, known) = composed.with_see_through();
+        let (small, far) = reduced(surrounded(composed.size, rgb, |at| known[at]), composed.size, FAR);
+        let far_picture = photo_jpeg(&turn(&small, far, 3), size_of(far), packing.quality.saturating_sub(FAR_LOWER).max(1));
         let plane = |bytes: &[u8], size: [u32; 2]| differences(&turn(bytes, size, 1), size_of(size)[0] as usize);
         let optics = gains.optics.get(photo.id.index()).copied().unwrap_or_default();
         let camera = photo.camera;
@@ -116,19 +117,19 @@ impl PackedPhoto {
 }
 
 /// Returns the colours of a photo, continued over the pixels that no layer shows.
-fn surrounded(photo: &ComposedPhoto) -> Vec<u8> {
-    let count = photo.rgb.len() / 3;
-    if (0..count).all(|at| photo.labels.is_claimed(at)) {
-        return photo.rgb.clone();
+fn surrounded(size: [u32; 2], mut rgb: Vec<u8>, is_known: impl Fn(usize) -> bool) -> Vec<u8> {
+    let count = rgb.len() / 3;
+    if (0..count).all(&is_known) {
+        return rgb;
     }
     // Colours are continued at a quarter of the size: out of focus by intent, since they may stand for what must not be seen.
-    let size = photo.size.map(|side| side as usize);
+    let size = size.map(|side| side as usize);
     let small = size.map(|side| side.div_ceil(4));
     let srgb = Srgb::tables();
     let mut grid = WeightedGrid::new(small);
-    for at in (0..count).filter(|at| photo.labels.is_claimed(*at)) {
+    for at in (0..count).filter(|at| is_known(*at)) {
         let cell = at / size[0] / 4 * small[0] + at % size[0] / 4;
-        (0..3).for_each(|c| grid.values[cell][c] += srgb.linear(photo.rgb[3 * at + c]));
+        (0..3).for_each(|c| grid.values[cell][c] += srgb.linear(rgb[3 * at + c]));
         grid.weights[cell] += 1.0;
     }
     for (value, weight) in grid.values.iter_mut().zip(&mut grid.weights).filter(|(_, weight)| **weight > 0.0) {
@@ -136,8 +137,7 @@ fn surrounded(photo: &ComposedPhoto) -> Vec<u8> {
         *weight = 1.0;
     }
     let filled = grid.filled().unwrap_or_else(|| vec![[0.2; 3]; small[0] * small[1]]);
-    let mut rgb = photo.rgb.clone();
-    for at in (0..count).filter(|at| !photo.labels.is_claimed(*at)) {
+    for at in (0..count).filter(|at| !is_known(*at)) {
         let cell = filled[at / size[0] / 4 * small[0] + at % size[0] / 4];
         rgb[3 * at..3 * at + 3].copy_from_slice(&cell.map(|light| srgb.encoded(light)));
     }

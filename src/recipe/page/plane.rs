@@ -33,6 +33,12 @@ pub fn in_16_steps(value: u8) -> u8 {
     if value > 0 { (step.max(1) * 17) as u8 } else { 0 }
 }
 
+/// Rounds to one of 8 values, likewise: what was filled is known so well.
+pub fn in_8_steps(value: u8) -> u8 {
+    let step = (u32::from(value) + 17) / 36;
+    if value > 0 { (step.max(1) * 36).min(255) as u8 } else { 0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

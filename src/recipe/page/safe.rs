@@ -109,6 +109,7 @@ impl SafeSearch<'_> {
             let flat = self.origin - self.up * self.origin.dot(self.up) + a * at.x + b * at.y;
             self.heights(flat, top, eye)
         });
+        eprintln!("cameras"); centres.iter().for_each(|c| drop(self.is_good(*c))); eprintln!("cells eye {eye}");
         let heights: Vec<Option<[f64; 2]>> = heights.collect();
         heights.iter().any(Option::is_some).then(|| DescribedRegion {
             axes: [a.to_array(), b.to_array()],
@@ -153,7 +154,7 @@ impl SafeSearch<'_> {
                 }));
             }
         }
-        // Where nothing is seen there is nothing to walk to.
+        eprintln!("share {:.2} of {all}", f64::from(well) / f64::from(all.max(1)));
         all >= AROUND && f64::from(well) >= NEARLY_ALL * f64::from(all)
     }
 

@@ -14,7 +14,7 @@ use super::photos::{IN_A_CHUNK, PackedPhoto, Packing, PhotoToPack};
 use super::safe::{PhotoMap, SafeSearch, half_trust};
 use super::texts::{PageTexts, index};
 use super::tiles::{PAGE, TilePage, TilePages};
-use super::plane::{differences, in_16_steps};
+use super::plane::{differences, in_8_steps, in_16_steps};
 use crate::open::Opened;
 use crate::preview::{Preview, SiteParts};
 use quadratura_base::error::{Error, Result};
@@ -22,7 +22,7 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{PhotoId, up};
 use quadratura_base::task::Task;
 use quadratura_page::chunk::{Chunk, description};
-use quadratura_page::pictures::{jpeg, small_jpeg};
+use quadratura_page::pictures::{photo_jpeg, small_jpeg};
 use quadratura_page::place::{PageFile, PageFolder, PagePlace};
 use quadratura_page::viewer;
 use quadratura_projection::Renders;
@@ -33,7 +33,7 @@ const PICTURE: [u32; 2] = [1280, 800];
 /// Their quality.
 const PICTURE_QUALITY: u8 = 80;
 /// Hidden texels are seen in narrow strips: their quality is lower by this.
-const HIDDEN_LOWER: u8 = 5;
+const HIDDEN_LOWER: u8 = 10;
 /// The logarithms of sky factors are stored in steps of this.
 const SKY_STEP: f32 = 1.0 / 4096.0;
 
@@ -313,11 +313,12 @@ fn write_page(
 ) -> Result<()> {
     let name = format!("{kind}-{}", listed.len() + 1);
     let mut content = Chunk::default();
-    content.add("colours", &jpeg(&page.colours(times_matte), [PAGE as u32, page.rows() as u32], quality));
-    let trust: Vec<u8> = page.trust().into_iter().map(in_16_steps).collect();
+    content.add("colours", &photo_jpeg(&page.colours(times_matte), [PAGE as u32, page.rows() as u32], quality));
+    let trust: Vec<u8> = page.trust().into_iter().map(in_8_steps).collect();
     content.add_packed("trust", &differences(&trust, PAGE));
     if times_matte {
-        content.add_packed("mattes", &differences(&page.mattes(), PAGE));
+        let mattes: Vec<u8> = page.mattes().into_iter().map(in_16_steps).collect();
+        content.add_packed("mattes", &differences(&mattes, PAGE));
     }
     listed.push(DescribedPage { chunk: name.clone(), rows: page.rows() });
     chunk(folder, &name, &content)
