@@ -22,6 +22,7 @@ const SCRIPTS: &[(&str, &str)] = &[
     ("walk.js", include_str!("viewer/walk.js")),
     ("input.js", include_str!("viewer/input.js")),
     ("stations.js", include_str!("viewer/stations.js")),
+    ("texts.js", include_str!("viewer/texts.js")),
     ("share.js", include_str!("viewer/share.js")),
     ("start.js", include_str!("viewer/start.js")),
 ];
@@ -44,7 +45,7 @@ const SHADERS: &[(&str, &str)] = &[
 
 /// Returns the names and contents of all scripts, in the order in which a page names them.
 pub fn scripts() -> Vec<(&'static str, String)> {
-    let text = |source: &str| serde_json::to_string(source).expect("text is JSON");
+    let text = |source: &str| serde_json::to_string(&without_comments(source)).expect("text is JSON");
     let lines: String =
         SHADERS.iter().map(|(name, source)| format!("quadratura.shaders.{name} = {};\n", text(source))).collect();
     let shaders = format!("// The shaders of the viewer, one a line.\n{lines}");
@@ -52,6 +53,12 @@ pub fn scripts() -> Vec<(&'static str, String)> {
         SCRIPTS.iter().map(|(name, source)| (*name, (*source).to_owned())).collect();
     scripts.insert(1, ("shaders.js", shaders));
     scripts
+}
+
+/// Returns a shader without lines of comments and indents, which nobody reads within a line of a script.
+fn without_comments(source: &str) -> String {
+    let lines = source.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("//"));
+    lines.map(|line| format!("{line}\n")).collect()
 }
 
 #[cfg(test)]

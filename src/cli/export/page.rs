@@ -28,6 +28,13 @@ pub fn run(args: &ExportArgs, opened: &Opened, task: &Task) -> Result<Outcome> {
     for spared in &done.spared {
         task.note(format!("{} holds other files, or was changed, and is kept", spared.display()));
     }
+    if done.bytes > options.budget {
+        task.note(format!(
+            "the page has {}, more than {} of --budget; --longest, --quality and fewer photos make it smaller",
+            readable_bytes(done.bytes),
+            readable_bytes(options.budget),
+        ));
+    }
     if args.page.open {
         open(&done)?;
     }

@@ -84,6 +84,13 @@
     window.addEventListener("popstate", () => follow(location.hash) || walker.goTo(site.start));
     walker.rested = () => { if (location.hash.startsWith("#v=")) remember(quadratura.share.of(walker), false); };
 
+    canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      canvas.hidden = true;
+      quadratura.say("The graphics device was lost. The page comes back here as soon as it is there again.");
+    });
+    canvas.addEventListener("webglcontextrestored", () => { remember(quadratura.share.of(walker), false); location.reload(); });
+
     const toggle = (id, on) => byId(id).setAttribute("aria-pressed", on);
     byId("places-button").onclick = () => {
       const open = byId("places").hidden;

@@ -43,7 +43,7 @@ pub struct Description {
     /// The flight of the project; `None` without one.
     pub tour: Option<DescribedTour>,
     /// What is told at places.
-    pub texts: Vec<serde_json::Value>,
+    pub texts: Vec<super::place_texts::DescribedText>,
     /// The range in which one walks.
     pub safe: Option<super::safe::DescribedRegion>,
 }

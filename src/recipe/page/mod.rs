@@ -13,7 +13,8 @@
 //! | `safe` | where a visitor is kept |
 //! | `description` | what the viewer is told first |
 //! | `photos` | photos as chunks |
-//! | `texts` | pages of text beside the viewer |
+//! | `place_texts` | texts at places |
+//! | `texts` | the page without its viewer |
 //! | `write` | all files |
 
 mod description;
@@ -23,6 +24,7 @@ mod labels;
 pub mod options;
 mod photo;
 mod photos;
+mod place_texts;
 mod plane;
 mod safe;
 mod shelf;

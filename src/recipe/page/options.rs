@@ -13,6 +13,12 @@ pub struct PageOptions {
     pub longest: u32,
     /// The most bytes of all files together.
     pub budget: u64,
+    /// Who is to be named below the page.
+    pub credits: Vec<String>,
+    /// The licence of the photos: an SPDX name, or the address of a text.
+    pub licence: Option<String>,
+    /// A JSON file with texts at places.
+    pub texts: Option<PathBuf>,
     /// The bookmark at which a visit starts; without one, the first, or a photo where there are none.
     pub viewpoint: Option<String>,
     /// Whether photos keep their names, and objects theirs.
@@ -27,9 +33,12 @@ impl Default for PageOptions {
     fn default() -> Self {
         Self {
             title: None,
-            quality: 85,
+            quality: 80,
             longest: MOST_SIDE,
             budget: 150_000_000,
+            credits: Vec::new(),
+            licence: None,
+            texts: None,
             viewpoint: None,
             keep_names: false,
             keep_coordinates: false,

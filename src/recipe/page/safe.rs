@@ -19,9 +19,11 @@ const ACROSS: f64 = 24.0;
 const BEYOND: f64 = 0.35;
 /// The heights that are tried, in those of a usual camera over the ground.
 const HEIGHTS: [f64; 6] = [0.6, 0.8, 1.0, 1.5, 2.5, 4.0];
-/// The largest penalty of a photo that shows a point well enough, and the share of points that have one.
+/// The largest penalty of a photo that shows a point well enough.
 const WELL: f64 = 0.6;
-const NEARLY_ALL: f64 = 0.95;
+/// Photos look one way, and show what is behind them in other photos at most. A place is good enough where they show a half of what they
+/// show from a usual camera.
+const OF_USUAL: f64 = 0.5;
 /// The directions that are looked into from a place: around, and up and down.
 const AROUND: u32 = 16;
 const TILTS: [f64; 4] = [-0.5, -0.15, 0.15, 0.5];
@@ -104,12 +106,14 @@ impl SafeSearch<'_> {
         let cell = (high - low).max_element() / ACROSS;
         let size = [high.x - low.x, high.y - low.y].map(|side| (side / cell).ceil() as usize);
         let top = centres.iter().map(|centre| centre.dot(self.up)).fold(f64::NEG_INFINITY, f64::max);
+        let mut usual: Vec<f64> = centres.iter().map(|centre| self.shown_well(*centre)).collect();
+        usual.sort_by(f64::total_cmp);
+        let least = (OF_USUAL * usual[usual.len() / 2]).max(f64::MIN_POSITIVE);
         let heights = (0..size[0] * size[1]).into_par_iter().map(|at| {
             let at = low + DVec2::new((at % size[0]) as f64 + 0.5, (at / size[0]) as f64 + 0.5) * cell;
             let flat = self.origin - self.up * self.origin.dot(self.up) + a * at.x + b * at.y;
-            self.heights(flat, top, eye)
+            self.heights(flat, top, eye, least)
         });
-        eprintln!("cameras"); centres.iter().for_each(|c| drop(self.is_good(*c))); eprintln!("cells eye {eye}");
         let heights: Vec<Option<[f64; 2]>> = heights.collect();
         heights.iter().any(Option::is_some).then(|| DescribedRegion {
             axes: [a.to_array(), b.to_array()],
@@ -126,17 +130,17 @@ impl SafeSearch<'_> {
     }
 
     /// Returns the range of good heights over a place in plan, relative to the page's origin; from the ground below the highest camera.
-    fn heights(&self, flat: DVec3, top: f64, eye: f64) -> Option<[f64; 2]> {
+    fn heights(&self, flat: DVec3, top: f64, eye: f64, least: f64) -> Option<[f64; 2]> {
         let above = flat + self.up * (top + eye);
         let ground = above - self.up * self.over_ground(above)?;
-        let is_good = |height: &&f64| self.is_good(ground + self.up * (**height * eye));
+        let is_good = |height: &&f64| self.shown_well(ground + self.up * (**height * eye)) >= least;
         let good: Vec<f64> = HEIGHTS.iter().filter(is_good).copied().collect();
         let from = (ground - self.origin).dot(self.up);
         Some([from + good.first()? * eye, from + good.last()? * eye])
     }
 
-    /// Returns whether photos show nearly all that is seen from a place.
-    fn is_good(&self, place: DVec3) -> bool {
+    /// Returns the share of what is seen from a place, in all directions, that photos show well enough.
+    fn shown_well(&self, place: DVec3) -> f64 {
         let (a, b) = self.up.any_orthonormal_pair();
         let (mut well, mut all) = (0u32, 0u32);
         for turn in 0..AROUND {
@@ -154,8 +158,8 @@ impl SafeSearch<'_> {
                 }));
             }
         }
-        eprintln!("share {:.2} of {all}", f64::from(well) / f64::from(all.max(1)));
-        all >= AROUND && f64::from(well) >= NEARLY_ALL * f64::from(all)
+        // Where hardly anything is seen there is nothing to walk to.
+        if all >= AROUND { f64::from(well) / f64::from(all) } else { 0.0 }
     }
 
     fn penalty(&self, server: &Server, point: DVec3, place: DVec3) -> Option<f64> {

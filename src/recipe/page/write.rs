@@ -11,10 +11,11 @@ use super::labels::ByteLabels;
 use super::options::{LeavingPhoto, PageOptions, PagePart, Published};
 use super::photo::composed;
 use super::photos::{IN_A_CHUNK, PackedPhoto, Packing, PhotoToPack};
+use super::plane::{differences, in_8_steps, in_16_steps};
+use super::place_texts::{DescribedText, read_texts};
 use super::safe::{PhotoMap, SafeSearch, half_trust};
 use super::texts::{PageTexts, index};
 use super::tiles::{PAGE, TilePage, TilePages};
-use super::plane::{differences, in_8_steps, in_16_steps};
 use crate::open::Opened;
 use crate::preview::{Preview, SiteParts};
 use quadratura_base::error::{Error, Result};
@@ -48,6 +49,7 @@ pub struct PageWriter<'a> {
     up: DVec3,
     start: View,
     views: Vec<View>,
+    texts: Vec<DescribedText>,
     left_out: Vec<String>,
 }
 
@@ -77,7 +79,7 @@ impl<'a> PageWriter<'a> {
     /// Prepares a page of these photos.
     ///
     /// # Errors
-    /// [`Error::Request`] for a viewpoint that the project does not have.
+    /// [`Error::Request`] for a viewpoint that the project does not have, and those of reading texts.
     pub fn new(
         opened: &'a Opened,
         ids: &'a [PhotoId],
@@ -111,6 +113,8 @@ impl<'a> PageWriter<'a> {
                 tangent: f64::from(first.camera.height) / 2.0 / first.camera.fy,
             }),
         };
+        let names: Vec<&str> = views.iter().map(|view| view.name.as_str()).collect();
+        let texts = options.texts.as_ref().map(|file| read_texts(file, &names, origin)).transpose()?.unwrap_or_default();
         let up = up(&opened.site.photos);
         let mut left_out = Vec::new();
         if !opened.project.trees.is_empty() {
@@ -119,7 +123,7 @@ impl<'a> PageWriter<'a> {
         if !parts.gains.light.groups.is_one() {
             left_out.push("the correction of light between rounds of photos, face by face".to_owned());
         }
-        Ok(Self { opened, ids, leaving, parts, options, origin, up, start, views, left_out })
+        Ok(Self { opened, ids, leaving, parts, options, origin, up, start, views, texts, left_out })
     }
 
     /// Writes all files.
@@ -235,7 +239,7 @@ impl<'a> PageWriter<'a> {
             start: described(&self.start),
             viewpoints: self.views.iter().map(described).collect(),
             tour: flight.and_then(|path| DescribedTour::of_path(path, self.up, self.origin)),
-            texts: Vec::new(),
+            texts: self.texts.clone(),
             safe,
         }
     }
@@ -262,7 +266,8 @@ impl<'a> PageWriter<'a> {
         }
         let names: Vec<&str> = self.views.iter().map(|view| view.name.as_str()).collect();
         let chunks: Vec<String> = ["site", "geometry", "sheets"].map(str::to_owned).into_iter().chain(site.far.iter().cloned()).collect();
-        let texts = PageTexts { title: &site.title, views: &names, first_chunks: &chunks };
+        let (credits, licence) = (&self.options.credits, self.options.licence.as_deref());
+        let texts = PageTexts { title: &site.title, views: &names, texts: &site.texts, credits, licence, first_chunks: &chunks };
         folder.write("index.html", index(&texts).as_bytes())
     }
 
