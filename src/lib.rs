@@ -101,6 +101,7 @@
 //! | `view` | what is asked of a novel view and what it gives back; weights of photos, legends, metrics, flights |
 //! | `align` | the rotation, scale and shift that lay a model on sparse points |
 //! | `import` | what other programs made of a site: cameras, models and photos |
+//! | `page` | folders that a browser opens |
 //! | `projection` | novel views of layers: sheared frusta, the image layers that serve a face, exposure, relief |
 //! | `foliage` | plants: graphs of sub-objects, their generator, pictures of all their polygons, and their files |
 //! | `ldi` | layered depth images: layout, order, splats, warp, and their files |

@@ -35,11 +35,7 @@ impl Chunk {
     /// Adds bytes, packed by deflate.
     pub fn add_packed(&mut self, name: impl Into<String>, bytes: &[u8]) {
         let packed = deflated(bytes);
-        self.listed.push(Part {
-            name: name.into(),
-            bytes: packed.len(),
-            unpacked: Some(bytes.len()),
-        });
+        self.listed.push(Part { name: name.into(), bytes: packed.len(), unpacked: Some(bytes.len()) });
         self.bytes.extend_from_slice(&packed);
     }
 
@@ -93,7 +89,8 @@ mod tests {
     fn the_checksum_is_that_of_the_standard() {
         assert_eq!(adler32(b"Wikipedia"), 0x11e6_0398);
         assert_eq!(adler32(&vec![255; 100_000]), {
-            let (a, b) = (0..100_000u64).fold((1u64, 0u64), |(a, b), _| ((a + 255) % 65521, (b + a + 255) % 65521));
+            let (a, b) =
+                (0..100_000u64).fold((1u64, 0u64), |(a, b), _| ((a + 255) % 65521, (b + a + 255) % 65521));
             (b << 16 | a) as u32
         });
     }

@@ -1,8 +1,8 @@
 //! The pictures of pages.
 
+pub use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-pub use image::ExtendedColorType;
 use image::{ImageEncoder, RgbImage};
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 
@@ -24,7 +24,8 @@ pub fn photo_jpeg(rgb: &[u8], [width, height]: [u32; 2], quality: u8) -> Vec<u8>
     encoder.set_sampling_factor(SamplingFactor::F_2_2);
     encoder.set_progressive(true);
     encoder.set_optimized_huffman_tables(true);
-    let [width, height] = [width, height].map(|side| u16::try_from(side).expect("photos are smaller than this"));
+    let [width, height] =
+        [width, height].map(|side| u16::try_from(side).expect("photos are smaller than this"));
     encoder.encode(rgb, width, height, ColorType::Rgb).expect("the picture has a size that JPEG allows");
     bytes
 }

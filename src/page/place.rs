@@ -67,7 +67,8 @@ impl PageFolder {
     }
 
     fn finish(mut self) -> Result<Vec<PageFile>> {
-        let manifest = Manifest { format: "quadratura-page".to_owned(), files: std::mem::take(&mut self.hashes) };
+        let manifest =
+            Manifest { format: "quadratura-page".to_owned(), files: std::mem::take(&mut self.hashes) };
         let mut text = serde_json::to_vec_pretty(&manifest).expect("plain data is JSON");
         text.push(b'\n');
         self.write(MANIFEST, &text)?;

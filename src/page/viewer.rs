@@ -46,8 +46,10 @@ const SHADERS: &[(&str, &str)] = &[
 /// Returns the names and contents of all scripts, in the order in which a page names them.
 pub fn scripts() -> Vec<(&'static str, String)> {
     let text = |source: &str| serde_json::to_string(&without_comments(source)).expect("text is JSON");
-    let lines: String =
-        SHADERS.iter().map(|(name, source)| format!("quadratura.shaders.{name} = {};\n", text(source))).collect();
+    let lines: String = SHADERS
+        .iter()
+        .map(|(name, source)| format!("quadratura.shaders.{name} = {};\n", text(source)))
+        .collect();
     let shaders = format!("// The shaders of the viewer, one a line.\n{lines}");
     let mut scripts: Vec<(&str, String)> =
         SCRIPTS.iter().map(|(name, source)| (*name, (*source).to_owned())).collect();

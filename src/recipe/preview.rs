@@ -9,8 +9,8 @@ mod stacks;
 mod trees;
 mod unseen;
 
-pub use self::options::PreviewOptions;
 pub(crate) use self::in_use::SiteParts;
+pub use self::options::PreviewOptions;
 pub use self::stacks::ReadStacks;
 
 use std::path::{Path, PathBuf};

@@ -28,6 +28,7 @@ class Browser:
         self._connect(port, page["webSocketDebuggerUrl"].split(f":{port}", 1)[1])
         for domain in ["Page", "Runtime", "Log", "Network"]:
             self.call(f"{domain}.enable")
+        self.call("Network.setCacheDisabled", cacheDisabled=True)
         self.resize(width, height)
 
     def _port(self):

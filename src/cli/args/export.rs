@@ -77,7 +77,8 @@ pub enum ExportTarget {
 }
 
 /// The name of pages, and what they are.
-const PAGE: (&str, &str) = ("page", "The whole site as a web page in which one walks: a folder that any browser opens");
+const PAGE: (&str, &str) =
+    ("page", "The whole site as a web page in which one walks: a folder that any browser opens");
 
 /// Returns a parser for all that `export` writes.
 fn targets() -> impl TypedValueParser<Value = ExportTarget> {

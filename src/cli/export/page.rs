@@ -59,7 +59,9 @@ fn text(done: &Published) -> String {
     for what in &done.left_out {
         text.push_str(&format!("not on the page: {what}\n"));
     }
-    text.push_str("All that the page shows can be copied. Open index.html, or put the folder on any web server.\n");
+    text.push_str(
+        "All that the page shows can be copied. Open index.html, or put the folder on any web server.\n",
+    );
     text
 }
 

@@ -59,9 +59,7 @@ pub struct Page<'a> {
 /// # Errors
 /// [`Error::Io`].
 pub fn write_page(place: &PagePlace, page: &Page<'_>) -> Result<Vec<PageFile>> {
-    place::put(place, |folder| {
-        files_of(page).iter().try_for_each(|(name, bytes)| folder.write(name, bytes))
-    })
+    place::put(place, |folder| files_of(page).iter().try_for_each(|(name, bytes)| folder.write(name, bytes)))
 }
 
 /// Returns the names and contents of the files.

@@ -150,7 +150,10 @@ impl DescribedTour {
             let (camera, pose) = flight.at(*time);
             DescribedView::of_photo(String::new(), &camera, &pose, origin)
         };
-        Some(Self { views: times.iter().map(view).collect(), times: times.iter().map(|time| time - from).collect() })
+        Some(Self {
+            views: times.iter().map(view).collect(),
+            times: times.iter().map(|time| time - from).collect(),
+        })
     }
 }
 

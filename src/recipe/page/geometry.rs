@@ -77,7 +77,12 @@ fn add_surfaces(chunk: &mut Chunk, inputs: &GeometryInputs, model: &Model, sourc
         for (plane, triangles) in planar_parts(model, face) {
             faces.push(face.0);
             kinds.push(kind);
-            planes.extend([plane.normal.x, plane.normal.y, plane.normal.z, plane.normal.dot(plane.point - origin)]);
+            planes.extend([
+                plane.normal.x,
+                plane.normal.y,
+                plane.normal.z,
+                plane.normal.dot(plane.point - origin),
+            ]);
             counts.push(if kind == IMPOSTOR { 0 } else { triangles.len() as u32 });
             corners.extend(triangles.iter().filter(|_| kind != IMPOSTOR).flatten().copied());
         }
@@ -140,7 +145,9 @@ fn add_servers(chunk: &mut Chunk, inputs: &GeometryInputs, sources: &Sources) {
             };
             sides.push(of_domain.len().min(usize::from(u8::MAX)) as u8);
             let numbers = of_domain.iter().take(usize::from(u8::MAX));
-            half_planes.extend(numbers.flat_map(|side| [side.normal.x, side.normal.y, side.offset].map(|v| v as f32)));
+            half_planes.extend(
+                numbers.flat_map(|side| [side.normal.x, side.normal.y, side.offset].map(|v| v as f32)),
+            );
         }
         counts.push((photos.len() - before) as u32);
     };
@@ -216,7 +223,8 @@ fn add_grids(chunk: &mut Chunk, name: &str, grids: &[FaceGrid], origin: DVec3) -
     chunk.add_numbers(format!("{name}_faces"), faces);
     let mappings = grids.iter().flat_map(|grid| grid.cells_from_position(origin));
     chunk.add_numbers(format!("{name}_mappings"), mappings.map(f64::to_le_bytes));
-    let places = grids.iter().zip(&shelf.corners).flat_map(|(grid, [x, y])| [*x, *y, grid.size[0], grid.size[1]]);
+    let places =
+        grids.iter().zip(&shelf.corners).flat_map(|(grid, [x, y])| [*x, *y, grid.size[0], grid.size[1]]);
     chunk.add_numbers(format!("{name}_places"), places.map(|value| (value as u16).to_le_bytes()));
     chunk.add_numbers(format!("{name}_size"), shelf.size.map(u32::to_le_bytes));
     (shelf.corners, shelf.size)
@@ -226,11 +234,19 @@ fn add_grids(chunk: &mut Chunk, name: &str, grids: &[FaceGrid], origin: DVec3) -
 pub fn sheets(parts: &SiteParts, origin: DVec3) -> Chunk {
     let mut chunk = Chunk::default();
     let faces = || parts.skirts.model.face_ids().filter(|face| !parts.skirts.holds(*face));
-    let relief: Vec<(FaceId, &FaceRelief)> =
-        faces().filter_map(|face| Some((face, parts.relief.of(face)?))).filter(|(_, of)| of.largest() > 0.0).collect();
+    let relief: Vec<(FaceId, &FaceRelief)> = faces()
+        .filter_map(|face| Some((face, parts.relief.of(face)?)))
+        .filter(|(_, of)| of.largest() > 0.0)
+        .collect();
     let grids: Vec<FaceGrid> = relief
         .iter()
-        .map(|(face, of)| FaceGrid { face: face.0, frame: &of.frame, low: of.low, cell: of.cell, size: of.size })
+        .map(|(face, of)| FaceGrid {
+            face: face.0,
+            frame: &of.frame,
+            low: of.low,
+            cell: of.cell,
+            size: of.size,
+        })
         .collect();
     let (corners, size) = add_grids(&mut chunk, "relief", &grids, origin);
     let mut sheet = vec![0i16; size[0] as usize * size[1] as usize];
@@ -243,7 +259,10 @@ pub fn sheets(parts: &SiteParts, origin: DVec3) -> Chunk {
     }
     chunk.add_numbers("relief_steps", steps.into_iter().map(f32::to_le_bytes));
     let left = std::iter::once(0).chain(sheet.iter().copied());
-    chunk.add_numbers("relief_heights", sheet.iter().zip(left).map(|(value, left)| value.wrapping_sub(left).to_le_bytes()));
+    chunk.add_numbers(
+        "relief_heights",
+        sheet.iter().zip(left).map(|(value, left)| value.wrapping_sub(left).to_le_bytes()),
+    );
     add_continuation(&mut chunk, parts, origin);
     chunk
 }
@@ -254,7 +273,13 @@ fn add_continuation(chunk: &mut Chunk, parts: &SiteParts, origin: DVec3) {
         faces.filter_map(|face| Some((face, parts.continuation.of(face)?))).collect();
     let grids: Vec<FaceGrid> = continued
         .iter()
-        .map(|(face, of)| FaceGrid { face: face.0, frame: &of.frame, low: of.low, cell: of.cell, size: of.size })
+        .map(|(face, of)| FaceGrid {
+            face: face.0,
+            frame: &of.frame,
+            low: of.low,
+            cell: of.cell,
+            size: of.size,
+        })
         .collect();
     let (corners, size) = add_grids(chunk, "continued", &grids, origin);
     let mut sheet = vec![[0u8; 3]; size[0] as usize * size[1] as usize];

@@ -87,7 +87,10 @@ mod tests {
         labels.claim(1, window);
         let ByteLabels { of_pixel, of_layer, lost } = labels.in_bytes();
         assert_eq!(of_pixel, [1, 2, 0]);
-        assert_eq!((of_layer[&wall].as_slice(), of_layer[&window].as_slice(), lost), (&[1, 2][..], &[2][..], 0));
+        assert_eq!(
+            (of_layer[&wall].as_slice(), of_layer[&window].as_slice(), lost),
+            (&[1, 2][..], &[2][..], 0)
+        );
     }
 
     #[test]

@@ -79,7 +79,8 @@ pub fn publish(
     let site = &opened.site;
     let mut ids: Vec<PhotoId> = photos.iter().filter_map(|photo| site.photo_named(&photo.name)).collect();
     ids.sort_unstable();
-    let mut preview = preview::open(project, &opened.project, site, device, &PreviewOptions::default(), task)?;
+    let mut preview =
+        preview::open(project, &opened.project, site, device, &PreviewOptions::default(), task)?;
     let without: Vec<PhotoId> = site.photo_ids().filter(|id| !ids.contains(id)).collect();
     let parts = preview.parts(&without, task)?;
     let place = place_of_page(out);

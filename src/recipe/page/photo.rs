@@ -5,15 +5,15 @@ use glam::DVec2;
 
 use super::labels::Labels;
 use super::plane::{halved, in_16_steps};
-use super::tiles::{Tiled, TileGrid};
+use super::tiles::{TileGrid, Tiled};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::PhotoId;
 use quadratura_projection::agreement::Agreement;
 use quadratura_projection::confidence::ConfidenceRamp;
 use quadratura_projection::pyramid::runs_where;
-use quadratura_projection::sources::{FILLED, LayerTexturePixels};
 use quadratura_projection::skirts::Skirts;
+use quadratura_projection::sources::{FILLED, LayerTexturePixels};
 use quadratura_projection::{LayerTextureId, Texels};
 
 /// A photo composed of its image layers.
@@ -88,7 +88,8 @@ impl ComposedPhoto {
                 continue;
             }
             let own = photo.index(x, y).filter(|_| pixels.needed[at] & FILLED == 0);
-            let own = own.filter(|to| !self.labels.is_claimed(*to) || self.rgb[3 * to..3 * to + 3] == [r, g, b]);
+            let own =
+                own.filter(|to| !self.labels.is_claimed(*to) || self.rgb[3 * to..3 * to + 3] == [r, g, b]);
             let Some(to) = own else {
                 hidden[at] = true;
                 continue;
@@ -119,7 +120,9 @@ impl ComposedPhoto {
         for (at, (x, y)) in pixels.rect.pixels().enumerate() {
             let [r, g, b, alpha] = pixels.rgba.as_chunks::<4>().0[at];
             let is_there = pixels.matte.as_ref().is_some_and(|matte| matte[at] > 127);
-            if let Some(to) = photo.index(x, y).filter(|_| alpha > 0 && is_there && pixels.needed[at] & FILLED == 0) {
+            if let Some(to) =
+                photo.index(x, y).filter(|_| alpha > 0 && is_there && pixels.needed[at] & FILLED == 0)
+            {
                 self.see_through.push((to, [r, g, b]));
             }
         }
@@ -140,7 +143,8 @@ impl ComposedPhoto {
     pub fn weights(&self) -> [Vec<u8>; 3] {
         let size = self.size.map(|side| side as usize);
         let is_shown = |at: usize| self.labels.is_claimed(at);
-        let mut planes = [&self.trust, &self.agreement, &self.outlines].map(|plane| halved(plane, size, is_shown));
+        let mut planes =
+            [&self.trust, &self.agreement, &self.outlines].map(|plane| halved(plane, size, is_shown));
         planes[0].iter_mut().for_each(|value| *value = in_16_steps(*value));
         // What is contradicted is told finely, since penalties are divided by it.
         let coarse = |value: u8| if value < 32 { value } else { in_16_steps(value) };

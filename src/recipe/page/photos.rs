@@ -62,21 +62,31 @@ pub struct PhotoToPack<'a> {
 
 impl PackedPhoto {
     /// Packs a photo. What no layer shows of it has the colours of what is around, out of focus.
-    pub fn new(photo: &PhotoToPack, composed: &ComposedPhoto, labels: &ByteLabels, gains: &Gains, packing: &Packing) -> Self {
+    pub fn new(
+        photo: &PhotoToPack,
+        composed: &ComposedPhoto,
+        labels: &ByteLabels,
+        gains: &Gains,
+        packing: &Packing,
+    ) -> Self {
         let turned = !packing.upright && composed.size[1] > composed.size[0];
         let rgb = surrounded(composed.size, composed.rgb.clone(), |at| composed.labels.is_claimed(at));
         let colour = mean(&rgb);
         let (picture, stored) = reduced(rgb, composed.size, packing.longest);
         let half = composed.size.map(|side| side.div_ceil(2));
         let weights = composed.weights();
-        let turn = |bytes: &[u8], size: [u32; 2], parts: usize| if turned { turned_right(bytes, size, parts) } else { bytes.to_vec() };
+        let turn = |bytes: &[u8], size: [u32; 2], parts: usize| {
+            if turned { turned_right(bytes, size, parts) } else { bytes.to_vec() }
+        };
         let size_of = |size: [u32; 2]| if turned { [size[1], size[0]] } else { size };
         let mut near = Chunk::default();
         near.add("colours", &photo_jpeg(&turn(&picture, stored, 3), size_of(stored), packing.quality));
         let (rgb, known) = composed.with_see_through();
         let (small, far) = reduced(surrounded(composed.size, rgb, |at| known[at]), composed.size, FAR);
-        let far_picture = photo_jpeg(&turn(&small, far, 3), size_of(far), packing.quality.saturating_sub(FAR_LOWER).max(1));
-        let plane = |bytes: &[u8], size: [u32; 2]| differences(&turn(bytes, size, 1), size_of(size)[0] as usize);
+        let far_picture =
+            photo_jpeg(&turn(&small, far, 3), size_of(far), packing.quality.saturating_sub(FAR_LOWER).max(1));
+        let plane =
+            |bytes: &[u8], size: [u32; 2]| differences(&turn(bytes, size, 1), size_of(size)[0] as usize);
         let optics = gains.optics.get(photo.id.index()).copied().unwrap_or_default();
         let camera = photo.camera;
         let per_px2 = squared_radius(camera, DVec2::new(camera.cx + 1.0, camera.cy));
@@ -132,7 +142,8 @@ fn surrounded(size: [u32; 2], mut rgb: Vec<u8>, is_known: impl Fn(usize) -> bool
         (0..3).for_each(|c| grid.values[cell][c] += srgb.linear(rgb[3 * at + c]));
         grid.weights[cell] += 1.0;
     }
-    for (value, weight) in grid.values.iter_mut().zip(&mut grid.weights).filter(|(_, weight)| **weight > 0.0) {
+    for (value, weight) in grid.values.iter_mut().zip(&mut grid.weights).filter(|(_, weight)| **weight > 0.0)
+    {
         value.iter_mut().for_each(|part| *part /= *weight);
         *weight = 1.0;
     }
@@ -166,10 +177,20 @@ fn mean(rgb: &[u8]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_no_layer_shows_is_not_published() {
+        let size = [40, 30];
+        let secret = |at: usize| (15..25).contains(&(at % 40)) && (10..20).contains(&(at / 40));
+        let colour = |at: usize| if secret(at) { [255, 0, 255] } else { [100, 120, 140] };
+        let rgb: Vec<u8> = (0..1200).flat_map(colour).collect();
+        let published = surrounded(size, rgb, |at| !secret(at));
+        let far = |pixel: &[u8; 3]| (0..3).any(|c| pixel[c].abs_diff([100, 120, 140][c]) > 2);
+        assert_eq!(published.as_chunks::<3>().0.iter().filter(|pixel| far(pixel)).count(), 0);
+    }
 
     #[test]
     fn a_turned_picture_has_its_left_column_as_first_row_from_the_bottom() {

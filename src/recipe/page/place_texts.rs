@@ -54,16 +54,26 @@ pub fn read_texts(file: &Path, views: &[&str], origin: DVec3) -> Result<Vec<Desc
             return Err(fault("at", "a coordinate that is no number".into()));
         }
         if let Some(link) = text.link.as_ref().filter(|link| !is_harmless(link)) {
-            return Err(fault("link", format!("\"{link}\", expected an address with http, https or mailto, or a relative one")));
+            return Err(fault(
+                "link",
+                format!("\"{link}\", expected an address with http, https or mailto, or a relative one"),
+            ));
         }
-        let view = match &text.view {
-            None => None,
-            Some(name) => Some(views.iter().position(|view| view == name).ok_or_else(|| {
-                fault("view", format!("\"{name}\", which is no bookmark of the project"))
-            })?),
-        };
+        let view =
+            match &text.view {
+                None => None,
+                Some(name) => Some(views.iter().position(|view| view == name).ok_or_else(|| {
+                    fault("view", format!("\"{name}\", which is no bookmark of the project"))
+                })?),
+            };
         let at = (DVec3::from_array(text.at) - origin).to_array();
-        Ok(DescribedText { at, view, title: text.title.clone(), text: text.text.clone(), link: text.link.clone() })
+        Ok(DescribedText {
+            at,
+            view,
+            title: text.title.clone(),
+            text: text.text.clone(),
+            link: text.link.clone(),
+        })
     };
     texts.into_iter().enumerate().map(described).collect()
 }
@@ -73,7 +83,9 @@ pub fn is_harmless(link: &str) -> bool {
     let end = link.find(['/', '?', '#']).unwrap_or(link.len());
     match link[..end].split_once(':') {
         None => !link.is_empty() && !link.starts_with("//"),
-        Some((scheme, _)) => ["http", "https", "mailto"].iter().any(|known| scheme.eq_ignore_ascii_case(known)),
+        Some((scheme, _)) => {
+            ["http", "https", "mailto"].iter().any(|known| scheme.eq_ignore_ascii_case(known))
+        }
     }
 }
 
@@ -86,7 +98,9 @@ mod tests {
         for good in ["https://example.org/a:b", "http://x", "mailto:a@b.c", "more/text.html", "#photo=2"] {
             assert!(is_harmless(good), "{good}");
         }
-        for bad in ["javascript:alert(1)", "JavaScript:x", "data:text/html,x", "//example.org", "", " javascript:x"] {
+        for bad in
+            ["javascript:alert(1)", "JavaScript:x", "data:text/html,x", "//example.org", "", " javascript:x"]
+        {
             assert!(!is_harmless(bad), "{bad}");
         }
     }
@@ -101,9 +115,13 @@ mod tests {
         };
         let found = read(r#"[{"title": "A", "text": "b", "at": [1, 2, 3], "view": "gate"}]"#).unwrap();
         assert_eq!((found[0].at, found[0].view), ([0.0, 2.0, 3.0], Some(0)));
-        let link = read(r#"[{"title": "A", "text": "b", "at": [1, 2, 3], "link": "javascript:x"}]"#).unwrap_err().to_string();
+        let link = read(r#"[{"title": "A", "text": "b", "at": [1, 2, 3], "link": "javascript:x"}]"#)
+            .unwrap_err()
+            .to_string();
         assert!(link.contains("text 1 (\"A\"), link") && link.contains("javascript:x"), "{link}");
-        let view = read(r#"[{"title": "A", "text": "b", "at": [1, 2, 3], "view": "door"}]"#).unwrap_err().to_string();
+        let view = read(r#"[{"title": "A", "text": "b", "at": [1, 2, 3], "view": "door"}]"#)
+            .unwrap_err()
+            .to_string();
         assert!(view.contains("\"door\""), "{view}");
         assert!(read(r#"[{"title": "A"}]"#).unwrap_err().to_string().contains("text"), "a field is missing");
     }

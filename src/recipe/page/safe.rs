@@ -9,8 +9,8 @@ use super::plane::halved;
 use crate::preview::SiteParts;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::PhotoId;
-use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::Server;
+use quadratura_projection::model_surface::ModelSurface;
 use quadratura_view::weights::{angle_at, border};
 
 /// The cells across the longer side of the region's extent.
@@ -153,9 +153,10 @@ impl SafeSearch<'_> {
                 let model = &self.parts.skirts.model;
                 let back = model.face(hit.face).plane.normal.dot(place - point) < 0.0;
                 let servers = self.parts.skirts.sources.servers_of(hit.face).iter();
-                well += u32::from(servers.filter(|server| server.back == back).any(|server| {
-                    self.penalty(server, point, place).is_some_and(|penalty| penalty < WELL)
-                }));
+                well +=
+                    u32::from(servers.filter(|server| server.back == back).any(|server| {
+                        self.penalty(server, point, place).is_some_and(|penalty| penalty < WELL)
+                    }));
             }
         }
         // Where hardly anything is seen there is nothing to walk to.

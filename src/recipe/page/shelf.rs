@@ -40,12 +40,17 @@ mod tests {
     #[test]
     fn rectangles_lie_beside_each_other_within_the_sheet() {
         let mut rng = Rng::new(3);
-        let sizes: Vec<[u32; 2]> = (0..200).map(|_| [0; 2].map(|_: u32| rng.between(1.0, 300.0) as u32)).collect();
+        let sizes: Vec<[u32; 2]> =
+            (0..200).map(|_| [0; 2].map(|_: u32| rng.between(1.0, 300.0) as u32)).collect();
         let shelf = Shelf::new(sizes.iter().copied());
         let ends = |at: usize| [0, 1].map(|axis| shelf.corners[at][axis] + sizes[at][axis]);
         for a in 0..sizes.len() {
             assert!((0..2).all(|axis| ends(a)[axis] <= shelf.size[axis]));
-            let apart = |b: &usize| (0..2).any(|axis| shelf.corners[a][axis] >= ends(*b)[axis] || shelf.corners[*b][axis] >= ends(a)[axis]);
+            let apart = |b: &usize| {
+                (0..2).any(|axis| {
+                    shelf.corners[a][axis] >= ends(*b)[axis] || shelf.corners[*b][axis] >= ends(a)[axis]
+                })
+            };
             assert!((0..a).all(|b| apart(&b)), "{a}");
         }
     }

@@ -55,7 +55,11 @@ pub fn index(texts: &PageTexts) -> String {
 
 /// Returns a text as it is read without the viewer.
 fn article(text: &DescribedText) -> String {
-    let link = text.link.as_ref().map(|link| format!("<p><a href=\"{0}\">{0}</a></p>", escaped(link))).unwrap_or_default();
+    let link = text
+        .link
+        .as_ref()
+        .map(|link| format!("<p><a href=\"{0}\">{0}</a></p>", escaped(link)))
+        .unwrap_or_default();
     format!("<article><h2>{}</h2><p>{}</p>{link}</article>\n", escaped(&text.title), escaped(&text.text))
 }
 
@@ -64,9 +68,14 @@ fn credits(texts: &PageTexts) -> String {
     let named: String = texts.credits.iter().map(|credit| format!("<p>{}</p>", escaped(credit))).collect();
     let licence = texts.licence.map(|licence| {
         let is_spdx = licence.chars().all(|letter| letter.is_ascii_alphanumeric() || "-.+".contains(letter));
-        let address = if is_spdx { format!("https://spdx.org/licenses/{licence}.html") } else { licence.to_owned() };
+        let address =
+            if is_spdx { format!("https://spdx.org/licenses/{licence}.html") } else { licence.to_owned() };
         match is_harmless(&address) && address.contains("://") {
-            true => format!("<p>Photos: <a rel=\"license\" href=\"{}\">{}</a></p>", escaped(&address), escaped(licence)),
+            true => format!(
+                "<p>Photos: <a rel=\"license\" href=\"{}\">{}</a></p>",
+                escaped(&address),
+                escaped(licence)
+            ),
             false => format!("<p>Photos: {}</p>", escaped(licence)),
         }
     });

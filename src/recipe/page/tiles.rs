@@ -48,14 +48,16 @@ impl TileGrid {
     /// Makes cells of two by two pixels, the mean of what is there of them, in linear light.
     pub fn halved(rect: PixelRect, texel: impl Fn(i32, i32) -> Option<Cell>) -> Self {
         let corner = [rect.x.div_euclid(2) * 2, rect.y.div_euclid(2) * 2];
-        let size = [rect.right() - corner[0], rect.bottom() - corner[1]].map(|side| (side as usize).div_ceil(2));
+        let size =
+            [rect.right() - corner[0], rect.bottom() - corner[1]].map(|side| (side as usize).div_ceil(2));
         let srgb = Srgb::tables();
         let cell = |at: usize| {
             let [x, y] = [at % size[0], at / size[0]];
             let [x, y] = [corner[0] + 2 * x as i32, corner[1] + 2 * y as i32];
             let four = [(0, 0), (1, 0), (0, 1), (1, 1)];
             let found: Vec<Cell> = four.iter().filter_map(|(dx, dy)| texel(x + dx, y + dy)).collect();
-            let mean = |value: &dyn Fn(&Cell) -> f32| found.iter().map(value).sum::<f32>() / found.len() as f32;
+            let mean =
+                |value: &dyn Fn(&Cell) -> f32| found.iter().map(value).sum::<f32>() / found.len() as f32;
             let byte = |value: f32| (value + 0.5) as u8;
             (!found.is_empty()).then(|| {
                 let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded(mean(&|cell| srgb.linear(cell.0[c]))));
@@ -75,9 +77,8 @@ impl TileGrid {
     /// colour of what is beside it, and no confidence.
     fn at(&self, x: i64, y: i64) -> Option<Cell> {
         let own = |x: i64, y: i64| {
-            let [column, row] = [(x, self.size[0]), (y, self.size[1])].map(|(at, size)| {
-                usize::try_from(at).ok().filter(|at| *at < size)
-            });
+            let [column, row] = [(x, self.size[0]), (y, self.size[1])]
+                .map(|(at, size)| usize::try_from(at).ok().filter(|at| *at < size));
             self.cells[row? * self.size[0] + column?]
         };
         if let Some(cell) = own(x, y) {
@@ -87,7 +88,8 @@ impl TileGrid {
             let around = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
             let found: Vec<Cell> = around.filter_map(|(dx, dy)| own(x + dx, y + dy)).collect();
             let mean = |value: &dyn Fn(&Cell) -> u8| {
-                (found.iter().map(|cell| u32::from(value(cell))).sum::<u32>() / found.len().max(1) as u32) as u8
+                (found.iter().map(|cell| u32::from(value(cell))).sum::<u32>() / found.len().max(1) as u32)
+                    as u8
             };
             let [r, g, b] = [0, 1, 2].map(|c| mean(&|cell| cell.0[c]));
             (!found.is_empty()).then(|| ([r, g, b, 0], mean(&|cell| cell.1)))
@@ -99,7 +101,9 @@ impl TileGrid {
         let rows = row * TILE..((row + 1) * TILE).min(self.size[1]);
         let columns = column * TILE..((column + 1) * TILE).min(self.size[0]);
         rows.into_iter().any(|y| {
-            self.cells[y * self.size[0] + columns.start..y * self.size[0] + columns.end].iter().any(Option::is_some)
+            self.cells[y * self.size[0] + columns.start..y * self.size[0] + columns.end]
+                .iter()
+                .any(Option::is_some)
         })
     }
 }
@@ -136,7 +140,11 @@ pub struct TilePages {
 
 impl TilePages {
     /// Adds a layer; `full` gets each page that is full.
-    pub fn add<E>(&mut self, tiled: &Tiled, mut full: impl FnMut(TilePage) -> Result<(), E>) -> Result<(), E> {
+    pub fn add<E>(
+        &mut self,
+        tiled: &Tiled,
+        mut full: impl FnMut(TilePage) -> Result<(), E>,
+    ) -> Result<(), E> {
         let grid = &tiled.grid;
         let tiles = grid.tiles();
         let mut slots = Vec::with_capacity(tiles[0] * tiles[1]);
@@ -174,7 +182,8 @@ impl TilePage {
         let [left, top] = [slot % ACROSS * SLOT, slot / ACROSS * SLOT];
         self.rows = self.rows.max(top + SLOT);
         for (y, x) in (0..SLOT).flat_map(|y| (0..SLOT).map(move |x| (y, x))) {
-            let [from_x, from_y] = [(column, x), (row, y)].map(|(tile, at)| (tile * TILE + at) as i64 - GUTTER as i64);
+            let [from_x, from_y] =
+                [(column, x), (row, y)].map(|(tile, at)| (tile * TILE + at) as i64 - GUTTER as i64);
             self.cells[(top + y) * PAGE + left + x] = grid.at(from_x, from_y);
         }
     }

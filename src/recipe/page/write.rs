@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::description::{
-    DescribedBlend, DescribedExposure, DescribedPage, DescribedPhoto, DescribedTour, DescribedView, Description, VERSION,
+    DescribedBlend, DescribedExposure, DescribedPage, DescribedPhoto, DescribedTour, DescribedView,
+    Description, VERSION,
 };
 use super::dome::dome;
 use super::geometry::{GeometryInputs, geometry, sheets};
@@ -11,8 +12,8 @@ use super::labels::ByteLabels;
 use super::options::{LeavingPhoto, PageOptions, PagePart, Published};
 use super::photo::composed;
 use super::photos::{IN_A_CHUNK, PackedPhoto, Packing, PhotoToPack};
-use super::plane::{differences, in_8_steps, in_16_steps};
 use super::place_texts::{DescribedText, read_texts};
+use super::plane::{differences, in_8_steps, in_16_steps};
 use super::safe::{PhotoMap, SafeSearch, half_trust};
 use super::texts::{PageTexts, index};
 use super::tiles::{PAGE, TilePage, TilePages};
@@ -103,7 +104,11 @@ impl<'a> PageWriter<'a> {
                     "the project has no bookmark \"{name}\"; it has {}",
                     match views.as_slice() {
                         [] => "none".to_owned(),
-                        some => some.iter().map(|view| format!("\"{}\"", view.name)).collect::<Vec<_>>().join(", "),
+                        some => some
+                            .iter()
+                            .map(|view| format!("\"{}\"", view.name))
+                            .collect::<Vec<_>>()
+                            .join(", "),
                     }
                 ))
             })?,
@@ -114,7 +119,12 @@ impl<'a> PageWriter<'a> {
             }),
         };
         let names: Vec<&str> = views.iter().map(|view| view.name.as_str()).collect();
-        let texts = options.texts.as_ref().map(|file| read_texts(file, &names, origin)).transpose()?.unwrap_or_default();
+        let texts = options
+            .texts
+            .as_ref()
+            .map(|file| read_texts(file, &names, origin))
+            .transpose()?
+            .unwrap_or_default();
         let up = up(&opened.site.photos);
         let mut left_out = Vec::new();
         if !opened.project.trees.is_empty() {
@@ -137,8 +147,13 @@ impl<'a> PageWriter<'a> {
         folder.write("viewer.css", viewer::STYLE.as_bytes())?;
         let mut written = self.write_photos(folder, task)?;
         let [hidden, cut] = [&written.hidden.placed[..], &written.cut.placed[..]];
-        let inputs =
-            GeometryInputs { parts: self.parts, photos: self.ids, labels: &written.labels, tiles: [hidden, cut], origin: self.origin };
+        let inputs = GeometryInputs {
+            parts: self.parts,
+            photos: self.ids,
+            labels: &written.labels,
+            tiles: [hidden, cut],
+            origin: self.origin,
+        };
         chunk(folder, "geometry", &geometry(&inputs))?;
         chunk(folder, "sheets", &self.sheets())?;
         if let Some(found) = &self.parts.dome {
@@ -154,7 +169,11 @@ impl<'a> PageWriter<'a> {
         let sources = &self.parts.skirts.sources;
         let cameras = self.ids.iter().map(|id| sources.photo(*id).camera);
         let upright = cameras.clone().all(|camera| camera.height > camera.width);
-        let packing = Packing { quality: self.options.quality, longest: self.options.longest.min(super::MOST_SIDE), upright };
+        let packing = Packing {
+            quality: self.options.quality,
+            longest: self.options.longest.min(super::MOST_SIDE),
+            upright,
+        };
         let mut written = WrittenPhotos::default();
         let mut far = Chunk::default();
         for (number, id) in self.ids.iter().enumerate() {
@@ -167,7 +186,13 @@ impl<'a> PageWriter<'a> {
             }
             let projector = sources.photo(*id);
             let name = &self.leaving[number].published;
-            let to_pack = PhotoToPack { id: *id, name, camera: &projector.camera, pose: &projector.pose, origin: self.origin };
+            let to_pack = PhotoToPack {
+                id: *id,
+                name,
+                camera: &projector.camera,
+                pose: &projector.pose,
+                origin: self.origin,
+            };
             let packed = PackedPhoto::new(&to_pack, &photo, &labels, &self.parts.gains, &packing);
             chunk(folder, &near_name(number), &packed.near)?;
             packed.add_far(&mut far);
@@ -204,7 +229,8 @@ impl<'a> PageWriter<'a> {
         let mut chunk = sheets(self.parts, self.origin);
         let of_photo = &self.parts.gains.surroundings.of_photo;
         let grids = self.ids.iter().filter_map(|id| of_photo.get(id.index()).and_then(Option::as_ref));
-        let steps = grids.flat_map(|grid| grid.cells.iter().flatten().map(|log| (log / SKY_STEP).round() as i16));
+        let steps =
+            grids.flat_map(|grid| grid.cells.iter().flatten().map(|log| (log / SKY_STEP).round() as i16));
         chunk.add_numbers("sky", steps.map(i16::to_le_bytes));
         chunk
     }
@@ -219,9 +245,16 @@ impl<'a> PageWriter<'a> {
             .map(|(id, (map, labels))| (*id, &sources.photo(*id).camera, map, labels))
             .collect();
         let surface = preview.surface();
-        let search = SafeSearch { parts: self.parts, surface: &surface, photos: &photos, up: self.up, origin: self.origin };
+        let search = SafeSearch {
+            parts: self.parts,
+            surface: &surface,
+            photos: &photos,
+            up: self.up,
+            origin: self.origin,
+        };
         let safe = task.timed("safe region", || search.region());
-        let described = |view: &View| DescribedView::new(view.name.clone(), &view.pose, view.tangent, self.origin);
+        let described =
+            |view: &View| DescribedView::new(view.name.clone(), &view.pose, view.tangent, self.origin);
         let flight = self.opened.project.flight.as_ref();
         Description {
             version: VERSION,
@@ -249,12 +282,24 @@ impl<'a> PageWriter<'a> {
     }
 
     /// Writes the poster, the pictures of viewpoints for browsers that cannot draw more, and the page that shows them.
-    fn write_pictures(&self, folder: &mut PageFolder, preview: &mut Preview, site: &Description, task: &Task) -> Result<()> {
+    fn write_pictures(
+        &self,
+        folder: &mut PageFolder,
+        preview: &mut Preview,
+        site: &Description,
+        task: &Task,
+    ) -> Result<()> {
         let mut draw = |view: &View| -> Result<Vec<u8>> {
             let [width, height] = PICTURE;
             let focal = f64::from(height) / 2.0 / view.tangent;
-            let camera =
-                Pinhole { width, height, fx: focal, fy: focal, cx: f64::from(width) / 2.0, cy: f64::from(height) / 2.0 };
+            let camera = Pinhole {
+                width,
+                height,
+                fx: focal,
+                fy: focal,
+                cx: f64::from(width) / 2.0,
+                cy: f64::from(height) / 2.0,
+            };
             let without = self.opened.site.photo_ids().filter(|id| !self.ids.contains(id)).collect();
             let shot = Shot { unseen: Unseen::Continued, without, ..Shot::new(camera, view.pose) };
             let picture = preview.picture(&shot, task)?;
@@ -265,9 +310,20 @@ impl<'a> PageWriter<'a> {
             folder.write(&format!("views/{}.jpg", number + 1), &draw(view)?)?;
         }
         let names: Vec<&str> = self.views.iter().map(|view| view.name.as_str()).collect();
-        let chunks: Vec<String> = ["site", "geometry", "sheets"].map(str::to_owned).into_iter().chain(site.far.iter().cloned()).collect();
+        let chunks: Vec<String> = ["site", "geometry", "sheets"]
+            .map(str::to_owned)
+            .into_iter()
+            .chain(site.far.iter().cloned())
+            .collect();
         let (credits, licence) = (&self.options.credits, self.options.licence.as_deref());
-        let texts = PageTexts { title: &site.title, views: &names, texts: &site.texts, credits, licence, first_chunks: &chunks };
+        let texts = PageTexts {
+            title: &site.title,
+            views: &names,
+            texts: &site.texts,
+            credits,
+            licence,
+            first_chunks: &chunks,
+        };
         folder.write("index.html", index(&texts).as_bytes())
     }
 
@@ -276,10 +332,13 @@ impl<'a> PageWriter<'a> {
         let sum = |is_meant: &dyn Fn(&str) -> bool| {
             files.iter().filter(|file| is_meant(&file.name)).map(|file| file.bytes).sum::<u64>()
         };
-        let data = |start: &'static str| move |name: &str| name.strip_prefix("data/").is_some_and(|name| name.starts_with(start));
+        let data = |start: &'static str| {
+            move |name: &str| name.strip_prefix("data/").is_some_and(|name| name.starts_with(start))
+        };
         let part = |what: &'static str, start: &'static str| PagePart { what, bytes: sum(&data(start)) };
         let first = ["site", "geometry", "sheets", "dome", "far"].map(|start| sum(&data(start)));
-        let viewer = sum(&|name: &str| name.starts_with("code/") || name == "viewer.css" || name == "index.html");
+        let viewer =
+            sum(&|name: &str| name.starts_with("code/") || name == "viewer.css" || name == "index.html");
         Published {
             folder: place.folder,
             spared: place.spared,
@@ -318,7 +377,8 @@ fn write_page(
 ) -> Result<()> {
     let name = format!("{kind}-{}", listed.len() + 1);
     let mut content = Chunk::default();
-    content.add("colours", &photo_jpeg(&page.colours(times_matte), [PAGE as u32, page.rows() as u32], quality));
+    content
+        .add("colours", &photo_jpeg(&page.colours(times_matte), [PAGE as u32, page.rows() as u32], quality));
     let trust: Vec<u8> = page.trust().into_iter().map(in_8_steps).collect();
     content.add_packed("trust", &differences(&trust, PAGE));
     if times_matte {
