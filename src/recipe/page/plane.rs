@@ -11,7 +11,7 @@ pub fn halved(values: &[u8], [width, height]: [usize; 2], counts: impl Fn(usize)
     let mut half = Vec::with_capacity(width.div_ceil(2) * height.div_ceil(2));
     for y in (0..height).step_by(2) {
         for x in (0..width).step_by(2) {
-            let (mut sum, mut count) = (0u32, 0);
+            let (mut sum, mut count) = (0u32, 0u32);
             for at in [(0, 0), (1, 0), (0, 1), (1, 1)]
                 .into_iter()
                 .filter(|(dx, dy)| x + dx < width && y + dy < height)
@@ -21,7 +21,7 @@ pub fn halved(values: &[u8], [width, height]: [usize; 2], counts: impl Fn(usize)
                 sum += u32::from(values[at]);
                 count += 1;
             }
-            half.push(if count > 0 { ((sum + count / 2) / count) as u8 } else { 0 });
+            half.push((sum + count / 2).checked_div(count).unwrap_or(0) as u8);
         }
     }
     half
