@@ -58,7 +58,6 @@ impl PageArgs {
             keep_names: self.keep_names,
             keep_coordinates: self.keep_coordinates,
             memory,
-            ..usual
         }
     }
 }
