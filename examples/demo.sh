@@ -50,6 +50,10 @@ step render "$project" --cameras "$sample/flight.json" --out "$out/flight" --siz
     --quality preview --video "$out/flight.apng"
 
 say
+say "The square as a web page, in which one walks:"
+step export "$project" --format page --out "$out/page" --title "The square"
+
+say
 say "Where to look:"
 say "  $out/psd        one layered file per photo: open it in GIMP, Krita or Photoshop"
 say "  $out/ora        the same for Krita and MyPaint"
@@ -57,6 +61,7 @@ say "  $out/folder     the same as PNG files with stack.json"
 say "  $out/views      the square from viewpoints of photos that are not in the project"
 say "  $out/differences  those photos, their predictions, and where they differ"
 say "  $out/flight.apng  a flight across the square: open it in a browser"
+say "  $out/page       the square as a web page: open index.html in a browser"
 say "  $project        the project; docs/formats.md says what is in it"
 
 # A window, if there is a display.

@@ -102,6 +102,7 @@
 //! | `align` | the rotation, scale and shift that lay a model on sparse points |
 //! | `import` | what other programs made of a site: cameras, models and photos |
 //! | `suggest` | a first model from photos and sparse points |
+//! | `page` | folders that a browser opens |
 //! | `projection` | novel views of layers: sheared frusta, the image layers that serve a face, exposure, relief |
 //! | `foliage` | plants: graphs of sub-objects, their generator, pictures of all their polygons, and their files |
 //! | `ldi` | layered depth images: layout, order, splats, warp, and their files |

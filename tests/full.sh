@@ -43,6 +43,7 @@ sh tests/blender.sh
 
 say "== models with textures"
 sh tests/editors/baked.sh
+sh tests/page.sh
 
 say "== the demo, from a clean clone"
 work=$(mktemp -d)

@@ -160,6 +160,11 @@ impl Skirts {
         (self.own_textures..self.own_textures + self.surroundings.len() as u32).map(LayerTextureId)
     }
 
+    /// Returns the layer textures of the skirts, each with that of the surroundings of which it is made.
+    pub fn made_of(&self) -> impl Iterator<Item = (LayerTextureId, LayerTextureId)> {
+        self.textures().zip(self.surroundings.iter().copied())
+    }
+
     /// Returns whether a layer texture is one of the skirts'.
     pub fn is_texture(&self, id: LayerTextureId) -> bool {
         id.0 >= self.own_textures

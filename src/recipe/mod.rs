@@ -43,6 +43,7 @@ pub mod objects;
 pub mod open;
 pub mod origins;
 pub mod ortho;
+pub mod page;
 pub mod paint;
 pub mod peel;
 mod photo_plan;

@@ -9,6 +9,7 @@ mod stacks;
 mod trees;
 mod unseen;
 
+pub(crate) use self::in_use::SiteParts;
 pub use self::options::PreviewOptions;
 pub use self::stacks::ReadStacks;
 

@@ -12,5 +12,6 @@ mod gains;
 #[path = "../invented/mod.rs"]
 mod invented;
 mod page;
+mod site_page;
 mod stack_store;
 mod strangers;

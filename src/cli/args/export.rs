@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::baked::BakedArgs;
+use super::page::PageArgs;
 use super::{MemoryArg, PartArg, PhotoArgs};
 use quadratura_document::export_record::ExportFormat;
 use quadratura_io::layered::FORMATS;
@@ -40,6 +41,8 @@ pub struct ExportArgs {
     pub handover: HandoverArgs,
     #[command(flatten)]
     pub baked: BakedArgs,
+    #[command(flatten)]
+    pub page: PageArgs,
 }
 
 /// Options of the formats of other programs.
@@ -72,15 +75,23 @@ pub enum ExportTarget {
     Layered(ExportFormat),
     /// The site in a format of another program.
     Handover(HandoverFormat),
+    /// The site as a page for browsers.
+    Page,
 }
+
+/// The name of pages, and what they are.
+const PAGE: (&str, &str) =
+    ("page", "The whole site as a web page in which one walks: a folder that any browser opens");
 
 /// Returns a parser for all that `export` writes.
 fn targets() -> impl TypedValueParser<Value = ExportTarget> {
     let layered = FORMATS.iter().map(value);
     let handover =
         HandoverFormat::TABLE.iter().map(|(name, _, about)| PossibleValue::new(*name).help(*about));
-    PossibleValuesParser::new(layered.chain(handover)).map(|typed| match typed.parse() {
+    let page = std::iter::once(PossibleValue::new(PAGE.0).help(PAGE.1));
+    PossibleValuesParser::new(layered.chain(handover).chain(page)).map(|typed| match typed.parse() {
         Ok(format) => ExportTarget::Layered(format),
+        Err(_) if typed == PAGE.0 => ExportTarget::Page,
         Err(_) => {
             let found = HandoverFormat::TABLE.iter().find(|(name, ..)| *name == typed);
             ExportTarget::Handover(found.expect("the parser knows the names of the two tables alone").1)

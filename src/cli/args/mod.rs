@@ -19,6 +19,7 @@ mod model;
 mod number;
 mod one_of;
 mod ortho;
+mod page;
 mod paint;
 mod pictures;
 mod surroundings;

@@ -37,14 +37,15 @@ const BAKED: &str = "glb, obj and usd";
 /// Returns [`Error::Usage`].
 pub fn check(args: &ExportArgs) -> Result<()> {
     let format = match args.format {
-        ExportTarget::Layered(_) => None,
+        ExportTarget::Layered(_) | ExportTarget::Page => None,
         ExportTarget::Handover(format) => Some(format),
     };
-    let is_layered = format.is_none();
+    let is_page = args.format == ExportTarget::Page;
+    let is_layered = format.is_none() && !is_page;
     let is_blender = format == Some(HandoverFormat::Blender);
     let is_baked = format.is_some_and(HandoverFormat::is_baked);
     let is_obj = format == Some(HandoverFormat::Obj);
-    let baked = &args.baked;
+    let (baked, page) = (&args.baked, &args.page);
     // The argument, whether it was given, whether it applies, and the formats that it is for.
     let given = [
         ("--provenance", args.provenance, is_layered, LAYERED),
@@ -57,11 +58,23 @@ pub fn check(args: &ExportArgs) -> Result<()> {
         ("--png", baked.png, is_baked, BAKED),
         ("--holes", baked.holes, is_baked, BAKED),
         ("--up", baked.up.is_some(), is_obj, "obj"),
+        ("--title", page.title.is_some(), is_page, "page"),
+        ("--quality", page.quality.is_some(), is_page, "page"),
+        ("--longest", page.longest.is_some(), is_page, "page"),
+        ("--budget", page.budget.is_some(), is_page, "page"),
+        ("--credit", !page.credit.is_empty(), is_page, "page"),
+        ("--licence", page.licence.is_some(), is_page, "page"),
+        ("--texts", page.texts.is_some(), is_page, "page"),
+        ("--viewpoint", page.viewpoint.is_some(), is_page, "page"),
+        ("--keep-names", page.keep_names, is_page, "page"),
+        ("--keep-coordinates", page.keep_coordinates, is_page, "page"),
+        ("--open", page.open, is_page, "page"),
     ];
     match given.iter().find(|(_, given, applies, _)| *given && !applies) {
         Some((name, _, _, formats)) => {
             let found = match format {
                 Some(format) => format.name(),
+                None if is_page => "pages",
                 None => "layered files",
             };
             Err(Error::Usage(format!("{name} does not apply to {found}; it is for --format {formats}")))

@@ -2,6 +2,7 @@
 
 mod handover;
 mod layered;
+mod page;
 
 use super::Outcome;
 use super::args::{ExportArgs, ExportTarget};
@@ -21,5 +22,6 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     match args.format {
         ExportTarget::Layered(format) => layered::run(args, format, &opened, task),
         ExportTarget::Handover(format) => handover::run(args, format, &opened, task),
+        ExportTarget::Page => page::run(args, &opened, task),
     }
 }

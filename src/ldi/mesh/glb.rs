@@ -10,13 +10,14 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
-use crate::page::pictures::{jpeg, rgba_png};
+use crate::page::pictures::rgba_png;
 use crate::segments::{Atlas, Segments, TexturedPart, Vertex};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_files::atomic::write_atomically_with;
 use quadratura_files::free_path::{FreePath, free_path};
 use quadratura_files::hash::hash_bytes;
+use quadratura_page::pictures::jpeg;
 
 #[cfg(test)]
 mod tests;

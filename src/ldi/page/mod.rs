@@ -5,22 +5,21 @@
 
 mod geometry;
 pub mod pictures;
-mod place;
-
-use std::fs;
-use std::path::PathBuf;
 
 use serde_json::json;
 
-use self::pictures::{jpeg, rims, small_jpeg};
+use self::pictures::rims;
 use crate::lean::{SafeRegion, Window};
 use crate::segments::Segments;
-use quadratura_base::error::{Error, Result};
+use quadratura_base::error::Result;
 use quadratura_base::geometry::Pinhole;
 use quadratura_files::base64::to_base64;
+use quadratura_page::html::{escaped, filled};
+use quadratura_page::pictures::{jpeg, small_jpeg};
+use quadratura_page::place;
 use quadratura_view::Picture;
 
-pub use self::place::{PagePlace, place_of_page};
+pub use quadratura_page::place::{PageFile, PagePlace, place_of_page};
 
 /// The longest side of the poster in pixels.
 const POSTER: u32 = 1280;
@@ -55,32 +54,15 @@ pub struct Page<'a> {
     pub quality: u8,
 }
 
-/// A file of a page.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct PageFile {
-    /// The name in the folder.
-    pub name: String,
-    /// The size in bytes.
-    pub bytes: u64,
-}
-
 /// Writes a page to a folder, which appears whole or not at all. Returns its files.
 ///
 /// # Errors
 /// [`Error::Io`].
 pub fn write_page(place: &PagePlace, page: &Page<'_>) -> Result<Vec<PageFile>> {
-    let files = files_of(page);
-    place::put(place, |folder| {
-        for (name, bytes) in &files {
-            let file: PathBuf = folder.join(name);
-            fs::write(&file, bytes).map_err(Error::io(&file, "write it"))?;
-        }
-        Ok(())
-    })?;
-    Ok(files.into_iter().map(|(name, bytes)| PageFile { name, bytes: bytes.len() as u64 }).collect())
+    place::put(place, |folder| files_of(page).iter().try_for_each(|(name, bytes)| folder.write(name, bytes)))
 }
 
-/// Returns the names and contents of the files, the manifest last.
+/// Returns the names and contents of the files.
 fn files_of(page: &Page<'_>) -> Vec<(String, Vec<u8>)> {
     let text = |name: &str, content: String| (name.to_owned(), content.into_bytes());
     let poster = small_jpeg(
@@ -89,7 +71,7 @@ fn files_of(page: &Page<'_>) -> Vec<(String, Vec<u8>)> {
         POSTER,
         POSTER_QUALITY,
     );
-    let mut files = vec![
+    vec![
         text("index.html", index(page)),
         text("viewer.css", include_str!("viewer.css").to_owned()),
         text("painter.js", include_str!("painter.js").to_owned()),
@@ -97,14 +79,11 @@ fn files_of(page: &Page<'_>) -> Vec<(String, Vec<u8>)> {
         text("start.js", include_str!("start.js").to_owned()),
         text("data.js", data(page)),
         ("poster.jpg".to_owned(), poster),
-    ];
-    files.push(place::manifest(&files));
-    files
+    ]
 }
 
 fn index(page: &Page<'_>) -> String {
     let (width, height) = (page.window.seen.w.to_string(), page.window.seen.h.to_string());
-    // What is put in is not looked at again, so that a caption may hold anything.
     let values = [
         ("lang", "en"),
         ("version", env!("CARGO_PKG_VERSION")),
@@ -116,35 +95,12 @@ fn index(page: &Page<'_>) -> String {
         ("whole", include_str!("whole.glsl")),
         ("reduce", &with_encoding(include_str!("reduce.glsl"))),
     ];
-    let mut parts = include_str!("index.html").split("{{");
-    let mut out = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let (name, rest) = part.split_once("}}").expect("the template's brackets are in pairs");
-        let value = values.iter().find(|(known, _)| *known == name).expect("the template names known values");
-        out.push_str(value.1);
-        out.push_str(rest);
-    }
-    out
+    filled(include_str!("index.html"), &values)
 }
 
 /// Returns a shader with the function that it takes from another file.
 fn with_encoding(shader: &str) -> String {
     shader.replace("#include encoded\n", include_str!("encoded.glsl"))
-}
-
-/// Returns text that means itself in HTML.
-fn escaped(text: &str) -> String {
-    let mut out = String::new();
-    for letter in text.chars() {
-        match letter {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            _ => out.push(letter),
-        }
-    }
-    out
 }
 
 /// Returns the script with the data of the photo.

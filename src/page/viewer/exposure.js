@@ -1,0 +1,64 @@
+// The exposure of a view: a blend of the photos' exposures by nearness, so that a photo's own camera has the photo's.
+quadratura.exposure = (() => {
+  "use strict";
+  const { sub, distance, row, rotated, rotatedBack, smooth, length } = quadratura.math;
+
+  // A photo counts by the third power of the inverse of its distance, in radians; the common exposure as one that is a radian away.
+  const FADES_AT = 1, POWER = 3;
+  // The distance, in scales of the surroundings, and the share of the longer side beyond a photo's frame, from which on a view has left it.
+  const AWAY = 0.1, BEYOND = 0.1;
+  // The share of a view from which on a photo's own exposure counts under any rule.
+  const OWN_FROM = 0.9;
+
+  // The distance of a photo from a view, in radians: its movement as seen at the distance `reach`, and its turn.
+  function apart(view, photo, reach) {
+    const step = distance(view.eye, photo.centre) / reach;
+    const chord = length(sub(row(view.rotation, 2), row(photo.rotation, 2)));
+    return Math.hypot(step, 2 * Math.asin(Math.min(1, chord / 2)));
+  }
+
+  // The shares of photos by nearness.
+  function shares(view, photos, reach) {
+    const distances = photos.map((photo) => apart(view, photo, reach));
+    const nearest = Math.min(FADES_AT, ...distances);
+    const weight = (d) => (d <= nearest ? 1 : (nearest / d) ** POWER);
+    const weights = distances.map(weight), all = weight(FADES_AT) + weights.reduce((a, b) => a + b, 0);
+    return weights.map((w) => w / all);
+  }
+
+  // How far a direction is beyond a photo's frame, as a share of its longer side.
+  function beyond(photo, direction) {
+    const p = rotated(photo.rotation, direction);
+    if (p[2] <= 0) return 1;
+    const x = photo.lens[0] * p[0] / p[2] + photo.lens[2], y = photo.lens[1] * p[1] / p[2] + photo.lens[3], [w, h] = photo.size;
+    return Math.min(1, Math.max(0, x - w, -x, y - h, -y) / Math.max(w, h));
+  }
+
+  function left(view, photo, scale) {
+    const away = distance(photo.centre, view.eye) / scale, { fx, fy, cx, cy, width, height } = view;
+    const corners = [[0, 0], [width, 0], [0, height], [width, height]];
+    const off = corners.map(([x, y]) => beyond(photo, rotatedBack(view.rotation, [(x - cx) / fx, (y - cy) / fy, 1])));
+    return smooth(away / AWAY + Math.max(...off) / BEYOND);
+  }
+
+  // Returns the factors on photos, on light in the common exposure and on the sky, and how far the view has left each photo.
+  function of(view, site, rule = site.exposure.rule) {
+    const { photos } = site, scale = Math.max(site.surroundings_scale, 1e-300);
+    const near = shares(view, photos, scale);
+    const mean = (value, c) => near.reduce((sum, share, i) => sum + share * value(photos[i], c), 0);
+    const all = { left: photos.map((photo) => left(view, photo, scale)), skyShare: 1 };
+    if (rule === "raw") return { ...all, factors: photos.map(() => [1, 1, 1]), ofCommon: [1, 1, 1], ofSky: [1, 1, 1], skyShare: 0 };
+    let own = [0, 1, 2].map((c) => mean((photo) => photo.gain[c], c));
+    if (rule === "common") {
+      own = [0, 1, 2].map((c) => near.reduce((sum, share, i) => sum + smooth((share - OWN_FROM) / (1 - OWN_FROM)) * photos[i].gain[c], 0));
+    }
+    return {
+      ...all,
+      factors: photos.map((photo) => own.map((gain, c) => Math.exp(gain - photo.gain[c]))),
+      ofCommon: own.map(Math.exp),
+      ofSky: [0, 1, 2].map((c) => Math.exp(-mean((photo) => (photo.sky ? photo.sky[c] : 0), c))),
+    };
+  }
+
+  return { of, apart };
+})();

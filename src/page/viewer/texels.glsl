@@ -1,0 +1,109 @@
+// What photos show: labels and confidence, tiles beside them, and colours.
+
+uniform highp usampler2DArray labels;
+uniform mediump sampler2DArray trusts;
+uniform mediump sampler2DArray near_photos;
+uniform mediump sampler2DArray far_photos;
+uniform mediump sampler2DArray hidden_pages;
+uniform mediump sampler2DArray hidden_trusts;
+#ifdef SEE_THROUGH
+uniform mediump sampler2DArray cut_pages;
+uniform mediump sampler2DArray cut_mattes;
+#endif
+
+const uint OWN = 0u, HIDDEN = 1u, CUT = 2u;
+// Tiles of 60 cells in slots of 64, of which a page has 32 x 32.
+const float TILE = 60.0, GUTTER = 2.0, SLOT = 64.0, PAGE = 2048.0;
+
+// A position in the photo as its picture is stored.
+vec2 turned(Camera photo, vec2 px) {
+    return photo.size.z < 0.0 ? vec2(photo.size.y - px.y, px.x) : px;
+}
+
+vec2 turned_step(Camera photo, vec2 by) {
+    return photo.size.z < 0.0 ? vec2(-by.y, by.x) : by;
+}
+
+// What a server has at a position.
+struct Known {
+    // Confidence; 0 for nothing.
+    float confidence;
+    float agreement;
+    // How much of the texel shows its face.
+    float outline;
+    uint kind;
+    // The octaves by which the picture that is loaded of the photo is coarser than the photo.
+    float lost;
+};
+
+// The place in a page of tiles: uv, page, and uv per photo pixel; page below 0 where there is no tile.
+vec4 tile_place(uint at, vec2 px) {
+    uvec4 head = server_word(at);
+    uvec4 more = server_word(at + 1u);
+    vec2 cell = (px - vec2(ivec2(more.xy))) / float(head.x);
+    ivec2 tile = ivec2(floor(cell / TILE));
+    vec2 end = vec2(head.yz) * TILE;
+    if (cell.x < -0.5 || cell.y < -0.5 || cell.x >= end.x || cell.y >= end.y) return vec4(0.0, 0.0, -1.0, 0.0);
+    tile = max(tile, ivec2(0));
+    uint number = uint(tile.y) * head.y + uint(tile.x);
+    uint slot = server_word(at + 2u + number / 4u)[number % 4u];
+    if (slot == 0u) return vec4(0.0, 0.0, -1.0, 0.0);
+    slot -= 1u;
+    vec2 corner = vec2(float(slot & 31u), float((slot >> 5) & 31u)) * SLOT;
+    vec2 within = clamp(cell - vec2(tile) * TILE, vec2(-1.5), vec2(TILE + 1.5));
+    return vec4((corner + GUTTER + within) / PAGE, float(slot >> 10), 1.0 / (float(head.x) * PAGE));
+}
+
+bool shows(uint at, uint label) {
+    uvec4 bits = server_word(at + (label >> 7));
+    return label != 0u && ((bits[(label >> 5) & 3u] >> (label & 31u)) & 1u) == 1u;
+}
+
+// Looks up what a server has at a position in its photo.
+Known known_at(uint photo_number, Camera photo, uvec4 server, vec2 px) {
+#ifdef SEE_THROUGH
+    if (server.w != 0u) {
+        vec4 place = tile_place(server.w, px);
+        float found = place.z < 0.0 ? 0.0 : textureLod(cut_mattes, place.xyz, 0.0).r;
+        return Known(found, 1.0, 1.0, CUT, 0.0);
+    }
+#endif
+    vec2 at = turned(photo, px);
+    vec4 place = photo_word(photo_number, 10);
+    uint label = texelFetch(labels, ivec3(clamp(at, vec2(0.0), place.xy - 1.0), int(place.z)), 0).r;
+    if (shows(server.y, label)) {
+        vec4 trust = textureLod(trusts, vec3(at / (2.0 * vec2(textureSize(trusts, 0).xy)), place.z), 0.0);
+        return Known(max(trust.r, 0.004), max(trust.g, 0.004), trust.b, OWN, place.w);
+    }
+    if (server.z != 0u) {
+        vec4 tile = tile_place(server.z, px);
+        return Known(tile.z < 0.0 ? 0.0 : textureLod(hidden_trusts, tile.xyz, 0.0).r, 1.0, 1.0, HIDDEN, 0.0);
+    }
+    return Known(0.0, 1.0, 1.0, OWN, 0.0);
+}
+
+// The light that a server shows at a position; a and b are the position's movements for a step of one pixel to the right, and down. Of
+// what one sees through it is multiplied by the matte, which is the last value.
+vec4 light_at(uint photo_number, Camera photo, float fine_share, uvec4 server, uint kind, vec2 px, vec2 a, vec2 b) {
+    if (kind == HIDDEN) {
+        vec4 place = tile_place(server.z, px);
+        return vec4(textureGrad(hidden_pages, place.xyz, a * place.w, b * place.w).rgb, 1.0);
+    }
+#ifdef SEE_THROUGH
+    if (kind == CUT) {
+        vec4 place = tile_place(server.w, px);
+        return vec4(textureGrad(cut_pages, place.xyz, a * place.w, b * place.w).rgb, textureGrad(cut_mattes, place.xyz, a * place.w, b * place.w).g);
+    }
+#endif
+    vec2 at = turned(photo, px);
+    a = turned_step(photo, a);
+    b = turned_step(photo, b);
+    vec4 fine = photo_word(photo_number, 8), coarse = photo_word(photo_number, 9);
+    vec3 light = vec3(0.0);
+    if (fine_share < 1.0) light = textureGrad(far_photos, vec3(at * coarse.xy, coarse.z), a * coarse.xy, b * coarse.xy).rgb;
+    if (fine_share > 0.0) {
+        vec3 finer = textureGrad(near_photos, vec3(at * fine.xy, fine.z), a * fine.xy, b * fine.xy).rgb;
+        light = mix(light, finer, fine_share);
+    }
+    return vec4(light, 1.0);
+}

@@ -1,0 +1,218 @@
+"""Looks at a page as a visitor does: python3 tests/page/check.py PAGE CHROMIUM [EXPECTED]
+
+PAGE is the folder of a page. It is opened from disk and over http, below a path with spaces, from servers that answer wrongly, by keys,
+by touch, and in narrow windows. EXPECTED is a folder with views.json and pictures that the program rendered of these views: the page has
+to show the same. Every fault is a line; the exit status is 1 where there is one.
+"""
+
+import functools
+import http.server
+import json
+import os
+import shutil
+import sys
+import tempfile
+import threading
+import time
+import urllib.parse
+
+from browser import Browser
+from likeness import likeness
+
+STATE = "document.documentElement && document.documentElement.dataset.state"
+# Frames on the processor take long, and other work may go on beside.
+SMALL = (360, 240)
+
+faults = []
+
+
+def expect(holds, what):
+    print(("ok    " if holds else "FAULT ") + what, flush=True)
+    if not holds:
+        faults.append(what)
+
+
+class Handler(http.server.SimpleHTTPRequestHandler):
+    """A plain server, which answers wrongly for some names."""
+
+    wrong = {}
+
+    def log_message(self, *_):
+        pass
+
+    def do_GET(self):
+        name = urllib.parse.unquote(self.path).rsplit("/", 1)[-1]
+        if name not in self.wrong:
+            return super().do_GET()
+        status, body = self.wrong[name]
+        self.send_response(status)
+        self.send_header("Content-Type", "text/html")
+        self.end_headers()
+        self.wfile.write(body)
+
+
+def served(folder):
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, directory=folder))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return server
+
+
+def opened(browser, address, seconds=300):
+    browser.events = []
+    browser.open(address)
+    return browser.wait(STATE, seconds)
+
+
+def from_disk_and_over_http(browser, page, base):
+    for how, address in [("from disk", f"file://{urllib.parse.quote(page)}/index.html"), ("over http", base)]:
+        expect(opened(browser, address) in ("walking", "drawn"), f"{how} it opens")
+        expect(not browser.messages(), f"{how} nothing is refused or thrown: {browser.messages()[:3]}")
+    others = [url for url in browser.requests() if not url.startswith((base.rsplit("/", 1)[0], "blob:", "data:", "about:"))]
+    expect(not others, f"no other host is asked: {others[:3]}")
+
+
+def by_keys(browser):
+    browser.evaluate("document.getElementById('view').focus()")
+    before = browser.evaluate("quadratura.walker.eye")
+    browser.key("w", held=1.0)
+    after = browser.evaluate("quadratura.walker.eye")
+    expect(before != after, "W walks")
+    heading = browser.evaluate("quadratura.walker.heading")
+    browser.key("ArrowLeft", held=1.0)
+    expect(browser.evaluate("quadratura.walker.heading") > heading, "the left arrow turns to the left")
+    browser.key("]")
+    browser.wait("location.hash.startsWith('#photo=') && !quadratura.walker.flight")
+    expect("Photo" in browser.evaluate("document.getElementById('status').textContent"), "a photo is named when one goes there")
+    browser.key("p")
+    expect("At photo" in browser.evaluate("document.getElementById('status').textContent"), "P says where one is")
+    browser.evaluate("document.getElementById('share').click()")
+    address = browser.evaluate("location.href")
+    expect("#v=1&p=" in address, "the address of a view is there to be copied")
+    reached = set()
+    browser.evaluate("document.activeElement.blur()")
+    browser.evaluate("document.getElementById('places').hidden && document.getElementById('places-button').click()")
+    buttons = browser.evaluate("[...document.querySelectorAll('button')].filter((b) => b.checkVisibility()).length")
+    for _ in range(buttons + 4):
+        browser.key("Tab")
+        reached.add(browser.evaluate("[...document.querySelectorAll('button')].indexOf(document.activeElement)"))
+    expect(len(reached - {-1}) == buttons, f"all {buttons} buttons are reached by Tab, found {len(reached - {-1})}")
+    browser.evaluate("document.getElementById('places-button').click()")
+    return address
+
+
+def by_touch(browser):
+    heading = browser.evaluate("quadratura.walker.heading")
+    browser.touch("touchStart", [(100, 100)])
+    for x in range(110, 180, 10):
+        browser.touch("touchMove", [(x, 100)])
+    browser.touch("touchEnd", [])
+    expect(browser.evaluate("quadratura.walker.heading") != heading, "a finger turns the view")
+    eye = browser.evaluate("quadratura.walker.eye")
+    browser.touch("touchStart", [(100, 120), (200, 120)])
+    for by in range(5, 40, 5):
+        browser.touch("touchMove", [(100 - by, 120), (200 + by, 120)])
+    browser.touch("touchEnd", [])
+    expect(browser.evaluate("quadratura.walker.eye") != eye, "two fingers walk")
+
+
+def addresses(browser, base, shared):
+    opened(browser, base + shared[shared.index("#"):])
+    browser.wait("!quadratura.walker.flight")
+    there = browser.evaluate("quadratura.share.of(quadratura.walker)")
+    expect(there == shared[shared.index("#"):], f"a shared address leads there again: {there}")
+    opened(browser, base + "#v=9&p=1,2,3")
+    expect("no place" in browser.wait("document.getElementById('status').textContent"), "an address of another version is said to be unknown")
+    opened(browser, base + "#photo=1")
+    browser.evaluate("document.querySelectorAll('#photos button')[1].click()")
+    browser.wait("location.hash === '#photo=2'")
+    browser.evaluate("history.back()")
+    browser.wait("location.hash === '#photo=1'")
+    browser.wait("!quadratura.walker.flight")
+    eye = browser.evaluate("quadratura.site.photos[0].centre.every((v, i) => Math.abs(v - quadratura.walker.eye[i]) < 1e-6)")
+    expect(eye, "Back goes back")
+
+
+def in_narrow_windows(browser, base):
+    for width, height in [(320, 480), (200, 200)]:
+        browser.resize(width, height)
+        opened(browser, base)
+        wide = browser.evaluate("document.documentElement.scrollWidth")
+        expect(wide <= width, f"nothing is wider than a window of {width} pixels: {wide}")
+    browser.resize(*SMALL)
+
+
+def wrong_data(browser, page, base):
+    """Chunks that are missing, cut, empty, HTML, or whose bits are flipped."""
+    near, data = "near-1.js", lambda name: open(os.path.join(page, "data", name), "rb").read()
+    flipped = bytearray(data(near))
+    middle = len(flipped) // 2
+    flipped[middle] = ord("A") if flipped[middle] != ord("A") else ord("B")
+    cases = [("missing", 404, b"<html>not found</html>"), ("HTML", 200, b"<html>hello</html>"), ("empty", 200, b""),
+             ("cut", 200, data(near)[:1000]), ("flipped", 200, bytes(flipped))]
+    for what, status, body in cases:
+        Handler.wrong = {near: (status, body)}
+        expect(opened(browser, base) in ("walking", "drawn"), f"with a photo that is {what} the page opens")
+        said = browser.wait("document.getElementById('status').textContent", 120)
+        expect("1 of" in said, f"with a photo that is {what} it says so: {said}")
+    for name in ["geometry.js", "site.js", "far-1.js"]:
+        Handler.wrong = {name: (404, b"no")}
+        state = opened(browser, base)
+        said = browser.evaluate("document.getElementById('status').textContent")
+        expect(state == "failed" and "pictures" in said, f"without {name} there are pictures and a message: {state}, {said}")
+        poster = browser.evaluate("document.getElementById('poster').checkVisibility() && document.getElementById('poster').naturalWidth > 0")
+        expect(poster, f"without {name} the poster is seen")
+    Handler.wrong = {}
+
+
+def lost_context(browser, base):
+    opened(browser, base)
+    browser.evaluate("quadratura.lose = quadratura.walker.painter.gl.getExtension('WEBGL_lose_context'), quadratura.lose.loseContext()")
+    said = browser.wait("document.getElementById('status').textContent", 60)
+    expect("graphics" in said, f"a lost device is said: {said}")
+
+
+def likenesses(browser, page, expected):
+    views = json.load(open(os.path.join(expected, "views.json")))
+    found = []
+    for kind, least, mean in [("raw", 35.0, 39.0), ("full", 0.0, 0.0)]:
+        for view in views:
+            picture = os.path.join(expected, kind, view["name"] + ".png")
+            if not os.path.exists(picture):
+                continue
+            exact = dict(view, exposure="raw", around=False) if kind == "raw" else view
+            browser.resize(*view["size"])
+            if not found or found[-1][0] != kind:
+                opened(browser, f"file://{urllib.parse.quote(page)}/index.html#exact=" + urllib.parse.quote(json.dumps(exact)))
+                browser.wait("quadratura.drawExactly")
+            browser.evaluate(f"quadratura.drawExactly(quadratura.exactView({json.dumps(exact)}), quadratura.FINEST)")
+            shown = os.path.join(tempfile.gettempdir(), f"page-{os.getpid()}.png")
+            browser.picture(shown)
+            value = likeness(picture, shown)
+            found.append((kind, value))
+            print(f"      {kind} {view['name']}: {value:.1f} dB", flush=True)
+        values = [value for of, value in found if of == kind]
+        if values and least:
+            expect(min(values) >= least and sum(values) / len(values) >= mean, f"{kind}: {sum(values) / len(values):.1f} dB, worst {min(values):.1f}")
+    browser.resize(*SMALL)
+
+
+def main(page, chromium, expected=None):
+    with tempfile.TemporaryDirectory() as folder, Browser(chromium, *SMALL) as browser:
+        place = os.path.join(folder, "the squ\u00e4re & more")
+        shutil.copytree(page, place)
+        server = served(folder)
+        base = f"http://127.0.0.1:{server.server_port}/" + urllib.parse.quote("the squ\u00e4re & more/index.html")
+        from_disk_and_over_http(browser, page, base)
+        shared = by_keys(browser)
+        by_touch(browser)
+        addresses(browser, base, shared)
+        in_narrow_windows(browser, base)
+        wrong_data(browser, place, base)
+        lost_context(browser, base)
+        if expected:
+            likenesses(browser, page, expected)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

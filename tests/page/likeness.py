@@ -1,0 +1,55 @@
+"""How alike two pictures are, where the expected one covers its pixels wholly. Python's standard library alone."""
+
+import math
+import struct
+import zlib
+
+
+def read_png(file):
+    """Returns width, height and RGBA bytes of a PNG with 8 bits a channel that is not interlaced."""
+    data = open(file, "rb").read()
+    at, packed = 8, b""
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", data[at + 8:at + 18])
+            assert depth == 8 and colour in (2, 6), (depth, colour)
+        if kind == b"IDAT":
+            packed += data[at + 8:at + 8 + length]
+        at += 12 + length
+    parts = 4 if colour == 6 else 3
+    raw, stride, rows, above = zlib.decompress(packed), parts * width, [], bytes(parts * width)
+    for y in range(height):
+        kind, row = raw[y * (stride + 1)], bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
+        for i in range(stride):
+            left = row[i - parts] if i >= parts else 0
+            up, corner = above[i], above[i - parts] if i >= parts else 0
+            if kind == 1:
+                row[i] = (row[i] + left) & 255
+            elif kind == 2:
+                row[i] = (row[i] + up) & 255
+            elif kind == 3:
+                row[i] = (row[i] + (left + up) // 2) & 255
+            elif kind == 4:
+                guess = left + up - corner
+                by = [(abs(guess - left), 0, left), (abs(guess - up), 1, up), (abs(guess - corner), 2, corner)]
+                row[i] = (row[i] + min(by)[2]) & 255
+        rows.append(bytes(row))
+        above = row
+    if parts == 3:
+        rows = [b"".join(row[i:i + 3] + b"\xff" for i in range(0, stride, 3)) for row in rows]
+    return width, height, b"".join(rows)
+
+
+def likeness(expected, shown):
+    """Returns the PSNR in dB over the pixels of `expected` that are opaque."""
+    width, height, a = read_png(expected)
+    size, b = (width, height), read_png(shown)
+    assert size == b[:2], (size, b[:2])
+    b = b[2]
+    total = count = 0
+    for at in range(0, 4 * width * height, 4):
+        if a[at + 3] == 255:
+            total += (a[at] - b[at]) ** 2 + (a[at + 1] - b[at + 1]) ** 2 + (a[at + 2] - b[at + 2]) ** 2
+            count += 3
+    return 10 * math.log10(255 ** 2 * count / max(total, 1))
