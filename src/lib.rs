@@ -91,7 +91,7 @@
 //!
 //! The program is a workspace of packages, one in each folder of `src`, named `quadratura-base`, `quadratura-projection` and so on.
 //! They are listed bottom to top. Each may use only the packages above it in this table, which `tests/architecture.rs`
-//! verifies in their manifests; `files`, `view` and `align` do not use each other, nor do `import` and `suggest`, `projection`, `foliage` and `ldi`, nor `recipe` and
+//! verifies in their manifests; `files`, `view` and `align` do not use each other, nor do `import`, `suggest` and `page`, `projection`, `foliage` and `ldi`, nor `recipe` and
 //! `gpu`. The public modules above only name items of them.
 //!
 //! | package | contents |

@@ -11,8 +11,7 @@ pub const FACADE: &[&str] =
 pub const FLOORS: &[&[&str]] = &[
     &["base"],
     &["files", "view", "align"],
-    &["import", "suggest"],
-    &["import", "page"],
+    &["import", "suggest", "page"],
     &["projection", "foliage", "ldi"],
     &["layers"],
     &["document"],
