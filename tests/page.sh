@@ -30,4 +30,13 @@ sample=projects/piazza
 python3 tests/page/views.py "$work/page" $sample/heldout/sparse "$work/views"
 "$program" -q render "$work/project" --cameras "$work/views/sparse" --out "$work/views/raw" --exposure raw --background none >/dev/null
 "$program" -q render "$work/project" --cameras "$work/views/sparse" --out "$work/views/full" >/dev/null
-python3 tests/page/check.py "$work/page" "$chromium" "$work/views" || fail "the page"
+axe=
+mkdir -p "${CARGO_TARGET_DIR:-target}/editors-node"
+node=$(cd "${CARGO_TARGET_DIR:-target}/editors-node" && pwd)
+if has npm && npm install --silent --prefix "$node" axe-core >/dev/null 2>&1; then
+    axe=$node/node_modules/axe-core/axe.min.js
+else
+    say "left out: axe-core, for which npm is needed"
+fi
+# shellcheck disable=SC2086
+python3 tests/page/check.py "$work/page" "$chromium" "$work/views" $axe || fail "the page"

@@ -1,8 +1,8 @@
-"""Looks at a page as a visitor does: python3 tests/page/check.py PAGE CHROMIUM [EXPECTED]
+"""Looks at a page as a visitor does: python3 tests/page/check.py PAGE CHROMIUM [EXPECTED [AXE]]
 
 PAGE is the folder of a page. It is opened from disk and over http, below a path with spaces, from servers that answer wrongly, by keys,
 by touch, and in narrow windows. EXPECTED is a folder with views.json and pictures that the program rendered of these views: the page has
-to show the same. Every fault is a line; the exit status is 1 where there is one.
+to show the same. AXE is the script of axe-core, which looks for what keeps people out. Every fault is a line; the exit status is 1 where there is one.
 """
 
 import functools
@@ -174,7 +174,7 @@ def lost_context(browser, base):
 def likenesses(browser, page, expected):
     views = json.load(open(os.path.join(expected, "views.json")))
     found = []
-    for kind, least, mean in [("raw", 35.0, 39.0), ("full", 0.0, 0.0)]:
+    for kind, least, mean in [("raw", 35.0, 39.0), ("full", 30.0, 35.0)]:
         for view in views:
             picture = os.path.join(expected, kind, view["name"] + ".png")
             if not os.path.exists(picture):
@@ -183,7 +183,7 @@ def likenesses(browser, page, expected):
             browser.resize(*view["size"])
             if not found or found[-1][0] != kind:
                 opened(browser, f"file://{urllib.parse.quote(page)}/index.html#exact=" + urllib.parse.quote(json.dumps(exact)))
-                browser.wait("quadratura.drawExactly")
+                browser.wait("Boolean(quadratura.drawExactly)")
             browser.evaluate(f"quadratura.drawExactly(quadratura.exactView({json.dumps(exact)}), quadratura.FINEST)")
             shown = os.path.join(tempfile.gettempdir(), f"page-{os.getpid()}.png")
             browser.picture(shown)
@@ -196,7 +196,18 @@ def likenesses(browser, page, expected):
     browser.resize(*SMALL)
 
 
-def main(page, chromium, expected=None):
+def accessibility(browser, base, axe):
+    source = open(axe).read()
+    for scheme in ["light", "dark"]:
+        browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        opened(browser, base)
+        browser.evaluate("document.getElementById('places-button').click()")
+        browser.evaluate(source + ";0")
+        found = browser.evaluate("axe.run().then((result) => result.violations.map((violation) => violation.help))")
+        expect(not found, f"axe-core finds nothing in the {scheme} scheme: {found}")
+
+
+def main(page, chromium, expected=None, axe=None):
     with tempfile.TemporaryDirectory() as folder, Browser(chromium, *SMALL) as browser:
         place = os.path.join(folder, "the squ\u00e4re & more")
         shutil.copytree(page, place)
@@ -209,6 +220,8 @@ def main(page, chromium, expected=None):
         in_narrow_windows(browser, base)
         wrong_data(browser, place, base)
         lost_context(browser, base)
+        if axe:
+            accessibility(browser, base, axe)
         if expected:
             likenesses(browser, page, expected)
     return 1 if faults else 0
