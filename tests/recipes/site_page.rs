@@ -50,10 +50,9 @@ fn a_page_has_no_names_of_photos_and_the_same_bytes_each_time() {
         for photo in &photos {
             assert!(!text.contains(&photo.name), "{name} names {}", photo.name);
         }
-        assert!(
-            !text.contains("<script>\u{2028}") && !text.contains('\u{2028}'),
-            "{name}: a title is no markup"
-        );
+        assert!(!text.contains("<script>\u{2028}"), "{name}: a title is no markup");
+        let is_script = name.ends_with(".js");
+        assert!(!is_script || !text.contains('\u{2028}'), "{name}: a title ends no line of a script");
     }
     for name in [
         "index.html",
