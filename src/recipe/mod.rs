@@ -60,6 +60,7 @@ pub mod score;
 pub mod see_through;
 mod shared;
 mod side_by_side;
+mod site_parts;
 pub mod site_stamp;
 pub mod sources;
 pub mod status;

@@ -9,7 +9,6 @@ mod stacks;
 mod trees;
 mod unseen;
 
-pub(crate) use self::in_use::SiteParts;
 pub use self::options::PreviewOptions;
 pub use self::stacks::ReadStacks;
 

@@ -10,7 +10,7 @@ use super::labels::ByteLabels;
 use super::plane::differences;
 use super::shelf::Shelf;
 use super::tiles::PlacedTiles;
-use crate::preview::SiteParts;
+use crate::site_parts::SiteParts;
 use quadratura_base::geometry::Plane;
 use quadratura_base::geometry::polygon::{PlaneFrame, fit_plane};
 use quadratura_base::scene::{FaceId, Model, PhotoId};
@@ -231,7 +231,7 @@ fn add_grids(chunk: &mut Chunk, name: &str, grids: &[FaceGrid], origin: DVec3) -
 }
 
 /// Returns the chunk of the relief and of the colours with which surfaces continue.
-pub fn sheets(parts: &SiteParts, origin: DVec3) -> Chunk {
+pub fn grids(parts: &SiteParts, origin: DVec3) -> Chunk {
     let mut chunk = Chunk::default();
     let faces = || parts.skirts.model.face_ids().filter(|face| !parts.skirts.holds(*face));
     let relief: Vec<(FaceId, &FaceRelief)> = faces()
@@ -249,19 +249,19 @@ pub fn sheets(parts: &SiteParts, origin: DVec3) -> Chunk {
         })
         .collect();
     let (corners, size) = add_grids(&mut chunk, "relief", &grids, origin);
-    let mut sheet = vec![0i16; size[0] as usize * size[1] as usize];
+    let mut cells = vec![0i16; size[0] as usize * size[1] as usize];
     let mut steps = Vec::with_capacity(relief.len());
     for ((_, of), corner) in relief.iter().zip(corners) {
         let step = (of.cell / STEPS_PER_CELL).max(of.largest() / MOST_STEPS);
         steps.push(step as f32);
         let values = of.heights.iter().map(|height| (f64::from(*height) / step).round() as i16);
-        copy(&mut sheet, size[0], values, corner, of.size[0]);
+        copy(&mut cells, size[0], values, corner, of.size[0]);
     }
     chunk.add_numbers("relief_steps", steps.into_iter().map(f32::to_le_bytes));
-    let left = std::iter::once(0).chain(sheet.iter().copied());
+    let left = std::iter::once(0).chain(cells.iter().copied());
     chunk.add_numbers(
         "relief_heights",
-        sheet.iter().zip(left).map(|(value, left)| value.wrapping_sub(left).to_le_bytes()),
+        cells.iter().zip(left).map(|(value, left)| value.wrapping_sub(left).to_le_bytes()),
     );
     add_continuation(&mut chunk, parts, origin);
     chunk
@@ -282,17 +282,17 @@ fn add_continuation(chunk: &mut Chunk, parts: &SiteParts, origin: DVec3) {
         })
         .collect();
     let (corners, size) = add_grids(chunk, "continued", &grids, origin);
-    let mut sheet = vec![[0u8; 3]; size[0] as usize * size[1] as usize];
+    let mut cells = vec![[0u8; 3]; size[0] as usize * size[1] as usize];
     for ((_, of), corner) in continued.iter().zip(corners) {
-        copy(&mut sheet, size[0], of.colours.iter().copied(), corner, of.size[0]);
+        copy(&mut cells, size[0], of.colours.iter().copied(), corner, of.size[0]);
     }
-    chunk.add_packed("continued_colours", &differences(sheet.as_flattened(), 3));
+    chunk.add_packed("continued_colours", &differences(cells.as_flattened(), 3));
 }
 
 /// Copies the values of a grid, by rows of `columns`, into a sheet.
-fn copy<T>(sheet: &mut [T], width: u32, values: impl Iterator<Item = T>, corner: [u32; 2], columns: u32) {
+fn copy<T>(cells: &mut [T], width: u32, values: impl Iterator<Item = T>, corner: [u32; 2], columns: u32) {
     for (at, value) in values.enumerate() {
         let [x, y] = [at as u32 % columns + corner[0], at as u32 / columns + corner[1]];
-        sheet[y as usize * width as usize + x as usize] = value;
+        cells[y as usize * width as usize + x as usize] = value;
     }
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::labels::ByteLabels;
 use super::plane::halved;
-use crate::preview::SiteParts;
+use crate::site_parts::SiteParts;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::PhotoId;
 use quadratura_projection::Server;

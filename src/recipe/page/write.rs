@@ -7,7 +7,7 @@ use super::description::{
     Description, VERSION,
 };
 use super::dome::dome;
-use super::geometry::{GeometryInputs, geometry, sheets};
+use super::geometry::{GeometryInputs, geometry, grids};
 use super::labels::ByteLabels;
 use super::options::{LeavingPhoto, PageOptions, PagePart, Published};
 use super::photo::composed;
@@ -18,7 +18,8 @@ use super::safe::{PhotoMap, SafeSearch, half_trust};
 use super::texts::{PageTexts, index};
 use super::tiles::{PAGE, TilePage, TilePages};
 use crate::open::Opened;
-use crate::preview::{Preview, SiteParts};
+use crate::preview::Preview;
+use crate::site_parts::SiteParts;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{PhotoId, up};
@@ -155,7 +156,7 @@ impl<'a> PageWriter<'a> {
             origin: self.origin,
         };
         chunk(folder, "geometry", &geometry(&inputs))?;
-        chunk(folder, "sheets", &self.sheets())?;
+        chunk(folder, "sheets", &self.grids())?;
         if let Some(found) = &self.parts.dome {
             chunk(folder, "dome", &dome(found))?;
         }
@@ -225,12 +226,12 @@ impl<'a> PageWriter<'a> {
     }
 
     /// Returns the chunk of grids: relief, colours that continue, and factors to one sky.
-    fn sheets(&self) -> Chunk {
-        let mut chunk = sheets(self.parts, self.origin);
+    fn grids(&self) -> Chunk {
+        let mut chunk = grids(self.parts, self.origin);
         let of_photo = &self.parts.gains.surroundings.of_photo;
-        let grids = self.ids.iter().filter_map(|id| of_photo.get(id.index()).and_then(Option::as_ref));
+        let of_photos = self.ids.iter().filter_map(|id| of_photo.get(id.index()).and_then(Option::as_ref));
         let steps =
-            grids.flat_map(|grid| grid.cells.iter().flatten().map(|log| (log / SKY_STEP).round() as i16));
+            of_photos.flat_map(|grid| grid.cells.iter().flatten().map(|log| (log / SKY_STEP).round() as i16));
         chunk.add_numbers("sky", steps.map(i16::to_le_bytes));
         chunk
     }

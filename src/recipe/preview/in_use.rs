@@ -5,17 +5,15 @@ use std::sync::Arc;
 use super::Preview;
 use super::estimates::shown_gains;
 use crate::continuation::SiteContinuation;
+use crate::site_parts::SiteParts;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{Model, Photo, PhotoId};
 use quadratura_base::task::Task;
-use quadratura_projection::agreement::Agreement;
-use quadratura_projection::continuation::Continuation;
-use quadratura_projection::dome::Dome;
+use quadratura_projection::Gains;
 use quadratura_projection::exposure::{Shares, ViewExposure, shares_of_view};
 use quadratura_projection::peeling::Peels;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::skirts::Skirts;
-use quadratura_projection::{Gains, Texels};
 use quadratura_view::Shot;
 use quadratura_view::agreement::AgreementGrid;
 use quadratura_view::optics::Optics;
@@ -75,24 +73,6 @@ impl Preview {
     pub(crate) fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
         shown_gains(&self.gains_in_use, self.shows_gains, &self.around).optics(shot, photo)
     }
-}
-
-/// All that pictures of a site are made of, for those who draw it elsewhere.
-pub(crate) struct SiteParts {
-    /// The model with the skirts on its outlines, which are its last faces.
-    pub skirts: Skirts,
-    /// The photos' exposures.
-    pub gains: Gains,
-    /// The depth detail of surfaces, where pictures show it.
-    pub relief: Arc<Relief>,
-    /// How far photos confirm each other.
-    pub agreement: Agreement,
-    /// The texels of image layers; those of skirts are made of them.
-    pub texels: Arc<dyn Texels>,
-    /// What is around in every direction.
-    pub dome: Option<Arc<Dome>>,
-    /// The colours with which surfaces continue.
-    pub continuation: Continuation,
 }
 
 impl Preview {
