@@ -45,8 +45,8 @@ pub use ldi::{
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;
-pub use ortho::OrthoArgs;
 pub use model::{ModelArgs, ModelCommand, ModelSuggestArgs};
+pub use ortho::OrthoArgs;
 pub use paint::PaintArgs;
 pub use pictures::{PICTURE_FORMATS, PictureArgs};
 pub use surroundings::SurroundingsArgs;
