@@ -1,7 +1,7 @@
 //! What each pixel of a photo shows: one of the planes, the model that is given, or what is far away. This is piecewise planar
 //! stereo (Sinha, Steedly and Szeliski, *Piecewise Planar Stereo for Image-based Rendering*, 2009).
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use quadratura_base::geometry::Plane;
 
@@ -173,8 +173,12 @@ impl Pinned {
 
     /// Returns what a plane costs at each point.
     fn costs(&self, depth: &PlaneDepth) -> Vec<f32> {
-        // At the position itself, not at the middle of its pixel.
-        let cost = |(point, at): (u32, &[f64; 4])| self.cost(point, depth.between(at[0] - 0.5, at[1] - 0.5));
+        self.costs_by(|px| depth.between(px.x - 0.5, px.y - 0.5))
+    }
+
+    /// Returns what inverse depths cost at each point: at the position itself, because depth changes from pixel to pixel.
+    fn costs_by(&self, depth: impl Fn(DVec2) -> f64) -> Vec<f32> {
+        let cost = |(point, at): (u32, &[f64; 4])| self.cost(point, depth(DVec2::new(at[0], at[1])));
         (0..).zip(&self.points).map(cost).collect()
     }
 
@@ -265,11 +269,12 @@ fn given_costs(subject: &Subject<'_>, comparer: &Comparer<'_>, pinned: &Pinned, 
     };
     let disagreement = comparer.disagreement(depth, comparer.whole());
     let agreement: Vec<f32> = disagreement.iter().enumerate().map(|(at, c)| comparer.cost(at, *c)).collect();
+    let at_points = pinned.costs_by(|px| f64::from(given[subject.view().index(px)]));
     let cost = |(at, own): (usize, &f32)| {
         if given[at] <= 0.0 {
             return IMPOSSIBLE;
         }
-        let at_point = pinned.nearest[at].map_or(0.0, |point| pinned.cost(point, f64::from(given[at])));
+        let at_point = pinned.nearest[at].map_or(0.0, |point| at_points[point as usize]);
         own + 0.4 * subject.sky[at] - 0.3 + at_point
     };
     let all = agreement.iter().enumerate().map(cost).collect();
