@@ -45,21 +45,28 @@ const SHADERS: &[(&str, &str)] = &[
 
 /// Returns the names and contents of all scripts, in the order in which a page names them.
 pub fn scripts() -> Vec<(&'static str, String)> {
-    let text = |source: &str| serde_json::to_string(&without_comments(source)).expect("text is JSON");
+    let text = |source: &str| serde_json::to_string(&without_indents(source)).expect("text is JSON");
     let lines: String = SHADERS
         .iter()
         .map(|(name, source)| format!("quadratura.shaders.{name} = {};\n", text(source)))
         .collect();
     let shaders = format!("// The shaders of the viewer, one a line.\n{lines}");
     let mut scripts: Vec<(&str, String)> =
-        SCRIPTS.iter().map(|(name, source)| (*name, (*source).to_owned())).collect();
+        SCRIPTS.iter().map(|(name, source)| (*name, without_comments(source))).collect();
     scripts.insert(1, ("shaders.js", shaders));
     scripts
 }
 
-/// Returns a shader without lines of comments and indents, which nobody reads within a line of a script.
+/// Returns a source without lines of comments: every visitor would load them.
 fn without_comments(source: &str) -> String {
-    let lines = source.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("//"));
+    let lines = source.lines().filter(|line| !line.trim_start().starts_with("//"));
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
+/// Returns a shader without comments and indents, which nobody reads within a line of a script.
+fn without_indents(source: &str) -> String {
+    let source = without_comments(source);
+    let lines = source.lines().map(str::trim).filter(|line| !line.is_empty());
     lines.map(|line| format!("{line}\n")).collect()
 }
 
