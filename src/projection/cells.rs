@@ -410,6 +410,10 @@ impl<C: TexelBounds> Finder<'_, C> {
         if high.cmplt(edge).any() || low.cmpgt(far_edge).any() {
             return None;
         }
+        // The parts of a face with a ragged outline are hundreds of triangles, of which a cell shows few.
+        if low.is_finite() && high.is_finite() && server.domain.is_apart(low, high) {
+            return None;
+        }
         let pixels = PixelRect::from_edges(
             low.x.max(edge.x) as i32 - 1,
             low.y.max(edge.y) as i32 - 1,

@@ -74,6 +74,16 @@ impl Domain {
         matches!(self, Self::Whole)
     }
 
+    /// Returns true when one side of the domain has all of a box, in photo pixels, beyond it: then no point of the box is within the
+    /// domain.
+    pub fn is_apart(&self, low: DVec2, high: DVec2) -> bool {
+        let farthest = |normal: DVec2| DVec2::select(normal.cmpgt(DVec2::ZERO), high, low).dot(normal);
+        match self {
+            Self::Whole => false,
+            Self::Inside(sides) => sides.iter().any(|side| farthest(side.normal) < side.offset),
+        }
+    }
+
     /// Returns true when a point, in photo pixels, is within the domain.
     pub fn holds(&self, point_px: DVec2) -> bool {
         match self {
@@ -197,4 +207,25 @@ pub trait Texels: Send + Sync {
     /// # Errors
     /// [`quadratura_base::Error::Input`] and [`quadratura_base::Error::Io`] for the layer texture's files.
     fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels>;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_is_apart_from_a_domain_when_a_side_has_it_beyond() {
+        let side = |x: f64, y: f64, offset: f64| HalfPlane { normal: DVec2::new(x, y), offset };
+        // The triangle (0, 0), (10, 0), (0, 10).
+        let slope = std::f64::consts::FRAC_1_SQRT_2;
+        let triangle = Domain::Inside(vec![
+            side(1.0, 0.0, 0.0),
+            side(0.0, 1.0, 0.0),
+            side(-slope, -slope, -10.0 * slope),
+        ]);
+        let apart = |x: f64, y: f64| triangle.is_apart(DVec2::new(x, y), DVec2::new(x + 2.0, y + 2.0));
+        assert!(!apart(1.0, 1.0) && !apart(-1.0, 4.0) && !apart(4.5, 4.5));
+        assert!(apart(-3.0, 4.0) && apart(4.0, -3.0) && apart(6.0, 6.0));
+        assert!(!Domain::Whole.is_apart(DVec2::ZERO, DVec2::ONE));
+    }
 }
