@@ -11,6 +11,10 @@ use super::chart::{Chart, regions};
 /// How far an outline may leave the cells' edges, in cells.
 const SLACK: f64 = 2.5;
 
+/// The same as a share of the side of a square of the region's area, where that is more: nobody drags a thousand corners of a
+/// court's ground.
+const SLACK_OF_SIDE: f64 = 0.01;
+
 /// The smallest area of an outline or of a hole, in cells.
 const LEAST_AREA: f64 = 60.0;
 
@@ -32,9 +36,10 @@ pub fn outlines(mask: &[bool], size: [usize; 2]) -> Vec<Outline> {
         if !first.is_some_and(|at| mask[at]) || (sizes[region as usize] as f64) < LEAST_AREA {
             continue;
         }
+        let slack = SLACK.max(SLACK_OF_SIDE * (sizes[region as usize] as f64).sqrt());
         let mut rings: Vec<Vec<DVec2>> = walked(&number, region, size)
             .iter()
-            .map(|ring| simplified(ring))
+            .map(|ring| simplified(ring, slack))
             .filter(|ring| ring.len() > 2)
             .collect();
         rings.sort_by(|a, b| area(b).total_cmp(&area(a)));
@@ -109,8 +114,8 @@ fn walked(number: &[u32], region: u32, [columns, rows]: [usize; 2]) -> Vec<Vec<D
     rings
 }
 
-/// Simplifies a closed ring, from the two points that are farthest apart.
-fn simplified(ring: &[DVec2]) -> Vec<DVec2> {
+/// Simplifies a closed ring within `slack` cells, from the two points that are farthest apart.
+fn simplified(ring: &[DVec2], slack: f64) -> Vec<DVec2> {
     if ring.len() < 4 {
         return ring.to_vec();
     }
@@ -123,13 +128,13 @@ fn simplified(ring: &[DVec2]) -> Vec<DVec2> {
     let (a, b) = (a.min(b), a.max(b));
     let second: Vec<DVec2> = ring[b..].iter().chain(&ring[..=a]).copied().collect();
     let mut kept = Vec::new();
-    keep(&ring[a..=b], &mut kept);
-    keep(&second, &mut kept);
+    keep(&ring[a..=b], slack, &mut kept);
+    keep(&second, slack, &mut kept);
     kept
 }
 
 /// Keeps the corners of a chain, but for its last.
-fn keep(chain: &[DVec2], kept: &mut Vec<DVec2>) {
+fn keep(chain: &[DVec2], slack: f64, kept: &mut Vec<DVec2>) {
     let (Some(&first), Some(&last)) = (chain.first(), chain.last()) else { return };
     let along = (last - first).normalize_or_zero();
     let off = |point: &DVec2| match along {
@@ -138,9 +143,9 @@ fn keep(chain: &[DVec2], kept: &mut Vec<DVec2>) {
     };
     let inner = 1..chain.len().max(2) - 1;
     match inner.max_by(|a, b| off(&chain[*a]).total_cmp(&off(&chain[*b]))) {
-        Some(corner) if off(&chain[corner]) > SLACK => {
-            keep(&chain[..=corner], kept);
-            keep(&chain[corner..], kept);
+        Some(corner) if off(&chain[corner]) > slack => {
+            keep(&chain[..=corner], slack, kept);
+            keep(&chain[corner..], slack, kept);
         }
         _ => kept.push(first),
     }
