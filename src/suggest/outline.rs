@@ -13,7 +13,7 @@ const SLACK: f64 = 2.5;
 
 /// The same as a share of the side of a square of the region's area, where that is more: nobody drags a thousand corners of a
 /// court's ground.
-const SLACK_OF_SIDE: f64 = 0.01;
+pub const SLACK_OF_SIDE: f64 = 0.01;
 
 /// The smallest area of an outline or of a hole, in cells.
 const LEAST_AREA: f64 = 60.0;
@@ -27,8 +27,8 @@ pub struct Outline {
     pub holes: Vec<Vec<DVec2>>,
 }
 
-/// Returns the outlines of a mask's regions.
-pub fn outlines(mask: &[bool], size: [usize; 2]) -> Vec<Outline> {
+/// Returns the outlines of a mask's regions, simplified by `slack_of_side` of a region's size at most.
+pub fn outlines(mask: &[bool], size: [usize; 2], slack_of_side: f64) -> Vec<Outline> {
     let (number, sizes) = regions(mask, size);
     let mut found = Vec::new();
     for region in 0..sizes.len() as u32 {
@@ -36,7 +36,7 @@ pub fn outlines(mask: &[bool], size: [usize; 2]) -> Vec<Outline> {
         if !first.is_some_and(|at| mask[at]) || (sizes[region as usize] as f64) < LEAST_AREA {
             continue;
         }
-        let slack = SLACK.max(SLACK_OF_SIDE * (sizes[region as usize] as f64).sqrt());
+        let slack = SLACK.max(slack_of_side * (sizes[region as usize] as f64).sqrt());
         let mut rings: Vec<Vec<DVec2>> = walked(&number, region, size)
             .iter()
             .map(|ring| simplified(ring, slack))
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn a_rectangle_with_a_window_has_four_corners_and_a_hole_of_four() {
         let (mask, size) = mask(&["......", ".####.", ".#..#.", ".####.", "......"], 10);
-        let found = outlines(&mask, size);
+        let found = outlines(&mask, size, SLACK_OF_SIDE);
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].outer.len(), found[0].holes.len(), found[0].holes[0].len()), (4, 1, 4));
         assert_eq!((area(&found[0].outer), area(&found[0].holes[0])), (1200.0, -200.0));
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn regions_that_touch_at_a_corner_stay_apart() {
         let (mask, size) = mask(&["#.", ".#"], 10);
-        let found = outlines(&mask, size);
+        let found = outlines(&mask, size, SLACK_OF_SIDE);
         assert_eq!(found.iter().map(|found| area(&found.outer)).collect::<Vec<_>>(), [100.0, 100.0]);
     }
 }

@@ -84,6 +84,8 @@ pub struct Search<'a> {
     is_free: Vec<bool>,
     /// Planes that many points lie on by chance, in no island that is large enough, and that are not tried again.
     failed: Vec<Plane>,
+    /// Whether the search goes on beside these.
+    persists: bool,
     /// The side of the cells in which points are sought: larger where points are few.
     cell: f64,
     grid: FxHashMap<[i32; 3], Vec<u32>>,
@@ -103,9 +105,15 @@ impl<'a> Search<'a> {
             rng: Rng::new(seed),
             is_free: vec![true; points.len()],
             failed: Vec::new(),
+            persists: true,
             cell,
             grid,
         }
+    }
+
+    /// Ends the search at chance planes even while many points lie on none, where planes have to be clear.
+    pub fn ending_at_chance(self) -> Self {
+        Self { persists: false, ..self }
     }
 
     /// Points that lie on no plane so far.
@@ -136,7 +144,7 @@ impl<'a> Search<'a> {
                 None => {
                     failures += 1;
                     // What is left of a site that is nearly explained is noise, and other planes in it are chance, too.
-                    if free.len() as f64 > UNEXPLAINED * self.points.len() as f64 {
+                    if self.persists && free.len() as f64 > UNEXPLAINED * self.points.len() as f64 {
                         self.failed.push(best);
                     }
                 }

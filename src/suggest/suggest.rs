@@ -15,7 +15,7 @@ use super::chart::grown;
 use super::face::Face;
 use super::ground::with_ground;
 use super::label::{Candidates, Labels, Subject, labelled};
-use super::outline::outlines;
+use super::outline::{SLACK_OF_SIDE, outlines};
 use super::planes::{Kind, PointPlane, Search, merged};
 use super::points::{Frame, Point, SeenPoint, certain, neighbours};
 use super::predict::{HARM, HARM_OF_ADDED, Judgement, Predictor};
@@ -192,7 +192,8 @@ impl Site {
     /// Finds the planes of points, and the ground.
     fn candidates(&self, task: &Task) -> Result<Candidates> {
         task.step(STAGE_PLANES, 2, 4)?;
-        let mut search = Search::new(&self.points, Some(self.up), 1);
+        let search = Search::new(&self.points, Some(self.up), 1);
+        let mut search = if self.given.is_some() { search.ending_at_chance() } else { search };
         let planes = search.planes(MOST_PLANES);
         let planes = merged(&self.points, planes, self.up);
         task.step(STAGE_PLANES, 3, 4)?;
@@ -284,8 +285,11 @@ impl Site {
         // A cell more closes cracks between faces.
         let mut mask = grown(&votes.mask(*kind, &self.views, plane), votes.chart.size, 1);
         Rays::new(plane, &votes.chart, &self.points, &self.views).cut(&mut mask, &votes.chart);
-        let rings =
-            outlines(&mask, votes.chart.size).into_iter().flat_map(|outline| outline.rings(&votes.chart));
+        // What is added has to keep off the given model.
+        let slack_of_side = if self.given.is_some() { 0.0 } else { SLACK_OF_SIDE };
+        let rings = outlines(&mask, votes.chart.size, slack_of_side)
+            .into_iter()
+            .flat_map(|outline| outline.rings(&votes.chart));
         rings.map(|ring| with_votes(Face::new(number, *kind, *plane, ring, &votes.chart), votes)).collect()
     }
 

@@ -30,7 +30,7 @@ pub fn up(views: &[View], points: &[Point]) -> DVec3 {
     let mut up = from_cameras;
     for round in 0..2 {
         let mut all = Sum::default();
-        let found = Search::new(points, None, 11 + round).planes(PLANES);
+        let found = Search::new(points, None, 11 + round).ending_at_chance().planes(PLANES);
         let total: usize = found.iter().map(|plane| plane.members.len()).sum();
         for plane in found.iter().filter(|plane| plane.plane.normal.dot(up).abs() < NEARLY_PLUMB) {
             all.add(plane.plane.normal, plane.members.len() as f64 / total as f64);
