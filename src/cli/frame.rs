@@ -66,10 +66,9 @@ fn described(frame: &SiteFrame, part: FramePart) -> Option<String> {
             .up
             .as_ref()
             .map(|up| format!("up is {} in the cameras' world, from {}", vector(up.value), up.from)),
-        FramePart::Scale => frame
-            .scale
-            .as_ref()
-            .map(|scale| format!("{:.9} m per unit of the cameras' world, from {}", scale.value, scale.from)),
+        FramePart::Scale => frame.scale.as_ref().map(|scale| {
+            format!("{} m per unit of the cameras' world, from {}", nine(scale.value), scale.from)
+        }),
         FramePart::North => {
             frame.north.as_ref().map(|north| format!("{}, from {}", vector(north.value), north.from))
         }
@@ -81,4 +80,9 @@ fn described(frame: &SiteFrame, part: FramePart) -> Option<String> {
             format!("EPSG:{}, 0,0,0 is E {e} N {n} H {h}", crs.epsg)
         }),
     }
+}
+
+/// Rounds a number to nine decimals, which are shown without trailing zeros.
+fn nine(number: f64) -> f64 {
+    (number * 1e9).round() / 1e9
 }

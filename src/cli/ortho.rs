@@ -54,21 +54,26 @@ pub fn run(args: &OrthoArgs, task: &Task) -> Result<Outcome> {
     Ok(Outcome { text: text(&report), json, problems })
 }
 
+/// Rounds a number to three decimals, which are shown without trailing zeros.
+fn short(number: f64) -> f64 {
+    (number * 1000.0).round() / 1000.0
+}
+
 fn text(report: &OrthoReport) -> String {
     let [width, height] = report.size_px;
     let metres = report.size_px.map(|side| f64::from(side) * report.pixel_m);
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let shares = &report.shares;
     let mut text = format!(
-        "{} in {}\n{width} x {height} pixels of {:.3} mm: {:.3} x {:.3} m, 1:{:.6} at {:.1} dpi\n\
+        "{} in {}\n{width} x {height} pixels of {} mm: {} x {} m, 1:{} at {} dpi\n\
          record {} (photographed {}, filled from other photos {}), reconstruction {} (painted {}, inpainted {}), shown by no photo {}\n",
         report.files.join(", "),
         report.folder.display(),
-        1000.0 * report.pixel_m,
-        metres[0],
-        metres[1],
-        report.scale,
-        report.dpi,
+        short(1000.0 * report.pixel_m),
+        short(metres[0]),
+        short(metres[1]),
+        short(report.scale),
+        short(report.dpi),
         percent(shares.record()),
         percent(shares.photographed),
         percent(shares.filled),
