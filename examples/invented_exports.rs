@@ -18,7 +18,7 @@ use quadratura::layered::{
 use quadratura::site::{Photo, read_photo};
 use quadratura::stack::{Stack, StackStore};
 use quadratura::task::Task;
-use quadratura::testing::recipe::export::StackContent;
+use quadratura::testing::editing::export::StackContent;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();

@@ -42,6 +42,6 @@ pub use quadratura_document::decisions::{Decisions, LayerNaming, PhotoDecisions,
 #[doc(inline)]
 pub use quadratura_layers::Faces;
 #[doc(inline)]
-pub use quadratura_recipe::decide::{
+pub use quadratura_stacks::decide::{
     DecisionKind, LayerEdit, ListedDecision, decided, edited, faces_named, faces_of_layer,
 };

@@ -27,4 +27,4 @@
 #[doc(inline)]
 pub use quadratura_layers::fill::{FillOptions, Invent};
 #[doc(inline)]
-pub use quadratura_recipe::fill::{FillRequest, FillShares, FilledPhoto, fill, tell as preview_propagation};
+pub use quadratura_stacks::fill::{FillRequest, FillShares, FilledPhoto, fill, tell as preview_propagation};

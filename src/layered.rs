@@ -142,6 +142,16 @@ pub use quadratura_document::export_record::ExportFormat;
 #[doc(inline)]
 pub use quadratura_document::paint::PaintImport;
 #[doc(inline)]
+pub use quadratura_editing::export::{ExportOptions, ExportReport, Exported, export};
+#[doc(inline)]
+pub use quadratura_editing::import::question::Question;
+#[doc(inline)]
+pub use quadratura_editing::import::report::{Conflict, FileReport, LayerImportReport, LayerState};
+#[doc(inline)]
+pub use quadratura_editing::import::{
+    ImportOptions, Imported, history as import_history, import_once as import, take_back as undo_import,
+};
+#[doc(inline)]
 pub use quadratura_io::layered::ora::write as write_ora;
 #[doc(inline)]
 pub use quadratura_io::layered::psd::{PsdVariant, write as write_psd};
@@ -151,14 +161,4 @@ pub use quadratura_io::layered::xcf::{XcfVersion, write as write_xcf};
 pub use quadratura_io::layered::{
     BlendMode, Depth, EditedDocument, EditedLayer, EditedMask, FormatFit, Grey, Group, LayerNode,
     LayeredDocument, Lazy, PixelLayer, PixelSource, Raster, Rounding, StoredColours, Tag, read_layered,
-};
-#[doc(inline)]
-pub use quadratura_recipe::export::{ExportOptions, ExportReport, Exported, export};
-#[doc(inline)]
-pub use quadratura_recipe::import::question::Question;
-#[doc(inline)]
-pub use quadratura_recipe::import::report::{Conflict, FileReport, LayerImportReport, LayerState};
-#[doc(inline)]
-pub use quadratura_recipe::import::{
-    ImportOptions, Imported, history as import_history, import_once as import, take_back as undo_import,
 };

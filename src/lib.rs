@@ -91,8 +91,8 @@
 //!
 //! The program is a workspace of packages, one in each folder of `src`, named `quadratura-base`, `quadratura-projection` and so on.
 //! They are listed bottom to top. Each may use only the packages above it in this table, which `tests/architecture.rs`
-//! verifies in their manifests; `files`, `view` and `align` do not use each other, nor do `import`, `suggest` and `page`, `projection`, `foliage` and `ldi`, nor `recipe` and
-//! `gpu`. The public modules above only name items of them.
+//! verifies in their manifests; `files`, `view` and `align` do not use each other, nor do `import`, `suggest` and `page`, `projection`, `foliage` and `ldi`, nor `images`,
+//! `exports` and `gpu`. The public modules above only name items of them.
 //!
 //! | package | contents |
 //! |---|---|
@@ -110,7 +110,13 @@
 //! | `document` | what is saved: the authored project and the derived stacks |
 //! | `io` | files of a project |
 //! | `handover` | the site in the formats of other programs |
-//! | `recipe` | whole tasks: open, sort, cluster, extract, fill, save, without a user interface and without a device |
+//! | `sites` | whole tasks, without a user interface and without a device; first those on a site: find, open, check, mask |
+//! | `stacks` | build, decide, fill, update; the estimates that all photos share |
+//! | `trees` | place, draw and light trees |
+//! | `views` | preview, render, score, orthophotos |
+//! | `editing` | export to image editors, import, strokes |
+//! | `images` | layered depth images of a site |
+//! | `exports` | hand-over to other programs, and the page |
 //! | `gpu` | GPU passes: what `layers` and `ldi` ask of a device |
 //! | `app` | the editor window: it shows and asks, and computes nothing itself |
 //! | `cli` | the command line: parse, interpret, run |

@@ -58,6 +58,6 @@ pub use quadratura_files::lock::ProjectLock;
 #[doc(inline)]
 pub use quadratura_io::project::{change_project, read_project, write_project};
 #[doc(inline)]
-pub use quadratura_recipe::create::{NewProject, create_project};
+pub use quadratura_sites::create::{NewProject, create_project};
 #[doc(inline)]
-pub use quadratura_recipe::open::{Opened, OpeningProblems, UnusableMask, open, open_site};
+pub use quadratura_sites::open::{Opened, OpeningProblems, UnusableMask, open, open_site};

@@ -96,20 +96,20 @@ pub use quadratura_projection::twin::ReferenceRenderer;
 #[doc(inline)]
 pub use quadratura_projection::{Renders, TextureOptions};
 #[doc(inline)]
-pub use quadratura_recipe::preview::{Preview, PreviewOptions, open as open_preview, open_reference};
-#[doc(inline)]
-pub use quadratura_recipe::render::{
-    Appearance, Draw, DrawnPicture, PictureFormat, RenderOptions, RenderReport, RenderedView, VideoOptions,
-    render,
-};
-#[doc(inline)]
-pub use quadratura_recipe::score::{
-    MeanMetrics, MeanScore, ObjectScore, PredictionTarget, ScoreOptions, ScoreReport, ViewScore, held_out,
-    leave_one_out, score,
-};
-#[doc(inline)]
-pub use quadratura_recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
+pub use quadratura_sites::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
 #[doc(inline)]
 pub use quadratura_view::metrics::{ImageMetrics, ImagePair};
 #[doc(inline)]
 pub use quadratura_view::{Blend, DisplayMode, Exposure, LinearPicture, Mode, Picture, Quality, Shot};
+#[doc(inline)]
+pub use quadratura_views::preview::{Preview, PreviewOptions, open as open_preview, open_reference};
+#[doc(inline)]
+pub use quadratura_views::render::{
+    Appearance, Draw, DrawnPicture, PictureFormat, RenderOptions, RenderReport, RenderedView, VideoOptions,
+    render,
+};
+#[doc(inline)]
+pub use quadratura_views::score::{
+    MeanMetrics, MeanScore, ObjectScore, PredictionTarget, ScoreOptions, ScoreReport, ViewScore, held_out,
+    leave_one_out, score,
+};

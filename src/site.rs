@@ -95,13 +95,13 @@ pub use quadratura_import::photo::read_photo;
 #[doc(inline)]
 pub use quadratura_io::unmasked::read_unmasked;
 #[doc(inline)]
-pub use quadratura_recipe::check::{
+pub use quadratura_sites::check::{
     AlignmentSuggestion, AlternativeTransform, CheckOptions, CheckReport, FaceReport, Intersection,
     Names as FaceNames, PhotoReport, SearchOutcome, Verdict, check_site,
 };
 #[doc(inline)]
-pub use quadratura_recipe::named::{index_of_photo, photos_named};
+pub use quadratura_sites::named::{index_of_photo, photos_named};
 #[doc(inline)]
-pub use quadratura_recipe::photos::{PhotoImport, import_photos};
+pub use quadratura_sites::photos::{PhotoImport, import_photos};
 #[doc(inline)]
-pub use quadratura_recipe::survey::face_named;
+pub use quadratura_stacks::survey::face_named;

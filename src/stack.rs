@@ -75,8 +75,8 @@ pub use quadratura_io::stack_store::StackStore;
 #[doc(inline)]
 pub use quadratura_layers::{ElementIndex, LayerIndex};
 #[doc(inline)]
-pub use quadratura_recipe::build::{BuildOptions, Built, build};
+pub use quadratura_stacks::build::{BuildOptions, Built, build};
 #[doc(inline)]
-pub use quadratura_recipe::survey::{StackState, Survey};
+pub use quadratura_stacks::survey::{StackState, Survey};
 #[doc(inline)]
-pub use quadratura_recipe::untextured::{FaceInStack, face_in_stack, untextured};
+pub use quadratura_stacks::untextured::{FaceInStack, face_in_stack, untextured};

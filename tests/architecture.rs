@@ -219,9 +219,9 @@ fn a_package_that_uses_one_above_or_beside_it_is_found() {
     let count = |room: &str, manifest: &str| forbidden_rooms(room, manifest).len();
     let above = "[dependencies]\nquadratura-gpu.workspace = true\nglam.workspace = true\n";
     assert_eq!(count("layers", above), 1);
-    assert_eq!(count("recipe", above), 1, "neighbours");
+    assert_eq!(count("exports", above), 1, "neighbours");
     assert_eq!(count("app", above), 0);
-    assert_eq!(count("layers", "[dev-dependencies]\nquadratura-recipe = { workspace = true }\n"), 1, "tests");
+    assert_eq!(count("layers", "[dev-dependencies]\nquadratura-stacks = { workspace = true }\n"), 1, "tests");
     assert_eq!(count("layers", "[dependencies]\nquadratura-attic.workspace = true\n"), 1);
     assert_eq!(count("layers", "[dependencies]\n# quadratura-gpu = 1\n\n[lib]\nquadratura-cli = 1\n"), 0);
     assert_eq!(count("attic", ""), 1, "a room that is on no floor");
@@ -232,14 +232,14 @@ fn a_package_out_of_place_is_found() {
     let rule = packages_out_of_place;
     assert_eq!(complaints_of(rule, "layers/projected_model.rs", "use wgpu::Device;"), 1);
     assert_eq!(complaints_of(rule, "cli/mod.rs", "fn f() { image::open(p); }"), 1);
-    assert_eq!(complaints_of(rule, "recipe/x.rs", "use zip;"), 1);
+    assert_eq!(complaints_of(rule, "stacks/x.rs", "use zip;"), 1);
     assert_eq!(complaints_of(rule, "gpu/device.rs", "use wgpu::Device;"), 0);
     assert_eq!(
-        complaints_of(rule, "recipe/x.rs", "use quadratura_io::image::Image; let zip = 1; a.zip(b);"),
+        complaints_of(rule, "stacks/x.rs", "use quadratura_io::image::Image; let zip = 1; a.zip(b);"),
         0
     );
     let manifest = "[dependencies]\nwgpu.workspace = true\n\n[dev-dependencies]\nimage.workspace = true\n";
-    assert_eq!(dependencies_out_of_place("recipe", manifest).len(), 1);
+    assert_eq!(dependencies_out_of_place("stacks", manifest).len(), 1);
     assert_eq!(dependencies_out_of_place("gpu", manifest).len(), 0);
 }
 

@@ -1,6 +1,6 @@
 //! Capitals drawn with a pen: each letter is a few straight strokes on a grid of 4 x 6.
 
-use quadratura::testing::recipe::exploded::premultiplied::{Ink, PremultipliedPicture};
+use quadratura::testing::editing::exploded::premultiplied::{Ink, PremultipliedPicture};
 
 /// Strokes are separated by spaces; a stroke is a chain of points, each a column 0..4 and a row 0..6.
 const LETTERS: &[(char, &str)] = &[

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 
 use quadratura::stack::StackStore;
 use quadratura::task::Task;
-use quadratura::testing::recipe::exploded::premultiplied::PremultipliedPicture;
-use quadratura::testing::recipe::exploded::{draw, read_layers};
+use quadratura::testing::editing::exploded::premultiplied::PremultipliedPicture;
+use quadratura::testing::editing::exploded::{draw, read_layers};
 
 type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 

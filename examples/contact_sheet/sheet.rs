@@ -1,7 +1,7 @@
 //! The contact sheet: every image layer on a chequered ground, nearest first, row by row.
 
-use quadratura::testing::recipe::exploded::LayerPicture as Layer;
-use quadratura::testing::recipe::exploded::premultiplied::{Ink, PremultipliedPicture};
+use quadratura::testing::editing::exploded::LayerPicture as Layer;
+use quadratura::testing::editing::exploded::premultiplied::{Ink, PremultipliedPicture};
 
 use super::lettering;
 

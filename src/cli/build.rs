@@ -18,10 +18,10 @@ use quadratura_gpu::{Gpu, GpuRasteriser};
 use quadratura_io::project::write_project;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::Options;
-use quadratura_recipe::build::{BuildOptions, Built, build};
-use quadratura_recipe::decide::stale;
-use quadratura_recipe::open::open_site;
-use quadratura_recipe::preview;
+use quadratura_sites::open::open_site;
+use quadratura_stacks::build::{BuildOptions, Built, build};
+use quadratura_stacks::decide::stale;
+use quadratura_views::preview;
 
 /// Runs `build`: builds the stacks of the chosen photos and, unless told otherwise, what previews need. A photo
 /// that fails becomes a problem.

@@ -21,14 +21,14 @@ use quadratura_base::task::Task;
 use quadratura_files::writable::check_folder;
 use quadratura_gpu::{Gpu, GpuRasteriser};
 use quadratura_io::project::write_project;
-use quadratura_recipe::check::fix::realigned;
-use quadratura_recipe::check::mistake::{advice_without_fix, likely_mistakes};
-use quadratura_recipe::check::{
+use quadratura_sites::check::fix::realigned;
+use quadratura_sites::check::mistake::{advice_without_fix, likely_mistakes};
+use quadratura_sites::check::{
     AlignmentSuggestion, AlternativeTransform, CheckOptions, CheckReport, FaceReport, Names, ObjectDistances,
     Verdict, check_site,
 };
-use quadratura_recipe::open::{Opened, open_site};
-use quadratura_recipe::trees::list::{listed_species, species_problems};
+use quadratura_sites::open::{Opened, open_site};
+use quadratura_trees::list::{listed_species, species_problems};
 
 /// Number of names in a list; `--json` has more.
 const LISTED: usize = 6;

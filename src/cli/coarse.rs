@@ -2,7 +2,7 @@
 
 use super::table::{Table, counted};
 use super::words::command_for_project;
-use quadratura_recipe::fill::propagation::CoarsePaint;
+use quadratura_stacks::fill::propagation::CoarsePaint;
 
 /// Maximum number of rows; JSON has all.
 const MOST_ROWS: usize = 12;

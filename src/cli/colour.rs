@@ -17,12 +17,12 @@ use quadratura_document::colour::REST;
 use quadratura_document::{ColourDecisions, Project};
 use quadratura_io::project::write_project;
 use quadratura_projection::exposure::{ExposureRule, GroupSupport};
-use quadratura_recipe::colour::{
+use quadratura_sites::open::{Opened, OpeningProblems, open_site};
+use quadratura_views::colour::{
     ColourEdit, ColourReport, PhotoColour, colour_report, edited, estimate, keeping_found, known_report,
     lead_in_words, report_from_estimate,
 };
-use quadratura_recipe::open::{Opened, OpeningProblems, open_site};
-use quadratura_recipe::written_exposure::{CameraReport, WrittenExposure};
+use quadratura_views::written_exposure::{CameraReport, WrittenExposure};
 
 /// Runs `colour`: changes exposures as the arguments ask, and reports the exposures of all photos.
 pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {

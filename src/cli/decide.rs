@@ -20,11 +20,11 @@ use quadratura_io::project::write_project;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::Faces;
 use quadratura_layers::fill::options::matches_pattern;
-use quadratura_recipe::decide::{LayerEdit, decided, edited, faces_named, stale};
-use quadratura_recipe::impostors::{self, ImpostorEdit};
-use quadratura_recipe::named::index_of_photo;
-use quadratura_recipe::open::{Opened, open_site};
-use quadratura_recipe::see_through::{self, SeeThroughEdit};
+use quadratura_sites::impostors::{self, ImpostorEdit};
+use quadratura_sites::named::index_of_photo;
+use quadratura_sites::open::{Opened, open_site};
+use quadratura_sites::see_through::{self, SeeThroughEdit};
+use quadratura_stacks::decide::{LayerEdit, decided, edited, faces_named, stale};
 
 /// Runs `decide`: changes the decisions about layers as the arguments ask, and lists the decisions.
 pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {

@@ -8,8 +8,8 @@ use super::lock::read_to_make;
 use super::table::counted;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_recipe::fill::mattes::mattes;
-use quadratura_recipe::open::open_site;
+use quadratura_sites::open::open_site;
+use quadratura_stacks::fill::mattes::mattes;
 
 /// Runs `estimate`: makes what all photos share, where it is not known.
 pub fn run(args: &EstimateArgs, task: &Task) -> Result<Outcome> {

@@ -21,11 +21,11 @@ use quadratura_io::project::change_project;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::Rasteriser;
 use quadratura_layers::fill::FillOptions;
-use quadratura_recipe::fill::seen::propagation_in_words;
-use quadratura_recipe::fill::{FillRequest, FilledPhoto, check_options, fill, stale_fillings, tell};
-use quadratura_recipe::open::open_site;
-use quadratura_recipe::survey::{StackState, Survey};
-use quadratura_recipe::update::build_needed;
+use quadratura_sites::open::open_site;
+use quadratura_stacks::fill::seen::propagation_in_words;
+use quadratura_stacks::fill::{FillRequest, FilledPhoto, check_options, fill, stale_fillings, tell};
+use quadratura_stacks::survey::{StackState, Survey};
+use quadratura_stacks::update::build_needed;
 
 /// Runs `fill`: builds the stacks of the chosen photos that need it, and fills their hidden parts. A photo that fails
 /// becomes a problem.

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::bytes::readable_bytes;
 use super::table::Table;
 use quadratura_document::Stack;
-use quadratura_recipe::fill::FillShares;
+use quadratura_stacks::fill::FillShares;
 
 const HEADINGS: [&str; 10] = [
     "photo",

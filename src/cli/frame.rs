@@ -12,8 +12,8 @@ use quadratura_base::task::Task;
 use quadratura_document::SiteFrame;
 use quadratura_document::frame::FramePart;
 use quadratura_io::project::write_project;
-use quadratura_recipe::frame::{FrameReport, changed, report};
-use quadratura_recipe::open::open_site;
+use quadratura_sites::open::open_site;
+use quadratura_views::frame::{FrameReport, changed, report};
 
 /// Runs `frame`: changes the site's frame as the arguments ask, and shows it.
 pub fn run(args: &FrameArgs, task: &Task) -> Result<Outcome> {

@@ -14,16 +14,16 @@ use super::words::{command_for_project, error_text};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_document::paint::PaintImport;
+use quadratura_editing::import::elsewhere::PaintElsewhere;
+use quadratura_editing::import::report::{FileReport, LayerImportReport, LayerState};
+use quadratura_editing::import::{ImportOptions, Imported, history, import_once, take_back_one};
+use quadratura_editing::watch::{WatchOptions, project_lock, watch};
 use quadratura_io::documents::documents;
 use quadratura_io::project::{below, read_project};
 use quadratura_layers::fill::{FillOptions, Propagation};
-use quadratura_recipe::fill::propagation::{CoarsePaint, coarse_paint};
-use quadratura_recipe::fill::seen::propagation_in_words;
-use quadratura_recipe::import::elsewhere::PaintElsewhere;
-use quadratura_recipe::import::report::{FileReport, LayerImportReport, LayerState};
-use quadratura_recipe::import::{ImportOptions, Imported, history, import_once, take_back_one};
-use quadratura_recipe::open::open;
-use quadratura_recipe::watch::{WatchOptions, project_lock, watch};
+use quadratura_sites::open::open;
+use quadratura_stacks::fill::propagation::{CoarsePaint, coarse_paint};
+use quadratura_stacks::fill::seen::propagation_in_words;
 
 /// Runs `import`: reads edited files as paint, lists the imports of the past, or undoes one of them.
 pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {

@@ -26,15 +26,15 @@ use quadratura_base::task::Task;
 use quadratura_document::{Project, Stack};
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::colour::{ColourReport, known_report};
-use quadratura_recipe::decide::{stale as stale_decisions, state_of_face};
-use quadratura_recipe::fill::seen::{SeenReport, exceptions_in_words, propagation_in_words};
-use quadratura_recipe::fill::{FillInputs, FillState};
-use quadratura_recipe::impostors::RefusedImpostors;
-use quadratura_recipe::objects::listed_object;
-use quadratura_recipe::open::{Opened, OpeningProblems, open};
-use quadratura_recipe::survey::{StackState, Survey, face_named};
-use quadratura_recipe::untextured::{FaceInStack, face_in_stack};
+use quadratura_sites::impostors::RefusedImpostors;
+use quadratura_sites::objects::listed_object;
+use quadratura_sites::open::{Opened, OpeningProblems, open};
+use quadratura_stacks::decide::{stale as stale_decisions, state_of_face};
+use quadratura_stacks::fill::seen::{SeenReport, exceptions_in_words, propagation_in_words};
+use quadratura_stacks::fill::{FillInputs, FillState};
+use quadratura_stacks::survey::{StackState, Survey, face_named};
+use quadratura_stacks::untextured::{FaceInStack, face_in_stack};
+use quadratura_views::colour::{ColourReport, known_report};
 
 /// The state of photos whose file or mask cannot be used.
 const LEFT_OUT: &str = "left out";

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::table::Table;
 use quadratura_document::Stack;
 use quadratura_layers::Options;
-use quadratura_recipe::layer_report::{LayerReport, SMALL_PX};
+use quadratura_stacks::layer_report::{LayerReport, SMALL_PX};
 
 const HEADINGS: [&str; 6] =
     ["image layers of", "layers", "parts per object", "median visible", "small", "barely visible faces"];

@@ -15,14 +15,14 @@ use quadratura_files::writable::check_folder;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::project::write_project;
 use quadratura_io::recovery::read_unsaved;
-use quadratura_recipe::budget::default_memory;
-use quadratura_recipe::masks::beside::{FoundMask, MasksBeside, UnreadMask, mask_of_file, masks_beside};
-use quadratura_recipe::masks::object::{ObjectMasks, from_object};
-use quadratura_recipe::masks::suggest::{
+use quadratura_sites::budget::default_memory;
+use quadratura_sites::masks::beside::{FoundMask, MasksBeside, UnreadMask, mask_of_file, masks_beside};
+use quadratura_sites::masks::{MaskEdit, attach, cleared, edited, tidy};
+use quadratura_sites::open::{Opened, open_site, whole_model};
+use quadratura_stacks::masks::object::{ObjectMasks, from_object};
+use quadratura_stacks::masks::suggest::{
     MARGIN_PX, MaskSuggestion, Suggestions, UNSEEN, accepted, suggest, suggestion_folder, suggestions,
 };
-use quadratura_recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
-use quadratura_recipe::open::{Opened, open_site, whole_model};
 
 /// Runs `mask`: changes masks of transient objects as the arguments ask, and lists the masks.
 pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {

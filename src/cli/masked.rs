@@ -6,7 +6,7 @@ use super::table::Table;
 use quadratura_base::error::Result;
 use quadratura_base::scene::Site;
 use quadratura_document::Project;
-use quadratura_recipe::masks::list::{MaskedPhoto, masked_photos};
+use quadratura_sites::masks::list::{MaskedPhoto, masked_photos};
 
 /// The masks of a project and its removed objects.
 pub struct MaskReport {

@@ -14,10 +14,10 @@ use quadratura_base::scene::{Object, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_layers::matte::{Matte, MatteShares};
-use quadratura_recipe::fill::mattes::{SiteMattes, mattes};
-use quadratura_recipe::fill::photos_to_fill;
-use quadratura_recipe::named::objects_named;
-use quadratura_recipe::open::open_site;
+use quadratura_sites::named::objects_named;
+use quadratura_sites::open::open_site;
+use quadratura_stacks::fill::mattes::{SiteMattes, mattes};
+use quadratura_stacks::fill::photos_to_fill;
 
 /// The number of photos that are named; of more their number is told.
 const LISTED: usize = 4;

@@ -6,7 +6,7 @@ use super::table::Table;
 use super::words::command_for_project;
 use quadratura_base::scene::{PhotoId, Site};
 use quadratura_document::{Project, Stack};
-use quadratura_recipe::decide::{MergeableLayer, mergeable};
+use quadratura_stacks::decide::{MergeableLayer, mergeable};
 
 /// Maximum number of partners in a row; JSON has all.
 const MOST_PARTNERS: usize = 4;

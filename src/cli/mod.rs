@@ -1,7 +1,7 @@
 //! The command line: parses arguments, runs a command and prints its result.
 //!
 //! [`run`] parses the arguments ([`args`]), sets up what all commands share ([`reporter`], threads, Ctrl-C)
-//! and calls the file of the command, which calls a recipe and turns its result into an `Outcome`: text for
+//! and calls the file of the command, which calls a task and turns its result into an `Outcome`: text for
 //! people, JSON for programs. Results go to standard output, everything else to standard error.
 
 use std::ffi::OsString;

@@ -11,7 +11,7 @@ use super::words::{as_typed, error_text, worded};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_import::cameras::CameraOptions;
-use quadratura_recipe::suggest::{ObjectFigures, SuggestFor, SuggestedModel, write_suggestion};
+use quadratura_sites::suggest::{ObjectFigures, SuggestFor, SuggestedModel, write_suggestion};
 
 /// The name of the file that is written where none is asked for.
 const NAME: &str = "suggested.obj";

@@ -13,9 +13,9 @@ use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_import::cameras::{CameraOptions, Reprojection};
 use quadratura_layers::Options;
-use quadratura_recipe::create::{NewProject, create_project};
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::sample::{create_sample, project_of_sample};
+use quadratura_sites::create::{NewProject, create_project};
+use quadratura_sites::open::Opened;
+use quadratura_sites::sample::{create_sample, project_of_sample};
 
 /// Runs `new`: creates a project from photos, cameras and a model, and summarises it.
 pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {

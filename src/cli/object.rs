@@ -12,8 +12,8 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_io::project::write_project;
 use quadratura_layers::fill::options::matches_pattern;
-use quadratura_recipe::objects::{ListedObject, ObjectEdit, edited, listed, masks_of};
-use quadratura_recipe::open::{refused_impostors, whole_model};
+use quadratura_sites::objects::{ListedObject, ObjectEdit, edited, listed, masks_of};
+use quadratura_sites::open::{refused_impostors, whole_model};
 
 /// Runs `object`: switches objects of the model on or off as the arguments ask, and lists the objects.
 pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {

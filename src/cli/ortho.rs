@@ -10,11 +10,11 @@ use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_gpu::Gpu;
 use quadratura_io::stack_readers::StackReader;
-use quadratura_recipe::colour::usual_exposure;
-use quadratura_recipe::open::open;
-use quadratura_recipe::ortho::{OrthoOptions, OrthoReport, make, planned};
-use quadratura_recipe::preview;
+use quadratura_sites::open::open;
 use quadratura_view::DisplayMode;
+use quadratura_views::colour::usual_exposure;
+use quadratura_views::ortho::{OrthoOptions, OrthoReport, make, planned};
+use quadratura_views::preview;
 
 /// Runs `ortho`: draws an orthographic picture to scale and writes it.
 pub fn run(args: &OrthoArgs, task: &Task) -> Result<Outcome> {

@@ -6,7 +6,7 @@ use super::table::counted;
 use quadratura_base::error::Result;
 use quadratura_base::scene::Site;
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::paint::lost::{LostPaint, PaintSurvey, survey_paint};
+use quadratura_stacks::paint::lost::{LostPaint, PaintSurvey, survey_paint};
 
 /// The paint of a project.
 pub struct PaintReport(PaintSurvey);

@@ -3,7 +3,7 @@
 use super::bytes::readable_bytes;
 use super::table::Table;
 use quadratura_document::Stack;
-use quadratura_recipe::fill::FillShares;
+use quadratura_stacks::fill::FillShares;
 
 /// The headings of [`filling_cells`].
 pub const FILLING_HEADINGS: [&str; 4] = ["hidden", "from photos", "from paint of others", "inpainted"];

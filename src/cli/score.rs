@@ -12,18 +12,18 @@ use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_folder;
 use quadratura_gpu::Gpu;
-use quadratura_recipe::check::unexplained::{Unexplained, unexplained};
-use quadratura_recipe::ldi::StackLdiOptions;
-use quadratura_recipe::ldi::viewer::Viewer;
-use quadratura_recipe::open::open;
-use quadratura_recipe::preview;
-use quadratura_recipe::render::Appearance;
-use quadratura_recipe::score::{
-    MeanScore, ObjectScore, PredictionTarget, ScoreOptions, ScoreReport, held_out, leave_one_out, score,
-};
-use quadratura_recipe::views::Size;
+use quadratura_images::StackLdiOptions;
+use quadratura_images::viewer::Viewer;
+use quadratura_sites::check::unexplained::{Unexplained, unexplained};
+use quadratura_sites::open::open;
+use quadratura_sites::views::Size;
 use quadratura_view::metrics::ImageMetrics;
 use quadratura_view::{DisplayMode, Exposure};
+use quadratura_views::preview;
+use quadratura_views::render::Appearance;
+use quadratura_views::score::{
+    MeanScore, ObjectScore, PredictionTarget, ScoreOptions, ScoreReport, held_out, leave_one_out, score,
+};
 
 /// The default scale: half the photo's size, which reduces the effect of camera noise.
 const USUAL_SCALE: f64 = 0.5;
@@ -136,7 +136,7 @@ fn photos(report: &ScoreReport) -> String {
         table.row([view.photo.clone(), percent(view.coverage)].into_iter().chain(covered).chain(with_holes));
     }
     if let Some(MeanScore { views, coverage, covered, with_holes }) = report.mean {
-        let means = |m: &quadratura_recipe::score::MeanMetrics| (m.psnr, m.psnr_fitted, m.ssim);
+        let means = |m: &quadratura_views::score::MeanMetrics| (m.psnr, m.psnr_fitted, m.ssim);
         let (covered, with_holes) = (figures(covered.as_ref().map(means)), figures(Some(means(&with_holes))));
         let name = format!("mean of {views}");
         table.row([name, percent(coverage)].into_iter().chain(covered).chain(with_holes));

@@ -14,12 +14,12 @@ use quadratura_document::paint::PaintBook;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::project::change_project;
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::decide::faces_named;
-use quadratura_recipe::fill::seen::{
+use quadratura_sites::named::index_of_photo;
+use quadratura_sites::open::open_site;
+use quadratura_stacks::decide::faces_named;
+use quadratura_stacks::fill::seen::{
     EditedPaint, Seen, SeenEdit, SeenReport, edited, exceptions_in_words, propagation_in_words,
 };
-use quadratura_recipe::named::index_of_photo;
-use quadratura_recipe::open::open_site;
 
 /// Runs `paint`: changes where paint is seen as the arguments ask, and lists the paint with that.
 pub fn run(args: &PaintArgs, task: &Task) -> Result<Outcome> {

@@ -10,8 +10,8 @@ use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_files::lease::Holder;
 use quadratura_io::failures::Failure;
-use quadratura_recipe::open::open;
-use quadratura_recipe::status::{PhotoStatus, ProjectStatus, status};
+use quadratura_sites::open::open;
+use quadratura_stacks::status::{PhotoStatus, ProjectStatus, status};
 
 /// Runs `status`: shows what is done, what is worked on and where, and what failed.
 pub fn run(args: &StatusArgs, task: &Task) -> Result<Outcome> {

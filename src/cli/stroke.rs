@@ -11,11 +11,11 @@ use super::table::{Table, counted};
 use super::words::command_for_project;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
+use quadratura_editing::stroke::{StrokeOptions, StrokeReport, apply};
 use quadratura_io::stroke_file::read_stroke;
-use quadratura_recipe::colour::usual_exposure;
-use quadratura_recipe::open::open_site;
-use quadratura_recipe::render::Appearance;
-use quadratura_recipe::stroke::{StrokeOptions, StrokeReport, apply};
+use quadratura_sites::open::open_site;
+use quadratura_views::colour::usual_exposure;
+use quadratura_views::render::Appearance;
 
 /// Runs `stroke`.
 pub fn run(args: &StrokeArgs, task: &Task) -> Result<Outcome> {

@@ -10,9 +10,9 @@ use super::words::{command_for_project, error_text};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_io::project::write_project;
-use quadratura_recipe::dome_picture::chosen_picture;
-use quadratura_recipe::dome_report::{DomeExport, DomeReport, check_target, dome_report};
-use quadratura_recipe::open::open_site;
+use quadratura_sites::dome_picture::chosen_picture;
+use quadratura_sites::open::open_site;
+use quadratura_stacks::dome_report::{DomeExport, DomeReport, check_target, dome_report};
 
 /// Runs `surroundings`: sets or removes the user's picture, exports the dome, and reports what is known.
 pub fn run(args: &SurroundingsArgs, task: &Task) -> Result<Outcome> {

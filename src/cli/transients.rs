@@ -6,7 +6,7 @@ use quadratura_base::error::{Remedy, Result};
 use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
-use quadratura_recipe::masks::suggest::{LargeFindings, photos_with_large};
+use quadratura_stacks::masks::suggest::{LargeFindings, photos_with_large};
 
 /// Notes which of these photos, which have stacks that are up to date, show something large that other photos do not, and over which
 /// of them other light lies.

@@ -1,7 +1,7 @@
 //! What the commands say about sparse points that no face explains.
 
 use super::words::command_for_project;
-use quadratura_recipe::check::unexplained::{Miss, Unexplained};
+use quadratura_sites::check::unexplained::{Miss, Unexplained};
 
 /// The number of photos that are named.
 const LISTED: usize = 3;

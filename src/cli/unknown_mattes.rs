@@ -9,8 +9,8 @@ use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::fill::unknown_matte_pixels;
-use quadratura_recipe::paint::PhotoPaint;
+use quadratura_stacks::fill::unknown_matte_pixels;
+use quadratura_stacks::paint::PhotoPaint;
 
 /// The pixels of see-through surfaces in the fillings of photos.
 #[derive(Default)]

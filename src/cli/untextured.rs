@@ -8,7 +8,7 @@ use super::table::{Table, counted};
 use quadratura_base::scene::FaceIndex;
 use quadratura_document::stack::{self, UntexturedReason};
 use quadratura_document::{PhotoDecisions, Stack};
-use quadratura_recipe::untextured::untextured;
+use quadratura_stacks::untextured::untextured;
 
 /// Maximum number of faces in the list for people; JSON has all of them.
 const MOST_FACES: usize = 40;

@@ -15,11 +15,11 @@ use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::check::unexplained::{Unexplained, unexplained};
-use quadratura_recipe::fill::FillShares;
-use quadratura_recipe::fill::propagation::CoarsePaint;
-use quadratura_recipe::turns::UpdateSource;
-use quadratura_recipe::update::{ProjectOnDisk, UpdateEnd, UpdateRequest, UpdatedPhoto, update};
+use quadratura_sites::check::unexplained::{Unexplained, unexplained};
+use quadratura_stacks::fill::FillShares;
+use quadratura_stacks::fill::propagation::CoarsePaint;
+use quadratura_stacks::turns::UpdateSource;
+use quadratura_stacks::update::{ProjectOnDisk, UpdateEnd, UpdateRequest, UpdatedPhoto, update};
 
 /// Runs `update`: builds and fills the chosen photos that need it. A photo that fails becomes a problem.
 pub fn run(args: &UpdateArgs, task: &Task) -> Result<Outcome> {

@@ -8,17 +8,17 @@ use super::args::{AsArgs, FramesArg, PICTURE_FORMATS, PictureArgs, one_of, whole
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{PhotoId, Site};
 use quadratura_document::Project;
+use quadratura_images::StackLdiOptions;
 use quadratura_import::cameras::accepted;
 use quadratura_projection::Storage;
-use quadratura_recipe::colour::reference;
-use quadratura_recipe::ldi::StackLdiOptions;
-use quadratura_recipe::named::index_of_photo;
-use quadratura_recipe::preview::PreviewOptions;
-use quadratura_recipe::render::{Appearance, PictureFormat};
-use quadratura_recipe::trees::PlantParts;
-use quadratura_recipe::views::{Size, ViewSource};
+use quadratura_sites::named::index_of_photo;
+use quadratura_sites::views::{Size, ViewSource};
+use quadratura_trees::PlantParts;
 use quadratura_view::hidden::HiddenFaces;
 use quadratura_view::{Blend, DisplayMode, Exposure, Mode, Quality, TreeMethod, Unseen};
+use quadratura_views::colour::reference;
+use quadratura_views::preview::PreviewOptions;
+use quadratura_views::render::{Appearance, PictureFormat};
 
 /// The value of `--cameras` that stands for the project's photos.
 pub const PHOTOS: &str = "photos";

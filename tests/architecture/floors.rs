@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::source::Source;
 
 /// The rooms that have such a table.
-pub const ROOMS_WITH_FLOORS: &[&str] = &["base", "projection", "foliage", "gpu"];
+pub const ROOMS_WITH_FLOORS: &[&str] =
+    &["base", "projection", "foliage", "gpu", "sites", "stacks", "views", "editing"];
 
 /// The floors of a room.
 pub struct Floors {

@@ -9,8 +9,8 @@ use quadratura::task::Task;
 use quadratura::testing::gpu::{Gpu, GpuRasteriser};
 use quadratura::testing::import::cameras::read_cameras;
 use quadratura::testing::import::models::read_model;
-use quadratura::testing::recipe::photos::import_photos;
 use quadratura::testing::scene::Site;
+use quadratura::testing::sites::photos::import_photos;
 
 #[allow(unused_imports)]
 pub use left_out::{castle, chromium};

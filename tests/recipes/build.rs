@@ -10,11 +10,11 @@ use quadratura::task::Task;
 use quadratura::testing::document::{Decisions, Stack};
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::{BoxShape, Method, Options, SoftwareRasteriser};
-use quadratura::testing::recipe::build::{BuildOptions, Built, build};
 use quadratura::testing::scene::synthetic::{
     Modeller, Rng, Scene, Truth, camera_is_world, centred, closed_form, random,
 };
 use quadratura::testing::scene::{Photo, Site};
+use quadratura::testing::stacks::build::{BuildOptions, Built, build};
 
 /// A photo of one colour a pixel, RGBA: noise, so that any pixel from elsewhere is noticed. With
 /// `holes`, some pixels are not valid.

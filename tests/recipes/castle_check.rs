@@ -6,9 +6,9 @@ use quadratura::testing::geometry::{Similarity, axes};
 use quadratura::testing::import::cameras::read_cameras;
 use quadratura::testing::import::models::read_model;
 use quadratura::testing::layers::SoftwareRasteriser;
-use quadratura::testing::recipe::check::alignment::best_alignments;
-use quadratura::testing::recipe::check::{CheckOptions, SearchOutcome, Verdict, check_site};
 use quadratura::testing::scene::{Photo, Site, SparsePoint};
+use quadratura::testing::sites::check::alignment::best_alignments;
+use quadratura::testing::sites::check::{CheckOptions, SearchOutcome, Verdict, check_site};
 
 fn castle() -> Option<(Site, Vec<SparsePoint>)> {
     let folder = common::castle()?;

@@ -10,13 +10,13 @@ use quadratura::task::Task;
 use quadratura::testing::document::decisions::LayerNaming;
 use quadratura::testing::document::export_record::{ExportFormat, HelperRole};
 use quadratura::testing::document::{Decisions, Stack};
+use quadratura::testing::editing::export::{ExportOptions, ExportReport, Exported, StackContent, export};
 use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::import::photo::read_photo;
 use quadratura::testing::io::exports::ExportStore;
 use quadratura::testing::io::layered::{Depth, EditedLayer, Raster, composite, read_layered};
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Faces;
-use quadratura::testing::recipe::export::{ExportOptions, ExportReport, Exported, StackContent, export};
 use quadratura::testing::scene::{Photo, Samples};
 
 struct Project {

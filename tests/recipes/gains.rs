@@ -11,9 +11,9 @@ use quadratura::task::{Event, Task};
 use quadratura::testing::document::{ColourDecisions, Stack};
 use quadratura::testing::projection::exposure::{Estimate, RayVisibility, Shares, Visibility};
 use quadratura::testing::projection::{Gains, Projector};
-use quadratura::testing::recipe::gains::{estimate_of_photos, photo_gains};
 use quadratura::testing::scene::light::{linear_of_srgb, srgb_from_linear};
 use quadratura::testing::scene::{Photo, PhotoId, Site};
+use quadratura::testing::stacks::gains::{estimate_of_photos, photo_gains};
 
 const MEMORY: u64 = 1 << 30;
 

@@ -8,11 +8,11 @@ use std::process::Command;
 use crate::common;
 use glam::{DMat3, DVec3};
 use quadratura::testing::geometry::{Pinhole, Pose};
+use quadratura::testing::images::export::{MeshOptions, export_page};
 use quadratura::testing::ldi::levels::pyramid;
 use quadratura::testing::ldi::{
     DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, ResolutionLevel, Splat, WarpOptions, warp,
 };
-use quadratura::testing::recipe::ldi::export::{MeshOptions, export_page};
 
 const SIZE: [u32; 2] = [640, 480];
 

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use crate::common;
 use quadratura::task::Task;
-use quadratura::testing::recipe::page::{PageOptions, Published, leaving, publish};
-use quadratura::testing::recipe::tiny_site::tiny_stacks;
+use quadratura::testing::exports::page::{PageOptions, Published, leaving, publish};
 use quadratura::testing::scene::Photo;
+use quadratura::testing::stacks::tiny_site::tiny_stacks;
 
 /// The files of a page by their paths.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {

@@ -14,15 +14,15 @@ use quadratura::testing::layers::agreement::PhotoEvidence;
 use quadratura::testing::projection::framing::scaled;
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::{Gains, Renders};
-use quadratura::testing::recipe::agreement::{AgreementInputs, SiteAgreement};
-use quadratura::testing::recipe::build::{BuildOptions, build};
-use quadratura::testing::recipe::create::{NewProject, create_project};
-use quadratura::testing::recipe::masks::MaskEdit;
-use quadratura::testing::recipe::masks::suggest::{MARGIN_PX, Suggestions, accepted, suggest, suggestions};
-use quadratura::testing::recipe::open::Opened;
-use quadratura::testing::recipe::preview::{self, PreviewOptions};
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::sites::create::{NewProject, create_project};
+use quadratura::testing::sites::masks::MaskEdit;
+use quadratura::testing::sites::open::Opened;
+use quadratura::testing::stacks::agreement::{AgreementInputs, SiteAgreement};
+use quadratura::testing::stacks::build::{BuildOptions, build};
+use quadratura::testing::stacks::masks::suggest::{MARGIN_PX, Suggestions, accepted, suggest, suggestions};
 use quadratura::testing::view::{Picture, Shot};
+use quadratura::testing::views::preview::{self, PreviewOptions};
 
 /// Photo, where the feet are in its pixels, height in pixels, coat.
 const PEOPLE: [(&str, [i32; 2], i32, [u8; 3]); 3] = [

@@ -3,14 +3,14 @@
 use quadratura::task::Task;
 use quadratura::testing::document::Project;
 use quadratura::testing::document::paint::PaintBook;
+use quadratura::testing::editing::import::take_back;
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::layers::Faces;
 use quadratura::testing::projection::Renders;
-use quadratura::testing::recipe::import::take_back;
-use quadratura::testing::recipe::open::{Opened, open};
-use quadratura::testing::recipe::preview::{self, Preview, PreviewOptions};
+use quadratura::testing::sites::open::{Opened, open};
 use quadratura::testing::view::{Picture, Shot};
+use quadratura::testing::views::preview::{self, Preview, PreviewOptions};
 
 use super::paper::Paper;
 use super::site::Site;

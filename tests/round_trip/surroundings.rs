@@ -10,8 +10,8 @@ use quadratura::testing::io::layered::{Raster, read_layered};
 use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::projection::Gains;
-use quadratura::testing::recipe::open::open;
-use quadratura::testing::recipe::surroundings::SiteSurroundings;
+use quadratura::testing::sites::open::open;
+use quadratura::testing::stacks::surroundings::SiteSurroundings;
 
 use super::paper::{Colour, Paper};
 use super::site::Site;

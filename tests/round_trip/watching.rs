@@ -5,8 +5,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use quadratura::task::Task;
-use quadratura::testing::recipe::import::{ImportOptions, Imported, LayerCache, history, import, take_back};
-use quadratura::testing::recipe::watch::{WatchOptions, watch};
+use quadratura::testing::editing::import::{ImportOptions, Imported, LayerCache, history, import, take_back};
+use quadratura::testing::editing::watch::{WatchOptions, watch};
 use serde_json::Value;
 
 use super::paper::Paper;

@@ -12,7 +12,7 @@ use image::imageops::FilterType;
 use quadratura::task::Task;
 use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
-use quadratura::testing::recipe::create::{NewProject, create_project};
+use quadratura::testing::sites::create::{NewProject, create_project};
 use tempfile::TempDir;
 
 /// A guard against waiting for ever, far beyond what any step takes.

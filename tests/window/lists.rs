@@ -23,9 +23,9 @@ use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::LayerIndex;
 use quadratura::testing::layers::fill::{FillOptions, Invent, Propagation};
-use quadratura::testing::recipe::fill::viewpoints::Viewpoints;
-use quadratura::testing::recipe::layer_table::{LayerColumn, sorted};
 use quadratura::testing::scene::{FaceIndex, PhotoId};
+use quadratura::testing::stacks::fill::viewpoints::Viewpoints;
+use quadratura::testing::stacks::layer_table::{LayerColumn, sorted};
 
 /// A project of the first photos of the piazza.
 fn project(folder: &Path, photos: usize) -> PathBuf {

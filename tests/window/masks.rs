@@ -19,8 +19,8 @@ use quadratura::testing::geometry::{PixelRect, Spans};
 use quadratura::testing::io::mask_file::mask_png;
 use quadratura::testing::io::mask_store::MaskStore;
 use quadratura::testing::io::project::read_project;
-use quadratura::testing::recipe::masks::suggest::{MaskSuggestion, Suggestions, suggestion_folder};
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::stacks::masks::suggest::{MaskSuggestion, Suggestions, suggestion_folder};
 
 /// Of the piazza's photos that are drawn on, in pixels.
 const SIZE: [f32; 2] = [2160.0, 1440.0];

@@ -5,8 +5,8 @@ use std::fs;
 use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
-use quadratura::testing::recipe::measure::{PointOnFace, pixel_at};
 use quadratura::testing::scene::FaceId;
+use quadratura::testing::views::measure::{PointOnFace, pixel_at};
 
 use crate::common;
 use crate::harness::{appears, built_photos, first_photos, is_there, opened, press, wait};

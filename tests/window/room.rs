@@ -271,7 +271,7 @@ fn even_colour_shows_the_photo_in_the_exposure_it_is_blended_with() {
     assert_eq!(harness.state().even_factors(PhotoId(0)), None, "nobody has asked for it");
     command(&mut harness, "Matched exposure");
     wait(&mut harness, "the exposures", |editor| editor.even_factors(PhotoId(0)).is_some());
-    let edit = quadratura::testing::recipe::colour::ColourEdit::Fix("01_church.jpg".into(), [1.0; 3]);
+    let edit = quadratura::testing::views::colour::ColourEdit::Fix("01_church.jpg".into(), [1.0; 3]);
     harness.state_mut().apply(QualityRequest::Colour { edits: vec![edit], goes_on: false });
     let factors = harness.state().even_factors(PhotoId(0)).unwrap();
     assert!(

@@ -17,12 +17,12 @@ use quadratura::testing::app::view_pixel::ViewPixel;
 use quadratura::testing::document::trees::{PlantSource, TreeSpecies};
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::projection::Renders;
-use quadratura::testing::recipe::colour::ColourEdit;
-use quadratura::testing::recipe::open::open;
-use quadratura::testing::recipe::preview::{self, PreviewOptions};
-use quadratura::testing::recipe::render::Appearance;
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::sites::open::open;
 use quadratura::testing::view::{DisplayMode, Quality, Shot};
+use quadratura::testing::views::colour::ColourEdit;
+use quadratura::testing::views::preview::{self, PreviewOptions};
+use quadratura::testing::views::render::Appearance;
 
 use crate::common;
 use crate::harness::{appears, built_photos, opened, wait};

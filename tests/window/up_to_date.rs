@@ -17,9 +17,9 @@ use quadratura::testing::app::request::{JobRequest, ProjectRequest};
 use quadratura::testing::document::export_record::ExportFormat;
 use quadratura::testing::document::{PhotoDecisions, Project, Stack};
 use quadratura::testing::io::stack_store::StackStore;
-use quadratura::testing::recipe::fill::stale_fillings;
-use quadratura::testing::recipe::open::open;
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::sites::open::open;
+use quadratura::testing::stacks::fill::stale_fillings;
 
 const CHURCH: &str = "01_church.jpg";
 /// A colour that no stone of the piazza has.

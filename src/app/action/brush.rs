@@ -7,7 +7,7 @@ use crate::state::running::JobKind;
 use crate::state::space::brush::DrawnStroke;
 use crate::work::Work;
 use quadratura_document::stroke::Stroke;
-use quadratura_recipe::stroke::{StrokeOptions, apply};
+use quadratura_editing::stroke::{StrokeOptions, apply};
 
 /// Starts the first stroke that waits, unless paint is being changed.
 pub fn paint_strokes(state: &mut State, work: &mut Work) {

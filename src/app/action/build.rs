@@ -40,12 +40,12 @@ use quadratura_base::task::Task;
 use quadratura_document::paint::PaintBook;
 use quadratura_gpu::{Gpu, GpuRasteriser};
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::budget::default_memory;
-use quadratura_recipe::build::{BuildOptions, build};
-use quadratura_recipe::fill::{FillRequest, fill};
-use quadratura_recipe::preview::{self, PreviewOptions, ReadStacks};
-use quadratura_recipe::site_stamp::SiteStamp;
-use quadratura_recipe::trees::PlantParts;
+use quadratura_sites::budget::default_memory;
+use quadratura_sites::site_stamp::SiteStamp;
+use quadratura_stacks::build::{BuildOptions, build};
+use quadratura_stacks::fill::{FillRequest, fill};
+use quadratura_trees::PlantParts;
+use quadratura_views::preview::{self, PreviewOptions, ReadStacks};
 
 impl State {
     /// Applies new photo states. Where their stacks are the ones that are shown, only the states change.

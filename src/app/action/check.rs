@@ -12,9 +12,9 @@ use crate::work::Work;
 use crate::work::jobs::arrival;
 use quadratura_base::scene::PhotoId;
 use quadratura_gpu::{Gpu, GpuRasteriser};
-use quadratura_recipe::check::fix::realigned;
-use quadratura_recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
-use quadratura_recipe::thumbnail::picture_of_file;
+use quadratura_sites::check::fix::realigned;
+use quadratura_sites::check::{CheckOptions, CheckReport, Verdict, check_site};
+use quadratura_sites::thumbnail::picture_of_file;
 
 /// The longer side of an overlay in the window, in pixels.
 const SHOWN_PX: u32 = 1600;
@@ -120,7 +120,7 @@ mod tests {
     use crate::state::checks::Mend;
     use crate::state::request::DecideRequest;
     use quadratura_base::geometry::Similarity;
-    use quadratura_recipe::check::{FaceReport, Names, PhotoReport};
+    use quadratura_sites::check::{FaceReport, Names, PhotoReport};
 
     fn photo(name: &str, faces: usize) -> PhotoReport {
         let (picture, problem) = (None, None);

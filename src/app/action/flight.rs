@@ -9,11 +9,11 @@ use crate::work::Work;
 use crate::work::jobs::arrival;
 use crate::work::painter::Painter;
 use quadratura_base::task::Task;
-use quadratura_recipe::render::{
+use quadratura_sites::views::RequestedView;
+use quadratura_view::{DisplayMode, Quality, Shot, Unseen};
+use quadratura_views::render::{
     Appearance, PictureFormat, RenderOptions, RenderReport, VideoOptions, render,
 };
-use quadratura_recipe::views::RequestedView;
-use quadratura_view::{DisplayMode, Quality, Shot, Unseen};
 
 /// Applies a request about bookmarks, the flight, pictures and videos.
 pub fn apply(state: &mut State, work: &mut Work, request: FlightRequest) {

@@ -10,7 +10,7 @@ use quadratura_base::scene::PhotoId;
 use quadratura_document::Project;
 use quadratura_document::history::Gesture;
 use quadratura_layers::{Faces, LayerIndex};
-use quadratura_recipe::decide::{self, LayerEdit, faces_of_layer};
+use quadratura_stacks::decide::{self, LayerEdit, faces_of_layer};
 
 /// The gesture of sliders and numbers in the options: each drag ends its own.
 const OPTIONS: Gesture = Gesture(0x0b_71_05);

@@ -15,12 +15,12 @@ use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_gpu::start_device;
-use quadratura_recipe::budget::default_memory;
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::ortho::{OrthoFormat, OrthoOptions, OrthoReport, make, planned, preview_picture};
-use quadratura_recipe::preview::{self, Preview, PreviewOptions};
-use quadratura_recipe::trees::PlantParts;
+use quadratura_sites::budget::default_memory;
+use quadratura_sites::open::Opened;
+use quadratura_trees::PlantParts;
 use quadratura_view::Picture;
+use quadratura_views::ortho::{OrthoFormat, OrthoOptions, OrthoReport, make, planned, preview_picture};
+use quadratura_views::preview::{self, Preview, PreviewOptions};
 
 /// Applies a request about orthophotos.
 pub fn apply(state: &mut State, work: &mut Work, request: OrthoRequest) {

@@ -13,8 +13,8 @@ use crate::work::Work;
 use crate::work::jobs::{Arrival, arrival};
 use quadratura_base::error::Error;
 use quadratura_document::Project;
-use quadratura_recipe::open::open_site;
-use quadratura_recipe::site_stamp::SiteStamp;
+use quadratura_sites::open::open_site;
+use quadratura_sites::site_stamp::SiteStamp;
 
 /// Reads the site again once other jobs have ended: what they bring belongs to the site as it is.
 pub fn reload(state: &mut State, work: &mut Work) {

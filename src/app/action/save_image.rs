@@ -16,13 +16,13 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_files::writable::check_beside;
 use quadratura_gpu::start_device;
-use quadratura_ldi::file::Packing;
-use quadratura_recipe::ldi::export::{MeshOptions, export_page};
-use quadratura_recipe::ldi::{
+use quadratura_images::export::{MeshOptions, export_page};
+use quadratura_images::{
     BuildCamera, BuildFrom, BuildRequest, Maker, SiteLdiOptions, StackLdiOptions, build_ldis,
 };
-use quadratura_recipe::preview::PreviewOptions;
-use quadratura_recipe::trees::PlantParts;
+use quadratura_ldi::file::Packing;
+use quadratura_trees::PlantParts;
+use quadratura_views::preview::PreviewOptions;
 
 /// The guard band of pages of the site: enough for all viewpoints that they go to.
 const PAGE_GUARD: f64 = 0.1;

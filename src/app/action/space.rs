@@ -14,8 +14,8 @@ use crate::work::Work;
 use quadratura_base::error::Error;
 use quadratura_document::Project;
 use quadratura_document::frame::Stated;
+use quadratura_editing::exploded::layer_textures::layer_thumbnails;
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::exploded::layer_textures::layer_thumbnails;
 
 /// The longer side of a photo's layer pictures, in pixels: seen from the side they are smaller than the window.
 const LONGEST_PX: u32 = 1024;

@@ -25,11 +25,11 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::trees::{PlacedTree, TreeLight, TreeSpecies, Trees};
 use quadratura_foliage::level_axes;
-use quadratura_recipe::trees::edit::{TreeChange, duplicated, placed, replaced};
-use quadratura_recipe::trees::light::{LightEstimate, estimated_light, is_needed};
-use quadratura_recipe::trees::list::species_figures;
-use quadratura_recipe::trees::paint::species_plant;
-use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees, species_images};
+use quadratura_trees::edit::{TreeChange, duplicated, placed, replaced};
+use quadratura_trees::light::{LightEstimate, estimated_light, is_needed};
+use quadratura_trees::list::species_figures;
+use quadratura_trees::paint::species_plant;
+use quadratura_trees::{PlantParts, SiteTrees, site_trees, species_images};
 
 /// The width of a crown whose plant is not known yet, as a share of the site's radius.
 const UNKNOWN_SHARE: f64 = 0.05;

@@ -21,10 +21,10 @@ use quadratura_document::Stack;
 use quadratura_gpu::{Gpu, GpuRasteriser};
 use quadratura_io::stack_store::StackStore;
 use quadratura_layers::Rasteriser;
-use quadratura_recipe::fill::projected::nearest_first;
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::turns::UpdateSource;
-use quadratura_recipe::update::{UpdateEnd, UpdateRequest, UpdatedPhoto, update};
+use quadratura_sites::open::Opened;
+use quadratura_stacks::fill::projected::nearest_first;
+use quadratura_stacks::turns::UpdateSource;
+use quadratura_stacks::update::{UpdateEnd, UpdateRequest, UpdatedPhoto, update};
 
 /// Publishes the project for updates, and starts or stops the update in the background.
 pub fn keep_up_to_date(state: &mut State, work: &mut Work) {

@@ -11,7 +11,7 @@ use crate::state::masking::tool::MaskTool;
 use crate::state::request::{Flag, MaskRequest, WindowRequest};
 use crate::state::running::JobKind;
 use quadratura_document::stroke::BrushMode;
-use quadratura_recipe::masks::MaskEdit;
+use quadratura_sites::masks::MaskEdit;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[

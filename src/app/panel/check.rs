@@ -17,8 +17,8 @@ use crate::state::session::Session;
 use crate::widget::dialog::escaped;
 use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
-use quadratura_recipe::check::mistake::{advice_without_fix, likely_mistakes};
-use quadratura_recipe::check::{AlignmentSuggestion, FaceReport, Names, PhotoReport, Verdict};
+use quadratura_sites::check::mistake::{advice_without_fix, likely_mistakes};
+use quadratura_sites::check::{AlignmentSuggestion, FaceReport, Names, PhotoReport, Verdict};
 use quadratura_view::Picture;
 
 /// The greatest height of an overlay, in points: the findings about faces below it stay visible.

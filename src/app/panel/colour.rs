@@ -15,7 +15,7 @@ use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::colour::REST;
 use quadratura_projection::exposure::ExposureRule;
-use quadratura_recipe::colour::{ColourEdit, ColourReport, PhotoColour, found_name, keeping_found};
+use quadratura_views::colour::{ColourEdit, ColourReport, PhotoColour, found_name, keeping_found};
 
 /// The range of sliders, in stops: photos of one site rarely differ more. Larger numbers can be typed.
 const STOPS: f64 = 3.0;

@@ -17,8 +17,8 @@ use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::Stack;
-use quadratura_recipe::decide::decided;
-use quadratura_recipe::layer_table::LayerFigures;
+use quadratura_stacks::decide::decided;
+use quadratura_stacks::layer_table::LayerFigures;
 
 /// Draws the inspector.
 pub fn inspector_ui(ui: &mut Ui, view: &InspectorView<'_>, requests: &mut Vec<Request>) {

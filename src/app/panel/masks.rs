@@ -12,8 +12,8 @@ use crate::state::masking::suggested::ShownSuggestion;
 use crate::state::request::{MaskRequest, Request, SelectRequest};
 use quadratura_base::scene::PhotoId;
 use quadratura_document::masks::Mask;
-use quadratura_recipe::masks::MaskEdit;
-use quadratura_recipe::masks::suggest::UNSEEN;
+use quadratura_sites::masks::MaskEdit;
+use quadratura_stacks::masks::suggest::UNSEEN;
 
 /// The largest margin around objects, in pixels, equal to the command line's.
 const MOST_MARGIN: u32 = 4096;

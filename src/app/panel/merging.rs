@@ -6,7 +6,7 @@ use super::{answers_ui, grouped, percent};
 use crate::state::lists::PendingMerge;
 use crate::state::request::{DecideRequest, Request};
 use crate::widget::dialog::{Dialog, Keys};
-use quadratura_recipe::decide::MergeCost;
+use quadratura_stacks::decide::MergeCost;
 
 /// The answer that confirms the merge.
 const MERGE: &str = "Merge anyway";

@@ -12,8 +12,8 @@ use crate::state::round_trip::dialogs::DialogPurpose;
 use crate::state::running::{JobKind, Running};
 use crate::widget::dialog::{Dialog, Keys};
 use crate::widget::spinner::Spinner;
-use quadratura_recipe::ortho::OrthoFormat;
 use quadratura_view::Picture;
+use quadratura_views::ortho::OrthoFormat;
 
 /// The width of the dialog, of its fields and the largest side of the preview, in points.
 const WIDTH: f32 = 480.0;

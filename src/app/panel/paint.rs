@@ -21,10 +21,10 @@ use crate::state::running::Running;
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_document::paint::PaintImport;
-use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
-use quadratura_recipe::import::elsewhere::PaintElsewhere;
-use quadratura_recipe::import::pictures::ChangedLayer;
-use quadratura_recipe::import::report::{FileReport, LayerImportReport, LayerState};
+use quadratura_editing::import::elsewhere::PaintElsewhere;
+use quadratura_editing::import::pictures::ChangedLayer;
+use quadratura_editing::import::report::{FileReport, LayerImportReport, LayerState};
+use quadratura_stacks::fill::seen::{EditedPaint, Seen, SeenEdit};
 use quadratura_view::Picture;
 
 /// The pictures of the last import's changes on the device.

@@ -19,7 +19,7 @@ use crate::widget::elide::{beside, elided};
 use crate::widget::look::focus_stroke;
 use crate::widget::look::{good, selected as selected_colours};
 use quadratura_base::scene::PhotoId;
-use quadratura_recipe::layer_table::LayerFigures;
+use quadratura_stacks::layer_table::LayerFigures;
 use std::collections::BTreeSet;
 
 /// The height of a row, in points.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use quadratura_base::geometry::Similarity;
 use quadratura_base::scene::PhotoId;
-use quadratura_recipe::check::{CheckReport, Verdict};
+use quadratura_sites::check::{CheckReport, Verdict};
 use quadratura_view::Picture;
 
 /// The results of checks, and the state of their window.

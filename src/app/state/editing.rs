@@ -14,7 +14,7 @@ use quadratura_document::masks::MaskChange;
 use quadratura_document::paint::PaintImport;
 use quadratura_document::stroke::Stroke;
 use quadratura_io::mask_store::MaskStore;
-use quadratura_recipe::decide::{self, LayerEdit};
+use quadratura_stacks::decide::{self, LayerEdit};
 
 impl State {
     /// Adds a step to the history; `name` is the text for undo. Edits of one gesture form one step.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::session::Session;
 use quadratura_base::scene::{FaceId, ObjectId};
 use quadratura_document::{Project, Stack};
-use quadratura_recipe::decide::FaceInPhotos;
+use quadratura_stacks::decide::FaceInPhotos;
 
 /// Facts about the selection, cached until stacks or decisions change.
 #[derive(Default)]

@@ -10,7 +10,7 @@ use super::selection::Selection;
 use super::session::Session;
 
 use quadratura_base::scene::{FaceId, ObjectId, Photo, PhotoId};
-use quadratura_recipe::decide::{face_in_photos, photos_of_faces, state_of_face};
+use quadratura_stacks::decide::{face_in_photos, photos_of_faces, state_of_face};
 
 /// The margin around a face that is shown in a photo, as a share of its size.
 const AROUND: f64 = 0.3;

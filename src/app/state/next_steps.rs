@@ -6,7 +6,7 @@ use super::session::{PhotoStatus, Session};
 use quadratura_base::scene::{ObjectId, PhotoId};
 use quadratura_document::{ImageLayer, Stack};
 use quadratura_layers::{ElementIndex, LayerIndex};
-use quadratura_recipe::layer_table::LayerFigures;
+use quadratura_stacks::layer_table::LayerFigures;
 
 /// The number of image layers that are named.
 const MOST_NAMED: usize = 3;

@@ -4,7 +4,7 @@ use std::time::SystemTime;
 
 use quadratura_base::error::{Error, Message};
 use quadratura_document::masks::MaskChange;
-use quadratura_recipe::open::UnusableMask;
+use quadratura_sites::open::UnusableMask;
 
 /// The severity of a note.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -9,10 +9,10 @@ use super::selection::Selection;
 use super::session::{PhotoStatus, Session};
 use quadratura_base::scene::{Model, ObjectId};
 use quadratura_document::Project;
-use quadratura_recipe::impostors::{self, ImpostorEdit};
-use quadratura_recipe::objects::{ObjectEdit, edited};
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::see_through::{self, SeeThroughEdit};
+use quadratura_sites::impostors::{self, ImpostorEdit};
+use quadratura_sites::objects::{ObjectEdit, edited};
+use quadratura_sites::open::Opened;
+use quadratura_sites::see_through::{self, SeeThroughEdit};
 
 impl State {
     /// Removes an object from the model or restores it, by name.

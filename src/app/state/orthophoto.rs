@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use quadratura_base::error::{Error, Result};
-use quadratura_recipe::ortho::{OrthoFormat, OrthoOptions, Resolution, Subject};
-use quadratura_recipe::render::Appearance;
 use quadratura_view::{Picture, Unseen};
+use quadratura_views::ortho::{OrthoFormat, OrthoOptions, Resolution, Subject};
+use quadratura_views::render::Appearance;
 
 /// The dialog, as it is being edited.
 #[derive(Debug, Clone, PartialEq)]

@@ -43,11 +43,11 @@ use quadratura_document::paint::PaintBook;
 use quadratura_document::stroke::Stroke;
 use quadratura_io::recovery::UnsavedChanges;
 use quadratura_layers::{LayerIndex, Options};
-use quadratura_recipe::decide::LayerEdit;
-use quadratura_recipe::discover::SiteParts;
-use quadratura_recipe::fill::viewpoints::RankedViewpoint;
-use quadratura_recipe::layer_table::LayerColumn;
-use quadratura_recipe::open::UnusableMask;
+use quadratura_sites::discover::SiteParts;
+use quadratura_sites::open::UnusableMask;
+use quadratura_stacks::decide::LayerEdit;
+use quadratura_stacks::fill::viewpoints::RankedViewpoint;
+use quadratura_stacks::layer_table::LayerColumn;
 use quadratura_view::DisplayMode;
 
 /// A request for a change, by subject.

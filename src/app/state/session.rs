@@ -22,10 +22,10 @@ use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
 use quadratura_projection::backdrops::without_backdrops;
 use quadratura_projection::model_surface::ModelSurface;
-use quadratura_recipe::layer_table::LayerFigures;
-use quadratura_recipe::open::{Opened, OpeningProblems, open_site};
-use quadratura_recipe::site_stamp::SiteStamp;
-use quadratura_recipe::survey::{StackState, Survey};
+use quadratura_sites::open::{Opened, OpeningProblems, open_site};
+use quadratura_sites::site_stamp::SiteStamp;
+use quadratura_stacks::layer_table::LayerFigures;
+use quadratura_stacks::survey::{StackState, Survey};
 use quadratura_view::navigation::{SceneFrame, Viewpoint};
 
 /// The longest time between frames of a video: a video without one for longer was killed.
@@ -233,7 +233,7 @@ impl Session {
     /// Opens the project in `folder` for writing; also returns unsaved changes found from an earlier run.
     ///
     /// # Errors
-    /// The errors of [`quadratura_recipe::open::open`]; [`quadratura_base::Error::Request`] when another program writes to it.
+    /// The errors of [`quadratura_sites::open::open`]; [`quadratura_base::Error::Request`] when another program writes to it.
     pub fn open(folder: &Path, task: &Task) -> Result<(Self, Option<UnsavedChanges>)> {
         let lock = ProjectLock::take(folder)?;
         let project = read_project(folder)?;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::waker::Waker;
 use crate::state::opening::{PathKind, Purpose};
 use quadratura_import::cameras::extensions;
-use quadratura_recipe::discover::SitePart;
+use quadratura_sites::discover::SitePart;
 
 /// A dialog that answers faster than a user could click was never shown.
 const NEVER_SEEN: Duration = Duration::from_millis(400);

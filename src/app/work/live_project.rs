@@ -13,9 +13,9 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_files::lock::ProjectLock;
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::site_stamp::SiteStamp;
-use quadratura_recipe::turns::UpdateSource;
+use quadratura_sites::open::Opened;
+use quadratura_sites::site_stamp::SiteStamp;
+use quadratura_stacks::turns::UpdateSource;
 
 /// The interval at which an update that waits for imports and masks looks again.
 const AGAIN: Duration = Duration::from_millis(20);

@@ -10,8 +10,8 @@ use super::waker::Waker;
 use crate::state::session::Session;
 use quadratura_document::Project;
 use quadratura_io::project::resolved;
-use quadratura_recipe::site_stamp::SiteStamp;
-use quadratura_recipe::trees::plant_files::PlantFiles;
+use quadratura_sites::site_stamp::SiteStamp;
+use quadratura_trees::plant_files::PlantFiles;
 
 /// The interval of checks: a user looks at the window some seconds after exporting a model.
 const LOOKS_EVERY: Duration = Duration::from_secs(2);

@@ -9,8 +9,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use super::jobs::{Jobs, arrival};
 use crate::state::running::{JobId, JobKind, Running};
 use quadratura_base::scene::PhotoId;
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::thumbnail::{cached_thumbnail, thumbnail};
+use quadratura_sites::open::Opened;
+use quadratura_sites::thumbnail::{cached_thumbnail, thumbnail};
 use quadratura_view::Picture;
 
 /// The longer side of a thumbnail, in pixels: a list shows it at half of that on a dense display.

@@ -13,9 +13,9 @@ use crate::state::notes::{Note, Weight};
 use crate::state::session::Session;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::{Event, Task};
-use quadratura_recipe::editing;
-use quadratura_recipe::import::Imported;
-use quadratura_recipe::watch::{WatchOptions, watch};
+use quadratura_editing::editing;
+use quadratura_editing::import::Imported;
+use quadratura_editing::watch::{WatchOptions, watch};
 
 /// A message of the thread.
 pub enum News {

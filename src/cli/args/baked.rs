@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::one_of::one_of;
-use quadratura_recipe::handover::baked::{BakedOptions, Density, UpAxis};
+use quadratura_exports::handover::baked::{BakedOptions, Density, UpAxis};
 
 /// The sides that pages may have.
 const PAGE_SIZES: &[(&str, u32, &str)] =

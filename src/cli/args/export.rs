@@ -9,9 +9,9 @@ use super::baked::BakedArgs;
 use super::page::PageArgs;
 use super::{MemoryArg, PartArg, PhotoArgs};
 use quadratura_document::export_record::ExportFormat;
+use quadratura_exports::handover::HandoverFormat;
 use quadratura_io::layered::FORMATS;
 use quadratura_io::layered::format::LayeredFormat;
-use quadratura_recipe::handover::HandoverFormat;
 
 #[derive(Debug, Args)]
 pub struct ExportArgs {

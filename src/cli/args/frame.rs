@@ -7,7 +7,7 @@ use clap::Args;
 use super::number::degrees;
 use super::one_of;
 use quadratura_document::frame::{FramePart, MapReference};
-use quadratura_recipe::frame::{FORMS, FrameChange, KnownDirection, KnownLength, Level};
+use quadratura_views::frame::{FORMS, FrameChange, KnownDirection, KnownLength, Level};
 
 #[derive(Debug, Args)]
 #[command(after_help = format!(

@@ -10,13 +10,13 @@ use super::{PartArg, PhotoArgs, PictureArgs};
 use crate::view_args::{QUALITIES, parse_scale};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::{PhotoId, Site};
+use quadratura_images::export::MeshOptions;
+use quadratura_images::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
 use quadratura_import::cameras::accepted;
 use quadratura_ldi::file::{MOST_IMAGES, Packing};
 use quadratura_ldi::merge::Merging;
 use quadratura_ldi::{Combining, Shown, SplatKind};
-use quadratura_recipe::ldi::export::MeshOptions;
-use quadratura_recipe::ldi::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
-use quadratura_recipe::named::index_of_photo;
+use quadratura_sites::named::index_of_photo;
 use quadratura_view::Quality;
 
 /// The largest number of triangles that may be asked for, more than a program shows.

@@ -6,7 +6,7 @@ use clap::{ArgGroup, Args};
 
 use super::PhotoArgs;
 use super::number::whole;
-use quadratura_recipe::masks::ClearedMasks;
+use quadratura_sites::masks::ClearedMasks;
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("widened").args(["object", "suggest", "accept"]).multiple(true))]

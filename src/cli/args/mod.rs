@@ -68,8 +68,8 @@ use quadratura_base::geometry::Similarity;
 use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_import::cameras::accepted;
-use quadratura_recipe::budget::default_memory;
-use quadratura_recipe::open::OpeningProblems;
+use quadratura_sites::budget::default_memory;
+use quadratura_sites::open::OpeningProblems;
 
 /// Turns calibrated photos and a coarse model into editable image layers, sorted by proven visibility.
 #[derive(Debug, Parser)]

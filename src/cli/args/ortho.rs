@@ -8,8 +8,8 @@ use super::frame::metres;
 use super::{MemoryArg, one_of};
 use crate::view_args::LookArgs;
 use quadratura_base::error::Result;
-use quadratura_recipe::frame::FORMS;
-use quadratura_recipe::ortho::{OrthoFormat, Resolution, Subject};
+use quadratura_views::frame::FORMS;
+use quadratura_views::ortho::{OrthoFormat, Resolution, Subject};
 
 #[derive(Debug, Args)]
 #[command(

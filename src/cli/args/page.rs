@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use quadratura_recipe::page::{MOST_SIDE, PageOptions};
+use quadratura_exports::page::{MOST_SIDE, PageOptions};
 
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Pages (page)")]

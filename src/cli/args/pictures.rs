@@ -8,7 +8,7 @@ use crate::view_args::{parse_fps, parse_scale, parse_size};
 use quadratura_base::error::Result;
 use quadratura_files::writable::{check_file, check_folder};
 use quadratura_io::film;
-use quadratura_recipe::render::PictureFormat;
+use quadratura_views::render::PictureFormat;
 
 /// Where pictures are written, how large they are, and whether they become a video.
 #[derive(Debug, Args)]

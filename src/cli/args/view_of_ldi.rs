@@ -7,10 +7,10 @@ use super::one_of::one_of;
 use crate::bytes::parse_bytes;
 use quadratura_base::error::Result;
 use quadratura_base::scene::Site;
+use quadratura_images::StackLdiOptions;
+use quadratura_images::site_view::{LdiViewOptions, LdiViewSource};
 use quadratura_ldi::{Spacing, SplatKind};
-use quadratura_recipe::budget::default_memory;
-use quadratura_recipe::ldi::StackLdiOptions;
-use quadratura_recipe::ldi::site_view::{LdiViewOptions, LdiViewSource};
+use quadratura_sites::budget::default_memory;
 
 /// How `render` and `score` make views.
 #[derive(Debug, Default, Args)]

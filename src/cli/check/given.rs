@@ -11,10 +11,10 @@ use crate::words::command_for_project;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
-use quadratura_recipe::check::pairs::{
+use quadratura_sites::check::pairs::{
     CamerasReport, CornerInPhoto, PairReport, align_by_cameras, align_by_pairs,
 };
-use quadratura_recipe::open::Opened;
+use quadratura_sites::open::Opened;
 
 /// A transform that pairs or cameras give.
 pub struct Given {

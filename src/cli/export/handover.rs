@@ -12,12 +12,12 @@ use super::super::table::counted;
 use super::super::words::error_text;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
+use quadratura_exports::handover::baked::report::BakedReport;
+use quadratura_exports::handover::blender::blend::make_blend;
+use quadratura_exports::handover::{HandedOver, HandoverFormat, HandoverOptions, hand_over};
 use quadratura_gpu::Gpu;
 use quadratura_layers::device::SiteDevice;
-use quadratura_recipe::handover::baked::report::BakedReport;
-use quadratura_recipe::handover::blender::blend::make_blend;
-use quadratura_recipe::handover::{HandedOver, HandoverFormat, HandoverOptions, hand_over};
-use quadratura_recipe::open::Opened;
+use quadratura_sites::open::Opened;
 
 /// How many photos a face gets in Blender at most: more are hardly seen, and cost memory and time.
 const PHOTOS_PER_FACE: usize = 8;

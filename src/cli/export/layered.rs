@@ -15,11 +15,11 @@ use quadratura_base::scene::{Photo, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::export_record::ExportFormat;
+use quadratura_editing::export::{ExportOptions, Exported, TreesInSite, export, write_provenance};
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::colour::even_factors;
-use quadratura_recipe::export::{ExportOptions, Exported, TreesInSite, export, write_provenance};
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::survey::{StackState, Survey};
+use quadratura_sites::open::Opened;
+use quadratura_stacks::survey::{StackState, Survey};
+use quadratura_views::colour::even_factors;
 
 /// Writes the layered files of the chosen photos, and returns a table of them with a problem for each photo that failed.
 pub fn run(args: &ExportArgs, format: ExportFormat, opened: &Opened, task: &Task) -> Result<Outcome> {

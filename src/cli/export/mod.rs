@@ -10,7 +10,7 @@ use super::lock::lock_and_read;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_folder;
-use quadratura_recipe::open::open_site;
+use quadratura_sites::open::open_site;
 
 /// Runs `export`.
 pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {

@@ -9,9 +9,9 @@ use super::super::fill::note_stale_fillings;
 use super::super::table::counted;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
+use quadratura_exports::page::{Published, leaving, publish};
 use quadratura_gpu::Gpu;
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::page::{Published, leaving, publish};
+use quadratura_sites::open::Opened;
 
 /// Publishes the page, and returns what is in it and what it lacks.
 pub fn run(args: &ExportArgs, opened: &Opened, task: &Task) -> Result<Outcome> {

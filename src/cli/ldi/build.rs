@@ -14,14 +14,14 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_gpu::start_device;
-use quadratura_ldi::file::Packing;
-use quadratura_recipe::ldi::{
+use quadratura_images::{
     BuildFrom, BuildRequest, BuiltLdi, DepthRequest, StackLdiOptions, build_ldis, build_of_depth_images,
 };
-use quadratura_recipe::open::{Opened, open};
-use quadratura_recipe::preview::PreviewOptions;
-use quadratura_recipe::trees::PlantParts;
-use quadratura_recipe::views::{RequestedView, Size, ViewRequest, ViewSource};
+use quadratura_ldi::file::Packing;
+use quadratura_sites::open::{Opened, open};
+use quadratura_sites::views::{RequestedView, Size, ViewRequest, ViewSource};
+use quadratura_trees::PlantParts;
+use quadratura_views::preview::PreviewOptions;
 
 /// Runs `ldi build`.
 pub fn run(args: &LdiBuildArgs, task: &Task) -> Result<Outcome> {

@@ -12,10 +12,10 @@ use crate::table::counted;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_beside;
+use quadratura_images::export::{ExportedMesh, MeshOptions, export_glb, export_page};
 use quadratura_ldi::Ldi;
 use quadratura_ldi::mesh::write_ply;
 use quadratura_ldi::segments::SegmentOptions;
-use quadratura_recipe::ldi::export::{ExportedMesh, MeshOptions, export_glb, export_page};
 
 /// The size of a page that is shown within 3 s at 20 Mbit/s.
 const PAGE_GOAL: u64 = 7_500_000;

@@ -12,11 +12,11 @@ use crate::words::{about_project, command_for_project, error_text};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
+use quadratura_images::view::name_of;
+use quadratura_images::{LdiSite, LdiState, StackLdiOptions, ldi_state};
 use quadratura_ldi::file::{LdiCamera, LdiFile, LdiHeader, Packing, WholeRows};
 use quadratura_ldi::{Arrangement, DepthPixelOrigin, Ldi};
-use quadratura_recipe::ldi::view::name_of;
-use quadratura_recipe::ldi::{LdiSite, LdiState, StackLdiOptions, ldi_state};
-use quadratura_recipe::open::open;
+use quadratura_sites::open::open;
 
 /// The names of the origins of colours.
 const ORIGINS: [(DepthPixelOrigin, &str, &str); 4] = [

@@ -13,12 +13,12 @@ use crate::view_args::{PHOTOS, size};
 use crate::words::error_text;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
+use quadratura_images::COMFORTABLE;
+use quadratura_images::view::{LdiDrawing, views_of};
 use quadratura_ldi::warp::check_splat;
 use quadratura_ldi::{LdiSet, Shown, Spacing, SplatKind, WarpOptions};
-use quadratura_recipe::ldi::COMFORTABLE;
-use quadratura_recipe::ldi::view::{LdiDrawing, views_of};
-use quadratura_recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
-use quadratura_recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource};
+use quadratura_sites::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource};
+use quadratura_views::render::{RenderOptions, RenderReport, VideoOptions, render};
 
 /// The meaning of pixels without any colour.
 const NOTHING_THERE: &str = "nothing in the image (transparent)";

@@ -14,11 +14,9 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_gpu::start_device;
+use quadratura_images::{BuildFrom, BuiltSet, CubeRequest, ImageOfSet, SetRequest, build_cube, build_set};
 use quadratura_ldi::file::Packing;
-use quadratura_recipe::ldi::{
-    BuildFrom, BuiltSet, CubeRequest, ImageOfSet, SetRequest, build_cube, build_set,
-};
-use quadratura_recipe::open::Opened;
+use quadratura_sites::open::Opened;
 
 /// Builds a cube or a set.
 pub fn run(

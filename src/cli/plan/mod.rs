@@ -20,11 +20,11 @@ use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;
 use quadratura_files::atomic::write_atomically;
 use quadratura_files::json::to_json as json_bytes;
+use quadratura_images::cached_file;
 use quadratura_io::project::PROJECT_FILE;
 use quadratura_io::stack_store::StackStore;
-use quadratura_recipe::ldi::cached_file;
-use quadratura_recipe::open::{Opened, open};
-use quadratura_recipe::views::{Size, ViewRequest};
+use quadratura_sites::open::{Opened, open};
+use quadratura_sites::views::{Size, ViewRequest};
 
 /// Runs `plan`: writes the jobs of a project for a scheduler.
 pub fn run(args: &PlanArgs, task: &Task) -> Result<Outcome> {

@@ -11,7 +11,7 @@ use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_files::writable::check_folder;
 use quadratura_io::project::read_project;
-use quadratura_recipe::trees::baked::{BakeRequest, BakedSpecies, baked};
+use quadratura_trees::baked::{BakeRequest, BakedSpecies, baked};
 
 /// Runs `tree bake`: makes the images of species that have none, or of all.
 pub fn run(args: &TreeBakeArgs, task: &Task) -> Result<Outcome> {

@@ -16,14 +16,12 @@ use quadratura_document::trees::{Grown, PlantSource, TreeSpecies};
 use quadratura_document::{Masks, Project};
 use quadratura_foliage::files::list::read_tree_list;
 use quadratura_io::project::{relative_to, write_project};
-use quadratura_recipe::masks::{ClearedMasks, cleared};
-use quadratura_recipe::open::{open_site, whole_model};
-use quadratura_recipe::trees::edit::{
-    TreeChange, moved, placed, placed_on, removed, species_removed, species_set,
-};
-use quadratura_recipe::trees::list::doubts;
-use quadratura_recipe::trees::plant_of;
-use quadratura_recipe::trees::street::{Ground, PlacedList, placed_list};
+use quadratura_sites::masks::{ClearedMasks, cleared};
+use quadratura_sites::open::{open_site, whole_model};
+use quadratura_trees::edit::{TreeChange, moved, placed, placed_on, removed, species_removed, species_set};
+use quadratura_trees::list::doubts;
+use quadratura_trees::plant_of;
+use quadratura_trees::street::{Ground, PlacedList, placed_list};
 
 /// Runs `tree species`: adds, replaces or removes a species.
 pub fn species(args: &TreeSpeciesArgs, task: &Task) -> Result<Outcome> {

@@ -19,11 +19,11 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::trees::{LightStrength, Strength, TreeLight, Trees};
 use quadratura_io::project::write_project;
-use quadratura_recipe::open::open_site;
-use quadratura_recipe::trees::light::{
+use quadratura_sites::open::open_site;
+use quadratura_trees::light::{
     LightEstimate, LightSupport, TreeRatios, clear_day, estimated_light, is_needed,
 };
-use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
+use quadratura_trees::{PlantParts, SiteTrees, site_trees};
 
 /// Runs `tree light`: changes what is asked for, and shows the light with what it is from.
 pub fn run(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {

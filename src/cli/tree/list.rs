@@ -13,11 +13,11 @@ use quadratura_base::scene::{Site, up};
 use quadratura_base::task::Task;
 use quadratura_document::trees::{LightStrength, Strength};
 use quadratura_document::{Project, Trees};
-use quadratura_recipe::open::open;
-use quadratura_recipe::trees::list::{
+use quadratura_sites::open::open;
+use quadratura_trees::list::{
     ListedSpecies, doubts, listed_species, listed_trees, outdated_masks, species_problems,
 };
-use quadratura_recipe::trees::paint::listed_paint;
+use quadratura_trees::paint::listed_paint;
 
 /// Runs `tree list`.
 pub fn run(args: &TreeListArgs, task: &Task) -> Result<Outcome> {

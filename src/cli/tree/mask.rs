@@ -11,11 +11,11 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::up;
 use quadratura_base::task::Task;
 use quadratura_io::project::write_project;
-use quadratura_recipe::masks::{attach, edited};
-use quadratura_recipe::open::open_site;
-use quadratura_recipe::trees::edit::named;
-use quadratura_recipe::trees::mask::tree_masks;
-use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
+use quadratura_sites::masks::{attach, edited};
+use quadratura_sites::open::open_site;
+use quadratura_trees::edit::named;
+use quadratura_trees::mask::tree_masks;
+use quadratura_trees::{PlantParts, SiteTrees, site_trees};
 
 /// Runs `tree mask`: masks the real trees in the photos, where trees of the project stand.
 pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {

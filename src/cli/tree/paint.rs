@@ -14,13 +14,13 @@ use crate::words::{command_for_project, error_text};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_document::tree_paint::TreeImport;
-use quadratura_files::writable::check_folder;
-use quadratura_io::project::below;
-use quadratura_recipe::import::report::FileReport;
-use quadratura_recipe::trees::paint::{
+use quadratura_editing::import::report::FileReport;
+use quadratura_editing::tree_paint::{
     TreeExportOptions, TreeImportOptions, TreeImported, export_species, import_tree_paint,
     tree_import_history, undo_tree_import,
 };
+use quadratura_files::writable::check_folder;
+use quadratura_io::project::below;
 
 /// Runs `tree export`.
 pub fn export(args: &TreeExportArgs, task: &Task) -> Result<Outcome> {

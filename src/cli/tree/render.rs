@@ -15,11 +15,9 @@ use quadratura_base::task::Task;
 use quadratura_files::writable::check_folder;
 use quadratura_foliage::files::read_plant;
 use quadratura_foliage::{BakeOptions, FlakeOptions, LayeredOptions, PictureSimilarity, Plant};
-use quadratura_recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
-use quadratura_recipe::trees::{
-    PlantDrawing, PlantMethod, PlantViews, ViewComparison, plant_images, plant_views,
-};
-use quadratura_recipe::views::{RequestedView, RequestedViews, Size};
+use quadratura_sites::views::{RequestedView, RequestedViews, Size};
+use quadratura_trees::{PlantDrawing, PlantMethod, PlantViews, ViewComparison, plant_images, plant_views};
+use quadratura_views::render::{RenderOptions, RenderReport, VideoOptions, render};
 
 /// The value of `--cameras` that stands for views around the plant.
 const ORBIT: &str = "orbit";

@@ -23,7 +23,7 @@ pub struct LayeredFormat {
     pub name: &'static str,
     /// The description in help texts.
     pub about: &'static str,
-    /// The reader and writer of the format; `None` for the folder of PNG files, which `recipe::export` writes and
+    /// The reader and writer of the format; `None` for the folder of PNG files, which the package `editing` writes and
     /// [`super::folder`] reads.
     pub file: Option<FileFormat>,
 }

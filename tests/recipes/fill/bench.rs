@@ -16,11 +16,11 @@ use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::fill::FillOptions;
 use quadratura::testing::layers::{Options, SoftwareRasteriser};
 use quadratura::testing::projection::model_surface::ModelSurface;
-use quadratura::testing::recipe::build::{BuildOptions, build};
-use quadratura::testing::recipe::fill::{FillRequest, FilledPhoto, fill};
-use quadratura::testing::recipe::open::Opened;
 use quadratura::testing::scene::synthetic::{Modeller, Scene, Truth, centred, look_at};
 use quadratura::testing::scene::{Model, Photo, Site};
+use quadratura::testing::sites::open::Opened;
+use quadratura::testing::stacks::build::{BuildOptions, build};
+use quadratura::testing::stacks::fill::{FillRequest, FilledPhoto, fill};
 
 /// Photos of [`Bench::courtyard`].
 pub const PHOTOS: usize = 3;

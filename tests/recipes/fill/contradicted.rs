@@ -6,8 +6,8 @@ use quadratura::testing::document::paint::PaintColour;
 use quadratura::testing::layers::Options;
 use quadratura::testing::layers::fill::FillOptions;
 use quadratura::testing::projection::Renders;
-use quadratura::testing::recipe::preview::{PreviewOptions, open_reference};
 use quadratura::testing::view::Shot;
+use quadratura::testing::views::preview::{PreviewOptions, open_reference};
 
 use super::bench::Bench;
 use super::propagated::paint;

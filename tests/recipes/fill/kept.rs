@@ -7,7 +7,7 @@ use quadratura::task::Task;
 use quadratura::testing::document::paint::ERASED;
 use quadratura::testing::layers::Options;
 use quadratura::testing::layers::fill::{FillOptions, Invent};
-use quadratura::testing::recipe::fill::{FillRequest, FilledPhoto, fill};
+use quadratura::testing::stacks::fill::{FillRequest, FilledPhoto, fill};
 
 use super::bench::Bench;
 use super::propagated::{BEHIND, BLEED, BLUE, clean, paint, paint_scrawl, propagating, take_back};

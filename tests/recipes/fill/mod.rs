@@ -17,12 +17,12 @@ use quadratura::task::Task;
 use quadratura::testing::document::Decisions;
 use quadratura::testing::document::export_record::ExportFormat;
 use quadratura::testing::document::stack::origins;
+use quadratura::testing::editing::export::{ExportOptions, export, write_provenance};
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;
 use quadratura::testing::layers::fill::{FillOptions, Invent};
-use quadratura::testing::recipe::export::{ExportOptions, export, write_provenance};
-use quadratura::testing::recipe::fill::{FillInputs, FillShares, FillState};
 use quadratura::testing::scene::synthetic::{closed_form, random};
+use quadratura::testing::stacks::fill::{FillInputs, FillShares, FillState};
 
 #[test]
 fn what_one_photo_hides_others_give_and_it_is_as_it_would_have_been_seen() {

@@ -9,11 +9,11 @@ use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;
 use quadratura::testing::projection::{LayerTextureId, Texels};
-use quadratura::testing::recipe::fill::projected::PaintProjection;
-use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
-use quadratura::testing::recipe::open::Opened;
-use quadratura::testing::recipe::projected_paint::{ProjectedPaint, ProjectedTexel};
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::sites::open::Opened;
+use quadratura::testing::stacks::fill::projected::PaintProjection;
+use quadratura::testing::stacks::layer_textures::LayerTextureFiles;
+use quadratura::testing::stacks::projected_paint::{ProjectedPaint, ProjectedTexel};
 
 use super::bench::{Bench, difference};
 use super::propagated::{BEHIND, BLEED, BLUE, laid_over, paint_scrawl, propagating, stack_of, take_back};

@@ -8,16 +8,16 @@ use quadratura::task::Task;
 use quadratura::testing::document::Stack;
 use quadratura::testing::document::paint::{ERASED, PaintColour, PaintEntry, PaintPatch, PaintedView};
 use quadratura::testing::document::stack::{LayerFill, origins};
+use quadratura::testing::editing::layer_view::{LayerViewContent, layer_view};
 use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;
 use quadratura::testing::layers::fill::FillOptions;
-use quadratura::testing::recipe::fill::shares::layer_shares;
-use quadratura::testing::recipe::fill::{FillInputs, FillRequest, FillState, FilledPhoto, fill, tell};
-use quadratura::testing::recipe::layer_pixels::layer_pixels;
-use quadratura::testing::recipe::layer_view::{LayerViewContent, layer_view};
-use quadratura::testing::recipe::paint::PhotoPaint;
+use quadratura::testing::stacks::fill::shares::layer_shares;
+use quadratura::testing::stacks::fill::{FillInputs, FillRequest, FillState, FilledPhoto, fill, tell};
+use quadratura::testing::stacks::layer_pixels::layer_pixels;
+use quadratura::testing::stacks::paint::PhotoPaint;
 
 use super::bench::{Bench, decode, difference, facade};
 

@@ -7,8 +7,8 @@ use quadratura::testing::document::Decisions;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::fill::{FillOptions, OnlyHere, Propagation};
 use quadratura::testing::layers::{Faces, Options};
-use quadratura::testing::recipe::fill::{FillInputs, FillRequest, FillState, FilledPhoto, fill};
 use quadratura::testing::scene::FaceIndex;
+use quadratura::testing::stacks::fill::{FillInputs, FillRequest, FillState, FilledPhoto, fill};
 
 use super::bench::{Bench, facade};
 use super::propagated::{BEHIND, BLEED, bench, clean, laid_over, paint_scrawl, propagating, stack_of};

@@ -10,12 +10,12 @@ use quadratura::testing::document::{PhotoDecisions, Stack};
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::rasteriser::StencilLayers;
 use quadratura::testing::layers::{Fragments, Options, ProjectedModel, Rasteriser, SoftwareRasteriser};
-use quadratura::testing::recipe::fill::stale_fillings;
-use quadratura::testing::recipe::open::Opened;
-use quadratura::testing::recipe::survey::{StackState, Survey};
-use quadratura::testing::recipe::turns::UpdateSource;
-use quadratura::testing::recipe::update::{UpdateEnd, UpdateRequest, UpdatedPhoto, update};
 use quadratura::testing::scene::PhotoId;
+use quadratura::testing::sites::open::Opened;
+use quadratura::testing::stacks::fill::stale_fillings;
+use quadratura::testing::stacks::survey::{StackState, Survey};
+use quadratura::testing::stacks::turns::UpdateSource;
+use quadratura::testing::stacks::update::{UpdateEnd, UpdateRequest, UpdatedPhoto, update};
 use quadratura::{Error, Result};
 
 use super::bench::{Bench, PHOTOS};

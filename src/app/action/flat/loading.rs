@@ -9,8 +9,8 @@ use crate::state::flat::loading::{ImageLayerPicture, PeelKey, PeeledPicture};
 use crate::state::flat::version::LayersVersion;
 use crate::work::Work;
 use quadratura_base::scene::PhotoId;
-use quadratura_recipe::layer_view::layer_view;
-use quadratura_recipe::peel::{PhotoLayers, photo_picture};
+use quadratura_editing::layer_view::layer_view;
+use quadratura_editing::peel::{PhotoLayers, photo_picture};
 
 /// Starts the jobs for a photo whose results do not exist yet: the photo itself, its layers, and the photo with layers
 /// hidden.

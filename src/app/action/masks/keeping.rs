@@ -14,12 +14,12 @@ use quadratura_base::scene::{Site, up};
 use quadratura_base::task::Task;
 use quadratura_document::{Masks, Project};
 use quadratura_io::mask_store::MaskStore;
-use quadratura_recipe::masks::object::{ObjectMasks, from_object};
-use quadratura_recipe::masks::{MaskEdit, edited};
-use quadratura_recipe::named::index_of_photo;
-use quadratura_recipe::open::whole_model;
-use quadratura_recipe::trees::mask::tree_masks;
-use quadratura_recipe::trees::{PlantParts, SiteTrees, site_trees};
+use quadratura_sites::masks::{MaskEdit, edited};
+use quadratura_sites::named::index_of_photo;
+use quadratura_sites::open::whole_model;
+use quadratura_stacks::masks::object::{ObjectMasks, from_object};
+use quadratura_trees::mask::tree_masks;
+use quadratura_trees::{PlantParts, SiteTrees, site_trees};
 
 /// The result of a change: the masks, and the pixels of the new ones.
 struct EditedMasks {

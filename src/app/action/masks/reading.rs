@@ -9,7 +9,7 @@ use crate::work::Work;
 use quadratura_base::geometry::Spans;
 use quadratura_base::scene::PhotoId;
 use quadratura_io::mask_store::MaskStore;
-use quadratura_recipe::open::UnusableMask;
+use quadratura_sites::open::UnusableMask;
 
 impl State {
     fn masks_read(

@@ -15,7 +15,7 @@ use quadratura_document::Project;
 use quadratura_document::masks::{Mask, MaskChange};
 use quadratura_io::mask_file::read_mask;
 use quadratura_io::mask_store::MaskStore;
-use quadratura_recipe::open::UnusableMask;
+use quadratura_sites::open::UnusableMask;
 
 impl State {
     /// Replaces a mask by another one, or removes it, as a step of the history.

@@ -14,8 +14,8 @@ use crate::work::Work;
 use crate::work::jobs::arrival;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_recipe::budget::default_memory;
-use quadratura_recipe::masks::suggest::{
+use quadratura_sites::budget::default_memory;
+use quadratura_stacks::masks::suggest::{
     MARGIN_PX, MaskSuggestion, UNSEEN, dismiss, pixels, suggest, suggestions,
 };
 

@@ -7,7 +7,7 @@ use crate::state::State;
 use crate::state::opening::relinking::Relinking;
 use crate::work::Work;
 use quadratura_document::names::file_name_of_photo;
-use quadratura_recipe::relink::{missing_photos, parts_of};
+use quadratura_sites::relink::{missing_photos, parts_of};
 
 impl State {
     /// Shows which files of the open project are missing.

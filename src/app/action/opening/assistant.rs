@@ -13,8 +13,8 @@ use crate::state::session::Session;
 use crate::work::Work;
 use crate::work::jobs::arrival;
 use quadratura_base::error::{Error, Result};
-use quadratura_recipe::create::{self, NewProject};
-use quadratura_recipe::discover::{Candidates, SitePart, SiteParts, find_site, part_at};
+use quadratura_sites::create::{self, NewProject};
+use quadratura_sites::discover::{Candidates, SitePart, SiteParts, find_site, part_at};
 
 impl State {
     /// Fills in the result of a search; `known` is a part that was given.

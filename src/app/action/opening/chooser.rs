@@ -12,7 +12,7 @@ use crate::state::notes::{Note, Weight};
 use crate::state::opening::Purpose;
 use crate::work::Work;
 use crate::work::chooser::FileDialogAnswer;
-use quadratura_recipe::sample::folder_in;
+use quadratura_sites::sample::folder_in;
 
 /// Opens a file dialog.
 pub fn choose(work: &mut Work, purpose: Purpose) {

@@ -10,7 +10,7 @@ use crate::state::running::JobKind;
 use crate::work::Work;
 use crate::work::jobs::arrival;
 use quadratura_io::project::check_is_empty;
-use quadratura_recipe::copy::copy_project;
+use quadratura_sites::copy::copy_project;
 
 /// Shows the dialog, with a free folder beside the project.
 pub fn request_for_copy(state: &mut State) {

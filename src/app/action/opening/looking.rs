@@ -6,7 +6,7 @@ use crate::state::State;
 use crate::state::running::JobKind;
 use crate::work::Work;
 use crate::work::jobs::arrival;
-use quadratura_recipe::discover::look_at;
+use quadratura_sites::discover::look_at;
 
 /// Starts a check of the paths when one is due.
 pub fn keep_looking(state: &mut State, work: &mut Work) {

@@ -15,8 +15,8 @@ use crate::work::jobs::{Arrival, arrival};
 use quadratura_base::error::{Error, Result};
 use quadratura_files::lock::ProjectLock;
 use quadratura_io::project::{PROJECT_FILE, read_project};
-use quadratura_recipe::discover::SitePart;
-use quadratura_recipe::relink::{gone, parts_of};
+use quadratura_sites::discover::SitePart;
+use quadratura_sites::relink::{gone, parts_of};
 
 /// Opens the project in `folder`, after all questions were answered.
 pub fn open_now(state: &mut State, work: &mut Work, folder: PathBuf) {

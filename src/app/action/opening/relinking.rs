@@ -9,7 +9,7 @@ use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_base::error::Result;
 use quadratura_files::lock::ProjectLock;
-use quadratura_recipe::relink::{bring_photo, relink, relinked};
+use quadratura_sites::relink::{bring_photo, relink, relinked};
 
 impl State {
     /// Takes the result of copying the file of a photo; opens the project when none is missing any more.

@@ -8,7 +8,7 @@ use crate::state::request::ProjectRequest;
 use crate::state::running::JobKind;
 use crate::work::Work;
 use quadratura_base::error::Error;
-use quadratura_recipe::sample::{create_sample, has_sample, project_of_sample, suggested_folder};
+use quadratura_sites::sample::{create_sample, has_sample, project_of_sample, suggested_folder};
 
 /// Shows the dialog, with a folder in the user's home.
 pub fn request_for_sample(state: &mut State) {

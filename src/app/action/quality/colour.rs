@@ -12,8 +12,8 @@ use crate::work::Work;
 use crate::work::painter::PreviewChange;
 use quadratura_document::Project;
 use quadratura_document::history::Gesture;
-use quadratura_recipe::colour::{ColourEdit, edited, estimate, factors, usual_exposure};
-use quadratura_recipe::gains::decided_gains;
+use quadratura_stacks::gains::decided_gains;
+use quadratura_views::colour::{ColourEdit, edited, estimate, factors, usual_exposure};
 
 /// The gesture of a slider: each drag ends its own.
 const DRAG: Gesture = Gesture(0xc0_10_0f);

@@ -14,14 +14,14 @@ use crate::work::jobs::arrival;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::{Project, Stack};
 use quadratura_layers::fill::{FillOptions, Propagation};
-use quadratura_recipe::budget::default_memory;
-use quadratura_recipe::fill::both_ways::both_ways;
-use quadratura_recipe::fill::propagation::{PropagationToPhoto, most_disputed_first, painters, with_all};
-use quadratura_recipe::fill::seen::{SeenEdit, edited};
-use quadratura_recipe::fill::shares::layer_shares;
-use quadratura_recipe::fill::viewpoints::RankedViewpoint;
-use quadratura_recipe::fill::worst::hidden_layers_by_visibility;
-use quadratura_recipe::fill::{FillRequest, stale_fillings, tell};
+use quadratura_sites::budget::default_memory;
+use quadratura_stacks::fill::both_ways::both_ways;
+use quadratura_stacks::fill::propagation::{PropagationToPhoto, most_disputed_first, painters, with_all};
+use quadratura_stacks::fill::seen::{SeenEdit, edited};
+use quadratura_stacks::fill::shares::layer_shares;
+use quadratura_stacks::fill::viewpoints::RankedViewpoint;
+use quadratura_stacks::fill::worst::hidden_layers_by_visibility;
+use quadratura_stacks::fill::{FillRequest, stale_fillings, tell};
 use quadratura_view::navigation::Viewpoint;
 
 impl State {

@@ -12,7 +12,7 @@ use crate::work::Work;
 use crate::work::painter::PreviewChange;
 use quadratura_base::scene::builder::SURROUNDINGS;
 use quadratura_document::paint::{PaintBook, PaintEntry};
-use quadratura_recipe::surroundings::SiteSurroundings;
+use quadratura_stacks::surroundings::SiteSurroundings;
 
 /// Starts to make the surroundings of the present gains and paint for the 3D view, if a photo shows any.
 pub fn renew_surroundings(state: &mut State, work: &mut Work) {

@@ -6,9 +6,9 @@ use crate::state::request::RoundTripRequest;
 use crate::state::round_trip::shown_path;
 use crate::state::running::JobKind;
 use crate::work::Work;
+use quadratura_editing::editing::document_to_edit;
+use quadratura_editing::export::{ExportOptions, TreesInSite, layer_name};
 use quadratura_io::programs::{check_program, start_with};
-use quadratura_recipe::editing::document_to_edit;
-use quadratura_recipe::export::{ExportOptions, TreesInSite, layer_name};
 
 /// Opens the selected photo's stack in the image editor. `fresh`: makes a new export even where one exists.
 pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {

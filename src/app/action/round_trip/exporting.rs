@@ -11,13 +11,13 @@ use crate::work::jobs::arrival;
 use quadratura_base::error::Error;
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_document::Project;
+use quadratura_editing::export::{ExportOptions, TreesInSite, export, write_provenance};
+use quadratura_exports::handover::baked::BakedOptions;
+use quadratura_exports::handover::{HandoverFormat, HandoverOptions, hand_over};
 use quadratura_gpu::start_device;
 use quadratura_io::programs::open_with_system;
-use quadratura_recipe::budget::default_memory;
-use quadratura_recipe::colour::even_factors;
-use quadratura_recipe::export::{ExportOptions, TreesInSite, export, write_provenance};
-use quadratura_recipe::handover::baked::BakedOptions;
-use quadratura_recipe::handover::{HandoverFormat, HandoverOptions, hand_over};
+use quadratura_sites::budget::default_memory;
+use quadratura_views::colour::even_factors;
 
 /// Shows a folder in the system's file manager.
 pub fn show_folder_of(state: &mut State, folder: &Path) {

@@ -17,10 +17,10 @@ use crate::work::painter::PreviewChange;
 use quadratura_base::error::Error;
 use quadratura_base::task::Task;
 use quadratura_document::paint::PaintBook;
+use quadratura_editing::import::before_after::before_and_after;
+use quadratura_editing::import::pictures::changed_layers;
+use quadratura_editing::import::{ImportOptions, import_once, take_back_one};
 use quadratura_io::paint_store::PaintStore;
-use quadratura_recipe::import::before_after::before_and_after;
-use quadratura_recipe::import::pictures::changed_layers;
-use quadratura_recipe::import::{ImportOptions, import_once, take_back_one};
 
 /// The longer side of a picture before or after, in pixels: the width of the panel in a large window.
 const PICTURE: u32 = 512;

@@ -16,7 +16,7 @@ use quadratura_base::error::Error;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::paint::PaintBook;
 use quadratura_io::paint_store::PaintStore;
-use quadratura_recipe::fill::projected::{PaintProjection, nearest_first};
+use quadratura_stacks::fill::projected::{PaintProjection, nearest_first};
 
 /// The number of photos to which new paint is projected before the first picture: nearly all of what a view shows of
 /// a point comes from its three or four nearest photos.

@@ -7,7 +7,7 @@ use crate::state::round_trip::report::Way;
 use crate::work::Work;
 use crate::work::live_project::LiveProject;
 use crate::work::watching::{News, Watching};
-use quadratura_recipe::editing;
+use quadratura_editing::editing;
 
 /// Starts the watch after a project was opened: documents saved in the meantime are imported.
 pub fn begin_round_trip(state: &mut State, work: &mut Work) {

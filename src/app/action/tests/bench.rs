@@ -17,7 +17,7 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_io::project::{read_project, write_project};
 use quadratura_io::recovery::read_unsaved;
-use quadratura_recipe::open::Opened;
+use quadratura_sites::open::Opened;
 
 /// The photos of the project.
 pub const PHOTOS: [&str; 3] = ["a.jpg", "b.jpg", "c.jpg"];

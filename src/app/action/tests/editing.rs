@@ -6,7 +6,7 @@ use crate::state::pending::Invalidation;
 use crate::state::request::{DecideRequest, JobRequest};
 use crate::state::running::JobKind;
 use quadratura_base::geometry::Similarity;
-use quadratura_recipe::decide::LayerEdit;
+use quadratura_stacks::decide::LayerEdit;
 
 fn edit(bench: &mut TestBench, change: impl FnOnce(&mut quadratura_document::Project)) {
     let mut project = bench.project();

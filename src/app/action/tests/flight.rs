@@ -7,8 +7,8 @@ use crate::state::running::JobKind;
 use crate::state::space::memory::SpaceMemory;
 use quadratura_document::bookmark::BookmarkIndex;
 use quadratura_document::camera_path::KeyframeIndex;
-use quadratura_recipe::render::PictureFormat;
 use quadratura_view::navigation::Viewpoint;
+use quadratura_views::render::PictureFormat;
 
 /// The time after which every flight of the view has ended, in seconds.
 const LANDED_S: f64 = 2.0;

@@ -10,8 +10,8 @@ use crate::state::request::{DecideRequest, Flag, SelectRequest, WindowRequest};
 use crate::state::selection::Selection;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::decide::EXCLUDED;
-use quadratura_recipe::untextured::FaceTexture;
+use quadratura_stacks::decide::EXCLUDED;
+use quadratura_stacks::untextured::FaceTexture;
 
 const FACE: FaceId = FaceId(0);
 const OBJECT: ObjectId = ObjectId(0);

@@ -8,7 +8,7 @@ use quadratura_base::scene::{Photo, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
-use quadratura_recipe::assemble::assemble;
+use quadratura_stacks::assemble::assemble;
 
 /// Makes a bench with an open project, all photos of which have layers.
 pub fn layered() -> TestBench {

@@ -11,8 +11,8 @@ use crate::state::request::{DecideRequest, Flag, Request, SelectRequest, WindowR
 use crate::state::selection::Selection;
 use quadratura_base::scene::{FaceIndex, ObjectId, PhotoId};
 use quadratura_layers::{Faces, LayerIndex};
-use quadratura_recipe::decide::LayerEdit;
-use quadratura_recipe::layer_table::LayerColumn;
+use quadratura_stacks::decide::LayerEdit;
+use quadratura_stacks::layer_table::LayerColumn;
 
 /// Returns the rows of the lists as they are.
 fn listed(bench: &TestBench) -> Vec<ListRow> {

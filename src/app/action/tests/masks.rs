@@ -14,9 +14,9 @@ use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::{ObjectId, PhotoId};
 use quadratura_document::masks::{Mask, MaskOrigin};
 use quadratura_io::mask_store::MaskStore;
-use quadratura_recipe::masks::MaskEdit;
-use quadratura_recipe::masks::suggest::MaskSuggestion;
-use quadratura_recipe::open::UnusableMask;
+use quadratura_sites::masks::MaskEdit;
+use quadratura_sites::open::UnusableMask;
+use quadratura_stacks::masks::suggest::MaskSuggestion;
 
 fn block(x: i32, w: u32) -> Spans {
     Spans::of_pixels(PixelRect { x, y: 0, w, h: 2 }, |_, _| true)

@@ -13,7 +13,7 @@ use crate::state::request::ProjectRequest;
 use crate::state::running::JobKind;
 use quadratura_files::lock::ProjectLock;
 use quadratura_io::project::write_project;
-use quadratura_recipe::discover::{SitePart, SiteParts};
+use quadratura_sites::discover::{SitePart, SiteParts};
 
 fn dialog(bench: &mut TestBench, request: DialogRequest) {
     bench.request(ProjectRequest::Dialog(request));

@@ -4,9 +4,9 @@ use super::bench::{PHOTOS, TestBench};
 use crate::state::request::{DecideRequest, FlightRequest, QualityRequest};
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::fill::{FillOptions, Invent};
-use quadratura_recipe::colour::ColourEdit;
-use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
-use quadratura_recipe::fill::viewpoints::Viewpoints;
+use quadratura_stacks::fill::seen::{EditedPaint, Seen, SeenEdit};
+use quadratura_stacks::fill::viewpoints::Viewpoints;
+use quadratura_views::colour::ColourEdit;
 
 /// Asks until no job runs any more; returns in how many of three frames a job was started.
 fn starts(bench: &mut TestBench, request: fn() -> QualityRequest) -> usize {

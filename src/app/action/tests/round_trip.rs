@@ -13,10 +13,10 @@ use crate::state::round_trip::image_editor::EditorChoice;
 use crate::state::round_trip::report::Way;
 use quadratura_base::error::Error;
 use quadratura_document::paint::{PaintBook, PaintImport};
+use quadratura_editing::export::Exported;
+use quadratura_editing::import::Imported;
+use quadratura_editing::import::report::FileReport;
 use quadratura_io::programs::ImageEditor;
-use quadratura_recipe::export::Exported;
-use quadratura_recipe::import::Imported;
-use quadratura_recipe::import::report::FileReport;
 
 fn file(bench: &TestBench) -> FileReport {
     FileReport {
@@ -203,7 +203,7 @@ fn the_watch_begins_with_the_folder_of_documents_and_ends_with_the_project() {
     let mut bench = TestBench::new();
     bench.request(RoundTripRequest::WatchForSaves);
     assert!(bench.work.watching.is_none() && bench.session().editing_folder().is_none());
-    std::fs::create_dir_all(quadratura_recipe::editing::folder(bench.folder())).unwrap();
+    std::fs::create_dir_all(quadratura_editing::editing::folder(bench.folder())).unwrap();
     assert!(bench.session().editing_folder().is_some());
     bench.request(RoundTripRequest::WatchForSaves);
     assert!(bench.work.watching.is_some());

@@ -16,8 +16,8 @@ use crate::state::space::picking::{ViewPixel, ball_of, faces_of};
 use crate::state::space::picture::{PaintedPicture, PictureRequest};
 use crate::state::space::scene::ShownScene;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
+use quadratura_images::live::LiveStatus;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::ldi::live::LiveStatus;
 use quadratura_view::Picture;
 use quadratura_view::navigation::Viewpoint;
 

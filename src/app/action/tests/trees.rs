@@ -11,7 +11,7 @@ use quadratura_base::scene::PhotoId;
 use quadratura_document::masks::MaskOrigin;
 use quadratura_document::trees::{PlantSource, TreeIndex, TreeLight, TreeSpecies};
 use quadratura_document::{Project, Trees};
-use quadratura_recipe::trees::edit::{TreeChange, placed};
+use quadratura_trees::edit::{TreeChange, placed};
 
 /// A leaf two units high and wide that faces along y.
 const LEAF: &str = "material leaf reflected .1 .3 .1 through .1 .4 0 leaf\n\

@@ -16,7 +16,7 @@ use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
 use quadratura_document::decisions::PhotoDecisions;
 use quadratura_document::{CameraPath, Project};
-use quadratura_recipe::turns::UpdateSource;
+use quadratura_stacks::turns::UpdateSource;
 
 fn updates(bench: &TestBench) -> bool {
     bench.state.running.runs(JobKind::Update)
@@ -313,7 +313,7 @@ fn layers_that_will_be_one_are_known_before_they_are_built() {
     edit(&mut bench, |project| {
         let of = layers
             .iter()
-            .flat_map(|layer| quadratura_recipe::decide::faces_of_layer(&stack, *layer))
+            .flat_map(|layer| quadratura_stacks::decide::faces_of_layer(&stack, *layer))
             .collect();
         project.decisions.set(PHOTOS[0], PhotoDecisions { merge: vec![of], ..PhotoDecisions::default() });
     });

@@ -23,8 +23,8 @@ use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::LayerIndex;
 use quadratura_layers::fill::{FillOptions, Invent};
-use quadratura_recipe::fill::FillShares;
-use quadratura_recipe::fill::shares::LayerShares;
+use quadratura_stacks::fill::FillShares;
+use quadratura_stacks::fill::shares::LayerShares;
 
 /// The width of the columns beside the names, in points, with the gaps: of their headings, in small letters.
 const BESIDE_NAMES: f32 = 36.0 + 36.0 + 50.0 + 34.0 + 40.0;

@@ -13,9 +13,9 @@ use crate::state::session::Session;
 use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::Faces;
-use quadratura_recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto, laid_over};
-use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
-use quadratura_recipe::survey::face_named;
+use quadratura_stacks::fill::propagation::{PaintedPhoto, PropagationToPhoto, laid_over};
+use quadratura_stacks::fill::seen::{EditedPaint, Seen, SeenEdit};
+use quadratura_stacks::survey::face_named;
 
 /// The number of listed places: the most disputed ones.
 const MOST: usize = 40;

@@ -8,8 +8,8 @@ use crate::panel::paint::PaintView;
 use crate::panel::pictures::image;
 use crate::state::request::{QualityRequest, Request};
 use crate::widget::spinner::Spinner;
-use quadratura_recipe::fill::both_ways::BothWays;
-use quadratura_recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
+use quadratura_stacks::fill::both_ways::BothWays;
+use quadratura_stacks::fill::seen::{EditedPaint, Seen, SeenEdit};
 
 /// The pictures of the question on the device.
 #[derive(Default)]

@@ -10,8 +10,8 @@ use crate::state::request::{QualityRequest, Request, SelectRequest, SpaceRequest
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use crate::widget::elide::beside;
-use quadratura_recipe::fill::viewpoints::{Viewpoints, bookmark_count};
-use quadratura_recipe::fill::worst::HiddenLayer;
+use quadratura_stacks::fill::viewpoints::{Viewpoints, bookmark_count};
+use quadratura_stacks::fill::worst::HiddenLayer;
 
 /// The number of listed layers: the areas of the others are hardly visible.
 const WORST: usize = 24;

@@ -6,7 +6,7 @@ use crate::state::flight::export::{Export, Rendering};
 use crate::state::request::{FlightRequest, Request, RoundTripRequest};
 use crate::state::round_trip::dialogs::DialogPurpose;
 use crate::widget::dialog::{Dialog, Keys};
-use quadratura_recipe::render::PictureFormat;
+use quadratura_views::render::PictureFormat;
 
 /// The width of the folder's path, in points.
 const FOLDER: f32 = 280.0;

@@ -15,8 +15,8 @@ use quadratura_base::scene::{FaceIndex, ObjectId, PhotoId};
 use quadratura_document::decisions::overlap;
 use quadratura_document::{Element, ImageLayer, Stack};
 use quadratura_layers::{Faces, LayerIndex};
-use quadratura_recipe::decide::{decided, faces_of_layer};
-use quadratura_recipe::layer_table::LayerFigures;
+use quadratura_stacks::decide::{decided, faces_of_layer};
+use quadratura_stacks::layer_table::LayerFigures;
 
 /// Draws the page of the selected image layers of a photo; `layer` was selected last.
 pub fn layer_page(
@@ -205,7 +205,7 @@ fn rename(it: &ImageLayer, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, reque
 fn decisions(session: &Session, photo: PhotoId, of: &[Faces], ui: &mut Ui, requests: &mut Vec<Request>) {
     let name = &session.opened.site.photo(photo).name;
     let all = decided(&session.history.present().decisions.of(name));
-    let about = |decided: &quadratura_recipe::decide::ListedDecision| {
+    let about = |decided: &quadratura_stacks::decide::ListedDecision| {
         decided.of.iter().any(|faces| of.iter().any(|held| overlap(faces, held)))
     };
     let all: Vec<_> = all.into_iter().filter(about).collect();

@@ -10,7 +10,7 @@ use crate::state::request::{QualityRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::{ObjectId, PhotoId};
-use quadratura_recipe::layer_table::LayerFigures;
+use quadratura_stacks::layer_table::LayerFigures;
 
 /// Draws a photo's state in a line, and below it what to do next.
 pub fn next_ui(

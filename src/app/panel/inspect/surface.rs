@@ -13,10 +13,10 @@ use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::{FaceId, ObjectId, PhotoId};
 use quadratura_layers::Faces;
-use quadratura_recipe::decide::{EXCLUDED, FaceInPhoto, FaceInPhotos, LayerEdit};
-use quadratura_recipe::measure::{area, worded};
-use quadratura_recipe::survey::face_named;
-use quadratura_recipe::untextured::{FaceTexture, words as reason_words};
+use quadratura_stacks::decide::{EXCLUDED, FaceInPhoto, FaceInPhotos, LayerEdit};
+use quadratura_stacks::survey::face_named;
+use quadratura_stacks::untextured::{FaceTexture, words as reason_words};
+use quadratura_views::measure::{area, worded};
 
 /// Draws the page of an object.
 pub fn object_page(ui: &mut Ui, view: &InspectorView<'_>, object: ObjectId, requests: &mut Vec<Request>) {

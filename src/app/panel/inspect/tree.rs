@@ -9,7 +9,7 @@ use crate::state::request::{DecideRequest, Request, SelectRequest, TreeRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_document::trees::{PlacedTree, TreeIndex, Trees};
-use quadratura_recipe::trees::mask::masks_of;
+use quadratura_trees::mask::masks_of;
 
 /// The species that need not be added before.
 pub const BUILT_IN: [&str; 2] = ["maple", "oak"];

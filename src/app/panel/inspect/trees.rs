@@ -11,7 +11,7 @@ use crate::state::numbers::counted;
 use crate::state::request::{DecideRequest, MaskRequest, Request, TreeRequest};
 use crate::state::trees::light::{SunAngles, shown_strength, sun_angles, sun_direction, with_strength};
 use quadratura_document::trees::{LightStrength, TreeLight, Trees};
-use quadratura_recipe::trees::light::{LightSupport, clear_day, is_needed};
+use quadratura_trees::light::{LightSupport, clear_day, is_needed};
 
 /// The largest margin of masks, in pixels.
 const MOST_MARGIN: u32 = 512;

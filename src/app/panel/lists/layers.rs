@@ -17,7 +17,7 @@ use crate::widget::elide::beside;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::layer_table::{LayerColumn, LayerFigures};
+use quadratura_stacks::layer_table::{LayerColumn, LayerFigures};
 
 /// The width of the button that turns the list into a table, in points.
 const TABLE: f32 = 52.0;

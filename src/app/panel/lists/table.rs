@@ -10,7 +10,7 @@ use crate::state::lists::row::ListRow;
 use crate::state::request::{Request, WindowRequest};
 use quadratura_document::ImageLayer;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::layer_table::{LayerColumn, LayerFigures};
+use quadratura_stacks::layer_table::{LayerColumn, LayerFigures};
 
 /// The smallest width of a name, in points.
 const NAME: f32 = 86.0;

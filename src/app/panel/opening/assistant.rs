@@ -10,7 +10,7 @@ use crate::state::request::{JobRequest, Request};
 use crate::state::running::JobKind;
 use crate::widget::dialog::{Dialog, Keys, scrolled};
 use crate::widget::spinner::Spinner;
-use quadratura_recipe::discover::{DiscoveryReport, SitePart};
+use quadratura_sites::discover::{DiscoveryReport, SitePart};
 
 /// The width of the dialog, in points.
 const WIDTH: f32 = 680.0;

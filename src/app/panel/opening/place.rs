@@ -7,7 +7,7 @@ use eframe::egui::{Key, Response, RichText, Role, ScrollArea, TextEdit, Ui, Widg
 use crate::state::numbers::counted;
 use crate::state::opening::place::PathField;
 use crate::state::opening::{DialogRequest, PathKind, Purpose};
-use quadratura_recipe::discover::{DiscoveryReport, SitePart};
+use quadratura_sites::discover::{DiscoveryReport, SitePart};
 
 /// Draws a text field for a path; returns whether Enter was pressed in it.
 pub fn typed_ui(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> bool {

@@ -11,8 +11,8 @@ use crate::state::flat::picked::Picked;
 use crate::state::flat::version::LayersVersion;
 use crate::state::selection::Selection;
 use quadratura_document::Stack;
+use quadratura_editing::peel::{PeelOptions, PeelShape, PhotoLayers};
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::peel::{PeelOptions, PeelShape, PhotoLayers};
 
 /// The colour of the selection.
 const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);

@@ -12,7 +12,7 @@ use crate::state::request::{MaskRequest, Request, SelectRequest};
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
-use quadratura_recipe::peel::{PeelHit, PeelShape, PhotoLayers};
+use quadratura_editing::peel::{PeelHit, PeelShape, PhotoLayers};
 
 /// Finds the shape under the pointer; a click selects it.
 pub fn point(

@@ -12,8 +12,8 @@ use crate::state::session::Session;
 use crate::widget::look::selection_look;
 use quadratura_base::scene::{Model, PhotoId};
 use quadratura_document::stack::{Untextured, UntexturedReason};
-use quadratura_recipe::survey::face_named;
-use quadratura_recipe::untextured::{REASONS, untextured, words};
+use quadratura_stacks::survey::face_named;
+use quadratura_stacks::untextured::{REASONS, untextured, words};
 
 /// Returns the faces without texture from a photo whose layers are built.
 fn listed(session: &Session, photo: PhotoId) -> Option<Vec<Untextured>> {

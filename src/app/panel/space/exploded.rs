@@ -16,8 +16,8 @@ use crate::state::request::{Request, SelectRequest, SpaceRequest};
 use crate::state::selection::Selection;
 use crate::state::space::memory::SpaceMemory;
 use crate::state::space::scene::ShownScene;
+use quadratura_editing::exploded::layer_textures::LayerThumbnail;
 use quadratura_projection::exploded::Stand;
-use quadratura_recipe::exploded::layer_textures::LayerThumbnail;
 use quadratura_view::navigation::Viewpoint;
 
 /// The duration of the opening animation, in seconds.

@@ -12,7 +12,7 @@ use crate::state::request::{Request, SpaceRequest};
 use crate::state::space::measure::MeasuringTool;
 use crate::state::space::memory::SpaceMemory;
 use crate::widget::dialog;
-use quadratura_recipe::measure::{Measured, PointOnFace, distance, worded};
+use quadratura_views::measure::{Measured, PointOnFace, distance, worded};
 
 /// The parts of the tool's bar.
 pub fn tools<'a>() -> [BarPart<SpacePaneView<'a>, SpaceMemory>; 3] {

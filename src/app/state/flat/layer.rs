@@ -4,8 +4,8 @@ use super::placement::PlacedView;
 use super::version::LayersVersion;
 use crate::state::selection::Selection;
 use quadratura_base::scene::PhotoId;
+use quadratura_editing::layer_view::LayerViewContent;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::layer_view::LayerViewContent;
 
 /// The aspect of a layer that is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

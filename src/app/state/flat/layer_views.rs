@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use quadratura_base::scene::PhotoId;
 use quadratura_document::{ImageLayer, Stack};
-use quadratura_recipe::peel::Opacities;
+use quadratura_editing::peel::Opacities;
 
 /// The eyes, solo layers and opacities of all photos' image layers.
 #[derive(Debug, Clone, Default)]

@@ -9,9 +9,9 @@ use super::slot::ResultSlot;
 use super::version::LayersVersion;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
+use quadratura_editing::layer_view::LegendEntries;
+use quadratura_editing::peel::{PeelOptions, PhotoLayers};
 use quadratura_projection::hatching::PixelMask;
-use quadratura_recipe::layer_view::LegendEntries;
-use quadratura_recipe::peel::{PeelOptions, PhotoLayers};
 
 /// The number of photos kept in memory: the current one and the previous one.
 const MOST_PHOTOS: usize = 2;

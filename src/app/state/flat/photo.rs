@@ -6,7 +6,7 @@ use super::placement::{PlacedView, ScreenRect};
 use super::version::LayersVersion;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_document::stack::UntexturedReason;
-use quadratura_recipe::peel::{PeelHit, PeelShape, PhotoLayers};
+use quadratura_editing::peel::{PeelHit, PeelShape, PhotoLayers};
 
 /// State of the photo view that lasts from frame to frame.
 #[derive(Clone, Default)]

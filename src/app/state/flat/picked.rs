@@ -3,8 +3,8 @@
 use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::{FaceId, FaceIndex, ObjectId, PhotoId};
+use quadratura_editing::peel::PeelShape;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::peel::PeelShape;
 
 /// The part of a selection that concerns one photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,8 +7,8 @@ use super::{FlatViews, Switches};
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
-use quadratura_recipe::layer_view::LayerViewContent;
-use quadratura_recipe::peel::PeelOptions;
+use quadratura_editing::layer_view::LayerViewContent;
+use quadratura_editing::peel::PeelOptions;
 
 impl FlatViews {
     /// Returns the layer that the view of an image layer shows, if it exists.

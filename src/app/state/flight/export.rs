@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use quadratura_io::film::{EXTENSIONS, kind_of};
-use quadratura_recipe::render::PictureFormat;
+use quadratura_views::render::PictureFormat;
 
 /// What is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

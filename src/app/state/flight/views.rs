@@ -7,8 +7,8 @@ use crate::state::State;
 use crate::state::notes::{Note, Weight};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_io::film;
-use quadratura_recipe::render::PictureFormat;
-use quadratura_recipe::views::RequestedView;
+use quadratura_sites::views::RequestedView;
+use quadratura_views::render::PictureFormat;
 
 impl State {
     /// Opens the dialog for a picture of the view.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use quadratura_recipe::layer_table::LayerColumn;
+use quadratura_stacks::layer_table::LayerColumn;
 
 /// The display options of the list of layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::Stack;
 use quadratura_layers::{Faces, LayerIndex};
-use quadratura_recipe::decide::{LayerEdit, MergeCost, faces_of_layer};
+use quadratura_stacks::decide::{LayerEdit, MergeCost, faces_of_layer};
 
 impl State {
     /// Asks for confirmation of a merge.

@@ -14,7 +14,7 @@ use self::row::ListRow;
 use super::selection::Selection;
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::decide::{LayerEdit, MergeCost};
+use quadratura_stacks::decide::{LayerEdit, MergeCost};
 
 /// The state of the lists: open rows, the filter, the cursor.
 #[derive(Default)]

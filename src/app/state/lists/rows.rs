@@ -11,7 +11,7 @@ use quadratura_base::scene::{FaceId, FaceIndex, Model, ObjectId, PhotoId};
 use quadratura_document::Stack;
 use quadratura_document::trees::{PlacedTree, TreeIndex, Trees};
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::layer_table::sorted;
+use quadratura_stacks::layer_table::sorted;
 
 /// The data that the lists show.
 pub struct ListedSite<'a> {
@@ -237,7 +237,7 @@ impl ListsState {
 mod tests {
     use super::*;
     use quadratura_base::scene::synthetic::closed_form;
-    use quadratura_recipe::trees::edit::{TreeChange, placed};
+    use quadratura_trees::edit::{TreeChange, placed};
 
     #[test]
     fn an_object_is_found_by_its_name_where_others_are_switched_off() {

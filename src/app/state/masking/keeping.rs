@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::state::running::JobId;
 use quadratura_base::geometry::Spans;
-use quadratura_recipe::masks::MaskEdit;
+use quadratura_sites::masks::MaskEdit;
 
 /// The queue of mask edits.
 #[derive(Default)]

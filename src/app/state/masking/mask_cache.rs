@@ -72,7 +72,7 @@ mod tests {
     use crate::state::masking::keeping::{MaskWork, Waiting};
     use quadratura_base::geometry::PixelRect;
     use quadratura_document::masks::MaskOrigin;
-    use quadratura_recipe::masks::MaskEdit;
+    use quadratura_sites::masks::MaskEdit;
 
     fn block(x: i32, w: u32) -> Spans {
         Spans::of_pixels(PixelRect { x, y: 0, w, h: 1 }, |_, _| true)

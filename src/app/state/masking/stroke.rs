@@ -11,7 +11,7 @@ use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_base::scene::{Photo, PhotoId};
 use quadratura_document::masks::MaskOrigin;
 use quadratura_document::stroke::{Brush, STROKE_VERSION, Stroke, StrokeSample, StrokeView};
-use quadratura_recipe::masks::MaskEdit;
+use quadratura_sites::masks::MaskEdit;
 
 /// The smallest distance between points of a stroke, in points of the screen; smaller details do not matter.
 const NEAR: f32 = 1.5;

@@ -7,8 +7,8 @@ use crate::state::running::JobId;
 use quadratura_base::geometry::Spans;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::masks::MaskOrigin;
-use quadratura_recipe::masks::MaskEdit;
-use quadratura_recipe::masks::suggest::MaskSuggestion;
+use quadratura_sites::masks::MaskEdit;
+use quadratura_stacks::masks::suggest::MaskSuggestion;
 
 /// The outcome of a search that found nothing.
 pub const NOTHING: &str = "No transient objects were found.";

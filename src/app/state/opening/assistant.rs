@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::place::PathField;
 use quadratura_base::error::Error;
 use quadratura_io::project::check_is_empty;
-use quadratura_recipe::discover::{Candidates, SitePart, SiteParts, folder_beside};
+use quadratura_sites::discover::{Candidates, SitePart, SiteParts, folder_beside};
 
 /// The state of the assistant.
 #[derive(Debug, Default, Clone)]

@@ -1,6 +1,6 @@
 //! The paths of a dialog, which are checked on disk while the user types: when the next check is due, and the last one.
 
-use quadratura_recipe::discover::{DiscoveryReport, SiteParts};
+use quadratura_sites::discover::{DiscoveryReport, SiteParts};
 
 /// The time without typing after which a path is checked, in seconds.
 const TYPED_S: f64 = 0.35;
@@ -105,7 +105,7 @@ mod tests {
         let mut looking = Looking::default();
         looking.want(SiteParts::default(), 0.0);
         looking.begin(0.0);
-        let look = quadratura_recipe::discover::look_at(
+        let look = quadratura_sites::discover::look_at(
             &SiteParts::default(),
             None,
             &quadratura_base::task::Task::silent(),
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn the_result_for_earlier_paths_is_not_that_of_the_current_ones() {
-        let look = quadratura_recipe::discover::look_at(
+        let look = quadratura_sites::discover::look_at(
             &SiteParts::default(),
             None,
             &quadratura_base::task::Task::silent(),

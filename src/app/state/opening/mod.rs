@@ -13,8 +13,8 @@ use self::held::Held;
 use self::looking::Looking;
 use self::place::PathField;
 use self::relinking::Relinking;
-use quadratura_recipe::discover::{SitePart, SiteParts};
-use quadratura_recipe::open::UnusableMask;
+use quadratura_sites::discover::{SitePart, SiteParts};
+use quadratura_sites::open::UnusableMask;
 
 /// The state of opening, creating and leaving projects.
 #[derive(Default)]

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::place::PathField;
-use quadratura_recipe::discover::{SitePart, SiteParts};
-use quadratura_recipe::relink::guess;
+use quadratura_sites::discover::{SitePart, SiteParts};
+use quadratura_sites::relink::guess;
 
 /// The missing parts of a project, and their possible new paths.
 #[derive(Debug, Clone)]

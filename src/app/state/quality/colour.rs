@@ -7,7 +7,7 @@ use crate::state::running::{JobId, Running};
 use crate::state::session::Session;
 use quadratura_document::ColourDecisions;
 use quadratura_projection::exposure::Estimate;
-use quadratura_recipe::colour::{ColourReport, report_from_estimate};
+use quadratura_views::colour::{ColourReport, report_from_estimate};
 
 /// The state of exposures: the estimate, and the decision in progress.
 #[derive(Default)]

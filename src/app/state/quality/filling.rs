@@ -7,11 +7,11 @@ use super::lookup::ComputedValue;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::{Bookmark, CameraPath, Project};
 use quadratura_layers::fill::FillOptions;
-use quadratura_recipe::fill::both_ways::BothWays;
-use quadratura_recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto};
-use quadratura_recipe::fill::shares::LayerShares;
-use quadratura_recipe::fill::viewpoints::{RankedViewpoint, Viewpoints};
-use quadratura_recipe::fill::worst::HiddenLayer;
+use quadratura_stacks::fill::both_ways::BothWays;
+use quadratura_stacks::fill::propagation::{PaintedPhoto, PropagationToPhoto};
+use quadratura_stacks::fill::shares::LayerShares;
+use quadratura_stacks::fill::viewpoints::{RankedViewpoint, Viewpoints};
+use quadratura_stacks::fill::worst::HiddenLayer;
 
 /// The cached facts about fillings.
 #[derive(Default)]

@@ -2,10 +2,10 @@
 
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::fill::FillOptions;
-use quadratura_recipe::colour::ColourEdit;
-use quadratura_recipe::fill::seen::SeenEdit;
-use quadratura_recipe::fill::viewpoints::Viewpoints;
-use quadratura_recipe::surroundings::SiteSurroundings;
+use quadratura_stacks::fill::seen::SeenEdit;
+use quadratura_stacks::fill::viewpoints::Viewpoints;
+use quadratura_stacks::surroundings::SiteSurroundings;
+use quadratura_views::colour::ColourEdit;
 
 /// Requests about filling and exposures.
 pub enum QualityRequest {

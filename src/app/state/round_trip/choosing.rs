@@ -69,7 +69,7 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quadratura_recipe::handover::HandoverFormat;
+    use quadratura_exports::handover::HandoverFormat;
 
     #[test]
     fn an_import_begins_with_one_empty_line_and_asking_again_keeps_what_was_typed() {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use quadratura_base::scene::PhotoId;
 use quadratura_document::export_record::ExportFormat;
-use quadratura_recipe::handover::HandoverFormat;
+use quadratura_exports::handover::HandoverFormat;
 
 /// The open dialogs, as they are being edited.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -7,8 +7,8 @@ use crate::state::selection::Selection;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::ImageLayer;
+use quadratura_editing::editing::folder as folder_of_documents;
 use quadratura_io::programs::{ImageEditor, image_editors};
-use quadratura_recipe::editing::folder as folder_of_documents;
 
 impl State {
     /// Returns the installed image editors; they are looked up once.

@@ -17,7 +17,7 @@ use self::report::{ImportQuestion, Report};
 use quadratura_base::scene::PhotoId;
 use quadratura_document::paint::{PaintBook, PaintImport};
 use quadratura_io::programs::ImageEditor;
-use quadratura_recipe::projected_paint::ProjectedPaint;
+use quadratura_stacks::projected_paint::ProjectedPaint;
 
 /// The state of exports and imports.
 #[derive(Default)]

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use quadratura_recipe::import::Imported;
-use quadratura_recipe::import::pictures::ChangedLayer;
+use quadratura_editing::import::Imported;
+use quadratura_editing::import::pictures::ChangedLayer;
 use quadratura_view::Picture;
 
 /// The origin of an import.

@@ -12,11 +12,11 @@ use crate::state::numbers::{counted, grouped};
 use crate::state::panels::Tab;
 use crate::state::request::{Request, RoundTripRequest};
 use quadratura_document::paint::{PaintBook, PaintImport};
-use quadratura_recipe::export::Exported;
-use quadratura_recipe::handover::HandedOver;
-use quadratura_recipe::import::Imported;
-use quadratura_recipe::import::pictures::ChangedLayer;
-use quadratura_recipe::import::report::LayerState;
+use quadratura_editing::export::Exported;
+use quadratura_editing::import::Imported;
+use quadratura_editing::import::pictures::ChangedLayer;
+use quadratura_editing::import::report::LayerState;
+use quadratura_exports::handover::HandedOver;
 use quadratura_view::Picture;
 
 impl State {

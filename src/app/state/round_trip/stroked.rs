@@ -12,8 +12,8 @@ use crate::state::running::JobKind;
 use crate::state::space::brush::{DrawnStroke, UnseenStroke};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::stroke::{BrushMode, Stroke};
-use quadratura_recipe::stroke::StrokeReport;
-use quadratura_recipe::stroke::coverage::StrokeCoverage;
+use quadratura_editing::stroke::StrokeReport;
+use quadratura_editing::stroke::coverage::StrokeCoverage;
 
 /// The share of a stroke's pixels that may stay unpainted without a message: along its rim the texels of a photo never
 /// fit those of the view.
@@ -122,7 +122,7 @@ fn left_out(coverage: &StrokeCoverage) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quadratura_recipe::stroke::StrokedLayer;
+    use quadratura_editing::stroke::StrokedLayer;
 
     fn coverage(painted: u64, coarse: u64, hidden: u64, outside: u64) -> StrokeCoverage {
         StrokeCoverage { pixels: painted + coarse + hidden + outside, painted, coarse, hidden, outside }

@@ -12,9 +12,9 @@ use crate::state::panes::Pane;
 use crate::state::session::Session;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::Stack;
+use quadratura_editing::peel::Opacities;
 use quadratura_layers::LayerIndex;
 use quadratura_projection::exploded::Stand;
-use quadratura_recipe::peel::Opacities;
 use quadratura_view::flight::FrameLens;
 use quadratura_view::navigation::Viewpoint;
 

@@ -3,8 +3,8 @@
 use crate::state::flat::slot::ResultSlot;
 use crate::state::flat::version::LayersVersion;
 use quadratura_base::scene::PhotoId;
+use quadratura_editing::exploded::layer_textures::LayerThumbnail;
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::exploded::layer_textures::LayerThumbnail;
 use quadratura_view::navigation::Viewpoint;
 
 /// The default spacing: the distance of the last layer behind the nearest one, as a multiple of the nearest one's

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::pace::DrawingPace;
-use quadratura_recipe::ldi::live::{LiveOptions, LiveStatus};
+use quadratura_images::live::{LiveOptions, LiveStatus};
 
 /// What a picture is drawn from.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! The measuring tool of the 3D view: two points on surfaces.
 
-use quadratura_recipe::measure::PointOnFace;
+use quadratura_views::measure::PointOnFace;
 
 /// The measuring tool.
 #[derive(Debug, Clone, PartialEq, Default)]

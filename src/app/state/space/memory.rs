@@ -8,8 +8,8 @@ use super::picking::ViewPixel;
 use crate::state::State;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_layers::LayerIndex;
-use quadratura_recipe::render::Appearance;
 use quadratura_view::navigation::Viewpoint;
+use quadratura_views::render::Appearance;
 
 /// The values of the 3D view that change while it is drawn: a copy, which is put back afterwards.
 #[derive(Debug, Clone)]

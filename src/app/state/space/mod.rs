@@ -29,12 +29,12 @@ use self::travel::Travel;
 use self::visibility::ModelVisibility;
 use super::session::Session;
 use quadratura_base::scene::{FaceId, PhotoId};
-use quadratura_recipe::ldi::live::LiveOptions;
-use quadratura_recipe::render::Appearance;
+use quadratura_images::live::LiveOptions;
 use quadratura_view::flight::FrameLens;
 use quadratura_view::hidden::HiddenFaces;
 use quadratura_view::navigation::Viewpoint;
 use quadratura_view::{DisplayMode, Quality, Shot};
+use quadratura_views::render::Appearance;
 
 /// The time without a change after which the view is drawn in final quality, in seconds.
 const RESTS_S: f64 = 0.25;

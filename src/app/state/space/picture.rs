@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::images::DrawnFrom;
+use quadratura_images::live::LiveStatus;
 use quadratura_projection::model_surface::ModelSurface;
-use quadratura_recipe::ldi::live::LiveStatus;
 use quadratura_view::flight::FrameLens;
 use quadratura_view::{DisplayMode, Picture, Shot};
 

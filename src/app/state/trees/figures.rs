@@ -2,7 +2,7 @@
 
 use crate::state::running::{JobId, Running};
 use quadratura_document::trees::{TreeSpecies, Trees};
-use quadratura_recipe::trees::list::SpeciesFigures;
+use quadratura_trees::list::SpeciesFigures;
 
 /// The figures of a species, or why its plant cannot be read.
 pub type Figures = Result<SpeciesFigures, String>;

@@ -130,7 +130,7 @@ impl HeldTree {
 mod tests {
     use super::*;
     use quadratura_base::scene::synthetic::{centred, look_at};
-    use quadratura_recipe::trees::edit::{TreeChange, placed};
+    use quadratura_trees::edit::{TreeChange, placed};
     use quadratura_view::navigation::Viewpoint;
 
     const SIZE_PX: [u32; 2] = [640, 480];

@@ -51,7 +51,7 @@ impl MadeImages {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quadratura_recipe::trees::edit::{TreeChange, placed};
+    use quadratura_trees::edit::{TreeChange, placed};
 
     #[test]
     fn images_are_missing_of_placed_species_until_they_are_made() {

@@ -9,7 +9,7 @@ use quadratura_document::colour::ColourDecisions;
 use quadratura_document::trees::{LightStrength, Strength, TreeLight, Trees};
 use quadratura_document::{Masks, Project};
 use quadratura_foliage::{OutdoorLight, level_axes};
-use quadratura_recipe::trees::light::{LightEstimate, estimated_trees, is_needed};
+use quadratura_trees::light::{LightEstimate, estimated_trees, is_needed};
 
 /// Where the sun is, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,8 +126,8 @@ pub fn shown_strength(LightStrength { sun, sky, ground }: &LightStrength) -> Lig
 mod tests {
     use super::*;
     use quadratura_document::masks::{Mask, MaskOrigin, MaskedTree};
-    use quadratura_recipe::trees::edit::{TreeChange, placed};
-    use quadratura_recipe::trees::light::{LightSupport, clear_day};
+    use quadratura_trees::edit::{TreeChange, placed};
+    use quadratura_trees::light::{LightSupport, clear_day};
 
     #[test]
     fn angles_of_the_sun_and_its_direction_are_the_same_thing_whatever_is_up() {

@@ -16,8 +16,8 @@ use self::images::MadeImages;
 use self::light::KnownLight;
 use quadratura_document::Project;
 use quadratura_document::trees::{PlacedTree, Trees};
-use quadratura_recipe::trees::light::{LightEstimate, is_needed};
-use quadratura_recipe::trees::list::SpeciesFigures;
+use quadratura_trees::light::{LightEstimate, is_needed};
+use quadratura_trees::list::SpeciesFigures;
 
 /// The trees in the window.
 #[derive(Default)]

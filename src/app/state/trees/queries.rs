@@ -10,7 +10,7 @@ use quadratura_base::error::Result;
 use quadratura_document::history::Gesture;
 use quadratura_document::trees::{PlacedTree, TreeIndex, Trees};
 use quadratura_document::{Masks, Project};
-use quadratura_recipe::masks::{ClearedMasks, cleared};
+use quadratura_sites::masks::{ClearedMasks, cleared};
 
 /// The gesture of a drag or a slider: each ends its own.
 const DRAG: Gesture = Gesture(0x7e_e5);

@@ -9,10 +9,10 @@ use crate::state::space::picture::PictureRequest;
 use crate::work::priority::lower_own_priority;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
-use quadratura_recipe::ldi::live::{LiveInputs, LivePicture, LiveStatus, LiveView, WarpOn};
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::preview::Preview;
+use quadratura_images::live::{LiveInputs, LivePicture, LiveStatus, LiveView, WarpOn};
+use quadratura_sites::open::Opened;
 use quadratura_view::Picture;
+use quadratura_views::preview::Preview;
 
 /// The layered depth images of a painter.
 pub struct PainterImages {

@@ -32,14 +32,14 @@ use quadratura_base::task::Task;
 use quadratura_document::Stack;
 use quadratura_document::paint::PaintBook;
 use quadratura_gpu::Gpu;
+use quadratura_images::live::WarpOn;
 use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::{Gains, Renders, shown_face};
-use quadratura_recipe::ldi::live::WarpOn;
-use quadratura_recipe::open::Opened;
-use quadratura_recipe::preview::Preview;
-use quadratura_recipe::projected_paint::ProjectedPaint;
-use quadratura_recipe::surroundings::SiteSurroundings;
+use quadratura_sites::open::Opened;
+use quadratura_stacks::projected_paint::ProjectedPaint;
+use quadratura_stacks::surroundings::SiteSurroundings;
 use quadratura_view::Picture;
+use quadratura_views::preview::Preview;
 
 /// A change that later pictures show; the renderer is not made again for it.
 pub enum PreviewChange {

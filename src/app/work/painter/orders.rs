@@ -10,9 +10,9 @@ use super::{PainterQueue, failed};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_projection::{Renders, Sliced};
-use quadratura_recipe::preview::Preview;
-use quadratura_recipe::render::DrawnPicture;
 use quadratura_view::{LinearPicture, Shot};
+use quadratura_views::preview::Preview;
+use quadratura_views::render::DrawnPicture;
 
 /// An ordered picture that a job waits for.
 pub struct Order {

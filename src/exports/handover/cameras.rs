@@ -1,0 +1,64 @@
+//! `--format cameras`: COLMAP's text files, `transforms.json` and `cameras.json`.
+//!
+//! Programs that read these take one folder of pictures. Where no photo had to be undistorted, that is the user's own; else
+//! `images/` has the pictures of all photos: the undistorted ones, and the others as they are.
+
+use std::path::Path;
+
+use super::folder::HandoverFolder;
+use super::origin::Placement;
+use super::photos::{camera_of, copied, is_resampled, linked};
+use super::points::handover_points;
+use quadratura_base::error::Result;
+use quadratura_base::scene::Photo;
+use quadratura_base::task::Task;
+use quadratura_handover::cameras_json::cameras_json;
+use quadratura_handover::colmap::colmap_text;
+use quadratura_handover::transforms::transforms_json;
+use quadratura_sites::open::Opened;
+
+/// The folder of pictures.
+const IMAGES: &str = "images";
+/// Where programs that read COLMAP's results look for them.
+const COLMAP: &str = "sparse/0";
+
+/// Writes the cameras of `photos`.
+///
+/// # Errors
+/// Returns the errors of reading cameras and photos and of writing, or [`quadratura_base::Error::Cancelled`].
+pub fn write(
+    folder: &mut HandoverFolder,
+    project: &Path,
+    opened: &Opened,
+    photos: &[&Photo],
+    placement: &Placement,
+    task: &Task,
+) -> Result<()> {
+    let needs_copies = photos.iter().any(|photo| is_resampled(project, photo));
+    let (mut cameras, mut names) = (Vec::new(), Vec::new());
+    for (done, photo) in photos.iter().enumerate() {
+        task.step("write photos", done as u64, photos.len() as u64)?;
+        let file = if needs_copies { copied(folder, IMAGES, photo)? } else { linked(folder, photo)? };
+        names.push(match file.strip_prefix(&format!("{IMAGES}/")) {
+            Some(name) if needs_copies => name.to_owned(),
+            _ => photo.name.clone(),
+        });
+        cameras.push(camera_of(photo, file, placement));
+    }
+    let points = handover_points(project, opened, photos, placement, task)?;
+    if points.is_empty() {
+        folder.leave_out("points, because the project's cameras have none that two of these photos observe");
+    }
+    if photos.iter().any(|photo| !photo.masks.is_empty()) {
+        folder.leave_out("masks, because these formats have no common place for them");
+    }
+    let origin = placement.origin;
+    let text = colmap_text(&cameras, &names, &points);
+    for (name, content) in
+        [("cameras.txt", text.cameras), ("images.txt", text.images), ("points3D.txt", text.points)]
+    {
+        folder.write(&format!("{COLMAP}/{name}"), content.as_bytes())?;
+    }
+    folder.write("transforms.json", &transforms_json(&cameras, origin.to_array()))?;
+    folder.write("cameras.json", &cameras_json(&cameras, origin.to_array()))
+}

@@ -1,0 +1,91 @@
+//! The whole site as a page: a folder that a browser opens, in which one walks through the site and sees what views show.
+//!
+//! | module | contents |
+//! |---|---|
+//! | [`options`] | what is wanted, and what was published |
+//! | `plane` | bytes of pictures as they are packed |
+//! | `shelf` | rectangles beside each other |
+//! | `labels` | which image layers show each pixel of a photo |
+//! | `tiles` | texels of layers beside the visible pixels of their photo |
+//! | `photo` | a photo composed of its layers |
+//! | `geometry` | surfaces, servers, layers, relief |
+//! | `dome` | what is around |
+//! | `safe` | where a visitor is kept |
+//! | `description` | what the viewer is told first |
+//! | `photos` | photos as chunks |
+//! | `place_texts` | texts at places |
+//! | `texts` | the page without its viewer |
+//! | `write` | all files |
+
+mod description;
+mod dome;
+mod geometry;
+mod labels;
+pub mod options;
+mod photo;
+mod photos;
+mod place_texts;
+mod plane;
+mod safe;
+mod shelf;
+mod texts;
+mod tiles;
+mod write;
+
+use std::path::Path;
+
+pub use self::options::{LeavingPhoto, MOST_SIDE, PageOptions, PagePart, Published};
+
+use self::write::PageWriter;
+use quadratura_base::error::{Error, Result};
+use quadratura_base::scene::{Photo, PhotoId};
+use quadratura_base::task::Task;
+use quadratura_layers::device::SiteDevice;
+use quadratura_page::place::{place_of_page, put};
+use quadratura_sites::open::Opened;
+use quadratura_views::preview::{self, PreviewOptions};
+
+/// Returns the photos that a page would publish: their names there, and their sizes.
+pub fn leaving(photos: &[&Photo], options: &PageOptions) -> Vec<LeavingPhoto> {
+    let leaving = |(number, photo): (usize, &&Photo)| {
+        let size = [photo.camera.width, photo.camera.height];
+        let by = (f64::from(options.longest.min(MOST_SIDE)) / f64::from(size[0].max(size[1]))).min(1.0);
+        LeavingPhoto {
+            photo: photo.name.clone(),
+            published: if options.keep_names { photo.name.clone() } else { format!("p{:03}", number + 1) },
+            size: size.map(|side| ((f64::from(side) * by).round() as u32).max(1)),
+        }
+    };
+    photos.iter().enumerate().map(leaving).collect()
+}
+
+/// Publishes the site with these photos, in the site's order, from the project in the folder `project` as a page in the folder `out`.
+///
+/// # Errors
+/// Returns the errors of [`preview::open`], [`Error::Request`] for a viewpoint that the project does not have and for no photos,
+/// [`Error::Io`], or [`Error::Cancelled`].
+pub fn publish(
+    project: &Path,
+    opened: &Opened,
+    photos: &[&Photo],
+    out: &Path,
+    options: &PageOptions,
+    device: &dyn SiteDevice,
+    task: &Task,
+) -> Result<Published> {
+    if photos.is_empty() {
+        return Err(Error::Request("a page needs one photo at least".into()));
+    }
+    let site = &opened.site;
+    let mut ids: Vec<PhotoId> = photos.iter().filter_map(|photo| site.photo_named(&photo.name)).collect();
+    ids.sort_unstable();
+    let mut preview =
+        preview::open(project, &opened.project, site, device, &PreviewOptions::default(), task)?;
+    let without: Vec<PhotoId> = site.photo_ids().filter(|id| !ids.contains(id)).collect();
+    let parts = preview.parts(&without, task)?;
+    let place = place_of_page(out);
+    let mut writer = PageWriter::new(opened, &ids, leaving(photos, options), &parts, options)?;
+    let files = put(&place, |folder| writer.write(folder, &mut preview, task))?;
+    preview.problems().into_iter().for_each(|problem| task.note(problem));
+    Ok(writer.published(place, &files))
+}
